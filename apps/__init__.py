@@ -1,0 +1,1 @@
+"""Behaviours; each knows robotcore only."""

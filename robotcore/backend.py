@@ -1,0 +1,91 @@
+"""What a driver package offers: a backend that opens robots, and what it can vouch for."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from importlib.util import find_spec
+from typing import Any, ClassVar, TypeVar
+
+from pydantic import ValidationError
+
+from robotcore.description import Described, RobotDescription, WorldDescription, first_fault
+from robotcore.errors import BackendMissingError, UnknownNameError, UsageError
+from robotcore.robot import Robot
+
+OptionsT = TypeVar("OptionsT", bound=Described)
+
+
+class Vouch(str, Enum):
+    """What a backend can be trusted to know or to do."""
+
+    CONTACTS = "contacts"
+    POSE = "pose"
+    LOCKSTEP = "lockstep"
+
+
+@dataclass(frozen=True)
+class Setup:
+    """All that a backend is told when it opens a robot; ``devices`` are the names to open."""
+
+    robot: RobotDescription
+    world: WorldDescription | None
+    devices: frozenset[str]
+    rate_hz: float = 20.0
+    seed: int = 0
+    gui: bool = False
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    def options_as(self, model: type[OptionsT]) -> OptionsT:
+        """Return the user's options as the backend's own model; UsageError names what is wrong."""
+        for name in self.options:
+            if name not in model.model_fields:
+                raise UnknownNameError("option", name, list(model.model_fields))
+        try:
+            return model.model_validate(dict(self.options))
+        except ValidationError as error:
+            key, fault = first_fault(error)
+            raise UsageError(f"option {key}: {fault}") from error
+
+    @property
+    def chosen(self) -> tuple[Any, ...]:
+        """The descriptions of the devices to open, in the order of the file."""
+        return tuple(device for device in self.robot.devices if device.name in self.devices)
+
+
+class Backend(ABC):
+    """Opens robots of one kind: in one simulator, or on one kind of board.
+
+    ``modules`` are the libraries it works with, looked for without importing them; ``remedy`` is
+    what to do where they are missing.
+    """
+
+    name: ClassVar[str]
+    summary: ClassVar[str]
+    vouches_for: ClassVar[frozenset[Vouch]] = frozenset()
+    needs_world: ClassVar[bool] = False
+    has_gui: ClassVar[bool] = False
+    modules: ClassVar[tuple[str, ...]] = ()
+
+    @abstractmethod
+    def open(self, setup: Setup) -> Robot:
+        """Open the robot with the devices asked for and nothing else, bare of every layer.
+
+        Raises BackendMissingError, DeviceError or DeviceGroupError; what was opened by then is closed again.
+        """
+
+    @property
+    def remedy(self) -> str:
+        """How to get what is missing."""
+        return f"pip install {' '.join(self.modules)}"
+
+    @property
+    def is_installed(self) -> bool:
+        return all(find_spec(module) for module in self.modules)
+
+    def require_installed(self) -> None:
+        """Raise BackendMissingError, with the remedy, where a library is missing."""
+        if not self.is_installed:
+            raise BackendMissingError(f"the backend {self.name!r} is not installed. {self.remedy}")

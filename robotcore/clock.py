@@ -1,0 +1,201 @@
+"""Time on a robot: stepped, monotonic or following, and the view of it that an app gets.
+
+This is the one module that looks at the machine's own clock; everyone else is handed a `Clock`.
+"""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import math
+import threading
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+
+from robotcore.errors import UsageError
+
+MIN_PHYSICS_RATE_HZ = 240
+"""A stepped clock never takes coarser steps than this."""
+
+Callback = Callable[[], None]
+
+
+class Clock(ABC):
+    """Seconds since the robot was opened."""
+
+    @abstractmethod
+    def now(self) -> float:
+        """Return the time in seconds."""
+
+    @abstractmethod
+    def sleep_until(self, deadline: float) -> bool:
+        """Let time pass until ``deadline``; return whether it was still ahead."""
+
+    @abstractmethod
+    def call_at(self, deadline: float, callback: Callback) -> None:
+        """Call once when ``deadline`` has come, wherever the sleeper then is."""
+
+    def close(self) -> None:
+        """Forget every call that is still to come."""
+
+
+class SteppedClock(Clock):
+    """Simulated time: a whole number of physics steps, taken only while somebody sleeps.
+
+    ``advance(n)`` makes the simulator take n steps. Calls asked for by `call_at` cut a sleep
+    exactly at their step.
+    """
+
+    def __init__(self, rate_hz: float, advance: Callable[[int], None]) -> None:
+        if not (math.isfinite(rate_hz) and rate_hz > 0):
+            raise UsageError(f"the rate is {rate_hz} Hz; it must be a positive number")
+        self.steps_per_second = rate_hz * math.ceil(MIN_PHYSICS_RATE_HZ / rate_hz)
+        self._advance = advance
+        self._count = 0
+        self._calls: list[tuple[int, int, Callback]] = []
+        self._order = itertools.count()
+
+    @property
+    def step(self) -> float:
+        """The physics step: 1 / (rate · ⌈240 / rate⌉), in seconds."""
+        return 1 / self.steps_per_second
+
+    def now(self) -> float:
+        return self._count / self.steps_per_second
+
+    def sleep_until(self, deadline: float) -> bool:
+        target = round(deadline * self.steps_per_second)
+        is_ahead = target >= self._count
+        while self._calls and self._calls[0][0] <= target:
+            at, _, callback = heapq.heappop(self._calls)
+            self._step_to(at)
+            callback()
+        self._step_to(target)
+        return is_ahead
+
+    def call_at(self, deadline: float, callback: Callback) -> None:
+        step = math.ceil(deadline * self.steps_per_second - 1e-6)
+        heapq.heappush(self._calls, (step, next(self._order), callback))
+
+    def close(self) -> None:
+        self._calls.clear()
+
+    def _step_to(self, count: int) -> None:
+        if count > self._count:
+            self._advance(count - self._count)
+            self._count = count
+
+
+class MonotonicClock(Clock):
+    """The machine's own time, from zero. Calls are made by a thread of the clock's."""
+
+    _longest_nap = math.inf
+
+    def __init__(self) -> None:
+        self._start = time.monotonic()
+        self._calls: list[tuple[float, int, Callback]] = []
+        self._order = itertools.count()
+        self._wake = threading.Condition()
+        self._caller: threading.Thread | None = None
+        self._is_closed = False
+
+    def now(self) -> float:
+        return time.monotonic() - self._start
+
+    def sleep_until(self, deadline: float) -> bool:
+        is_ahead = (left := deadline - self.now()) >= 0
+        while left > 0:
+            time.sleep(min(left, self._longest_nap))
+            left = deadline - self.now()
+        return is_ahead
+
+    def call_at(self, deadline: float, callback: Callback) -> None:
+        with self._wake:
+            heapq.heappush(self._calls, (deadline, next(self._order), callback))
+            if self._caller is None:
+                self._caller = threading.Thread(target=self._call, name="clock", daemon=True)
+                self._caller.start()
+            self._wake.notify()
+
+    def close(self) -> None:
+        with self._wake:
+            self._is_closed = True
+            self._wake.notify()
+        if self._caller and self._caller is not threading.current_thread():
+            self._caller.join()
+
+    def _call(self) -> None:
+        while (callback := self._next_due()) is not None:
+            callback()
+
+    def _next_due(self) -> Callback | None:
+        with self._wake:
+            while not self._is_closed:
+                left = self._calls[0][0] - self.now() if self._calls else self._longest_nap
+                if left <= 0:
+                    return heapq.heappop(self._calls)[2]
+                self._wake.wait(None if math.isinf(left) else min(left, self._longest_nap))
+        return None
+
+
+class FollowingClock(MonotonicClock):
+    """The time of a server that runs by itself; ``source`` asks it."""
+
+    _longest_nap = 0.005
+
+    def __init__(self, source: Callable[[], float]) -> None:
+        super().__init__()
+        self._source = source
+
+    def now(self) -> float:
+        return self._source()
+
+
+class PacedClock(Clock):
+    """A stepped clock held back to real time; where the machine is too slow, it is delayed."""
+
+    def __init__(self, source: Clock) -> None:
+        self._source = source
+        self._wall = MonotonicClock()
+        self._delay = 0.0
+
+    def now(self) -> float:
+        return self._source.now()
+
+    def sleep_until(self, deadline: float) -> bool:
+        self._source.sleep_until(deadline)
+        is_on_time = self._wall.sleep_until(deadline + self._delay)
+        if not is_on_time:
+            self._delay = self._wall.now() - deadline
+        return is_on_time
+
+    def call_at(self, deadline: float, callback: Callback) -> None:
+        self._source.call_at(deadline, callback)
+
+    def close(self) -> None:
+        self._source.close()
+
+
+class TickClock(Clock):
+    """The clock an app sees: it stands still within a tick, and a sleep begins the next one."""
+
+    def __init__(self, source: Clock) -> None:
+        self._source = source
+        self._now = source.now()
+        self.tick = 0
+
+    def now(self) -> float:
+        return self._now
+
+    def sleep_until(self, deadline: float) -> bool:
+        is_ahead = self._source.sleep_until(deadline)
+        self._now = self._source.now()
+        self.tick += 1
+        return is_ahead
+
+    def call_at(self, deadline: float, callback: Callback) -> None:
+        self._source.call_at(deadline, callback)
+
+    def close(self) -> None:
+        self._source.close()

@@ -1,0 +1,67 @@
+"""Robot and world descriptions: one file makes the simulators' models and the real robot's wiring."""
+
+from robotcore.description.base import COLOURS, Described, hue_degrees
+from robotcore.description.loading import (
+    first_fault,
+    load_robot,
+    load_world,
+    robot_names,
+    world_names,
+)
+from robotcore.description.robot import (
+    AnyDevice,
+    Body,
+    Caster,
+    CameraDescription,
+    DisplayDescription,
+    Drive,
+    EncoderDescription,
+    MotorDescription,
+    Mount,
+    RangeSensorDescription,
+    RobotDescription,
+    Safety,
+)
+from robotcore.description.world import (
+    Ball,
+    Box,
+    Cylinder,
+    Floor,
+    Light,
+    Start,
+    Variation,
+    Walls,
+    WorldDescription,
+)
+
+__all__ = [
+    "COLOURS",
+    "AnyDevice",
+    "Ball",
+    "Body",
+    "Box",
+    "CameraDescription",
+    "Caster",
+    "Cylinder",
+    "Described",
+    "DisplayDescription",
+    "Drive",
+    "EncoderDescription",
+    "Floor",
+    "Light",
+    "MotorDescription",
+    "Mount",
+    "RangeSensorDescription",
+    "RobotDescription",
+    "Safety",
+    "Start",
+    "Variation",
+    "Walls",
+    "WorldDescription",
+    "first_fault",
+    "hue_degrees",
+    "load_robot",
+    "load_world",
+    "robot_names",
+    "world_names",
+]

@@ -1,0 +1,73 @@
+"""What robot and world descriptions share: strict models, and the kinds of number in them."""
+
+from __future__ import annotations
+
+import colorsys
+from collections import Counter
+from collections.abc import Iterable
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, PositiveFloat
+
+COLOURS: dict[str, tuple[int, int, int]] = {
+    "black": (25, 25, 25),
+    "white": (235, 235, 235),
+    "grey": (150, 150, 150),
+    "red": (200, 40, 35),
+    "orange": (225, 120, 30),
+    "yellow": (225, 205, 50),
+    "green": (40, 170, 60),
+    "cyan": (40, 180, 190),
+    "blue": (40, 80, 200),
+    "purple": (120, 60, 170),
+    "magenta": (200, 50, 160),
+    "brown": (125, 85, 50),
+    "sand": (205, 190, 160),
+}
+"""Colours by name, as red, green, blue in 0 to 255."""
+
+
+class Described(BaseModel):
+    """A part of a description: no unknown keys, no change afterwards, finite numbers."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+def _colour(value: Any) -> Any:
+    if isinstance(value, str):
+        if value not in COLOURS:
+            raise ValueError(f"unknown colour {value!r}; take one of {', '.join(COLOURS)}, or [r, g, b]")
+        return COLOURS[value]
+    return value
+
+
+Byte = Annotated[int, Field(ge=0, le=255)]
+Colour = Annotated[tuple[Byte, Byte, Byte], BeforeValidator(_colour)]
+"""Red, green, blue in 0 to 255; in a file also a name."""
+
+
+def _ordered(limits: tuple[float, float]) -> tuple[float, float]:
+    if limits[0] > limits[1]:
+        raise ValueError(f"the lower end {limits[0]} is above the upper end {limits[1]}")
+    return limits
+
+
+Interval = Annotated[tuple[float, float], AfterValidator(_ordered)]
+"""Lower and upper end."""
+
+Metres = PositiveFloat
+Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]*$")]
+"""Lower case, digits, ``_`` and ``-``; begins with a letter."""
+
+
+def require_unique(kind: str, names: Iterable[str]) -> None:
+    """Raise ValueError where two things have one name."""
+    doubles = [name for name, count in Counter(names).items() if count > 1]
+    if doubles:
+        raise ValueError(f"two {kind} are named {doubles[0]!r}; give each a name of its own")
+
+
+def hue_degrees(colour: tuple[int, int, int]) -> float:
+    """Return the hue of a colour in degrees: 0 red, 120 green, 240 blue."""
+    red, green, blue = (part / 255 for part in colour)
+    return colorsys.rgb_to_hsv(red, green, blue)[0] * 360

@@ -1,0 +1,200 @@
+"""The robot description: one file that makes the simulators' model and the real robot's wiring.
+
+Frame: origin on the floor under the middle of the axle, x forward, y left, z up. Keys end in their unit.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Annotated, Any, Literal, TypeVar
+
+from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
+
+from robotcore.description.base import Colour, Described, Metres, Name, require_unique
+from robotcore.devices import Intrinsics
+from robotcore.drive import DifferentialGeometry
+
+
+class Body(Described):
+    """A box; its footprint takes in the wheels."""
+
+    length_m: Metres
+    width_m: Metres
+    height_m: Metres
+    centre_x_m: float = 0.0
+    clearance_m: NonNegativeFloat
+    mass_kg: PositiveFloat
+    colour: Colour = (60, 65, 75)
+
+    @property
+    def front_x_m(self) -> float:
+        """Where the body ends ahead of the axle."""
+        return self.centre_x_m + self.length_m / 2
+
+    @property
+    def footprint(self) -> tuple[tuple[float, float], ...]:
+        """Its outline on the floor, counter-clockwise, in the robot's frame."""
+        back, left = self.front_x_m - self.length_m, self.width_m / 2
+        return ((self.front_x_m, left), (back, left), (back, -left), (self.front_x_m, -left))
+
+    @property
+    def reach_m(self) -> float:
+        """The farthest point of the footprint from the middle of the axle."""
+        return max(math.hypot(x, y) for x, y in self.footprint)
+
+
+class Caster(Described):
+    """A ball that slides without friction."""
+
+    x_m: float
+    radius_m: Metres
+
+
+class Drive(Described):
+    """Two driven wheels on one axle; ``left`` and ``right`` name the motors, and encoders where there are any."""
+
+    left: Name
+    right: Name
+    left_encoder: Name | None = None
+    right_encoder: Name | None = None
+    track_m: Metres
+    wheel_radius_m: Metres
+    wheel_width_m: Metres
+    wheel_mass_kg: PositiveFloat
+    caster: Caster | None = None
+    max_acceleration_rad_s2: PositiveFloat | None = None
+
+    @property
+    def geometry(self) -> DifferentialGeometry:
+        return DifferentialGeometry(self.wheel_radius_m, self.track_m)
+
+
+class Safety(Described):
+    """When the safety stage steps in; see `robotcore.safety`."""
+
+    stop_distance_m: Metres = 0.10
+    deceleration_m_s2: PositiveFloat = 0.5
+    lease_ticks: Annotated[float, Field(ge=1)] = 2.5
+    max_age_s: PositiveFloat = 1.0
+
+
+class Mount(Described):
+    """Where on the robot a sensor sits and where it looks; pitch is positive downwards."""
+
+    x_m: float = 0.0
+    y_m: float = 0.0
+    z_m: NonNegativeFloat
+    yaw_rad: float = 0.0
+    pitch_rad: float = 0.0
+
+
+class MotorDescription(Described):
+    """A wheel's motor: a first-order lag towards the velocity that it is told."""
+
+    kind: Literal["motor"]
+    name: Name
+    max_velocity_rad_s: PositiveFloat
+    lag_s: NonNegativeFloat = 0.05
+    max_torque_nm: PositiveFloat = 0.08
+
+
+class EncoderDescription(Described):
+    """A counter on a wheel."""
+
+    kind: Literal["encoder"]
+    name: Name
+    counts_per_turn: PositiveInt
+
+
+class RangeSensorDescription(Described):
+    """A distance sensor; ``cone_rad`` is the full angle."""
+
+    kind: Literal["range_sensor"]
+    name: Name
+    mount: Mount
+    min_range_m: PositiveFloat
+    max_range_m: PositiveFloat
+    cone_rad: Annotated[float, Field(ge=0, lt=math.pi)]
+
+    @model_validator(mode="after")
+    def _ranges_in_order(self) -> RangeSensorDescription:
+        if self.min_range_m >= self.max_range_m:
+            raise ValueError("min_range_m is not below max_range_m; swap them")
+        return self
+
+
+class CameraDescription(Described):
+    """A pinhole camera."""
+
+    kind: Literal["camera"]
+    name: Name
+    mount: Mount
+    width_px: Annotated[int, Field(ge=16, le=4096)]
+    height_px: Annotated[int, Field(ge=16, le=4096)]
+    horizontal_fov_rad: Annotated[float, Field(gt=0, lt=math.pi)]
+
+    @property
+    def intrinsics(self) -> Intrinsics:
+        return Intrinsics(self.width_px, self.height_px, self.horizontal_fov_rad)
+
+
+class DisplayDescription(Described):
+    """Where an app's annotated picture goes."""
+
+    kind: Literal["display"]
+    name: Name
+
+
+DeviceDescription = Annotated[
+    MotorDescription
+    | EncoderDescription
+    | RangeSensorDescription
+    | CameraDescription
+    | DisplayDescription,
+    Field(discriminator="kind"),
+]
+
+AnyDevice = (
+    MotorDescription | EncoderDescription | RangeSensorDescription | CameraDescription | DisplayDescription
+)
+DescriptionT = TypeVar("DescriptionT", bound=Described)
+
+
+class RobotDescription(Described):
+    """A robot: a body, perhaps a drive, devices, and what a single backend needs besides."""
+
+    name: Name
+    summary: str = ""
+    body: Body
+    drive: Drive | None = None
+    safety: Safety = Safety()
+    devices: tuple[DeviceDescription, ...] = ()
+    backends: dict[str, dict[str, Any]] = {}
+
+    @model_validator(mode="after")
+    def _names_fit(self) -> RobotDescription:
+        require_unique("devices", (device.name for device in self.devices))
+        if drive := self.drive:
+            motors = {motor.name for motor in self.all_of(MotorDescription)}
+            encoders = {encoder.name for encoder in self.all_of(EncoderDescription)}
+            _require_named("drive", (drive.left, drive.right), motors, "motor")
+            _require_named("drive", filter(None, (drive.left_encoder, drive.right_encoder)), encoders, "encoder")
+        return self
+
+    def all_of(self, kind: type[DescriptionT]) -> tuple[DescriptionT, ...]:
+        """Return the devices of one kind, in the order of the file."""
+        return tuple(device for device in self.devices if isinstance(device, kind))
+
+    def first_of(self, kind: type[DescriptionT]) -> DescriptionT | None:
+        """Return the first device of one kind: the one that fills the role."""
+        return next(iter(self.all_of(kind)), None)
+
+
+def _require_named(who: str, names: Iterable[str], known: set[str], kind: str) -> None:
+    for name in names:
+        if name not in known:
+            raise ValueError(
+                f"{who} names the {kind} {name!r}, which is not among the devices; "
+                f'add [[devices]] with kind = "{kind}" and that name'
+            )

@@ -1,0 +1,205 @@
+"""The world description: a floor, walls, obstacles, targets, light, and what a seed may draw anew.
+
+Frame: origin in the middle of the floor, z up. Keys end in their unit.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import Field, NonNegativeFloat, model_validator
+
+from robotcore.description.base import COLOURS, Colour, Described, Interval, Metres, Name, require_unique
+from robotcore.geometry import Pose
+
+Fraction = Annotated[float, Field(ge=0, le=1)]
+Outline = tuple[tuple[float, float], ...]
+"""The corners of a convex polygon on the floor, counter-clockwise."""
+
+CYLINDER_SIDES = 24
+"""A cylinder is this prism wherever it is drawn, touched or measured, the same on every simulator."""
+
+
+class Floor(Described):
+    """A rectangle with the origin in its middle; beyond it the same ground goes on."""
+
+    length_m: Metres
+    width_m: Metres
+    colour: Colour = (190, 185, 175)
+
+
+class Walls(Described):
+    """Four walls around the floor, standing outside its edge."""
+
+    height_m: Metres
+    thickness_m: Metres = 0.05
+    colour: Colour = COLOURS["white"]
+
+
+class Prism(Described):
+    """What all upright things on the floor have: a place, a height, a colour."""
+
+    name: Name
+    x_m: float = 0.0
+    y_m: float = 0.0
+    yaw_rad: float = 0.0
+    height_m: Metres
+    colour: Colour
+
+    @property
+    def local_outline(self) -> Outline:
+        """Its outline around its own middle, before it is turned."""
+        raise NotImplementedError
+
+    @property
+    def outline(self) -> Outline:
+        """Its outline in the world."""
+        pose = Pose(self.x_m, self.y_m, self.yaw_rad)
+        return tuple(pose.to_world(x, y) for x, y in self.local_outline)
+
+
+class Box(Prism):
+    """A box that stands on the floor."""
+
+    shape: Literal["box"]
+    length_m: Metres
+    width_m: Metres
+
+    @property
+    def local_outline(self) -> Outline:
+        a, b = self.length_m / 2, self.width_m / 2
+        return ((a, b), (-a, b), (-a, -b), (a, -b))
+
+
+class Cylinder(Prism):
+    """A cylinder that stands on the floor; a prism of 24 sides."""
+
+    shape: Literal["cylinder"]
+    radius_m: Metres
+
+    @property
+    def local_outline(self) -> Outline:
+        step = math.tau / CYLINDER_SIDES
+        return tuple(
+            (self.radius_m * math.cos(i * step), self.radius_m * math.sin(i * step))
+            for i in range(CYLINDER_SIDES)
+        )
+
+
+Obstacle = Annotated[Box | Cylinder, Field(discriminator="shape")]
+
+
+class Ball(Described):
+    """A target: a ball that lies on the floor."""
+
+    name: Name
+    radius_m: Metres
+    colour: Colour
+    x_m: float
+    y_m: float
+
+
+class Start(Described):
+    """Where the robot begins: the middle of its axle."""
+
+    x_m: float = 0.0
+    y_m: float = 0.0
+    yaw_rad: float = 0.0
+
+    @property
+    def pose(self) -> Pose:
+        return Pose(self.x_m, self.y_m, self.yaw_rad)
+
+
+class Light(Described):
+    """One distant lamp and a glow from everywhere; a face shows ambient + diffuse·cos(angle), at most 1."""
+
+    azimuth_rad: float = 0.8
+    elevation_rad: Annotated[float, Field(gt=0, le=math.pi / 2)] = 1.0
+    ambient: Fraction = 0.6
+    diffuse: Fraction = 0.4
+    brightness: Annotated[float, Field(gt=0, le=2)] = 1.0
+
+    @property
+    def direction(self) -> tuple[float, float, float]:
+        """The unit vector towards the lamp."""
+        flat = math.cos(self.elevation_rad)
+        return (
+            flat * math.cos(self.azimuth_rad),
+            flat * math.sin(self.azimuth_rad),
+            math.sin(self.elevation_rad),
+        )
+
+
+class Variation(Described):
+    """From what a seed draws. What is left out stays as the file has it."""
+
+    place_x_m: Interval | None = None
+    place_y_m: Interval | None = None
+    yaw_rad: Interval = (-math.pi, math.pi)
+    obstacle_scale: Interval = (1.0, 1.0)
+    gap_m: NonNegativeFloat = 0.3
+    target_distance_m: Interval | None = None
+    target_hidden: bool = False
+    light_azimuth_rad: Interval | None = None
+    light_elevation_rad: Interval | None = None
+    light_brightness: Interval | None = None
+
+
+class WorldDescription(Described):
+    """A world as it stands, and what a seed may make of it."""
+
+    name: Name
+    summary: str = ""
+    floor: Floor
+    walls: Walls | None = None
+    start: Start = Start()
+    light: Light = Light()
+    targets: tuple[Ball, ...] = ()
+    obstacles: tuple[Obstacle, ...] = ()
+    variation: Variation | None = None
+
+    @model_validator(mode="after")
+    def _names_differ(self) -> WorldDescription:
+        require_unique("things", [thing.name for thing in (*self.obstacles, *self.targets)])
+        return self
+
+    @property
+    def wall_prisms(self) -> tuple[Box, ...]:
+        """The four walls as boxes: north and south cover the corners."""
+        if self.walls is None:
+            return ()
+        length, width, thick = self.floor.length_m, self.floor.width_m, self.walls.thickness_m
+        x, y = (length + thick) / 2, (width + thick) / 2
+        sides = (
+            ("north", 0.0, y, length + 2 * thick, thick),
+            ("south", 0.0, -y, length + 2 * thick, thick),
+            ("east", x, 0.0, thick, width),
+            ("west", -x, 0.0, thick, width),
+        )
+        return tuple(
+            Box(
+                shape="box",
+                name=f"wall-{side}",
+                x_m=at_x,
+                y_m=at_y,
+                length_m=along_x,
+                width_m=along_y,
+                height_m=self.walls.height_m,
+                colour=self.walls.colour,
+            )
+            for side, at_x, at_y, along_x, along_y in sides
+        )
+
+    @property
+    def prisms(self) -> tuple[Box | Cylinder, ...]:
+        """Everything upright that can be bumped into: walls, then obstacles."""
+        return (*self.wall_prisms, *self.obstacles)
+
+    @property
+    def target(self) -> Ball | None:
+        """The first target: the one that an app is measured by."""
+        return self.targets[0] if self.targets else None
+
+

@@ -1,0 +1,101 @@
+"""The differential drive: two wheels side by side, and where they have taken the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+from robotcore.geometry import Pose, Twist
+
+
+class Wheels(NamedTuple):
+    """Something of both wheels: their velocities in rad/s, or their angles in rad."""
+
+    left: float
+    right: float
+
+
+@dataclass(frozen=True, slots=True)
+class DifferentialGeometry:
+    """The two lengths that relate wheels and body, in metres.
+
+    v = r(ω_r + ω_l)/2 and ω = r(ω_r − ω_l)/track: Siegwart, Introduction to Autonomous Mobile Robots, 3.2.
+    """
+
+    wheel_radius: float
+    track: float
+
+    def to_wheels(self, linear: float, angular: float) -> Wheels:
+        """Return the wheel velocities that make the body move so."""
+        turn = angular * self.track / 2
+        return Wheels((linear - turn) / self.wheel_radius, (linear + turn) / self.wheel_radius)
+
+    def to_twist(self, wheels: Wheels) -> Twist:
+        """Return how the body moves with these wheel velocities."""
+        left, right = wheels.left * self.wheel_radius, wheels.right * self.wheel_radius
+        return Twist((left + right) / 2, (right - left) / self.track)
+
+
+class WheelStage(Protocol):
+    """What stands between a drive and its motors."""
+
+    def ask(self, wheels: Wheels) -> Wheels: ...
+    def stop(self) -> None: ...
+
+
+class DifferentialDrive:
+    """Moves the robot. The last command of a tick counts; it is sent when the tick ends.
+
+    Each command returns what will in fact be sent, after the limits and the range guard.
+    """
+
+    def __init__(
+        self,
+        geometry: DifferentialGeometry,
+        stage: WheelStage,
+        odometry: Odometry,
+        max_wheel_velocity: float,
+    ) -> None:
+        self.geometry = geometry
+        self.max_linear = max_wheel_velocity * geometry.wheel_radius
+        self.max_angular = 2 * self.max_linear / geometry.track
+        self._stage = stage
+        self._odometry = odometry
+
+    def set_velocity(self, linear: float, angular: float) -> Twist:
+        """Drive at ``linear`` m/s, turning left at ``angular`` rad/s."""
+        wheels = self._stage.ask(self.geometry.to_wheels(linear, angular))
+        return self.geometry.to_twist(wheels)
+
+    def set_wheels(self, left: float, right: float) -> Wheels:
+        """Turn the wheels at these velocities, rad/s."""
+        return self._stage.ask(Wheels(left, right))
+
+    def stop(self) -> None:
+        """Stop at once, past the acceleration limit."""
+        self._stage.stop()
+
+    @property
+    def pose(self) -> Pose:
+        """Where the wheels have taken the robot since it was opened: the middle of its axle."""
+        return self._odometry.pose()
+
+
+class Odometry:
+    """Adds up the arcs that two wheels have rolled. Exact while their velocities are in proportion."""
+
+    def __init__(self, geometry: DifferentialGeometry, angles: Callable[[], Wheels]) -> None:
+        self._geometry = geometry
+        self._angles = angles
+        self._pose = Pose(0.0, 0.0, 0.0)
+        self._last: Wheels | None = None
+
+    def pose(self) -> Pose:
+        """Return the pose after what the wheels have turned until now."""
+        angles = self._angles()
+        last = self._last or angles
+        rolled = self._geometry.to_twist(Wheels(angles.left - last.left, angles.right - last.right))
+        self._pose = self._pose.advanced(rolled.linear, rolled.angular)
+        self._last = angles
+        return self._pose

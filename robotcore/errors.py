@@ -1,0 +1,138 @@
+"""Every error this framework raises on purpose, as one tree.
+
+    RobotcoreError
+    ├── UsageError (ValueError)              what was asked for cannot be: exit 2
+    │   ├── UnknownNameError (LookupError)   no backend, app, robot, world, key of that name
+    │   ├── DescriptionError                 a robot or world file is wrong
+    │   └── UnmetNeedError                   the robot lacks what the app needs
+    ├── BackendError (RuntimeError)          a backend cannot work: exit 3
+    │   └── BackendMissingError (ImportError)  it is not installed
+    ├── DeviceError (OSError)                a device failed: exit 3
+    │   ├── DeviceClosedError                it was used after it was closed
+    │   └── DeviceGroupError                 several failed at once
+    ├── SafetyStop                           the safety stage ended the run: exit 4
+    │   ├── InvalidCommandError (ValueError) a velocity that is no number
+    │   └── StaleSampleError (TimeoutError)  a needed sample is too old
+    └── BehaviourError                       the app raised: exit 5
+    Interrupted (BaseException)              a signal ended the run: exit 128 + its number
+
+Each also inherits the builtin that fits, so that ``except ValueError`` works.
+"""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Sequence
+from difflib import get_close_matches
+from typing import ClassVar
+
+
+class RobotcoreError(Exception):
+    """The root of the tree; the message is meant for the user as it stands."""
+
+    exit_status: ClassVar[int] = 1
+
+
+class UsageError(RobotcoreError, ValueError):
+    """What was asked for cannot be done; nothing has moved."""
+
+    exit_status = 2
+
+
+class UnknownNameError(UsageError, LookupError):
+    """There is nothing of that name; the nearest one is offered."""
+
+    def __init__(self, kind: str, name: str, known: Sequence[str]) -> None:
+        super().__init__(f"unknown {kind} {name!r}. {suggestion(name, known)}")
+        self.name = name
+
+
+class DescriptionError(UsageError):
+    """A description is wrong: the file, the key, the fault and the remedy, in one line."""
+
+    def __init__(self, file: str, key: str, fault: str, remedy: str) -> None:
+        where = f"{file}: {key}" if key else file
+        super().__init__(f"{where}: {fault}. {remedy}")
+        self.file, self.key, self.fault, self.remedy = file, key, fault, remedy
+
+
+class UnmetNeedError(UsageError):
+    """The app needs a role that the robot's description does not fill."""
+
+
+class BackendError(RobotcoreError, RuntimeError):
+    """A backend cannot do its work."""
+
+    exit_status = 3
+
+
+class BackendMissingError(BackendError, ImportError):
+    """A backend's own library is not installed; the message says how to get it."""
+
+
+class DeviceError(RobotcoreError, OSError):
+    """A device failed; says which one and why."""
+
+    exit_status = 3
+
+    def __init__(self, device: str, fault: str) -> None:
+        super().__init__(f"{device}: {fault}")
+        self.device = device
+
+
+class DeviceClosedError(DeviceError):
+    """A device was used after it was closed."""
+
+    def __init__(self, device: str) -> None:
+        super().__init__(device, "is closed; open the robot again to use it")
+
+
+class DeviceGroupError(DeviceError):
+    """Several devices failed at once; each is a branch of the message."""
+
+    def __init__(self, doing: str, failures: Sequence[Exception]) -> None:
+        branches = "".join(f"\n  - {failure}" for failure in failures)
+        super().__init__(doing, f"{len(failures)} device(s) failed{branches}")
+        self.failures = tuple(failures)
+
+
+class SafetyStop(RobotcoreError):  # noqa: N818  the field's word: it ends a run, it is no bug
+    """The safety stage ended the run; every motor is stopped."""
+
+    exit_status = 4
+
+
+class InvalidCommandError(SafetyStop, ValueError):
+    """A velocity that is NaN or infinite was asked for."""
+
+
+class StaleSampleError(SafetyStop, TimeoutError):
+    """A sample that was needed is older than its limit."""
+
+    def __init__(self, device: str, age: float, limit: float) -> None:
+        super().__init__(
+            f"{device}: the newest sample is {age:.3f} s old, the limit is {limit:.3f} s; "
+            "is the device still connected?"
+        )
+        self.device, self.age, self.limit = device, age, limit
+
+
+class BehaviourError(RobotcoreError):
+    """The app's own code raised; the cause carries its traceback."""
+
+    exit_status = 5
+
+
+class Interrupted(BaseException):  # noqa: N818  like KeyboardInterrupt, which it stands for
+    """A signal asked the program to end. No ``except Exception`` of an app holds it up."""
+
+    def __init__(self, signal_number: int) -> None:
+        super().__init__(f"interrupted by {signal.Signals(signal_number).name}")
+        self.exit_status = 128 + signal_number
+
+
+def suggestion(name: str, known: Sequence[str]) -> str:
+    """Say which known name was probably meant, or list them all."""
+    if close := get_close_matches(name, known, n=1, cutoff=0.5):
+        return f"Did you mean {close[0]!r}?"
+    return f"There are: {', '.join(sorted(known)) or 'none'}."

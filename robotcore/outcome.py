@@ -1,0 +1,49 @@
+"""How a run ended, and what is told of it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, field
+from enum import Enum
+
+
+class Outcome(str, Enum):
+    """What the app and the loop say of a run."""
+
+    SUCCESS = "success"
+    FAILURE = "failure"
+    TIMEOUT = "timeout"
+    STOPPED = "stopped"
+    INTERRUPTED = "interrupted"
+    ERROR = "error"
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """One run, told in full; None is what the backend cannot know.
+
+    ``verified`` is the simulator's word on ``outcome``; ``milestones`` maps each one reached to its time.
+    """
+
+    app: str
+    backend: str
+    robot: str
+    world: str | None
+    seed: int | None
+    outcome: Outcome
+    exit_status: int
+    reason: str = ""
+    verified: bool | None = None
+    sim_time_s: float = 0.0
+    wall_time_s: float = 0.0
+    ticks: int = 0
+    overruns: int = 0
+    contacts: int | None = None
+    distance_to_target_m: float | None = None
+    interventions: int = 0
+    milestones: dict[str, float] = field(default_factory=dict)
+    trace_sha256: str | None = None
+
+    def to_json(self) -> str:
+        """Return the result as one line of JSON."""
+        return json.dumps(asdict(self))
