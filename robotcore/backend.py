@@ -82,6 +82,11 @@ class Backend(ABC):
         return f"pip install {' '.join(self.modules)}"
 
     @property
+    def is_lockstep(self) -> bool:
+        """Whether its time passes only while the robot's clock sleeps."""
+        return Vouch.LOCKSTEP in self.vouches_for
+
+    @property
     def is_installed(self) -> bool:
         return all(find_spec(module) for module in self.modules)
 

@@ -29,10 +29,11 @@ class Behaviour(ABC):
     """Decides, once a tick, what a robot does. Never sleeps, never looks at wall time, does no I/O.
 
     Make it a dataclass: its fields are the app's settings (``--set speed_m_s=0.2``), checked by their types.
-    The first time that ``state`` takes the name of a milestone, the milestone is reached.
+    Only the roles in ``needs`` are opened, and those in ``wants`` where the robot has them. The first time that ``state`` takes the name of a milestone, the milestone is reached.
     """
 
     needs: ClassVar[frozenset[Role]] = frozenset()
+    wants: ClassVar[frozenset[Role]] = frozenset()
     milestones: ClassVar[tuple[str, ...]] = ()
     state: str = "start"
     reason: str = ""

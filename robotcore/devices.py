@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.errors import DeviceClosedError, InvalidCommandError
+from robotcore.geometry import Pose
 
 Image = NDArray[np.uint8]
 """Height x width x 3, ``uint8``, BGR, top-left origin; height x width where it is grey."""
@@ -180,7 +181,12 @@ class Sensor(Device, Generic[SampleT]):
 
 
 class RangeSensor(Sensor[Range]):
-    """A distance ahead. ``cone`` is the full angle; nearer than ``min_range`` reads ``min_range``."""
+    """A distance ahead. ``cone`` is the full angle; nearer than ``min_range`` reads ``min_range``.
+
+    ``mount`` is where it sits on the robot, in plan; a robot's assembly sets it from the description.
+    """
+
+    mount = Pose(0.0, 0.0, 0.0)
 
     def __init__(self, name: str, *, min_range: float, max_range: float, cone: float) -> None:
         super().__init__(name)
@@ -188,7 +194,9 @@ class RangeSensor(Sensor[Range]):
 
 
 class Camera(Sensor[Frame]):
-    """A picture of what is ahead."""
+    """A picture of what is ahead; ``mount`` as for a range sensor."""
+
+    mount = Pose(0.0, 0.0, 0.0)
 
     def __init__(self, name: str, intrinsics: Intrinsics) -> None:
         super().__init__(name)

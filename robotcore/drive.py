@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
+from robotcore.clock import Clock
 from robotcore.geometry import Pose, Twist
 
 
@@ -47,7 +48,8 @@ class WheelStage(Protocol):
 class DifferentialDrive:
     """Moves the robot. The last command of a tick counts; it is sent when the tick ends.
 
-    Each command returns what will in fact be sent, after the limits and the range guard.
+    Each command returns what will in fact be sent, after the limits and the range guard. ``reach`` is the radius of the
+    circle that the robot needs to turn on the spot, in metres.
     """
 
     def __init__(
@@ -56,8 +58,10 @@ class DifferentialDrive:
         stage: WheelStage,
         odometry: Odometry,
         max_wheel_velocity: float,
+        reach: float = 0.0,
     ) -> None:
         self.geometry = geometry
+        self.reach = reach
         self.max_linear = max_wheel_velocity * geometry.wheel_radius
         self.max_angular = 2 * self.max_linear / geometry.track
         self._stage = stage
@@ -99,3 +103,25 @@ class Odometry:
         self._pose = self._pose.advanced(rolled.linear, rolled.angular)
         self._last = angles
         return self._pose
+
+
+class CommandedWheels:
+    """The angles that two wheels would have turned to if they did as they were told: for want of encoders."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._since = clock.now()
+        self._velocity = self._angle = Wheels(0.0, 0.0)
+
+    def turn_at(self, wheels: Wheels) -> None:
+        """Note that the wheels were told another velocity, in rad/s, just now."""
+        self._angle = self.angles()
+        self._velocity = wheels
+
+    def angles(self) -> Wheels:
+        """Return the angles until now, in radians."""
+        now = self._clock.now()
+        passed, self._since = now - self._since, now
+        (left, right), velocity = self._angle, self._velocity
+        self._angle = Wheels(left + velocity.left * passed, right + velocity.right * passed)
+        return self._angle

@@ -37,6 +37,10 @@ class Pose(NamedTuple):
             self.heading + turn,
         )
 
+    def moved(self, by: Pose) -> Pose:
+        """Return the pose, in the world, of something that sits at ``by`` in this pose's frame."""
+        return Pose(*self.to_world(by.x, by.y), self.heading + by.heading)
+
     def to_world(self, x: float, y: float) -> tuple[float, float]:
         """Return where a point of this pose's frame lies in the world."""
         cos, sin = math.cos(self.heading), math.sin(self.heading)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field, fields
 from enum import Enum
 
 
@@ -22,7 +22,8 @@ class Outcome(str, Enum):
 class RunResult:
     """One run, told in full; None is what the backend cannot know.
 
-    ``verified`` is the simulator's word on ``outcome``; ``milestones`` maps each one reached to its time.
+    ``verified`` is the simulator's word on ``outcome``; ``milestones`` maps each one reached to its time; ``error`` is
+    what ended the run, if an error did.
     """
 
     app: str
@@ -43,7 +44,9 @@ class RunResult:
     interventions: int = 0
     milestones: dict[str, float] = field(default_factory=dict)
     trace_sha256: str | None = None
+    error: BaseException | None = field(default=None, repr=False, compare=False)
 
     def to_json(self) -> str:
-        """Return the result as one line of JSON."""
-        return json.dumps(asdict(self))
+        """Return the result as one line of JSON, without the exception itself."""
+        told = {each.name: getattr(self, each.name) for each in fields(self) if each.name != "error"}
+        return json.dumps(told)

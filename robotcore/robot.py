@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from enum import Enum
 from types import TracebackType
-from typing import NoReturn, TypeVar
+from typing import NoReturn
 
 from robotcore.clock import Clock
 from robotcore.devices import Camera, Device, Display, Motor, RangeSensor
 from robotcore.drive import DifferentialDrive
 from robotcore.errors import DeviceGroupError, UnmetNeedError, UnknownNameError
 from robotcore.truth import TruthSource
-
-DeviceT = TypeVar("DeviceT", bound=Device)
 
 
 class Role(str, Enum):
@@ -47,9 +45,9 @@ class Robot:
         self.truth = truth
         self._drive = drive
         self._release = release
-        self._camera = self._first(Camera)
-        self._range = self._first(RangeSensor)
-        self._display = self._first(Display)
+        self._camera = next((d for d in self.devices.values() if isinstance(d, Camera)), None)
+        self._range = next((d for d in self.devices.values() if isinstance(d, RangeSensor)), None)
+        self._display = next((d for d in self.devices.values() if isinstance(d, Display)), None)
 
     @property
     def drive(self) -> DifferentialDrive:
@@ -71,6 +69,16 @@ class Robot:
     def motors(self) -> dict[str, Motor]:
         """Every motor that is open, by name."""
         return {d.name: d for d in self.devices.values() if isinstance(d, Motor)}
+
+    def has(self, role: Role) -> bool:
+        """Return whether something open fills the role."""
+        filled = {
+            Role.DRIVE: self._drive,
+            Role.CAMERA: self._camera,
+            Role.RANGE: self._range,
+            Role.DISPLAY: self._display,
+        }
+        return filled[role] is not None
 
     def __getitem__(self, name: str) -> Device:
         if name not in self.devices:
@@ -101,9 +109,6 @@ class Robot:
         traceback: TracebackType | None,
     ) -> None:
         self.close()
-
-    def _first(self, kind: type[DeviceT]) -> DeviceT | None:
-        return next((d for d in self.devices.values() if isinstance(d, kind)), None)
 
     def _unmet(self, role: Role) -> NoReturn:
         raise UnmetNeedError(

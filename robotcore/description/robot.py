@@ -106,6 +106,11 @@ class EncoderDescription(Described):
     name: Name
     counts_per_turn: PositiveInt
 
+    def quantised(self, angle: float) -> float:
+        """Return the angle of the last whole count, in radians."""
+        count = math.tau / self.counts_per_turn
+        return math.floor(angle / count) * count
+
 
 class RangeSensorDescription(Described):
     """A distance sensor; ``cone_rad`` is the full angle."""

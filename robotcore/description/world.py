@@ -120,6 +120,7 @@ class Light(Described):
     ambient: Fraction = 0.6
     diffuse: Fraction = 0.4
     brightness: Annotated[float, Field(gt=0, le=2)] = 1.0
+    sky_colour: Colour = (190, 215, 235)
 
     @property
     def direction(self) -> tuple[float, float, float]:

@@ -1,0 +1,61 @@
+# make demo and make test set up all they need in a virtual environment in this folder.
+# PYTHON=python3.12 make test takes another Python.
+
+PYTHON ?= python3
+VENV ?= .venv
+BIN := $(VENV)/bin
+UV := $(shell command -v uv 2>/dev/null)
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test test-all lint types rules package coverage check benchmarks clean
+
+help:  ## show what there is
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
+
+$(VENV)/.ready: pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
+		{ echo "robotcore needs Python 3.10 or newer; $(PYTHON) is $$($(PYTHON) --version). Try: PYTHON=python3.11 make ..."; exit 1; }
+ifdef UV
+	@echo "Setting up $(VENV) with uv ..."
+	@$(UV) venv --quiet --clear --python $(PYTHON) $(VENV)
+	@$(UV) pip install --quiet --python $(BIN)/python -e '.[sim,dev]'
+else
+	@echo "Setting up $(VENV) with pip; this takes a minute or two ..."
+	@$(PYTHON) -m venv --clear $(VENV)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[sim,dev]'
+endif
+	@touch $@
+
+demo: $(VENV)/.ready  ## watch the robot find the green ball; leaves demo.png
+	@$(BIN)/python -m benchmarks.demo
+
+test: $(VENV)/.ready  ## run the tests
+	@$(BIN)/python -m pytest
+
+test-all:  ## run the tests on every Python from 3.10 to 3.13 that is on this machine
+	@for version in 3.10 3.11 3.12 3.13; do \
+		if python$$version --version >/dev/null 2>&1; then \
+			echo "== Python $$version"; \
+			$(MAKE) --no-print-directory test PYTHON=python$$version VENV=.venv-$$version || exit 1; \
+		else echo "== Python $$version is not on this machine"; fi; \
+	done
+
+lint: $(VENV)/.ready  ## style: ruff
+	@$(BIN)/ruff check . && $(BIN)/ruff format --check .
+
+types: $(VENV)/.ready  ## types: mypy, strict
+	@$(BIN)/mypy
+
+rules: $(VENV)/.ready  ## who may import whom: import-linter
+	@$(BIN)/lint-imports
+
+package: $(VENV)/.ready  ## build the wheel and look at what is in it
+	@rm -rf dist && $(BIN)/python -m build --quiet --installer $(if $(UV),uv,pip) >/dev/null && $(BIN)/check-wheel-contents dist
+
+coverage: $(VENV)/.ready  ## run the tests with branch coverage
+	@$(BIN)/python -m pytest --cov --cov-report=term:skip-covered
+
+check: lint types rules package coverage  ## all that CI does
+
+clean:  ## remove what was built
+	@rm -rf .venv .venv-* dist build .coverage* .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

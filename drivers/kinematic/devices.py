@@ -1,0 +1,111 @@
+"""The devices of a simulated robot: each looks at the simulation at the instant it is read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Generic
+
+from robotcore.clock import Clock
+from robotcore.description import (
+    CameraDescription,
+    EncoderDescription,
+    MotorDescription,
+    RangeSensorDescription,
+)
+from robotcore.devices import Angle, Camera, Encoder, Frame, Image, Motor, Range, RangeSensor, SampleT
+from robotcore.projection import View
+
+from drivers.kinematic.echo import Sonar
+from drivers.kinematic.motion import Wheel
+from drivers.kinematic.noise import Noise
+from drivers.kinematic.simulation import Simulation
+
+
+class Capture(Generic[SampleT]):
+    """One sample an instant: ``make(time, sequence)`` is called only when time has moved on."""
+
+    def __init__(self, clock: Clock, make: Callable[[float, int], SampleT]) -> None:
+        self._clock = clock
+        self._make = make
+        self._last: SampleT | None = None
+
+    def __call__(self) -> SampleT:
+        now = self._clock.now()
+        last = self._last
+        if last is None or last.time != now:
+            last = self._last = self._make(now, last.sequence + 1 if last else 0)
+        return last
+
+
+class KinematicMotor(Motor):
+    """Sets the velocity that a wheel lags behind."""
+
+    def __init__(self, description: MotorDescription, wheel: Wheel) -> None:
+        super().__init__(description.name, description.max_velocity_rad_s)
+        self._wheel = wheel
+
+    def _apply(self, rad_s: float) -> None:
+        self._wheel.target = rad_s
+
+
+class KinematicEncoder(Encoder):
+    """Reads a wheel's angle in whole counts."""
+
+    def __init__(self, description: EncoderDescription, wheel: Wheel, clock: Clock) -> None:
+        super().__init__(description.name)
+        self._wheel = wheel
+        self._counts_per_turn = description.counts_per_turn
+        self._capture = Capture(clock, self._read_wheel)
+
+    def _newest(self) -> Angle:
+        return self._capture()
+
+    def _read_wheel(self, time: float, sequence: int) -> Angle:
+        counts = math.floor(self._wheel.angle / math.tau * self._counts_per_turn)
+        return Angle(counts * math.tau / self._counts_per_turn, time, sequence)
+
+
+class KinematicRangeSensor(RangeSensor):
+    """Listens with a fan of rays; an error drawn from ``noise``, in metres, is added to the distance."""
+
+    def __init__(self, description: RangeSensorDescription, simulation: Simulation, noise: Noise) -> None:
+        super().__init__(
+            description.name,
+            min_range=description.min_range_m,
+            max_range=description.max_range_m,
+            cone=description.cone_rad,
+        )
+        self._sonar = Sonar(description, simulation.world)
+        self._simulation = simulation
+        self._noise = noise
+        self._capture = Capture(simulation.clock, self._listen)
+
+    def _newest(self) -> Range:
+        return self._capture()
+
+    def _listen(self, time: float, sequence: int) -> Range:
+        error = self._noise.error(self._simulation.step_count)
+        distance, point = self._sonar.listen(self._simulation.pose(), error)
+        return Range(distance, time, sequence, point)
+
+
+class KinematicCamera(Camera):
+    """Paints a picture when it is read, never otherwise; ``noise`` is in grey levels."""
+
+    def __init__(self, description: CameraDescription, simulation: Simulation, noise: Noise) -> None:
+        super().__init__(description.name, description.intrinsics)
+        self._mount = description.mount
+        self._simulation = simulation
+        self._noise = noise
+        self._capture = Capture(simulation.clock, self._expose)
+
+    def _newest(self) -> Frame:
+        return self._capture()
+
+    def _expose(self, time: float, sequence: int) -> Frame:
+        view = View.of(self.intrinsics, self._mount, self._simulation.pose())
+        image: Image = self._simulation.painter.picture(view)
+        image = self._noise.over(image, self._simulation.step_count)
+        image.flags.writeable = False
+        return Frame(image, time, sequence)

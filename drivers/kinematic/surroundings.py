@@ -1,0 +1,77 @@
+"""How far the body is from everything, in plan."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotcore.description import WorldDescription
+from robotcore.geometry import Pose
+from robotcore.raycast import Outline, edges_of
+
+Array = NDArray[np.float64]
+
+
+class Surroundings:
+    """The gaps between a convex footprint and the things of a world: its prisms, then its targets.
+
+    Everything stands on the floor, so plan is enough.
+    """
+
+    def __init__(self, footprint: Outline, world: WorldDescription) -> None:
+        outlines = [prism.outline for prism in world.prisms]
+        self._footprint = np.array(footprint)
+        self._sides = edges_of([footprint])
+        self._side_normals, self._side_offsets = _half_planes(self._sides)
+        self._corners = np.array([corner for outline in outlines for corner in outline]).reshape(-1, 2)
+        self._normals, self._offsets = _half_planes(edges_of(outlines))
+        self._starts = _starts([len(outline) for outline in outlines])
+        self._centres = np.array([(ball.x_m, ball.y_m) for ball in world.targets]).reshape(-1, 2)
+        self._radii = np.array([ball.radius_m for ball in world.targets])
+
+    def gaps(self, pose: Pose) -> Array:
+        """Return the gap to each thing with the body at ``pose``, (n,), in metres.
+
+        The sign is exact, below zero where they overlap; a gap is never more than the distance.
+        """
+        cos, sin = math.cos(pose.heading), math.sin(pose.heading)
+        to_world = np.array(((cos, sin), (-sin, cos)))
+        place = np.array((pose.x, pose.y))
+        body = self._footprint @ to_world + place
+        corners = (self._corners - place) @ to_world.T
+        centres = (self._centres - place) @ to_world.T
+        return np.concatenate((self._gaps_to_prisms(body, corners), self._gaps_to_balls(centres)))
+
+    def _gaps_to_prisms(self, body: Array, corners: Array) -> Array:
+        """Separating axes: two convex outlines are as far apart as the best of all their sides says."""
+        if not len(self._starts):
+            return np.empty(0)
+        past_things = (self._normals @ body.T).min(axis=1) - self._offsets
+        past_body = corners @ self._side_normals.T - self._side_offsets
+        by_things = np.maximum.reduceat(past_things, self._starts)
+        by_body = np.minimum.reduceat(past_body, self._starts, axis=0).max(axis=1)
+        return np.maximum(by_things, by_body)
+
+    def _gaps_to_balls(self, centres: Array) -> Array:
+        past_sides = (centres @ self._side_normals.T - self._side_offsets).max(axis=1)
+        from_start = centres[:, None] - self._sides[:, :2]
+        way = self._sides[:, 2:]
+        along = np.clip((from_start * way).sum(axis=2) / (way * way).sum(axis=1), 0.0, 1.0)
+        nearest = np.linalg.norm(from_start - along[..., None] * way, axis=2).min(axis=1)
+        gaps: Array = np.where(past_sides > 0, nearest, past_sides) - self._radii
+        return gaps
+
+
+def _half_planes(edges: Array) -> tuple[Array, Array]:
+    """Return outward normals, (n, 2), and offsets, (n,), of the edges of counter-clockwise outlines."""
+    normals = np.stack((edges[:, 3], -edges[:, 2]), axis=1)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return normals, (normals * edges[:, :2]).sum(axis=1)
+
+
+def _starts(lengths: Sequence[int]) -> NDArray[np.intp]:
+    """Return where each run begins when runs of these lengths follow one another."""
+    return np.cumsum([0, *lengths], dtype=np.intp)[:-1]

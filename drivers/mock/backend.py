@@ -1,0 +1,86 @@
+"""The mock backend: opens any robot with devices that follow a script."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+from drivers.mock.devices import (
+    MockCamera,
+    MockDisplay,
+    MockEncoder,
+    MockMotor,
+    MockRangeSensor,
+    grey_picture,
+)
+from drivers.mock.script import Script
+from robotcore.backend import Backend, Setup, Vouch
+from robotcore.clock import Clock, SteppedClock
+from robotcore.description import (
+    CameraDescription,
+    Described,
+    Drive,
+    EncoderDescription,
+    MotorDescription,
+    RangeSensorDescription,
+)
+from robotcore.devices import Device
+from robotcore.errors import UnknownNameError
+from robotcore.robot import Robot
+
+
+class MockOptions(Described):
+    """The command line's mock takes no options: nothing in range, a grey picture, wheels that turn as told."""
+
+
+class MockBackend(Backend):
+    """Opens a robot whose sensors play ``scripts``, by device name; the others read nothing in range, a grey
+    picture, and the angle that the wheel was told."""
+
+    name = "mock"
+    summary = "scripted readings, commands kept for assertions; no physics"
+    vouches_for = frozenset({Vouch.LOCKSTEP})
+
+    def __init__(self, scripts: Mapping[str, Script] | None = None) -> None:
+        self._scripts = dict(scripts or {})
+
+    def open(self, setup: Setup) -> Robot:
+        setup.options_as(MockOptions)
+        self._require_known(setup)
+        clock = SteppedClock(setup.rate_hz, lambda steps: None)
+        return Robot(setup.robot.name, clock, self._devices(setup, clock))
+
+    def _require_known(self, setup: Setup) -> None:
+        sensors = [d.name for d in setup.robot.devices if d.kind not in ("motor", "display")]
+        for name in self._scripts:
+            if name not in sensors:
+                raise UnknownNameError("sensor in a script", name, sensors)
+
+    def _devices(self, setup: Setup, clock: Clock) -> Iterator[Device]:
+        rate_hz, scripts = setup.rate_hz, self._scripts
+        motors = {d.name: MockMotor(d, clock) for d in setup.chosen if isinstance(d, MotorDescription)}
+        for device in setup.chosen:
+            name = device.name
+            if isinstance(device, MotorDescription):
+                yield motors[name]
+            elif isinstance(device, RangeSensorDescription):
+                yield MockRangeSensor(device, scripts.get(name, math.inf), clock, rate_hz)
+            elif isinstance(device, CameraDescription):
+                script = scripts.get(name, grey_picture(device.intrinsics))
+                yield MockCamera(device, script, clock, rate_hz)
+            elif isinstance(device, EncoderDescription):
+                script = scripts.get(name, _turning_with(motors.get(_wheel_of(name, setup.robot.drive))))
+                yield MockEncoder(name, script, clock, rate_hz)
+            else:
+                yield MockDisplay(name)
+
+
+def _wheel_of(encoder: str, drive: Drive | None) -> str:
+    """Return the name of the motor whose wheel an encoder counts, or nothing."""
+    if drive is None:
+        return ""
+    return {drive.left_encoder: drive.left, drive.right_encoder: drive.right}.get(encoder, "")
+
+
+def _turning_with(motor: MockMotor | None) -> Script:
+    return (lambda time: motor.angle) if motor else 0.0

@@ -1,0 +1,127 @@
+"""The mock's devices: sensors that play a script, and motors and a display that keep what they were given."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from drivers.mock.script import Playback, Script
+from robotcore.clock import Clock
+from robotcore.description import CameraDescription, MotorDescription, RangeSensorDescription
+from robotcore.devices import Angle, Camera, Display, Encoder, Frame, Image, Intrinsics, Motor, Range, RangeSensor
+from robotcore.errors import UsageError
+
+GREY = 128
+
+
+class Command(NamedTuple):
+    """A velocity in rad/s that a motor was told, and when."""
+
+    time: float
+    velocity: float
+
+
+class MockMotor(Motor):
+    """Keeps its commands, and turns exactly as it was told."""
+
+    def __init__(self, description: MotorDescription, clock: Clock) -> None:
+        super().__init__(description.name, description.max_velocity_rad_s)
+        self.commands: list[Command] = []
+        self._clock = clock
+        self._angle_then = 0.0
+
+    @property
+    def velocity(self) -> float:
+        """What it was told last, rad/s."""
+        return self.commands[-1].velocity if self.commands else 0.0
+
+    @property
+    def angle(self) -> float:
+        """How far it has turned, rad."""
+        since = self.commands[-1].time if self.commands else 0.0
+        return self._angle_then + self.velocity * (self._clock.now() - since)
+
+    def _apply(self, rad_s: float) -> None:
+        self._angle_then = self.angle
+        self.commands.append(Command(self._clock.now(), rad_s))
+
+
+class MockRangeSensor(RangeSensor):
+    """Reads the distances of a script, in metres, as far as its limits reach."""
+
+    def __init__(
+        self, description: RangeSensorDescription, script: Script, clock: Clock, rate_hz: float
+    ) -> None:
+        super().__init__(
+            description.name,
+            min_range=description.min_range_m,
+            max_range=description.max_range_m,
+            cone=description.cone_rad,
+        )
+        self._playback = Playback(self.name, script, clock, rate_hz, self._within_limits)
+
+    def _newest(self) -> Range:
+        played = self._playback.newest()
+        return Range(played.value, played.time, played.sequence)
+
+    def _within_limits(self, distance: Any) -> float:
+        if not isinstance(distance, (int, float)) or math.isnan(distance) or distance < 0:
+            raise UsageError(
+                f"{self.name}: its script reads {distance!r}; give a distance in metres, inf, LOST or an exception"
+            )
+        return math.inf if distance > self.max_range else max(float(distance), self.min_range)
+
+
+class MockCamera(Camera):
+    """Shows the pictures of a script."""
+
+    def __init__(self, description: CameraDescription, script: Script, clock: Clock, rate_hz: float) -> None:
+        super().__init__(description.name, description.intrinsics)
+        self._playback = Playback(self.name, script, clock, rate_hz, self._frozen)
+
+    def _newest(self) -> Frame:
+        played = self._playback.newest()
+        return Frame(played.value, played.time, played.sequence)
+
+    def _frozen(self, picture: Any) -> Image:
+        """Return a read-only copy."""
+        expected = (self.intrinsics.height, self.intrinsics.width, 3)
+        if not isinstance(picture, np.ndarray) or picture.shape != expected or picture.dtype != np.uint8:
+            raise UsageError(f"{self.name}: its script shows {_told(picture)}; give uint8 pictures of shape {expected}")
+        image: Image = picture.copy(order="C")
+        image.flags.writeable = False
+        return image
+
+
+class MockEncoder(Encoder):
+    """Reads the angles of a script, in radians."""
+
+    def __init__(self, name: str, script: Script, clock: Clock, rate_hz: float) -> None:
+        super().__init__(name)
+        self._playback = Playback(name, script, clock, rate_hz, float)
+
+    def _newest(self) -> Angle:
+        played = self._playback.newest()
+        return Angle(played.value, played.time, played.sequence)
+
+
+class MockDisplay(Display):
+    """Keeps every picture that it was shown."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.pictures: list[Image] = []
+
+    def _show(self, image: Image) -> None:
+        self.pictures.append(image.copy())
+
+
+def grey_picture(intrinsics: Intrinsics) -> Image:
+    """Return a picture of nothing."""
+    return np.full((intrinsics.height, intrinsics.width, 3), GREY, dtype=np.uint8)
+
+
+def _told(picture: Any) -> str:
+    return f"{picture.dtype} of shape {picture.shape}" if isinstance(picture, np.ndarray) else repr(picture)

@@ -1,0 +1,114 @@
+"""The one way to Bullet: its library, a connection of one's own, and its errors as ours."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import wraps
+from types import ModuleType
+from typing import Any
+
+from robotcore.errors import BackendError, DeviceError, RobotcoreError
+
+Failure = Callable[[str], RobotcoreError]
+
+
+class Bullet:
+    """One connection. Bullet's functions and constants are its attributes, as in ``pybullet_utils.bullet_client``.
+
+    What they raise becomes BackendError, or DeviceError on what `on_behalf_of` returns.
+    """
+
+    def __init__(self, library: ModuleType, client: int, failure: Failure) -> None:
+        self._library, self._client, self._failure = library, client, failure
+
+    @classmethod
+    def connect(cls, gui: bool) -> Bullet:
+        """Start a server of one's own in this process, with a window or without."""
+        library = _library()
+        if gui:
+            _require_screen()
+        with _stdout_on_stderr(), _translated(library, _backend_failure):
+            client = library.connect(library.GUI if gui else library.DIRECT)
+        if client < 0:
+            raise _backend_failure("it did not start.")
+        return cls(library, client, _backend_failure)
+
+    def on_behalf_of(self, device: str) -> Bullet:
+        """Return the same connection for a device, which its errors are to name."""
+        return Bullet(self._library, self._client, lambda fault: DeviceError(device, f"Bullet says: {fault}"))
+
+    def close(self) -> None:
+        """End the server; one that has ended, as when its window was closed, is fine too."""
+        with _stdout_on_stderr():
+            if self._library.isConnected(self._client):
+                self._library.disconnect(self._client)
+
+    def __getattr__(self, name: str) -> Any:
+        attribute = getattr(self._library, name)
+        if not callable(attribute):
+            return attribute
+
+        @wraps(attribute)
+        def call(*args: Any, **options: Any) -> Any:
+            with _translated(self._library, self._failure):
+                return attribute(*args, physicsClientId=self._client, **options)
+
+        return call
+
+
+def _backend_failure(fault: str) -> BackendError:
+    return BackendError(f"pybullet: {fault} If its window was closed, run again and leave it open")
+
+
+@contextmanager
+def _translated(library: ModuleType, failure: Failure) -> Iterator[None]:
+    try:
+        yield
+    except library.error as error:
+        raise failure(str(error)) from error
+
+
+def _library() -> ModuleType:
+    """Import PyBullet without the banner that it writes to standard error."""
+    with open(os.devnull, "w") as nowhere, _redirected(2, nowhere.fileno()):
+        import pybullet
+
+    module: ModuleType = pybullet
+    return module
+
+
+def _require_screen() -> None:
+    """Raise BackendError where a window cannot open: Bullet itself would end the whole process."""
+    if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
+        raise BackendError("pybullet: there is no screen to open a window on. Leave --gui out, or set DISPLAY")
+
+
+def _stdout_on_stderr() -> Any:
+    """Keep what Bullet prints about its threads and its window out of the program's output."""
+    return _redirected(1, 2)
+
+
+@contextmanager
+def _redirected(descriptor: int, target: int) -> Iterator[None]:
+    """Let native code that writes to ``descriptor`` write to ``target``."""
+    _flush()
+    saved = os.dup(descriptor)
+    try:
+        os.dup2(target, descriptor)
+        yield
+    finally:
+        _flush()
+        os.dup2(saved, descriptor)
+        os.close(saved)
+
+
+def _flush() -> None:
+    """Empty Python's buffers and, where there is one C library for all, C's."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    if sys.platform != "win32":
+        ctypes.CDLL(None).fflush(None)

@@ -1,0 +1,96 @@
+"""The camera: Bullet's software renderer, seen as a pinhole camera sees."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from robotcore.clock import Clock
+from robotcore.description import CameraDescription, Light
+from robotcore.devices import Camera, Frame, Image
+from robotcore.geometry import Pose
+from robotcore.projection import View
+from robotcore.sampling import OnceAnInstant
+
+from drivers.pybullet.body import Body
+from drivers.pybullet.bullet import Bullet
+
+NEAR_M, FAR_M = 0.005, 500.0
+
+
+class Picture(NamedTuple):
+    """A BGR image, (height, width, 3), and Bullet's number for what each pixel shows, (height, width); -1 is the sky."""
+
+    image: Image
+    numbers: NDArray[np.int32]
+
+
+class BulletCamera(Camera):
+    """A camera on the robot's body; it tilts with it."""
+
+    def __init__(
+        self, bullet: Bullet, description: CameraDescription, clock: Clock, body: Body, light: Light
+    ) -> None:
+        super().__init__(description.name, description.intrinsics)
+        self._bullet = bullet.on_behalf_of(self.name)
+        self._body = body
+        self._light = light
+        self._on_body = View.of(self.intrinsics, description.mount, Pose(0.0, 0.0, 0.0))
+        self._newest_at = OnceAnInstant(clock, self._expose)
+
+    def picture(self, view: View) -> Picture:
+        """Render what any camera would see; works without the robot being there."""
+        size, light = view.intrinsics, self._light
+        _, _, rgba, _, numbers = self._bullet.getCameraImage(
+            size.width,
+            size.height,
+            viewMatrix=_view_matrix(view),
+            projectionMatrix=self._projection_matrix(view),
+            lightDirection=light.direction,
+            lightColor=(1.0, 1.0, 1.0),
+            lightAmbientCoeff=light.ambient * light.brightness,
+            lightDiffuseCoeff=light.diffuse * light.brightness,
+            lightSpecularCoeff=0.0,
+            shadow=0,
+            renderer=self._bullet.ER_TINY_RENDERER,
+        )
+        shape = (size.height, size.width)
+        numbers = np.asarray(numbers, dtype=np.int32).reshape(shape)
+        image = np.asarray(cv2.cvtColor(np.asarray(rgba, dtype=np.uint8).reshape(*shape, 4), cv2.COLOR_RGBA2BGR))
+        image[numbers < 0] = light.sky_colour[::-1]
+        image.flags.writeable = False
+        return Picture(image, numbers)
+
+    def _newest(self) -> Frame:
+        return self._newest_at()
+
+    def _expose(self, time: float, sequence: int) -> Frame:
+        return Frame(self.picture(self._view()).image, time, sequence)
+
+    def _view(self) -> View:
+        rotation, origin = self._body.transform()
+        local = self._on_body
+        return View(self.intrinsics, origin + rotation @ local.eye, local.rotation @ rotation.T)
+
+    def _projection_matrix(self, view: View) -> list[float]:
+        """Return the pinhole's frustum. Bullet samples a pixel at its lower left corner: half a pixel puts that right."""
+        size = view.intrinsics
+        pixel = NEAR_M / size.focal_length
+        right, top = size.width / 2 * pixel, size.height / 2 * pixel
+        half = pixel / 2
+        matrix: list[float] = self._bullet.computeProjectionMatrix(
+            half - right, half + right, half - top, half + top, NEAR_M, FAR_M
+        )
+        return matrix
+
+
+def _view_matrix(view: View) -> list[float]:
+    """Return OpenGL's view matrix, column by column: right, up and back of the eye."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = view.rotation * ((1.0,), (-1.0,), (-1.0,))
+    matrix[:3, 3] = -matrix[:3, :3] @ view.eye
+    flat: list[float] = matrix.T.ravel().tolist()
+    return flat

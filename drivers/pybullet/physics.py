@@ -1,0 +1,92 @@
+"""Physics steps: at each one the motors are driven and touches counted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+
+from robotcore.clock import SteppedClock
+from robotcore.description import MotorDescription
+from robotcore.devices import Motor
+
+from drivers.pybullet.body import Body
+from drivers.pybullet.bullet import Bullet
+
+RELEASE_M = 0.001
+"""A touch is over when the body has drawn back from the thing by this much."""
+
+
+class Physics:
+    """A stepped clock whose steps are Bullet's."""
+
+    def __init__(self, bullet: Bullet, rate_hz: float, touches: Touches, solver_iterations: int) -> None:
+        self.clock = SteppedClock(rate_hz, self._advance)
+        self.motors: list[BulletMotor] = []
+        self._step = bullet.stepSimulation
+        self._touches = touches
+        bullet.setPhysicsEngineParameter(
+            fixedTimeStep=self.clock.step,
+            numSolverIterations=solver_iterations,
+            deterministicOverlappingPairs=1,
+        )
+        bullet.setGravity(0.0, 0.0, -9.81)
+
+    def _advance(self, steps: int) -> None:
+        for _ in range(steps):
+            for motor in self.motors:
+                motor.drive()
+            self._step()
+            self._touches.look()
+
+
+class BulletMotor(Motor):
+    """A wheel's joint, told a velocity that lags behind the one asked for.
+
+    At the end of a step of h seconds the lag τ has let through 1 − e^(−h/τ) of what was missing.
+    """
+
+    def __init__(self, bullet: Bullet, description: MotorDescription, body: Body, step: float) -> None:
+        super().__init__(description.name, description.max_velocity_rad_s)
+        self._control = bullet.on_behalf_of(self.name).setJointMotorControl2
+        self._body, self._joint = body.number, body.joint_of(self.name)
+        self._velocity_control = bullet.VELOCITY_CONTROL
+        self._torque = description.max_torque_nm
+        self._gain = -math.expm1(-step / description.lag_s) if description.lag_s else 1.0
+        self._asked = self._velocity = 0.0
+        self._send()
+
+    def drive(self) -> None:
+        """Move the joint's target on by one step."""
+        before = self._velocity
+        self._velocity += (self._asked - before) * self._gain
+        if self._velocity != before:
+            self._send()
+
+    def _apply(self, rad_s: float) -> None:
+        self._asked = rad_s
+
+    def _send(self) -> None:
+        self._control(
+            self._body, self._joint, self._velocity_control, targetVelocity=self._velocity, force=self._torque
+        )
+
+
+class Touches:
+    """Counts the touches of the robot's body with things; one touch is one, however long it lasts."""
+
+    def __init__(self, bullet: Bullet, body: int, things: Collection[int]) -> None:
+        self.count = 0
+        self._contact_points = bullet.getContactPoints
+        self._body = body
+        self._things = frozenset(things)
+        self._touched: set[int] = set()
+
+    def look(self) -> None:
+        """Note what is touched after a step. Bullet also lists what is near; its distance says so."""
+        gaps: dict[int, float] = {}
+        for _, _, thing, _, _, _, _, _, gap, *_ in self._contact_points(bodyA=self._body, linkIndexA=-1):
+            if thing in self._things:
+                gaps[thing] = min(gap, gaps.get(thing, gap))
+        begun = {thing for thing, gap in gaps.items() if gap <= 0} - self._touched
+        self._touched = begun | {thing for thing in self._touched if gaps.get(thing, math.inf) <= RELEASE_M}
+        self.count += len(begun)

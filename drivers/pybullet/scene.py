@@ -1,0 +1,88 @@
+"""The world in Bullet: a floor, prisms and balls, none of which moves."""
+
+from __future__ import annotations
+
+from enum import IntFlag
+from typing import Any
+
+from robotcore.description import Ball, Floor, WorldDescription
+from robotcore.description.world import Prism
+
+from drivers.pybullet.bullet import Bullet
+from drivers.pybullet.meshes import Mesh, ball_mesh, ground_mesh, prism_mesh
+
+GROUND_HALF_M = 200.0
+"""The ground is drawn this far; its edge lies a pixel's fraction below the horizon."""
+
+HULL_MARGIN_M = 1e-6
+"""Bullet puts a margin around a hull, 1 mm if not told, which rays hit; with none, rays miss it."""
+
+
+class Group(IntFlag):
+    """Who collides with whom. Bullet's rays belong to group 1."""
+
+    RAY = 1
+    FLOOR = 64
+    THING = 128
+    BODY = 256
+    WHEEL = 512
+
+
+class Scene:
+    """What stands in the world; ``things`` maps every name but the floor's to Bullet's number for it."""
+
+    def __init__(self, bullet: Bullet, world: WorldDescription) -> None:
+        self._bullet = bullet
+        self.floor = self._add_floor(world.floor)
+        self.things: dict[str, int] = {}
+        for prism in world.prisms:
+            self.things[prism.name] = self._add_prism(prism)
+        for ball in world.targets:
+            self.things[ball.name] = self._add_ball(ball)
+
+    def _add_floor(self, floor: Floor) -> int:
+        bullet = self._bullet
+        plane = bullet.createCollisionShape(bullet.GEOM_PLANE)
+        body = self._add(plane, ground_mesh(GROUND_HALF_M), floor.colour, (0.0, 0.0, 0.0))
+        bullet.changeDynamics(body, -1, lateralFriction=1.0)
+        bullet.setCollisionFilterGroupMask(body, -1, Group.FLOOR, Group.BODY | Group.WHEEL)
+        return body
+
+    def _add_prism(self, prism: Prism) -> int:
+        bullet = self._bullet
+        mesh = prism_mesh(prism.local_outline, prism.height_m)
+        hull = bullet.createCollisionShape(bullet.GEOM_MESH, vertices=mesh.vertices)
+        body = self._add(hull, mesh, prism.colour, (prism.x_m, prism.y_m, 0.0), prism.yaw_rad)
+        bullet.changeDynamics(body, -1, collisionMargin=HULL_MARGIN_M)
+        return self._as_thing(body)
+
+    def _add_ball(self, ball: Ball) -> int:
+        bullet = self._bullet
+        sphere = bullet.createCollisionShape(bullet.GEOM_SPHERE, radius=ball.radius_m)
+        place = (ball.x_m, ball.y_m, ball.radius_m)
+        return self._as_thing(self._add(sphere, ball_mesh(ball.radius_m), ball.colour, place))
+
+    def _as_thing(self, body: int) -> int:
+        self._bullet.setCollisionFilterGroupMask(body, -1, Group.THING, Group.BODY | Group.RAY)
+        return body
+
+    def _add(
+        self,
+        collision: int,
+        mesh: Mesh,
+        colour: tuple[int, int, int],
+        place: tuple[float, float, float],
+        yaw: float = 0.0,
+    ) -> int:
+        bullet: Any = self._bullet
+        visual = bullet.createVisualShape(
+            bullet.GEOM_MESH,
+            vertices=mesh.vertices,
+            normals=mesh.normals,
+            indices=mesh.indices,
+            rgbaColor=[*(part / 255 for part in colour), 1.0],
+            specularColor=[0.0, 0.0, 0.0],
+        )
+        facing = bullet.getQuaternionFromEuler([0.0, 0.0, yaw])
+        body: int = bullet.createMultiBody(0.0, collision, visual, place, facing)
+        return body

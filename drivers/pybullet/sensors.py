@@ -1,0 +1,71 @@
+"""The encoder and the range sensor: nothing is measured unless it is read."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from robotcore.clock import Clock
+from robotcore.description import EncoderDescription, RangeSensorDescription
+from robotcore.devices import Angle, Encoder, Range, RangeSensor
+from robotcore.geometry import Pose
+from robotcore.raycast import FAN_SETBACK_M, Fan
+from robotcore.sampling import OnceAnInstant
+
+from drivers.pybullet.body import Body
+from drivers.pybullet.bullet import Bullet
+from drivers.pybullet.scene import Group
+
+
+class BulletEncoder(Encoder):
+    """Whole counts of a wheel's joint."""
+
+    def __init__(self, bullet: Bullet, description: EncoderDescription, clock: Clock, body: Body, joint: int) -> None:
+        super().__init__(description.name)
+        self._description = description
+        self._joint_state = bullet.on_behalf_of(self.name).getJointState
+        self._body, self._joint = body.number, joint
+        self._newest_at = OnceAnInstant(clock, self._count)
+
+    def _newest(self) -> Angle:
+        return self._newest_at()
+
+    def _count(self, time: float, sequence: int) -> Angle:
+        angle = self._joint_state(self._body, self._joint)[0]
+        return Angle(self._description.quantised(angle), time, sequence)
+
+
+class BulletRangeSensor(RangeSensor):
+    """The fan of rays, cast at things: the robot and the floor are left out."""
+
+    def __init__(self, bullet: Bullet, description: RangeSensorDescription, clock: Clock, body: Body) -> None:
+        limits = {"min_range": description.min_range_m, "max_range": description.max_range_m}
+        super().__init__(description.name, cone=description.cone_rad, **limits)
+        self._fan = Fan(cone=description.cone_rad, **limits)
+        self._length = self.max_range + 2 * FAN_SETBACK_M
+        mount = description.mount
+        sensor = Pose(mount.x_m, mount.y_m, mount.yaw_rad)
+        self._origin = np.array((*sensor.to_world(-FAN_SETBACK_M, 0.0), mount.z_m))
+        self._rays = np.stack((*self._fan.directions(sensor), np.zeros_like(self._fan.angles)), axis=1) * self._length
+        self._cast = bullet.on_behalf_of(self.name).rayTestBatch
+        self._body = body
+        self._newest_at = OnceAnInstant(clock, self._listen)
+
+    def _newest(self) -> Range:
+        return self._newest_at()
+
+    def _listen(self, time: float, sequence: int) -> Range:
+        rotation, origin = self._body.transform()
+        start = origin + rotation @ self._origin
+        ends = start + self._rays @ rotation.T
+        hits = self._cast([start] * len(ends), ends, collisionFilterMask=Group.THING)
+        lengths = np.array([hit[2] * self._length if hit[0] >= 0 else math.inf for hit in hits])
+        distance = self._fan.reading(lengths)
+        return Range(distance, time, sequence, None if math.isinf(distance) else self._nearest(lengths))
+
+    def _nearest(self, lengths: np.ndarray) -> tuple[float, float, float]:
+        """Return the detected point in the sensor's frame."""
+        ray = int(lengths.argmin())
+        length, angle = float(lengths[ray]), float(self._fan.angles[ray])
+        return length * math.cos(angle) - FAN_SETBACK_M, length * math.sin(angle), 0.0

@@ -1,0 +1,24 @@
+"""What Bullet knows of the robot."""
+
+from __future__ import annotations
+
+from robotcore.geometry import Pose, Twist
+
+from drivers.pybullet.body import Body
+from drivers.pybullet.physics import Touches
+
+
+class BulletTruth:
+    """The true state of the robot."""
+
+    def __init__(self, body: Body, touches: Touches) -> None:
+        self._body, self._touches = body, touches
+
+    def pose(self) -> Pose:
+        return self._body.pose()
+
+    def twist(self) -> Twist:
+        return self._body.twist()
+
+    def contacts(self) -> int:
+        return self._touches.count

@@ -1,0 +1,43 @@
+"""``robotcore check``: whether a robot or a world is described right."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from robotcore.description import RobotDescription, WorldDescription
+
+
+@click.command("check")
+@click.argument("file")
+def command(file: str) -> None:
+    """Check a robot or a world FILE.
+
+    Says what it describes, or the first thing that is wrong with it and what would be right. A name will do too."""
+    from robotcore.description import RobotDescription, load_any
+
+    described = load_any(file)
+    if isinstance(described, RobotDescription):
+        summary = _robot(described)
+    else:
+        summary = _world(described)
+    click.echo(f"{file}: OK, {summary}")
+
+
+def _robot(robot: RobotDescription) -> str:
+    kinds = Counter(device.kind.replace("_", " ") for device in robot.devices)
+    devices = ", ".join(_count(number, kind) for kind, number in kinds.items()) or "no devices"
+    return f"the robot {robot.name!r}: {devices}"
+
+
+def _world(world: WorldDescription) -> str:
+    counts = f"{_count(len(world.obstacles), 'obstacle')}, {_count(len(world.targets), 'target')}"
+    drawn = "a seed draws it anew" if world.variation else "the same for every seed"
+    return f"the world {world.name!r}: {world.floor.length_m:g} m x {world.floor.width_m:g} m, {counts}, {drawn}"
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -1,0 +1,111 @@
+"""``robotcore run``: one app, on one backend, to its end."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from robotcore.cli.ending import tell_result, unstarted, write_result
+from robotcore.cli.failure import usage_fault
+from robotcore.cli.values import pair
+from robotcore.errors import Interrupted, RobotcoreError, UsageError
+
+if TYPE_CHECKING:
+    from robotcore.outcome import RunResult
+    from robotcore.session import Observer
+    from robotcore.view.picture import PictureRecorder
+
+
+class _RunCommand(click.Command):
+    """With ``--json``, even arguments that make no sense end in a line of JSON."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        given = list(args)
+        try:
+            return super().parse_args(ctx, args)
+        except click.UsageError as error:
+            if "--json" in given:
+                understood = self.make_context(ctx.info_name, given, resilient_parsing=True).params
+                write_result(unstarted(understood, UsageError(error.format_message())))
+            raise
+
+
+@click.command("run", cls=_RunCommand)
+@click.argument("app")
+@click.option("--backend", default="kinematic", show_default=True, help="What it runs on; see `robotcore backends`.")
+@click.option("--robot", default="rover", show_default=True, help="A robot's name, or its .toml file.")
+@click.option("--world", help="A world's name, or its .toml file. Simulators take arena where it is left out.")
+@click.option("--seed", type=int, help="Draw the world anew from this number.")
+@click.option("--rate", "rate_hz", metavar="HZ", type=float, default=20.0, show_default=True, help="Ticks a second.")
+@click.option(
+    "--timeout",
+    "timeout_s",
+    metavar="SECONDS",
+    type=float,
+    default=120.0,
+    show_default=True,
+    help="Give up after this time on the robot's clock.",
+)
+@click.option("--set", "settings", metavar="KEY=VALUE", type=pair, multiple=True, help="A setting of the app; see `robotcore apps`.")
+@click.option("--option", "options", metavar="KEY=VALUE", type=pair, multiple=True, help="An option of the backend.")
+@click.option("--host", help="Short for --option host=…")
+@click.option("--port", help="Short for --option port=…")
+@click.option(
+    "--picture", metavar="FILE", type=click.Path(path_type=Path), help="Draw the run, seen from above, as a PNG."
+)
+@click.option("--gui", is_flag=True, help="Open the simulator's window, at the pace of real time.")
+@click.option("--realtime", is_flag=True, help="Hold simulated time to the pace of real time.")
+@click.option("--json", "as_json", is_flag=True, help="Print one line of JSON at the end, and nothing else.")
+@click.pass_context
+def command(context: click.Context, /, picture: Path | None, as_json: bool, **asked: Any) -> int:
+    """Run APP on a backend; tell how it ended.
+
+    Exit status: 0 success, 1 failure or timeout, 2 wrong usage, 3 a device or backend failed, 4 the safety stage
+    stopped it, 5 the app raised, 128 + the signal's number when interrupted.
+    """
+    from robotcore.interrupts import Interrupts
+
+    recorder = None
+    try:
+        with Interrupts():
+            recorder = _recorder(picture)
+            result = _run(asked, recorder)
+    except (RobotcoreError, Interrupted) as error:
+        result = unstarted(context.params, error)
+    tell_result(result, as_json=as_json)
+    if picture and recorder:
+        recorder.save(picture)
+    return result.exit_status
+
+
+def _recorder(picture: Path | None) -> PictureRecorder | None:
+    """Return what watches the run for its picture; refuse now a file that could not be written then."""
+    if picture is None:
+        return None
+    from robotcore.view.picture import PictureRecorder, require_writable
+
+    require_writable(picture)
+    return PictureRecorder()
+
+
+def _run(asked: dict[str, Any], recorder: PictureRecorder | None) -> RunResult:
+    from robotcore.session import RunRequest, run
+
+    with ExitStack() as stack:
+        observers: list[Observer] = [recorder] if recorder else []
+        if sys.stderr.isatty():
+            from robotcore.view.progress import Progress
+
+            observers.append(stack.enter_context(Progress()))
+        return run(RunRequest(**_requested(**asked)), observers)
+
+
+def _requested(host: str | None, port: str | None, **asked: Any) -> dict[str, Any]:
+    """Return the fields of a request: ``--host`` and ``--port`` are options of the backend too."""
+    short = {"host": host, "port": port}
+    options = {**dict(asked["options"]), **{key: value for key, value in short.items() if value is not None}}
+    return {**asked, "options": options, "settings": dict(asked["settings"])}

@@ -1,0 +1,13 @@
+"""The kinds of value that options take."""
+
+from __future__ import annotations
+
+import click
+
+
+def pair(value: str) -> tuple[str, str]:
+    """Return ``KEY=VALUE`` as a tuple of the two; only the first ``=`` parts them."""
+    key, _, what = (part.strip() for part in value.partition("="))
+    if not key or "=" not in value:
+        raise click.BadParameter(f"{value!r} is not KEY=VALUE")
+    return key, what

@@ -1,0 +1,113 @@
+"""A drive as an app gets it: two motors behind the safety stage, and where they have taken the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+
+from robotcore.clock import Clock
+from robotcore.description import Drive, RobotDescription
+from robotcore.devices import Device, Encoder, Motor, RangeSensor
+from robotcore.drive import CommandedWheels, DifferentialDrive, Odometry, Wheels
+from robotcore.safety import AccelerationLimit, RangeGuard, Rule, SafetyStage, VelocityLimit
+
+
+class WheelMotor(Motor):
+    """One wheel of a drive: what it is told passes the safety stage together with the other wheel's command.
+
+    `set_velocity` returns what would be sent as the tick stands; a later command for the other wheel may still
+    scale both.
+    """
+
+    def __init__(self, inner: Motor, stage: SafetyStage, *, is_left: bool) -> None:
+        super().__init__(inner.name, inner.max_velocity)
+        self._inner, self._stage, self._is_left = inner, stage, is_left
+
+    def set_velocity(self, rad_s: float) -> float:
+        self._require_open()
+        asked = self._stage.asked
+        if self._is_left:
+            return self._stage.ask(Wheels(rad_s, asked.right)).left
+        return self._stage.ask(Wheels(asked.left, rad_s)).right
+
+    def stop(self) -> None:
+        """Stop the whole drive at once: one wheel that stops alone would throw the robot round."""
+        if not self._is_closed:
+            self._stage.stop()
+
+    def close(self) -> None:
+        try:
+            self._inner.close()
+        finally:
+            self._is_closed = True
+
+    def _apply(self, rad_s: float) -> None:
+        self.set_velocity(rad_s)
+
+
+@dataclass(frozen=True)
+class GuardedDrive:
+    """A drive with the stage that its commands pass; ``motors`` stand before the driver's own."""
+
+    drive: DifferentialDrive
+    stage: SafetyStage
+    motors: dict[str, Device]
+
+    @classmethod
+    def over(
+        cls,
+        devices: Mapping[str, Device],
+        description: RobotDescription,
+        drive: Drive,
+        clock: Clock,
+        rate_hz: float,
+    ) -> GuardedDrive:
+        """Build the drive that ``description`` tells of over the devices that are open."""
+        left, right = _motor(devices, drive.left), _motor(devices, drive.right)
+        limit = min(left.max_velocity, right.max_velocity)
+        commanded = CommandedWheels(clock)
+        stage = SafetyStage(
+            clock,
+            left,
+            right,
+            tuple(_rules(devices.values(), description, drive, limit, rate_hz)),
+            description.safety.lease_ticks / rate_hz,
+            commanded.turn_at,
+        )
+        odometry = Odometry(drive.geometry, _encoder_angles(devices, drive) or commanded.angles)
+        motors: dict[str, Device] = {
+            left.name: WheelMotor(left, stage, is_left=True),
+            right.name: WheelMotor(right, stage, is_left=False),
+        }
+        reach = description.body.reach_m
+        return cls(DifferentialDrive(drive.geometry, stage, odometry, limit, reach), stage, motors)
+
+
+def _rules(
+    devices: Iterable[Device], description: RobotDescription, drive: Drive, limit: float, rate_hz: float
+) -> Iterator[Rule]:
+    """Yield the rules in their order; the guard is last, for nothing may weaken it."""
+    yield VelocityLimit(limit)
+    if drive.max_acceleration_rad_s2:
+        yield AccelerationLimit(drive.max_acceleration_rad_s2 / rate_hz)
+    if sensor := next((d for d in devices if isinstance(d, RangeSensor)), None):
+        safety = description.safety
+        yield RangeGuard(
+            drive.geometry,
+            lambda: sensor.read().distance,
+            safety.stop_distance_m,
+            safety.deceleration_m_s2,
+        )
+
+
+def _encoder_angles(devices: Mapping[str, Device], drive: Drive) -> Callable[[], Wheels] | None:
+    left, right = devices.get(drive.left_encoder or ""), devices.get(drive.right_encoder or "")
+    if isinstance(left, Encoder) and isinstance(right, Encoder):
+        return lambda: Wheels(left.read().angle, right.read().angle)
+    return None
+
+
+def _motor(devices: Mapping[str, Device], name: str) -> Motor:
+    motor = devices[name]
+    assert isinstance(motor, Motor), f"{name} is a {type(motor).__name__}, the description says motor"  # noqa: S101
+    return motor

@@ -1,0 +1,82 @@
+"""The tick: read (lazily, once), decide, guard, commit once, let time pass."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from robotcore.behaviour import Behaviour, Status
+from robotcore.errors import BehaviourError, RobotcoreError
+from robotcore.layers import Assembled
+from robotcore.outcome import Outcome
+from robotcore.safety import Commit
+from robotcore.trace import TickRecord, Trace
+
+TickObserver = Callable[[TickRecord], None]
+
+_IDLE = Commit(None, None, ())
+
+
+class Loop:
+    """Runs a behaviour on a robot until it ends, or until ``timeout`` seconds of the robot's time."""
+
+    def __init__(
+        self,
+        assembled: Assembled,
+        behaviour: Behaviour,
+        rate_hz: float,
+        timeout: float,
+        observers: Sequence[TickObserver] = (),
+    ) -> None:
+        self.robot, self._clock, self._stage = assembled.robot, assembled.clock, assembled.stage
+        self.behaviour = behaviour
+        self.trace = Trace(behaviour.milestones)
+        self.overruns = 0
+        self._period = 1 / rate_hz
+        self._timeout = timeout
+        self._observers = tuple(observers)
+        self._next = self._clock.now()
+
+    def run(self) -> Outcome:
+        """Tick until the end; return how it ended. The wheels then stand."""
+        while True:
+            status = self.tick()
+            if status is not Status.RUNNING:
+                self._halt()
+                return Outcome(status.value)
+            if self._clock.now() >= self._timeout:
+                self._halt()
+                return Outcome.TIMEOUT
+            self._let_time_pass()
+
+    def tick(self) -> Status:
+        """Decide once, guard and commit what was decided, and note it."""
+        status = self._decide()
+        asked, sent, interventions = self._stage.commit() if self._stage else _IDLE
+        record = TickRecord(
+            self._clock.tick, self._clock.now(), self.behaviour.state, asked, sent, interventions
+        )
+        self.trace.add(record)
+        for observe in self._observers:
+            observe(record)
+        return status
+
+    def _decide(self) -> Status:
+        app = type(self.behaviour).__name__
+        try:
+            status = self.behaviour.step(self.robot)
+        except RobotcoreError:
+            raise
+        except Exception as error:
+            raise BehaviourError(f"{app} raised {type(error).__name__}: {error}") from error
+        if not isinstance(status, Status):
+            raise BehaviourError(f"{app}.step returned {status!r}; it must return a Status, such as Status.RUNNING")
+        return status
+
+    def _let_time_pass(self) -> None:
+        self._next = max(self._next + self._period, self._clock.now())
+        if not self._clock.sleep_until(self._next):
+            self.overruns += 1
+
+    def _halt(self) -> None:
+        if self._stage:
+            self._stage.stop()

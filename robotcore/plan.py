@@ -1,0 +1,111 @@
+"""What is to be run: every name found, every part checked, and all of it fitting together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from robotcore.backend import Backend, Setup
+from robotcore.behaviour import Behaviour
+from robotcore.description import (
+    RobotDescription,
+    WorldDescription,
+    draw_world,
+    load_robot,
+    load_world,
+    require_start,
+)
+from robotcore.errors import UsageError
+from robotcore.layers import needed_devices
+from robotcore.registry import load_app, load_backend
+from robotcore.safety import stopping_distance
+from robotcore.settings import configure
+
+DEFAULT_WORLD = "arena"
+
+
+@dataclass(frozen=True)
+class RunRequest:
+    """What to run, on what. Without a seed, a world stands as its file has it."""
+
+    app: str
+    backend: str = "kinematic"
+    robot: str = "rover"
+    world: str | None = None
+    seed: int | None = None
+    rate_hz: float = 20.0
+    timeout_s: float = 120.0
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict)
+    gui: bool = False
+    realtime: bool = False
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A request with everything it names found, checked, and fitting together."""
+
+    request: RunRequest
+    behaviour: Behaviour
+    backend: Backend
+    description: RobotDescription
+    world: WorldDescription | None
+    setup: Setup
+
+    @classmethod
+    def of(cls, request: RunRequest) -> Plan:
+        """Find and check all that the request names; nothing is opened yet."""
+        _require_positive("--rate", request.rate_hz)
+        _require_positive("--timeout", request.timeout_s)
+        backend = load_backend(request.backend)
+        behaviour = configure(load_app(request.app), request.settings)
+        description = load_robot(request.robot)
+        devices = needed_devices(description, behaviour.needs, behaviour.wants)
+        _require_room_to_stop(behaviour, description)
+        _require_window(request, backend)
+        world = _world(request, backend, description)
+        backend.require_installed()
+        setup = Setup(
+            description, world, devices, request.rate_hz, request.seed or 0, request.gui, request.options
+        )
+        return cls(request, behaviour, backend, description, world, setup)
+
+
+def _require_positive(what: str, value: float) -> None:
+    if not 0 < value < float("inf"):
+        raise UsageError(f"{what} is {value}; it must be a positive number")
+
+
+def _require_room_to_stop(behaviour: Behaviour, description: RobotDescription) -> None:
+    """Refuse an app that means to stop nearer than the range guard lets it."""
+    if (stopping := behaviour.stopping) is None:
+        return
+    safety = description.safety
+    guard = stopping_distance(stopping.speed, safety.stop_distance_m, safety.deceleration_m_s2)
+    if stopping.distance <= guard:
+        raise UsageError(
+            f"the app stops {stopping.distance:g} m in front of things, but at {stopping.speed:g} m/s the range "
+            f"guard of {description.name!r} acts at {guard:.2f} m. Let the app stop farther away or drive slower "
+            "(--set), or lower safety.stop_distance_m in the robot's description"
+        )
+
+
+def _require_window(request: RunRequest, backend: Backend) -> None:
+    if request.gui and not backend.has_gui:
+        raise UsageError(
+            f"the backend {backend.name!r} opens no window. Leave --gui out and look at --picture FILE.png, "
+            "or take --backend pybullet"
+        )
+
+
+def _world(
+    request: RunRequest, backend: Backend, description: RobotDescription
+) -> WorldDescription | None:
+    if not (request.world or backend.needs_world):
+        return None
+    world = load_world(request.world or DEFAULT_WORLD)
+    if request.seed is not None:
+        return draw_world(world, description, request.seed)
+    require_start(world, description)
+    return world

@@ -1,0 +1,47 @@
+"""The deadman: a command lives one lease, and is cut where nobody renews it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from robotcore.clock import Clock
+
+MIN_LEASE_S = 0.1
+
+
+class Deadman:
+    """Calls ``cut`` when ``lease`` seconds have passed since the last `renew`, between ticks too.
+
+    One call to the clock stands at a time; one that comes too early asks for the next.
+    """
+
+    def __init__(self, clock: Clock, lease: float, cut: Callable[[], None]) -> None:
+        self.lease = max(lease, MIN_LEASE_S)
+        self._clock = clock
+        self._cut = cut
+        self._expiry: float | None = None
+        self._is_waiting = False
+
+    def renew(self, now: float) -> None:
+        """Begin a new lease."""
+        self._expiry = now + self.lease
+        if not self._is_waiting:
+            self._wait(self._expiry)
+
+    def rest(self) -> None:
+        """End the lease: the motors were stopped."""
+        self._expiry = None
+
+    def _wait(self, expiry: float) -> None:
+        self._is_waiting = True
+        self._clock.call_at(expiry, lambda: self._check(expiry))
+
+    def _check(self, called_at: float) -> None:
+        self._is_waiting = False
+        if self._expiry is None:
+            return
+        if self._expiry > called_at:
+            self._wait(self._expiry)
+        else:
+            self._expiry = None
+            self._cut()

@@ -1,0 +1,85 @@
+"""The rules a wheel command must pass. Each works on both wheels at once, so that the path keeps its shape."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+from robotcore.drive import DifferentialGeometry, Wheels
+
+
+class Rule(Protocol):
+    """Something that may lessen a command. ``last`` is the command that was sent before it."""
+
+    cause: str
+
+    def __call__(self, asked: Wheels, last: Wheels) -> Wheels: ...
+
+
+class VelocityLimit:
+    """No wheel turns faster than ``limit`` rad/s; both are scaled alike."""
+
+    cause = "velocity limit"
+
+    def __init__(self, limit: float) -> None:
+        self._limit = limit
+
+    def __call__(self, asked: Wheels, last: Wheels) -> Wheels:
+        left, right = asked
+        fastest = max(abs(left), abs(right))
+        if fastest <= self._limit:
+            return asked
+        scale = self._limit / fastest
+        return Wheels(left * scale, right * scale)
+
+
+class AccelerationLimit:
+    """No wheel changes its velocity by more than ``change`` rad/s in a tick; both changes are scaled alike."""
+
+    cause = "acceleration limit"
+
+    def __init__(self, change: float) -> None:
+        self._change = change
+
+    def __call__(self, asked: Wheels, last: Wheels) -> Wheels:
+        left, right = asked.left - last.left, asked.right - last.right
+        largest = max(abs(left), abs(right))
+        if largest <= self._change:
+            return asked
+        scale = self._change / largest
+        return Wheels(last.left + left * scale, last.right + right * scale)
+
+
+class RangeGuard:
+    """Takes forward motion away where something is nearer than the robot could stop; turning stays.
+
+    ``distance`` returns the newest range in metres. It is asked only when the robot would move forward.
+    """
+
+    cause = "range guard"
+
+    def __init__(
+        self,
+        geometry: DifferentialGeometry,
+        distance: Callable[[], float],
+        stop_distance: float,
+        deceleration: float,
+    ) -> None:
+        self._geometry = geometry
+        self._distance = distance
+        self._stop_distance = stop_distance
+        self._deceleration = deceleration
+
+    def __call__(self, asked: Wheels, last: Wheels) -> Wheels:
+        forward = (asked.left + asked.right) / 2
+        if forward <= 0:
+            return asked
+        speed = forward * self._geometry.wheel_radius
+        if self._distance() > stopping_distance(speed, self._stop_distance, self._deceleration):
+            return asked
+        return Wheels(asked.left - forward, asked.right - forward)
+
+
+def stopping_distance(speed: float, stop_distance: float, deceleration: float) -> float:
+    """Return where the range guard acts at ``speed`` m/s: stop_distance + v²/2a, in metres."""
+    return stop_distance + speed * speed / (2 * deceleration)

@@ -1,0 +1,129 @@
+"""The stage itself: it holds a tick's wheel command, passes it through the rules, and sends it once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from robotcore.clock import Clock
+from robotcore.devices import Motor, invalid_velocity
+from robotcore.drive import Wheels
+from robotcore.safety.deadman import Deadman
+from robotcore.safety.rules import Rule
+
+REST = Wheels(0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Intervention:
+    """The stage changed a command: when, by which rule, and what became of it."""
+
+    time: float
+    cause: str
+    asked: Wheels
+    sent: Wheels
+
+
+class Commit(NamedTuple):
+    """What a tick asked for and what was sent; None where it asked for nothing."""
+
+    asked: Wheels | None
+    sent: Wheels | None
+    interventions: tuple[Intervention, ...]
+
+
+class SafetyStage:
+    """Guards the two motors of a drive.
+
+    ``clock`` is the app's, which stands still within a tick; the deadman's lease runs on it too. ``on_sent`` hears of
+    each velocity that the wheels are told.
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        left: Motor,
+        right: Motor,
+        rules: Sequence[Rule],
+        lease: float,
+        on_sent: Callable[[Wheels], None] | None = None,
+    ) -> None:
+        self._clock = clock
+        self._left, self._right = left, right
+        self._rules = tuple(rules)
+        self._on_sent = on_sent
+        self._deadman = Deadman(clock, lease, self._cut)
+        self._asked: Wheels | None = None
+        self._guarded = self._sent = REST
+        self._changes: list[Intervention] = []
+        self._cuts: list[Intervention] = []
+
+    def ask(self, wheels: Wheels) -> Wheels:
+        """Take a command for this tick, instead of an earlier one; return what will be sent.
+
+        Raises InvalidCommandError where a velocity is NaN or infinite.
+        """
+        for motor, velocity in ((self._left, wheels.left), (self._right, wheels.right)):
+            if not math.isfinite(velocity):
+                self.stop()
+                raise invalid_velocity(motor.name, velocity)
+        self._asked = wheels
+        self._guarded = self._guard(wheels)
+        return self._guarded
+
+    def stop(self) -> None:
+        """Stop both motors now, past every rule; zero is then this tick's command."""
+        self._asked = self._guarded = REST
+        self._changes.clear()
+        self._deadman.rest()
+        self._halt()
+
+    @property
+    def asked(self) -> Wheels:
+        """The command as this tick has it: its own, or what was last sent."""
+        return self._asked or self._sent
+
+    def commit(self) -> Commit:
+        """Send this tick's command, if there is one, and begin a new lease."""
+        asked, changes = self._asked, (*self._cuts, *self._changes)
+        self._cuts.clear()
+        if asked is None:
+            return Commit(None, None, changes)
+        self._asked = None
+        self._changes.clear()
+        self._send(self._guarded)
+        return Commit(asked, self._sent, changes)
+
+    def _send(self, wheels: Wheels) -> None:
+        self._note(wheels)
+        self._left.set_velocity(wheels.left)
+        self._right.set_velocity(wheels.right)
+        self._deadman.renew(self._clock.now())
+
+    def _guard(self, wheels: Wheels) -> Wheels:
+        self._changes.clear()
+        for rule in self._rules:
+            lessened = rule(wheels, self._sent)
+            if lessened != wheels:
+                self._changes.append(Intervention(self._clock.now(), rule.cause, wheels, lessened))
+                wheels = lessened
+        return wheels
+
+    def _cut(self) -> None:
+        self._cuts.append(Intervention(self._clock.now(), "deadman", self._sent, REST))
+        self._halt()
+
+    def _halt(self) -> None:
+        """Stop each motor on its own: one that fails does not keep the other from stopping."""
+        self._note(REST)
+        try:
+            self._left.stop()
+        finally:
+            self._right.stop()
+
+    def _note(self, wheels: Wheels) -> None:
+        self._sent = wheels
+        if self._on_sent:
+            self._on_sent(wheels)

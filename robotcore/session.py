@@ -1,0 +1,191 @@
+"""The one place that composes a run: descriptions, backend, layers, loop."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from robotcore.behaviour import Behaviour
+from robotcore.clock import Clock, MonotonicClock, PacedClock
+from robotcore.description import RobotDescription, WorldDescription
+from robotcore.errors import Interrupted, RobotcoreError, SafetyStop
+from robotcore.interrupts import Interrupts
+from robotcore.layers import Assembled, assemble
+from robotcore.loop import Loop
+from robotcore.outcome import Outcome, RunResult
+from robotcore.plan import Plan, RunRequest
+from robotcore.robot import Robot
+from robotcore.trace import TickRecord
+from robotcore.truth import Truth
+
+__all__ = ["Observer", "Run", "RunRequest", "RunResult", "run"]
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run as an observer sees it. Reading a device here would steer the run: look at ``latest`` instead."""
+
+    request: RunRequest
+    behaviour: Behaviour
+    description: RobotDescription
+    world: WorldDescription | None
+    robot: Robot
+    truth: Truth | None
+
+
+class Observer(Protocol):
+    """Looks at a run: from its first tick, at each, and at its result."""
+
+    def begin(self, run: Run) -> None: ...
+    def tick(self, record: TickRecord) -> None: ...
+    def end(self, result: RunResult) -> None: ...
+
+
+def run(request: RunRequest, observers: Sequence[Observer] = ()) -> RunResult:
+    """Run an app and tell how it ended.
+
+    Raises UsageError and BackendMissingError before anything is opened. What happens from then on is in the result,
+    and every motor is stopped.
+    """
+    plan = Plan.of(request)
+    with Interrupts() as interrupts:
+        return _Execution(plan, observers, interrupts).result()
+
+
+@dataclass(frozen=True)
+class _Judgement:
+    """What the truth says at the end; None is what nobody knows."""
+
+    verified: bool | None = None
+    contacts: int | None = None
+    distance: float | None = None
+
+    @classmethod
+    def by(cls, truth: Truth, behaviour: Behaviour, outcome: Outcome) -> _Judgement:
+        verified = behaviour.verify(truth)
+        if verified is not None:
+            verified = verified and outcome is Outcome.SUCCESS
+        return cls(verified, truth.contacts, truth.distance_to_target)
+
+
+class _Execution:
+    """One run from opening to closing."""
+
+    def __init__(self, plan: Plan, observers: Sequence[Observer], interrupts: Interrupts) -> None:
+        self._plan, self._observers, self._interrupts = plan, observers, interrupts
+        self._loop: Loop | None = None
+        self._sim_time = 0.0
+        self._judgement = _Judgement()
+        self._closing_failure: RobotcoreError | None = None
+
+    def result(self) -> RunResult:
+        """Run to the end, whichever it is, and tell the observers too."""
+        wall = MonotonicClock()
+        error: RobotcoreError | Interrupted | None = None
+        try:
+            outcome = self._run_and_close()
+        except (RobotcoreError, Interrupted) as caught:
+            error, outcome = caught, _outcome_of(caught)
+        if self._closing_failure and error is None:
+            error, outcome = self._closing_failure, Outcome.ERROR
+        result = self._told(outcome, error, wall.now())
+        for observer in self._observers:
+            observer.end(result)
+        return result
+
+    def _run_and_close(self) -> Outcome:
+        raw = robot = self._plan.backend.open(self._plan.setup)
+        outcome = Outcome.ERROR
+        try:
+            assembled = assemble(
+                raw, self._plan.description, self._plan.request.rate_hz, self._clock_for(raw)
+            )
+            robot = assembled.robot
+            outcome = self._run(assembled, self._truth_of(raw))
+            return outcome
+        finally:
+            self._interrupts.hold()
+            self._judge(raw, outcome)
+            self._close(robot)
+
+    def _run(self, assembled: Assembled, truth: Truth | None) -> Outcome:
+        plan = self._plan
+        run = Run(plan.request, plan.behaviour, plan.description, plan.world, assembled.robot, truth)
+        for observer in self._observers:
+            observer.begin(run)
+        self._loop = Loop(
+            assembled,
+            plan.behaviour,
+            plan.request.rate_hz,
+            plan.request.timeout_s,
+            [observer.tick for observer in self._observers],
+        )
+        try:
+            return self._loop.run()
+        finally:
+            self._sim_time = assembled.clock.now()
+
+    def _clock_for(self, raw: Robot) -> Clock:
+        is_paced = self._plan.request.realtime or self._plan.request.gui
+        return PacedClock(raw.clock) if is_paced and self._plan.backend.is_lockstep else raw.clock
+
+    def _truth_of(self, raw: Robot) -> Truth | None:
+        if raw.truth is None or self._plan.world is None:
+            return None
+        return Truth(raw.truth, self._plan.description, self._plan.world)
+
+    def _judge(self, raw: Robot, outcome: Outcome) -> None:
+        """Ask the truth while the simulator lives; one that has died has no word."""
+        try:
+            if truth := self._truth_of(raw):
+                self._judgement = _Judgement.by(truth, self._plan.behaviour, outcome)
+        except RobotcoreError:
+            self._judgement = _Judgement()
+
+    def _close(self, robot: Robot) -> None:
+        try:
+            robot.close()
+        except RobotcoreError as failure:
+            self._closing_failure = failure
+
+    def _told(
+        self, outcome: Outcome, error: RobotcoreError | Interrupted | None, wall_time: float
+    ) -> RunResult:
+        request, behaviour, loop = self._plan.request, self._plan.behaviour, self._loop
+        said = str(error) if error else behaviour.reason or _default_reason(outcome, request)
+        closing = self._closing_failure
+        return RunResult(
+            app=request.app.replace("_", "-"),
+            backend=self._plan.backend.name,
+            robot=self._plan.description.name,
+            world=self._plan.world.name if self._plan.world else None,
+            seed=request.seed,
+            outcome=outcome,
+            exit_status=error.exit_status if error else _EXIT_STATUS[outcome],
+            reason=f"{said}; {closing}" if closing and closing is not error else said,
+            verified=self._judgement.verified,
+            sim_time_s=round(self._sim_time, 6),
+            wall_time_s=round(wall_time, 3),
+            ticks=loop.trace.ticks if loop else 0,
+            overruns=loop.overruns if loop else 0,
+            contacts=self._judgement.contacts,
+            distance_to_target_m=self._judgement.distance,
+            interventions=loop.trace.interventions if loop else 0,
+            milestones=dict(loop.trace.milestones) if loop else {},
+            trace_sha256=loop.trace.sha256 if loop else None,
+            error=error,
+        )
+
+
+_EXIT_STATUS = {Outcome.SUCCESS: 0, Outcome.FAILURE: 1, Outcome.TIMEOUT: 1}
+
+
+def _outcome_of(error: RobotcoreError | Interrupted) -> Outcome:
+    if isinstance(error, Interrupted):
+        return Outcome.INTERRUPTED
+    return Outcome.STOPPED if isinstance(error, SafetyStop) else Outcome.ERROR
+
+
+def _default_reason(outcome: Outcome, request: RunRequest) -> str:
+    return f"not done after {request.timeout_s:g} s" if outcome is Outcome.TIMEOUT else ""

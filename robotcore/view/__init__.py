@@ -1,0 +1,1 @@
+"""How a run looks: live in a terminal, as a summary, as one picture. Nothing here reads a device."""

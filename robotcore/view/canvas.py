@@ -1,0 +1,97 @@
+"""A sheet to draw on: in its own pixels, colours as red, green, blue; drawn twice as fine, with smooth edges."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from robotcore.devices import Image
+
+Colour = tuple[int, int, int]
+Point = tuple[float, float]
+
+FINENESS = 2
+_SHIFT = 4
+"""OpenCV takes places in sixteenths of a pixel."""
+
+
+class Canvas:
+    """A sheet of ``width`` x ``height`` pixels, origin top left."""
+
+    def __init__(self, width: int, height: int, colour: Colour) -> None:
+        self.width, self.height = width, height
+        self._sheet: Image = np.empty((height * FINENESS, width * FINENESS, 3), np.uint8)
+        self._sheet[:] = colour[::-1]
+
+    def image(self) -> Image:
+        """Return what was drawn: BGR, (height, width, 3)."""
+        small = cv2.resize(self._sheet, (self.width, self.height), interpolation=cv2.INTER_AREA)
+        return np.asarray(small, np.uint8)
+
+    def polygon(self, corners: Sequence[Point], colour: Colour) -> None:
+        """Fill a polygon."""
+        cv2.fillPoly(self._sheet, [_fixed(corners)], colour[::-1], cv2.LINE_AA, _SHIFT)
+
+    def line(self, points: Sequence[Point], colour: Colour, width: float, *, closed: bool = False) -> None:
+        """Draw through points, with round corners and ends."""
+        thickness = max(1, round(width * FINENESS))
+        cv2.polylines(self._sheet, [_fixed(points)], closed, colour[::-1], thickness, cv2.LINE_AA, _SHIFT)
+
+    def disc(self, centre: Point, radius: float, colour: Colour) -> None:
+        """Fill a circle."""
+        x, y = _fixed([centre])[0]
+        reach = round(radius * FINENESS * 2**_SHIFT)
+        cv2.circle(self._sheet, (int(x), int(y)), reach, colour[::-1], cv2.FILLED, cv2.LINE_AA, _SHIFT)
+
+    def glaze(self, corners: Sequence[Point], colour: Colour, opacity: float) -> None:
+        """Fill a polygon so that what is below shows through."""
+        mask = self._mask([corners])
+        self._mix(mask, colour, opacity)
+
+    def shade(self, shapes: Iterable[Sequence[Point]], opacity: float, softness: float) -> None:
+        """Darken what is below the shapes together, with edges ``softness`` pixels soft."""
+        mask = cv2.GaussianBlur(self._mask(shapes), (0, 0), softness * FINENESS)
+        self._mix(np.asarray(mask, np.uint8), (20, 22, 30), opacity)
+
+    def text(self, place: Point, words: str, colour: Colour, height: float, weight: float = 1.0) -> float:
+        """Write with the baseline's left end at ``place``, capitals ``height`` pixels high; return the width."""
+        scale, thickness = _type_size(height, weight)
+        at = (round(place[0] * FINENESS), round(place[1] * FINENESS))
+        cv2.putText(self._sheet, words, at, _FACE, scale, colour[::-1], thickness, cv2.LINE_AA)
+        return text_width(words, height, weight)
+
+    def _mask(self, shapes: Iterable[Sequence[Point]]) -> NDArray[np.uint8]:
+        mask = np.zeros(self._sheet.shape[:2], np.uint8)
+        for corners in shapes:
+            cv2.fillPoly(mask, [_fixed(corners)], 255, cv2.LINE_AA, _SHIFT)
+        return mask
+
+    def _mix(self, mask: NDArray[np.uint8], colour: Colour, opacity: float) -> None:
+        """Lay a colour over the sheet where the mask is, within the mask's own box only."""
+        x, y, width, height = cv2.boundingRect(mask)
+        area = self._sheet[y : y + height, x : x + width]
+        share = mask[y : y + height, x : x + width, None] * np.float32(opacity / 255)
+        area[:] = area + (np.float32(colour[::-1]) - area) * share
+
+
+_FACE = cv2.FONT_HERSHEY_SIMPLEX
+_CAPITAL = 21
+"""How high a capital of this face is at scale 1, in pixels."""
+
+
+def text_width(words: str, height: float, weight: float = 1.0) -> float:
+    """Return how wide words are, in pixels."""
+    (width, _), _ = cv2.getTextSize(words, _FACE, *_type_size(height, weight))
+    return float(width) / FINENESS
+
+
+def _type_size(height: float, weight: float) -> tuple[float, int]:
+    return height * FINENESS / _CAPITAL, max(1, round(weight * height * FINENESS / 14))
+
+
+def _fixed(points: Sequence[Point]) -> NDArray[np.int32]:
+    """Return places of the sheet in OpenCV's sixteenths, (n, 2); the middle of a fine pixel is whole."""
+    return np.rint((np.asarray(points, float) * FINENESS - 0.5) * 2**_SHIFT).astype(np.int32)

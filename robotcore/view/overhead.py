@@ -1,0 +1,149 @@
+"""A world from straight above, and what happened in it. North is up."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from robotcore.description import Ball, RobotDescription, WorldDescription
+from robotcore.description.world import Prism
+from robotcore.geometry import Pose
+from robotcore.view.canvas import Canvas, Colour, Point
+from robotcore.view.palette import INK, PAPER, darker, lighter
+from robotcore.view.track import Track
+
+MARGIN_M = 0.12
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Where the world lies on the sheet: ``scale`` pixels a metre, the world's origin at ``origin``."""
+
+    scale: float
+    origin: Point
+
+    @classmethod
+    def fitting(cls, world: WorldDescription, track: Track, size: float) -> Chart:
+        """Return the chart that shows the floor, its walls and the whole track in a square sheet."""
+        wall = world.walls.thickness_m if world.walls else 0.0
+        reach_x, reach_y = world.floor.length_m / 2 + wall, world.floor.width_m / 2 + wall
+        for step in track.steps:
+            reach_x, reach_y = max(reach_x, abs(step.pose.x)), max(reach_y, abs(step.pose.y))
+        scale = size / 2 / (max(reach_x, reach_y) + MARGIN_M)
+        return cls(scale, (size / 2, size / 2))
+
+    def at(self, x: float, y: float) -> Point:
+        return self.origin[0] + x * self.scale, self.origin[1] - y * self.scale
+
+    def all(self, points: Sequence[tuple[float, float]]) -> list[Point]:
+        return [self.at(x, y) for x, y in points]
+
+
+def draw_world(canvas: Canvas, chart: Chart, world: WorldDescription) -> None:
+    """Draw the floor with a line each metre, everything upright with its shadow, and the targets."""
+    _draw_floor(canvas, chart, world)
+    shadows = [_shadow(prism, world) for prism in world.prisms]
+    canvas.shade([chart.all(shadow) for shadow in shadows], 0.28, 0.015 * chart.scale)
+    for prism in world.prisms:
+        outline = chart.all(prism.outline)
+        canvas.polygon(outline, prism.colour)
+        canvas.line(outline, darker(prism.colour, 0.72), 1.5, closed=True)
+    for ball in world.targets:
+        _draw_ball(canvas, chart, ball)
+
+
+def draw_track(canvas: Canvas, chart: Chart, track: Track, colours: Mapping[str, Colour]) -> None:
+    """Draw where the robot went, in the colours of its states."""
+    width = max(2.0, 0.028 * chart.scale)
+    points = [chart.at(step.pose.x, step.pose.y) for step in track.steps]
+    canvas.line(points, PAPER, width + 4)
+    for state, steps in track.stretches():
+        canvas.line([chart.at(step.pose.x, step.pose.y) for step in steps], colours[state], width)
+
+
+def draw_milestone(canvas: Canvas, chart: Chart, place: Pose, colour: Colour) -> None:
+    """Draw a ring where a milestone was reached."""
+    draw_ring(canvas, chart.at(place.x, place.y), 0.045 * chart.scale, colour)
+
+
+def draw_ring(canvas: Canvas, centre: Point, radius: float, colour: Colour) -> None:
+    """Draw the mark of a milestone."""
+    for share, filling in ((1.0, INK), (0.8, PAPER), (0.45, colour)):
+        canvas.disc(centre, radius * share, filling)
+
+
+def draw_start(canvas: Canvas, chart: Chart, robot: RobotDescription, pose: Pose) -> None:
+    """Draw the outline of the robot where it began."""
+    canvas.line(_placed(chart, pose, robot.body.footprint), INK, 1.5, closed=True)
+    canvas.line(_placed(chart, pose, _nose(robot)), INK, 1.5)
+
+
+def draw_robot(canvas: Canvas, chart: Chart, robot: RobotDescription, pose: Pose) -> None:
+    """Draw the robot as it stands: its body, its wheels, and which way it looks."""
+    footprint = _placed(chart, pose, robot.body.footprint)
+    canvas.shade([footprint], 0.4, 0.02 * chart.scale)
+    canvas.polygon(footprint, robot.body.colour)
+    canvas.line(footprint, PAPER, 2.0, closed=True)
+    for wheel in _wheels(robot):
+        canvas.polygon(_placed(chart, pose, wheel), INK)
+    canvas.line(_placed(chart, pose, _nose(robot)), PAPER, 2.5)
+
+
+def _draw_floor(canvas: Canvas, chart: Chart, world: WorldDescription) -> None:
+    x, y = world.floor.length_m / 2, world.floor.width_m / 2
+    canvas.polygon(_corners(canvas), lighter(world.floor.colour, 0.4))
+    canvas.polygon(chart.all([(x, y), (-x, y), (-x, -y), (x, -y)]), world.floor.colour)
+    line = lighter(world.floor.colour, 0.25)
+    for metre in range(-int(x), int(x) + 1):
+        canvas.line(chart.all([(metre, -y), (metre, y)]), line, 1)
+    for metre in range(-int(y), int(y) + 1):
+        canvas.line(chart.all([(-x, metre), (x, metre)]), line, 1)
+
+
+def _corners(canvas: Canvas) -> list[Point]:
+    return [(0, 0), (canvas.width, 0), (canvas.width, canvas.height), (0, canvas.height)]
+
+
+def _draw_ball(canvas: Canvas, chart: Chart, ball: Ball) -> None:
+    centre, radius = chart.at(ball.x_m, ball.y_m), ball.radius_m * chart.scale
+    shadow = [(centre[0] + radius * (0.2 + math.cos(a)), centre[1] + radius * (0.2 + math.sin(a))) for a in _ROUND]
+    canvas.shade([shadow], 0.35, radius * 0.15)
+    canvas.disc(centre, radius, darker(ball.colour, 0.8))
+    canvas.disc(centre, radius * 0.9, ball.colour)
+    canvas.disc((centre[0] - radius * 0.3, centre[1] - radius * 0.3), radius * 0.22, lighter(ball.colour, 0.6))
+
+
+_ROUND = np.linspace(0, math.tau, 48, endpoint=False).tolist()
+
+
+def _shadow(prism: Prism, world: WorldDescription) -> list[tuple[float, float]]:
+    """Return the outline, on the floor, of an upright thing and the shadow that the lamp gives it."""
+    x, y, z = world.light.direction
+    foot = np.array(prism.outline, np.float32)
+    top = foot - np.array((x, y), np.float32) * np.float32(prism.height_m / z)
+    hull = cv2.convexHull(np.concatenate((foot, top)))
+    return [(float(corner[0]), float(corner[1])) for corner in hull[:, 0]]
+
+
+def _placed(chart: Chart, pose: Pose, shape: Sequence[tuple[float, float]]) -> list[Point]:
+    return chart.all([pose.to_world(x, y) for x, y in shape])
+
+
+def _nose(robot: RobotDescription) -> list[tuple[float, float]]:
+    """Return an arrow head that points forward, within the body."""
+    front, half = robot.body.front_x_m, robot.body.width_m / 4
+    return [(front * 0.45, half), (front * 0.8, 0.0), (front * 0.45, -half)]
+
+
+def _wheels(robot: RobotDescription) -> list[list[tuple[float, float]]]:
+    if (drive := robot.drive) is None:
+        return []
+    a, b = drive.wheel_radius_m, drive.wheel_width_m / 2
+    return [
+        [(a, side + b), (-a, side + b), (-a, side - b), (a, side - b)]
+        for side in (drive.track_m / 2, -drive.track_m / 2)
+    ]

@@ -1,0 +1,73 @@
+"""A run in one picture: what is kept of it while it lasts, and the file it becomes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+
+from robotcore.devices import Image
+from robotcore.errors import UsageError
+from robotcore.layers.devices import LayeredCamera, LayeredDisplay
+from robotcore.outcome import RunResult
+from robotcore.robot import Robot
+from robotcore.session import Run
+from robotcore.trace import TickRecord
+from robotcore.view.sheet import Story, draw
+from robotcore.view.track import Footstep, Track
+
+
+class PictureRecorder:
+    """An observer: the true path where the simulator tells it, and the last picture that the app saw."""
+
+    def __init__(self) -> None:
+        self._run: Run | None = None
+        self._track = Track()
+        self._story: Story | None = None
+
+    def begin(self, run: Run) -> None:
+        self._run = run
+
+    def tick(self, record: TickRecord) -> None:
+        if self._run and self._run.truth:
+            self._track.steps.append(Footstep(record.time, record.state, self._run.truth.pose))
+
+    def end(self, result: RunResult) -> None:
+        if run := self._run:
+            self._story = Story(run.description, run.world, self._track, last_seen(run.robot), result)
+
+    def save(self, file: Path) -> None:
+        """Draw the run as a PNG; nothing where no run began. UsageError says why it cannot be written."""
+        if self._story is None:
+            return
+        _, encoded = cv2.imencode(".png", draw(self._story))
+        try:
+            file.write_bytes(encoded.tobytes())
+        except OSError as error:
+            raise _unwritable(file, error) from error
+
+
+def last_seen(robot: Robot) -> Image | None:
+    """Return the picture that was shown last, else the one that was read last. Looking at it reads nothing."""
+    devices = robot.devices.values()
+    shown = [each.latest for each in devices if isinstance(each, LayeredDisplay)]
+    read = [each.latest.image for each in devices if isinstance(each, LayeredCamera) and each.latest]
+    return next((image for image in (*shown, *read) if image is not None), None)
+
+
+def require_writable(file: Path) -> None:
+    """Raise UsageError where a picture could not be written, by opening the file; what was in it stays."""
+    if file.suffix.lower() != ".png":
+        raise UsageError(f"--picture {file}: a picture is a .png file; give it that ending")
+    existed = file.exists()
+    try:
+        with file.open("ab"):
+            pass
+        if not existed:
+            file.unlink()
+    except OSError as error:
+        raise _unwritable(file, error) from error
+
+
+def _unwritable(file: Path, error: OSError) -> UsageError:
+    return UsageError(f"--picture {file}: {error.strerror}. Name a file in a folder that can be written")

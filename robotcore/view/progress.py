@@ -1,0 +1,81 @@
+"""The line that a run shows in a terminal while it lasts."""
+
+from __future__ import annotations
+
+from math import isfinite
+from types import TracebackType
+
+from rich.console import Console
+from rich.live import Live
+from rich.spinner import Spinner
+from rich.table import Table
+
+from robotcore.clock import MonotonicClock
+from robotcore.layers.devices import LayeredRangeSensor
+from robotcore.outcome import RunResult
+from robotcore.session import Run
+from robotcore.trace import TickRecord
+
+REFRESH_HZ = 10
+
+
+class Progress:
+    """An observer: state, range, time and its pace, on stderr, gone when it is left.
+
+    A tick only leaves its record; a thread draws the newest one ten times a second.
+    """
+
+    def __init__(self, console: Console | None = None) -> None:
+        console = console or Console(stderr=True, highlight=False, markup=False)
+        self._live = Live(
+            get_renderable=self._line, console=console, refresh_per_second=REFRESH_HZ, transient=True
+        )
+        self._spinner = Spinner("dots")
+        self._run: Run | None = None
+        self._record: TickRecord | None = None
+
+    def begin(self, run: Run) -> None:
+        self._wall = MonotonicClock()
+        self._run = run
+        self._live.start()
+
+    def tick(self, record: TickRecord) -> None:
+        self._record = record
+
+    def end(self, result: RunResult) -> None:
+        self._live.stop()
+
+    def __enter__(self) -> Progress:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._live.stop()
+
+    def _line(self) -> Table:
+        line = Table.grid(padding=(0, 2))
+        if self._run and self._record:
+            request, record = self._run.request, self._record
+            pace = record.time / max(self._wall.now(), 1e-3)
+            line.add_row(
+                self._spinner,
+                f"{request.app} on {request.backend}",
+                record.state,
+                _range_of(self._run),
+                f"{record.time:.1f} s",
+                f"{pace:.1f}x real time",
+            )
+        return line
+
+
+def _range_of(run: Run) -> str:
+    """Return the range that was read last, in words; looking at it reads nothing."""
+    sensors = (each for each in run.robot.devices.values() if isinstance(each, LayeredRangeSensor))
+    sensor = next(sensors, None)
+    if sensor is None or (sample := sensor.latest) is None:
+        return ""
+    return f"{sample.distance:.2f} m ahead" if isfinite(sample.distance) else "nothing ahead"

@@ -1,0 +1,47 @@
+"""A run's end in a few lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from rich.text import Text
+
+from robotcore.outcome import Outcome, RunResult
+
+_STYLES = {Outcome.SUCCESS: "bold green", Outcome.INTERRUPTED: "bold yellow", Outcome.TIMEOUT: "bold yellow"}
+_VERDICTS = {True: "verified by the simulator", False: "the simulator does not agree", None: "not verified"}
+
+
+def summary(result: RunResult) -> Text:
+    """Return the outcome, what it was measured by, and the milestones, a line each."""
+    outcome = Text(result.outcome.value, _STYLES.get(result.outcome, "bold red"))
+    lines = [outcome + Text(f"  {heading(result)}"), Text("  " + ", ".join(measures(result)))]
+    if result.milestones:
+        lines.append(Text("  " + ", ".join(f"{name} at {time:.1f} s" for name, time in result.milestones.items())))
+    if result.reason and result.error is None:
+        lines.append(Text(f"  {result.reason}"))
+    return Text("\n").join(lines)
+
+
+def heading(result: RunResult) -> str:
+    """Return what ran on what: ``green-search on kinematic, arena, seed 7``."""
+    place = [result.world] if result.world else []
+    seed = [f"seed {result.seed}"] if result.seed is not None else []
+    return ", ".join([f"{result.app} on {result.backend}", *place, *seed])
+
+
+def verdict(result: RunResult) -> str:
+    """Return the simulator's word on the outcome."""
+    return _VERDICTS[result.verified]
+
+
+def measures(result: RunResult) -> Iterator[str]:
+    """Yield what the run was measured by, in words."""
+    yield verdict(result)
+    yield f"{result.sim_time_s:.1f} s in {result.wall_time_s:.1f} s"
+    if result.distance_to_target_m is not None:
+        yield f"{result.distance_to_target_m:.2f} m from the target"
+    if result.contacts is not None:
+        yield f"{result.contacts} contact{'' if result.contacts == 1 else 's'}"
+    if result.overruns:
+        yield f"{result.overruns} overruns"
