@@ -27,7 +27,7 @@ endif
 	@touch $@
 
 demo: $(VENV)/.ready  ## watch the robot find the green ball; leaves demo.png
-	@$(BIN)/python -m benchmarks.demo
+	@$(BIN)/robotcore demo
 
 test: $(VENV)/.ready  ## run the tests
 	@$(BIN)/python -m pytest

@@ -67,6 +67,7 @@ class Backend(ABC):
     vouches_for: ClassVar[frozenset[Vouch]] = frozenset()
     needs_world: ClassVar[bool] = False
     has_gui: ClassVar[bool] = False
+    has_physics: ClassVar[bool] = False
     modules: ClassVar[tuple[str, ...]] = ()
 
     @abstractmethod

@@ -32,9 +32,20 @@ def load_backend(name: str) -> Backend:
     return backend
 
 
+def app_name(name: str) -> str:
+    """Return what an app is called in results: a file's own name, or the registered one with hyphens."""
+    from robotcore.appfile import is_app_file
+
+    return name if is_app_file(name) else name.replace("_", "-")
+
+
 def load_app(name: str) -> type[Behaviour]:
-    """Return the app of that name; an underscore counts as a hyphen."""
-    app: type[Behaviour] = _load("app", APPS, name.replace("_", "-"))
+    """Return the app of that name, an underscore counting as a hyphen; or the one in that ``.py`` file."""
+    from robotcore.appfile import is_app_file, load_app_file
+
+    if is_app_file(name):
+        return load_app_file(name)
+    app: type[Behaviour] = _load("app", APPS, app_name(name))
     return app
 
 

@@ -15,6 +15,7 @@ from robotcore.layers import Assembled, assemble
 from robotcore.loop import Loop
 from robotcore.outcome import Outcome, RunResult
 from robotcore.plan import Plan, RunRequest
+from robotcore.registry import app_name
 from robotcore.robot import Robot
 from robotcore.trace import TickRecord
 from robotcore.truth import Truth
@@ -156,7 +157,7 @@ class _Execution:
         said = str(error) if error else behaviour.reason or _default_reason(outcome, request)
         closing = self._closing_failure
         return RunResult(
-            app=request.app.replace("_", "-"),
+            app=app_name(request.app),
             backend=self._plan.backend.name,
             robot=self._plan.description.name,
             world=self._plan.world.name if self._plan.world else None,

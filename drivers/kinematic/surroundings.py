@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robotcore.description import WorldDescription
 from robotcore.geometry import Pose
 from robotcore.raycast import Outline, edges_of
 
-Array = NDArray[np.float64]
+from drivers.kinematic.planes import Array, half_planes, nearest_on, run_starts
 
 
 class Surroundings:
@@ -25,10 +23,10 @@ class Surroundings:
         outlines = [prism.outline for prism in world.prisms]
         self._footprint = np.array(footprint)
         self._sides = edges_of([footprint])
-        self._side_normals, self._side_offsets = _half_planes(self._sides)
+        self._side_normals, self._side_offsets = half_planes(self._sides)
         self._corners = np.array([corner for outline in outlines for corner in outline]).reshape(-1, 2)
-        self._normals, self._offsets = _half_planes(edges_of(outlines))
-        self._starts = _starts([len(outline) for outline in outlines])
+        self._normals, self._offsets = half_planes(edges_of(outlines))
+        self._starts = run_starts(map(len, outlines))
         self._centres = np.array([(ball.x_m, ball.y_m) for ball in world.targets]).reshape(-1, 2)
         self._radii = np.array([ball.radius_m for ball in world.targets])
 
@@ -57,21 +55,6 @@ class Surroundings:
 
     def _gaps_to_balls(self, centres: Array) -> Array:
         past_sides = (centres @ self._side_normals.T - self._side_offsets).max(axis=1)
-        from_start = centres[:, None] - self._sides[:, :2]
-        way = self._sides[:, 2:]
-        along = np.clip((from_start * way).sum(axis=2) / (way * way).sum(axis=1), 0.0, 1.0)
-        nearest = np.linalg.norm(from_start - along[..., None] * way, axis=2).min(axis=1)
-        gaps: Array = np.where(past_sides > 0, nearest, past_sides) - self._radii
+        away = np.linalg.norm(centres[:, None] - nearest_on(self._sides, centres), axis=2).min(axis=1)
+        gaps: Array = np.where(past_sides > 0, away, past_sides) - self._radii
         return gaps
-
-
-def _half_planes(edges: Array) -> tuple[Array, Array]:
-    """Return outward normals, (n, 2), and offsets, (n,), of the edges of counter-clockwise outlines."""
-    normals = np.stack((edges[:, 3], -edges[:, 2]), axis=1)
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    return normals, (normals * edges[:, :2]).sum(axis=1)
-
-
-def _starts(lengths: Sequence[int]) -> NDArray[np.intp]:
-    """Return where each run begins when runs of these lengths follow one another."""
-    return np.cumsum([0, *lengths], dtype=np.intp)[:-1]

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import cached_property
 
 from drivers.mock.backend import MockBackend
-from drivers.mock.devices import MockDisplay, MockMotor
+from drivers.mock.devices import Command, MockDisplay, MockMotor
 from drivers.mock.script import Script
 from robotcore.backend import Setup
 from robotcore.behaviour import Behaviour, Status
@@ -19,7 +20,7 @@ from robotcore.description import (
 )
 from robotcore.devices import Image
 from robotcore.drive import Wheels
-from robotcore.errors import UsageError
+from robotcore.errors import UnmetNeedError
 from robotcore.layers import Assembled, assemble, needed_devices
 from robotcore.loop import Loop
 from robotcore.robot import Robot
@@ -27,15 +28,17 @@ from robotcore.trace import TickRecord
 
 
 class MockRobot:
-    """Runs an app tick by tick on scripted readings, through the very layers of a real run.
+    """Runs an app tick by tick on scripted readings, through the very layers and loop of a real run.
 
     ``range`` and ``camera`` script the first device of their kind, ``readings`` any sensor by its name. ``robot`` is
-    a description, or the name or file of one. Only what the app needs is opened, as in a real run.
+    a description, or the name or the file of one. What the app does not need is not opened, as in a real run.
 
-    >>> from drivers.mock import MockRobot
     >>> robot = MockRobot(range=[1.0, 0.2])
-    >>> robot.robot.range.read().distance
+    >>> robot.layered.range.read().distance
     1.0
+    >>> robot.advance()
+    >>> robot.layered.range.read().distance
+    0.2
     """
 
     def __init__(
@@ -52,45 +55,71 @@ class MockRobot:
         self.ticks: list[TickRecord] = []
         self.wheels: list[Wheels] = []
         self._scripts = dict(readings or {})
-        self._add_script(RangeSensorDescription, range)
-        self._add_script(CameraDescription, camera)
-        self._raw: Robot | None = None
-        self._assembled: Assembled | None = None
-        self._loop: Loop | None = None
+        self._script_first(RangeSensorDescription, range)
+        self._script_first(CameraDescription, camera)
+        self._app: Behaviour | None = None
 
     def run(self, app: Behaviour, ticks: int = 1) -> Status:
         """Let the app decide ``ticks`` times, or until it is done; return what it said last.
 
-        Keeps each tick in ``ticks``, and in ``wheels`` what the wheels were told by its end. Raises what ends a
-        real run: SafetyStop, DeviceError, BehaviourError.
+        Keeps each tick in ``ticks``, and in ``wheels`` what the wheels were told by its end. A further call goes on
+        where the last one ended. Raises what ends a real run: SafetyStop, DeviceError, BehaviourError.
         """
-        assembled = self._open_for(app)
-        loop = Loop(assembled, app, self.rate_hz, math.inf, [self._keep])
+        self._app = self._app or app
+        loop = Loop(self._assembled, app, self.rate_hz, math.inf, [self._keep])
         status = Status.RUNNING
         for _ in range(ticks):
             status = loop.tick()
             if status is not Status.RUNNING:
                 break
-            self._begin_tick(assembled)
+            self.advance()
         return status
 
-    @property
-    def robot(self) -> Robot:
-        """The robot as an app sees it; with every device open, where no app has been run yet."""
-        return self._assembled_with(frozenset(device.name for device in self.description.devices)).robot
-
     def advance(self, ticks: int = 1) -> None:
-        """Let time pass without a decision, as a stalled app would."""
-        assembled = self._assembled_with(frozenset(device.name for device in self.description.devices))
+        """Let time pass without a decision, as when an app stalls."""
+        clock = self._assembled.clock
         for _ in range(ticks):
-            self._begin_tick(assembled)
+            clock.sleep_until(clock.now() + 1 / self.rate_hz)
 
     @property
-    def pictures(self) -> list[Image]:
-        """What the displays were shown, in their order."""
-        return [picture for device in self._devices(MockDisplay) for picture in device.pictures]
+    def layered(self) -> Robot:
+        """The robot as the app sees it; before any app was run, with every device open."""
+        return self._assembled.robot
 
     @property
     def commands(self) -> dict[str, list[Command]]:
-        """What each motor was told, and when: clamped, guarded, and stopped by the deadman."""
-        return {motor.name: motor.commands for motor in self._devices(MockMotor)}
+        """What each motor was told, and when: after the limits, the guard and the deadman."""
+        devices = self._raw.devices.values()
+        return {device.name: device.commands for device in devices if isinstance(device, MockMotor)}
+
+    @property
+    def pictures(self) -> list[Image]:
+        """What the app showed on its displays."""
+        devices = self._raw.devices.values()
+        return [picture for device in devices if isinstance(device, MockDisplay) for picture in device.pictures]
+
+    @cached_property
+    def _raw(self) -> Robot:
+        names = frozenset(device.name for device in self.description.devices)
+        if app := self._app:
+            names = needed_devices(self.description, app.needs, app.wants)
+        return MockBackend(self._scripts).open(Setup(self.description, None, names, self.rate_hz))
+
+    @cached_property
+    def _assembled(self) -> Assembled:
+        return assemble(self._raw, self.description, self.rate_hz)
+
+    def _script_first(self, kind: type[Described], script: Script | None) -> None:
+        if script is None:
+            return
+        device = next((d for d in self.description.devices if isinstance(d, kind)), None)
+        if device is None:
+            raise UnmetNeedError(f"{self.description.name} has no device for this script; describe one or leave it out")
+        self._scripts[device.name] = script
+
+    def _keep(self, record: TickRecord) -> None:
+        self.ticks.append(record)
+        drive, commands = self.description.drive, self.commands
+        if drive and drive.left in commands and drive.right in commands:
+            last = (commands[name][-1].velocity if commands[name] else 0.0 for name in (drive.left, drive.right))
+            self.wheels.append(Wheels(*last))

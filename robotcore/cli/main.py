@@ -19,7 +19,7 @@ INTERRUPTED = 130
 @click.group(
     cls=LazyGroup,
     package="robotcore.cli",
-    names=("run", "apps", "backends", "robots", "worlds", "check", "export"),
+    names=("run", "demo", "apps", "backends", "robots", "worlds", "check", "export"),
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"]},
 )

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import colorsys
+import re
 from collections import Counter
 from collections.abc import Iterable
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, PositiveFloat
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
+
+from robotcore.errors import suggestion
 
 COLOURS: dict[str, tuple[int, int, int]] = {
     "black": (25, 25, 25),
@@ -28,7 +31,10 @@ COLOURS: dict[str, tuple[int, int, int]] = {
 
 
 class Described(BaseModel):
-    """A part of a description: no unknown keys, no change afterwards, finite numbers."""
+    """A part of a description: no unknown keys, no change afterwards, finite numbers.
+
+    A validator that refuses raises ValueError with the fault and, after a semicolon, the remedy.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -36,7 +42,7 @@ class Described(BaseModel):
 def _colour(value: Any) -> Any:
     if isinstance(value, str):
         if value not in COLOURS:
-            raise ValueError(f"unknown colour {value!r}; take one of {', '.join(COLOURS)}, or [r, g, b]")
+            raise ValueError(f"unknown colour {value[:40]!r}; {suggestion(value, list(COLOURS))} Or take [r, g, b]")
         return COLOURS[value]
     return value
 
@@ -48,15 +54,30 @@ Colour = Annotated[tuple[Byte, Byte, Byte], BeforeValidator(_colour)]
 
 def _ordered(limits: tuple[float, float]) -> tuple[float, float]:
     if limits[0] > limits[1]:
-        raise ValueError(f"the lower end {limits[0]} is above the upper end {limits[1]}")
+        raise ValueError(f"the lower end {limits[0]:g} is above the upper end {limits[1]:g}; swap them")
     return limits
 
 
-Interval = Annotated[tuple[float, float], AfterValidator(_ordered)]
+def _named(value: str) -> str:
+    if not re.fullmatch(r"[a-z][a-z0-9_-]*", value):
+        raise ValueError(
+            f"{value[:40]!r} is no name; take lower-case letters, digits, _ and -, beginning with a letter"
+        )
+    return value
+
+
+Ordered = AfterValidator(_ordered)
+Metres = Annotated[float, Field(ge=0.001, le=1000)]
+"""A length of something, from a millimetre to a kilometre."""
+
+Place = Annotated[float, Field(ge=-1000, le=1000)]
+"""A coordinate, in metres."""
+
+Interval = Annotated[tuple[float, float], Ordered]
 """Lower and upper end."""
 
-Metres = PositiveFloat
-Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]*$")]
+PlaceInterval = Annotated[tuple[Place, Place], Ordered]
+Name = Annotated[str, AfterValidator(_named)]
 """Lower case, digits, ``_`` and ``-``; begins with a letter."""
 
 

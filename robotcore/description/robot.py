@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
 
-from robotcore.description.base import Colour, Described, Metres, Name, require_unique
+from robotcore.description.base import Colour, Described, Metres, Name, Place, require_unique
 from robotcore.devices import Intrinsics
 from robotcore.drive import DifferentialGeometry
 
@@ -22,7 +22,7 @@ class Body(Described):
     length_m: Metres
     width_m: Metres
     height_m: Metres
-    centre_x_m: float = 0.0
+    centre_x_m: Place = 0.0
     clearance_m: NonNegativeFloat
     mass_kg: PositiveFloat
     colour: Colour = (60, 65, 75)
@@ -47,7 +47,7 @@ class Body(Described):
 class Caster(Described):
     """A ball that slides without friction."""
 
-    x_m: float
+    x_m: Place
     radius_m: Metres
 
 
@@ -64,6 +64,16 @@ class Drive(Described):
     wheel_mass_kg: PositiveFloat
     caster: Caster | None = None
     max_acceleration_rad_s2: PositiveFloat | None = None
+
+    @model_validator(mode="after")
+    def _sides_differ(self) -> Drive:
+        if self.left == self.right:
+            raise ValueError(f"left and right are both {self.left!r}; name two motors")
+        if (self.left_encoder is None) != (self.right_encoder is None):
+            raise ValueError("one wheel alone has an encoder; name both encoders or neither")
+        if self.left_encoder and self.left_encoder == self.right_encoder:
+            raise ValueError(f"left_encoder and right_encoder are both {self.left_encoder!r}; name two encoders")
+        return self
 
     @property
     def geometry(self) -> DifferentialGeometry:
@@ -82,9 +92,9 @@ class Safety(Described):
 class Mount(Described):
     """Where on the robot a sensor sits and where it looks; pitch is positive downwards."""
 
-    x_m: float = 0.0
-    y_m: float = 0.0
-    z_m: NonNegativeFloat
+    x_m: Place = 0.0
+    y_m: Place = 0.0
+    z_m: Annotated[float, Field(ge=0, le=1000)]
     yaw_rad: float = 0.0
     pitch_rad: float = 0.0
 
@@ -125,7 +135,9 @@ class RangeSensorDescription(Described):
     @model_validator(mode="after")
     def _ranges_in_order(self) -> RangeSensorDescription:
         if self.min_range_m >= self.max_range_m:
-            raise ValueError("min_range_m is not below max_range_m; swap them")
+            raise ValueError(
+                f"min_range_m {self.min_range_m:g} is not below max_range_m {self.max_range_m:g}; correct either"
+            )
         return self
 
 
@@ -185,6 +197,22 @@ class RobotDescription(Described):
             encoders = {encoder.name for encoder in self.all_of(EncoderDescription)}
             _require_named("drive", (drive.left, drive.right), motors, "motor")
             _require_named("drive", filter(None, (drive.left_encoder, drive.right_encoder)), encoders, "encoder")
+        return self
+
+    @model_validator(mode="after")
+    def _wheels_fit(self) -> RobotDescription:
+        if (drive := self.drive) is None:
+            return self
+        body, across = self.body, drive.track_m + drive.wheel_width_m
+        if across > body.width_m:
+            raise ValueError(
+                f"the wheels are {across:g} m from outside to outside, the body is {body.width_m:g} m wide; "
+                "let body.width_m take in the wheels"
+            )
+        if not body.front_x_m - body.length_m < 0 < body.front_x_m:
+            raise ValueError("the axle at x = 0 is not under the body; correct body.centre_x_m or body.length_m")
+        if body.clearance_m == 0:
+            raise ValueError("the body lies on the floor; raise body.clearance_m, or leave out [drive]")
         return self
 
     def all_of(self, kind: type[DescriptionT]) -> tuple[DescriptionT, ...]:

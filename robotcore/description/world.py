@@ -10,15 +10,37 @@ from typing import Annotated, Literal
 
 from pydantic import Field, NonNegativeFloat, model_validator
 
-from robotcore.description.base import COLOURS, Colour, Described, Interval, Metres, Name, require_unique
+from robotcore.description.base import (
+    COLOURS,
+    Colour,
+    Described,
+    Interval,
+    Metres,
+    Name,
+    Ordered,
+    Place,
+    PlaceInterval,
+    require_unique,
+)
 from robotcore.geometry import Pose
 
 Fraction = Annotated[float, Field(ge=0, le=1)]
+Scale = Annotated[float, Field(ge=0.1, le=10)]
+Elevation = Annotated[float, Field(gt=0, le=math.pi / 2)]
+Brightness = Annotated[float, Field(gt=0, le=2)]
 Outline = tuple[tuple[float, float], ...]
 """The corners of a convex polygon on the floor, counter-clockwise."""
 
 CYLINDER_SIDES = 24
 """A cylinder is this prism wherever it is drawn, touched or measured, the same on every simulator."""
+
+
+def round_outline(x: float, y: float, radius: float) -> Outline:
+    """Return the prism's outline that stands for a circle."""
+    step = math.tau / CYLINDER_SIDES
+    return tuple(
+        (x + radius * math.cos(i * step), y + radius * math.sin(i * step)) for i in range(CYLINDER_SIDES)
+    )
 
 
 class Floor(Described):
@@ -41,8 +63,8 @@ class Prism(Described):
     """What all upright things on the floor have: a place, a height, a colour."""
 
     name: Name
-    x_m: float = 0.0
-    y_m: float = 0.0
+    x_m: Place = 0.0
+    y_m: Place = 0.0
     yaw_rad: float = 0.0
     height_m: Metres
     colour: Colour
@@ -80,11 +102,7 @@ class Cylinder(Prism):
 
     @property
     def local_outline(self) -> Outline:
-        step = math.tau / CYLINDER_SIDES
-        return tuple(
-            (self.radius_m * math.cos(i * step), self.radius_m * math.sin(i * step))
-            for i in range(CYLINDER_SIDES)
-        )
+        return round_outline(0.0, 0.0, self.radius_m)
 
 
 Obstacle = Annotated[Box | Cylinder, Field(discriminator="shape")]
@@ -96,15 +114,20 @@ class Ball(Described):
     name: Name
     radius_m: Metres
     colour: Colour
-    x_m: float
-    y_m: float
+    x_m: Place
+    y_m: Place
+
+    @property
+    def outline(self) -> Outline:
+        """Its outline in the world, in plan."""
+        return round_outline(self.x_m, self.y_m, self.radius_m)
 
 
 class Start(Described):
     """Where the robot begins: the middle of its axle."""
 
-    x_m: float = 0.0
-    y_m: float = 0.0
+    x_m: Place = 0.0
+    y_m: Place = 0.0
     yaw_rad: float = 0.0
 
     @property
@@ -116,10 +139,10 @@ class Light(Described):
     """One distant lamp and a glow from everywhere; a face shows ambient + diffuse·cos(angle), at most 1."""
 
     azimuth_rad: float = 0.8
-    elevation_rad: Annotated[float, Field(gt=0, le=math.pi / 2)] = 1.0
+    elevation_rad: Elevation = 1.0
     ambient: Fraction = 0.6
     diffuse: Fraction = 0.4
-    brightness: Annotated[float, Field(gt=0, le=2)] = 1.0
+    brightness: Brightness = 1.0
     sky_colour: Colour = (190, 215, 235)
 
     @property
@@ -134,18 +157,23 @@ class Light(Described):
 
 
 class Variation(Described):
-    """From what a seed draws. What is left out stays as the file has it."""
+    """From what a seed draws. What is left out stays as the file has it.
 
-    place_x_m: Interval | None = None
-    place_y_m: Interval | None = None
-    yaw_rad: Interval = (-math.pi, math.pi)
-    obstacle_scale: Interval = (1.0, 1.0)
-    gap_m: NonNegativeFloat = 0.3
-    target_distance_m: Interval | None = None
+    Places and headings are those of the start, the obstacles and, places only, the targets. ``obstacle_scale``
+    is of an obstacle's outline. ``target_distance_m`` is from the start to the first target's middle;
+    ``target_hidden``: from the start no part of it is in line of sight, whichever way the robot turns.
+    """
+
+    place_x_m: PlaceInterval | None = None
+    place_y_m: PlaceInterval | None = None
+    yaw_rad: Interval | None = None
+    obstacle_scale: Annotated[tuple[Scale, Scale], Ordered] = (1.0, 1.0)
+    gap_m: Annotated[float, Field(ge=0, le=1000)] = 0.3
+    target_distance_m: Annotated[tuple[NonNegativeFloat, NonNegativeFloat], Ordered] | None = None
     target_hidden: bool = False
     light_azimuth_rad: Interval | None = None
-    light_elevation_rad: Interval | None = None
-    light_brightness: Interval | None = None
+    light_elevation_rad: Annotated[tuple[Elevation, Elevation], Ordered] | None = None
+    light_brightness: Annotated[tuple[Brightness, Brightness], Ordered] | None = None
 
 
 class WorldDescription(Described):

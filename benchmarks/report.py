@@ -1,0 +1,32 @@
+"""What every benchmark prints: on which machine and when, by which command, and a table."""
+
+from __future__ import annotations
+
+import platform
+import sys
+from collections.abc import Iterable, Sequence
+from datetime import datetime
+from pathlib import Path
+
+
+def machine() -> str:
+    """Return the machine, the Python, the date and the command, in two lines."""
+    command = " ".join(["python -m", f"benchmarks.{Path(sys.argv[0]).stem}", *sys.argv[1:]])
+    date = f"{datetime.now():%Y-%m-%d}"
+    return f"{_processor()}, {platform.system()}, Python {platform.python_version()}, {date}\n$ {command}"
+
+
+def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    """Print a table in Markdown, ready for a page."""
+    cells = [list(columns), ["---"] * len(columns), *map(list, rows)]
+    print("\n".join(f"| {' | '.join(row)} |" for row in cells))
+
+
+def _processor() -> str:
+    """Return the processor's own name where Linux tells it, else its kind."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.machine()
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return f"{names[0]} ×{len(names)}" if names else platform.machine()

@@ -1,0 +1,37 @@
+"""``robotcore demo``: the main job, in the best simulator that is there."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+
+@click.command("demo")
+@click.option("--seed", type=int, default=7, show_default=True, help="Draw the world anew from this number.")
+@click.option("--gui", is_flag=True, help="Open the simulator's window.")
+@click.option("--picture", type=click.Path(path_type=Path), default=Path("demo.png"), show_default=True)
+def command(seed: int, picture: Path, *, gui: bool) -> int:
+    """Watch the rover look for the green ball, and draw a picture of how it went."""
+    from robotcore.cli.main import execute
+
+    backend, why = chosen_backend()
+    arguments = ["run", "green-search", "--backend", backend, "--seed", str(seed), "--picture", str(picture)]
+    arguments += ["--gui"] if gui else []
+    click.echo(f"{why}\n$ robotcore {' '.join(arguments)}")
+    status = execute(arguments)
+    if status == 0:
+        click.echo(f"The run, seen from above: {picture}")
+    return status
+
+
+def chosen_backend() -> tuple[str, str]:
+    """Return the first physics simulator that is installed, else the built-in backend; and why."""
+    from robotcore.registry import backend_names, load_backend
+
+    physical = [backend for backend in map(load_backend, backend_names()) if backend.has_physics]
+    for backend in physical:
+        if backend.is_installed:
+            return backend.name, f"{backend.name} is installed for this Python: the demo runs on {backend.summary}."
+    missing = " ".join(f"{backend.name} is not installed. {backend.remedy}." for backend in physical)
+    return "kinematic", f"{missing} The demo runs on the built-in kinematic simulator."

@@ -1,0 +1,97 @@
+"""Whether a robot finds a way to the target: clearance on a grid, and what hangs together."""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from robotcore.description.placement import things_of
+from robotcore.description.robot import RobotDescription
+from robotcore.description.sight import visible_parts
+from robotcore.description.world import Ball, WorldDescription
+from robotcore.raycast import edges_of
+
+Array = NDArray[np.float64]
+
+CELL_M = 0.025
+MAX_CELLS = 1200
+"""Along one side; the cells of a world beyond 30 m are larger."""
+
+OPEN_MARGIN_M = 1.0
+"""How much of the open ground around everything belongs to the map where there are no walls."""
+
+ARRIVAL_GAP_M = 0.28
+"""Where a robot comes to rest: so far from the front of its body to the ball."""
+
+ARRIVALS = 72
+
+
+def is_solvable(world: WorldDescription, robot: RobotDescription) -> bool:
+    """Return whether the robot can drive from the start to an arrival: in front of the first target, all of it in sight.
+
+    It keeps so clear of everything that it can turn on the spot all along the way. True where there is no target to go to, or no drive to go by.
+    """
+    if (ball := world.target) is None or robot.drive is None:
+        return True
+    places = _arrivals(ball, robot)
+    edges = edges_of(prism.outline for prism in world.prisms)
+    in_sight = visible_parts(places, ball, edges).all(axis=1)
+    return bool((FreeSpace(world).reached(places, robot.body.reach_m) & in_sight).any())
+
+
+class FreeSpace:
+    """A map of a world's clearance; rows are y, columns are x."""
+
+    def __init__(self, world: WorldDescription) -> None:
+        self._start = np.array([(world.start.x_m, world.start.y_m)])
+        half = _half_extent(world)
+        self._cell = max(CELL_M, 2 * half.max() / MAX_CELLS)
+        columns, rows = (np.ceil(2 * half / self._cell).astype(int) + 2).tolist()
+        self._origin = -(np.array((columns, rows)) - 1) / 2 * self._cell
+        self._clearance = cv2.distanceTransform(
+            self._painted(world, rows, columns), cv2.DIST_L2, cv2.DIST_MASK_PRECISE
+        )
+        self._clearance *= self._cell
+
+    def reached(self, places: Array, radius: float) -> NDArray[np.bool_]:
+        """Return which places, (n, 2), a disc of this radius can be moved to from the start."""
+        is_clear = (self._clearance >= radius).astype(np.uint8)
+        _, labels = cv2.connectedComponents(is_clear, connectivity=4)
+        columns, rows = self._cells(np.concatenate((self._start, places)))
+        start, *ends = labels[rows, columns]
+        return np.asarray((np.array(ends) == start) & (start > 0))
+
+    def _cells(self, places: Array) -> NDArray[np.int64]:
+        """Return columns and rows, (2, n); on the border, which is taken, where a place lies outside."""
+        cells = np.rint((places - self._origin) / self._cell).astype(np.int64)
+        rows, columns = self._clearance.shape
+        return np.clip(cells, 0, (columns - 1, rows - 1)).T
+
+    def _painted(self, world: WorldDescription, rows: int, columns: int) -> NDArray[np.uint8]:
+        """Return 0 where something is and on the border, elsewhere 1."""
+        image = np.zeros((rows, columns), np.uint8)
+        image[1:-1, 1:-1] = 1
+        for thing in things_of(world):
+            corners = (np.array(thing.outline) - self._origin) / self._cell
+            cv2.fillConvexPoly(image, np.rint(corners * 16).astype(np.int32), 0, shift=4)
+        return image
+
+
+def _half_extent(world: WorldDescription) -> Array:
+    """Return half of length and width of the map around the origin: the floor, or the open ground around everything."""
+    half = np.array((world.floor.length_m, world.floor.width_m)) / 2
+    if world.walls:
+        return half
+    corners = [corner for thing in things_of(world) for corner in thing.outline]
+    corners.append((world.start.x_m, world.start.y_m))
+    return np.maximum(half, np.abs(np.array(corners)).max(axis=0)) + OPEN_MARGIN_M
+
+
+def _arrivals(ball: Ball, robot: RobotDescription) -> Array:
+    """Return where the axle's middle may come to rest in front of the ball, (72, 2)."""
+    distance = ball.radius_m + ARRIVAL_GAP_M + robot.body.front_x_m
+    angles = np.arange(ARRIVALS) * (math.tau / ARRIVALS)
+    return np.stack((ball.x_m + distance * np.cos(angles), ball.y_m + distance * np.sin(angles)), axis=1)
