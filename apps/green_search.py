@@ -21,6 +21,8 @@ STANDING = Twist(0.0, 0.0)
 CENTRED_RAD = 0.1
 CONFIRM_TICKS = 3
 PATIENCE_TICKS = 10
+SEEN_PX = 30
+KEPT_PX = 8
 
 
 @dataclass
@@ -38,11 +40,11 @@ class GreenSearch(Behaviour):
     milestones = ("search", "seen", "approach", "arrived")
 
     def __post_init__(self) -> None:
-        self._detector = ColourDetector(self.hue)
+        self._detector = ColourDetector(self.hue, min_area=KEPT_PX)
         self._way = Navigator(self.speed_m_s, self.turn_rad_s)
         self._pose = Pose(0.0, 0.0, 0.0)
         self._ball: tuple[float, float] | None = None
-        self._surveyed_at: tuple[float, float] | None = None
+        self._surveyed_at: Pose | None = None
         self._ticks_lost = 0
         self._enter("search")
 
@@ -74,7 +76,7 @@ class GreenSearch(Behaviour):
 
     def _search(self, robot: Robot, blob: Blob | None) -> Twist:
         """Turn once on the spot; then go where most that is unknown can be seen."""
-        if blob:
+        if blob and blob.area >= SEEN_PX:
             return self._enter("seen")
         if self._turned <= math.tau:
             return Twist(0.0, self.turn_rad_s)
@@ -84,14 +86,14 @@ class GreenSearch(Behaviour):
         return self._enter("search")
 
     def _explore(self, robot: Robot, blob: Blob | None) -> Twist:
-        if blob:
+        if blob and blob.area >= SEEN_PX:
             return self._enter("seen")
         return self._way.follow(self._pose) or self._enter("search")
 
     def _confirm(self, robot: Robot, blob: Blob | None) -> Twist:
         """Turn towards what was seen until it has proved to be there."""
         if self._ticks_lost > PATIENCE_TICKS:
-            return self._enter("search")
+            return self._go_round(robot)
         if blob and abs(blob.bearing) < CENTRED_RAD and self._ticks_here >= CONFIRM_TICKS:
             return self._enter("approach")
         return Twist(0.0, self._way.turn_to(blob.bearing)) if blob else STANDING
@@ -101,8 +103,9 @@ class GreenSearch(Behaviour):
         if self._ball is None or self._ticks_lost > PATIENCE_TICKS:
             return self._enter("search")
         bearing = self._pose.bearing_to(*self._ball)
-        gap = self._pose.distance_to(*self._ball) - self._standing_distance(robot)
-        if not self._way.is_straight(self._pose, gap, bearing):
+        standing = self._standing_distance(robot)
+        gap = self._pose.distance_to(*self._ball) - standing
+        if not self._way.is_straight(self._pose, *self._ball, standing, is_surveyed=self._is_surveyed(robot)):
             return self._go_round(robot)
         if blob and abs(gap) < 0.02 and abs(bearing) < CENTRED_RAD:
             return self._enter("arrived")
@@ -126,13 +129,18 @@ class GreenSearch(Behaviour):
         nearest = self._standing_distance(robot) + 0.05
         if self._way.plan_to_ring(self._pose, *self._ball, nearest, nearest + 0.35):
             return self._enter("avoid")
-        if self._surveyed_at is None or self._pose.distance_to(*self._surveyed_at) > robot.drive.reach:
-            self._surveyed_at = self._pose[:2]
+        if not self._is_surveyed(robot):
+            self._surveyed_at = self._pose
             return self._enter("survey")
         if self._way.plan_to_view(self._pose):
             return self._enter("avoid")
         self._way.forget()
         return self._enter("search")
+
+    def _is_surveyed(self, robot: Robot) -> bool:
+        """Return whether the robot has just looked all round, about where it is."""
+        at = self._surveyed_at
+        return at is not None and self._pose.distance_to(at.x, at.y) < robot.drive.reach
 
     def _enter(self, state: str) -> Twist:
         """Begin a state, standing."""

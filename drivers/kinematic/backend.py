@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from pydantic import NonNegativeFloat
 
+from drivers.kinematic.devices import KinematicCamera, KinematicEncoder, KinematicMotor, KinematicRangeSensor
+from drivers.kinematic.noise import Noise
+from drivers.kinematic.simulation import Simulation
 from robotcore.backend import Backend, Setup, Vouch
 from robotcore.description import (
     AnyDevice,
@@ -12,17 +15,11 @@ from robotcore.description import (
     EncoderDescription,
     MotorDescription,
     RangeSensorDescription,
-    RobotDescription,
 )
 from robotcore.devices import Device
 from robotcore.display import MemoryDisplay
 from robotcore.errors import DeviceError, DeviceGroupError, UsageError
 from robotcore.robot import Robot
-
-from drivers.kinematic.devices import KinematicCamera, KinematicEncoder, KinematicMotor, KinematicRangeSensor
-from drivers.kinematic.motion import Wheel
-from drivers.kinematic.noise import Noise
-from drivers.kinematic.simulation import Simulation
 
 
 class KinematicOptions(Described):
@@ -48,36 +45,27 @@ class KinematicBackend(Backend):
             raise UsageError("the kinematic backend needs a world; name one with --world")
         options = setup.options_as(KinematicOptions)
         simulation = Simulation(setup, setup.world)
-        devices, failures = [], []
-        for description in setup.chosen:
-            try:
-                devices.append(_open_device(description, setup, options, simulation))
-            except DeviceError as failure:
-                failures.append(failure)
-        if failures:
-            raise DeviceGroupError(f"opening {setup.robot.name}", failures)
+        _require_wheels(setup, simulation)
+        devices = [_opened(description, setup, options, simulation) for description in setup.chosen]
         return Robot(setup.robot.name, simulation.clock, devices, truth=simulation)
 
 
-def _open_device(
-    description: AnyDevice, setup: Setup, options: KinematicOptions, simulation: Simulation
-) -> Device:
+def _require_wheels(setup: Setup, simulation: Simulation) -> None:
+    """Raise DeviceGroupError where encoders sit on no wheel."""
+    fault = "sits on no wheel; name it as left_encoder or right_encoder of the drive, or leave it out"
+    encoders = [device.name for device in setup.chosen if isinstance(device, EncoderDescription)]
+    if stray := [DeviceError(name, fault) for name in encoders if name not in simulation.encoded]:
+        raise DeviceGroupError(f"opening {setup.robot.name}", stray)
+
+
+def _opened(description: AnyDevice, setup: Setup, options: KinematicOptions, simulation: Simulation) -> Device:
     name = description.name
     if isinstance(description, MotorDescription):
         return KinematicMotor(description, simulation.wheels[name])
     if isinstance(description, EncoderDescription):
-        return KinematicEncoder(description, _wheel_of(name, setup.robot, simulation), simulation.clock)
+        return KinematicEncoder(description, simulation.encoded[name], simulation.clock)
     if isinstance(description, RangeSensorDescription):
         return KinematicRangeSensor(description, simulation, Noise(setup.seed, name, options.range_noise_m))
     if isinstance(description, CameraDescription):
         return KinematicCamera(description, simulation, Noise(setup.seed, name, options.camera_noise))
     return MemoryDisplay(name)
-
-
-def _wheel_of(encoder: str, robot: RobotDescription, simulation: Simulation) -> Wheel:
-    drive = robot.drive
-    if drive and encoder == drive.left_encoder:
-        return simulation.wheels[drive.left]
-    if drive and encoder == drive.right_encoder:
-        return simulation.wheels[drive.right]
-    raise DeviceError(encoder, "sits on no wheel; name it as left_encoder or right_encoder of the drive")

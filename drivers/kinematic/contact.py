@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
+from drivers.kinematic.planes import Array
+from drivers.kinematic.surroundings import Surroundings
 from robotcore.geometry import Pose
-
-from drivers.kinematic.surroundings import Array, Surroundings
 
 RELEASE_M = 0.001
 """A touch is over when the body has drawn back from the thing by this much."""
@@ -21,24 +22,27 @@ class Bumper:
     def __init__(self, surroundings: Surroundings, start: Pose) -> None:
         self.contacts = 0
         self._surroundings = surroundings
+        self._reach = surroundings.reach
         self._touched: dict[int, float] = {}
         self._measure(surroundings.gaps(start))
 
-    def permits(self, here: Pose, there: Pose, travel: float) -> bool:
-        """Return whether the body may move; no point of it moves farther than ``travel``.
+    def permits(self, here: Pose, there: Pose, distance: float, turn: float) -> bool:
+        """Return whether the body may roll ``distance`` metres while turning by ``turn``, neither below zero.
 
         Out of a thing it overlaps it may move, deeper in it may not.
         """
+        travel = distance + turn * self._reach
         if self._travelled + travel < self._clearance:
             self._travelled += travel
             return True
         ahead = self._surroundings.gaps(there)
-        if not ((ahead < 0) & (ahead < self._gaps)).any():
+        is_hit = (ahead < 0) & (ahead < self._gaps)
+        if not is_hit.any():
             self._measure(ahead)
             return True
         if self._travelled:
             self._measure(self._surroundings.gaps(here))
-        self._touch((ahead < 0) & (ahead < self._gaps))
+        self._touch(is_hit)
         return False
 
     def _measure(self, gaps: Array) -> None:
@@ -47,7 +51,7 @@ class Bumper:
         self._travelled = 0.0
         self._touched = {i: gap for i, gap in self._touched.items() if gaps[i] <= gap + RELEASE_M}
 
-    def _touch(self, is_hit: np.ndarray) -> None:
+    def _touch(self, is_hit: NDArray[np.bool_]) -> None:
         for i in np.flatnonzero(is_hit).tolist():
             if i not in self._touched:
                 self._touched[i] = float(self._gaps[i])

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
-from typing import Generic
-
+from drivers.kinematic.echo import Sonar
+from drivers.kinematic.motion import Wheel
+from drivers.kinematic.noise import Noise
+from drivers.kinematic.simulation import Simulation
 from robotcore.clock import Clock
 from robotcore.description import (
     CameraDescription,
@@ -13,29 +13,9 @@ from robotcore.description import (
     MotorDescription,
     RangeSensorDescription,
 )
-from robotcore.devices import Angle, Camera, Encoder, Frame, Image, Motor, Range, RangeSensor, SampleT
+from robotcore.devices import Angle, Camera, Encoder, Frame, Image, Motor, Range, RangeSensor
 from robotcore.projection import View
-
-from drivers.kinematic.echo import Sonar
-from drivers.kinematic.motion import Wheel
-from drivers.kinematic.noise import Noise
-from drivers.kinematic.simulation import Simulation
-
-
-class Capture(Generic[SampleT]):
-    """One sample an instant: ``make(time, sequence)`` is called only when time has moved on."""
-
-    def __init__(self, clock: Clock, make: Callable[[float, int], SampleT]) -> None:
-        self._clock = clock
-        self._make = make
-        self._last: SampleT | None = None
-
-    def __call__(self) -> SampleT:
-        now = self._clock.now()
-        last = self._last
-        if last is None or last.time != now:
-            last = self._last = self._make(now, last.sequence + 1 if last else 0)
-        return last
+from robotcore.sampling import OnceAnInstant
 
 
 class KinematicMotor(Motor):
@@ -55,15 +35,14 @@ class KinematicEncoder(Encoder):
     def __init__(self, description: EncoderDescription, wheel: Wheel, clock: Clock) -> None:
         super().__init__(description.name)
         self._wheel = wheel
-        self._counts_per_turn = description.counts_per_turn
-        self._capture = Capture(clock, self._read_wheel)
+        self._quantised = description.quantised
+        self._newest_at = OnceAnInstant(clock, self._read_wheel)
 
     def _newest(self) -> Angle:
-        return self._capture()
+        return self._newest_at()
 
     def _read_wheel(self, time: float, sequence: int) -> Angle:
-        counts = math.floor(self._wheel.angle / math.tau * self._counts_per_turn)
-        return Angle(counts * math.tau / self._counts_per_turn, time, sequence)
+        return Angle(self._quantised(self._wheel.angle), time, sequence)
 
 
 class KinematicRangeSensor(RangeSensor):
@@ -79,10 +58,10 @@ class KinematicRangeSensor(RangeSensor):
         self._sonar = Sonar(description, simulation.world)
         self._simulation = simulation
         self._noise = noise
-        self._capture = Capture(simulation.clock, self._listen)
+        self._newest_at = OnceAnInstant(simulation.clock, self._listen)
 
     def _newest(self) -> Range:
-        return self._capture()
+        return self._newest_at()
 
     def _listen(self, time: float, sequence: int) -> Range:
         error = self._noise.error(self._simulation.step_count)
@@ -98,10 +77,10 @@ class KinematicCamera(Camera):
         self._mount = description.mount
         self._simulation = simulation
         self._noise = noise
-        self._capture = Capture(simulation.clock, self._expose)
+        self._newest_at = OnceAnInstant(simulation.clock, self._expose)
 
     def _newest(self) -> Frame:
-        return self._capture()
+        return self._newest_at()
 
     def _expose(self, time: float, sequence: int) -> Frame:
         view = View.of(self.intrinsics, self._mount, self._simulation.pose())

@@ -28,7 +28,7 @@ class Sonar:
 
     def __init__(self, sensor: RangeSensorDescription, world: WorldDescription) -> None:
         mount = sensor.mount
-        self._mount = mount
+        self._mount = Pose(mount.x_m, mount.y_m, mount.yaw_rad)
         self._fan = Fan(sensor.cone_rad, sensor.min_range_m, sensor.max_range_m)
         self._edges = edges_of(prism.outline for prism in world.prisms if prism.height_m > mount.z_m)
         self._circles = np.array(
@@ -41,9 +41,7 @@ class Sonar:
 
     def listen(self, robot: Pose, error: float = 0.0) -> Echo:
         """Return what a sensor that errs by ``error`` metres hears on a robot at ``robot``."""
-        sensor = Pose(
-            *robot.to_world(self._mount.x_m, self._mount.y_m), robot.heading + self._mount.yaw_rad
-        )
+        sensor = robot.moved(self._mount)
         x, y = sensor.to_world(-FAN_SETBACK_M, 0.0)
         dx, dy = self._fan.directions(sensor)
         lengths = np.minimum(cast(x, y, dx, dy, self._edges), cast_at_circles(x, y, dx, dy, self._circles))

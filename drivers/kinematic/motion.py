@@ -2,7 +2,7 @@
 
 Nothing is integrated numerically. Over a step of h seconds a wheel of lag τ on its way to the velocity u has
 
-    ω(h) = u + (ω₀ − u)·e^(−h/τ)        φ(h) = φ₀ + u·h + (ω₀ − u)·τ·(1 − e^(−h/τ))
+    ω(h) = u + (ω₀ - u)·e^(-h/τ)        φ(h) = φ₀ + u·h + (ω₀ - u)·τ·(1 - e^(-h/τ))
 
 and the body follows the arc of those angles. While both velocities keep their proportion, any number of
 steps gives the same place as one.
@@ -12,10 +12,9 @@ from __future__ import annotations
 
 import math
 
+from drivers.kinematic.contact import Bumper
 from robotcore.drive import DifferentialGeometry, Wheels
 from robotcore.geometry import Pose, Twist
-
-from drivers.kinematic.contact import Bumper
 
 
 class Wheel:
@@ -57,13 +56,10 @@ class Wheel:
 class Chassis:
     """A body on two wheels. A step that would drive it into something is not made: the wheels stall."""
 
-    def __init__(
-        self, start: Pose, geometry: DifferentialGeometry, left: Wheel, right: Wheel, reach: float, bumper: Bumper
-    ) -> None:
+    def __init__(self, start: Pose, geometry: DifferentialGeometry, left: Wheel, right: Wheel, bumper: Bumper) -> None:
         self.pose = start
         self._geometry = geometry
         self._left, self._right = left, right
-        self._reach = reach
         self._bumper = bumper
 
     @property
@@ -76,7 +72,7 @@ class Chassis:
         left, right = self._left.next_turn(), self._right.next_turn()
         distance, turn = self._geometry.to_twist(Wheels(left, right))
         there = self.pose.advanced(distance, turn)
-        if self._bumper.permits(self.pose, there, abs(distance) + abs(turn) * self._reach):
+        if self._bumper.permits(self.pose, there, abs(distance), abs(turn)):
             self.pose = there
             self._left.roll(left)
             self._right.roll(right)

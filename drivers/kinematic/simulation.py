@@ -4,30 +4,35 @@ from __future__ import annotations
 
 from functools import cached_property
 
-from robotcore.backend import Setup
-from robotcore.clock import SteppedClock
-from robotcore.description import MotorDescription, WorldDescription
-from robotcore.geometry import Pose, Twist
-
 from drivers.kinematic.contact import Bumper
 from drivers.kinematic.motion import Chassis, Wheel
 from drivers.kinematic.painter import Painter
 from drivers.kinematic.surroundings import Surroundings
+from robotcore.backend import Setup
+from robotcore.clock import SteppedClock
+from robotcore.description import Drive, MotorDescription, WorldDescription
+from robotcore.geometry import Pose, Twist
 
 
 class Simulation:
-    """A robot in its world, moved by its own clock. It is also the run's `TruthSource`."""
+    """A robot in its world, moved by its own clock. It is also the run's `TruthSource`.
+
+    ``wheels`` are by the name of their motor, ``encoded`` by that of their encoder.
+    """
 
     def __init__(self, setup: Setup, world: WorldDescription) -> None:
+        robot = setup.robot
         self.world = world
         self.clock = SteppedClock(setup.rate_hz, self._advance)
-        motors = setup.robot.all_of(MotorDescription)
-        self.wheels = {motor.name: Wheel(motor.lag_s, self.clock.step) for motor in motors}
-        self._bumper = Bumper(Surroundings(setup.robot.body.footprint, world), world.start.pose)
-        self._chassis = self._make_chassis(setup, world.start.pose)
-        driven = {setup.robot.drive.left, setup.robot.drive.right} if setup.robot.drive else set()
-        free = [wheel for name, wheel in self.wheels.items() if name not in driven]
-        self._moving = [*free, self._chassis] if self._chassis else free
+        self.wheels = {motor.name: Wheel(motor.lag_s, self.clock.step) for motor in robot.all_of(MotorDescription)}
+        self.encoded: dict[str, Wheel] = {}
+        self._start = world.start.pose
+        self._bumper = Bumper(Surroundings(robot.body.footprint, world), self._start)
+        self._chassis = self._put_on_wheels(robot.drive) if robot.drive else None
+        driven = {robot.drive.left, robot.drive.right} if robot.drive else set()
+        self._moving: list[Wheel | Chassis] = [wheel for name, wheel in self.wheels.items() if name not in driven]
+        if self._chassis:
+            self._moving.append(self._chassis)
 
     @cached_property
     def painter(self) -> Painter:
@@ -40,7 +45,7 @@ class Simulation:
         return round(self.clock.now() * self.clock.steps_per_second)
 
     def pose(self) -> Pose:
-        return self._chassis.pose if self._chassis else self.world.start.pose
+        return self._chassis.pose if self._chassis else self._start
 
     def twist(self) -> Twist:
         return self._chassis.twist if self._chassis else Twist(0.0, 0.0)
@@ -48,11 +53,11 @@ class Simulation:
     def contacts(self) -> int:
         return self._bumper.contacts
 
-    def _make_chassis(self, setup: Setup, start: Pose) -> Chassis | None:
-        if (drive := setup.robot.drive) is None:
-            return None
+    def _put_on_wheels(self, drive: Drive) -> Chassis:
         left, right = self.wheels[drive.left], self.wheels[drive.right]
-        return Chassis(start, drive.geometry, left, right, setup.robot.body.reach_m, self._bumper)
+        if drive.left_encoder and drive.right_encoder:
+            self.encoded = {drive.left_encoder: left, drive.right_encoder: right}
+        return Chassis(self._start, drive.geometry, left, right, self._bumper)
 
     def _advance(self, steps: int) -> None:
         for _ in range(steps):

@@ -6,21 +6,21 @@ import math
 
 import numpy as np
 
+from drivers.kinematic.planes import Array, half_planes, nearest_on, run_starts
 from robotcore.description import WorldDescription
 from robotcore.geometry import Pose
 from robotcore.raycast import Outline, edges_of
-
-from drivers.kinematic.planes import Array, half_planes, nearest_on, run_starts
 
 
 class Surroundings:
     """The gaps between a convex footprint and the things of a world: its prisms, then its targets.
 
-    Everything stands on the floor, so plan is enough.
+    Everything stands on the floor, so plan is enough. ``reach`` is how far the footprint goes from its origin.
     """
 
     def __init__(self, footprint: Outline, world: WorldDescription) -> None:
         outlines = [prism.outline for prism in world.prisms]
+        self.reach = max(math.hypot(x, y) for x, y in footprint)
         self._footprint = np.array(footprint)
         self._sides = edges_of([footprint])
         self._side_normals, self._side_offsets = half_planes(self._sides)
@@ -51,7 +51,7 @@ class Surroundings:
         past_body = corners @ self._side_normals.T - self._side_offsets
         by_things = np.maximum.reduceat(past_things, self._starts)
         by_body = np.minimum.reduceat(past_body, self._starts, axis=0).max(axis=1)
-        return np.maximum(by_things, by_body)
+        return np.asarray(np.maximum(by_things, by_body))
 
     def _gaps_to_balls(self, centres: Array) -> Array:
         past_sides = (centres @ self._side_normals.T - self._side_offsets).max(axis=1)

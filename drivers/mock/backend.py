@@ -34,8 +34,10 @@ class MockOptions(Described):
 
 
 class MockBackend(Backend):
-    """Opens a robot whose sensors play ``scripts``, by device name; the others read nothing in range, a grey
-    picture, and the angle that the wheel was told."""
+    """Opens a robot whose sensors play ``scripts``, by device name.
+
+    The others read nothing in range, a grey picture, and the angle of a wheel that turns as it is told.
+    """
 
     name = "mock"
     summary = "scripted readings, commands kept for assertions; no physics"
@@ -47,7 +49,7 @@ class MockBackend(Backend):
     def open(self, setup: Setup) -> Robot:
         setup.options_as(MockOptions)
         self._require_known(setup)
-        clock = SteppedClock(setup.rate_hz, lambda steps: None)
+        clock = SteppedClock(setup.rate_hz, lambda _steps: None)
         return Robot(setup.robot.name, clock, self._devices(setup, clock))
 
     def _require_known(self, setup: Setup) -> None:
@@ -83,4 +85,4 @@ def _wheel_of(encoder: str, drive: Drive | None) -> str:
 
 
 def _turning_with(motor: MockMotor | None) -> Script:
-    return (lambda time: motor.angle) if motor else 0.0
+    return (lambda _time: motor.angle) if motor else 0.0

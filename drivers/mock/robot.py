@@ -67,13 +67,12 @@ class MockRobot:
         """
         self._app = self._app or app
         loop = Loop(self._assembled, app, self.rate_hz, math.inf, [self._keep])
-        status = Status.RUNNING
         for _ in range(ticks):
-            status = loop.tick()
-            if status is not Status.RUNNING:
-                break
+            if (status := loop.tick()) is not Status.RUNNING:
+                self._halt()
+                return status
             self.advance()
-        return status
+        return Status.RUNNING
 
     def advance(self, ticks: int = 1) -> None:
         """Let time pass without a decision, as when an app stalls."""
@@ -116,6 +115,10 @@ class MockRobot:
         if device is None:
             raise UnmetNeedError(f"{self.description.name} has no device for this script; describe one or leave it out")
         self._scripts[device.name] = script
+
+    def _halt(self) -> None:
+        if stage := self._assembled.stage:
+            stage.stop()
 
     def _keep(self, record: TickRecord) -> None:
         self.ticks.append(record)

@@ -1,0 +1,1 @@
+"""The Bullet backend: rigid-body physics through PyBullet, in process."""

@@ -5,33 +5,29 @@ from __future__ import annotations
 import platform
 import sys
 from contextlib import ExitStack
-from typing import Any
 
 from pydantic import PositiveInt
 
+from drivers.pybullet.bullet import Bullet
+from drivers.pybullet.simulation import Simulation
 from robotcore.backend import Backend, Setup, Vouch
-from robotcore.description import (
-    CameraDescription,
-    Described,
-    DisplayDescription,
-    EncoderDescription,
-    MotorDescription,
-    RangeSensorDescription,
-)
+from robotcore.description import Described
 from robotcore.devices import Device
-from robotcore.display import MemoryDisplay
-from robotcore.errors import UsageError
+from robotcore.errors import DeviceError, DeviceGroupError, UsageError
 from robotcore.robot import Robot
 
 
 class PyBulletOptions(Described):
-    """What ``--option`` can set."""
+    """What a user may set: how often the solver goes over all contacts in a physics step."""
 
-    solver_iterations: PositiveInt = 30
+    solver_iterations: PositiveInt = 50
 
 
 class PyBulletBackend(Backend):
-    """Opens each robot in a simulation of its own, reproducible to the bit on one platform."""
+    """Opens each robot in a simulation of its own, reproducible to the bit on one platform.
+
+    Options: see `PyBulletOptions`.
+    """
 
     name = "pybullet"
     summary = "Bullet rigid-body physics, in process"
@@ -39,3 +35,38 @@ class PyBulletBackend(Backend):
     needs_world = True
     has_gui = True
     modules = ("pybullet",)
+
+    @property
+    def remedy(self) -> str:
+        if sys.version_info < (3, 12) and platform.machine() in ("x86_64", "AMD64"):
+            return 'pip install "robotcore[sim]"'
+        return (
+            f"PyBullet has no wheel for Python {platform.python_version()} on {platform.machine()}; "
+            "use Python 3.11 on an x86_64 machine, or --backend kinematic"
+        )
+
+    def open(self, setup: Setup) -> Robot:
+        if setup.world is None:
+            raise UsageError("the pybullet backend needs a world; name one with --world")
+        options = setup.options_as(PyBulletOptions)
+        self.require_installed()
+        with ExitStack() as undo:
+            bullet = Bullet.connect(gui=setup.gui)
+            undo.callback(bullet.close)
+            simulation = Simulation(bullet, setup, setup.world, options.solver_iterations)
+            devices = _open_devices(simulation, setup)
+            undo.pop_all()
+        return Robot(setup.robot.name, simulation.clock, devices, truth=simulation.truth, release=bullet.close)
+
+
+def _open_devices(simulation: Simulation, setup: Setup) -> list[Device]:
+    """Open every device that was chosen; raise DeviceGroupError with all that failed."""
+    devices, failures = [], []
+    for description in setup.chosen:
+        try:
+            devices.append(simulation.open(description))
+        except DeviceError as failure:
+            failures.append(failure)
+    if failures:
+        raise DeviceGroupError(f"opening {setup.robot.name}", failures)
+    return devices

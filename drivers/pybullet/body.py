@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
+from copy import copy
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robotcore.description import RobotDescription
-from robotcore.description.urdf import CASTER, robot_urdf, wheel_joint
-from robotcore.geometry import Pose, Twist
-
 from drivers.pybullet.bullet import Bullet
 from drivers.pybullet.scene import Group
+from robotcore.description import Drive, RobotDescription
+from robotcore.description.urdf import CASTER, robot_urdf, wheel_link
+from robotcore.errors import DeviceError
+from robotcore.geometry import Pose, Twist
 
 Array = NDArray[np.float64]
 
@@ -28,21 +29,36 @@ class Body:
         self._bullet = bullet
         self.number = _load(bullet, description, start)
         self._links = _links(bullet, self.number)
+        self._joints = _wheel_joints(description.drive, self._links)
         self._centre = np.array(bullet.getDynamicsInfo(self.number, _BASE)[3])
-        for link in (_BASE, *self._links.values()):
-            group, met = (Group.BODY, Group.FLOOR | Group.THING) if link == _BASE else (Group.WHEEL, Group.FLOOR)
-            bullet.setCollisionFilterGroupMask(self.number, link, group, met)
-            friction = 0.0 if link == self._links.get(CASTER) else 1.0
-            bullet.changeDynamics(self.number, link, lateralFriction=friction, linearDamping=0.0, angularDamping=0.0)
+        self._set_up_collisions()
+
+    def _set_up_collisions(self) -> None:
+        """Let wheels and caster meet the floor only: a sphere stands out sideways beyond the real wheel."""
+        bullet, body = self._bullet, self.number
+        bullet.setCollisionFilterGroupMask(body, _BASE, Group.BODY, Group.FLOOR | Group.THING)
+        for link in self._links.values():
+            bullet.setCollisionFilterGroupMask(body, link, Group.WHEEL, Group.FLOOR)
+            bullet.changeDynamics(body, link, lateralFriction=0.0 if link == self._links.get(CASTER) else 1.0)
+        # On its own: named in one call with a link's friction, damping makes Bullet pass the friction over.
+        bullet.changeDynamics(body, _BASE, linearDamping=0.0, angularDamping=0.0)
+
+    def through(self, bullet: Bullet) -> Body:
+        """Return the same body asked by way of another view of the connection."""
+        other = copy(self)
+        other._bullet = bullet
+        return other
 
     def hide(self) -> None:
-        """Keep the robot out of its own camera's picture, and of the window's."""
+        """Keep the robot out of every picture."""
         for link in (_BASE, *self._links.values()):
             self._bullet.changeVisualShape(self.number, link, rgbaColor=[0.0, 0.0, 0.0, 0.0])
 
-    def joint_of(self, motor: str) -> int:
-        """Return Bullet's number for the joint that a motor turns."""
-        return self._links[wheel_joint(motor)]
+    def joint_of(self, device: str) -> int:
+        """Return Bullet's number for the joint of the wheel that a motor or an encoder sits on."""
+        if device not in self._joints:
+            raise DeviceError(device, "sits on no wheel; name it in the robot's drive")
+        return self._joints[device]
 
     def transform(self) -> tuple[Array, Array]:
         """Return the rotation, (3, 3), and the origin, (3,), of the robot's frame in the world."""
@@ -77,10 +93,13 @@ def _load(bullet: Bullet, description: RobotDescription, start: Pose) -> int:
     return number
 
 
+def _wheel_joints(drive: Drive | None, links: dict[str, int]) -> dict[str, int]:
+    if drive is None:
+        return {}
+    sides = ((drive.left, drive.left_encoder), (drive.right, drive.right_encoder))
+    return {name: links[wheel_link(motor)] for motor, encoder in sides for name in (motor, encoder) if name}
+
+
 def _links(bullet: Bullet, body: int) -> dict[str, int]:
-    """Return Bullet's numbers for links by the name of the link, and of the joint that holds it."""
-    links = {}
-    for joint in range(bullet.getNumJoints(body)):
-        info = bullet.getJointInfo(body, joint)
-        links[info[1].decode()] = links[info[12].decode()] = joint
-    return links
+    """Return Bullet's numbers for the links by name; the joint that holds a link has the same number."""
+    return {bullet.getJointInfo(body, link)[12].decode(): link for link in range(bullet.getNumJoints(body))}

@@ -8,12 +8,15 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import wraps
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from robotcore.errors import BackendError, DeviceError, RobotcoreError
 
 Failure = Callable[[str], RobotcoreError]
+
+WINDOW_CLOSED = "If its window was closed, run again and leave it open"
 
 
 class Bullet:
@@ -26,20 +29,24 @@ class Bullet:
         self._library, self._client, self._failure = library, client, failure
 
     @classmethod
-    def connect(cls, gui: bool) -> Bullet:
+    def connect(cls, *, gui: bool) -> Bullet:
         """Start a server of one's own in this process, with a window or without."""
         library = _library()
         if gui:
             _require_screen()
         with _stdout_on_stderr(), _translated(library, _backend_failure):
             client = library.connect(library.GUI if gui else library.DIRECT)
-        if client < 0:
-            raise _backend_failure("it did not start.")
         return cls(library, client, _backend_failure)
+
+    def show(self, breadth: float) -> None:
+        """Let the window, if there is one, look down on a world of this breadth in metres."""
+        with _stdout_on_stderr():
+            self.configureDebugVisualizer(self.COV_ENABLE_GUI, 0)
+            self.resetDebugVisualizerCamera(breadth, 0.0, -60.0, [0.0, 0.0, 0.0])
 
     def on_behalf_of(self, device: str) -> Bullet:
         """Return the same connection for a device, which its errors are to name."""
-        return Bullet(self._library, self._client, lambda fault: DeviceError(device, f"Bullet says: {fault}"))
+        return Bullet(self._library, self._client, lambda fault: DeviceError(device, fault))
 
     def close(self) -> None:
         """End the server; one that has ended, as when its window was closed, is fine too."""
@@ -61,7 +68,7 @@ class Bullet:
 
 
 def _backend_failure(fault: str) -> BackendError:
-    return BackendError(f"pybullet: {fault} If its window was closed, run again and leave it open")
+    return BackendError(f"pybullet: {fault}")
 
 
 @contextmanager
@@ -69,12 +76,12 @@ def _translated(library: ModuleType, failure: Failure) -> Iterator[None]:
     try:
         yield
     except library.error as error:
-        raise failure(str(error)) from error
+        raise failure(f"{error} {WINDOW_CLOSED}") from error
 
 
 def _library() -> ModuleType:
     """Import PyBullet without the banner that it writes to standard error."""
-    with open(os.devnull, "w") as nowhere, _redirected(2, nowhere.fileno()):
+    with Path(os.devnull).open("w") as nowhere, _redirected(2, nowhere.fileno()):
         import pybullet
 
     module: ModuleType = pybullet

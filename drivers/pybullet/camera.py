@@ -8,6 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.pybullet.body import Body
+from drivers.pybullet.bullet import Bullet
 from robotcore.clock import Clock
 from robotcore.description import CameraDescription, Light
 from robotcore.devices import Camera, Frame, Image
@@ -15,14 +17,14 @@ from robotcore.geometry import Pose
 from robotcore.projection import View
 from robotcore.sampling import OnceAnInstant
 
-from drivers.pybullet.body import Body
-from drivers.pybullet.bullet import Bullet
-
 NEAR_M, FAR_M = 0.005, 500.0
 
 
 class Picture(NamedTuple):
-    """A BGR image, (height, width, 3), and Bullet's number for what each pixel shows, (height, width); -1 is the sky."""
+    """A BGR image, (height, width, 3), and Bullet's number for what each pixel shows, (height, width).
+
+    -1 is the sky.
+    """
 
     image: Image
     numbers: NDArray[np.int32]
@@ -31,11 +33,9 @@ class Picture(NamedTuple):
 class BulletCamera(Camera):
     """A camera on the robot's body; it tilts with it."""
 
-    def __init__(
-        self, bullet: Bullet, description: CameraDescription, clock: Clock, body: Body, light: Light
-    ) -> None:
+    def __init__(self, bullet: Bullet, description: CameraDescription, clock: Clock, body: Body, light: Light) -> None:
         super().__init__(description.name, description.intrinsics)
-        self._bullet = bullet.on_behalf_of(self.name)
+        self._bullet = bullet
         self._body = body
         self._light = light
         self._on_body = View.of(self.intrinsics, description.mount, Pose(0.0, 0.0, 0.0))
@@ -57,10 +57,8 @@ class BulletCamera(Camera):
             shadow=0,
             renderer=self._bullet.ER_TINY_RENDERER,
         )
-        shape = (size.height, size.width)
-        numbers = np.asarray(numbers, dtype=np.int32).reshape(shape)
-        image = np.asarray(cv2.cvtColor(np.asarray(rgba, dtype=np.uint8).reshape(*shape, 4), cv2.COLOR_RGBA2BGR))
-        image[numbers < 0] = light.sky_colour[::-1]
+        image: Image = np.asarray(cv2.cvtColor(rgba, cv2.COLOR_RGBA2BGR), dtype=np.uint8)
+        image[numbers < 0] = light.sky[::-1]
         image.flags.writeable = False
         return Picture(image, numbers)
 
@@ -76,14 +74,12 @@ class BulletCamera(Camera):
         return View(self.intrinsics, origin + rotation @ local.eye, local.rotation @ rotation.T)
 
     def _projection_matrix(self, view: View) -> list[float]:
-        """Return the pinhole's frustum. Bullet samples a pixel at its lower left corner: half a pixel puts that right."""
+        """Return the pinhole's frustum, moved by half a pixel: Bullet samples a pixel at its lower left corner."""
         size = view.intrinsics
         pixel = NEAR_M / size.focal_length
         right, top = size.width / 2 * pixel, size.height / 2 * pixel
-        half = pixel / 2
-        matrix: list[float] = self._bullet.computeProjectionMatrix(
-            half - right, half + right, half - top, half + top, NEAR_M, FAR_M
-        )
+        edges = (pixel / 2 - right, pixel / 2 + right, pixel / 2 - top, pixel / 2 + top)
+        matrix: list[float] = self._bullet.computeProjectionMatrix(*edges, NEAR_M, FAR_M)
         return matrix
 
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 
+from drivers.pybullet.body import Body
+from drivers.pybullet.bullet import Bullet
 from robotcore.clock import SteppedClock
 from robotcore.description import MotorDescription
 from robotcore.devices import Motor
-
-from drivers.pybullet.body import Body
-from drivers.pybullet.bullet import Bullet
 
 RELEASE_M = 0.001
 """A touch is over when the body has drawn back from the thing by this much."""
@@ -47,7 +46,7 @@ class BulletMotor(Motor):
 
     def __init__(self, bullet: Bullet, description: MotorDescription, body: Body, step: float) -> None:
         super().__init__(description.name, description.max_velocity_rad_s)
-        self._control = bullet.on_behalf_of(self.name).setJointMotorControl2
+        self._control = bullet.setJointMotorControl2
         self._body, self._joint = body.number, body.joint_of(self.name)
         self._velocity_control = bullet.VELOCITY_CONTROL
         self._torque = description.max_torque_nm

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from enum import IntFlag
-from typing import Any
-
-from robotcore.description import Ball, Floor, WorldDescription
-from robotcore.description.world import Prism
 
 from drivers.pybullet.bullet import Bullet
 from drivers.pybullet.meshes import Mesh, ball_mesh, ground_mesh, prism_mesh
+from robotcore.description import Ball, Floor, WorldDescription
+from robotcore.description.world import Prism
 
 GROUND_HALF_M = 200.0
 """The ground is drawn this far; its edge lies a pixel's fraction below the horizon."""
@@ -29,24 +27,22 @@ class Group(IntFlag):
 
 
 class Scene:
-    """What stands in the world; ``things`` maps every name but the floor's to Bullet's number for it."""
+    """What stands in the world; ``things`` maps each name, but for the floor, to Bullet's number for it."""
 
     def __init__(self, bullet: Bullet, world: WorldDescription) -> None:
         self._bullet = bullet
-        self.floor = self._add_floor(world.floor)
-        self.things: dict[str, int] = {}
-        for prism in world.prisms:
-            self.things[prism.name] = self._add_prism(prism)
-        for ball in world.targets:
-            self.things[ball.name] = self._add_ball(ball)
+        prisms = {prism.name: self._add_prism(prism) for prism in world.prisms}
+        balls = {ball.name: self._add_ball(ball) for ball in world.targets}
+        self.things = prisms | balls
+        self._add_floor(world.floor)
 
-    def _add_floor(self, floor: Floor) -> int:
+    def _add_floor(self, floor: Floor) -> None:
+        """Add the floor last: it is drawn last, and not where something stands in front of it."""
         bullet = self._bullet
         plane = bullet.createCollisionShape(bullet.GEOM_PLANE)
         body = self._add(plane, ground_mesh(GROUND_HALF_M), floor.colour, (0.0, 0.0, 0.0))
         bullet.changeDynamics(body, -1, lateralFriction=1.0)
         bullet.setCollisionFilterGroupMask(body, -1, Group.FLOOR, Group.BODY | Group.WHEEL)
-        return body
 
     def _add_prism(self, prism: Prism) -> int:
         bullet = self._bullet
@@ -74,7 +70,7 @@ class Scene:
         place: tuple[float, float, float],
         yaw: float = 0.0,
     ) -> int:
-        bullet: Any = self._bullet
+        bullet = self._bullet
         visual = bullet.createVisualShape(
             bullet.GEOM_MESH,
             vertices=mesh.vertices,

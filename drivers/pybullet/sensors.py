@@ -6,6 +6,9 @@ import math
 
 import numpy as np
 
+from drivers.pybullet.body import Body
+from drivers.pybullet.bullet import Bullet
+from drivers.pybullet.scene import Group
 from robotcore.clock import Clock
 from robotcore.description import EncoderDescription, RangeSensorDescription
 from robotcore.devices import Angle, Encoder, Range, RangeSensor
@@ -13,19 +16,15 @@ from robotcore.geometry import Pose
 from robotcore.raycast import FAN_SETBACK_M, Fan
 from robotcore.sampling import OnceAnInstant
 
-from drivers.pybullet.body import Body
-from drivers.pybullet.bullet import Bullet
-from drivers.pybullet.scene import Group
-
 
 class BulletEncoder(Encoder):
     """Whole counts of a wheel's joint."""
 
-    def __init__(self, bullet: Bullet, description: EncoderDescription, clock: Clock, body: Body, joint: int) -> None:
+    def __init__(self, bullet: Bullet, description: EncoderDescription, clock: Clock, body: Body) -> None:
         super().__init__(description.name)
         self._description = description
-        self._joint_state = bullet.on_behalf_of(self.name).getJointState
-        self._body, self._joint = body.number, joint
+        self._joint_state = bullet.getJointState
+        self._body, self._joint = body.number, body.joint_of(self.name)
         self._newest_at = OnceAnInstant(clock, self._count)
 
     def _newest(self) -> Angle:
@@ -48,7 +47,7 @@ class BulletRangeSensor(RangeSensor):
         sensor = Pose(mount.x_m, mount.y_m, mount.yaw_rad)
         self._origin = np.array((*sensor.to_world(-FAN_SETBACK_M, 0.0), mount.z_m))
         self._rays = np.stack((*self._fan.directions(sensor), np.zeros_like(self._fan.angles)), axis=1) * self._length
-        self._cast = bullet.on_behalf_of(self.name).rayTestBatch
+        self._cast = bullet.rayTestBatch
         self._body = body
         self._newest_at = OnceAnInstant(clock, self._listen)
 

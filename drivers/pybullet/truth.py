@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from robotcore.geometry import Pose, Twist
-
 from drivers.pybullet.body import Body
 from drivers.pybullet.physics import Touches
+from robotcore.geometry import Pose, Twist
 
 
 class BulletTruth:

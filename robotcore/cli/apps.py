@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @click.command("apps")
 @as_json
-def command(as_json: bool) -> None:
+def command(*, as_json: bool) -> None:
     """List the apps, their needs and settings."""
     from robotcore.registry import app_names
 

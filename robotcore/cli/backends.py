@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @click.command("backends")
 @as_json
-def command(as_json: bool) -> None:
+def command(*, as_json: bool) -> None:
     """List the backends, and which are installed."""
     from robotcore.registry import backend_names
 

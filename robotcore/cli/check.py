@@ -16,14 +16,12 @@ if TYPE_CHECKING:
 def command(file: str) -> None:
     """Check a robot or a world FILE.
 
-    Says what it describes, or the first thing that is wrong with it and what would be right. A name will do too."""
+    Says what it describes, or the first thing that is wrong with it and what would be right. A name will do too.
+    """
     from robotcore.description import RobotDescription, load_any
 
     described = load_any(file)
-    if isinstance(described, RobotDescription):
-        summary = _robot(described)
-    else:
-        summary = _world(described)
+    summary = _robot(described) if isinstance(described, RobotDescription) else _world(described)
     click.echo(f"{file}: OK, {summary}")
 
 

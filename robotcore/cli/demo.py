@@ -12,7 +12,10 @@ import click
 @click.option("--gui", is_flag=True, help="Open the simulator's window.")
 @click.option("--picture", type=click.Path(path_type=Path), default=Path("demo.png"), show_default=True)
 def command(seed: int, picture: Path, *, gui: bool) -> int:
-    """Watch the rover look for the green ball, and draw a picture of how it went."""
+    """Watch the rover find the green ball.
+
+    Takes the best simulator that is installed, says why, and draws a picture of how it went.
+    """
     from robotcore.cli.main import execute
 
     backend, why = chosen_backend()

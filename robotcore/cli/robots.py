@@ -11,7 +11,7 @@ from robotcore.cli.output import as_json, write_json, write_table
 
 @click.command("robots")
 @as_json
-def command(as_json: bool) -> None:
+def command(*, as_json: bool) -> None:
     """List the robots that --robot knows by name."""
     from robotcore.description import robot_names
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import sys
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from robotcore.cli.ending import tell_result, unstarted, write_result
-from robotcore.cli.failure import usage_fault
 from robotcore.cli.values import pair
 from robotcore.errors import Interrupted, RobotcoreError, UsageError
 
@@ -29,8 +28,10 @@ class _RunCommand(click.Command):
             return super().parse_args(ctx, args)
         except click.UsageError as error:
             if "--json" in given:
-                understood = self.make_context(ctx.info_name, given, resilient_parsing=True).params
-                write_result(unstarted(understood, UsageError(error.format_message())))
+                lenient = self.make_context(
+                    ctx.info_name, given, resilient_parsing=True, ignore_unknown_options=True, allow_extra_args=True
+                )
+                write_result(unstarted(lenient.params, UsageError(error.format_message())))
             raise
 
 
@@ -50,7 +51,7 @@ class _RunCommand(click.Command):
     show_default=True,
     help="Give up after this time on the robot's clock.",
 )
-@click.option("--set", "settings", metavar="KEY=VALUE", type=pair, multiple=True, help="A setting of the app; see `robotcore apps`.")
+@click.option("--set", "settings", metavar="KEY=VALUE", type=pair, multiple=True, help="A setting of the app.")
 @click.option("--option", "options", metavar="KEY=VALUE", type=pair, multiple=True, help="An option of the backend.")
 @click.option("--host", help="Short for --option host=…")
 @click.option("--port", help="Short for --option port=…")
@@ -61,7 +62,7 @@ class _RunCommand(click.Command):
 @click.option("--realtime", is_flag=True, help="Hold simulated time to the pace of real time.")
 @click.option("--json", "as_json", is_flag=True, help="Print one line of JSON at the end, and nothing else.")
 @click.pass_context
-def command(context: click.Context, /, picture: Path | None, as_json: bool, **asked: Any) -> int:
+def command(context: click.Context, /, picture: Path | None, *, as_json: bool, **asked: Any) -> int:
     """Run APP on a backend; tell how it ended.
 
     Exit status: 0 success, 1 failure or timeout, 2 wrong usage, 3 a device or backend failed, 4 the safety stage
@@ -100,7 +101,7 @@ def _run(asked: dict[str, Any], recorder: PictureRecorder | None) -> RunResult:
         if sys.stderr.isatty():
             from robotcore.view.progress import Progress
 
-            observers.append(stack.enter_context(Progress()))
+            observers.append(stack.enter_context(closing(Progress())))
         return run(RunRequest(**_requested(**asked)), observers)
 
 

@@ -11,7 +11,7 @@ from robotcore.cli.output import as_json, write_json, write_table
 
 @click.command("worlds")
 @as_json
-def command(as_json: bool) -> None:
+def command(*, as_json: bool) -> None:
     """List the worlds that --world knows by name."""
     from robotcore.description import world_names
 

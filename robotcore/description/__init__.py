@@ -1,13 +1,11 @@
 """Robot and world descriptions: one file makes the simulators' models and the real robot's wiring."""
 
 from robotcore.description.base import COLOURS, Described, hue_degrees
-from robotcore.description.loading import (
-    first_fault,
-    load_robot,
-    load_world,
-    robot_names,
-    world_names,
-)
+from robotcore.description.drawing import draw_world
+from robotcore.description.faults import first_fault
+from robotcore.description.loading import load_any, load_robot, load_world, robot_names, world_names
+from robotcore.description.passage import is_solvable
+from robotcore.description.placement import require_room, require_start
 from robotcore.description.robot import (
     AnyDevice,
     Body,
@@ -58,10 +56,15 @@ __all__ = [
     "Variation",
     "Walls",
     "WorldDescription",
+    "draw_world",
     "first_fault",
     "hue_degrees",
+    "is_solvable",
+    "load_any",
     "load_robot",
     "load_world",
+    "require_room",
+    "require_start",
     "robot_names",
     "world_names",
 ]

@@ -27,8 +27,8 @@ def gap_to_edge(outline: Outline, floor: Floor) -> float:
 
 
 def _beyond_sides(outline: Array, corners: Array) -> float:
-    """Return how far all the corners lie beyond that side of a counter-clockwise outline which they lie beyond most."""
-    sides = np.roll(outline, -1, axis=0) - outline
-    normals = np.stack((sides[:, 1], -sides[:, 0]), axis=1) / np.hypot(sides[:, :1], sides[:, 1:])
-    offsets = (normals * outline).sum(axis=1)
-    return float(((normals @ corners.T).min(axis=1) - offsets).max())
+    """Return how far the corners lie, all of them, beyond the side of a counter-clockwise outline that says most."""
+    dx, dy = (np.concatenate((outline[1:], outline[:1])) - outline).T
+    normals = np.array((dy, -dx)) / np.hypot(dx, dy)
+    offsets = (outline.T * normals).sum(axis=0)
+    return float(((corners @ normals).min(axis=0) - offsets).max())

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import ValidationError
 
 from robotcore.description.base import Described
+from robotcore.description.faults import BACKENDS, fault_of
+from robotcore.description.placement import require_room
 from robotcore.description.robot import RobotDescription
 from robotcore.description.world import WorldDescription
-from robotcore.errors import DescriptionError, UnknownNameError, UsageError, suggestion
+from robotcore.errors import DescriptionError, UnknownNameError, UsageError
 from robotcore.registry import backend_names
 
 if sys.version_info >= (3, 11):
@@ -20,101 +23,135 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
+if TYPE_CHECKING:
+    if sys.version_info >= (3, 11):
+        from importlib.resources.abc import Traversable
+    else:
+        from importlib.abc import Traversable
+
 ModelT = TypeVar("ModelT", bound=Described)
+Table = dict[str, Any]
+
+KINDS: dict[str, type[Described]] = {"robot": RobotDescription, "world": WorldDescription}
+"""What a file can describe. Those that are shipped are in a folder named after it: robots, worlds."""
 
 
 def robot_names() -> list[str]:
     """Return the names of the robots that are shipped."""
-    return _shipped_names("robots")
+    return _shipped_names("robot")
 
 
 def world_names() -> list[str]:
     """Return the names of the worlds that are shipped."""
-    return _shipped_names("worlds")
+    return _shipped_names("world")
 
 
 def load_robot(name_or_file: str) -> RobotDescription:
     """Return a shipped robot by name, or a user's own from a ``.toml`` file."""
-    file, data = _read("robot", "robots", name_or_file)
-    own = {name: data.pop(name) for name in backend_names() if isinstance(data.get(name), dict)}
-    return _validated(RobotDescription, file, {**data, "backends": own} if own else data)
+    return _robot(*_read(name_or_file, "robot"))
 
 
 def load_world(name_or_file: str) -> WorldDescription:
     """Return a shipped world by name, or a user's own from a ``.toml`` file."""
-    from robotcore.description.placement import require_room
+    return _world(*_read(name_or_file, "world"))
 
-    file, data = _read("world", "worlds", name_or_file)
-    world = _validated(WorldDescription, file, data)
+
+def load_any(name_or_file: str) -> RobotDescription | WorldDescription:
+    """Return the robot or the world that a file describes; a shipped one by its name too."""
+    file, table = _read(name_or_file, *KINDS)
+    kind = _kind_of(table)
+    if kind is None:
+        raise DescriptionError(
+            file, "", "it describes neither a robot nor a world", "A robot has a [body], a world has a [floor]"
+        )
+    return _robot(file, table) if kind == "robot" else _world(file, table)
+
+
+def _robot(file: str, table: Table) -> RobotDescription:
+    _require_kind("robot", file, table)
+    if BACKENDS in table:
+        raise DescriptionError(
+            file, BACKENDS, "a backend's section stands at the top", "Write [NAME], not [backends.NAME]"
+        )
+    sections = backend_names()
+    own = {name: table[name] for name in sections if name in table}
+    rest = {key: value for key, value in table.items() if key not in own}
+    return _validated(RobotDescription, file, {**rest, BACKENDS: own}, sections)
+
+
+def _world(file: str, table: Table) -> WorldDescription:
+    _require_kind("world", file, table)
+    world = _validated(WorldDescription, file, table)
     require_room(world, file)
     return world
 
 
-def first_fault(error: ValidationError) -> tuple[str, str]:
-    """Return the key of the first fault of a model, dotted, and what is wrong with it."""
-    fault = error.errors(include_url=False)[0]
-    key = ".".join(str(part) for part in fault["loc"] if part not in _UNION_TAGS)
-    message = fault["msg"].removeprefix("Value error, ")
-    if fault["type"] not in ("missing", "extra_forbidden", "value_error") and _is_short(fault["input"]):
-        message += f", got {fault['input']!r}"
-    return key, message
-
-
-_UNION_TAGS = {"motor", "encoder", "range_sensor", "camera", "display", "box", "cylinder"}
-
-
-def _is_short(value: Any) -> bool:
-    return isinstance(value, (str, int, float, bool)) and len(str(value)) <= 40
-
-
-def _shipped_names(folder: str) -> list[str]:
-    files = resources.files("robotcore.description").joinpath(folder).iterdir()
-    return sorted(file.name.removesuffix(".toml") for file in files if file.name.endswith(".toml"))
-
-
-def _read(kind: str, folder: str, name_or_file: str) -> tuple[str, dict[str, Any]]:
-    """Return what to call the file in messages, and its data."""
-    if name_or_file.endswith(".toml") or "/" in name_or_file:
-        path = Path(name_or_file)
-        try:
-            return name_or_file, _parsed(name_or_file, path.read_bytes())
-        except OSError as error:
-            raise UsageError(f"{name_or_file}: {error.strerror}. Name a {kind} file that can be read") from error
-    names = _shipped_names(folder)
-    if name_or_file not in names:
-        raise UnknownNameError(kind, name_or_file, names)
-    shipped = resources.files("robotcore.description").joinpath(folder, f"{name_or_file}.toml")
-    return f"{name_or_file}.toml", _parsed(f"{name_or_file}.toml", shipped.read_bytes())
-
-
-def _parsed(file: str, content: bytes) -> dict[str, Any]:
+def _validated(model: type[ModelT], file: str, table: Table, sections: Sequence[str] = ()) -> ModelT:
     try:
-        return tomllib.loads(content.decode())
+        return model.model_validate(table, strict=True)
+    except ValidationError as error:
+        raise DescriptionError(file, *fault_of(error, model, table, sections)) from error
+
+
+def _require_kind(kind: str, file: str, table: Table) -> None:
+    if (other := _kind_of(table)) not in (None, kind):
+        raise DescriptionError(file, "", f"it describes a {other}, not a {kind}", f"Name it as the {other}")
+
+
+def _kind_of(table: Table) -> str | None:
+    """Return what a table describes, by the keys that only one kind has; None where they do not tell."""
+    robot, world = (set(model.model_fields) for model in KINDS.values())
+    robots, worlds = len(table.keys() & (robot - world)), len(table.keys() & (world - robot))
+    if robots == worlds:
+        return None
+    return "robot" if robots > worlds else "world"
+
+
+def _shipped(kind: str) -> Traversable:
+    return resources.files("robotcore.description").joinpath(f"{kind}s")
+
+
+def _shipped_names(kind: str) -> list[str]:
+    names = (file.name for file in _shipped(kind).iterdir())
+    return sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml"))
+
+
+def _read(name_or_file: str, *kinds: str) -> tuple[str, Table]:
+    """Return what to call the file in messages, and what is in it."""
+    path = Path(name_or_file)
+    if path.suffix == ".toml" or path.name != name_or_file:
+        return name_or_file, _parsed(name_or_file, _content(path))
+    shipped = {name: kind for kind in kinds for name in _shipped_names(kind)}
+    if name_or_file not in shipped:
+        raise UnknownNameError(" or ".join(kinds), name_or_file, list(shipped))
+    file = f"{name_or_file}.toml"
+    return file, _parsed(file, _shipped(shipped[name_or_file]).joinpath(file).read_bytes())
+
+
+def _content(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise UsageError(f"{path}: {error.strerror}. Name a file that can be read") from error
+    except ValueError as error:
+        raise UsageError(f"{str(path)!r} is no path: {error}. Name a file that can be read") from error
+
+
+def _parsed(file: str, content: bytes) -> Table:
+    try:
+        return {key: _frozen(value) for key, value in tomllib.loads(content.decode("utf-8-sig")).items()}
     except UnicodeDecodeError as error:
         raise DescriptionError(file, "", "it is not text", "A description is a TOML file in UTF-8") from error
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise DescriptionError(file, "", f"it is not TOML: {error}", "Mend that line") from error
+    except RecursionError as error:
+        raise DescriptionError(file, "", "it is nested too deep", "Take the nesting out") from error
+    except ValueError as error:
+        raise DescriptionError(file, "", f"it is not TOML: {error}", "Mend it there") from error
 
 
-def _validated(model: type[ModelT], file: str, data: dict[str, Any]) -> ModelT:
-    try:
-        return model.model_validate(data)
-    except ValidationError as error:
-        key, fault = first_fault(error)
-        raise DescriptionError(file, key, fault, _remedy(model, error)) from error
-
-
-def _remedy(model: type[Described], error: ValidationError) -> str:
-    fault = error.errors(include_url=False)[0]
-    if fault["type"] == "extra_forbidden":
-        return f"Take the key out, or correct it. {suggestion(str(fault['loc'][-1]), _keys(model))}"
-    if fault["type"] == "missing":
-        return "Add the key"
-    return "Correct the value"
-
-
-def _keys(model: type[Described]) -> list[str]:
-    """Return every key that occurs anywhere in a description of this kind."""
-    schema = model.model_json_schema()
-    parts = [schema, *schema.get("$defs", {}).values()]
-    return sorted({key for part in parts for key in part.get("properties", {})})
+def _frozen(value: Any) -> Any:
+    """Return a value of TOML with its lists as tuples."""
+    if isinstance(value, list):
+        return tuple(_frozen(item) for item in value)
+    if isinstance(value, dict):
+        return {key: _frozen(item) for key, item in value.items()}
+    return value

@@ -8,7 +8,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from robotcore.description.placement import things_of
 from robotcore.description.robot import RobotDescription
 from robotcore.description.sight import visible_parts
 from robotcore.description.world import Ball, WorldDescription
@@ -30,7 +29,7 @@ ARRIVALS = 72
 
 
 def is_solvable(world: WorldDescription, robot: RobotDescription) -> bool:
-    """Return whether the robot can drive from the start to an arrival: in front of the first target, all of it in sight.
+    """Return whether the robot can drive to where it faces the first target, near and with all of it in sight.
 
     It keeps so clear of everything that it can turn on the spot all along the way. True where there is no target to go to, or no drive to go by.
     """
@@ -68,26 +67,26 @@ class FreeSpace:
         """Return columns and rows, (2, n); on the border, which is taken, where a place lies outside."""
         cells = np.rint((places - self._origin) / self._cell).astype(np.int64)
         rows, columns = self._clearance.shape
-        return np.clip(cells, 0, (columns - 1, rows - 1)).T
+        return np.asarray(np.clip(cells, 0, (columns - 1, rows - 1)).T)
 
     def _painted(self, world: WorldDescription, rows: int, columns: int) -> NDArray[np.uint8]:
         """Return 0 where something is and on the border, elsewhere 1."""
         image = np.zeros((rows, columns), np.uint8)
         image[1:-1, 1:-1] = 1
-        for thing in things_of(world):
+        for thing in world.things:
             corners = (np.array(thing.outline) - self._origin) / self._cell
             cv2.fillConvexPoly(image, np.rint(corners * 16).astype(np.int32), 0, shift=4)
         return image
 
 
 def _half_extent(world: WorldDescription) -> Array:
-    """Return half of length and width of the map around the origin: the floor, or the open ground around everything."""
+    """Return half of the map's length and width: the floor's, or those of the open ground around everything."""
     half = np.array((world.floor.length_m, world.floor.width_m)) / 2
     if world.walls:
         return half
-    corners = [corner for thing in things_of(world) for corner in thing.outline]
+    corners = [corner for thing in world.things for corner in thing.outline]
     corners.append((world.start.x_m, world.start.y_m))
-    return np.maximum(half, np.abs(np.array(corners)).max(axis=0)) + OPEN_MARGIN_M
+    return np.asarray(np.maximum(half, np.abs(np.array(corners)).max(axis=0)) + OPEN_MARGIN_M)
 
 
 def _arrivals(ball: Ball, robot: RobotDescription) -> Array:

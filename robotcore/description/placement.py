@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from itertools import combinations
+from collections.abc import Iterable
 
 from robotcore.description.gaps import gap_between, gap_to_edge
 from robotcore.description.robot import RobotDescription
@@ -21,50 +20,40 @@ def require_room(world: WorldDescription, file: str) -> None:
     Obstacles may overlap each other, and reach into a wall: so an L or an alcove is built.
     """
     for obstacle in world.obstacles:
-        if world.walls and gap_to_edge(((obstacle.x_m, obstacle.y_m),), world.floor) < 0:
-            raise _outside(world, file, f"obstacles[{obstacle.name}]")
-    for ball in world.targets:
-        if world.walls and gap_to_edge(ball.outline, world.floor) < 0:
-            raise _outside(world, file, f"targets[{ball.name}]")
-        for other in world.obstacles:
-            _require_apart(file, f"targets[{ball.name}]", ball.outline, other)
-    for one, other in combinations(world.targets, 2):
-        _require_apart(file, f"targets[{one.name}]", one.outline, other)
+        middle = ((obstacle.x_m, obstacle.y_m),)
+        _require_inside(world, middle, file, f"obstacles[{obstacle.name}]", "its middle is in or beyond a wall")
+    for number, ball in enumerate(world.targets):
+        key = f"targets[{ball.name}]"
+        _require_inside(world, ball.outline, file, key, "it is in or beyond a wall")
+        _require_apart((*world.obstacles, *world.targets[:number]), ball.outline, file, key)
     _require_start(world, round_outline(world.start.x_m, world.start.y_m, START_POINT_M), file)
 
 
 def require_start(world: WorldDescription, robot: RobotDescription, file: str | None = None) -> None:
-    """Raise DescriptionError where the robot, at the start, would stand in something or outside the walls."""
+    """Raise DescriptionError where the robot, at the start, would stand in something or beyond a wall."""
     outline = tuple(world.start.pose.to_world(x, y) for x, y in robot.body.footprint)
-    _require_start(world, outline, file or f"the world {world.name!r}", f", with the robot {robot.name!r} there")
+    _require_start(world, outline, file or f"the world {world.name!r}", f"the robot {robot.name!r}")
 
 
-def things_of(world: WorldDescription) -> Iterator[Thing]:
-    """Yield what stands or lies on the floor: obstacles, then targets."""
-    yield from world.obstacles
-    yield from world.targets
+def _require_start(world: WorldDescription, outline: Outline, file: str, who: str = "it") -> None:
+    _require_inside(world, outline, file, "start", f"{who} is in or beyond a wall")
+    _require_apart(world.things, outline, file, "start", who)
 
 
-def _require_start(world: WorldDescription, outline: Outline, file: str, who: str = "") -> None:
+def _require_inside(world: WorldDescription, outline: Outline, file: str, key: str, fault: str) -> None:
     if world.walls and gap_to_edge(outline, world.floor) < 0:
-        raise _outside(world, file, "start", who)
-    for thing in things_of(world):
-        _require_apart(file, "start", outline, thing, who)
-
-
-def _require_apart(file: str, key: str, outline: Outline, thing: Thing, who: str = "") -> None:
-    if gap_between(outline, thing.outline) < 0:
-        kind = "target" if isinstance(thing, Ball) else "obstacle"
+        x, y = world.floor.length_m / 2, world.floor.width_m / 2
         raise DescriptionError(
-            file, key, f"it is in the {kind} {thing.name!r}{who}", "Move either so that they are apart"
+            file, key, fault, f"The walls are at x = ±{x:g} m and y = ±{y:g} m: move it in between"
         )
 
 
-def _outside(world: WorldDescription, file: str, key: str, who: str = "") -> DescriptionError:
-    half_x, half_y = world.floor.length_m / 2, world.floor.width_m / 2
-    return DescriptionError(
-        file,
-        key,
-        f"it reaches into or beyond a wall{who}",
-        f"The walls stand at x = ±{half_x:g} m and y = ±{half_y:g} m: move it in between",
-    )
+def _require_apart(
+    things: Iterable[Thing], outline: Outline, file: str, key: str, who: str = "it"
+) -> None:
+    for thing in things:
+        if gap_between(outline, thing.outline) < 0:
+            kind = "target" if isinstance(thing, Ball) else "obstacle"
+            raise DescriptionError(
+                file, key, f"{who} is in the {kind} {thing.name!r}", "Move either so that they are apart"
+            )

@@ -1,7 +1,7 @@
 """A robot description as URDF, for any tool that reads it: http://wiki.ros.org/urdf/XML.
 
-``base_link`` has its origin on the floor under the middle of the axle. A wheel turns about ``<motor>_joint``, and a
-sensor looks along the x axis of ``<sensor>_frame``.
+``base_link`` has its origin on the floor under the middle of the axle. A wheel turns about ``<motor>_joint``, forward
+where the angle grows, and a sensor looks along the x axis of ``<sensor>_frame``.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 from xml.etree import ElementTree as ET
 
-from robotcore.description.robot import Body, Caster, Drive, Mount, MotorDescription, RobotDescription
+from robotcore.description.robot import Body, Caster, Drive, MotorDescription, Mount, RobotDescription
 
 BASE = "base_link"
 CASTER = "caster_link"
@@ -33,9 +33,9 @@ class _Shape(NamedTuple):
     rpy: Vector = _ORIGIN
 
 
-def wheel_joint(motor: str) -> str:
-    """Return the name of the joint that a motor turns; it is positive forward."""
-    return f"{motor}_joint"
+def wheel_link(motor: str) -> str:
+    """Return the name of the wheel that a motor turns."""
+    return f"{motor}_wheel"
 
 
 def robot_urdf(description: RobotDescription) -> str:
@@ -71,9 +71,9 @@ def _wheels(description: RobotDescription) -> Iterator[ET.Element]:
     for motor in description.all_of(MotorDescription):
         if motor.name in (drive.left, drive.right):
             y = drive.track_m / 2 if motor.name == drive.left else -drive.track_m / 2
-            link = f"{motor.name}_wheel"
+            link = wheel_link(motor.name)
             yield _wheel(link, drive)
-            joint = _joint(wheel_joint(motor.name), "continuous", link, (0.0, y, drive.wheel_radius_m))
+            joint = _joint(f"{motor.name}_joint", "continuous", link, (0.0, y, drive.wheel_radius_m))
             ET.SubElement(joint, "axis", xyz="0 1 0")
             limits = {"effort": motor.max_torque_nm, "velocity": motor.max_velocity_rad_s}
             ET.SubElement(joint, "limit", {key: _numbers(value) for key, value in limits.items()})

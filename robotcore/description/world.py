@@ -143,7 +143,13 @@ class Light(Described):
     ambient: Fraction = 0.6
     diffuse: Fraction = 0.4
     brightness: Brightness = 1.0
-    sky_colour: Colour = (190, 215, 235)
+    sky_colour: Colour = (205, 220, 235)
+
+    @property
+    def sky(self) -> tuple[int, int, int]:
+        """The colour that the sky has in a picture: it gives off the light rather than taking it."""
+        red, green, blue = (round(part * min(self.brightness, 1.0)) for part in self.sky_colour)
+        return red, green, blue
 
     @property
     def direction(self) -> tuple[float, float, float]:
@@ -191,7 +197,7 @@ class WorldDescription(Described):
 
     @model_validator(mode="after")
     def _names_differ(self) -> WorldDescription:
-        require_unique("things", [thing.name for thing in (*self.obstacles, *self.targets)])
+        require_unique("things", (thing.name for thing in self.things))
         return self
 
     @property
@@ -225,6 +231,11 @@ class WorldDescription(Described):
     def prisms(self) -> tuple[Box | Cylinder, ...]:
         """Everything upright that can be bumped into: walls, then obstacles."""
         return (*self.wall_prisms, *self.obstacles)
+
+    @property
+    def things(self) -> tuple[Box | Cylinder | Ball, ...]:
+        """What stands or lies on the floor: obstacles, then targets."""
+        return (*self.obstacles, *self.targets)
 
     @property
     def target(self) -> Ball | None:

@@ -11,6 +11,11 @@ from numpy.typing import NDArray
 from robotcore.geometry import Pose
 
 Mask = NDArray[np.bool_]
+Cells = NDArray[np.intp]
+Angles = NDArray[np.float64]
+
+VIEW_M = 2.5
+VIEW_RAY_RAD = 0.016
 
 FREE_EVIDENCE = -1.5
 TAKEN_EVIDENCE = 0.5
@@ -19,7 +24,7 @@ CERTAIN = 4.0
 
 
 class OccupancyGrid:
-    """A square map around the origin of the odometry's frame.
+    """A square map around the origin of the odometry's frame; and which of it a camera has looked at.
 
     The sensor hears the nearest thing in its cone: everything nearer is free, for certain; what is at the distance may
     be taken. So free weighs more than taken: Moravec and Elfes, High resolution maps from wide angle sonar, 1985.
@@ -30,6 +35,7 @@ class OccupancyGrid:
         self.cell = cell
         self.count = round(size / cell)
         self.evidence = np.zeros((self.count, self.count), dtype=np.float32)
+        self.looked_at = np.zeros((self.count, self.count), dtype=np.bool_)
         self._centres = (np.arange(self.count) + 0.5) * cell - size / 2
 
     @property
@@ -69,6 +75,24 @@ class OccupancyGrid:
             patch[in_cone & (np.abs(radius - distance) <= 0.75 * self.cell)] += TAKEN_EVIDENCE
         np.clip(patch, -CERTAIN, CERTAIN, out=patch)
 
+    def add_view(self, eye: Pose, field_of_view: float) -> None:
+        """Take in that a camera looked: what nothing hides, within VIEW_M, need not be looked at again."""
+        count = math.ceil(field_of_view / VIEW_RAY_RAD)
+        angles = eye.heading + np.linspace(-field_of_view / 2, field_of_view / 2, count)
+        rows, columns, is_seen = self.rays(np.array([self.cell_of(eye.x, eye.y)]), angles, step=1)
+        self.looked_at[rows[is_seen], columns[is_seen]] = True
+
+    def rays(self, cells: Cells, angles: Angles, step: int) -> tuple[Cells, Cells, Mask]:
+        """Follow rays from cells, (n, 2), every ``step`` cells up to VIEW_M.
+
+        Return rows, columns, and whether they are in sight, each (n, rays, steps): nothing that is taken comes before.
+        """
+        radii = np.arange(step, round(VIEW_M / self.cell) + 1, step)
+        rows = cells[:, 0, None, None] + np.rint(np.sin(angles)[:, None] * radii).astype(int)
+        columns = cells[:, 1, None, None] + np.rint(np.cos(angles)[:, None] * radii).astype(int)
+        rows, columns = rows.clip(0, self.count - 1), columns.clip(0, self.count - 1)
+        return rows, columns, ~np.logical_or.accumulate(self.evidence[rows, columns] > 0, axis=2)
+
     def add_free_disc(self, x: float, y: float, radius: float) -> None:
         """Take in that nothing is round a point: the robot stands there."""
         window = self._window(Pose(x, y, 0.0), radius)
@@ -76,9 +100,16 @@ class OccupancyGrid:
         dy = (self._centres[window[0]] - y)[:, None]
         self.evidence[window][np.hypot(dx, dy) <= radius] = -CERTAIN
 
-    def clearance(self, *, with_unknown: bool = True) -> NDArray[np.float32]:
-        """Return each cell's distance to the nearest that is taken (or unknown), in metres."""
+    def disc(self, x: float, y: float, radius: float) -> Mask:
+        """Return which cells lie within a circle."""
+        dx, dy = self._centres - x, (self._centres - y)[:, None]
+        return np.asarray(np.hypot(dx, dy) <= radius)
+
+    def clearance(self, *, with_unknown: bool = True, overlook: Mask | None = None) -> NDArray[np.float32]:
+        """Return each cell's distance to the nearest that is taken (or unknown), in metres; ``overlook`` counts as free."""
         open_cells = self.free if with_unknown else ~self.taken
+        if overlook is not None:
+            open_cells = open_cells | overlook
         distance = cv2.distanceTransform(open_cells.astype(np.uint8), cv2.DIST_L2, 5)
         return np.asarray(distance * self.cell, dtype=np.float32)
 

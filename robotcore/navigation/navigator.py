@@ -8,28 +8,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.geometry import Pose, Twist
-from robotcore.navigation.grid import OccupancyGrid
-from robotcore.navigation.paths import UNREACHED, Cell, is_straight_way, path_back, steps_from, view_gains
+from robotcore.navigation.grid import Mask, OccupancyGrid
+from robotcore.navigation.paths import UNREACHED, Cell, Steps, is_straight_way, path_back, steps_from
 from robotcore.robot import Robot
 
 MARGINS_M = (0.08, 0.05, 0.025, 0.0)
 """How much more than its own reach the robot keeps from things; the next where the one before leaves no way."""
 
+NEWS = 0.01
+"""Metres or radians by which a reading must differ from the last one."""
+
 CARROT_M = 0.5
 ARRIVED_M = 0.05
 TURN_FIRST_RAD = 0.4
-MIN_GAIN_CELLS = 60.0
-VIEW_M = 2.0
 KNOWN_M = 0.45
 CORRIDOR_M = 0.24
-
-Mask = NDArray[np.bool_]
+MIN_GAIN_M2 = 0.1
+GAIN_ANGLES = np.arange(36) * (math.tau / 36)
+GAIN_STEP = 2
 
 
 class Navigator:
     """Keeps a map in the odometry's frame, plans in what is known to be free, and follows the plan.
 
-    ``speed`` in m/s, ``turn`` in rad/s.
+    ``speed`` in m/s, ``turn`` in rad/s. A ``target`` is a ball that stands out of the map: its place and radius.
     """
 
     def __init__(self, speed: float, turn: float) -> None:
@@ -38,16 +40,20 @@ class Navigator:
         self._reach = 0.0
         self._path: list[Cell] = []
         self._open: Mask = np.zeros((1, 1), dtype=np.bool_)
-        self._heard = -1
+        self._heard: tuple[float, ...] | None = None
 
     def observe(self, robot: Robot, pose: Pose) -> None:
-        """Take in what the robot's range sensor says at ``pose``; a reading that is known already is left out."""
+        """Take in what the robot hears and where it looks at ``pose``.
+
+        A reading that repeats the last one, from the same place, is no new evidence.
+        """
         sensor, self._reach = robot.range, robot.drive.reach
-        sample = sensor.read()
-        if sample.sequence != self._heard:
-            self._heard = sample.sequence
-            self.grid.add_range(pose.moved(sensor.mount), sample.distance, sensor.max_range, sensor.cone)
+        reading = (*pose, sensor.read().distance)
+        if self._heard is None or any(abs(a - b) > NEWS for a, b in zip(reading, self._heard, strict=True)):
+            self._heard = reading
+            self.grid.add_range(pose.moved(sensor.mount), reading[3], sensor.max_range, sensor.cone)
             self.grid.add_free_disc(pose.x, pose.y, self._reach)
+            self.grid.add_view(pose.moved(robot.camera.mount), robot.camera.intrinsics.horizontal_fov)
 
     def forget(self) -> None:
         """Begin a new map: what was learnt leads nowhere."""
@@ -55,18 +61,20 @@ class Navigator:
         self._path = []
 
     def plan_to_view(self, pose: Pose) -> bool:
-        """Plan to where most that is unknown can be seen for the way; return False where nothing is left to see."""
-        taken = self.grid.taken
-        unknown = ~taken & ~self.grid.free
+        """Plan to where most can be seen that was not looked at, for the way; return False where there is nothing.
+
+        Call it when the robot has looked all round at ``pose``.
+        """
+        self.grid.add_view(pose, math.tau)
         for margin in MARGINS_M:
             steps = self._steps(pose, margin)
             cells = np.argwhere(steps != UNREACHED)
             cells = cells[((cells % 4) == 0).all(axis=1)]
             if not len(cells):
                 continue
-            gains = view_gains(cells, taken, unknown, round(VIEW_M / self.grid.cell))
+            gains = self._gains(cells)
             ways = steps[cells[:, 0], cells[:, 1]] * self.grid.cell
-            worth = np.where(gains >= MIN_GAIN_CELLS, gains / (1.0 + ways), 0.0)
+            worth = np.where(gains >= MIN_GAIN_M2, gains / (1.0 + ways), 0.0)
             best = int(worth.argmax())
             if worth[best] > 0:
                 self._path = path_back(steps, (int(cells[best][0]), int(cells[best][1])))
@@ -74,33 +82,45 @@ class Navigator:
         return False
 
     def plan_to_ring(self, pose: Pose, x: float, y: float, nearest: float, farthest: float) -> bool:
-        """Plan to the nearest place whose distance to a point is within the ring and that looks upon the point."""
+        """Plan to the nearest place whose distance to a point is in the ring, with a straight way on towards it."""
         centre = self.grid.cell_of(x, y)
-        radius = round(farthest / self.grid.cell)
+        way_on = self._corridor(x, y, nearest)
         for margin in MARGINS_M:
             steps = self._steps(pose, margin)
-            top, left = max(centre[0] - radius, 0), max(centre[1] - radius, 0)
-            around = np.argwhere(
-                steps[top : centre[0] + radius + 1, left : centre[1] + radius + 1] != UNREACHED
-            ) + (top, left)
-            if self._choose(steps, around, centre, nearest):
-                return True
+            ring = (steps != UNREACHED) & self.grid.disc(x, y, farthest) & ~self.grid.disc(x, y, nearest)
+            cells = np.argwhere(ring)
+            for index in np.argsort(steps[ring], kind="stable"):
+                cell = int(cells[index][0]), int(cells[index][1])
+                if is_straight_way(way_on, cell, centre):
+                    self._path = path_back(steps, cell)
+                    return len(self._path) > 2
         return False
 
+    def is_straight(self, pose: Pose, x: float, y: float, nearest: float, *, is_surveyed: bool) -> bool:
+        """Return whether the way to ``nearest`` metres before a point is free.
+
+        Unless the robot has just looked all round, it must be known to be free where it begins: there the range
+        sensor's cone is narrower than the robot.
+        """
+        here, there = self.grid.cell_of(pose.x, pose.y), self.grid.cell_of(x, y)
+        away = max(pose.distance_to(x, y), 1e-6)
+        part = max(0.0, min(KNOWN_M, away - nearest)) / away
+        middle = self.grid.cell_of(pose.x + part * (x - pose.x), pose.y + part * (y - pose.y))
+        known = self.grid.clearance(overlook=self.grid.disc(x, y, nearest - 0.1)) > CORRIDOR_M / 2
+        is_known = is_surveyed or is_straight_way(known, here, middle)
+        return is_known and is_straight_way(self._corridor(x, y, nearest), here, there)
+
     def follow(self, pose: Pose) -> Twist | None:
-        """Return how to move along the plan; None where it is done, or no longer free."""
-        if not self._path:
-            return None
-        if not all(self.grid.evidence[cell] <= 0 for cell in self._path):
-            self._path = []
-            return None
-        here = self.grid.cell_of(pose.x, pose.y)
-        x, y = self.grid.point_of(*self._carrot(here))
-        away = pose.distance_to(x, y)
-        if len(self._path) == 1 and away < ARRIVED_M:
-            self._path = []
-            return None
-        return self.towards(pose.bearing_to(x, y), self._speed * min(1.0, 0.3 + away / 0.3))
+        """Return how to move along the plan, made anew where something has come up; None where it is at its end."""
+        if self._path and any(self.grid.evidence[cell] > 0 for cell in self._path):
+            self._path = self._way_to(pose, self._path[-1])
+        while self._path:
+            x, y = self.grid.point_of(*self._carrot(self.grid.cell_of(pose.x, pose.y)))
+            away = pose.distance_to(x, y)
+            if away >= ARRIVED_M:
+                return self.towards(pose.bearing_to(x, y), self._speed * min(1.0, 0.3 + away / 0.3))
+            self._path.pop(0)
+        return None
 
     def towards(self, bearing: float, speed: float) -> Twist:
         """Return how to move towards a bearing: turning first where it is far aside."""
@@ -112,37 +132,33 @@ class Navigator:
         """Return how fast to turn towards a bearing, in rad/s."""
         return max(-self._turn, min(self._turn, 2.5 * bearing))
 
-    def is_straight(self, pose: Pose, distance: float, bearing: float) -> bool:
-        """Return whether the way ahead is free: known to be so where it begins, not known to be taken further on."""
-        here = self.grid.cell_of(pose.x, pose.y)
-        heading = pose.heading + bearing
-        middle, there = (
-            self.grid.cell_of(pose.x + away * math.cos(heading), pose.y + away * math.sin(heading))
-            for away in (min(distance, KNOWN_M), max(distance, 0.0))
-        )
-        half_width = CORRIDOR_M / 2
-        known = self.grid.clearance(with_unknown=True) > half_width
-        maybe = self.grid.clearance(with_unknown=False) > half_width
-        return is_straight_way(known, here, middle) and is_straight_way(maybe, middle, there)
+    def _gains(self, cells: NDArray[np.intp]) -> NDArray[np.float64]:
+        """Return for each of the cells, (n, 2), how much can be seen from it that was not looked at, in m²."""
+        rows, columns, is_seen = self.grid.rays(cells, GAIN_ANGLES, GAIN_STEP)
+        radii = GAIN_STEP * np.arange(1, rows.shape[2] + 1)
+        areas = radii * (GAIN_STEP * math.tau / len(GAIN_ANGLES) * self.grid.cell**2)
+        return np.asarray(((is_seen & ~self.grid.looked_at[rows, columns]) * areas).sum(axis=(1, 2)))
 
-    def _steps(self, pose: Pose, margin: float) -> NDArray[np.int32]:
+    def _steps(self, pose: Pose, margin: float) -> Steps:
         self._open = self.grid.clearance() > self._reach + margin
         here = self.grid.cell_of(pose.x, pose.y)
         row, column = here
-        self._open[row - 2 : row + 3, column - 2 : column + 3] = True
+        beside = slice(row - 2, row + 3), slice(column - 2, column + 3)
+        self._open[beside] |= ~self.grid.taken[beside]
         return steps_from(here, self._open)
 
-    def _choose(self, steps: NDArray[np.int32], cells: NDArray[np.intp], centre: Cell, nearest: float) -> bool:
-        """Take the cell with the shortest way that is far enough from ``centre`` and looks upon it."""
-        looks_upon = ~self.grid.taken
-        rows, columns = np.ogrid[: looks_upon.shape[0], : looks_upon.shape[1]]
-        beside = np.hypot(rows - centre[0], columns - centre[1]) * self.grid.cell
-        looks_upon |= beside < nearest - 0.1
-        for row, column in sorted(map(tuple, cells), key=lambda cell: int(steps[cell])):
-            if beside[row, column] >= nearest and is_straight_way(looks_upon, (row, column), centre):
-                self._path = path_back(steps, (row, column))
-                return True
-        return False
+    def _way_to(self, pose: Pose, goal: Cell) -> list[Cell]:
+        """Return a way to a cell, with the widest margin that there is; empty where there is none."""
+        for margin in MARGINS_M:
+            steps = self._steps(pose, margin)
+            if steps[goal] != UNREACHED:
+                return path_back(steps, goal)
+        return []
+
+    def _corridor(self, x: float, y: float, nearest: float) -> Mask:
+        """Return where nothing is known to be in the way to a point; what is round the point is the target itself."""
+        target = self.grid.disc(x, y, nearest - 0.1)
+        return (self.grid.clearance(with_unknown=False, overlook=target) > CORRIDOR_M / 2) | target
 
     def _carrot(self, here: Cell) -> Cell:
         """Return the farthest cell of the path, within CARROT_M, to which the way is straight; forget those before."""

@@ -1,8 +1,6 @@
-"""Paths over a grid: how far each cell is, the way there, and where there is something new to see."""
+"""Paths over a grid: how far each cell is, and the way there."""
 
 from __future__ import annotations
-
-import math
 
 import cv2
 import numpy as np
@@ -13,8 +11,6 @@ Steps = NDArray[np.int32]
 Cell = tuple[int, int]
 
 UNREACHED = np.iinfo(np.int32).max
-VIEW_RAYS = 24
-
 _CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
 _SQUARE = cv2.getStructuringElement(cv2.MORPH_RECT, (3, 3))
 
@@ -56,21 +52,8 @@ def path_back(steps: Steps, goal: Cell) -> list[Cell]:
 
 
 def is_straight_way(open_cells: Mask, start: Cell, goal: Cell) -> bool:
-    """Return whether all cells on the line between two are open."""
+    """Return whether all cells on the line between two are open, the first apart."""
     count = 2 * max(abs(goal[0] - start[0]), abs(goal[1] - start[1])) + 1
     rows = np.linspace(start[0], goal[0], count).round().astype(int)
     columns = np.linspace(start[1], goal[1], count).round().astype(int)
-    return bool(open_cells[rows, columns].all())
-
-
-def view_gains(cells: NDArray[np.intp], taken: Mask, unknown: Mask, reach: int) -> NDArray[np.float64]:
-    """Return for each of the cells, (n, 2), how much unknown area, in cells, it looks upon within ``reach`` cells."""
-    angles = np.arange(VIEW_RAYS) * (math.tau / VIEW_RAYS)
-    radii = np.arange(2, reach + 1, 2)
-    last = taken.shape[0] - 1
-    rows = cells[:, 0, None, None] + np.rint(np.sin(angles)[:, None] * radii).astype(int)
-    columns = cells[:, 1, None, None] + np.rint(np.cos(angles)[:, None] * radii).astype(int)
-    rows, columns = rows.clip(0, last), columns.clip(0, last)
-    is_seen = ~np.logical_or.accumulate(taken[rows, columns], axis=2)
-    area = radii * (2 * math.tau / VIEW_RAYS)
-    return np.asarray(((is_seen & unknown[rows, columns]) * area).sum(axis=(1, 2)))
+    return bool(open_cells[rows[1:], columns[1:]].all())

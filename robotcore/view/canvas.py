@@ -56,12 +56,12 @@ class Canvas:
         mask = cv2.GaussianBlur(self._mask(shapes), (0, 0), softness * FINENESS)
         self._mix(np.asarray(mask, np.uint8), (20, 22, 30), opacity)
 
-    def text(self, place: Point, words: str, colour: Colour, height: float, weight: float = 1.0) -> float:
+    def text(self, place: Point, words: str, colour: Colour, height: float, *, bold: bool = False) -> float:
         """Write with the baseline's left end at ``place``, capitals ``height`` pixels high; return the width."""
-        scale, thickness = _type_size(height, weight)
+        scale, thickness = _type_size(height, bold=bold)
         at = (round(place[0] * FINENESS), round(place[1] * FINENESS))
         cv2.putText(self._sheet, words, at, _FACE, scale, colour[::-1], thickness, cv2.LINE_AA)
-        return text_width(words, height, weight)
+        return text_width(words, height, bold=bold)
 
     def _mask(self, shapes: Iterable[Sequence[Point]]) -> NDArray[np.uint8]:
         mask = np.zeros(self._sheet.shape[:2], np.uint8)
@@ -74,24 +74,30 @@ class Canvas:
         x, y, width, height = cv2.boundingRect(mask)
         area = self._sheet[y : y + height, x : x + width]
         share = mask[y : y + height, x : x + width, None] * np.float32(opacity / 255)
-        area[:] = area + (np.float32(colour[::-1]) - area) * share
+        area[:] = area + (np.array(colour[::-1], np.float32) - area) * share
 
 
 _FACE = cv2.FONT_HERSHEY_SIMPLEX
 _CAPITAL = 21
 """How high a capital of this face is at scale 1, in pixels."""
+_HAS_OUTLINES = int(cv2.__version__.partition(".")[0]) >= 5
+"""Since version 5 OpenCV's letters are outlines, which are bold from thickness 2 on; before, they are strokes."""
 
 
-def text_width(words: str, height: float, weight: float = 1.0) -> float:
+def text_width(words: str, height: float, *, bold: bool = False) -> float:
     """Return how wide words are, in pixels."""
-    (width, _), _ = cv2.getTextSize(words, _FACE, *_type_size(height, weight))
+    (width, _), _ = cv2.getTextSize(words, _FACE, *_type_size(height, bold=bold))
     return float(width) / FINENESS
 
 
-def _type_size(height: float, weight: float) -> tuple[float, int]:
-    return height * FINENESS / _CAPITAL, max(1, round(weight * height * FINENESS / 14))
+def _type_size(height: float, *, bold: bool) -> tuple[float, int]:
+    """Return OpenCV's scale and thickness."""
+    fine = height * FINENESS
+    stroke = max(1, round(fine / (10 if bold else 14)))
+    return fine / _CAPITAL, 1 + bold if _HAS_OUTLINES else stroke
 
 
 def _fixed(points: Sequence[Point]) -> NDArray[np.int32]:
     """Return places of the sheet in OpenCV's sixteenths, (n, 2); the middle of a fine pixel is whole."""
-    return np.rint((np.asarray(points, float) * FINENESS - 0.5) * 2**_SHIFT).astype(np.int32)
+    fine = (np.asarray(points, float) * FINENESS - 0.5) * 2**_SHIFT
+    return np.asarray(np.rint(fine), np.int32)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from robotcore.description import Ball, RobotDescription, WorldDescription
+from robotcore.description import Ball, Light, RobotDescription, WorldDescription
 from robotcore.description.world import Prism
 from robotcore.geometry import Pose
 from robotcore.view.canvas import Canvas, Colour, Point
@@ -17,6 +17,7 @@ from robotcore.view.palette import INK, PAPER, darker, lighter
 from robotcore.view.track import Track
 
 MARGIN_M = 0.12
+ROBOT_ROOM_M = 0.2
 
 
 @dataclass(frozen=True)
@@ -30,11 +31,10 @@ class Chart:
     def fitting(cls, world: WorldDescription, track: Track, size: float) -> Chart:
         """Return the chart that shows the floor, its walls and the whole track in a square sheet."""
         wall = world.walls.thickness_m if world.walls else 0.0
-        reach_x, reach_y = world.floor.length_m / 2 + wall, world.floor.width_m / 2 + wall
-        for step in track.steps:
-            reach_x, reach_y = max(reach_x, abs(step.pose.x)), max(reach_y, abs(step.pose.y))
-        scale = size / 2 / (max(reach_x, reach_y) + MARGIN_M)
-        return cls(scale, (size / 2, size / 2))
+        edge = max(world.floor.length_m, world.floor.width_m) / 2 + wall
+        strayed = max((max(abs(step.pose.x), abs(step.pose.y)) for step in track.steps), default=0.0)
+        reach = max(edge, strayed + ROBOT_ROOM_M) + MARGIN_M
+        return cls(size / 2 / reach, (size / 2, size / 2))
 
     def at(self, x: float, y: float) -> Point:
         return self.origin[0] + x * self.scale, self.origin[1] - y * self.scale
@@ -53,7 +53,7 @@ def draw_world(canvas: Canvas, chart: Chart, world: WorldDescription) -> None:
         canvas.polygon(outline, prism.colour)
         canvas.line(outline, darker(prism.colour, 0.72), 1.5, closed=True)
     for ball in world.targets:
-        _draw_ball(canvas, chart, ball)
+        _draw_ball(canvas, chart, ball, world.light)
 
 
 def draw_track(canvas: Canvas, chart: Chart, track: Track, colours: Mapping[str, Colour]) -> None:
@@ -65,9 +65,16 @@ def draw_track(canvas: Canvas, chart: Chart, track: Track, colours: Mapping[str,
         canvas.line([chart.at(step.pose.x, step.pose.y) for step in steps], colours[state], width)
 
 
-def draw_milestone(canvas: Canvas, chart: Chart, place: Pose, colour: Colour) -> None:
-    """Draw a ring where a milestone was reached."""
-    draw_ring(canvas, chart.at(place.x, place.y), 0.045 * chart.scale, colour)
+def draw_milestones(canvas: Canvas, chart: Chart, places: Mapping[str, Pose], colours: Mapping[str, Colour]) -> None:
+    """Draw a ring where each milestone was reached; one that would hide another moves aside."""
+    radius = 0.045 * chart.scale
+    rings: list[Point] = []
+    for name, place in places.items():
+        x, y = chart.at(place.x, place.y)
+        while any(math.dist((x, y), ring) < 1.6 * radius for ring in rings):
+            x += 1.6 * radius
+        rings.append((x, y))
+        draw_ring(canvas, (x, y), radius, colours[name])
 
 
 def draw_ring(canvas: Canvas, centre: Point, radius: float, colour: Colour) -> None:
@@ -108,16 +115,19 @@ def _corners(canvas: Canvas) -> list[Point]:
     return [(0, 0), (canvas.width, 0), (canvas.width, canvas.height), (0, canvas.height)]
 
 
-def _draw_ball(canvas: Canvas, chart: Chart, ball: Ball) -> None:
-    centre, radius = chart.at(ball.x_m, ball.y_m), ball.radius_m * chart.scale
-    shadow = [(centre[0] + radius * (0.2 + math.cos(a)), centre[1] + radius * (0.2 + math.sin(a))) for a in _ROUND]
-    canvas.shade([shadow], 0.35, radius * 0.15)
-    canvas.disc(centre, radius, darker(ball.colour, 0.8))
-    canvas.disc(centre, radius * 0.9, ball.colour)
-    canvas.disc((centre[0] - radius * 0.3, centre[1] - radius * 0.3), radius * 0.22, lighter(ball.colour, 0.6))
+def _draw_ball(canvas: Canvas, chart: Chart, ball: Ball, light: Light) -> None:
+    """Draw a ball that is bright towards the lamp and throws its shadow away from it."""
+    (x, y), radius = chart.at(ball.x_m, ball.y_m), ball.radius_m * chart.scale
+    east, north = math.cos(light.azimuth_rad), math.sin(light.azimuth_rad)
+    away = ball.radius_m * math.cos(light.elevation_rad)
+    shadow_x, shadow_y = chart.at(ball.x_m - away * east, ball.y_m - away * north)
+    canvas.shade([[(shadow_x + radius * a, shadow_y + radius * b) for a, b in _CIRCLE]], 0.35, radius * 0.15)
+    canvas.disc((x, y), radius, darker(ball.colour, 0.8))
+    canvas.disc((x, y), radius * 0.9, ball.colour)
+    canvas.disc((x + east * radius * 0.4, y - north * radius * 0.4), radius * 0.22, lighter(ball.colour, 0.6))
 
 
-_ROUND = np.linspace(0, math.tau, 48, endpoint=False).tolist()
+_CIRCLE = [(math.cos(turn * math.tau / 48), math.sin(turn * math.tau / 48)) for turn in range(48)]
 
 
 def _shadow(prism: Prism, world: WorldDescription) -> list[tuple[float, float]]:

@@ -20,9 +20,9 @@ _STATES: tuple[Colour, ...] = (
     (168, 30, 175),
     (5, 145, 178),
     (220, 38, 90),
-    (120, 72, 20),
-    (90, 90, 105),
-    (202, 160, 10),
+    (30, 27, 110),
+    (130, 70, 10),
+    (85, 88, 100),
 )
 """Far apart, for the common kinds of colour blindness too, and none of them like a green ball."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import isfinite
-from types import TracebackType
 
 from rich.console import Console
 from rich.live import Live
@@ -20,19 +19,18 @@ REFRESH_HZ = 10
 
 
 class Progress:
-    """An observer: state, range, time and its pace, on stderr, gone when it is left.
+    """An observer: state, range, time and its pace, on stderr, gone when it is closed.
 
     A tick only leaves its record; a thread draws the newest one ten times a second.
     """
 
     def __init__(self, console: Console | None = None) -> None:
-        console = console or Console(stderr=True, highlight=False, markup=False)
-        self._live = Live(
-            get_renderable=self._line, console=console, refresh_per_second=REFRESH_HZ, transient=True
-        )
         self._spinner = Spinner("dots")
+        self._wall = MonotonicClock()
         self._run: Run | None = None
         self._record: TickRecord | None = None
+        console = console or Console(stderr=True, highlight=False, markup=False)
+        self._live = Live(get_renderable=self._line, console=console, refresh_per_second=REFRESH_HZ, transient=True)
 
     def begin(self, run: Run) -> None:
         self._wall = MonotonicClock()
@@ -42,18 +40,11 @@ class Progress:
     def tick(self, record: TickRecord) -> None:
         self._record = record
 
-    def end(self, result: RunResult) -> None:
-        self._live.stop()
+    def end(self, result: RunResult) -> None:  # noqa: ARG002  how it ended, the summary tells
+        self.close()
 
-    def __enter__(self) -> Progress:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
+        """Take the line away. May be called again."""
         self._live.stop()
 
     def _line(self) -> Table:

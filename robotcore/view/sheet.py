@@ -56,9 +56,9 @@ def draw(story: Story) -> Image:
 
 
 def _draw_title(canvas: Canvas, result: RunResult) -> None:
-    canvas.text((_EDGE, 66), heading(result), INK, 25, 1.15)
+    canvas.text((_EDGE, 66), heading(result), INK, 25, bold=True)
     outcome = result.outcome.value
-    width = canvas.text((_EDGE, 108), outcome, _OUTCOME_COLOURS.get(result.outcome, BAD), 17, 1.3)
+    width = canvas.text((_EDGE, 108), outcome, _OUTCOME_COLOURS.get(result.outcome, BAD), 17, bold=True)
     canvas.text((_EDGE + width + 18, 108), ", ".join(measures(result)), FADED, 17)
 
 
@@ -72,9 +72,8 @@ def _map(story: Story, colours: dict[str, Colour]) -> Image:
     if steps := story.track.steps:
         overhead.draw_start(canvas, chart, story.robot, steps[0].pose)
         overhead.draw_track(canvas, chart, story.track, colours)
-        for name, place in story.track.places(story.result.milestones).items():
-            overhead.draw_milestone(canvas, chart, place, colours[name])
         overhead.draw_robot(canvas, chart, story.robot, steps[-1].pose)
+        overhead.draw_milestones(canvas, chart, story.track.places(story.result.milestones), colours)
     return canvas.image()
 
 
@@ -108,8 +107,9 @@ def _draw_legend(canvas: Canvas, top: int, story: Story, colours: dict[str, Colo
     for x, words in zip(columns, ("state", "reached", "lasted"), strict=True):
         canvas.text((x, y), words, FADED, 13)
     canvas.line([(_SIDE, y + 14), (_SIDE + _SIDE_WIDTH, y + 14)], RULE, 1)
+    y += 8
     for state, reached, lasted in story.track.spells():
-        y += 38
+        y += 36
         if y > HEIGHT - _EDGE:
             break
         canvas.line([(_SIDE + 6, y - 7), (_SIDE + 58, y - 7)], colours[state], 7)

@@ -30,15 +30,12 @@ def heading(result: RunResult) -> str:
     return ", ".join([f"{result.app} on {result.backend}", *place, *seed])
 
 
-def verdict(result: RunResult) -> str:
-    """Return the simulator's word on the outcome."""
-    return _VERDICTS[result.verified]
-
-
 def measures(result: RunResult) -> Iterator[str]:
     """Yield what the run was measured by, in words."""
-    yield verdict(result)
-    yield f"{result.sim_time_s:.1f} s in {result.wall_time_s:.1f} s"
+    if result.outcome is Outcome.SUCCESS:
+        yield _VERDICTS[result.verified]
+    pace = result.sim_time_s / max(result.wall_time_s, 1e-3)
+    yield f"{result.sim_time_s:.1f} s at {pace:.{0 if pace >= 10 else 1}f}x real time"
     if result.distance_to_target_m is not None:
         yield f"{result.distance_to_target_m:.2f} m from the target"
     if result.contacts is not None:

@@ -1,7 +1,7 @@
 """Which thing to paint first, so that what is nearer hides what is farther.
 
-Sorting by distance is wrong where things are long. Here, of two things parted by an upright plane, the one on
-the eye's side is painted later; a topological sort makes one order of all pairs that meet in the picture.
+Sorting by distance is wrong where things are long. Here, of two parts with an upright plane between them, the one
+on the eye's side is painted later; a topological sort makes one order of all pairs that meet in the picture.
 """
 
 from __future__ import annotations
@@ -11,29 +11,24 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from robotcore.description import WorldDescription
-from robotcore.raycast import Outline, edges_of
-
+from drivers.kinematic.painter.blocks import TOUCHING_M
 from drivers.kinematic.planes import Array, half_planes, nearest_on, run_starts
+from robotcore.raycast import Outline, edges_of
 
 Matrix = NDArray[np.bool_]
 
-TOUCHING_M = 1e-9
-"""Things that share a side are still parted by it."""
-
 
 class Partitions:
-    """The upright planes that part the things of a world: its prisms, then its targets.
+    """The upright planes that part what is painted: outlines, then discs, (n, 3), of x, y and radius.
 
-    Each plane has one thing behind it. ``_behind`` and ``_before``, (planes, things), tell which thing that is,
-    and which lie wholly in front.
+    Each plane has one part behind it. ``_behind`` and ``_before``, (planes, parts), tell which one that is, and
+    which lie wholly in front.
     """
 
-    def __init__(self, world: WorldDescription) -> None:
-        outlines = [prism.outline for prism in world.prisms]
-        discs = np.array([(b.x_m, b.y_m, b.radius_m) for b in world.targets]).reshape(-1, 3)
-        parts = (_along_prisms(outlines, discs), _around_discs(outlines, discs))
-        self._normals, self._offsets, self._behind, self._before = map(np.concatenate, zip(*parts, strict=True))
+    def __init__(self, outlines: Sequence[Outline], discs: Array) -> None:
+        planes = (_along_prisms(outlines, discs), _around_discs(outlines, discs))
+        normals, offsets, behind, before = (np.concatenate(both) for both in zip(*planes, strict=True))
+        self._normals, self._offsets, self._behind, self._before = normals, offsets, behind, before
 
     def hidden_by(self, eye: Array) -> Matrix:
         """Return at [a, b] whether b may hide a, and a cannot hide b, from an eye at (x, y, …)."""
@@ -57,6 +52,14 @@ def back_to_front(hidden_by: Matrix) -> list[int]:
         waits_for -= hidden_by[chosen]
         waits_for[chosen] = 2 * len(waits_for)
     return order
+
+
+def side_by_side(columns: Sequence[Sequence[tuple[float, float]]]) -> Matrix:
+    """Return at [a, b] whether things share no column of the picture, given those of the parts of each."""
+    begins = np.array([min(begin for begin, _ in parts) for parts in columns])
+    ends = np.array([max(end for _, end in parts) for parts in columns])
+    is_left: Matrix = ends[:, None] < begins
+    return is_left | is_left.T
 
 
 Planes = tuple[Array, Array, Matrix, Matrix]

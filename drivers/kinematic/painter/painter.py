@@ -3,60 +3,95 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.kinematic.painter.blocks import Block, blocks_of
+from drivers.kinematic.painter.canvas import Canvas, Palette, Stroke
+from drivers.kinematic.painter.faces import Faces
+from drivers.kinematic.painter.order import Partitions, back_to_front, side_by_side
+from drivers.kinematic.painter.shading import inks_of, packed, ramp_of
+from drivers.kinematic.painter.spheres import disc_of
 from robotcore.description import WorldDescription
 from robotcore.devices import Image
 from robotcore.projection import View
 
-from drivers.kinematic.painter.faces import Faces, Facet
-from drivers.kinematic.painter.order import Partitions, back_to_front
-from drivers.kinematic.painter.shading import Inks, inks_of, ramp_of, sky_ink
-from drivers.kinematic.painter.scanline import fill
-from drivers.kinematic.painter.spheres import Disc, disc_of
-
-Array = NDArray[np.float64]
 Labels = NDArray[np.uint32]
 
 
 class Painter:
-    """Paints what a camera sees of a world: exact at pixel centres, without anti-aliasing, without shadows."""
+    """Paints what a camera sees of a world: exact at pixel centres, without smoothing, without shadows.
+
+    ``things`` are the names of what it paints: prisms, then targets.
+    """
 
     def __init__(self, world: WorldDescription) -> None:
         self.things = tuple(thing.name for thing in (*world.prisms, *world.targets))
-        self._balls = world.targets
-        self._first_ball = len(world.prisms)
+        blocks = blocks_of(world)
+        self._faces = Faces(blocks)
+        self._balls = dict(enumerate(world.targets, start=len(blocks)))
         self._lamp = np.array(world.light.direction)
-        self._faces = Faces(world)
-        self._partitions = Partitions(world)
-        floor = np.array([world.floor.colour], dtype=np.float64)
-        self._ground = int(inks_of(floor, self._lamp[2:], world.light)[0])
-        self._sky = int(sky_ink(world.light))
-        self._ramps = [ramp_of(ball.colour, world.light) for ball in world.targets]
+        discs = np.array([(ball.x_m, ball.y_m, ball.radius_m) for ball in world.targets]).reshape(-1, 3)
+        self._partitions = Partitions([block.outline for block in blocks], discs)
+        self._colours = self._lit(world)
+        self._numbers = self._numbered(blocks)
 
     def picture(self, view: View) -> Image:
         """Return the picture, (height, width, 3), BGR."""
         import cv2
 
-        canvas = _canvas(view)
-        canvas[:] = np.where(_is_ground(view), self._ground, self._sky)[:, None]
-        for stroke in self._strokes(view):
-            if isinstance(stroke, Facet):
-                fill(canvas, stroke.polygon, int(self._faces.inks[stroke.face]))
-            else:
-                stroke.paint(canvas, self._ramps[stroke.thing - self._first_ball])
-        return np.asarray(cv2.cvtColor(canvas.view(np.uint8).reshape(*canvas.shape, 4), cv2.COLOR_BGRA2BGR))
+        canvas = self._paint(view, self._colours)
+        pixels = canvas.view(np.uint8).reshape(*canvas.shape, 4)
+        return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGRA2BGR), dtype=np.uint8)
 
     def labels(self, view: View) -> Labels:
-        """Return what each pixel shows, (height, width): one more than its place in ``things``; 0 is none of them."""
-        canvas = _canvas(view)
-        canvas[:] = 0
+        """Return for each pixel, (height, width), what it shows: its place in ``things`` plus 1; 0 is none."""
+        return self._paint(view, self._numbers)
+
+    def _paint(self, view: View, palette: Palette) -> Canvas:
+        canvas = _primed(view, palette)
+        shown: dict[int, list[Stroke]] = defaultdict(list)
         for stroke in self._strokes(view):
-            if isinstance(stroke, Facet):
-                fill(canvas, stroke.polygon, stroke.thing + 1)
-            else:
-                canvas[stroke.rows, stroke.columns][stroke.is_hit] = stroke.thing + 1
+            shown[stroke.part].append(stroke)
+        parts = list(shown)
+        hidden_by = self._partitions.hidden_by(view.eye)[np.ix_(parts, parts)]
+        are_apart = side_by_side([[stroke.columns for stroke in shown[part]] for part in parts])
+        for place in back_to_front(hidden_by & ~are_apart):
+            for stroke in shown[parts[place]]:
+                stroke.paint(canvas, palette)
         return canvas
+
+    def _strokes(self, view: View) -> Iterator[Stroke]:
+        yield from self._faces.facets(view)
+        for part, ball in self._balls.items():
+            if disc := disc_of(ball, view, self._lamp, part):
+                yield disc
+
+    def _lit(self, world: WorldDescription) -> Palette:
+        light = world.light
+        return Palette(
+            sky=int(packed(np.array([light.sky_colour]))[0]),
+            ground=int(inks_of(np.array([world.floor.colour]), self._lamp[2:], light)[0]),
+            faces=self._faces.lit(light).tolist(),
+            balls={part: ramp_of(ball.colour, light) for part, ball in self._balls.items()},
+        )
+
+    def _numbered(self, blocks: Sequence[Block]) -> Palette:
+        first_ball = len(self.things) - len(self._balls) + 1
+        return Palette(
+            sky=0,
+            ground=0,
+            faces=[blocks[owner].thing + 1 for owner in self._faces.owners],
+            balls={part: np.array([n], np.uint32) for n, part in enumerate(self._balls, start=first_ball)},
+        )
+
+
+def _primed(view: View, palette: Palette) -> Canvas:
+    """Return a canvas with ground below the horizon and sky above; cameras have no roll."""
+    i = view.intrinsics
+    rises = (np.arange(i.height) - i.cy) * view.rotation[1, 2] + i.focal_length * view.rotation[2, 2]
+    canvas = np.empty((i.height, i.width), dtype=np.uint32)
+    canvas[:] = np.where(rises < 0, palette.ground, palette.sky)[:, None]
+    return canvas

@@ -42,7 +42,7 @@ def _flanks(polygon: Sequence[Point], heights: list[float]) -> tuple[Sequence[Po
 
 def _along(flank: Sequence[Point], rows: NDArray[np.intp]) -> NDArray[np.float64]:
     columns, heights = zip(*flank, strict=True)
-    return np.interp(rows, heights, columns)
+    return np.asarray(np.interp(rows, heights, columns))
 
 
 def _columns(columns: NDArray[np.float64], width: int) -> list[int]:

@@ -8,30 +8,38 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.kinematic.painter.canvas import Canvas, Palette
+from drivers.kinematic.planes import Array
 from robotcore.description import Ball
 from robotcore.projection import View
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Disc:
-    """A ball in the picture: the window it is in, and for each pixel there whether it shows the ball.
+    """A ball in the picture: the window that holds it, rows and columns, and which pixels there show it.
 
     ``cosines`` are of the angle between the ball's surface and the lamp, of no meaning off the ball.
     """
 
-    rows: slice
-    columns: slice
+    window: tuple[slice, slice]
     is_hit: NDArray[np.bool_]
     cosines: Array
-    thing: int
+    part: int
+
+    @property
+    def columns(self) -> tuple[float, float]:
+        return self.window[1].start, self.window[1].stop - 1
+
+    def paint(self, canvas: Canvas, palette: Palette) -> None:
+        ramp = palette.balls[self.part]
+        shades = np.clip(self.cosines[self.is_hit], 0.0, 1.0) * (len(ramp) - 1)
+        canvas[self.window][self.is_hit] = ramp[shades.astype(np.intp)]
 
 
-def disc_of(ball: Ball, view: View, lamp: Array, thing: int) -> Disc | None:
+def disc_of(ball: Ball, view: View, lamp: Array, part: int) -> Disc | None:
     """Return how a ball appears, lit from the direction ``lamp``, (3,); None where it is out of the picture.
 
-    A ray d from the eye meets a ball at c where (d·c)² ≥ (|c|² − r²)|d|² and d·c > 0: a conic in the picture.
+    A ray d from the eye meets a ball at c where (d·c)² ≥ (|c|² - r²)|d|² and d·c > 0: a conic in the picture.
     """
     centre = view.to_camera(np.array(((ball.x_m, ball.y_m, ball.radius_m),)))[0]
     columns, rows = _window(view, centre, ball.radius_m)
@@ -47,7 +55,7 @@ def disc_of(ball: Ball, view: View, lamp: Array, thing: int) -> Disc | None:
     is_hit = (chord >= 0) & (to_centre > 0)
     depth = (to_centre - np.sqrt(np.maximum(chord, 0.0))) / squared
     to_light = right * light[0] + (down * light[1] + light[2])
-    return Disc(rows, columns, is_hit, (depth * to_light - centre @ light) / ball.radius_m, thing)
+    return Disc((rows, columns), is_hit, (depth * to_light - centre @ light) / ball.radius_m, part)
 
 
 def _window(view: View, centre: Array, radius: float) -> tuple[slice, slice]:
@@ -62,7 +70,7 @@ def _window(view: View, centre: Array, radius: float) -> tuple[slice, slice]:
 def _extent(across: float, forward: float, radius: float) -> tuple[float, float]:
     """Return the slopes of the two planes through the eye that touch a ball from either side.
 
-    From |across − m·forward| = radius·√(1 + m²).
+    From |across - m·forward| = radius·√(1 + m²).
     """
     ahead = forward**2 - radius**2
     if forward <= radius:

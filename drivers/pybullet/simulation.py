@@ -1,0 +1,59 @@
+"""One robot in one world: what has to be there before a device can be opened, and how each is."""
+
+from __future__ import annotations
+
+from drivers.pybullet.body import Body
+from drivers.pybullet.bullet import Bullet
+from drivers.pybullet.camera import BulletCamera
+from drivers.pybullet.physics import BulletMotor, Physics, Touches
+from drivers.pybullet.scene import Scene
+from drivers.pybullet.sensors import BulletEncoder, BulletRangeSensor
+from drivers.pybullet.truth import BulletTruth
+from robotcore.backend import Setup
+from robotcore.clock import SteppedClock
+from robotcore.description import (
+    AnyDevice,
+    CameraDescription,
+    EncoderDescription,
+    MotorDescription,
+    RangeSensorDescription,
+    WorldDescription,
+)
+from robotcore.devices import Device
+from robotcore.display import MemoryDisplay
+
+
+class Simulation:
+    """The world, the robot in it, and the clock that moves both."""
+
+    def __init__(self, bullet: Bullet, setup: Setup, world: WorldDescription, solver_iterations: int) -> None:
+        self._bullet, self._light = bullet, world.light
+        scene = Scene(bullet, world)
+        self._body = Body(bullet, setup.robot, world.start.pose)
+        if setup.gui:
+            bullet.show(breadth=max(world.floor.length_m, world.floor.width_m))
+        else:
+            self._body.hide()
+        touches = Touches(bullet, self._body.number, scene.things.values())
+        self._physics = Physics(bullet, setup.rate_hz, touches, solver_iterations)
+        self.truth = BulletTruth(self._body, touches)
+
+    @property
+    def clock(self) -> SteppedClock:
+        return self._physics.clock
+
+    def open(self, description: AnyDevice) -> Device:
+        """Open one device; raises DeviceError where it sits on a wheel that is not there."""
+        bullet = self._bullet.on_behalf_of(description.name)
+        body = self._body.through(bullet)
+        if isinstance(description, MotorDescription):
+            motor = BulletMotor(bullet, description, body, self.clock.step)
+            self._physics.motors.append(motor)
+            return motor
+        if isinstance(description, EncoderDescription):
+            return BulletEncoder(bullet, description, self.clock, body)
+        if isinstance(description, RangeSensorDescription):
+            return BulletRangeSensor(bullet, description, self.clock, body)
+        if isinstance(description, CameraDescription):
+            return BulletCamera(bullet, description, self.clock, body, self._light)
+        return MemoryDisplay(description.name)

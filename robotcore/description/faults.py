@@ -1,0 +1,153 @@
+"""What pydantic found wrong with a description, said in one line: the key, the fault and the remedy."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pydantic import BaseModel, ValidationError
+
+from robotcore.errors import suggestion
+
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
+
+BACKENDS = "backends"
+"""The field that gathers the backends' sections; in a file they stand at the top."""
+
+LONGEST = 40
+"""Of a value or key from a file, in a message."""
+
+_TAGS = ("kind", "shape")
+_MESSAGES = {
+    "missing": "is missing",
+    "extra_forbidden": "is unknown",
+    "model_type": "should be a table",
+    "model_attributes_type": "should be a table",
+    "dict_type": "should be a table",
+    "tuple_type": "should be a list",
+    "too_long": "has too many items",
+}
+
+
+class Fault(NamedTuple):
+    """One thing that is wrong; the key is dotted, with things in lists by name: ``devices[nose].mount.x_m``."""
+
+    key: str
+    fault: str
+    remedy: str
+
+
+def first_fault(error: ValidationError) -> tuple[str, str]:
+    """Return the key of the first fault of a model, dotted, and what is wrong with it."""
+    found = _first(error)
+    return _key(found["loc"], {}), _message(found)
+
+
+def fault_of(
+    error: ValidationError, model: type[BaseModel], data: Mapping[str, Any], sections: Sequence[str] = ()
+) -> Fault:
+    """Return what to say first of ``data`` that is no such model; ``sections`` may stand at its top besides."""
+    found = _first(error)
+    kind, loc, key, message = found["type"], found["loc"], _key(found["loc"], data), _message(found)
+    if kind == "extra_forbidden":
+        known = [*keys_beside(model, loc), *(sections if len(loc) == 1 else ())]
+        return Fault(key, message, f"Correct it or take it out. {suggestion(_shown(loc[-1]), known)}")
+    if kind == "missing":
+        return Fault(key, message, "Add it")
+    if kind == "union_tag_not_found":
+        return Fault(f"{key}.{_tag_key(found)}", "is missing", "Add it: it says what sort of thing this is")
+    if kind == "union_tag_invalid":
+        tag, known = str(found["ctx"]["tag"])[:LONGEST], re.findall(r"'(\w+)'", found["ctx"]["expected_tags"])
+        return Fault(f"{key}.{_tag_key(found)}", f"{tag!r} is unknown", suggestion(tag, known))
+    fault, has_remedy, remedy = message.rpartition("; ")
+    return Fault(key, fault, remedy[:1].upper() + remedy[1:]) if has_remedy else Fault(key, message, "Correct it")
+
+
+def keys_beside(model: type[BaseModel], loc: Sequence[str | int]) -> list[str]:
+    """Return which keys there may be at that place of a model: ``loc`` ends in a key that there may not."""
+    schema = model.model_json_schema()
+    parts = schema.get("$defs", {})
+    here = schema
+    for part in loc[:-1]:
+        here = _resolved(_inside(here, part), parts)
+    return [key for key in here.get("properties", ()) if key != BACKENDS]
+
+
+def _inside(schema: dict[str, Any], part: str | int) -> dict[str, Any]:
+    """Return the schema of an item, of one kind of item, or of a key's value."""
+    if isinstance(part, int):
+        return dict(schema.get("items", {}))
+    if part in (kinds := schema.get("discriminator", {}).get("mapping", {})):
+        return {"$ref": kinds[part]}
+    return dict(schema.get("properties", {}).get(part, {}))
+
+
+def _resolved(schema: dict[str, Any], parts: dict[str, Any]) -> dict[str, Any]:
+    """Return what a schema refers to, the None of an optional part left out."""
+    first = schema.get("anyOf", [schema])[0]
+    return dict(parts[first["$ref"].rpartition("/")[2]]) if "$ref" in first else first
+
+
+def _first(error: ValidationError) -> ErrorDetails:
+    """Return the fault to speak of: a misspelt key before the key that is missing for it."""
+    ranks = {"extra_forbidden": 0, "missing": 2}
+    return min(error.errors(include_url=False), key=lambda fault: ranks.get(fault["type"], 1))
+
+
+def _key(loc: Sequence[str | int], data: Any) -> str:
+    key, here, in_list = "", data, False
+    for part in loc:
+        if in_list and isinstance(here, dict) and part in [here.get(tag) for tag in _TAGS]:
+            in_list = False
+            continue
+        in_list = isinstance(part, int)
+        here = _item(here, part)
+        if in_list:
+            key += f"[{_label(here, part)}]"
+        elif (key, part) != ("", BACKENDS):
+            key += f".{_shown(part)}" if key else _shown(part)
+    return key
+
+
+def _item(data: Any, part: str | int) -> Any:
+    try:
+        return data[part]
+    except (LookupError, TypeError):
+        return None
+
+
+def _label(item: Any, index: str | int) -> str:
+    """Return the name of a thing in a list, or its number: the first is #1."""
+    name = item.get("name") if isinstance(item, dict) else None
+    return _shown(name) if name and isinstance(name, str) else f"#{int(index) + 1}"
+
+
+def _shown(key: str | int) -> str:
+    """Return a key as it stands in a file, in quotes where it needs them."""
+    text = str(key)
+    return text if re.fullmatch(r"[A-Za-z0-9_-]{1,40}", text) else repr(text[:LONGEST])
+
+
+def _tag_key(found: ErrorDetails) -> str:
+    return str(found["ctx"]["discriminator"]).strip("'")
+
+
+def _message(found: ErrorDetails) -> str:
+    message = _MESSAGES.get(found["type"], found["msg"])
+    if found["type"] in ("missing", "extra_forbidden", "value_error"):
+        return message.removeprefix("Value error, ")
+    for formal, plain in (("Input ", ""), ("greater than or equal to", "at least"), ("less than or equal to", "at most")):
+        message = message.replace(formal, plain, 1)
+    return f"{message}, got {_told(found['input'])}"
+
+
+def _told(value: Any) -> str:
+    if isinstance(value, dict):
+        return "a table"
+    if isinstance(value, (list, tuple)):
+        return f"a list of {len(value)}"
+    if isinstance(value, int) and abs(value) >= 10**LONGEST:
+        return f"a number of {value.bit_length()} bits"
+    return repr(value[:LONGEST] if isinstance(value, str) else value)

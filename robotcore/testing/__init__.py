@@ -1,0 +1,32 @@
+"""The conformance kit: what every driver owes an app, as tests that a driver's author runs.
+
+```python
+from robotcore.testing import Capability, ConformanceSuite
+
+class TestMine(ConformanceSuite):
+    backend = MyBackend
+    lacks = {Capability.WORLD: "the robot stands on a bench"}
+```
+
+Needs pytest. Nothing is imported before it is asked for: pytest loads the plug-in of this package in every project.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from robotcore.testing.bench import Capability
+    from robotcore.testing.conformance import ConformanceSuite
+    from robotcore.testing.gate import Gate
+
+__all__ = ["Capability", "ConformanceSuite", "Gate"]
+
+_HOMES = {"Capability": "bench", "ConformanceSuite": "conformance", "Gate": "gate"}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)

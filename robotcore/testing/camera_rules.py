@@ -1,0 +1,121 @@
+"""Rules for cameras: BGR, top-left origin, not mirrored, read-only, as wide as described."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from robotcore.description import CameraDescription, WorldDescription
+from robotcore.devices import Frame
+from robotcore.geometry import Pose
+from robotcore.projection import View
+from robotcore.robot import Role
+from robotcore.testing import scenes
+from robotcore.testing.bench import Bench, Capability, let_pass
+
+MIN_PIXELS = 20
+COLOUR_LEAD = 25
+"""By so many levels the green of the ball leads blue and red."""
+
+
+class CameraRules(Bench):
+    """What every camera owes."""
+
+    @property
+    def eye(self) -> CameraDescription:
+        """The description of the camera that fills the role."""
+        found = self.description.first_of(CameraDescription)
+        return found or pytest.skip(f"{self.description.name} has no camera")
+
+    def test_picture_is_uint8_of_height_width_and_three_channels(self) -> None:
+        image = self._frame_of(None).image
+        expected = (self.eye.height_px, self.eye.width_px, 3)
+        assert image.shape == expected and image.dtype == np.uint8, (  # noqa: PT018  one thing to a reader
+            f"the picture is {image.dtype} of shape {image.shape}; expected uint8 of shape {expected}: "
+            "height, width, BGR"
+        )
+
+    def test_picture_is_read_only(self) -> None:
+        image = self._frame_of(None).image
+        assert not image.flags.writeable, (
+            "the picture can be written to; several readers share it in one tick: set flags.writeable = False"
+        )
+
+    def test_picture_is_contiguous(self) -> None:
+        image = self._frame_of(None).image
+        assert image.flags.c_contiguous, (
+            "the picture is a strided view; OpenCV copies or refuses those: hand out np.ascontiguousarray(image)"
+        )
+
+    def test_pictures_do_not_share_their_memory(self) -> None:
+        with self.opened(None, Role.CAMERA) as robot:
+            first = robot.camera.read()
+            let_pass(robot, 0.5)
+            second = robot.camera.read()
+        assert first.sequence == second.sequence or not np.shares_memory(first.image, second.image), (
+            "two pictures lie in one buffer, so that the second overwrites the first: hand out copies"
+        )
+
+    def test_intrinsics_are_the_ones_described(self) -> None:
+        with self.opened(None, Role.CAMERA) as robot:
+            got = robot.camera.intrinsics
+        assert got == self.eye.intrinsics, f"the intrinsics are {got}; the description says {self.eye.intrinsics}"
+
+    def test_blue_is_blue(self) -> None:
+        world = scenes.box(self.eye.mount, 0.6, "blue")
+        box = world.obstacles[0]
+        column, row = self._pixel_of(box.x_m, box.y_m, box.height_m / 2)
+        patch = self._frame_of(world).image[row - 3 : row + 4, column - 3 : column + 4]
+        blue, _, red = np.median(patch.reshape(-1, 3), axis=0)
+        assert blue > red + COLOUR_LEAD, (
+            f"a blue box reads {blue:.0f} in channel 0 and {red:.0f} in channel 2; the order is blue, green, red"
+        )
+
+    @pytest.mark.parametrize("bearing", [0.3, -0.3], ids=["left", "right"])
+    def test_left_of_the_world_is_left_in_the_picture(self, bearing: float) -> None:
+        column, _ = self._seen_green(scenes.ball(self.eye.mount, 0.9, bearing))
+        assert (column < self.eye.intrinsics.cx) == (bearing > 0), (
+            f"a green ball to the {'left' if bearing > 0 else 'right'} appears in column {column:.0f} of "
+            f"{self.eye.width_px}: the picture is mirrored"
+        )
+
+    def test_floor_is_at_the_bottom(self) -> None:
+        world = scenes.box(self.eye.mount, 0.6, "green")
+        box = world.obstacles[0]
+        expected = self._pixel_of(box.x_m, box.y_m, box.height_m / 2)[1]
+        _, row = self._seen_green(world)
+        assert abs(row - expected) < abs(self.eye.height_px - 1 - row - expected), (
+            f"a low green box appears in row {row:.0f} of {self.eye.height_px}, expected about {expected}: the "
+            "picture is upside down; its origin is top-left"
+        )
+
+    def test_field_of_view_is_the_one_described(self) -> None:
+        worlds = [scenes.ball(self.eye.mount, 0.9, bearing) for bearing in (-0.3, 0.3)]
+        right, left = (self._seen_green(world)[0] for world in worlds)
+        at_right, at_left = (
+            self._pixel_of(world.targets[0].x_m, world.targets[0].y_m, scenes.BALL_RADIUS_M)[0] for world in worlds
+        )
+        assert abs(right - left) == pytest.approx(at_right - at_left, rel=0.03, abs=3), (
+            f"balls 0.3 rad left and right of the axis appear {abs(right - left):.0f} px apart, expected "
+            f"{at_right - at_left}: horizontal_fov_rad is {self.eye.horizontal_fov_rad}, the full angle across"
+        )
+
+    def _frame_of(self, world: WorldDescription | None) -> Frame:
+        if world:
+            self.require(Capability.WORLD)
+        with self.opened(world, Role.CAMERA) as robot:
+            let_pass(robot, 0.2)
+            return robot.camera.read()
+
+    def _seen_green(self, world: WorldDescription) -> tuple[float, float]:
+        """Return column and row of the middle of what is green in the picture."""
+        blue, green, red = (self._frame_of(world).image[:, :, i].astype(int) for i in range(3))
+        rows, columns = np.nonzero(green > np.maximum(blue, red) + COLOUR_LEAD)
+        assert len(rows) >= MIN_PIXELS, f"{len(rows)} pixels of something green ahead are to be seen"
+        return float(columns.mean()), float(rows.mean())
+
+    def _pixel_of(self, x: float, y: float, z: float) -> tuple[int, int]:
+        """Return column and row where a point of the world must appear."""
+        view = View.of(self.eye.intrinsics, self.eye.mount, Pose(0.0, 0.0, 0.0))
+        column, row = view.to_pixels(view.to_camera(np.array([[x, y, z]])))[0]
+        return round(column), round(row)

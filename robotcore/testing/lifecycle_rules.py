@@ -1,0 +1,115 @@
+"""Rules for opening and closing: what was asked for and nothing else; every motor stopped, whatever fails."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robotcore.devices import Device, Display, Motor, Sensor
+from robotcore.errors import DeviceClosedError, DeviceError, UsageError
+from robotcore.robot import Robot, Role
+from robotcore.testing.bench import Bench
+from robotcore.testing.spies import MotorSpy, cut_wire
+
+SPEED_RAD_S = 2.0
+
+
+class LifecycleRules(Bench):
+    """What every backend owes that opens a robot, and every robot that is closed."""
+
+    def test_only_the_devices_asked_for_are_opened(self) -> None:
+        for wanted in ({device.name} for device in self.description.devices):
+            with self.open(self.setup(devices=wanted)) as robot:
+                opened = set(robot.devices)
+            assert opened == wanted, f"asked to open {sorted(wanted)}, it opened {sorted(opened)}"
+
+    def test_robot_without_a_drive_opens(self) -> None:
+        setup = self.setup()
+        still = [d for d in setup.robot.devices if d.kind not in ("motor", "encoder")]
+        pole = setup.robot.model_copy(update={"drive": None, "devices": tuple(still)})
+        names = frozenset(device.name for device in still)
+        with self.open(replace(setup, robot=pole, devices=names)) as robot:
+            opened = set(robot.devices)
+        assert opened == names, f"without a drive, it opened {sorted(opened)} instead of {sorted(names)}"
+
+    def test_unknown_option_is_refused(self) -> None:
+        setup = replace(self.setup(), options={**self.options, "no_such_option": "1"})
+        try:
+            self.open(setup).close()
+        except UsageError:
+            return
+        pytest.fail("the option 'no_such_option' was taken without a word; read them with setup.options_as(Model)")
+
+    def test_robot_opens_again_after_closing(self) -> None:
+        with self.opened() as robot:
+            first = set(robot.devices)
+        with self.opened() as robot:
+            second = set(robot.devices)
+        assert second == first, f"opened again, it has {sorted(second)}; the first time it had {sorted(first)}"
+
+    def test_closing_stops_every_motor(self) -> None:
+        robot = self.opened(None, Role.DRIVE)
+        spies = self._driven(robot)
+        robot.close()
+        for name, spy in spies.items():
+            assert spy.last == 0, f"{name}: closing left it turning at {spy.last} rad/s; it must stop every motor"
+
+    @pytest.mark.parametrize("broken", ["left", "right"])
+    def test_motor_that_cannot_be_stopped_keeps_no_other_from_stopping(self, broken: str) -> None:
+        robot = self.opened(None, Role.DRIVE)
+        left, right = self.motors(robot)
+        spies = self._driven(robot)
+        failing, other = (left, right) if broken == "left" else (right, left)
+        cut_wire(failing)
+        with pytest.raises(DeviceError):
+            robot.close()
+        assert spies[other.name].last == 0, (
+            f"{failing.name} failed to stop and {other.name} was left turning at {spies[other.name].last} rad/s; "
+            "stop each motor on its own, then tell what failed"
+        )
+
+    def test_leaving_by_an_error_stops_every_motor(self) -> None:
+        robot = self.opened(None, Role.DRIVE)
+        spies = self._driven(robot)
+        with pytest.raises(ZeroDivisionError), robot:
+            raise ZeroDivisionError
+        for name, spy in spies.items():
+            assert spy.last == 0, f"{name}: left by an error, the robot still drives it at {spy.last} rad/s"
+
+    def test_closing_twice_is_no_error(self) -> None:
+        robot = self.opened()
+        robot.close()
+        try:
+            robot.close()
+        except Exception as error:  # noqa: BLE001  whatever it is, it is the driver's
+            pytest.fail(f"the second close() raised {error!r}; it must do nothing")
+
+    def test_closed_devices_say_so(self) -> None:
+        robot = self.opened()
+        robot.close()
+        for device in robot.devices.values():
+            try:
+                _use(device)
+            except DeviceClosedError:
+                continue
+            except Exception as error:  # noqa: BLE001  whatever it is, it is the wrong one
+                pytest.fail(f"{device.name}: used after closing, it raised {error!r}; raise DeviceClosedError")
+            pytest.fail(f"{device.name}: used after closing, it raised nothing; raise DeviceClosedError")
+
+    def _driven(self, robot: Robot) -> dict[str, MotorSpy]:
+        """Set both motors turning; return what keeps an eye on them."""
+        spies = {motor.name: MotorSpy(motor) for motor in self.motors(robot)}
+        for motor in self.motors(robot):
+            motor.set_velocity(SPEED_RAD_S)
+        return spies
+
+
+def _use(device: Device) -> None:
+    if isinstance(device, Motor):
+        device.set_velocity(SPEED_RAD_S)
+    elif isinstance(device, Sensor):
+        device.read()
+    elif isinstance(device, Display):
+        device.show(np.zeros((48, 64, 3), dtype=np.uint8))

@@ -1,0 +1,117 @@
+"""Rules for motors: units and signs, left and right, limits, numbers that are none."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from robotcore.description import MotorDescription
+from robotcore.errors import InvalidCommandError
+from robotcore.robot import Role
+from robotcore.testing.bench import SETTLING_S, Bench, Capability
+from robotcore.testing.spies import MotorSpy
+
+SPEED_RAD_S = 4.0
+
+
+class MotorRules(Bench):
+    """What every motor owes."""
+
+    def test_positive_velocity_drives_forward(self) -> None:
+        self.require(Capability.MOTION)
+        with self.opened(None, Role.DRIVE) as robot:
+            self.command(robot, SPEED_RAD_S, SPEED_RAD_S)
+            motion = self.motion(robot, 1.0)
+        assert motion.forward > 0, (
+            f"both motors were told +{SPEED_RAD_S} rad/s and the robot moved {motion.forward:+.3f} m; "
+            "positive must drive it forward, on both sides: negate the side that is mounted the other way round"
+        )
+
+    def test_left_motor_faster_turns_right(self) -> None:
+        self.require(Capability.MOTION)
+        with self.opened(None, Role.DRIVE) as robot:
+            self.command(robot, SPEED_RAD_S, SPEED_RAD_S / 2)
+            motion = self.motion(robot, 1.0)
+        assert motion.turn < 0, (
+            f"the left motor turned faster and the heading changed by {motion.turn:+.3f} rad; a turn to the right "
+            "is negative: are left and right swapped, or the sign of the heading?"
+        )
+
+    def test_velocity_is_in_radians_per_second(self) -> None:
+        self.require(Capability.MOTION)
+        with self.opened(None, Role.DRIVE) as robot:
+            self.command(robot, SPEED_RAD_S, SPEED_RAD_S)
+            motion = self.motion(robot, 1.0)
+        expected = SPEED_RAD_S * self.drive.wheel_radius_m
+        assert abs(motion.forward) == pytest.approx(expected, rel=0.03), (
+            f"{SPEED_RAD_S} rad/s for 1 s on wheels of {self.drive.wheel_radius_m} m moved the robot "
+            f"{abs(motion.forward):.4f} m, expected {expected:.4f} m within 3 %"
+        )
+
+    def test_stop_brings_the_wheels_to_rest(self) -> None:
+        self.require(Capability.MOTION)
+        with self.opened(None, Role.DRIVE) as robot:
+            self.command(robot, SPEED_RAD_S, SPEED_RAD_S)
+            for motor in self.motors(robot):
+                motor.stop()
+            self.motion(robot, SETTLING_S)
+            motion = self.motion(robot, SETTLING_S)
+        assert math.hypot(motion.forward, motion.left) < 0.002, (
+            f"{SETTLING_S} s after stop() the robot still moved {motion.forward:+.4f} m in {SETTLING_S} s"
+        )
+
+    def test_velocity_within_the_limits_is_returned_as_it_is(self) -> None:
+        with self.opened(None, Role.DRIVE) as robot:
+            for motor in self.motors(robot):
+                asked = motor.max_velocity / 2
+                assert (sent := motor.set_velocity(asked)) == pytest.approx(asked, rel=0.05), (
+                    f"{motor.name}: set_velocity({asked}) returned {sent}; within the limits it must return what "
+                    "was asked, but for what the hardware rounds"
+                )
+
+    @pytest.mark.parametrize("sign", [1, -1], ids=["forward", "backward"])
+    def test_velocity_beyond_the_limit_is_clamped_and_returned(self, sign: int) -> None:
+        with self.opened(None, Role.DRIVE) as robot:
+            for motor in self.motors(robot):
+                spy, limit = MotorSpy(motor), motor.max_velocity
+                returned = motor.set_velocity(sign * 2 * limit)
+                assert returned == pytest.approx(sign * limit), (
+                    f"{motor.name}: asked for {sign * 2 * limit}, set_velocity returned {returned}; "
+                    f"it must return what was sent, {sign * limit}"
+                )
+                assert abs(spy.last) <= limit, (
+                    f"{motor.name}: {spy.last} rad/s was sent, beyond max_velocity {limit}; clamp before sending"
+                )
+
+    def test_limit_is_the_one_described(self) -> None:
+        described = {motor.name: motor.max_velocity_rad_s for motor in self.description.all_of(MotorDescription)}
+        with self.opened(None, Role.DRIVE) as robot:
+            limits = {motor.name: motor.max_velocity for motor in self.motors(robot)}
+        for name, limit in limits.items():
+            assert limit <= described[name], (
+                f"{name}: max_velocity is {limit}; the description allows {described[name]} rad/s and no more"
+            )
+
+    @pytest.mark.parametrize("velocity", [math.nan, math.inf, -math.inf])
+    def test_velocity_that_is_no_number_is_refused(self, velocity: float) -> None:
+        with self.opened(None, Role.DRIVE) as robot:
+            for motor in self.motors(robot):
+                try:
+                    sent = motor.set_velocity(velocity)
+                except InvalidCommandError:
+                    continue
+                pytest.fail(f"{motor.name}: set_velocity({velocity}) returned {sent}; raise InvalidCommandError")
+
+    def test_refused_velocity_stops_the_motor(self) -> None:
+        with self.opened(None, Role.DRIVE) as robot:
+            for motor in self.motors(robot):
+                spy = MotorSpy(motor)
+                motor.set_velocity(SPEED_RAD_S)
+                try:
+                    motor.set_velocity(math.nan)
+                except Exception:  # noqa: BLE001  which error is another rule's business
+                    assert spy.last == 0, (
+                        f"{motor.name}: after NaN was refused, the last velocity sent is {spy.last} rad/s; "
+                        "refusing must stop the motor"
+                    )

@@ -1,0 +1,110 @@
+"""Rules for range sensors: right distances, and what is said of too near, too far and nothing."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from robotcore.description import RangeSensorDescription, WorldDescription
+from robotcore.devices import Range
+from robotcore.robot import Role
+from robotcore.testing import scenes
+from robotcore.testing.bench import Bench, Capability, let_pass
+
+TOLERANCE_M = 0.01
+TOUCH_M = 0.0005
+
+
+class RangeRules(Bench):
+    """What every range sensor owes."""
+
+    @property
+    def sensor(self) -> RangeSensorDescription:
+        """The description of the sensor that fills the role."""
+        found = self.description.first_of(RangeSensorDescription)
+        return found or pytest.skip(f"{self.description.name} has no range sensor")
+
+    @pytest.mark.parametrize("distance", [0.3, 0.7, 1.5])
+    def test_distance_to_a_wall_is_right(self, distance: float) -> None:
+        if distance > self.sensor.max_range_m:
+            pytest.skip(f"{self.sensor.name} reaches {self.sensor.max_range_m} m only")
+        got = self._read_in(scenes.wall(self.sensor.mount, distance)).distance
+        assert got == pytest.approx(distance, abs=TOLERANCE_M), (
+            f"a wall {distance} m in front of {self.sensor.name} reads {got:.3f} m; expected within {TOLERANCE_M} m"
+        )
+
+    def test_nothing_ahead_reads_inf(self) -> None:
+        got = self._read_in(scenes.empty()).distance
+        assert got == math.inf, f"open ground reads {got} m; nothing in range must read inf"
+
+    def test_beyond_the_maximum_reads_inf(self) -> None:
+        distance = self.sensor.max_range_m + 0.2
+        got = self._read_in(scenes.wall(self.sensor.mount, distance)).distance
+        assert got == math.inf, (
+            f"a wall at {distance} m, beyond max_range {self.sensor.max_range_m} m, reads {got}; expected inf"
+        )
+
+    def test_nearer_than_the_minimum_reads_the_minimum(self) -> None:
+        minimum = self.sensor.min_range_m
+        self._require_reachable(minimum / 2)
+        got = self._read_in(scenes.wall(self.sensor.mount, minimum / 2)).distance
+        assert got == pytest.approx(minimum), f"a wall at {minimum / 2} m reads {got}; expected min_range, {minimum} m"
+
+    def test_touching_a_wall_does_not_read_inf(self) -> None:
+        gap = self.description.body.front_x_m - self.sensor.mount.x_m + TOUCH_M
+        self._require_reachable(gap)
+        got = self._read_in(scenes.wall(self.sensor.mount, gap)).distance
+        assert math.isfinite(got), (
+            f"a wall at the robot's nose reads {got}; rays must begin inside the body, or they begin behind the wall"
+        )
+
+    def test_cone_is_the_full_angle(self) -> None:
+        half = self.sensor.cone_rad / 2
+        if half < 0.05:
+            pytest.skip(f"{self.sensor.name} is a beam, it has no cone to speak of")
+        inside = self._read_in(scenes.post(self.sensor.mount, 0.5, 0.75 * half)).distance
+        outside = self._read_in(scenes.post(self.sensor.mount, 0.5, 1.25 * half + 0.1)).distance
+        assert inside == pytest.approx(0.5, abs=2 * TOLERANCE_M), (
+            f"a post at 0.5 m, at three quarters of half the cone to the left, reads {inside}"
+        )
+        assert outside == math.inf, f"a post at 0.5 m outside the cone reads {outside}; cone is the full angle"
+
+    def test_detected_point_is_left_positive(self) -> None:
+        half = self.sensor.cone_rad / 2
+        point = self._read_in(scenes.post(self.sensor.mount, 0.5, 0.75 * half)).point
+        if point is None:
+            pytest.skip("it does not tell the detected point")
+        assert point[0] > 0 < point[1], (
+            f"a post ahead on the left was detected at {point} in the sensor's frame; x is forward, y to the left"
+        )
+
+    def test_limits_are_the_ones_described(self) -> None:
+        told = self.sensor
+        with self.opened(None, Role.RANGE) as robot:
+            got = (robot.range.min_range, robot.range.max_range, robot.range.cone)
+        expected = (told.min_range_m, told.max_range_m, told.cone_rad)
+        assert got == pytest.approx(expected), f"min_range, max_range, cone are {got}; the description says {expected}"
+
+    def test_lost_echo_is_no_new_sample(self) -> None:
+        self.require(Capability.LOST_ECHO)
+        with self.opened(None, Role.RANGE) as robot:
+            before = robot.range.read()
+            self.lose_echoes(robot)
+            let_pass(robot, 0.5)
+            after = robot.range.read()
+        assert (after.distance, after.time, after.sequence) == (before.distance, before.time, before.sequence), (
+            f"after 0.5 s without an echo, read() gave {after}; the last sample was {before}. A lost echo is no new "
+            "sample: hand out the old one with its old time and sequence, never inf, never the old value as new"
+        )
+
+    def _read_in(self, world: WorldDescription) -> Range:
+        self.require(Capability.WORLD)
+        with self.opened(world, Role.RANGE) as robot:
+            let_pass(robot, 0.2)
+            return robot.range.read()
+
+    def _require_reachable(self, distance: float) -> None:
+        mount, body = self.sensor.mount, self.description.body
+        if mount.yaw_rad or mount.x_m + distance < body.front_x_m:
+            pytest.skip(f"{self.sensor.name} sits so that nothing ahead of the body comes within {distance} m")

@@ -1,0 +1,50 @@
+"""Every backend keeps the kit's rules, or says why a rule cannot be checked on it."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from drivers.kinematic.backend import KinematicBackend
+from drivers.mock import LOST
+from drivers.mock.backend import MockBackend
+from drivers.pybullet.backend import PyBulletBackend
+from robotcore.backend import Setup
+from robotcore.registry import backend_names
+from robotcore.robot import Robot
+from robotcore.testing import Capability, ConformanceSuite
+
+EVERY_ECHO = "every ray that is cast is answered"
+NO_HARDWARE = "there is no hardware to wait for"
+
+
+class TestKinematic(ConformanceSuite):
+    backend = KinematicBackend
+    lacks: ClassVar = {Capability.LOST_ECHO: EVERY_ECHO, Capability.SLOW_HARDWARE: NO_HARDWARE}
+
+
+class TestPyBullet(ConformanceSuite):
+    backend = PyBulletBackend
+    lacks: ClassVar = {Capability.LOST_ECHO: EVERY_ECHO, Capability.SLOW_HARDWARE: NO_HARDWARE}
+
+
+class TestMock(ConformanceSuite):
+    backend = MockBackend
+    lacks: ClassVar = {
+        Capability.WORLD: "its sensors follow a script",
+        Capability.SLOW_HARDWARE: NO_HARDWARE,
+    }
+    is_lost = False
+
+    def open(self, setup: Setup) -> Robot:
+        return MockBackend({"nose": self.echo}).open(setup)
+
+    def lose_echoes(self, robot: Robot) -> None:
+        self.is_lost = True
+
+    def echo(self, time: float) -> Any:
+        return LOST if self.is_lost else 1.0
+
+
+def test_every_backend_is_tried() -> None:
+    suites = (TestKinematic, TestPyBullet, TestMock)
+    assert sorted(suite.backend.name for suite in suites) == backend_names()

@@ -1,0 +1,64 @@
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+
+from robotcore.cli.main import execute
+
+
+class Told(NamedTuple):
+    status: int
+    out: str
+    err: str
+
+    @property
+    def json(self) -> Any:
+        lines = self.out.splitlines()
+        assert len(lines) == 1
+        return json.loads(lines[0])
+
+
+Cli = Callable[..., Told]
+
+
+@pytest.fixture
+def cli(capfd: pytest.CaptureFixture[str]) -> Cli:
+    """The command line in this process."""
+
+    def run(*arguments: str) -> Told:
+        status = execute(arguments)
+        return Told(status, *capfd.readouterr())
+
+    return run
+
+
+@pytest.fixture
+def app_file(tmp_path: Path) -> Callable[[str], str]:
+    """A file with an app whose third tick does what is asked for."""
+
+    def write(deed: str) -> str:
+        file = tmp_path / "odd.py"
+        file.write_text(
+            f"""
+import os, signal
+from robotcore import Behaviour, Role, Status
+
+class Odd(Behaviour):
+    needs = frozenset({{Role.DRIVE}})
+    ticks = 0
+
+    def step(self, robot):
+        self.ticks += 1
+        robot.drive.set_velocity(0.1, 0.0)
+        if self.ticks == 3:
+            {deed}
+        return Status.RUNNING
+"""
+        )
+        return str(file)
+
+    return write

@@ -1,0 +1,47 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.robotcore.cli.conftest import Cli
+
+
+@pytest.mark.parametrize(
+    "name, summary",
+    [
+        ("rover", "the robot 'rover': 2 motors, 2 encoders, 1 range sensor, 1 camera, 1 display"),
+        ("arena", "the world 'arena': 4 m x 4 m, 6 obstacles, 1 target, a seed draws it anew"),
+    ],
+)
+def test_check_says_what_is_described(cli: Cli, name: str, summary: str) -> None:
+    assert cli("check", name) == (0, f"{name}: OK, {summary}\n", "")
+
+
+def test_check_reads_a_users_own_file(cli: Cli, tmp_path: Path) -> None:
+    file = tmp_path / "yard.toml"
+    file.write_text('name = "yard"\n[floor]\nlength_m = 3.0\nwidth_m = 2.0\n')
+    told = cli("check", str(file))
+    assert told.out == f"{file}: OK, the world 'yard': 3 m x 2 m, 0 obstacles, 0 targets, the same for every seed\n"
+
+
+def test_check_tells_a_fault_in_one_line(cli: Cli, tmp_path: Path) -> None:
+    file = tmp_path / "yard.toml"
+    file.write_text('name = "yard"\n[floor]\nlength_m = -3.0\nwidth_m = 2.0\n')
+    told = cli("check", str(file))
+    assert (told.status, told.out) == (2, "")
+    assert told.err.startswith(f"error: {file}: floor.length_m: ")
+    assert len(told.err.splitlines()) == 1
+
+
+def test_export_writes_urdf(cli: Cli, tmp_path: Path) -> None:
+    file = tmp_path / "rover.urdf"
+    assert cli("export", "rover", "--output", str(file)) == (0, "", "")
+    assert '<robot name="rover"' in file.read_text()
+    assert cli("export", "rover").out.strip() == file.read_text().strip()
+
+
+def test_export_says_where_it_cannot_write(cli: Cli, tmp_path: Path) -> None:
+    told = cli("export", "rover", "--output", str(tmp_path / "missing" / "rover.urdf"))
+    assert told.status == 2
+    assert "missing/rover.urdf: No such file or directory" in told.err

@@ -1,0 +1,83 @@
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import click
+import pytest
+
+from robotcore.cli.main import robotcore, run_app
+from tests.robotcore.cli.conftest import Cli
+
+HEAVY = ("numpy", "cv2", "pydantic", "rich")
+
+
+def test_help_lists_every_command_with_a_whole_line_about_it(cli: Cli) -> None:
+    told = cli("--help")
+    context = click.Context(robotcore)
+    assert told.status == 0
+    for name in robotcore.list_commands(context):
+        line = next(line for line in told.out.splitlines() if line.startswith(f"  {name} "))
+        assert line.endswith(".")
+        assert not line.endswith("...")
+
+
+def test_no_arguments_show_the_help(cli: Cli) -> None:
+    assert cli() == cli("--help")
+
+
+def test_every_command_explains_itself(cli: Cli) -> None:
+    for name in robotcore.list_commands(click.Context(robotcore)):
+        assert cli(name, "--help").out.startswith(f"Usage: robotcore {name}")
+
+
+def test_version_names_the_program(cli: Cli) -> None:
+    assert cli("--version").out.startswith("robotcore ")
+
+
+def test_help_imports_nothing_heavy() -> None:
+    code = (
+        "import sys; from robotcore.cli.main import execute; execute(['--help']); "
+        f"sys.exit(' '.join(name for name in {HEAVY} if name in sys.modules) or 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_unknown_command_offers_the_nearest(cli: Cli) -> None:
+    assert cli("bakends") == (2, "", "error: unknown command 'bakends'. Did you mean 'backends'?\n")
+
+
+def test_unknown_option_is_told_in_two_lines(cli: Cli) -> None:
+    told = cli("run", "--sead", "3")
+    assert told.status == 2
+    assert told.err.startswith("error: No such option")
+    assert told.err.splitlines()[1] == "Try 'robotcore run --help'."
+
+
+def test_a_pipe_that_is_closed_early_is_no_noise() -> None:
+    command = [sys.executable, "-m", "robotcore", "worlds"]
+    read, write = os.pipe()
+    os.close(read)
+    with os.fdopen(write, "w") as closed:
+        done = subprocess.run(command, stdout=closed, stderr=subprocess.PIPE, text=True, check=False)
+    assert (done.returncode, done.stderr) == (1, "")
+
+
+def test_interrupted_outside_a_run_is_128_plus_sigint(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted() -> list[str]:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("robotcore.registry.backend_names", interrupted)
+    assert cli("backends").status == 130
+
+
+def test_an_app_file_runs_itself_with_the_arguments_of_the_process(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["green_search.py", "--backend", "nowhere"])
+    with pytest.raises(SystemExit) as ended:
+        run_app("green-search")
+    assert ended.value.code == 2
+    assert "unknown backend 'nowhere'" in capfd.readouterr().err

@@ -1,0 +1,165 @@
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import cv2
+import pytest
+
+from robotcore import RunRequest
+from robotcore.cli.run import command
+from tests.robotcore.cli.conftest import Cli
+
+KEYS = {
+    *("app", "backend", "robot", "world", "seed", "outcome", "exit_status", "reason", "verified", "sim_time_s"),
+    *("wall_time_s", "ticks", "overruns", "contacts", "distance_to_target_m", "interventions", "milestones"),
+    "trace_sha256",
+}
+SHORT = ("run", "avoid-obstacles", "--world", "open", "--set", "duration_s=0.5")
+
+
+def test_json_is_one_line_with_every_key(cli: Cli) -> None:
+    told = cli(*SHORT, "--seed", "4", "--json")
+    assert told.status == 0
+    assert set(told.json) == KEYS
+    assert (told.json["outcome"], told.json["world"], told.json["seed"]) == ("success", "open", 4)
+    assert told.err == ""
+
+
+def test_without_json_the_outcome_comes_first(cli: Cli) -> None:
+    told = cli(*SHORT)
+    assert told.out.startswith("success  avoid-obstacles on kinematic, open\n")
+    assert told.err == ""
+
+
+def test_timeout_is_a_failure(cli: Cli) -> None:
+    told = cli("run", "green-search", "--world", "open", "--timeout", "0.2", "--json")
+    assert (told.status, told.json["outcome"], told.json["ticks"]) == (1, "timeout", 5)
+
+
+@pytest.mark.parametrize(
+    "arguments, status, fault",
+    [
+        (["green-serch"], 2, "unknown app 'green-serch'. Did you mean 'green-search'?"),
+        (["green-search", "--backend", "kinematik"], 2, "Did you mean 'kinematic'?"),
+        (["green-search", "--robot", "rovr"], 2, "Did you mean 'rover'?"),
+        (["green-search", "--world", "arenna"], 2, "Did you mean 'arena'?"),
+        (["green-search", "--robot", "lookout"], 2, "the robot 'lookout' has no"),
+        (["green-search", "--set", "sped_m_s=1"], 2, "Did you mean 'speed_m_s'?"),
+        (["green-search", "--set", "speed_m_s"], 2, "'speed_m_s' is not KEY=VALUE"),
+        (["green-search", "--set", "speed_m_s=fast"], 2, "setting speed_m_s"),
+        (["green-search", "--option", "color=red"], 2, "unknown option 'color'"),
+        (["green-search", "--rate", "often"], 2, "'often' is not a valid"),
+        (["green-search", "--rate", "nan"], 2, "rate"),
+        (["green-search", "--timeout", "-1"], 2, "timeout"),
+        (["green-search", "--wrold", "open"], 2, "No such option"),
+        ([], 2, "Missing argument 'APP'"),
+    ],
+)
+def test_what_cannot_be_run_is_told_on_stderr_and_in_json(
+    cli: Cli, arguments: list[str], status: int, fault: str
+) -> None:
+    told = cli("run", *arguments, "--json")
+    assert told.status == told.json["exit_status"] == status
+    assert told.json["outcome"] == "error"
+    assert told.json["app"] == "".join(arguments[:1])
+    assert fault in told.json["reason"]
+    assert fault in told.err
+    assert len(told.err.splitlines()) <= 2
+
+
+def test_an_app_that_raises_shows_its_traceback(cli: Cli, app_file: Callable[[str], str]) -> None:
+    told = cli("run", app_file("1 / 0"), "--json")
+    assert (told.status, told.json["outcome"], told.json["ticks"]) == (5, "error", 2)
+    assert "1 / 0" in told.err
+    assert told.err.splitlines()[-1] == "error: Odd raised ZeroDivisionError: division by zero"
+
+
+def test_a_velocity_that_is_no_number_is_a_safety_stop(cli: Cli, app_file: Callable[[str], str]) -> None:
+    told = cli("run", app_file("robot.drive.set_velocity(float('nan'), 0)"), "--json")
+    assert (told.status, told.json["outcome"]) == (4, "stopped")
+    assert "Traceback" not in told.err
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_the_run_with_its_line(cli: Cli, app_file: Callable[[str], str], number: signal.Signals) -> None:
+    told = cli("run", app_file(f"os.kill(os.getpid(), {int(number)})"), "--json")
+    assert told.status == 128 + number
+    assert (told.json["outcome"], told.json["ticks"]) == ("interrupted", 2)
+    assert number.name in told.json["reason"]
+
+
+def test_a_signal_before_the_run_has_its_line_too(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("robotcore.session.run", lambda *_: signal.raise_signal(signal.SIGTERM))
+    told = cli(*SHORT, "--json")
+    assert told.status == 143
+    assert (told.json["outcome"], told.json["app"]) == ("interrupted", "avoid-obstacles")
+
+
+def test_host_and_port_are_options_of_the_backend(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+    requests = _requests(monkeypatch)
+    cli("run", "a", "--host", "pi.local", "--port", "23000", "--option", "port=1", "--option", "path=/a=b")
+    assert requests[0].options == {"host": "pi.local", "port": "23000", "path": "/a=b"}
+
+
+def test_defaults_are_those_of_a_request(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+    requests = _requests(monkeypatch)
+    cli("run", "a")
+    assert requests == [RunRequest("a")]
+
+
+def test_every_field_of_a_request_can_be_asked_for() -> None:
+    assert set(RunRequest.__dataclass_fields__) <= {parameter.name for parameter in command.params}
+
+
+def test_picture_is_a_png_of_the_run(cli: Cli, tmp_path: Path) -> None:
+    file = tmp_path / "run.png"
+    assert cli(*SHORT, "--picture", str(file)).status == 0
+    picture = cv2.imread(str(file))
+    assert picture is not None
+    assert picture.shape == (1000, 1600, 3)
+
+
+@pytest.mark.parametrize("name", ["missing/run.png", "run.jpg", "folder.png"])
+def test_picture_that_cannot_be_written_is_refused_before_the_run(
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    requests = _requests(monkeypatch)
+    (tmp_path / "folder.png").mkdir()
+    told = cli(*SHORT, "--json", "--picture", str(tmp_path / name))
+    assert (told.status, requests) == (2, [])
+    assert name in told.json["reason"]
+
+
+def test_a_run_that_did_not_begin_leaves_no_picture(cli: Cli, tmp_path: Path) -> None:
+    file = tmp_path / "run.png"
+    cli("run", "green-serch", "--picture", str(file))
+    assert not file.exists()
+
+
+def test_a_run_that_did_not_begin_keeps_the_picture_that_was_there(cli: Cli, tmp_path: Path) -> None:
+    file = tmp_path / "run.png"
+    file.write_bytes(b"precious")
+    cli("run", "green-serch", "--picture", str(file))
+    assert file.read_bytes() == b"precious"
+
+
+def test_watching_changes_nothing_of_what_is_decided(cli: Cli, tmp_path: Path) -> None:
+    plain = cli("run", "green-search", "--world", "open", "--seed", "2", "--timeout", "3", "--json").json
+    arguments = ("--timeout", "3", "--json", "--picture", str(tmp_path / "run.png"))
+    watched = cli("run", "green-search", "--world", "open", "--seed", "2", *arguments).json
+    assert watched["trace_sha256"] == plain["trace_sha256"]
+
+
+def _requests(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """Return where the requests will be found; none of them is run."""
+    requests: list[Any] = []
+
+    def keep(request: RunRequest, observers: object) -> None:
+        requests.append(request)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("robotcore.session.run", keep)
+    return requests

@@ -1,0 +1,89 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from robotcore.devices import Camera, Frame, Image, Intrinsics
+from robotcore.robot import Robot
+from tests.robotcore.testing.broken.sensing import Damage, described_otherwise, saying, with_attributes
+from tests.robotcore.testing.harness import broken, swap_in
+
+TOLD = Intrinsics(320, 240, 1.0821)
+
+
+def picture_as(change: Callable[[Image], Any]) -> Damage:
+    """Change every picture; it stays read-only."""
+
+    def changed(frame: Frame) -> Frame:
+        image = change(frame.image)
+        image.flags.writeable = False
+        return Frame(image, frame.time, frame.sequence)
+
+    return saying(Camera, changed)
+
+
+def with_alpha(image: Image) -> Image:
+    return np.dstack([image, np.full(image.shape[:2], 255, dtype=np.uint8)])
+
+
+def writable(frame: Frame) -> Frame:
+    return Frame(frame.image.copy(), frame.time, frame.sequence)
+
+
+def into_one_buffer(robot: Robot) -> None:
+    for camera in robot.devices.values():
+        if isinstance(camera, Camera):
+            buffer = np.empty((camera.intrinsics.height, camera.intrinsics.width, 3), dtype=np.uint8)
+            swap_in(camera, "_newest", _into(buffer, camera._newest))
+
+
+def _into(buffer: Image, newest: Callable[[], Frame]) -> Callable[[], Frame]:
+    def overwrite() -> Frame:
+        frame = newest()
+        buffer[:] = frame.image
+        view = buffer.view()
+        view.flags.writeable = False
+        return Frame(view, frame.time, frame.sequence)
+
+    return overwrite
+
+
+BROKEN = (
+    broken(
+        "pictures are mirrored",
+        "left_of_the_world_is_left_in_the_picture",
+        picture_as(lambda image: np.ascontiguousarray(image[:, ::-1])),
+    ),
+    broken(
+        "pictures are upside down",
+        "floor_is_at_the_bottom",
+        picture_as(lambda image: np.ascontiguousarray(image[::-1])),
+    ),
+    broken("colours are RGB", "blue_is_blue", picture_as(lambda image: np.ascontiguousarray(image[:, :, ::-1]))),
+    broken(
+        "pictures have an alpha channel",
+        "picture_is_uint8_of_height_width_and_three_channels",
+        picture_as(with_alpha),
+    ),
+    broken(
+        "pictures are floats",
+        "picture_is_uint8_of_height_width_and_three_channels",
+        picture_as(lambda image: image.astype(np.float32)),
+    ),
+    broken("pictures can be written to", "picture_is_read_only", saying(Camera, writable)),
+    broken("pictures are column-major", "picture_is_contiguous", picture_as(np.asfortranarray)),
+    broken("all pictures lie in one buffer", "pictures_do_not_share_their_memory", into_one_buffer),
+    broken(
+        "the field of view is taken for a wider one",
+        "field_of_view_is_the_one_described",
+        with_attributes("eye", intrinsics=TOLD),
+        described_otherwise("eye", horizontal_fov_rad=1.4),
+    ),
+    broken(
+        "the intrinsics told are another size's",
+        "intrinsics_are_the_ones_described",
+        with_attributes("eye", intrinsics=Intrinsics(640, 480, 1.0821)),
+    ),
+)

@@ -1,0 +1,98 @@
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, ClassVar
+
+from drivers.mock import LOST
+from drivers.mock.backend import MockBackend
+from robotcore.backend import Setup
+from robotcore.devices import Range, RangeSensor
+from robotcore.robot import Robot
+from robotcore.testing import Capability, ConformanceSuite
+from tests.robotcore.testing.broken.sensing import Damage, described_otherwise, saying, with_attributes
+from tests.robotcore.testing.harness import Broken, broken
+
+MIN_RANGE, MAX_RANGE, CONE = 0.02, 2.0, 0.5236
+
+
+def distance_as(change: Callable[[float], float]) -> Damage:
+    return saying(RangeSensor, lambda sample: replace(sample, distance=change(sample.distance)))
+
+
+def mirrored(sample: Range) -> Range:
+    if sample.point is None:
+        return sample
+    x, y, z = sample.point
+    return replace(sample, point=(x, -y, z))
+
+
+class Losing(ConformanceSuite):
+    """A suite that can lose echoes, and what the sensor then takes for a reading."""
+
+    backend = MockBackend
+    lacks: ClassVar = {Capability.WORLD: "its sensors follow a script"}
+    instead: ClassVar[Any] = LOST
+    is_lost = False
+
+    def open(self, setup: Setup) -> Robot:
+        return MockBackend({"nose": lambda _: self.instead if self.is_lost else 1.0}).open(setup)
+
+    def lose_echoes(self, robot: Robot) -> None:
+        self.is_lost = True
+
+
+class LosingAsInf(Losing):
+    instead = math.inf
+
+
+class LosingAsNew(Losing):
+    instead = 1.0
+
+
+BROKEN = (
+    broken(
+        "distances are 15 mm too long",
+        "distance_to_a_wall_is_right",
+        distance_as(lambda metres: metres + 0.015 if metres > 0.1 else metres),
+    ),
+    broken(
+        "nothing in range reads the maximum",
+        "nothing_ahead_reads_inf beyond_the_maximum_reads_inf cone_is_the_full_angle",
+        distance_as(lambda metres: min(metres, MAX_RANGE)),
+    ),
+    broken(
+        "it reads beyond its maximum",
+        "beyond_the_maximum_reads_inf",
+        with_attributes("nose", max_range=MAX_RANGE),
+        described_otherwise("nose", max_range_m=MAX_RANGE + 1),
+    ),
+    broken(
+        "it reads below its minimum",
+        "nearer_than_the_minimum_reads_the_minimum",
+        with_attributes("nose", min_range=MIN_RANGE),
+        described_otherwise("nose", min_range_m=MIN_RANGE / 10),
+    ),
+    broken(
+        "rays begin behind what touches the robot",
+        "touching_a_wall_does_not_read_inf nearer_than_the_minimum_reads_the_minimum",
+        distance_as(lambda metres: math.inf if metres <= MIN_RANGE else metres),
+    ),
+    broken(
+        "the cone is taken for its half: too wide",
+        "cone_is_the_full_angle",
+        with_attributes("nose", cone=CONE),
+        described_otherwise("nose", cone_rad=2 * CONE),
+    ),
+    broken(
+        "the cone is a single beam",
+        "cone_is_the_full_angle",
+        with_attributes("nose", cone=CONE),
+        described_otherwise("nose", cone_rad=0.0),
+    ),
+    broken("the detected point is mirrored", "detected_point_is_left_positive", saying(RangeSensor, mirrored)),
+    broken("the cone told is its half", "limits_are_the_ones_described", with_attributes("nose", cone=CONE / 2)),
+    Broken("a lost echo reads inf", frozenset({"lost_echo_is_no_new_sample"}), LosingAsInf),
+    Broken("a lost echo reads the old value as new", frozenset({"lost_echo_is_no_new_sample"}), LosingAsNew),
+)

@@ -1,0 +1,35 @@
+from __future__ import annotations
+
+import pytest
+
+from robotcore import Outcome, RunResult
+from robotcore.description import load_robot, load_world
+from robotcore.view.sheet import Story
+from robotcore.view.track import Footstep, Track
+
+STATES = ("search", "seen", "approach", "arrived")
+
+
+@pytest.fixture
+def track() -> Track:
+    """Ten ticks of each state, the first on the spot, in the arena."""
+    start = load_world("arena").start.pose._replace(heading=0.6)
+    track = Track()
+    for tick in range(10 * len(STATES)):
+        state = STATES[tick // 10]
+        pose = start.advanced(max(0, tick - 10) * 0.02, 0.0)
+        track.steps.append(Footstep(tick / 20, state, pose))
+    return track
+
+
+@pytest.fixture
+def result() -> RunResult:
+    milestones = {state: index / 2 for index, state in enumerate(STATES)}
+    return RunResult(
+        "green-search", "kinematic", "rover", "arena", 7, Outcome.SUCCESS, 0, verified=True, milestones=milestones
+    )
+
+
+@pytest.fixture
+def story(track: Track, result: RunResult) -> Story:
+    return Story(load_robot("rover"), load_world("arena"), track, None, result)

@@ -1,0 +1,68 @@
+from __future__ import annotations
+
+import io
+import math
+
+import pytest
+from rich.console import Console
+
+from robotcore import RunRequest, run
+from robotcore.devices import Range
+from robotcore.session import Run
+from robotcore.trace import TickRecord
+from robotcore.view.progress import Progress
+
+REQUEST = RunRequest("avoid-obstacles", world="open", settings={"duration_s": 0.5})
+
+
+class Painted(Progress):
+    """Draws its line at each tick too, and keeps what was on it."""
+
+    def __init__(self) -> None:
+        self.console = Console(file=io.StringIO(), force_terminal=True, width=120)
+        self.lines: list[str] = []
+        super().__init__(self.console)
+
+    def tick(self, record: TickRecord) -> None:
+        super().tick(record)
+        with self.console.capture() as capture:
+            self.console.print(self._line())
+        self.lines.append(capture.get())
+
+
+def test_the_line_tells_app_backend_state_and_time() -> None:
+    progress = Painted()
+    run(REQUEST, [progress])
+    assert "avoid-obstacles on kinematic" in progress.lines[-1]
+    assert "cruise" in progress.lines[-1]
+    assert "0.5 s" in progress.lines[-1]
+    assert "x real time" in progress.lines[-1]
+
+
+@pytest.mark.parametrize("distance, words", [(0.84, "0.84 m ahead"), (math.inf, "nothing ahead")])
+def test_the_line_tells_the_range_that_was_read(monkeypatch: pytest.MonkeyPatch, distance: float, words: str) -> None:
+    monkeypatch.setattr("robotcore.layers.devices.LayeredRangeSensor.latest", Range(distance, 0.0, 0))
+    progress = Painted()
+    run(REQUEST, [progress])
+    assert words in progress.lines[-1]
+
+
+def test_nothing_is_left_running_when_the_run_raises() -> None:
+    class Breaking(Painted):
+        def begin(self, run: Run) -> None:
+            super().begin(run)
+            raise RuntimeError("an observer's bug")
+
+    progress = Breaking()
+    with pytest.raises(RuntimeError, match="bug"):
+        run(REQUEST, [progress])
+    progress.close()
+    assert not progress._live.is_started
+
+
+def test_a_run_leaves_no_line_and_gives_the_cursor_back() -> None:
+    progress = Painted()
+    run(REQUEST, [progress])
+    written = progress.console.file.getvalue()  # type: ignore[attr-defined]  # the file is ours
+    assert written.rindex("\x1b[?25h") > written.rindex("\x1b[?25l")
+    assert not progress._live.is_started

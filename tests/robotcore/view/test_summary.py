@@ -1,0 +1,39 @@
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from robotcore import Outcome, RunResult
+from robotcore.view.summary import heading, measures, summary
+
+
+@pytest.mark.parametrize(
+    "verified, words",
+    [(True, "verified by the simulator"), (False, "the simulator does not agree"), (None, "not verified")],
+)
+def test_a_success_is_told_with_the_simulators_word(result: RunResult, *, verified: bool | None, words: str) -> None:
+    assert words in summary(dataclasses.replace(result, verified=verified)).plain
+
+
+def test_a_timeout_needs_no_verdict_but_a_reason(result: RunResult) -> None:
+    told = dataclasses.replace(result, outcome=Outcome.TIMEOUT, verified=False, reason="not done after 120 s")
+    lines = summary(told).plain.splitlines()
+    assert lines[0].startswith("timeout")
+    assert "simulator" not in lines[1]
+    assert lines[-1] == "  not done after 120 s"
+
+
+def test_what_nobody_knows_is_left_out(result: RunResult) -> None:
+    assert list(measures(result)) == ["verified by the simulator", "0.0 s at 0.0x real time"]
+    known = dataclasses.replace(result, contacts=1, distance_to_target_m=0.281, sim_time_s=30.0, wall_time_s=0.5)
+    assert list(measures(known))[1:] == ["30.0 s at 60x real time", "0.28 m from the target", "1 contact"]
+
+
+def test_the_heading_names_world_and_seed_only_where_there_are_any(result: RunResult) -> None:
+    assert heading(result) == "green-search on kinematic, arena, seed 7"
+    assert heading(dataclasses.replace(result, world=None, seed=None)) == "green-search on kinematic"
+
+
+def test_milestones_are_told_with_their_times(result: RunResult) -> None:
+    assert "search at 0.0 s, seen at 0.5 s, approach at 1.0 s, arrived at 1.5 s" in summary(result).plain
