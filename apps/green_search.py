@@ -44,6 +44,7 @@ class GreenSearch(Behaviour):
         self._way = Navigator(self.speed_m_s, self.turn_rad_s)
         self._pose = Pose(0.0, 0.0, 0.0)
         self._ball: tuple[float, float] | None = None
+        self._is_sighted = False
         self._surveyed_at: Pose | None = None
         self._ticks_lost = 0
         self._enter("search")
@@ -91,17 +92,20 @@ class GreenSearch(Behaviour):
         return self._way.follow(self._pose) or self._enter("search")
 
     def _confirm(self, robot: Robot, blob: Blob | None) -> Twist:
-        """Turn towards what was seen until it has proved to be there."""
-        if self._ticks_lost > PATIENCE_TICKS:
-            return self._go_round(robot)
-        if blob and abs(blob.bearing) < CENTRED_RAD and self._ticks_here >= CONFIRM_TICKS:
+        """Turn towards where the ball should be until it has proved to be there."""
+        if self._ball is None:
+            return self._enter("search")
+        bearing = blob.bearing if blob else self._pose.bearing_to(*self._ball)
+        if abs(bearing) > CENTRED_RAD or self._ticks_here < CONFIRM_TICKS:
+            return Twist(0.0, self._way.turn_to(bearing))
+        if blob:
             return self._enter("approach")
-        return Twist(0.0, self._way.turn_to(blob.bearing)) if blob else STANDING
+        return STANDING if self._ticks_lost < PATIENCE_TICKS else self._go_round(robot)
 
     def _approach(self, robot: Robot, blob: Blob | None) -> Twist:
         """Drive straight at the ball, slower as it comes near."""
         if self._ball is None or self._ticks_lost > PATIENCE_TICKS:
-            return self._enter("search")
+            return self._enter("seen")
         bearing = self._pose.bearing_to(*self._ball)
         standing = self._standing_distance(robot)
         gap = self._pose.distance_to(*self._ball) - standing
@@ -114,7 +118,7 @@ class GreenSearch(Behaviour):
 
     def _avoid(self, robot: Robot, blob: Blob | None) -> Twist:
         """Follow the way round what stands before the ball."""
-        return self._way.follow(self._pose) or self._enter("seen" if blob else "search")
+        return self._way.follow(self._pose) or self._enter("seen")
 
     def _survey(self, robot: Robot, blob: Blob | None) -> Twist:
         """Turn once on the spot to learn what stands around."""
@@ -124,14 +128,18 @@ class GreenSearch(Behaviour):
         return STANDING if blob else self._enter("search")
 
     def _go_round(self, robot: Robot) -> Twist:
-        """Plan a way round; where none is known, look round first, then look from elsewhere."""
-        assert self._ball is not None  # noqa: S101  only called where the ball has been placed
+        """Plan a way round; where none is known, look round first, then from elsewhere; give up what does not show."""
+        if self._ball is None or not self._is_sighted:
+            self._ball = None
+            return self._enter("search")
         nearest = self._standing_distance(robot) + 0.05
         if self._way.plan_to_ring(self._pose, *self._ball, nearest, nearest + 0.35):
+            self._is_sighted = False
             return self._enter("avoid")
         if not self._is_surveyed(robot):
             self._surveyed_at = self._pose
             return self._enter("survey")
+        self._is_sighted = False
         if self._way.plan_to_view(self._pose):
             return self._enter("avoid")
         self._way.forget()
@@ -167,7 +175,9 @@ class GreenSearch(Behaviour):
             self._ticks_lost += 1
             return None
         self._ticks_lost = 0
-        self._ball = self._place_of(blobs[0], robot)
+        if blobs[0].area >= SEEN_PX or self._ball is None:
+            self._ball = self._place_of(blobs[0], robot)
+            self._is_sighted = True
         return blobs[0]
 
     def _place_of(self, blob: Blob, robot: Robot) -> tuple[float, float]:

@@ -1,6 +1,6 @@
 """How often green-search finds the ball, and whether the same seed gives the same run.
 
-    python -m benchmarks.success --seeds 0-29 --worlds arena,clutter --backends kinematic,pybullet
+python -m benchmarks.success --seeds 0-29 --worlds arena,clutter --backends kinematic,pybullet
 """
 
 from __future__ import annotations
@@ -30,7 +30,16 @@ def main() -> None:
     print(machine())
     with ProcessPoolExecutor(asked.jobs) as pool:
         rows = [_row(pool, backend, world, seeds, asked.twice) for backend, world in groups]
-    columns = ("backend", "world", "verified", "contacts", "median time, s", "slowest, s", "equal digests", "different seeds")
+    columns = (
+        "backend",
+        "world",
+        "verified",
+        "contacts",
+        "median time, s",
+        "slowest, s",
+        "equal digests",
+        "different seeds",
+    )
     print_table(columns, rows)
 
 
@@ -39,7 +48,9 @@ def _row(pool: ProcessPoolExecutor, backend: str, world: str, seeds: range, twic
     again = list(pool.map(_result, [(backend, world, seed) for seed in seeds[:twice]]))
     for result in results:
         if not (result.verified and result.contacts == 0):
-            print(f"  failed: {_command(result)}  # {result.outcome.value}, contacts {result.contacts}: {result.reason}")
+            print(
+                f"  failed: {_command(result)}  # {result.outcome.value}, contacts {result.contacts}: {result.reason}"
+            )
     verified = sum(bool(result.verified) for result in results)
     times = sorted(result.sim_time_s for result in results)
     same = sum(a.trace_sha256 == b.trace_sha256 for a, b in zip(results, again, strict=False))

@@ -88,7 +88,10 @@ class SteppedClock(Clock):
 
 
 class MonotonicClock(Clock):
-    """The machine's own time, from zero. Calls are made by a thread of the clock's."""
+    """The machine's own time, from zero. Calls are made by a thread of the clock's.
+
+    What a call raises there is raised again by the next `sleep_until`, or by `close`; later calls are still made.
+    """
 
     _longest_nap = math.inf
 
@@ -98,6 +101,7 @@ class MonotonicClock(Clock):
         self._order = itertools.count()
         self._wake = threading.Condition()
         self._caller: threading.Thread | None = None
+        self._failure: Exception | None = None
         self._is_closed = False
 
     def now(self) -> float:
@@ -105,9 +109,10 @@ class MonotonicClock(Clock):
 
     def sleep_until(self, deadline: float) -> bool:
         is_ahead = (left := deadline - self.now()) >= 0
-        while left > 0:
+        while left > 0 and not self._failure:
             time.sleep(min(left, self._longest_nap))
             left = deadline - self.now()
+        self._raise_failure()
         return is_ahead
 
     def call_at(self, deadline: float, callback: Callback) -> None:
@@ -124,10 +129,25 @@ class MonotonicClock(Clock):
             self._wake.notify()
         if self._caller and self._caller is not threading.current_thread():
             self._caller.join()
+        self._raise_failure()
+
+    def _raise_failure(self) -> None:
+        failure, self._failure = self._failure, None
+        if failure:
+            raise failure
 
     def _call(self) -> None:
-        while (callback := self._next_due()) is not None:
+        try:
+            while (callback := self._next_due()) is not None:
+                self._attempt(callback)
+        except Exception as failure:  # noqa: BLE001  a server's time may fail; raised where somebody listens
+            self._failure = failure
+
+    def _attempt(self, callback: Callback) -> None:
+        try:
             callback()
+        except Exception as failure:  # noqa: BLE001  raised where somebody listens
+            self._failure = self._failure or failure
 
     def _next_due(self) -> Callback | None:
         with self._wake:

@@ -87,18 +87,21 @@ class DifferentialDrive:
 
 
 class Odometry:
-    """Adds up the arcs that two wheels have rolled. Exact while their velocities are in proportion."""
+    """Adds up the arcs that two wheels have rolled since their angles were zero.
+
+    From one reading to the next the wheels count as having kept their proportion: exact where they did.
+    """
 
     def __init__(self, geometry: DifferentialGeometry, angles: Callable[[], Wheels]) -> None:
         self._geometry = geometry
         self._angles = angles
         self._pose = Pose(0.0, 0.0, 0.0)
-        self._last: Wheels | None = None
+        self._last = Wheels(0.0, 0.0)
 
     def pose(self) -> Pose:
         """Return the pose after what the wheels have turned until now."""
         angles = self._angles()
-        last = self._last or angles
+        last = self._last
         rolled = self._geometry.to_twist(Wheels(angles.left - last.left, angles.right - last.right))
         self._pose = self._pose.advanced(rolled.linear, rolled.angular)
         self._last = angles
@@ -113,14 +116,16 @@ class CommandedWheels:
         self._since = clock.now()
         self._velocity = self._angle = Wheels(0.0, 0.0)
 
-    def turn_at(self, wheels: Wheels) -> None:
-        """Note that the wheels were told another velocity, in rad/s, just now."""
-        self._angle = self.angles()
+    def turn_at(self, wheels: Wheels, now: float) -> None:
+        """Note that the wheels were told another velocity, in rad/s, at a time that an app may not see yet."""
+        self._angle = self._angles_at(now)
         self._velocity = wheels
 
     def angles(self) -> Wheels:
         """Return the angles until now, in radians."""
-        now = self._clock.now()
+        return self._angles_at(self._clock.now())
+
+    def _angles_at(self, now: float) -> Wheels:
         passed, self._since = now - self._since, now
         (left, right), velocity = self._angle, self._velocity
         self._angle = Wheels(left + velocity.left * passed, right + velocity.right * passed)

@@ -122,6 +122,13 @@ class BehaviourError(RobotcoreError):
 
     exit_status = 5
 
+    @classmethod
+    def raised_by(cls, app: type, cause: Exception) -> BehaviourError:
+        """Return the error for what an app's code raised."""
+        error = cls(f"{app.__name__} raised {type(cause).__name__}: {cause}")
+        error.__cause__ = cause
+        return error
+
 
 class Interrupted(BaseException):  # noqa: N818  like KeyboardInterrupt, which it stands for
     """A signal asked the program to end. No ``except Exception`` of an app holds it up."""

@@ -9,14 +9,12 @@ from typing import Any
 
 from robotcore.errors import Interrupted
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM, *((signal.SIGHUP,) if hasattr(signal, "SIGHUP") else ()))
-
 
 class Interrupts:
     """While entered, the first signal raises Interrupted where the program is; after `hold` none does.
 
-    Later signals are ignored, so that nothing cuts short the stopping of the motors. Does nothing outside the main
-    thread, where Python delivers no signals.
+    Later signals are ignored, so that nothing cuts short the stopping of the motors; so is a hang-up that the program
+    was started to ignore (``nohup``). Does nothing outside the main thread, where Python delivers no signals.
     """
 
     def __init__(self) -> None:
@@ -29,7 +27,7 @@ class Interrupts:
 
     def __enter__(self) -> Interrupts:
         if threading.current_thread() is threading.main_thread():
-            self._before = {number: signal.signal(number, self._raise) for number in SIGNALS}
+            self._before = {number: signal.signal(number, self._raise) for number in _signals()}
         return self
 
     def __exit__(
@@ -45,3 +43,11 @@ class Interrupts:
         if not self._is_held:
             self._is_held = True
             raise Interrupted(number)
+
+
+def _signals() -> list[int]:
+    """Return the signals to hear, as many as this system has."""
+    numbers: list[int] = [signal.SIGINT, signal.SIGTERM]
+    if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+        numbers.append(signal.SIGHUP)
+    return numbers

@@ -52,24 +52,24 @@ class Loop:
         """Decide once, guard and commit what was decided, and note it."""
         status = self._decide()
         asked, sent, interventions = self._stage.commit() if self._stage else _IDLE
-        record = TickRecord(
-            self._clock.tick, self._clock.now(), self.behaviour.state, asked, sent, interventions
-        )
+        record = TickRecord(self._clock.tick, self._clock.now(), self.behaviour.state, asked, sent, interventions)
         self.trace.add(record)
         for observe in self._observers:
             observe(record)
         return status
 
     def _decide(self) -> Status:
-        app = type(self.behaviour).__name__
+        app = type(self.behaviour)
         try:
             status = self.behaviour.step(self.robot)
         except RobotcoreError:
             raise
         except Exception as error:
-            raise BehaviourError(f"{app} raised {type(error).__name__}: {error}") from error
+            raise BehaviourError.raised_by(app, error) from error
         if not isinstance(status, Status):
-            raise BehaviourError(f"{app}.step returned {status!r}; it must return a Status, such as Status.RUNNING")
+            raise BehaviourError(
+                f"{app.__name__}.step returned {status!r}; it must return a Status, such as Status.RUNNING"
+            )
         return status
 
     def _let_time_pass(self) -> None:

@@ -66,9 +66,7 @@ class Plan:
         _require_window(request, backend)
         world = _world(request, backend, description)
         backend.require_installed()
-        setup = Setup(
-            description, world, devices, request.rate_hz, request.seed or 0, request.gui, request.options
-        )
+        setup = Setup(description, world, devices, request.rate_hz, request.seed or 0, request.gui, request.options)
         return cls(request, behaviour, backend, description, world, setup)
 
 
@@ -99,9 +97,7 @@ def _require_window(request: RunRequest, backend: Backend) -> None:
         )
 
 
-def _world(
-    request: RunRequest, backend: Backend, description: RobotDescription
-) -> WorldDescription | None:
+def _world(request: RunRequest, backend: Backend, description: RobotDescription) -> WorldDescription | None:
     if not (request.world or backend.needs_world):
         return None
     world = load_world(request.world or DEFAULT_WORLD)

@@ -1,4 +1,4 @@
-"""Backends, apps and device drivers by name, found by entry point: ours and everyone else's alike."""
+"""Backends and apps by name, found by entry point: ours and everyone else's alike."""
 
 from __future__ import annotations
 

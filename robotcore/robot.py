@@ -117,11 +117,11 @@ class Robot:
 
 
 def _failures(tries: Iterable[Callable[[], None]]) -> list[Exception]:
-    """Call each, whatever the others do; return what was raised."""
-    failures: list[Exception] = []
+    """Call each, whatever the others do; return what was raised, what says the same only once."""
+    failures: dict[str, Exception] = {}
     for attempt in tries:
         try:
             attempt()
         except Exception as failure:  # noqa: BLE001  one that fails must not keep the others from stopping
-            failures.append(failure)
-    return failures
+            failures.setdefault(str(failure), failure)
+    return list(failures.values())

@@ -9,7 +9,7 @@ from typing import Protocol
 from robotcore.behaviour import Behaviour
 from robotcore.clock import Clock, MonotonicClock, PacedClock
 from robotcore.description import RobotDescription, WorldDescription
-from robotcore.errors import Interrupted, RobotcoreError, SafetyStop
+from robotcore.errors import BehaviourError, Interrupted, RobotcoreError, SafetyStop
 from robotcore.interrupts import Interrupts
 from robotcore.layers import Assembled, assemble
 from robotcore.loop import Loop
@@ -78,7 +78,7 @@ class _Execution:
         self._loop: Loop | None = None
         self._sim_time = 0.0
         self._judgement = _Judgement()
-        self._closing_failure: RobotcoreError | None = None
+        self._late_failure: RobotcoreError | None = None
 
     def result(self) -> RunResult:
         """Run to the end, whichever it is, and tell the observers too."""
@@ -88,8 +88,8 @@ class _Execution:
             outcome = self._run_and_close()
         except (RobotcoreError, Interrupted) as caught:
             error, outcome = caught, _outcome_of(caught)
-        if self._closing_failure and error is None:
-            error, outcome = self._closing_failure, Outcome.ERROR
+        if self._late_failure and error is None:
+            error, outcome = self._late_failure, Outcome.ERROR
         result = self._told(outcome, error, wall.now())
         for observer in self._observers:
             observer.end(result)
@@ -99,16 +99,16 @@ class _Execution:
         raw = robot = self._plan.backend.open(self._plan.setup)
         outcome = Outcome.ERROR
         try:
-            assembled = assemble(
-                raw, self._plan.description, self._plan.request.rate_hz, self._clock_for(raw)
-            )
+            assembled = assemble(raw, self._plan.description, self._plan.request.rate_hz, self._clock_for(raw))
             robot = assembled.robot
             outcome = self._run(assembled, self._truth_of(raw))
             return outcome
         finally:
-            self._interrupts.hold()
-            self._judge(raw, outcome)
-            self._close(robot)
+            try:
+                self._interrupts.hold()
+                self._judge(raw, outcome)
+            finally:  # even where a signal came just before the hold
+                self._close(robot)
 
     def _run(self, assembled: Assembled, truth: Truth | None) -> Outcome:
         plan = self._plan
@@ -138,24 +138,25 @@ class _Execution:
 
     def _judge(self, raw: Robot, outcome: Outcome) -> None:
         """Ask the truth while the simulator lives; one that has died has no word."""
+        behaviour = self._plan.behaviour
         try:
             if truth := self._truth_of(raw):
-                self._judgement = _Judgement.by(truth, self._plan.behaviour, outcome)
+                self._judgement = _Judgement.by(truth, behaviour, outcome)
         except RobotcoreError:
             self._judgement = _Judgement()
+        except Exception as error:  # noqa: BLE001  the app's own code; the robot must still be closed
+            self._late_failure = BehaviourError.raised_by(type(behaviour), error)
 
     def _close(self, robot: Robot) -> None:
         try:
             robot.close()
         except RobotcoreError as failure:
-            self._closing_failure = failure
+            self._late_failure = failure
 
-    def _told(
-        self, outcome: Outcome, error: RobotcoreError | Interrupted | None, wall_time: float
-    ) -> RunResult:
+    def _told(self, outcome: Outcome, error: RobotcoreError | Interrupted | None, wall_time: float) -> RunResult:
         request, behaviour, loop = self._plan.request, self._plan.behaviour, self._loop
         said = str(error) if error else behaviour.reason or _default_reason(outcome, request)
-        closing = self._closing_failure
+        late = self._late_failure
         return RunResult(
             app=app_name(request.app),
             backend=self._plan.backend.name,
@@ -164,7 +165,7 @@ class _Execution:
             seed=request.seed,
             outcome=outcome,
             exit_status=error.exit_status if error else _EXIT_STATUS[outcome],
-            reason=f"{said}; {closing}" if closing and closing is not error else said,
+            reason=f"{said}; {late}" if late and late is not error else said,
             verified=self._judgement.verified,
             sim_time_s=round(self._sim_time, 6),
             wall_time_s=round(wall_time, 3),

@@ -10,7 +10,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from robotcore.behaviour import Behaviour
 from robotcore.description import first_fault
-from robotcore.errors import UnknownNameError, UsageError
+from robotcore.errors import BehaviourError, RobotcoreError, UnknownNameError, UsageError
 
 
 @dataclasses.dataclass(frozen=True)
@@ -28,18 +28,35 @@ def settings_of(app: type[Behaviour]) -> dict[str, Setting]:
         return {}
     hints = get_type_hints(app, include_extras=True)
     fields = [field for field in dataclasses.fields(app) if field.init]
-    return {field.name: Setting(field.name, hints[field.name], field.default) for field in fields}
+    return {field.name: Setting(field.name, hints[field.name], _default_of(field)) for field in fields}
 
 
 def configure(app: type[Behaviour], values: Mapping[str, Any]) -> Behaviour:
-    """Return the app with these settings; UsageError says which one does not fit, and why."""
+    """Return the app with these settings; UsageError says which one does not fit, and why.
+
+    Raises BehaviourError where the app's own code raises.
+    """
     known = settings_of(app)
     checked = {}
     for name, value in values.items():
         if name not in known:
             raise UnknownNameError("setting", name, list(known))
         checked[name] = _checked(known[name], value)
-    return app(**checked)
+    for setting in known.values():
+        if setting.default is dataclasses.MISSING and setting.name not in checked:
+            raise UsageError(f"the app needs the setting {setting.name}; give it: --set {setting.name}=VALUE")
+    try:
+        return app(**checked)
+    except RobotcoreError:
+        raise
+    except Exception as error:
+        raise BehaviourError.raised_by(app, error) from error
+
+
+def _default_of(field: dataclasses.Field[Any]) -> Any:
+    if field.default_factory is not dataclasses.MISSING:
+        return field.default_factory()
+    return field.default
 
 
 def _checked(setting: Setting, value: Any) -> Any:

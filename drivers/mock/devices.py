@@ -51,9 +51,7 @@ class MockMotor(Motor):
 class MockRangeSensor(RangeSensor):
     """Reads the distances of a script, in metres, as far as its limits reach."""
 
-    def __init__(
-        self, description: RangeSensorDescription, script: Script, clock: Clock, rate_hz: float
-    ) -> None:
+    def __init__(self, description: RangeSensorDescription, script: Script, clock: Clock, rate_hz: float) -> None:
         super().__init__(
             description.name,
             min_range=description.min_range_m,

@@ -8,7 +8,7 @@ from contextlib import ExitStack
 
 from pydantic import PositiveInt
 
-from drivers.pybullet.bullet import Bullet
+from drivers.pybullet.bullet import Bullet, stdout_on_stderr
 from drivers.pybullet.simulation import Simulation
 from robotcore.backend import Backend, Setup, Vouch
 from robotcore.description import Described
@@ -50,7 +50,7 @@ class PyBulletBackend(Backend):
             raise UsageError("the pybullet backend needs a world; name one with --world")
         options = setup.options_as(PyBulletOptions)
         self.require_installed()
-        with ExitStack() as undo:
+        with stdout_on_stderr(), ExitStack() as undo:
             bullet = Bullet.connect(gui=setup.gui)
             undo.callback(bullet.close)
             simulation = Simulation(bullet, setup, setup.world, options.solver_iterations)
@@ -65,7 +65,7 @@ def _open_devices(simulation: Simulation, setup: Setup) -> list[Device]:
     for description in setup.chosen:
         try:
             devices.append(simulation.open(description))
-        except DeviceError as failure:
+        except DeviceError as failure:  # noqa: PERF203  every device that fails is to be named
             failures.append(failure)
     if failures:
         raise DeviceGroupError(f"opening {setup.robot.name}", failures)

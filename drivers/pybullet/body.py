@@ -38,7 +38,7 @@ class Body:
         bullet, body = self._bullet, self.number
         bullet.setCollisionFilterGroupMask(body, _BASE, Group.BODY, Group.FLOOR | Group.THING)
         for link in self._links.values():
-            bullet.setCollisionFilterGroupMask(body, link, Group.WHEEL, Group.FLOOR)
+            bullet.setCollisionFilterGroupMask(body, link, Group.WHEEL, Group.FLOOR | Group.RAY)
             bullet.changeDynamics(body, link, lateralFriction=0.0 if link == self._links.get(CASTER) else 1.0)
         # On its own: named in one call with a link's friction, damping makes Bullet pass the friction over.
         bullet.changeDynamics(body, _BASE, linearDamping=0.0, angularDamping=0.0)
@@ -46,7 +46,7 @@ class Body:
     def through(self, bullet: Bullet) -> Body:
         """Return the same body asked by way of another view of the connection."""
         other = copy(self)
-        other._bullet = bullet
+        other._bullet = bullet  # noqa: SLF001  its own kind
         return other
 
     def hide(self) -> None:
@@ -72,11 +72,10 @@ class Body:
         return Pose(float(origin[0]), float(origin[1]), math.atan2(rotation[1, 0], rotation[0, 0]))
 
     def twist(self) -> Twist:
-        """Return how the middle of the axle moves; Bullet tells how the centre of mass does."""
-        linear, angular = map(np.array, self._bullet.getBaseVelocity(self.number))
-        rotation, _ = self.transform()
-        at_axle = linear - np.cross(angular, rotation @ self._centre)
-        return Twist(float(at_axle @ rotation[:, 0]), float(angular[2]))
+        """Return how the middle of the axle moves: forward as the centre of mass does, straight ahead of it."""
+        linear, angular = self._bullet.getBaseVelocity(self.number)
+        forward = self.transform()[0][:, 0]
+        return Twist(float(forward @ linear), float(angular[2]))
 
 
 def _load(bullet: Bullet, description: RobotDescription, start: Pose) -> int:

@@ -6,7 +6,7 @@ import ctypes
 import os
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from functools import wraps
 from pathlib import Path
 from types import ModuleType
@@ -34,15 +34,14 @@ class Bullet:
         library = _library()
         if gui:
             _require_screen()
-        with _stdout_on_stderr(), _translated(library, _backend_failure):
+        with _translated(library, _backend_failure):
             client = library.connect(library.GUI if gui else library.DIRECT)
         return cls(library, client, _backend_failure)
 
     def show(self, breadth: float) -> None:
-        """Let the window, if there is one, look down on a world of this breadth in metres."""
-        with _stdout_on_stderr():
-            self.configureDebugVisualizer(self.COV_ENABLE_GUI, 0)
-            self.resetDebugVisualizerCamera(breadth, 0.0, -60.0, [0.0, 0.0, 0.0])
+        """Let the window look down on a world of this breadth in metres."""
+        self.configureDebugVisualizer(self.COV_ENABLE_GUI, 0)
+        self.resetDebugVisualizerCamera(breadth, 0.0, -60.0, [0.0, 0.0, 0.0])
 
     def on_behalf_of(self, device: str) -> Bullet:
         """Return the same connection for a device, which its errors are to name."""
@@ -50,7 +49,7 @@ class Bullet:
 
     def close(self) -> None:
         """End the server; one that has ended, as when its window was closed, is fine too."""
-        with _stdout_on_stderr():
+        with stdout_on_stderr():
             if self._library.isConnected(self._client):
                 self._library.disconnect(self._client)
 
@@ -94,8 +93,8 @@ def _require_screen() -> None:
         raise BackendError("pybullet: there is no screen to open a window on. Leave --gui out, or set DISPLAY")
 
 
-def _stdout_on_stderr() -> Any:
-    """Keep what Bullet prints about its threads and its window out of the program's output."""
+def stdout_on_stderr() -> AbstractContextManager[None]:
+    """Keep what Bullet prints about its threads and its window out of the program's own output."""
     return _redirected(1, 2)
 
 

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
+from drivers.pybullet.scene import Scene
 from robotcore.clock import Clock
-from robotcore.description import CameraDescription, Light
+from robotcore.description import CameraDescription
 from robotcore.devices import Camera, Frame, Image
 from robotcore.geometry import Pose
 from robotcore.projection import View
@@ -21,23 +22,21 @@ NEAR_M, FAR_M = 0.005, 500.0
 
 
 class Picture(NamedTuple):
-    """A BGR image, (height, width, 3), and Bullet's number for what each pixel shows, (height, width).
-
-    -1 is the sky.
-    """
+    """A BGR image, (height, width, 3), and Bullet's number for what each pixel shows, (height, width); -1: sky."""
 
     image: Image
     numbers: NDArray[np.int32]
 
 
 class BulletCamera(Camera):
-    """A camera on the robot's body; it tilts with it."""
+    """A camera on the robot's body; it tilts with it. ``things`` maps names to the numbers in a `Picture`."""
 
-    def __init__(self, bullet: Bullet, description: CameraDescription, clock: Clock, body: Body, light: Light) -> None:
+    def __init__(self, bullet: Bullet, description: CameraDescription, clock: Clock, body: Body, scene: Scene) -> None:
         super().__init__(description.name, description.intrinsics)
         self._bullet = bullet
         self._body = body
-        self._light = light
+        self._light = scene.light
+        self.things = scene.things
         self._on_body = View.of(self.intrinsics, description.mount, Pose(0.0, 0.0, 0.0))
         self._newest_at = OnceAnInstant(clock, self._expose)
 

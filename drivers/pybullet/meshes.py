@@ -27,7 +27,7 @@ class Mesh(NamedTuple):
 def prism_mesh(outline: Outline, height: float) -> Mesh:
     """Return a prism that stands on a convex outline."""
     base = np.array([(x, y, 0.0) for x, y in outline])
-    top = base + (0.0, 0.0, height)
+    top = base + np.array((0.0, 0.0, height))
     sides = [
         np.array((base[i], base[j], top[j], top[i]))
         for i, j in zip(range(len(base)), [*range(1, len(base)), 0], strict=True)

@@ -41,7 +41,7 @@ class Physics:
 class BulletMotor(Motor):
     """A wheel's joint, told a velocity that lags behind the one asked for.
 
-    At the end of a step of h seconds the lag τ has let through 1 − e^(−h/τ) of what was missing.
+    At the end of a step of h seconds the lag τ has let through 1 - exp(-h/τ) of what was missing.
     """
 
     def __init__(self, bullet: Bullet, description: MotorDescription, body: Body, step: float) -> None:

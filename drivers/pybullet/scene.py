@@ -27,10 +27,11 @@ class Group(IntFlag):
 
 
 class Scene:
-    """What stands in the world; ``things`` maps each name, but for the floor, to Bullet's number for it."""
+    """What stands in the world, and its light; ``things`` maps names, but for the floor's, to Bullet's numbers."""
 
     def __init__(self, bullet: Bullet, world: WorldDescription) -> None:
         self._bullet = bullet
+        self.light = world.light
         prisms = {prism.name: self._add_prism(prism) for prism in world.prisms}
         balls = {ball.name: self._add_ball(ball) for ball in world.targets}
         self.things = prisms | balls

@@ -8,7 +8,6 @@ import numpy as np
 
 from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
-from drivers.pybullet.scene import Group
 from robotcore.clock import Clock
 from robotcore.description import EncoderDescription, RangeSensorDescription
 from robotcore.devices import Angle, Encoder, Range, RangeSensor
@@ -36,7 +35,7 @@ class BulletEncoder(Encoder):
 
 
 class BulletRangeSensor(RangeSensor):
-    """The fan of rays, cast at things: the robot and the floor are left out."""
+    """The fan of rays. It meets things only: robot and floor are in no group that rays collide with."""
 
     def __init__(self, bullet: Bullet, description: RangeSensorDescription, clock: Clock, body: Body) -> None:
         limits = {"min_range": description.min_range_m, "max_range": description.max_range_m}
@@ -58,7 +57,7 @@ class BulletRangeSensor(RangeSensor):
         rotation, origin = self._body.transform()
         start = origin + rotation @ self._origin
         ends = start + self._rays @ rotation.T
-        hits = self._cast([start] * len(ends), ends, collisionFilterMask=Group.THING)
+        hits = self._cast([start] * len(ends), ends)
         lengths = np.array([hit[2] * self._length if hit[0] >= 0 else math.inf for hit in hits])
         distance = self._fan.reading(lengths)
         return Range(distance, time, sequence, None if math.isinf(distance) else self._nearest(lengths))

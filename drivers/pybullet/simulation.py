@@ -27,14 +27,14 @@ class Simulation:
     """The world, the robot in it, and the clock that moves both."""
 
     def __init__(self, bullet: Bullet, setup: Setup, world: WorldDescription, solver_iterations: int) -> None:
-        self._bullet, self._light = bullet, world.light
-        scene = Scene(bullet, world)
+        self._bullet = bullet
+        self._scene = Scene(bullet, world)
         self._body = Body(bullet, setup.robot, world.start.pose)
         if setup.gui:
             bullet.show(breadth=max(world.floor.length_m, world.floor.width_m))
         else:
             self._body.hide()
-        touches = Touches(bullet, self._body.number, scene.things.values())
+        touches = Touches(bullet, self._body.number, self._scene.things.values())
         self._physics = Physics(bullet, setup.rate_hz, touches, solver_iterations)
         self.truth = BulletTruth(self._body, touches)
 
@@ -55,5 +55,5 @@ class Simulation:
         if isinstance(description, RangeSensorDescription):
             return BulletRangeSensor(bullet, description, self.clock, body)
         if isinstance(description, CameraDescription):
-            return BulletCamera(bullet, description, self.clock, body, self._light)
+            return BulletCamera(bullet, description, self.clock, body, self._scene)
         return MemoryDisplay(description.name)

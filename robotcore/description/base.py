@@ -42,7 +42,8 @@ class Described(BaseModel):
 def _colour(value: Any) -> Any:
     if isinstance(value, str):
         if value not in COLOURS:
-            raise ValueError(f"unknown colour {value[:40]!r}; {suggestion(value, list(COLOURS))} Or take [r, g, b]")
+            nearest = suggestion(value, list(COLOURS))
+            raise ValueError(f"unknown colour {value[:40]!r}; {nearest} Or take [r, g, b]")
         return COLOURS[value]
     return value
 
@@ -67,10 +68,10 @@ def _named(value: str) -> str:
 
 
 Ordered = AfterValidator(_ordered)
-Metres = Annotated[float, Field(ge=0.001, le=1000)]
-"""A length of something, from a millimetre to a kilometre."""
+Metres = Annotated[float, Field(ge=0.001, le=100)]
+"""A length of something, from a millimetre to a hundred metres."""
 
-Place = Annotated[float, Field(ge=-1000, le=1000)]
+Place = Annotated[float, Field(ge=-100, le=100)]
 """A coordinate, in metres."""
 
 Interval = Annotated[tuple[float, float], Ordered]

@@ -1,4 +1,4 @@
-"""A world drawn anew from a seed: another start, other places, another light, and still a way to the target."""
+"""A world drawn anew from a seed: another start, other places, another light, still a way to the target."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ Step = Callable[[WorldDescription], "WorldDescription | None"]
 
 
 def draw_world(world: WorldDescription, robot: RobotDescription, seed: int) -> WorldDescription:
-    """Return the variation of a world that belongs to a seed: always the same for the same world, robot and seed.
+    """Return the variation of a world that belongs to a seed: always the same for one world and one robot.
 
-    The robot can turn at the start, passes between any two things, and finds a way to the first target. A robot that
-    cannot drive starts with the target in its picture instead. Without ``variation`` everything is placed anew, all
-    over the floor. Raises DescriptionError where nothing is found that keeps to the variation.
+    The robot can turn at the start, passes between any two things, and finds a way to the first target. One
+    that cannot drive starts with the target in its picture instead. Without ``variation`` everything is placed
+    anew, all over the floor. Raises DescriptionError where nothing is found that keeps to the variation.
     """
     if seed < 0:
         raise UsageError(f"the seed is {seed}; take 0 or more")
@@ -58,9 +58,7 @@ def draw_world(world: WorldDescription, robot: RobotDescription, seed: int) -> W
 class _Drawing:
     """The draws of one seed; ``highest`` is the hurdle farthest on that any of them did not pass."""
 
-    def __init__(
-        self, world: WorldDescription, robot: RobotDescription, random: Callable[[], float]
-    ) -> None:
+    def __init__(self, world: WorldDescription, robot: RobotDescription, random: Callable[[], float]) -> None:
         self._world, self._robot, self._random = world, robot, random
         self._variation = world.variation or _all_over(world)
         self._gap = _gap(self._variation, robot)
@@ -76,7 +74,7 @@ class _Drawing:
                 if placed is None:
                     return None
                 drawn = placed
-        return drawn if self._passes(Hurdle.PATH, is_solvable(drawn, self._robot)) else None
+        return drawn if self._passes(Hurdle.PATH, when=is_solvable(drawn, self._robot)) else None
 
     def _steps(self) -> Iterator[Step]:
         """Yield what adds one thing to a world at a place just drawn, or finds that it does not fit there."""
@@ -89,20 +87,20 @@ class _Drawing:
     def _with_obstacle(self, obstacle: Box | Cylinder, world: WorldDescription) -> WorldDescription | None:
         update = {**self._place(obstacle), "yaw_rad": self._yaw(obstacle), **self._size(obstacle)}
         placed = obstacle.model_copy(update=update)
-        if not self._passes(Hurdle.OBSTACLE_ROOM, _has_room(placed.outline, world, self._gap)):
+        if not self._passes(Hurdle.OBSTACLE_ROOM, when=_has_room(placed.outline, world, self._gap)):
             return None
         return world.model_copy(update={"obstacles": (*world.obstacles, placed)})
 
     def _with_start(self, world: WorldDescription) -> WorldDescription | None:
         start = world.start.model_copy(update={**self._place(world.start), "yaw_rad": self._yaw(world.start)})
-        if not self._passes(Hurdle.START_ROOM, _has_room(self._disc(start), world, TURNING_MARGIN_M)):
+        if not self._passes(Hurdle.START_ROOM, when=_has_room(self._disc(start), world, TURNING_MARGIN_M)):
             return None
         return world.model_copy(update={"start": start})
 
     def _with_target(self, target: Ball, world: WorldDescription) -> WorldDescription | None:
         ball = target.model_copy(update=self._place(target))
         is_apart = gap_between(self._disc(world.start), ball.outline) >= TURNING_MARGIN_M
-        if not self._passes(Hurdle.TARGET_ROOM, is_apart and _has_room(ball.outline, world, self._gap)):
+        if not self._passes(Hurdle.TARGET_ROOM, when=is_apart and _has_room(ball.outline, world, self._gap)):
             return None
         drawn = world.model_copy(update={"targets": (*world.targets, ball)})
         if world.targets:
@@ -114,15 +112,15 @@ class _Drawing:
         """Whether the first target is as far away, and as hidden or in view, as it is to be."""
         nearest, farthest = self._variation.target_distance_m or (0.0, math.inf)
         distance = world.start.pose.distance_to(ball.x_m, ball.y_m)
-        if not self._passes(Hurdle.TARGET_DISTANCE, nearest <= distance <= farthest):
+        if not self._passes(Hurdle.TARGET_DISTANCE, when=nearest <= distance <= farthest):
             return False
         if self._watcher:
-            return self._passes(Hurdle.TARGET_IN_VIEW, is_target_in_view(world, self._robot))
+            return self._passes(Hurdle.TARGET_IN_VIEW, when=is_target_in_view(world, self._robot))
         is_right = not self._variation.target_hidden or is_target_hidden(world, self._robot)
-        return self._passes(Hurdle.TARGET_HIDDEN, is_right)
+        return self._passes(Hurdle.TARGET_HIDDEN, when=is_right)
 
     def _facing_target(self, world: WorldDescription, ball: Ball) -> WorldDescription:
-        """Return the world with a robot that cannot drive turned so that its camera looks about where the ball is."""
+        """Return the world with a robot that cannot drive turned so that it looks about where the ball is."""
         if (camera := self._watcher) is None:
             return world
         aside = (self._random() - 0.5) * camera.horizontal_fov_rad
@@ -139,10 +137,10 @@ class _Drawing:
         """What the robot covers when it turns on the spot."""
         return round_outline(start.x_m, start.y_m, self._robot.body.reach_m)
 
-    def _passes(self, hurdle: Hurdle, passed: bool) -> bool:
-        if not passed:
+    def _passes(self, hurdle: Hurdle, *, when: bool) -> bool:
+        if not when:
             self.highest = max(self.highest, hurdle)
-        return passed
+        return when
 
     def _light(self) -> Light:
         light, variation = self._world.light, self._variation
@@ -180,9 +178,7 @@ class _Drawing:
 def _all_over(world: WorldDescription) -> Variation:
     """Return the variation of a world that has none: any place on its floor, any heading."""
     half_x, half_y = world.floor.length_m / 2, world.floor.width_m / 2
-    return Variation(
-        place_x_m=(-half_x, half_x), place_y_m=(-half_y, half_y), yaw_rad=(-math.pi, math.pi)
-    )
+    return Variation(place_x_m=(-half_x, half_x), place_y_m=(-half_y, half_y), yaw_rad=(-math.pi, math.pi))
 
 
 def _places(variation: Variation) -> bool:
@@ -198,7 +194,7 @@ def _gap(variation: Variation, robot: RobotDescription) -> float:
 
 
 def _has_room(outline: Outline, world: WorldDescription, gap: float) -> bool:
-    """Return whether an outline is on the floor and that far from walls and from what the world has by now."""
+    """Return whether an outline is on the floor and so far from walls and from what the world has by now."""
     from_edge = gap if world.walls else 0.0
     return gap_to_edge(outline, world.floor) >= from_edge and all(
         gap_between(outline, thing.outline) >= gap for thing in world.things

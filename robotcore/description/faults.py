@@ -29,10 +29,11 @@ _MESSAGES = {
     "tuple_type": "should be a list",
     "too_long": "has too many items",
 }
+_PLAINER = (("Input ", ""), ("greater than or equal to", "at least"), ("less than or equal to", "at most"))
 
 
 class Fault(NamedTuple):
-    """One thing that is wrong; the key is dotted, with things in lists by name: ``devices[nose].mount.x_m``."""
+    """One thing that is wrong; the key is dotted, things in lists by name: ``devices[nose].mount.x_m``."""
 
     key: str
     fault: str
@@ -48,7 +49,7 @@ def first_fault(error: ValidationError) -> tuple[str, str]:
 def fault_of(
     error: ValidationError, model: type[BaseModel], data: Mapping[str, Any], sections: Sequence[str] = ()
 ) -> Fault:
-    """Return what to say first of ``data`` that is no such model; ``sections`` may stand at its top besides."""
+    """Return what to say first of ``data`` that is no such model; ``sections`` may stand at its top too."""
     found = _first(error)
     kind, loc, key, message = found["type"], found["loc"], _key(found["loc"], data), _message(found)
     if kind == "extra_forbidden":
@@ -61,8 +62,10 @@ def fault_of(
     if kind == "union_tag_invalid":
         tag, known = str(found["ctx"]["tag"])[:LONGEST], re.findall(r"'(\w+)'", found["ctx"]["expected_tags"])
         return Fault(f"{key}.{_tag_key(found)}", f"{tag!r} is unknown", suggestion(tag, known))
-    fault, has_remedy, remedy = message.rpartition("; ")
-    return Fault(key, fault, remedy[:1].upper() + remedy[1:]) if has_remedy else Fault(key, message, "Correct it")
+    if kind == "value_error":
+        fault, _, remedy = message.rpartition("; ")
+        return Fault(key, fault, remedy[:1].upper() + remedy[1:])
+    return Fault(key, message, "Correct it")
 
 
 def keys_beside(model: type[BaseModel], loc: Sequence[str | int]) -> list[str]:
@@ -138,7 +141,7 @@ def _message(found: ErrorDetails) -> str:
     message = _MESSAGES.get(found["type"], found["msg"])
     if found["type"] in ("missing", "extra_forbidden", "value_error"):
         return message.removeprefix("Value error, ")
-    for formal, plain in (("Input ", ""), ("greater than or equal to", "at least"), ("less than or equal to", "at most")):
+    for formal, plain in _PLAINER:
         message = message.replace(formal, plain, 1)
     return f"{message}, got {_told(found['input'])}"
 

@@ -27,7 +27,7 @@ def gap_to_edge(outline: Outline, floor: Floor) -> float:
 
 
 def _beyond_sides(outline: Array, corners: Array) -> float:
-    """Return how far the corners lie, all of them, beyond the side of a counter-clockwise outline that says most."""
+    """Return how far all the corners lie beyond a counter-clockwise outline, by the best of its sides."""
     dx, dy = (np.concatenate((outline[1:], outline[:1])) - outline).T
     normals = np.array((dy, -dx)) / np.hypot(dx, dy)
     offsets = (outline.T * normals).sum(axis=0)

@@ -61,9 +61,8 @@ def load_any(name_or_file: str) -> RobotDescription | WorldDescription:
     file, table = _read(name_or_file, *KINDS)
     kind = _kind_of(table)
     if kind is None:
-        raise DescriptionError(
-            file, "", "it describes neither a robot nor a world", "A robot has a [body], a world has a [floor]"
-        )
+        fault = "it describes neither a robot nor a world"
+        raise DescriptionError(file, "", fault, "A robot has a [body], a world has a [floor]")
     return _robot(file, table) if kind == "robot" else _world(file, table)
 
 

@@ -16,8 +16,8 @@ from robotcore.raycast import edges_of
 Array = NDArray[np.float64]
 
 CELL_M = 0.025
-MAX_CELLS = 1200
-"""Along one side; the cells of a world beyond 30 m are larger."""
+MAX_CELLS = 2000
+"""Along one side; the cells of a world beyond 50 m are larger."""
 
 OPEN_MARGIN_M = 1.0
 """How much of the open ground around everything belongs to the map where there are no walls."""
@@ -29,9 +29,10 @@ ARRIVALS = 72
 
 
 def is_solvable(world: WorldDescription, robot: RobotDescription) -> bool:
-    """Return whether the robot can drive to where it faces the first target, near and with all of it in sight.
+    """Return whether the robot can drive to where it faces the first target, near and all of it in sight.
 
-    It keeps so clear of everything that it can turn on the spot all along the way. True where there is no target to go to, or no drive to go by.
+    It keeps so clear of everything that it can turn on the spot all along the way. True where there is no
+    target to go to, or no drive to go by.
     """
     if (ball := world.target) is None or robot.drive is None:
         return True
@@ -42,18 +43,16 @@ def is_solvable(world: WorldDescription, robot: RobotDescription) -> bool:
 
 
 class FreeSpace:
-    """A map of a world's clearance; rows are y, columns are x."""
+    """A map of a world's clearance, in square cells of ``cell_m``; rows are y, columns are x."""
 
     def __init__(self, world: WorldDescription) -> None:
         self._start = np.array([(world.start.x_m, world.start.y_m)])
         half = _half_extent(world)
-        self._cell = max(CELL_M, 2 * half.max() / MAX_CELLS)
-        columns, rows = (np.ceil(2 * half / self._cell).astype(int) + 2).tolist()
-        self._origin = -(np.array((columns, rows)) - 1) / 2 * self._cell
-        self._clearance = cv2.distanceTransform(
-            self._painted(world, rows, columns), cv2.DIST_L2, cv2.DIST_MASK_PRECISE
-        )
-        self._clearance *= self._cell
+        self.cell_m = max(CELL_M, 2 * half.max() / MAX_CELLS)
+        columns, rows = (np.ceil(2 * half / self.cell_m).astype(int) + 2).tolist()
+        self._origin = -(np.array((columns, rows)) - 1) / 2 * self.cell_m
+        self._clearance = cv2.distanceTransform(self._painted(world, rows, columns), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+        self._clearance *= self.cell_m
 
     def reached(self, places: Array, radius: float) -> NDArray[np.bool_]:
         """Return which places, (n, 2), a disc of this radius can be moved to from the start."""
@@ -65,7 +64,7 @@ class FreeSpace:
 
     def _cells(self, places: Array) -> NDArray[np.int64]:
         """Return columns and rows, (2, n); on the border, which is taken, where a place lies outside."""
-        cells = np.rint((places - self._origin) / self._cell).astype(np.int64)
+        cells = np.rint((places - self._origin) / self.cell_m).astype(np.int64)
         rows, columns = self._clearance.shape
         return np.asarray(np.clip(cells, 0, (columns - 1, rows - 1)).T)
 
@@ -74,13 +73,13 @@ class FreeSpace:
         image = np.zeros((rows, columns), np.uint8)
         image[1:-1, 1:-1] = 1
         for thing in world.things:
-            corners = (np.array(thing.outline) - self._origin) / self._cell
+            corners = (np.array(thing.outline) - self._origin) / self.cell_m
             cv2.fillConvexPoly(image, np.rint(corners * 16).astype(np.int32), 0, shift=4)
         return image
 
 
 def _half_extent(world: WorldDescription) -> Array:
-    """Return half of the map's length and width: the floor's, or those of the open ground around everything."""
+    """Return half of the map's length and width: the floor's, or of the open ground around everything."""
     half = np.array((world.floor.length_m, world.floor.width_m)) / 2
     if world.walls:
         return half

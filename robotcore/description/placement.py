@@ -20,8 +20,8 @@ def require_room(world: WorldDescription, file: str) -> None:
     Obstacles may overlap each other, and reach into a wall: so an L or an alcove is built.
     """
     for obstacle in world.obstacles:
-        middle = ((obstacle.x_m, obstacle.y_m),)
-        _require_inside(world, middle, file, f"obstacles[{obstacle.name}]", "its middle is in or beyond a wall")
+        middle, key = ((obstacle.x_m, obstacle.y_m),), f"obstacles[{obstacle.name}]"
+        _require_inside(world, middle, file, key, "its middle is in or beyond a wall")
     for number, ball in enumerate(world.targets):
         key = f"targets[{ball.name}]"
         _require_inside(world, ball.outline, file, key, "it is in or beyond a wall")
@@ -43,14 +43,10 @@ def _require_start(world: WorldDescription, outline: Outline, file: str, who: st
 def _require_inside(world: WorldDescription, outline: Outline, file: str, key: str, fault: str) -> None:
     if world.walls and gap_to_edge(outline, world.floor) < 0:
         x, y = world.floor.length_m / 2, world.floor.width_m / 2
-        raise DescriptionError(
-            file, key, fault, f"The walls are at x = ±{x:g} m and y = ±{y:g} m: move it in between"
-        )
+        raise DescriptionError(file, key, fault, f"The walls are at x = ±{x:g} m and y = ±{y:g} m: move it in between")
 
 
-def _require_apart(
-    things: Iterable[Thing], outline: Outline, file: str, key: str, who: str = "it"
-) -> None:
+def _require_apart(things: Iterable[Thing], outline: Outline, file: str, key: str, who: str = "it") -> None:
     for thing in things:
         if gap_between(outline, thing.outline) < 0:
             kind = "target" if isinstance(thing, Ball) else "obstacle"

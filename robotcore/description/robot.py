@@ -72,7 +72,7 @@ class Drive(Described):
         if (self.left_encoder is None) != (self.right_encoder is None):
             raise ValueError("one wheel alone has an encoder; name both encoders or neither")
         if self.left_encoder and self.left_encoder == self.right_encoder:
-            raise ValueError(f"left_encoder and right_encoder are both {self.left_encoder!r}; name two encoders")
+            raise ValueError(f"left and right encoder are both {self.left_encoder!r}; name two encoders")
         return self
 
     @property
@@ -94,7 +94,7 @@ class Mount(Described):
 
     x_m: Place = 0.0
     y_m: Place = 0.0
-    z_m: Annotated[float, Field(ge=0, le=1000)]
+    z_m: Annotated[float, Field(ge=0, le=100)]
     yaw_rad: float = 0.0
     pitch_rad: float = 0.0
 
@@ -164,17 +164,11 @@ class DisplayDescription(Described):
 
 
 DeviceDescription = Annotated[
-    MotorDescription
-    | EncoderDescription
-    | RangeSensorDescription
-    | CameraDescription
-    | DisplayDescription,
+    MotorDescription | EncoderDescription | RangeSensorDescription | CameraDescription | DisplayDescription,
     Field(discriminator="kind"),
 ]
 
-AnyDevice = (
-    MotorDescription | EncoderDescription | RangeSensorDescription | CameraDescription | DisplayDescription
-)
+AnyDevice = MotorDescription | EncoderDescription | RangeSensorDescription | CameraDescription | DisplayDescription
 DescriptionT = TypeVar("DescriptionT", bound=Described)
 
 
@@ -210,7 +204,7 @@ class RobotDescription(Described):
                 "let body.width_m take in the wheels"
             )
         if not body.front_x_m - body.length_m < 0 < body.front_x_m:
-            raise ValueError("the axle at x = 0 is not under the body; correct body.centre_x_m or body.length_m")
+            raise ValueError("the axle is not under the body; correct body.centre_x_m or body.length_m")
         if body.clearance_m == 0:
             raise ValueError("the body lies on the floor; raise body.clearance_m, or leave out [drive]")
         return self

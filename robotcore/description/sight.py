@@ -33,7 +33,7 @@ def visible_parts(eyes: Array, ball: Ball, edges: Array) -> NDArray[np.bool_]:
 
 
 def is_target_hidden(world: WorldDescription, robot: RobotDescription) -> bool:
-    """Return whether no part of the first target is in line of sight from the start, whichever way the robot turns.
+    """Return whether nothing of the first target is in line of sight at the start, however the robot turns.
 
     What the camera looks over, or what the ball stands out above, hides nothing.
     """
@@ -47,7 +47,7 @@ def is_target_hidden(world: WorldDescription, robot: RobotDescription) -> bool:
 
 
 def is_target_in_view(world: WorldDescription, robot: RobotDescription) -> bool:
-    """Return whether all of the first target is in the first camera's picture at the start, and in line of sight."""
+    """Return whether all of the first target is in the first camera's picture at the start."""
     camera, ball = robot.first_of(CameraDescription), world.target
     if camera is None or ball is None:
         return False

@@ -33,6 +33,14 @@ class _Shape(NamedTuple):
     rpy: Vector = _ORIGIN
 
 
+class _Inertia(NamedTuple):
+    """A mass, its principal moments of inertia, and where its centre is in its link."""
+
+    mass: float
+    moments: Vector
+    centre: Vector = _ORIGIN
+
+
 def wheel_link(motor: str) -> str:
     """Return the name of the wheel that a motor turns."""
     return f"{motor}_wheel"
@@ -62,7 +70,7 @@ def _body(body: Body) -> ET.Element:
     box = _Shape("box", {"size": _numbers(x, y, z)}, middle)
     twelfth = body.mass_kg / 12
     moments = (twelfth * (y * y + z * z), twelfth * (x * x + z * z), twelfth * (x * x + y * y))
-    return _link(BASE, body.mass_kg, moments, box, box, body.colour)
+    return _link(BASE, _Inertia(body.mass_kg, moments, middle), box, box, body.colour)
 
 
 def _wheels(description: RobotDescription) -> Iterator[ET.Element]:
@@ -85,31 +93,28 @@ def _wheel(name: str, drive: Drive) -> ET.Element:
     tyre = _Shape("cylinder", {"radius": _numbers(radius), "length": _numbers(width)}, rpy=_LYING)
     across = mass * (3 * radius**2 + width**2) / 12
     moments = (across, mass * radius**2 / 2, across)
-    return _link(name, mass, moments, tyre, _sphere(radius), _WHEEL_RGB)
+    return _link(name, _Inertia(mass, moments), tyre, _sphere(radius), _WHEEL_RGB)
 
 
 def _caster(caster: Caster) -> Iterator[ET.Element]:
     ball = _sphere(caster.radius_m)
     moment = 0.4 * TOKEN_MASS_KG * caster.radius_m**2
-    yield _link(CASTER, TOKEN_MASS_KG, (moment,) * 3, ball, ball, _CASTER_RGB)
+    yield _link(CASTER, _Inertia(TOKEN_MASS_KG, (moment,) * 3), ball, ball, _CASTER_RGB)
     yield _joint("caster_joint", "fixed", CASTER, (caster.x_m, 0.0, caster.radius_m))
 
 
 def _frame(sensor: str, mount: Mount) -> Iterator[ET.Element]:
     link = ET.Element("link", name=f"{sensor}_frame")
     moment = TOKEN_MASS_KG * 1e-4
-    link.append(_inertial(TOKEN_MASS_KG, (moment,) * 3, _ORIGIN))
+    link.append(_inertial(_Inertia(TOKEN_MASS_KG, (moment,) * 3)))
     yield link
     rpy = (0.0, mount.pitch_rad, mount.yaw_rad)
     yield _joint(f"{sensor}_mount", "fixed", f"{sensor}_frame", (mount.x_m, mount.y_m, mount.z_m), rpy)
 
 
-def _link(
-    name: str, mass: float, moments: Vector, visual: _Shape, collision: _Shape, rgb: tuple[int, int, int]
-) -> ET.Element:
-    """Return a link whose centre of mass is the middle of its visual shape."""
+def _link(name: str, inertia: _Inertia, visual: _Shape, collision: _Shape, rgb: tuple[int, int, int]) -> ET.Element:
     link = ET.Element("link", name=name)
-    link.append(_inertial(mass, moments, visual.xyz))
+    link.append(_inertial(inertia))
     seen = _placed("visual", visual)
     material = ET.SubElement(seen, "material", name=f"{name}_colour")
     ET.SubElement(material, "color", rgba=_numbers(*(part / 255 for part in rgb), 1.0))
@@ -117,11 +122,11 @@ def _link(
     return link
 
 
-def _inertial(mass: float, moments: Vector, centre: Vector) -> ET.Element:
+def _inertial(inertia: _Inertia) -> ET.Element:
     inertial = ET.Element("inertial")
-    inertial.append(_pose(centre, _ORIGIN))
-    ET.SubElement(inertial, "mass", value=_numbers(mass))
-    ixx, iyy, izz = map(_numbers, moments)
+    inertial.append(_pose(inertia.centre, _ORIGIN))
+    ET.SubElement(inertial, "mass", value=_numbers(inertia.mass))
+    ixx, iyy, izz = map(_numbers, inertia.moments)
     ET.SubElement(inertial, "inertia", ixx=ixx, ixy="0", ixz="0", iyy=iyy, iyz="0", izz=izz)
     return inertial
 

@@ -38,9 +38,7 @@ CYLINDER_SIDES = 24
 def round_outline(x: float, y: float, radius: float) -> Outline:
     """Return the prism's outline that stands for a circle."""
     step = math.tau / CYLINDER_SIDES
-    return tuple(
-        (x + radius * math.cos(i * step), y + radius * math.sin(i * step)) for i in range(CYLINDER_SIDES)
-    )
+    return tuple((x + radius * math.cos(i * step), y + radius * math.sin(i * step)) for i in range(CYLINDER_SIDES))
 
 
 class Floor(Described):
@@ -165,16 +163,16 @@ class Light(Described):
 class Variation(Described):
     """From what a seed draws. What is left out stays as the file has it.
 
-    Places and headings are those of the start, the obstacles and, places only, the targets. ``obstacle_scale``
-    is of an obstacle's outline. ``target_distance_m`` is from the start to the first target's middle;
-    ``target_hidden``: from the start no part of it is in line of sight, whichever way the robot turns.
+    Start, obstacles and targets get a place; start and obstacles a heading. ``obstacle_scale`` is of an
+    obstacle's outline. ``target_distance_m`` is from the start to the first target's middle; where that is to
+    be hidden, nothing of it is in line of sight at the start, however the robot turns.
     """
 
     place_x_m: PlaceInterval | None = None
     place_y_m: PlaceInterval | None = None
     yaw_rad: Interval | None = None
     obstacle_scale: Annotated[tuple[Scale, Scale], Ordered] = (1.0, 1.0)
-    gap_m: Annotated[float, Field(ge=0, le=1000)] = 0.3
+    gap_m: Annotated[float, Field(ge=0, le=100)] = 0.3
     target_distance_m: Annotated[tuple[NonNegativeFloat, NonNegativeFloat], Ordered] | None = None
     target_hidden: bool = False
     light_azimuth_rad: Interval | None = None
@@ -214,7 +212,7 @@ class WorldDescription(Described):
             ("west", -x, 0.0, thick, width),
         )
         return tuple(
-            Box(
+            Box.model_construct(
                 shape="box",
                 name=f"wall-{side}",
                 x_m=at_x,
@@ -241,5 +239,3 @@ class WorldDescription(Described):
     def target(self) -> Ball | None:
         """The first target: the one that an app is measured by."""
         return self.targets[0] if self.targets else None
-
-

@@ -32,9 +32,7 @@ class Assembled:
     stage: SafetyStage | None
 
 
-def needed_devices(
-    description: RobotDescription, needs: Iterable[Role], wants: Iterable[Role] = ()
-) -> frozenset[str]:
+def needed_devices(description: RobotDescription, needs: Iterable[Role], wants: Iterable[Role] = ()) -> frozenset[str]:
     """Return the names of the devices to open; ``wants`` are opened where the robot has them.
 
     A drive brings its motors, its encoders, and the range sensor for the guard. Raises UnmetNeedError where a
@@ -64,9 +62,7 @@ def assemble(raw: Robot, description: RobotDescription, rate_hz: float, clock: C
     if drive and drive.left in raw.devices and drive.right in raw.devices:
         guarded = GuardedDrive.over(devices, description, drive, ticks, rate_hz)
         devices |= guarded.motors
-    robot = Robot(
-        raw.name, ticks, devices.values(), drive=guarded.drive if guarded else None, release=raw.close
-    )
+    robot = Robot(raw.name, ticks, devices.values(), drive=guarded.drive if guarded else None, release=raw.close)
     return Assembled(robot, ticks, guarded.stage if guarded else None)
 
 
@@ -91,7 +87,5 @@ def _layered(device: Device, clock: TickClock, max_age: float) -> Device:
     return device
 
 
-def _read_through(
-    name: str, read: Callable[[], SampleT], clock: TickClock, max_age: float
-) -> OnceATick[SampleT]:
+def _read_through(name: str, read: Callable[[], SampleT], clock: TickClock, max_age: float) -> OnceATick[SampleT]:
     return OnceATick(clock, Fresh(name, clock, max_age, read))

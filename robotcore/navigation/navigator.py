@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import takewhile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,10 @@ ARRIVED_M = 0.05
 TURN_FIRST_RAD = 0.4
 KNOWN_M = 0.45
 CORRIDOR_M = 0.24
-MIN_GAIN_M2 = 0.1
+MIN_GAIN_M2 = 0.15
+ELSEWHERE_M = 0.3
+LOOK_ROUND_M = 1.2
+"""The way that could be driven in the time that looking round takes."""
 GAIN_ANGLES = np.arange(36) * (math.tau / 36)
 GAIN_STEP = 2
 
@@ -69,12 +73,13 @@ class Navigator:
         for margin in MARGINS_M:
             steps = self._steps(pose, margin)
             cells = np.argwhere(steps != UNREACHED)
-            cells = cells[((cells % 4) == 0).all(axis=1)]
+            ways = steps[cells[:, 0], cells[:, 1]] * self.grid.cell
+            is_candidate = ((cells % 4) == 0).all(axis=1) & (ways >= ELSEWHERE_M)
+            cells, ways = cells[is_candidate], ways[is_candidate]
             if not len(cells):
                 continue
             gains = self._gains(cells)
-            ways = steps[cells[:, 0], cells[:, 1]] * self.grid.cell
-            worth = np.where(gains >= MIN_GAIN_M2, gains / (1.0 + ways), 0.0)
+            worth = np.where(gains >= MIN_GAIN_M2, gains / (LOOK_ROUND_M + ways), 0.0)
             best = int(worth.argmax())
             if worth[best] > 0:
                 self._path = path_back(steps, (int(cells[best][0]), int(cells[best][1])))
@@ -82,18 +87,18 @@ class Navigator:
         return False
 
     def plan_to_ring(self, pose: Pose, x: float, y: float, nearest: float, farthest: float) -> bool:
-        """Plan to the nearest place whose distance to a point is in the ring, with a straight way on towards it."""
-        centre = self.grid.cell_of(x, y)
-        way_on = self._corridor(x, y, nearest)
-        for margin in MARGINS_M:
-            steps = self._steps(pose, margin)
-            ring = (steps != UNREACHED) & self.grid.disc(x, y, farthest) & ~self.grid.disc(x, y, nearest)
-            cells = np.argwhere(ring)
-            for index in np.argsort(steps[ring], kind="stable"):
-                cell = int(cells[index][0]), int(cells[index][1])
-                if is_straight_way(way_on, cell, centre):
-                    self._path = path_back(steps, cell)
-                    return len(self._path) > 2
+        """Plan to the nearest place whose distance to a point is in the ring, with a straight way on towards it.
+
+        Where no known way leads there, plan as far as is known of one that may be free.
+        """
+        for with_unknown in (True, False):
+            for margin in MARGINS_M:
+                steps = self._steps(pose, margin, with_unknown=with_unknown)
+                if (goal := self._ring_cell(steps, x, y, nearest, farthest)) is not None:
+                    is_known = self.grid.clearance() > self._reach + margin
+                    path = path_back(steps, goal)
+                    self._path = path[:2] + list(takewhile(lambda cell: is_known[cell], path[2:]))
+                    return len(self._path) * self.grid.cell > ELSEWHERE_M
         return False
 
     def is_straight(self, pose: Pose, x: float, y: float, nearest: float, *, is_surveyed: bool) -> bool:
@@ -139,13 +144,25 @@ class Navigator:
         areas = radii * (GAIN_STEP * math.tau / len(GAIN_ANGLES) * self.grid.cell**2)
         return np.asarray(((is_seen & ~self.grid.looked_at[rows, columns]) * areas).sum(axis=(1, 2)))
 
-    def _steps(self, pose: Pose, margin: float) -> Steps:
-        self._open = self.grid.clearance() > self._reach + margin
+    def _steps(self, pose: Pose, margin: float, *, with_unknown: bool = True) -> Steps:
+        self._open = self.grid.clearance(with_unknown=with_unknown) > self._reach + margin
         here = self.grid.cell_of(pose.x, pose.y)
         row, column = here
         beside = slice(row - 2, row + 3), slice(column - 2, column + 3)
         self._open[beside] |= ~self.grid.taken[beside]
         return steps_from(here, self._open)
+
+    def _ring_cell(self, steps: Steps, x: float, y: float, nearest: float, farthest: float) -> Cell | None:
+        """Return the cell in the ring with the shortest way to it, and a straight one on from it."""
+        centre = self.grid.cell_of(x, y)
+        way_on = self._corridor(x, y, nearest)
+        ring = (steps != UNREACHED) & self.grid.disc(x, y, farthest) & ~self.grid.disc(x, y, nearest)
+        cells = np.argwhere(ring)
+        for index in np.argsort(steps[ring], kind="stable"):
+            cell = int(cells[index][0]), int(cells[index][1])
+            if is_straight_way(way_on, cell, centre):
+                return cell
+        return None
 
     def _way_to(self, pose: Pose, goal: Cell) -> list[Cell]:
         """Return a way to a cell, with the widest margin that there is; empty where there is none."""

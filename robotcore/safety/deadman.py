@@ -10,12 +10,12 @@ MIN_LEASE_S = 0.1
 
 
 class Deadman:
-    """Calls ``cut`` when ``lease`` seconds have passed since the last `renew`, between ticks too.
+    """Calls ``cut(expiry)`` when ``lease`` seconds have passed since the last `renew`, between ticks too.
 
     One call to the clock stands at a time; one that comes too early asks for the next.
     """
 
-    def __init__(self, clock: Clock, lease: float, cut: Callable[[], None]) -> None:
+    def __init__(self, clock: Clock, lease: float, cut: Callable[[float], None]) -> None:
         self.lease = max(lease, MIN_LEASE_S)
         self._clock = clock
         self._cut = cut
@@ -44,4 +44,4 @@ class Deadman:
             self._wait(self._expiry)
         else:
             self._expiry = None
-            self._cut()
+            self._cut(called_at)

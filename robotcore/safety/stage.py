@@ -38,7 +38,7 @@ class SafetyStage:
     """Guards the two motors of a drive.
 
     ``clock`` is the app's, which stands still within a tick; the deadman's lease runs on it too. ``on_sent`` hears of
-    each velocity that the wheels are told.
+    each velocity that the wheels are told, and when.
     """
 
     def __init__(
@@ -48,7 +48,7 @@ class SafetyStage:
         right: Motor,
         rules: Sequence[Rule],
         lease: float,
-        on_sent: Callable[[Wheels], None] | None = None,
+        on_sent: Callable[[Wheels, float], None] | None = None,
     ) -> None:
         self._clock = clock
         self._left, self._right = left, right
@@ -69,8 +69,8 @@ class SafetyStage:
             if not math.isfinite(velocity):
                 self.stop()
                 raise invalid_velocity(motor.name, velocity)
-        self._asked = wheels
         self._guarded = self._guard(wheels)
+        self._asked = wheels
         return self._guarded
 
     def stop(self) -> None:
@@ -78,7 +78,7 @@ class SafetyStage:
         self._asked = self._guarded = REST
         self._changes.clear()
         self._deadman.rest()
-        self._halt()
+        self._halt(self._clock.now())
 
     @property
     def asked(self) -> Wheels:
@@ -97,10 +97,14 @@ class SafetyStage:
         return Commit(asked, self._sent, changes)
 
     def _send(self, wheels: Wheels) -> None:
-        self._note(wheels)
+        now = self._clock.now()
+        self._note(wheels, now)
         self._left.set_velocity(wheels.left)
         self._right.set_velocity(wheels.right)
-        self._deadman.renew(self._clock.now())
+        if wheels == REST:
+            self._deadman.rest()
+        else:
+            self._deadman.renew(now)
 
     def _guard(self, wheels: Wheels) -> Wheels:
         self._changes.clear()
@@ -111,19 +115,19 @@ class SafetyStage:
                 wheels = lessened
         return wheels
 
-    def _cut(self) -> None:
-        self._cuts.append(Intervention(self._clock.now(), "deadman", self._sent, REST))
-        self._halt()
+    def _cut(self, expiry: float) -> None:
+        self._cuts.append(Intervention(expiry, "deadman", self._sent, REST))
+        self._halt(expiry)
 
-    def _halt(self) -> None:
+    def _halt(self, now: float) -> None:
         """Stop each motor on its own: one that fails does not keep the other from stopping."""
-        self._note(REST)
+        self._note(REST, now)
         try:
             self._left.stop()
         finally:
             self._right.stop()
 
-    def _note(self, wheels: Wheels) -> None:
+    def _note(self, wheels: Wheels, now: float) -> None:
         self._sent = wheels
         if self._on_sent:
-            self._on_sent(wheels)
+            self._on_sent(wheels, now)

@@ -83,7 +83,7 @@ class Bench:
         """The description of its drive."""
         return self.description.drive or pytest.skip(f"{self.description.name} has no drive")
 
-    def setup(self, world: WorldDescription | None = None, devices: Iterable[str] | None = None) -> Setup:
+    def setup_for(self, world: WorldDescription | None = None, devices: Iterable[str] | None = None) -> Setup:
         """Return what a backend is told: open ground, and every device, where nothing else is named."""
         names = [device.name for device in self.description.devices] if devices is None else devices
         return Setup(self.description, world or scenes.empty(), frozenset(names), RATE_HZ, options=self.options)
@@ -94,7 +94,7 @@ class Bench:
             devices = needed_devices(self.description, roles) if roles else None
         except UnmetNeedError as unmet:
             pytest.skip(str(unmet))
-        return self.open(self.setup(world, devices))
+        return self.open(self.setup_for(world, devices))
 
     def require(self, *needed: Capability | Vouch) -> None:
         """Skip the rule, with the reason, where the backend lacks something."""
@@ -138,7 +138,7 @@ class Bench:
 
     def _not_told(self, capability: Capability, hook: str) -> NoReturn:
         self.require(capability)
-        pytest.skip(f"{type(self).__name__} does not show how to {capability.value}: override {hook}")
+        pytest.skip(f"it does not show how to {capability.value}: override {hook}")
 
 
 @cache

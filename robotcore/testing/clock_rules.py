@@ -40,7 +40,7 @@ class ClockRules(Bench):
     def test_steps_divide_the_tick(self, rate_hz: float) -> None:
         self.require(Vouch.LOCKSTEP)
         try:
-            robot = self.open(replace(self.setup(), rate_hz=rate_hz))
+            robot = self.open(replace(self.setup_for(), rate_hz=rate_hz))
         except UsageError as refusal:
             pytest.skip(f"it refuses {rate_hz} Hz: {refusal}")
         with robot:

@@ -21,12 +21,12 @@ class LifecycleRules(Bench):
 
     def test_only_the_devices_asked_for_are_opened(self) -> None:
         for wanted in ({device.name} for device in self.description.devices):
-            with self.open(self.setup(devices=wanted)) as robot:
+            with self.open(self.setup_for(devices=wanted)) as robot:
                 opened = set(robot.devices)
             assert opened == wanted, f"asked to open {sorted(wanted)}, it opened {sorted(opened)}"
 
     def test_robot_without_a_drive_opens(self) -> None:
-        setup = self.setup()
+        setup = self.setup_for()
         still = [d for d in setup.robot.devices if d.kind not in ("motor", "encoder")]
         pole = setup.robot.model_copy(update={"drive": None, "devices": tuple(still)})
         names = frozenset(device.name for device in still)
@@ -35,7 +35,7 @@ class LifecycleRules(Bench):
         assert opened == names, f"without a drive, it opened {sorted(opened)} instead of {sorted(names)}"
 
     def test_unknown_option_is_refused(self) -> None:
-        setup = replace(self.setup(), options={**self.options, "no_such_option": "1"})
+        setup = replace(self.setup_for(), options={**self.options, "no_such_option": "1"})
         try:
             self.open(setup).close()
         except UsageError:

@@ -66,7 +66,7 @@ class SampleRules(Bench):
 
     def test_reading_does_not_wait_for_hardware(self) -> None:
         gate = Gate()
-        with self.open_gated(self.setup(), gate) as robot:
+        with self.open_gated(self.setup_for(), gate) as robot:
             for sensor in sensors_of(robot):
                 sensor.read()
                 assert not gate.holds_up(sensor.read), (

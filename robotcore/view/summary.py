@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from rich.text import Text
 
+from robotcore.errors import RobotcoreError
 from robotcore.outcome import Outcome, RunResult
 
 _STYLES = {Outcome.SUCCESS: "bold green", Outcome.INTERRUPTED: "bold yellow", Outcome.TIMEOUT: "bold yellow"}
@@ -18,7 +19,7 @@ def summary(result: RunResult) -> Text:
     lines = [outcome + Text(f"  {heading(result)}"), Text("  " + ", ".join(measures(result)))]
     if result.milestones:
         lines.append(Text("  " + ", ".join(f"{name} at {time:.1f} s" for name, time in result.milestones.items())))
-    if result.reason and result.error is None:
+    if result.reason and not isinstance(result.error, RobotcoreError):
         lines.append(Text(f"  {result.reason}"))
     return Text("\n").join(lines)
 

@@ -80,11 +80,6 @@ class ColourDetector:
 
 def _blob(stats: list[int], centroid: list[float], intrinsics: Intrinsics) -> Blob:
     left, top, width, height, area = stats
-    is_clipped = (
-        left == 0
-        or top == 0
-        or left + width == intrinsics.width
-        or top + height == intrinsics.height
-    )
+    is_clipped = left == 0 or top == 0 or left + width == intrinsics.width or top + height == intrinsics.height
     u, v = centroid
     return Blob((u, v), (left, top, width, height), area, intrinsics.bearing(u), is_clipped)

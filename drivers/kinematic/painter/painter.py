@@ -13,7 +13,7 @@ from drivers.kinematic.painter.canvas import Canvas, Palette, Stroke
 from drivers.kinematic.painter.faces import Faces
 from drivers.kinematic.painter.order import Partitions, back_to_front, side_by_side
 from drivers.kinematic.painter.shading import inks_of, packed, ramp_of
-from drivers.kinematic.painter.spheres import disc_of
+from drivers.kinematic.painter.spheres import Sphere
 from robotcore.description import WorldDescription
 from robotcore.devices import Image
 from robotcore.projection import View
@@ -66,8 +66,7 @@ class Painter:
     def _strokes(self, view: View) -> Iterator[Stroke]:
         yield from self._faces.facets(view)
         for part, ball in self._balls.items():
-            if disc := disc_of(ball, view, self._lamp, part):
-                yield disc
+            yield from Sphere.of(ball, view, self._lamp, part).bands(view.intrinsics)
 
     def _lit(self, world: WorldDescription) -> Palette:
         light = world.light

@@ -11,7 +11,10 @@ from numpy.typing import NDArray
 Point = Sequence[float]
 
 SEAM = 1e-6
-"""Neighbouring polygons overlap by this part of a pixel, so that rounding leaves no gap between them."""
+"""Neighbouring polygons overlap by this part of a pixel, so that rounding leaves no gap between them.
+
+A level edge is looked at from as far inside, where it is no edge of either flank.
+"""
 
 
 def fill(canvas: NDArray[np.uint32], polygon: Sequence[Point], ink: int) -> None:
@@ -19,17 +22,30 @@ def fill(canvas: NDArray[np.uint32], polygon: Sequence[Point], ink: int) -> None
 
     `cv2.fillConvexPoly` will not do: it paints half a pixel beyond each edge, and cannot be asked not to.
     """
-    heights = [v for _, v in polygon]
-    first = max(math.ceil(min(heights)), 0)
-    last = min(math.floor(max(heights)), canvas.shape[0] - 1)
-    if first > last:
+    columns, rows = (
+        _span(axis, size) for axis, size in zip(zip(*polygon, strict=True), canvas.shape[::-1], strict=True)
+    )
+    if len(columns) < len(rows):
+        _fill_lines(canvas.T, [(v, u) for u, v in reversed(polygon)], columns, ink)
+    else:
+        _fill_lines(canvas, polygon, rows, ink)
+
+
+def _span(places: Sequence[float], size: int) -> range:
+    """Return the lines of the canvas that lie between the first and the last of some places."""
+    return range(max(math.ceil(min(places)), 0), min(math.floor(max(places)), size - 1) + 1)
+
+
+def _fill_lines(canvas: NDArray[np.uint32], polygon: Sequence[Point], lines: range, ink: int) -> None:
+    if not lines:
         return
-    rows = np.arange(first, last + 1)
+    heights = [v for _, v in polygon]
+    levels = np.clip(np.arange(lines.start, lines.stop, dtype=np.float64), min(heights) + SEAM, max(heights) - SEAM)
     left, right = _flanks(polygon, heights)
-    begins = _columns(np.ceil(_along(left, rows) - SEAM), canvas.shape[1])
-    ends = _columns(np.floor(_along(right, rows) + SEAM) + 1, canvas.shape[1])
-    for row, begin, end in zip(canvas[first : last + 1], begins, ends, strict=True):
-        row[begin:end] = ink
+    bounds = np.stack((_along(left, levels) - SEAM, _along(right, levels) + SEAM))
+    begins, ends = np.clip(np.ceil(bounds), 0, canvas.shape[1]).astype(np.intp).tolist()
+    for line, begin, end in zip(canvas[lines.start : lines.stop], begins, ends, strict=True):
+        line[begin:end] = ink
 
 
 def _flanks(polygon: Sequence[Point], heights: list[float]) -> tuple[Sequence[Point], Sequence[Point]]:
@@ -40,11 +56,6 @@ def _flanks(polygon: Sequence[Point], heights: list[float]) -> tuple[Sequence[Po
     return ring[bottom:][::-1], ring[: bottom + 1]
 
 
-def _along(flank: Sequence[Point], rows: NDArray[np.intp]) -> NDArray[np.float64]:
+def _along(flank: Sequence[Point], levels: NDArray[np.float64]) -> NDArray[np.float64]:
     columns, heights = zip(*flank, strict=True)
-    return np.asarray(np.interp(rows, heights, columns))
-
-
-def _columns(columns: NDArray[np.float64], width: int) -> list[int]:
-    clipped: list[int] = np.clip(columns, 0, width).astype(np.intp).tolist()
-    return clipped
+    return np.asarray(np.interp(levels, heights, columns))

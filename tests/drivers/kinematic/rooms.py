@@ -7,6 +7,7 @@ from typing import Any
 from drivers.kinematic.backend import KinematicBackend
 from robotcore.backend import Setup
 from robotcore.description import (
+    COLOURS,
     Ball,
     Box,
     Cylinder,
@@ -37,17 +38,19 @@ def room(*things: Box | Cylinder | Ball, start: Start | None = None, walls: Wall
     )
 
 
-def box(x: float, y: float, length: float, width: float, height: float = 0.3, yaw: float = 0.0, name: str = "box") -> Box:
+def box(
+    x: float, y: float, length: float, width: float, *, height: float = 0.3, yaw: float = 0.0, name: str = "box"
+) -> Box:
     size = {"length_m": length, "width_m": width, "height_m": height}
-    return Box(shape="box", name=name, colour="red", x_m=x, y_m=y, yaw_rad=yaw, **size)
+    return Box(shape="box", name=name, colour=COLOURS["red"], x_m=x, y_m=y, yaw_rad=yaw, **size)
 
 
 def post(x: float, y: float, radius: float, height: float = 0.3, name: str = "post") -> Cylinder:
-    return Cylinder(shape="cylinder", name=name, colour="blue", x_m=x, y_m=y, radius_m=radius, height_m=height)
+    return Cylinder(shape="cylinder", name=name, colour=COLOURS["blue"], x_m=x, y_m=y, radius_m=radius, height_m=height)
 
 
 def ball(x: float, y: float, radius: float = 0.1, name: str = "ball") -> Ball:
-    return Ball(name=name, colour="green", radius_m=radius, x_m=x, y_m=y)
+    return Ball(name=name, colour=COLOURS["green"], radius_m=radius, x_m=x, y_m=y)
 
 
 def opened(

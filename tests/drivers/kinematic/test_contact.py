@@ -123,7 +123,7 @@ def test_gaps_agree_with_the_descriptions_own() -> None:
 
 
 @pytest.mark.parametrize(
-    ("x", "y", "expected"),
+    "x, y, expected",
     [
         (FRONT + 0.3, 0.0, 0.2),
         (FRONT + 0.3, ROVER.body.width_m / 2 + 0.4, 0.4),

@@ -89,6 +89,7 @@ def test_a_signal_ends_the_run_with_its_line(cli: Cli, app_file: Callable[[str],
     assert told.status == 128 + number
     assert (told.json["outcome"], told.json["ticks"]) == ("interrupted", 2)
     assert number.name in told.json["reason"]
+    assert told.err == ""
 
 
 def test_a_signal_before_the_run_has_its_line_too(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -24,7 +24,10 @@ def test_overlap_is_below_zero() -> None:
 
 
 def test_a_cross_overlaps_although_no_corner_of_one_is_in_the_other() -> None:
-    long, tall = ((3.0, 0.1), (-3.0, 0.1), (-3.0, -0.1), (3.0, -0.1)), ((0.1, 3.0), (-0.1, 3.0), (-0.1, -3.0), (0.1, -3.0))
+    long, tall = (
+        ((3.0, 0.1), (-3.0, 0.1), (-3.0, -0.1), (3.0, -0.1)),
+        ((0.1, 3.0), (-0.1, 3.0), (-0.1, -3.0), (0.1, -3.0)),
+    )
     assert gap_between(long, tall) < 0
 
 

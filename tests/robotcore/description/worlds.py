@@ -9,7 +9,17 @@ from robotcore.description import Ball, Box, Floor, Start, Walls, WorldDescripti
 
 def box(name: str = "box", **keys: Any) -> Box:
     """Return a box, half a metre square unless told."""
-    return Box(**{"name": name, "shape": "box", "colour": "red", "length_m": 0.5, "width_m": 0.5, "height_m": 0.4, **keys})
+    return Box(
+        **{
+            "name": name,
+            "shape": "box",
+            "colour": "red",
+            "length_m": 0.5,
+            "width_m": 0.5,
+            "height_m": 0.4,
+            **keys,
+        }
+    )
 
 
 def ball(name: str = "ball", **keys: Any) -> Ball:

@@ -5,12 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from robotcore.devices import Camera, Frame, Image, Intrinsics
+from robotcore.backend import Setup
+from robotcore.devices import Camera, Device, Frame, Image, Intrinsics
 from robotcore.robot import Robot
-from tests.robotcore.testing.broken.sensing import Damage, described_otherwise, saying, with_attributes
-from tests.robotcore.testing.harness import broken, swap_in
-
-TOLD = Intrinsics(320, 240, 1.0821)
+from tests.robotcore.testing.broken.sensing import Damage, described_otherwise, saying
+from tests.robotcore.testing.harness import Broken, Sound, broken, swap_in
 
 
 def picture_as(change: Callable[[Image], Any]) -> Damage:
@@ -50,6 +49,35 @@ def _into(buffer: Image, newest: Callable[[], Frame]) -> Callable[[], Frame]:
     return overwrite
 
 
+class Relabelled(Camera):
+    """A camera that tells other intrinsics than it has."""
+
+    def __init__(self, inner: Camera, told: Intrinsics) -> None:
+        super().__init__(inner.name, told)
+        self._inner = inner
+
+    def _newest(self) -> Frame:
+        return self._inner.read()
+
+
+class OtherIntrinsicsTold(Sound):
+    def open(self, setup: Setup) -> Robot:
+        robot = super().open(setup)
+        devices = [self.relabelled(device) for device in robot.devices.values()]
+        return Robot(robot.name, robot.clock, devices, truth=robot.truth, release=robot.close)
+
+    def relabelled(self, device: Device) -> Device:
+        return Relabelled(device, Intrinsics(640, 480, 1.0821)) if isinstance(device, Camera) else device
+
+
+class WiderThanTold(OtherIntrinsicsTold):
+    def open(self, setup: Setup) -> Robot:
+        return super().open(described_otherwise("eye", horizontal_fov_rad=1.4)(setup))
+
+    def relabelled(self, device: Device) -> Device:
+        return Relabelled(device, self.eye.intrinsics) if isinstance(device, Camera) else device
+
+
 BROKEN = (
     broken(
         "pictures are mirrored",
@@ -75,15 +103,14 @@ BROKEN = (
     broken("pictures can be written to", "picture_is_read_only", saying(Camera, writable)),
     broken("pictures are column-major", "picture_is_contiguous", picture_as(np.asfortranarray)),
     broken("all pictures lie in one buffer", "pictures_do_not_share_their_memory", into_one_buffer),
-    broken(
+    Broken(
         "the field of view is taken for a wider one",
-        "field_of_view_is_the_one_described",
-        with_attributes("eye", intrinsics=TOLD),
-        described_otherwise("eye", horizontal_fov_rad=1.4),
+        frozenset({"field_of_view_is_the_one_described"}),
+        WiderThanTold,
     ),
-    broken(
+    Broken(
         "the intrinsics told are another size's",
-        "intrinsics_are_the_ones_described",
-        with_attributes("eye", intrinsics=Intrinsics(640, 480, 1.0821)),
+        frozenset({"intrinsics_are_the_ones_described"}),
+        OtherIntrinsicsTold,
     ),
 )

@@ -74,6 +74,8 @@ BROKEN = (
     ),
     broken("the sequence counts reads", "sample_read_twice_is_the_same", counting_reads),
     broken("reading lets time pass", "reading_lets_no_time_pass", sleeping),
-    broken("a sensor is of no kind that the layers know", "within_a_tick_a_device_gives_one_sample", of_an_unknown_kind),
+    broken(
+        "a sensor is of no kind that the layers know", "within_a_tick_a_device_gives_one_sample", of_an_unknown_kind
+    ),
     Broken("reading asks the hardware", frozenset({"reading_does_not_wait_for_hardware"}), WaitsForHardware),
 )

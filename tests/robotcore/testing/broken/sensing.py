@@ -7,14 +7,13 @@ from dataclasses import replace
 from typing import Any
 
 from robotcore.backend import Setup
-from robotcore.devices import Sensor
 from robotcore.robot import Robot
 from tests.robotcore.testing.harness import swap_in
 
 Damage = Callable[[Robot], None]
 
 
-def saying(kind: type[Sensor[Any]], change: Callable[[Any], Any]) -> Damage:
+def saying(kind: type[Any], change: Callable[[Any], Any]) -> Damage:
     """Change every sample of the sensors of one kind."""
 
     def damage(robot: Robot) -> None:

@@ -1,0 +1,176 @@
+"""Whether the kinematic backend's painted camera shows the ball where PyBullet's renderer does, and how much faster.
+
+    python -m benchmarks.painted_camera --seed 0 --worlds arena,clutter
+
+Both cameras look from the same random poses, in worlds drawn anew, and take turns in going first. A pose counts where
+PyBullet shows at least 200 pixels of the ball. Exit status 1 where a bound is broken.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import random
+import statistics
+import sys
+from collections.abc import Callable, Iterator
+from itertools import count, islice
+from time import perf_counter
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.report import machine, print_table
+from drivers.kinematic.painter import Painter
+from drivers.kinematic.surroundings import Surroundings
+from drivers.pybullet.camera import BulletCamera
+from robotcore.backend import Setup
+from robotcore.description import (
+    Ball,
+    CameraDescription,
+    Mount,
+    RobotDescription,
+    WorldDescription,
+    draw_world,
+    load_robot,
+    load_world,
+)
+from robotcore.devices import Intrinsics
+from robotcore.geometry import Pose
+from robotcore.projection import View
+from robotcore.registry import load_backend
+
+MIN_PIXELS = 200
+MAX_SHIFT_PX, MAX_AREA, MIN_SPEED_UP = 1.0, 0.03, 8.0
+POSES_A_WORLD = 10
+
+Mask = NDArray[np.bool_]
+
+
+class Comparison(NamedTuple):
+    """One view: by how much the ball is shifted and its area differs, and how long each camera took."""
+
+    shift_px: float
+    area: float
+    bullet_s: float
+    painter_s: float
+
+    @property
+    def is_within(self) -> bool:
+        return self.shift_px <= MAX_SHIFT_PX and abs(self.area) <= MAX_AREA
+
+
+def main() -> None:
+    """Compare and print a row for each world."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--worlds", default="arena,clutter")
+    parser.add_argument("--poses", type=int, default=100, help="how many for each world")
+    asked = parser.parse_args()
+    print(machine())
+    results = {world: list(islice(_comparisons(world, asked.seed), asked.poses)) for world in asked.worlds.split(",")}
+    columns = (
+        "world",
+        "within 1 px and 3 %",
+        "largest shift, px",
+        "largest area, %",
+        "PyBullet, ms",
+        "painted, ms",
+        "ratio",
+    )
+    print_table(columns, [_row(world, compared) for world, compared in results.items()])
+    is_kept = all(one.is_within for compared in results.values() for one in compared)
+    sys.exit(not (is_kept and all(_speed_up(compared) >= MIN_SPEED_UP for compared in results.values())))
+
+
+def _comparisons(world: str, seed: int) -> Iterator[Comparison]:
+    robot = load_robot("rover")
+    for number in count():
+        drawn = draw_world(load_world(world), robot, 1000 * seed + number)
+        yield from islice(_in_world(drawn, robot, random.Random(f"{seed}/{number}")), POSES_A_WORLD)
+
+
+def _in_world(world: WorldDescription, robot: RobotDescription, draw: random.Random) -> Iterator[Comparison]:
+    """Yield comparisons from random poses in one world; PyBullet is closed at the end."""
+    eye = robot.first_of(CameraDescription)
+    assert eye, "the robot has a camera"
+    painter, surroundings = Painter(world), Surroundings(robot.body.footprint, world)
+    label = painter.things.index(_ball(world).name) + 1
+    with load_backend("pybullet").open(Setup(robot, world, frozenset({eye.name}))) as opened:
+        camera = opened.camera
+        assert isinstance(camera, BulletCamera)
+        number = _number_of_ball(camera, world)
+        while True:
+            pose = _drawn_pose(world, draw)
+            if surroundings.gaps(pose).min() < 0:
+                continue
+            view = View.of(eye.intrinsics, eye.mount, pose)
+            expected = camera.picture(view).numbers == number
+            if expected.sum() >= MIN_PIXELS:
+                got = painter.labels(view) == label
+                yield Comparison(*_difference(expected, got), *_times(camera, painter, view, draw))
+
+
+def _ball(world: WorldDescription) -> Ball:
+    assert world.target, "the world has a ball"
+    return world.target
+
+
+def _drawn_pose(world: WorldDescription, draw: random.Random) -> Pose:
+    """Return a pose anywhere on the floor, turned roughly to the ball."""
+    half_length, half_width = world.floor.length_m / 2, world.floor.width_m / 2
+    place = Pose(draw.uniform(-half_length, half_length), draw.uniform(-half_width, half_width), 0.0)
+    ball = _ball(world)
+    return place._replace(heading=place.bearing_to(ball.x_m, ball.y_m) + draw.uniform(-0.7, 0.7))
+
+
+def _number_of_ball(camera: BulletCamera, world: WorldDescription) -> int:
+    """Return PyBullet's number for the ball: what is seen in the middle from straight above it."""
+    ball = _ball(world)
+    above = Mount(z_m=1.0, pitch_rad=math.pi / 2)
+    numbers = camera.picture(View.of(Intrinsics(17, 17, 0.2), above, Pose(ball.x_m, ball.y_m, 0.0))).numbers
+    return int(numbers[8, 8])
+
+
+def _difference(expected: Mask, got: Mask) -> tuple[float, float]:
+    """Return how far apart the masks' centroids are, in pixels, and by what part the area differs."""
+    if not got.any():
+        return math.inf, -1.0
+    centres = [np.argwhere(mask).mean(axis=0) for mask in (expected, got)]
+    return float(np.linalg.norm(centres[1] - centres[0])), float(got.sum() / expected.sum() - 1)
+
+
+def _times(camera: BulletCamera, painter: Painter, view: View, draw: random.Random) -> tuple[float, float]:
+    """Return how long each takes, in seconds; which goes first is drawn."""
+    if draw.random() < 0.5:
+        bullet = _seconds(camera.picture, view)
+        return bullet, _seconds(painter.picture, view)
+    painted = _seconds(painter.picture, view)
+    return _seconds(camera.picture, view), painted
+
+
+def _seconds(picture: Callable[[View], object], view: View) -> float:
+    start = perf_counter()
+    picture(view)
+    return perf_counter() - start
+
+
+def _speed_up(compared: list[Comparison]) -> float:
+    return statistics.median(one.bullet_s / one.painter_s for one in compared)
+
+
+def _row(world: str, compared: list[Comparison]) -> list[str]:
+    return [
+        world,
+        f"{sum(one.is_within for one in compared)}/{len(compared)}",
+        f"{max(one.shift_px for one in compared):.2f}",
+        f"{100 * max(abs(one.area) for one in compared):.2f}",
+        f"{1000 * statistics.median(one.bullet_s for one in compared):.2f}",
+        f"{1000 * statistics.median(one.painter_s for one in compared):.2f}",
+        f"{_speed_up(compared):.1f}",
+    ]
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,91 @@
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from drivers.kinematic.backend import KinematicBackend
+from robotcore.backend import Setup, Vouch
+from robotcore.description import MotorDescription, Start, load_robot, load_world, world_names
+from robotcore.display import MemoryDisplay
+from robotcore.errors import DeviceClosedError, DeviceGroupError, UnknownNameError, UsageError
+from robotcore.registry import load_backend
+from tests.drivers.kinematic.rooms import ROVER, ball, let_pass, opened, room, truth_of
+
+
+def test_the_registry_finds_it_and_it_needs_nothing_installed() -> None:
+    backend = load_backend("kinematic")
+    assert isinstance(backend, KinematicBackend)
+    assert backend.is_installed
+    assert backend.vouches_for == {Vouch.CONTACTS, Vouch.POSE, Vouch.LOCKSTEP}
+
+
+@pytest.mark.parametrize("world", world_names())
+def test_every_shipped_world_opens(world: str) -> None:
+    with opened(load_world(world)) as robot:
+        assert robot.camera.read().image.any()
+        assert robot.range.read().distance > 0
+
+
+def test_only_the_devices_asked_for_are_opened() -> None:
+    with opened(devices={"eye", "right_motor"}) as robot:
+        assert list(robot.devices) == ["right_motor", "eye"]
+
+
+def test_a_single_motor_turns_the_robot_about_the_other_wheel() -> None:
+    with opened(devices={"right_motor"}) as robot:
+        robot.motors["right_motor"].set_velocity(4.0)
+        let_pass(robot, 1.0)
+        assert truth_of(robot).pose().heading > 0.5
+
+
+def test_a_robot_without_a_drive_stands_where_it_was_put() -> None:
+    world = room(ball(1.0, 0.0), start=Start(x_m=0.2, yaw_rad=0.1))
+    with opened(world, load_robot("lookout")) as robot:
+        let_pass(robot, 1.0)
+        truth = truth_of(robot)
+        assert (truth.pose(), truth.twist(), truth.contacts()) == ((0.2, 0.0, 0.1), (0.0, 0.0), 0)
+        assert robot.camera.read().time == 1.0
+        assert isinstance(robot.display, MemoryDisplay)
+
+
+def test_a_motor_beside_the_drive_runs_free() -> None:
+    fan = MotorDescription(kind="motor", name="fan", max_velocity_rad_s=50.0)
+    with opened(robot=ROVER.model_copy(update={"devices": (*ROVER.devices, fan)})) as robot:
+        assert robot.motors["fan"].set_velocity(80.0) == 50.0
+        let_pass(robot, 1.0)
+        assert truth_of(robot).pose() == (0.0, 0.0, 0.0)
+
+
+def test_every_encoder_without_a_wheel_is_named() -> None:
+    drive = ROVER.drive.model_copy(update={"left_encoder": None, "right_encoder": None}) if ROVER.drive else None
+    with pytest.raises(DeviceGroupError, match=r"left_encoder: sits on no wheel(.|\n)*right_encoder: sits"):
+        opened(robot=ROVER.model_copy(update={"drive": drive}))
+
+
+def test_without_a_world_it_says_so() -> None:
+    with pytest.raises(UsageError, match="--world"):
+        KinematicBackend().open(Setup(ROVER, None, frozenset()))
+
+
+@pytest.mark.parametrize(
+    "options, error, message",
+    [
+        ({"camera_noice": 1.0}, UnknownNameError, "camera_noise"),
+        ({"range_noise_m": -0.1}, UsageError, "range_noise_m"),
+        ({"camera_noise": "loud"}, UsageError, "camera_noise"),
+    ],
+)
+def test_a_wrong_option_is_refused_by_name(options: dict[str, Any], error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
+        opened(**options)
+
+
+def test_a_closed_robot_refuses_reads_and_commands() -> None:
+    robot = opened()
+    eye, motor = robot.camera, robot.motors["left_motor"]
+    robot.close()
+    with pytest.raises(DeviceClosedError):
+        eye.read()
+    with pytest.raises(DeviceClosedError):
+        motor.set_velocity(1.0)

@@ -1,0 +1,10 @@
+from __future__ import annotations
+
+import doctest
+
+from drivers.mock import robot
+
+
+def test_examples_in_docstrings_run() -> None:
+    assert doctest.testmod(robot).failed == 0
+    assert doctest.testmod(robot).attempted > 0

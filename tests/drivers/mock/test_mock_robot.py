@@ -1,0 +1,240 @@
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from apps.avoid_obstacles import AvoidObstacles
+from drivers.mock import LOST, MockRobot
+from robotcore.behaviour import Behaviour, Status
+from robotcore.drive import Wheels
+from robotcore.errors import DeviceError, SafetyStop, StaleSampleError, UnknownNameError, UnmetNeedError, UsageError
+from robotcore.robot import Robot, Role
+from robotcore.session import RunRequest, run
+
+
+@dataclass
+class Ahead(Behaviour):
+    """Drives on for some ticks, and keeps what it read."""
+
+    ticks: int = 1000
+    linear: float = 0.05
+    seen: list[float] = field(default_factory=list)
+
+    needs = frozenset({Role.DRIVE, Role.RANGE})
+
+    def step(self, robot: Robot) -> Status:
+        self.seen.append(robot.range.read().distance)
+        robot.drive.set_velocity(self.linear, 0.0)
+        return Status.SUCCESS if len(self.seen) == self.ticks else Status.RUNNING
+
+
+class Marking(Behaviour):
+    """Shows every picture it sees."""
+
+    needs = frozenset({Role.CAMERA, Role.DISPLAY})
+
+    def step(self, robot: Robot) -> Status:
+        robot.display.show(robot.camera.read().image)
+        return Status.RUNNING
+
+
+class Undeclared(Behaviour):
+    """Reads a camera that it does not say it needs."""
+
+    needs = frozenset({Role.DRIVE})
+
+    def step(self, robot: Robot) -> Status:
+        robot.camera.read()
+        return Status.RUNNING
+
+
+def test_turns_away_from_a_wall() -> None:
+    robot = MockRobot(range=[1.0, 0.2])
+    robot.run(AvoidObstacles(), ticks=2)
+    ahead, turning = robot.wheels
+    assert ahead.left == ahead.right > 0
+    assert turning.left < turning.right
+
+
+def test_one_reading_a_tick_and_the_last_one_stays() -> None:
+    app = Ahead()
+    MockRobot(range=[1.0, 0.9, 0.8]).run(app, ticks=5)
+    assert app.seen == [1.0, 0.9, 0.8, 0.8, 0.8]
+
+
+@pytest.mark.parametrize("rate_hz", [3.0, 7.0, 20.0, 30.0, 50.0, 300.0])
+def test_no_reading_is_left_out_at_any_rate(rate_hz: float) -> None:
+    app, script = Ahead(), [1.0 + i / 100 for i in range(60)]
+    MockRobot(range=script, rate_hz=rate_hz).run(app, ticks=60)
+    assert app.seen == script
+
+
+def test_script_may_be_a_function_of_the_time() -> None:
+    app = Ahead()
+    MockRobot(range=lambda time: 1.0 - time).run(app, ticks=3)
+    assert app.seen == pytest.approx([1.0, 0.95, 0.9])
+
+
+def test_second_run_goes_on_where_the_first_ended() -> None:
+    app, robot = Ahead(), MockRobot(range=[1.0, 0.9, 0.8, 0.7])
+    robot.run(app, ticks=2)
+    robot.run(app, ticks=2)
+    assert app.seen == [1.0, 0.9, 0.8, 0.7]
+    assert [record.tick for record in robot.ticks] == [0, 1, 2, 3]
+
+
+def test_lost_echo_leaves_the_old_sample_to_grow_old() -> None:
+    robot = MockRobot(range=[1.0, LOST, LOST, 0.5])
+    samples = []
+    for _ in range(4):
+        samples.append(robot.layered.range.read())
+        robot.advance()
+    assert [sample.sequence for sample in samples] == [0, 0, 0, 1]
+    assert [sample.time for sample in samples] == [0.0, 0.0, 0.0, 0.15]
+    assert [sample.distance for sample in samples] == [1.0, 1.0, 1.0, 0.5]
+
+
+def test_reading_that_nobody_looked_at_counts_as_a_sample() -> None:
+    robot = MockRobot(range=[1.0, 0.9, LOST])
+    robot.advance(2)
+    sample = robot.layered.range.read()
+    assert (sample.distance, sample.time, sample.sequence) == (0.9, 0.05, 1)
+
+
+def test_echo_lost_for_too_long_ends_the_run() -> None:
+    with pytest.raises(StaleSampleError, match="nose"):
+        MockRobot(range=[1.0, LOST]).run(Ahead(), ticks=100)
+
+
+def test_script_without_a_first_reading_fails() -> None:
+    with pytest.raises(DeviceError, match="nose: nothing has been read yet"):
+        MockRobot(range=LOST).run(Ahead())
+
+
+def test_exception_in_a_script_fails_the_device_at_that_tick() -> None:
+    robot, cause = MockRobot(range=[1.0, OSError("the wire is off"), 0.8]), "nose: the wire is off"
+    robot.run(Ahead())
+    with pytest.raises(DeviceError, match=cause) as caught:
+        robot.run(Ahead())
+    assert isinstance(caught.value.__cause__, OSError)
+    robot.advance()
+    assert robot.layered.range.read().distance == 0.8
+
+
+def test_distances_keep_the_limits_of_the_sensor() -> None:
+    app = Ahead(linear=0.0)
+    MockRobot(range=[0.001, 2.5, math.inf]).run(app, ticks=3)
+    assert app.seen == [0.02, math.inf, math.inf]
+
+
+@pytest.mark.parametrize("reading", [math.nan, -0.1, "near", None])
+def test_script_of_no_distance_is_refused(reading: object) -> None:
+    with pytest.raises(UsageError, match="nose: its script reads"):
+        MockRobot(range=[reading]).run(Ahead())
+
+
+def test_range_guard_acts_as_in_a_real_run() -> None:
+    robot = MockRobot(range=0.05)
+    robot.run(Ahead(), ticks=1)
+    assert robot.wheels == [Wheels(0.0, 0.0)]
+    assert [change.cause for change in robot.ticks[0].interventions] == ["range guard"]
+
+
+def test_deadman_stops_the_wheels_of_a_stalled_app() -> None:
+    robot = MockRobot(range=1.0)
+    robot.run(Ahead())
+    robot.advance(5)
+    (begun, driving), (cut, stopped) = robot.commands["left_motor"]
+    assert (begun, stopped) == (0.0, 0.0)
+    assert driving > 0
+    assert cut == pytest.approx(0.125, abs=1 / 240)
+
+
+def test_wheels_stand_when_the_app_is_done() -> None:
+    robot = MockRobot(range=1.0)
+    assert robot.run(Ahead(ticks=2), ticks=10) is Status.SUCCESS
+    assert len(robot.ticks) == 2
+    assert [robot.commands[name][-1].velocity for name in ("left_motor", "right_motor")] == [0.0, 0.0]
+
+
+def test_odometry_follows_what_the_wheels_were_told() -> None:
+    robot = MockRobot(range=1.0)
+    assert robot.layered.drive.pose.x == 0
+    robot.run(Ahead(linear=0.08), ticks=21)
+    assert robot.layered.drive.pose.x == pytest.approx(0.08 * 21 / 20)
+
+
+def test_encoder_may_be_scripted() -> None:
+    robot = MockRobot(readings={"left_encoder": [0.0, 1.0], "right_encoder": [0.0, 1.0]})
+    assert robot.layered.drive.pose.x == 0
+    robot.advance()
+    assert robot.layered.drive.pose.x == pytest.approx(0.0325)
+
+
+def test_nan_from_the_app_ends_the_run() -> None:
+    with pytest.raises(SafetyStop):
+        MockRobot(range=1.0).run(Ahead(linear=math.nan))
+
+
+def test_pictures_are_played_and_kept() -> None:
+    black, white = (np.full((240, 320, 3), level, dtype=np.uint8) for level in (0, 255))
+    robot = MockRobot(camera=[black, white])
+    robot.run(Marking(), ticks=3)
+    assert [picture[0, 0, 0] for picture in robot.pictures] == [0, 255, 255]
+
+
+def test_picture_is_kept_as_it_was_shown() -> None:
+    robot, canvas = MockRobot(), np.zeros((240, 320, 3), dtype=np.uint8)
+    robot.layered.display.show(canvas)
+    canvas[:] = 255
+    assert not robot.pictures[0].any()
+
+
+def test_without_a_script_nothing_is_in_range_and_the_picture_is_grey() -> None:
+    robot = MockRobot().layered
+    assert robot.range.read().distance == math.inf
+    assert (robot.camera.read().image == 128).all()
+
+
+def test_picture_of_another_size_is_refused() -> None:
+    with pytest.raises(UsageError, match=r"eye: its script shows uint8 of shape \(10, 10, 3\)"):
+        MockRobot(camera=np.zeros((10, 10, 3), dtype=np.uint8)).run(Marking())
+
+
+def test_what_the_app_does_not_need_is_not_open() -> None:
+    with pytest.raises(UnmetNeedError, match="no camera open"):
+        MockRobot().run(Undeclared())
+
+
+def test_need_that_the_robot_cannot_meet_is_refused() -> None:
+    with pytest.raises(UnmetNeedError, match="lookout"):
+        MockRobot("lookout").run(Ahead())
+
+
+def test_robot_without_a_drive_can_be_mocked() -> None:
+    robot = MockRobot("lookout")
+    robot.run(Marking(), ticks=2)
+    assert len(robot.pictures) == 2
+    assert robot.wheels == []
+
+
+def test_script_for_a_device_that_is_not_there_is_refused() -> None:
+    with pytest.raises(UnmetNeedError, match="lookout has no device for this script"):
+        MockRobot("lookout", range=1.0)
+    with pytest.raises(UnknownNameError, match="Did you mean 'nose'"):
+        MockRobot(readings={"noes": 1.0}).run(Ahead())
+
+
+def test_empty_script_is_refused() -> None:
+    with pytest.raises(UsageError, match="nose: its script is empty"):
+        MockRobot(range=[]).run(Ahead())
+
+
+def test_mock_runs_from_the_command_line_too() -> None:
+    result = run(RunRequest("avoid-obstacles", backend="mock", settings={"duration_s": 0.5}))
+    assert result.outcome.value == "success"
+    assert result.verified is None
+    assert result.ticks == 11

@@ -1,0 +1,130 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from drivers.pybullet import simulation
+from drivers.pybullet.backend import PyBulletBackend
+from drivers.pybullet.bullet import Bullet
+from robotcore.devices import Encoder
+from robotcore.errors import (
+    BackendError,
+    DeviceClosedError,
+    DeviceError,
+    DeviceGroupError,
+    UnknownNameError,
+    UsageError,
+)
+from tests.drivers.pybullet.worlds import ROVER, drive, opened, setup, truth_of, world
+
+
+@pytest.fixture
+def connections(monkeypatch: pytest.MonkeyPatch) -> list[Bullet]:
+    """Every connection that a test makes."""
+    made: list[Bullet] = []
+    connect = Bullet.connect
+
+    def noted(*, gui: bool) -> Bullet:
+        made.append(connect(gui=gui))
+        return made[-1]
+
+    monkeypatch.setattr(Bullet, "connect", noted)
+    return made
+
+
+def test_only_the_devices_asked_for_are_opened() -> None:
+    with PyBulletBackend().open(setup(world(), devices=["nose", "screen"])) as robot:
+        assert list(robot.devices) == ["nose", "screen"]
+
+
+def test_leaving_the_robot_ends_its_server_and_closing_twice_is_fine(connections: list[Bullet]) -> None:
+    robot = opened()
+    assert connections[0].isConnected()
+    robot.close()
+    robot.close()
+    assert not connections[0].isConnected()
+    with pytest.raises(DeviceClosedError):
+        robot.camera.read()
+
+
+def test_a_connection_half_made_is_ended(connections: list[Bullet], monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> None:
+        raise BackendError("no world today")
+
+    monkeypatch.setattr(simulation, "Scene", broken)
+    with pytest.raises(BackendError, match="no world today"):
+        opened()
+    assert not connections[0].isConnected()
+
+
+def test_devices_on_no_wheel_are_all_named_and_nothing_stays_open(connections: list[Bullet]) -> None:
+    spare = [device.model_copy(update={"name": f"spare_{device.kind}"}) for device in ROVER.devices[1:3]]
+    robot = ROVER.model_copy(update={"devices": (*ROVER.devices, *spare)})
+    with pytest.raises(DeviceGroupError, match=r"spare_motor: sits on no wheel[\s\S]*spare_encoder: sits on no wheel"):
+        opened(robot=robot)
+    assert not connections[0].isConnected()
+
+
+def test_a_server_that_died_is_an_error_by_the_devices_name(connections: list[Bullet]) -> None:
+    with opened() as robot:
+        encoder = robot["left_encoder"]
+        assert isinstance(encoder, Encoder)
+        connections[0].close()
+        with pytest.raises(DeviceError, match=r"^eye: Not connected to physics server"):
+            robot.camera.read()
+        with pytest.raises(DeviceError, match=r"^nose: Not connected"):
+            robot.range.read()
+        with pytest.raises(DeviceError, match=r"^left_encoder: Not connected"):
+            encoder.read()
+        with pytest.raises(BackendError, match=r"^pybullet: Not connected .* window was closed"):
+            robot.clock.sleep_until(1.0)
+        with pytest.raises(BackendError):
+            truth_of(robot).pose()
+
+
+def test_an_unknown_option_is_refused_with_the_nearest() -> None:
+    with pytest.raises(UnknownNameError, match="Did you mean 'solver_iterations'"):
+        PyBulletBackend().open(setup(world(), options={"solver_iteration": 10}))
+
+
+def test_the_solver_goes_over_the_contacts_as_often_as_it_is_told(connections: list[Bullet]) -> None:
+    with PyBulletBackend().open(setup(world(), options={"solver_iterations": "7"})):
+        assert connections[0].getPhysicsEngineParameters()["numSolverIterations"] == 7
+
+
+def test_a_physics_step_is_the_clocks(connections: list[Bullet]) -> None:
+    with PyBulletBackend().open(setup(world(), rate_hz=50.0)):
+        assert connections[0].getPhysicsEngineParameters()["fixedTimeStep"] == pytest.approx(1 / 250)
+
+
+def test_without_a_world_it_says_what_to_do() -> None:
+    with pytest.raises(UsageError, match="--world"):
+        PyBulletBackend().open(setup(None))
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only X11 tells by its variable")
+def test_a_window_without_a_screen_is_refused_before_bullet_ends_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    with pytest.raises(BackendError, match="Leave --gui out"):
+        PyBulletBackend().open(setup(world(), gui=True))
+
+
+def test_what_bullet_prints_does_not_reach_the_output() -> None:
+    program = (
+        "from tests.drivers.pybullet.worlds import drive, opened\n"
+        "with opened() as robot:\n"
+        "    drive(robot, 3.0, 3.0, 0.1)\n"
+        "    print(robot.camera.read().image.shape)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout == "(240, 320, 3)\n"
+    assert done.stderr == ""
+
+
+def test_a_motor_is_limited_to_what_it_can_do() -> None:
+    with opened() as robot:
+        assert robot.motors["left_motor"].set_velocity(50.0) == 12.0
+        drive(robot, 50.0, 50.0, 1.0)
+        assert truth_of(robot).twist().linear == pytest.approx(12.0 * 0.0325, rel=0.01)

@@ -1,0 +1,127 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from drivers.pybullet.backend import PyBulletBackend
+from drivers.pybullet.camera import BulletCamera, Picture
+from robotcore.description import CameraDescription, Light, Mount, RobotDescription, Start
+from robotcore.geometry import Pose
+from robotcore.projection import View
+from robotcore.robot import Robot
+from tests.drivers.pybullet.worlds import LOOKOUT, ROVER, ball, box, drive, opened, setup, world
+
+EYE = Mount(x_m=0.14, z_m=0.10)
+
+
+def eye(robot: Robot) -> BulletCamera:
+    camera = robot.camera
+    assert isinstance(camera, BulletCamera)
+    return camera
+
+
+@pytest.mark.parametrize("aside", [0.1300, 0.1315, 0.1330])
+def test_a_box_covers_the_pixels_whose_centres_a_pinhole_sees_it_at(aside: float) -> None:
+    start = Start(x_m=0.3, y_m=-0.2, yaw_rad=0.7)
+    at = start.pose.to_world(1.2, aside)
+    thing = box(*at, length=0.2, width=0.31, height=0.17, yaw=start.yaw_rad)
+    with opened(thing, start=start) as robot:
+        camera = eye(robot)
+        view = View.of(camera.intrinsics, EYE, start.pose)
+        rows, columns = np.nonzero(camera.picture(view).numbers == camera.things["box"])
+    front = [start.pose.to_world(1.1, aside + side) for side in (0.155, -0.155)]
+    corners = np.array([(*point, height) for point in front for height in (0.0, 0.17)])
+    pixels = view.to_pixels(view.to_camera(corners))
+    (left, top), (right, bottom) = pixels.min(axis=0), pixels.max(axis=0)
+    assert (columns.min(), columns.max()) == (np.ceil(left), np.floor(right))
+    assert rows.max() == np.floor(bottom)
+    assert rows.min() == pytest.approx(top, abs=2.0)
+
+
+def test_a_ball_covers_what_a_ball_should() -> None:
+    with opened(ball(1.14)) as robot:
+        camera = eye(robot)
+        mask = camera.picture(View.of(camera.intrinsics, EYE, Pose(0.0, 0.0, 0.0))).numbers == camera.things["ball"]
+    ideal = np.pi * camera.intrinsics.focal_length**2 * 0.01 / (1.0 - 0.01)
+    assert mask.sum() == pytest.approx(ideal, rel=0.03)
+
+
+def test_a_picture_is_bgr_contiguous_and_read_only() -> None:
+    with opened(box(0.5, width=4.0, height=1.0)) as robot:
+        image = robot.camera.read().image
+    assert image.shape == (240, 320, 3)
+    assert image.dtype == np.uint8
+    assert image.flags.c_contiguous
+    assert not image.flags.writeable
+    blue, green, red = (int(part) for part in image[120, 160])
+    assert red > 3 * green > green > blue
+
+
+def test_the_sky_is_the_worlds_sky_above_the_horizon_and_the_floor_below() -> None:
+    with opened() as robot:
+        image = robot.camera.read().image
+    assert tuple(image[0, 0]) == Light().sky[::-1]
+    assert (image[:119] == image[0, 0]).all()
+    assert (image[122:] == image[-1, 0]).all()
+    assert tuple(image[0, 0]) != tuple(image[-1, 0])
+
+
+@pytest.mark.parametrize(
+    "light, shade",
+    [
+        (Light(ambient=0.5, diffuse=0.0), 0.5),
+        (Light(ambient=0.5, diffuse=0.0, brightness=0.8), 0.4),
+        (Light(ambient=0.2, diffuse=0.6, azimuth_rad=np.pi, elevation_rad=0.5), 0.2 + 0.6 * np.cos(0.5)),
+        (Light(ambient=0.0, diffuse=1.0, azimuth_rad=np.pi, elevation_rad=0.5, brightness=0.6), 0.6 * np.cos(0.5)),
+        (Light(ambient=0.2, diffuse=0.6, azimuth_rad=0.0, elevation_rad=0.5), 0.2),
+    ],
+    ids=["ambient", "dimmed", "lit", "lit and dimmed", "from behind"],
+)
+def test_a_face_shows_ambient_and_diffuse_light(light: Light, shade: float) -> None:
+    thing = box(0.5, width=4.0, height=1.0)
+    with PyBulletBackend().open(setup(world(thing, light=light))) as robot:
+        image = robot.camera.read().image
+    assert image[120, 160].tolist() == pytest.approx([part * shade for part in (20, 40, 200)], abs=1.5)
+
+
+@pytest.mark.parametrize("described", [ROVER, LOOKOUT], ids=["rover", "lookout"])
+def test_a_robot_is_not_in_its_own_way(described: RobotDescription) -> None:
+    with opened(robot=described) as robot:
+        camera = eye(robot)
+        behind = View.of(camera.intrinsics, EYE, Pose(-1.0, 0.0, 0.0))
+        numbers = camera.picture(behind).numbers
+    assert set(np.unique(numbers)) == {-1, 0}
+
+
+def test_a_camera_that_looks_down_sees_the_floor_at_its_feet() -> None:
+    devices = tuple(
+        device.model_copy(update={"mount": Mount(x_m=0.14, z_m=0.10, pitch_rad=0.6)})
+        if isinstance(device, CameraDescription)
+        else device
+        for device in ROVER.devices
+    )
+    with opened(ball(0.6), robot=ROVER.model_copy(update={"devices": devices})) as robot:
+        camera = eye(robot)
+        view = View.of(camera.intrinsics, Mount(x_m=0.14, z_m=0.10, pitch_rad=0.6), Pose(0.0, 0.0, 0.0))
+        assert (robot.camera.read().image == camera.picture(view).image).all()
+
+
+def test_nothing_is_rendered_unless_it_is_read_and_once_an_instant(monkeypatch: pytest.MonkeyPatch) -> None:
+    rendered: list[View] = []
+    render = BulletCamera.picture
+
+    def picture(camera: BulletCamera, view: View) -> Picture:
+        rendered.append(view)
+        return render(camera, view)
+
+    monkeypatch.setattr(BulletCamera, "picture", picture)
+    with opened() as robot:
+        drive(robot, 3.0, 3.0, 1.0)
+        assert not rendered
+        first, again = robot.camera.read(), robot.camera.read()
+        drive(robot, 3.0, 3.0, 0.05)
+        later = robot.camera.read()
+    assert len(rendered) == 2
+    assert first is again
+    assert (first.time, later.time) == (1.0, 1.05)
+    assert later.sequence == first.sequence + 1

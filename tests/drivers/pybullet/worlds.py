@@ -1,0 +1,84 @@
+"""What the tests of this backend open, and how."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from drivers.pybullet.backend import PyBulletBackend
+from robotcore.backend import Setup
+from robotcore.description import (
+    COLOURS,
+    Ball,
+    Box,
+    Cylinder,
+    Floor,
+    Light,
+    RobotDescription,
+    Start,
+    WorldDescription,
+    load_robot,
+)
+from robotcore.robot import Robot
+from robotcore.truth import TruthSource
+
+Thing = Box | Cylinder | Ball
+
+ROVER = load_robot("rover")
+LOOKOUT = load_robot("lookout")
+
+
+def world(*things: Thing, start: Start | None = None, light: Light | None = None) -> WorldDescription:
+    """Return open ground with these things on it."""
+    return WorldDescription(
+        name="ground",
+        floor=Floor(length_m=6.0, width_m=6.0),
+        start=start or Start(),
+        light=light or Light(),
+        obstacles=tuple(thing for thing in things if not isinstance(thing, Ball)),
+        targets=tuple(thing for thing in things if isinstance(thing, Ball)),
+    )
+
+
+def box(
+    x: float, y: float = 0.0, *, length: float = 0.2, width: float = 2.0, height: float = 0.4, yaw: float = 0.0
+) -> Box:
+    size = {"length_m": length, "width_m": width, "height_m": height}
+    return Box(shape="box", name="box", colour=(200, 40, 20), x_m=x, y_m=y, yaw_rad=yaw, **size)
+
+
+def post(x: float, y: float = 0.0, *, radius: float = 0.1) -> Cylinder:
+    return Cylinder(shape="cylinder", name="post", colour=COLOURS["blue"], x_m=x, y_m=y, radius_m=radius, height_m=0.3)
+
+
+def ball(x: float, y: float = 0.0) -> Ball:
+    return Ball(name="ball", colour=COLOURS["green"], radius_m=0.1, x_m=x, y_m=y)
+
+
+def setup(
+    described: WorldDescription | None,
+    *,
+    robot: RobotDescription = ROVER,
+    devices: Iterable[str] | None = None,
+    **more: Any,
+) -> Setup:
+    """Return a setup that opens every device, where none is named."""
+    names = [device.name for device in robot.devices] if devices is None else devices
+    return Setup(robot, described, frozenset(names), **more)
+
+
+def opened(*things: Thing, start: Start | None = None, robot: RobotDescription = ROVER) -> Robot:
+    """Open a robot with all its devices among these things."""
+    return PyBulletBackend().open(setup(world(*things, start=start), robot=robot))
+
+
+def drive(robot: Robot, left: float, right: float, seconds: float) -> None:
+    """Turn the wheels, rad/s, and let time pass."""
+    robot.motors["left_motor"].set_velocity(left)
+    robot.motors["right_motor"].set_velocity(right)
+    robot.clock.sleep_until(robot.clock.now() + seconds)
+
+
+def truth_of(robot: Robot) -> TruthSource:
+    assert robot.truth is not None
+    return robot.truth

@@ -1,0 +1,294 @@
+from __future__ import annotations
+
+from importlib import resources
+from pathlib import Path
+
+import pytest
+
+from robotcore.description import (
+    RobotDescription,
+    WorldDescription,
+    load_any,
+    load_robot,
+    load_world,
+    robot_names,
+    world_names,
+)
+from robotcore.errors import DescriptionError, UnknownNameError, UsageError
+
+SHIPPED = resources.files("robotcore.description")
+ROVER = SHIPPED.joinpath("robots", "rover.toml").read_text(encoding="utf-8")
+ARENA = SHIPPED.joinpath("worlds", "arena.toml").read_text(encoding="utf-8")
+
+
+def told(tmp_path: Path, content: str | bytes) -> str:
+    """Return the one line that is said about a file with this content, from the key on."""
+    file = tmp_path / "my.toml"
+    file.write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(DescriptionError) as caught:
+        load_any(str(file))
+    line = str(caught.value)
+    assert line.startswith(f"{file}: ")
+    assert "\n" not in line
+    return line.removeprefix(f"{file}: ")
+
+
+def changed(text: str, old: str, new: str) -> str:
+    assert old in text
+    return text.replace(old, new, 1)
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_a_shipped_robot_loads_by_its_name(name: str) -> None:
+    assert load_robot(name) == load_any(name)
+    assert load_robot(name).name == name
+
+
+@pytest.mark.parametrize("name", world_names())
+def test_a_shipped_world_loads_by_its_name(name: str) -> None:
+    assert load_world(name) == load_any(name)
+    assert load_world(name).name == name
+
+
+def test_a_file_is_told_by_its_content(tmp_path: Path) -> None:
+    robot, world = tmp_path / "one.toml", tmp_path / "two.toml"
+    robot.write_text(ROVER, encoding="utf-8")
+    world.write_text(ARENA, encoding="utf-8")
+    assert isinstance(load_any(str(robot)), RobotDescription)
+    assert isinstance(load_any(str(world)), WorldDescription)
+
+
+def test_a_robot_given_as_a_world_is_told_so_and_the_other_way_round(tmp_path: Path) -> None:
+    robot, world = tmp_path / "one.toml", tmp_path / "two.toml"
+    robot.write_text(ROVER, encoding="utf-8")
+    world.write_text(ARENA, encoding="utf-8")
+    with pytest.raises(DescriptionError, match="it describes a robot, not a world"):
+        load_world(str(robot))
+    with pytest.raises(DescriptionError, match="it describes a world, not a robot"):
+        load_robot(str(world))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line"),
+    [
+        (
+            "length_m",
+            "lenght_m",
+            "body.lenght_m: is unknown. Correct it or take it out. Did you mean 'length_m'?",
+        ),
+        (
+            'name = "nose"\nmount = { x_m',
+            'name = "nose"\nmount = { x_mm',
+            "devices[nose].mount.x_mm: is unknown. Correct it or take it out. Did you mean 'x_m'?",
+        ),
+        (
+            "[safety]",
+            "[pybulet]\n[safety]",
+            "pybulet: is unknown. Correct it or take it out. Did you mean 'pybullet'?",
+        ),
+        (
+            "[safety]",
+            "[backends.mock]\n[safety]",
+            "backends: a backend's section stands at the top. Write [NAME], not [backends.NAME]",
+        ),
+        ("[body]", "mock = 3\n[body]", "mock: should be a table, got 3. Correct it"),
+        ("track_m = 0.155\n", "", "drive.track_m: is missing. Add it"),
+        ("cone_rad", "#", "devices[nose].cone_rad: is missing. Add it"),
+        (
+            "width_m = 0.185",
+            'width_m = "wide"',
+            "body.width_m: should be a valid number, got 'wide'. Correct it",
+        ),
+        ("width_m = 0.185", "width_m = true", "body.width_m: should be a valid number, got True. Correct it"),
+        ("width_m = 0.185", "width_m = nan", "body.width_m: should be a finite number, got nan. Correct it"),
+        (
+            "width_m = 0.185",
+            f"width_m = 0x{'f' * 5000}",
+            "body.width_m: should be a valid number, got a number of 20000 bits. Correct it",
+        ),
+        ("[60, 65, 75]", "[60, 65, 256]", "body.colour[#3]: should be at most 255, got 256. Correct it"),
+        ("[60, 65, 75]", "7", "body.colour: should be a list, got 7. Correct it"),
+        (
+            'kind = "range_sensor"',
+            'kind = "range-sensor"',
+            "devices[nose].kind: 'range-sensor' is unknown. Did you mean 'range_sensor'?",
+        ),
+        (
+            'kind = "range_sensor"\n',
+            "",
+            "devices[nose].kind: is missing. Add it: it says what sort of thing this is",
+        ),
+        (
+            '"right_motor"\nmax',
+            '"left_motor"\nmax',
+            "two devices are named 'left_motor'. Give each a name of its own",
+        ),
+        (
+            'name = "rover"',
+            'name = "My rover"',
+            "name: 'My rover' is no name. Take lower-case letters, digits, _ and -, beginning with a letter",
+        ),
+        (
+            "mount = { x_m = 0.14, z_m = 0.10 }",
+            "mount = { z_m = -0.10 }",
+            "devices[nose].mount.z_m: should be at least 0, got -0.1. Correct it",
+        ),
+        (
+            'left = "left_motor"',
+            'left = "right_motor"',
+            "drive: left and right are both 'right_motor'. Name two motors",
+        ),
+        (
+            'left = "left_motor"',
+            'left = "port"',
+            "drive names the motor 'port', which is not among the devices. "
+            'Add [[devices]] with kind = "motor" and that name',
+        ),
+        (
+            'left_encoder = "left_encoder"\n',
+            "",
+            "drive: one wheel alone has an encoder. Name both encoders or neither",
+        ),
+        (
+            "track_m = 0.155",
+            "track_m = 0.3",
+            "the wheels are 0.326 m from outside to outside, the body is 0.185 m wide. "
+            "Let body.width_m take in the wheels",
+        ),
+        (
+            "centre_x_m = 0.035",
+            "centre_x_m = 0.5",
+            "the axle is not under the body. Correct body.centre_x_m or body.length_m",
+        ),
+        (
+            "clearance_m = 0.018",
+            "clearance_m = 0.0",
+            "the body lies on the floor. Raise body.clearance_m, or leave out [drive]",
+        ),
+        (
+            "min_range_m = 0.02",
+            "min_range_m = 3.0",
+            "devices[nose]: min_range_m 3 is not below max_range_m 2. Correct either",
+        ),
+    ],
+)
+def test_a_fault_of_a_robot_is_told_in_one_line(tmp_path: Path, old: str, new: str, line: str) -> None:
+    assert told(tmp_path, changed(ROVER, old, new)) == line
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line"),
+    [
+        (
+            "radius_m = 0.10",
+            "radius_m = -0.10",
+            "targets[ball].radius_m: should be at least 0.001, got -0.1. Correct it",
+        ),
+        ("x_m = 1.35", "x_m = inf", "targets[ball].x_m: should be a finite number, got inf. Correct it"),
+        (
+            '"green"',
+            '"gren"',
+            "targets[ball].colour: unknown colour 'gren'. Did you mean 'green'? Or take [r, g, b]",
+        ),
+        ('"blue-box"', '"red-box"', "two things are named 'red-box'. Give each a name of its own"),
+        ('"cylinder"', '"cone"', "obstacles[yellow-post].shape: 'cone' is unknown. Did you mean 'cylinder'?"),
+        (
+            "[0.8, 1.25]",
+            "[1.25, 0.8]",
+            "variation.obstacle_scale: the lower end 1.25 is above the upper end 0.8. Swap them",
+        ),
+        (
+            "[0.8, 1.25]",
+            "[1, 2, 3]",
+            "variation.obstacle_scale: has too many items, got a list of 3. Correct it",
+        ),
+        (
+            "[0.6, 1.4]",
+            "[-0.6, 1.4]",
+            "variation.light_elevation_rad[#1]: should be greater than 0, got -0.6. Correct it",
+        ),
+        (
+            'name = "arena"',
+            '"a\\nb" = 1',
+            "'a\\nb': is unknown. Correct it or take it out. "
+            "There are: floor, light, name, obstacles, start, summary, targets, variation, walls.",
+        ),
+        (
+            "x_m = 1.35\ny_m = 1.2",
+            "x_m = 0.8\ny_m = 0.9",
+            "targets[ball]: it is in the obstacle 'red-box'. Move either so that they are apart",
+        ),
+        (
+            "x_m = 1.35",
+            "x_m = 1.95",
+            "targets[ball]: it is in or beyond a wall. The walls are at x = ±2 m and y = ±2 m: move it in between",
+        ),
+        (
+            "x_m = -1.4",
+            "x_m = -0.5",
+            "start: it is in the obstacle 'orange-post'. Move either so that they are apart",
+        ),
+    ],
+)
+def test_a_fault_of_a_world_is_told_in_one_line(tmp_path: Path, old: str, new: str, line: str) -> None:
+    assert told(tmp_path, changed(ARENA, old, new)) == line
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"", "it describes neither a robot nor a world"),
+        (bytes(range(256)), "it is not text"),
+        (ARENA.encode("utf-16"), "it is not text"),
+        (b"a = " + b"[" * 100_000, "it is nested too deep"),
+        (ARENA.encode() + b"[light." + b".".join([b"a"] * 20_000) + b"]\n", "it is nested too deep"),
+        (b"name = \n", "it is not TOML: Invalid value (at line 1, column 8)"),
+        (b"a = " + b"9" * 5000, "it is not TOML: Exceeds the limit"),
+    ],
+    ids=["empty", "bytes", "utf-16", "lists", "tables", "syntax", "number"],
+)
+def test_what_is_no_description_is_told_in_one_line(tmp_path: Path, content: bytes, said: str) -> None:
+    assert told(tmp_path, content).startswith(said)
+
+
+def test_a_byte_order_mark_does_no_harm(tmp_path: Path) -> None:
+    file = tmp_path / "my.toml"
+    file.write_bytes(b"\xef\xbb\xbf" + ARENA.encode())
+    assert load_world(str(file)) == load_world("arena")
+
+
+def test_a_thing_in_a_list_without_a_name_is_counted_from_one(tmp_path: Path) -> None:
+    assert told(tmp_path, changed(ROVER, 'name = "left_encoder"\n', "")).startswith("devices[#3].name: is missing")
+
+
+def test_an_unknown_key_at_the_top_may_have_the_name_of_a_device_kind(tmp_path: Path) -> None:
+    line = told(tmp_path, "motor = 1\n" + ROVER)
+    assert line.startswith("motor: is unknown. Correct it or take it out. There are: body, devices, drive, ")
+
+
+def test_an_unknown_key_may_have_the_name_of_the_kind_that_it_stands_in(tmp_path: Path) -> None:
+    line = told(tmp_path, changed(ROVER, 'kind = "camera"', 'kind = "camera"\ncamera = 1'))
+    assert line.startswith("devices[eye].camera: is unknown")
+
+
+def test_a_backends_section_is_kept_under_its_name(tmp_path: Path) -> None:
+    file = tmp_path / "my.toml"
+    file.write_text(ROVER + "[mock]\npins = [1, 2]\n", encoding="utf-8")
+    assert load_robot(str(file)).backends == {"mock": {"pins": (1, 2)}}
+
+
+def test_an_unknown_name_offers_the_nearest() -> None:
+    with pytest.raises(UnknownNameError, match=r"unknown robot 'rovr'. Did you mean 'rover'"):
+        load_robot("rovr")
+    with pytest.raises(UnknownNameError, match=r"unknown world 'arna'. Did you mean 'arena'"):
+        load_world("arna")
+    with pytest.raises(UnknownNameError, match=r"unknown robot or world 'opn'. Did you mean 'open'"):
+        load_any("opn")
+
+
+@pytest.mark.parametrize("name", ["missing.toml", ".", "none/such", "with\0null.toml"])
+def test_what_cannot_be_read_is_told_with_its_reason(name: str, tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"Name a file that can be read") as caught:
+        load_any(f"{tmp_path}/{name}")
+    assert "\n" not in str(caught.value)
+    assert "None" not in str(caught.value)

@@ -1,0 +1,176 @@
+"""Devices without hardware, and a rover made of them under the layers of a real run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from robotcore.backend import Backend, Setup, Vouch
+from robotcore.behaviour import Behaviour, Status
+from robotcore.clock import Clock, SteppedClock
+from robotcore.description import RobotDescription, load_robot
+from robotcore.devices import Camera, Device, Frame, Image, Intrinsics, Motor, Range, RangeSensor
+from robotcore.display import MemoryDisplay
+from robotcore.errors import DeviceError
+from robotcore.geometry import Pose, Twist
+from robotcore.layers import Assembled, assemble
+from robotcore.robot import Robot, Role
+from robotcore.truth import TruthSource
+
+ROVER = load_robot("rover")
+EYE = Intrinsics(32, 24, math.radians(60))
+
+
+class NullMotor(Motor):
+    """Keeps what it is told; fails instead where ``is_broken``."""
+
+    def __init__(self, name: str, max_velocity: float = 12.0) -> None:
+        super().__init__(name, max_velocity)
+        self.sent: list[float] = []
+        self.is_broken = False
+        self.releases = 0
+
+    def _apply(self, rad_s: float) -> None:
+        if self.is_broken:
+            raise DeviceError(self.name, "no current")
+        self.sent.append(rad_s)
+
+    def _release(self) -> None:
+        self.releases += 1
+
+
+class NullRange(RangeSensor):
+    """Reads ``distance``, captured ``age`` seconds ago; counts how often it is asked."""
+
+    def __init__(self, clock: Clock, name: str = "nose", distance: float = math.inf) -> None:
+        super().__init__(name, min_range=0.02, max_range=2.0, cone=0.5)
+        self.distance, self.age, self.reads = distance, 0.0, 0
+        self._clock = clock
+
+    def _newest(self) -> Range:
+        self.reads += 1
+        return Range(self.distance, self._clock.now() - self.age, self.reads)
+
+
+class NullCamera(Camera):
+    """Shows ``image``."""
+
+    def __init__(self, clock: Clock, name: str = "eye") -> None:
+        super().__init__(name, EYE)
+        self.image = picture()
+        self._clock = clock
+        self._count = 0
+
+    def _newest(self) -> Frame:
+        self._count += 1
+        return Frame(self.image, self._clock.now(), self._count)
+
+
+class StillTruth:
+    """A robot that stands where it is put."""
+
+    def __init__(self, pose: Pose, twist: Twist = Twist(0.0, 0.0), contacts: int = 0) -> None:
+        self._told = pose, twist, contacts
+
+    def pose(self) -> Pose:
+        return self._told[0]
+
+    def twist(self) -> Twist:
+        return self._told[1]
+
+    def contacts(self) -> int:
+        return self._told[2]
+
+
+def picture(colour: tuple[int, int, int] = (0, 0, 0), intrinsics: Intrinsics = EYE) -> Image:
+    """Return a read-only picture of one BGR colour."""
+    image = np.full((intrinsics.height, intrinsics.width, 3), colour, dtype=np.uint8)
+    image.flags.writeable = False
+    return image
+
+
+@dataclass
+class Rig:
+    """A rover of null devices on a stepped clock; ``made`` are those that were opened."""
+
+    rate_hz: float = 20.0
+    description: RobotDescription = ROVER
+    names: Iterable[str] = ("left_motor", "right_motor", "nose", "eye", "screen")
+    truth: TruthSource | None = None
+    steps: list[int] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.clock = SteppedClock(self.rate_hz, self.steps.append)
+        self.left, self.right = NullMotor("left_motor"), NullMotor("right_motor")
+        self.nose, self.eye, self.screen = NullRange(self.clock), NullCamera(self.clock), MemoryDisplay("screen")
+        self._assembled: Assembled | None = None
+
+    @property
+    def made(self) -> list[Device]:
+        every = (self.left, self.right, self.nose, self.eye, self.screen)
+        return [device for device in every if device.name in self.names]
+
+    @property
+    def raw(self) -> Robot:
+        return Robot("rig", self.clock, self.made, truth=self.truth)
+
+    @property
+    def assembled(self) -> Assembled:
+        """The rover under its layers."""
+        self._assembled = self._assembled or assemble(self.raw, self.description, self.rate_hz)
+        return self._assembled
+
+    @property
+    def robot(self) -> Robot:
+        return self.assembled.robot
+
+    def commit(self) -> None:
+        """End the tick as the loop does, and let time pass until the next."""
+        assert self.assembled.stage
+        self.assembled.stage.commit()
+        self.sleep(1 / self.rate_hz)
+
+    def sleep(self, seconds: float) -> None:
+        clock = self.assembled.clock
+        clock.sleep_until(clock.now() + seconds)
+
+    @property
+    def wheels(self) -> tuple[float, float]:
+        """What the motors were told last."""
+        return self.left.sent[-1], self.right.sent[-1]
+
+
+class RigBackend(Backend):
+    """Opens a rig; it is kept in ``rig``, and what was opened in ``opened``."""
+
+    name = "rig"
+    summary = "null devices"
+    vouches_for = frozenset({Vouch.LOCKSTEP})
+
+    def __init__(self, prepare: Callable[[Rig], None] = lambda _: None) -> None:
+        self._prepare = prepare
+        self.rigs: list[Rig] = []
+
+    @property
+    def rig(self) -> Rig:
+        return self.rigs[-1]
+
+    def open(self, setup: Setup) -> Robot:
+        self.rigs.append(rig := Rig(setup.rate_hz, setup.robot, setup.devices))
+        self._prepare(rig)
+        return rig.raw
+
+
+class Deed(Behaviour):
+    """An app that does in every tick what it is given."""
+
+    needs = frozenset({Role.DRIVE})
+
+    def __init__(self, deed: Callable[[Robot], Status | None]) -> None:
+        self._deed = deed
+
+    def step(self, robot: Robot) -> Status:
+        return self._deed(robot)  # type: ignore[return-value]  # some deeds forget it: that is a test

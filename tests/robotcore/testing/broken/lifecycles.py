@@ -1,0 +1,125 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from types import TracebackType
+
+from robotcore.backend import Setup
+from robotcore.devices import Display
+from robotcore.robot import Robot
+from tests.robotcore.testing.harness import Broken, Sound, broken, swap_in
+
+
+def every_device(setup: Setup) -> Setup:
+    return replace(setup, devices=frozenset(device.name for device in setup.robot.devices))
+
+
+def no_options(setup: Setup) -> Setup:
+    return replace(setup, options={})
+
+
+def nothing_without_a_drive(setup: Setup) -> Setup:
+    return setup if setup.robot.drive else replace(setup, devices=frozenset())
+
+
+def never_closing(robot: Robot) -> None:
+    swap_in(robot, "close", lambda: None)
+
+
+def closing_once(robot: Robot) -> None:
+    close = robot.close
+
+    def close_or_complain() -> None:
+        swap_in(robot, "close", complain)
+        close()
+
+    def complain() -> None:
+        raise RuntimeError("not connected")
+
+    swap_in(robot, "close", close_or_complain)
+
+
+def sensor_never_closing(robot: Robot) -> None:
+    if "nose" in robot.devices:
+        swap_in(robot["nose"], "close", lambda: None)
+
+
+def display_never_closing(robot: Robot) -> None:
+    for device in robot.devices.values():
+        if isinstance(device, Display):
+            swap_in(device, "close", lambda: None)
+
+
+class GivingUp(Robot):
+    """Stops the motors one after the other, until one fails."""
+
+    def close(self) -> None:
+        motors = list(self.motors.values())
+        try:
+            for motor in motors:
+                motor.stop()
+        except OSError:
+            for motor in motors:
+                motor._is_closed = True
+            raise
+        super().close()
+
+
+class OnlyWhenAllIsWell(Robot):
+    """Closes only where nothing was raised."""
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        if kind is None:
+            self.close()
+
+
+class GivingUpSuite(Sound):
+    kind: type[Robot] = GivingUp
+
+    def open(self, setup: Setup) -> Robot:
+        robot = super().open(setup)
+        return self.kind(robot.name, robot.clock, robot.devices.values(), truth=robot.truth, release=robot.close)
+
+
+class OnlyWhenAllIsWellSuite(GivingUpSuite):
+    kind = OnlyWhenAllIsWell
+
+
+class OpensLessTheSecondTime(Sound):
+    times = 0
+
+    def open(self, setup: Setup) -> Robot:
+        self.times += 1
+        return super().open(setup if self.times == 1 else replace(setup, devices=setup.devices - {"screen"}))
+
+
+BROKEN = (
+    broken("it opens more than it was asked for", "only_the_devices_asked_for_are_opened", setup_for=every_device),
+    broken("it needs a drive", "robot_without_a_drive_opens", setup_for=nothing_without_a_drive),
+    broken("options are not looked at", "unknown_option_is_refused", setup_for=no_options),
+    broken(
+        "closing does nothing",
+        "closing_stops_every_motor leaving_by_an_error_stops_every_motor closed_devices_say_so "
+        "motor_that_cannot_be_stopped_keeps_no_other_from_stopping",
+        never_closing,
+    ),
+    broken("closing twice fails", "closing_twice_is_no_error", closing_once),
+    broken("a closed sensor goes on", "closed_devices_say_so", sensor_never_closing),
+    broken("a closed display goes on", "closed_devices_say_so", display_never_closing),
+    Broken(
+        "one motor that fails keeps the next from stopping",
+        frozenset({"motor_that_cannot_be_stopped_keeps_no_other_from_stopping"}),
+        GivingUpSuite,
+    ),
+    Broken(
+        "an error leaves the motors turning",
+        frozenset({"leaving_by_an_error_stops_every_motor"}),
+        OnlyWhenAllIsWellSuite,
+    ),
+    Broken(
+        "what was open before cannot be opened again",
+        frozenset({"robot_opens_again_after_closing", "only_the_devices_asked_for_are_opened"}),
+        OpensLessTheSecondTime,
+    ),
+)

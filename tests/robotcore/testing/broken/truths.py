@@ -1,0 +1,58 @@
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from robotcore.backend import Setup
+from robotcore.description import Start
+from robotcore.devices import Encoder
+from robotcore.geometry import Twist
+from robotcore.robot import Robot
+from tests.robotcore.testing.broken.sensing import saying
+from tests.robotcore.testing.harness import broken, swap_in
+
+_NUMBERS = itertools.count()
+
+
+def telling(what: str, change: Callable[[Any], Any]) -> Callable[[Robot], None]:
+    """Change what the truth says."""
+
+    def damage(robot: Robot) -> None:
+        tell = getattr(robot.truth, what)
+        swap_in(robot.truth, what, lambda: change(tell()))
+
+    return damage
+
+
+def from_the_origin(setup: Setup) -> Setup:
+    assert setup.world
+    return replace(setup, world=setup.world.model_copy(update={"start": Start()}))
+
+
+def narrower(setup: Setup) -> Setup:
+    if setup.robot.drive is None:
+        return setup
+    drive = setup.robot.drive.model_copy(update={"track_m": 0.1})
+    return replace(setup, robot=setup.robot.model_copy(update={"drive": drive}))
+
+
+def outliving_the_run(robot: Robot) -> None:
+    saying(Encoder, lambda sample: replace(sample, angle=sample.angle + 1e-12 * next(_NUMBERS)))(robot)
+
+
+BROKEN = (
+    broken("the world's start is not looked at", "pose_begins_at_the_start", setup_for=from_the_origin),
+    broken("the track is not the described one", "pose_moves_as_the_wheels_roll", setup_for=narrower),
+    broken(
+        "the twist is that of one wheel",
+        "twist_is_the_change_of_the_pose",
+        telling("twist", lambda twist: Twist(2 * twist.linear, twist.angular)),
+    ),
+    broken("the floor is a contact", "open_ground_is_no_contact", telling("contacts", lambda count: max(count, 1))),
+    broken(
+        "each instant of a touch is a contact", "bump_into_a_wall_is_one_contact", telling("contacts", lambda n: 9 * n)
+    ),
+    broken("state outlives the run", "two_runs_alike_are_equal_to_the_bit", outliving_the_run),
+)

@@ -1,0 +1,87 @@
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from robotcore.testing import gate as gate_module
+from robotcore.testing.gate import Gate
+
+
+class Polled:
+    """Hardware as it should be driven: asked in a thread, read from memory."""
+
+    def __init__(self, gate: Gate) -> None:
+        self._gate = gate
+        self._is_closed = False
+        self._is_first_in = threading.Event()
+        self._newest = 0
+        self._poller = threading.Thread(target=self._poll)
+        self._poller.start()
+        self._is_first_in.wait()
+
+    def read(self) -> int:
+        return self._newest
+
+    def close(self) -> None:
+        self._is_closed = True
+        self._poller.join()
+
+    def _poll(self) -> None:
+        while not self._is_closed:
+            self._gate.pass_through()
+            self._newest += 1
+            self._is_first_in.set()
+
+
+def test_read_from_memory_is_not_held_up() -> None:
+    gate = Gate()
+    sensor = Polled(gate)
+    try:
+        assert not gate.holds_up(sensor.read)
+    finally:
+        sensor.close()
+
+
+def test_read_that_takes_its_time_without_asking_the_hardware_is_not_held_up() -> None:
+    assert not Gate().holds_up(lambda: sum(range(10**6)))
+
+
+def test_read_that_asks_the_hardware_is_held_up() -> None:
+    gate = Gate()
+    assert gate.holds_up(gate.pass_through)
+
+
+def test_read_that_waits_for_the_pollers_lock_is_held_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(gate_module, "PATIENCE_S", 0.05)
+    gate, lock, has_lock = Gate(), threading.Lock(), threading.Event()
+
+    def poll() -> None:
+        with lock:
+            has_lock.set()
+            gate.pass_through()
+
+    def read() -> None:
+        poller.start()
+        has_lock.wait()
+        with lock:
+            pass
+
+    poller = threading.Thread(target=poll)
+    assert gate.holds_up(read)
+    poller.join()
+
+
+def test_gate_is_open_again_afterwards() -> None:
+    gate = Gate()
+    gate.holds_up(lambda: None)
+    gate.pass_through()
+
+
+def test_error_of_the_read_is_passed_on() -> None:
+    with pytest.raises(OSError, match="gone"):
+        Gate().holds_up(_fail)
+
+
+def _fail() -> None:
+    raise OSError("gone")

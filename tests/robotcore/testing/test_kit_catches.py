@@ -1,0 +1,28 @@
+"""The kit is tried on drivers that are broken on purpose: each fault fails its own rules and no others."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.robotcore.testing.broken import BROKEN
+from tests.robotcore.testing.harness import Broken, Sound, failing_rules, rule_names
+
+
+def test_sound_driver_fails_no_rule() -> None:
+    assert failing_rules(Sound) == set()
+
+
+@pytest.mark.parametrize("broken", BROKEN, ids=[broken.fault for broken in BROKEN])
+def test_fault_fails_its_own_rules_and_no_others(broken: Broken) -> None:
+    assert failing_rules(broken.suite) == broken.rules
+
+
+def test_every_rule_is_failed_by_some_fault() -> None:
+    assert set().union(*(broken.rules for broken in BROKEN)) == rule_names()
+
+
+def test_robot_without_a_drive_is_tried_too() -> None:
+    class Lookout(Sound):
+        robot = "lookout"
+
+    assert failing_rules(Lookout) == set()

@@ -1,0 +1,58 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+pytest_plugins = ["pytester"]
+
+SUITE = """
+from robotcore.testing import Capability, ConformanceSuite
+from drivers.kinematic.backend import KinematicBackend
+
+class Backend(KinematicBackend):
+    modules = {modules}
+
+class TestDriver(ConformanceSuite):
+    backend = Backend
+    lacks = {{Capability.LOST_ECHO: "it hears all"}}
+"""
+
+
+def run_suite(pytester: pytest.Pytester, *modules: str) -> pytest.RunResult:
+    pytester.makepyfile(SUITE.format(modules=modules))
+    return pytester.runpytest_inprocess("--strict-markers", "-k", "echo or hardware or wall_is_right")
+
+
+def test_rules_not_checked_are_listed_with_their_reason(pytester: pytest.Pytester) -> None:
+    result = run_suite(pytester)
+    result.assert_outcomes(passed=3, skipped=2, deselected=result.parseoutcomes()["deselected"])
+    told = "\n".join(result.outlines)
+    assert "TestDriver: it cannot lose an echo: it hears all\n    lost_echo_is_no_new_sample" in told
+    assert "TestDriver: it does not show how to wait for hardware: override open_gated" in told
+
+
+def test_backend_that_is_not_installed_is_skipped_with_its_remedy(pytester: pytest.Pytester) -> None:
+    result = run_suite(pytester, "no_such_simulator")
+    assert result.parseoutcomes()["skipped"] == 5
+    assert "TestDriver: kinematic is not installed: pip install no_such_simulator" in result.outlines
+
+
+def test_nothing_is_listed_where_the_kit_is_not_used(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile("import pytest\n\ndef test_nothing():\n    pytest.skip('not now')")
+    result = pytester.runpytest_inprocess()
+    assert not any("conformance" in line for line in result.outlines)
+
+
+def test_unused_plugin_imports_nothing_heavy() -> None:
+    code = "import sys, robotcore.testing.plugin; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert not {"numpy", "cv2", "pydantic", "pytest", "robotcore.devices"} & set(loaded)
+
+
+def test_unknown_name_in_the_kit_is_an_attribute_error() -> None:
+    from robotcore import testing
+
+    with pytest.raises(AttributeError, match="ConformanceSweet"):
+        _ = testing.ConformanceSweet
