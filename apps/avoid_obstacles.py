@@ -33,3 +33,9 @@ class AvoidObstacles(Behaviour):
         ahead = self.speed_m_s * (1 - closeness) if distance > self.near_m / 2 else 0.0
         robot.drive.set_velocity(ahead, self.turn_rad_s * min(1.0, 2 * closeness))
         return Status.SUCCESS if robot.clock.now() >= self.duration_s else Status.RUNNING
+
+
+if __name__ == "__main__":
+    from robotcore.cli.main import run_app
+
+    run_app("avoid-obstacles")

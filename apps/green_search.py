@@ -192,3 +192,9 @@ class GreenSearch(Behaviour):
     def _standing_distance(self, robot: Robot) -> float:
         """From the axle to the ball's middle, when the robot stands where it means to."""
         return robot.range.mount.x + self.stop_distance_m + self.ball_radius_m
+
+
+if __name__ == "__main__":
+    from robotcore.cli.main import run_app
+
+    run_app("green-search")

@@ -31,3 +31,9 @@ class MarkGreen(Behaviour):
         self.state = "seen" if blobs else "search"
         robot.display.show(marked(frame.image, blobs))
         return Status.SUCCESS if robot.clock.now() >= self.duration_s else Status.RUNNING
+
+
+if __name__ == "__main__":
+    from robotcore.cli.main import run_app
+
+    run_app("mark-green")

@@ -32,12 +32,18 @@ class KinematicOptions(Described):
 class KinematicBackend(Backend):
     """Opens robots in an exact, fast simulation that knows no mass and no friction.
 
-    Options: see `KinematicOptions`.
+    >>> from robotcore.description import load_robot, load_world
+    >>> setup = Setup(load_robot("rover"), load_world("open"), devices=frozenset({"nose", "eye"}))
+    >>> with KinematicBackend().open(setup) as robot:
+    ...     robot.clock.sleep_until(0.5)
+    ...     robot.camera.read().image.shape, robot.range.read().time
+    True
+    ((240, 320, 3), 0.5)
     """
 
     name = "kinematic"
     summary = "built in: exact differential drive, ray-cast ranges, a painted camera"
-    vouches_for = frozenset(Vouch)
+    vouches_for = frozenset({Vouch.CONTACTS, Vouch.POSE, Vouch.LOCKSTEP})
     needs_world = True
 
     def open(self, setup: Setup) -> Robot:

@@ -38,7 +38,7 @@ class Body:
         bullet, body = self._bullet, self.number
         bullet.setCollisionFilterGroupMask(body, _BASE, Group.BODY, Group.FLOOR | Group.THING)
         for link in self._links.values():
-            bullet.setCollisionFilterGroupMask(body, link, Group.WHEEL, Group.FLOOR | Group.RAY)
+            bullet.setCollisionFilterGroupMask(body, link, Group.WHEEL, Group.FLOOR)
             bullet.changeDynamics(body, link, lateralFriction=0.0 if link == self._links.get(CASTER) else 1.0)
         # On its own: named in one call with a link's friction, damping makes Bullet pass the friction over.
         bullet.changeDynamics(body, _BASE, linearDamping=0.0, angularDamping=0.0)

@@ -57,7 +57,7 @@ class BulletCamera(Camera):
             renderer=self._bullet.ER_TINY_RENDERER,
         )
         image: Image = np.asarray(cv2.cvtColor(rgba, cv2.COLOR_RGBA2BGR), dtype=np.uint8)
-        image[numbers < 0] = light.sky[::-1]
+        image[numbers < 0] = light.sky_colour[::-1]
         image.flags.writeable = False
         return Picture(image, numbers)
 

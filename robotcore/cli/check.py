@@ -33,8 +33,7 @@ def _robot(robot: RobotDescription) -> str:
 
 def _world(world: WorldDescription) -> str:
     counts = f"{_count(len(world.obstacles), 'obstacle')}, {_count(len(world.targets), 'target')}"
-    drawn = "a seed draws it anew" if world.variation else "the same for every seed"
-    return f"the world {world.name!r}: {world.floor.length_m:g} m x {world.floor.width_m:g} m, {counts}, {drawn}"
+    return f"the world {world.name!r}: {world.floor.length_m:g} m x {world.floor.width_m:g} m, {counts}"
 
 
 def _count(number: int, noun: str) -> str:

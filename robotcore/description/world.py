@@ -144,12 +144,6 @@ class Light(Described):
     sky_colour: Colour = (205, 220, 235)
 
     @property
-    def sky(self) -> tuple[int, int, int]:
-        """The colour that the sky has in a picture: it gives off the light rather than taking it."""
-        red, green, blue = (round(part * min(self.brightness, 1.0)) for part in self.sky_colour)
-        return red, green, blue
-
-    @property
     def direction(self) -> tuple[float, float, float]:
         """The unit vector towards the lamp."""
         flat = math.cos(self.elevation_rad)

@@ -39,7 +39,7 @@ def needed_devices(description: RobotDescription, needs: Iterable[Role], wants: 
     need cannot be met.
     """
     names: set[str] = set()
-    for role in needs:
+    for role in sorted(needs):
         if not (found := _names_for(description, role)):
             raise UnmetNeedError(
                 f"the robot {description.name!r} has no {role.value}, which the app needs; "

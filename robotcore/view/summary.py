@@ -10,7 +10,7 @@ from robotcore.errors import RobotcoreError
 from robotcore.outcome import Outcome, RunResult
 
 _STYLES = {Outcome.SUCCESS: "bold green", Outcome.INTERRUPTED: "bold yellow", Outcome.TIMEOUT: "bold yellow"}
-_VERDICTS = {True: "verified by the simulator", False: "the simulator does not agree", None: "not verified"}
+_VERDICTS = {True: "verified by the simulator", False: "the simulator does not agree"}
 
 
 def summary(result: RunResult) -> Text:
@@ -33,7 +33,7 @@ def heading(result: RunResult) -> str:
 
 def measures(result: RunResult) -> Iterator[str]:
     """Yield what the run was measured by, in words."""
-    if result.outcome is Outcome.SUCCESS:
+    if result.outcome is Outcome.SUCCESS and result.verified is not None:
         yield _VERDICTS[result.verified]
     pace = result.sim_time_s / max(result.wall_time_s, 1e-3)
     yield f"{result.sim_time_s:.1f} s at {pace:.{0 if pace >= 10 else 1}f}x real time"

@@ -25,6 +25,14 @@ class Painter:
     """Paints what a camera sees of a world: exact at pixel centres, without smoothing, without shadows.
 
     ``things`` are the names of what it paints: prisms, then targets.
+
+    >>> from robotcore.description import Mount, load_world
+    >>> from robotcore.devices import Intrinsics
+    >>> from robotcore.geometry import Pose
+    >>> painter = Painter(load_world("open"))
+    >>> view = View.of(Intrinsics(64, 48, 1.0), Mount(z_m=0.1), Pose(1.3, -0.6, 0.0))
+    >>> painter.picture(view).shape, painter.things[painter.labels(view)[24, 32] - 1]
+    ((48, 64, 3), 'ball')
     """
 
     def __init__(self, world: WorldDescription) -> None:

@@ -60,7 +60,7 @@ def test_a_picture_is_bgr_contiguous_and_read_only() -> None:
 def test_the_sky_is_the_worlds_sky_above_the_horizon_and_the_floor_below() -> None:
     with opened() as robot:
         image = robot.camera.read().image
-    assert tuple(image[0, 0]) == Light().sky[::-1]
+    assert tuple(image[0, 0]) == Light().sky_colour[::-1]
     assert (image[:119] == image[0, 0]).all()
     assert (image[122:] == image[-1, 0]).all()
     assert tuple(image[0, 0]) != tuple(image[-1, 0])

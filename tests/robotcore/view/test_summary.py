@@ -10,10 +10,16 @@ from robotcore.view.summary import heading, measures, summary
 
 @pytest.mark.parametrize(
     "verified, words",
-    [(True, "verified by the simulator"), (False, "the simulator does not agree"), (None, "not verified")],
+    [(True, "verified by the simulator"), (False, "the simulator does not agree")],
 )
-def test_a_success_is_told_with_the_simulators_word(result: RunResult, *, verified: bool | None, words: str) -> None:
+def test_a_success_is_told_with_the_simulators_word(result: RunResult, *, verified: bool, words: str) -> None:
     assert words in summary(dataclasses.replace(result, verified=verified)).plain
+
+
+def test_a_success_that_nobody_can_verify_is_told_without_a_verdict(result: RunResult) -> None:
+    told = summary(dataclasses.replace(result, verified=None)).plain
+    assert "verified" not in told
+    assert "agree" not in told
 
 
 def test_a_timeout_needs_no_verdict_but_a_reason(result: RunResult) -> None:
