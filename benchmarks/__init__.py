@@ -1,0 +1,1 @@
+"""What robotcore claims, measured: each module runs alone, ``python -m benchmarks.<name>``."""

@@ -88,7 +88,7 @@ def _comparisons(world: str, seed: int) -> Iterator[Comparison]:
     robot = load_robot("rover")
     for number in count():
         drawn = draw_world(load_world(world), robot, 1000 * seed + number)
-        draw = random.Random(f"{seed}/{number}")  # noqa: S311  it draws poses
+        draw = random.Random(f"{seed}/{number}")
         yield from islice(_in_world(drawn, robot, draw), POSES_A_WORLD)
 
 

@@ -38,7 +38,8 @@ def load_app_file(name: str) -> type[Behaviour]:
 def _imported(path: Path) -> ModuleType:
     """Run the file as a module; like a script's, its imports are looked for beside it first."""
     spec = spec_from_file_location(f"app_{path.stem}", path)
-    assert spec and spec.loader, "a .py file has a loader"
+    assert spec, "a .py file has a spec"
+    assert spec.loader, "and a loader"
     module = module_from_spec(spec)
     sys.modules[module.__name__] = module
     sys.path.insert(0, str(path.parent))

@@ -28,8 +28,9 @@ class Stopping(NamedTuple):
 class Behaviour(ABC):
     """Decides, once a tick, what a robot does. Never sleeps, never looks at wall time, does no I/O.
 
-    Make it a dataclass: its fields are the app's settings (``--set speed_m_s=0.2``), checked by their types.
-    Only the roles in ``needs`` are opened, and those in ``wants`` where the robot has them. The first time that ``state`` takes the name of a milestone, the milestone is reached.
+    Make it a dataclass: its fields are the app's settings (``--set speed_m_s=0.2``), checked by their types. Only the
+    roles in ``needs`` are opened, and those in ``wants`` where the robot has them. The first time that ``state`` takes
+    the name of a milestone, the milestone is reached.
     """
 
     needs: ClassVar[frozenset[Role]] = frozenset()

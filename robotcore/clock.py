@@ -36,6 +36,7 @@ class Clock(ABC):
     def call_at(self, deadline: float, callback: Callback) -> None:
         """Call once when ``deadline`` has come, wherever the sleeper then is."""
 
+    @abstractmethod
     def close(self) -> None:
         """Forget every call that is still to come."""
 

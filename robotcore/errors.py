@@ -130,7 +130,7 @@ class BehaviourError(RobotcoreError):
         return error
 
 
-class Interrupted(BaseException):  # noqa: N818  like KeyboardInterrupt, which it stands for
+class Interrupted(BaseException):
     """A signal asked the program to end. No ``except Exception`` of an app holds it up."""
 
     def __init__(self, signal_number: int) -> None:

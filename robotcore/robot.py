@@ -10,7 +10,7 @@ from typing import NoReturn
 from robotcore.clock import Clock
 from robotcore.devices import Camera, Device, Display, Motor, RangeSensor
 from robotcore.drive import DifferentialDrive
-from robotcore.errors import DeviceGroupError, UnmetNeedError, UnknownNameError
+from robotcore.errors import DeviceGroupError, UnknownNameError, UnmetNeedError
 from robotcore.truth import TruthSource
 
 
@@ -122,6 +122,6 @@ def _failures(tries: Iterable[Callable[[], None]]) -> list[Exception]:
     for attempt in tries:
         try:
             attempt()
-        except Exception as failure:  # noqa: BLE001  one that fails must not keep the others from stopping
+        except Exception as failure:  # noqa: BLE001, PERF203  one that fails must not keep the others from stopping
             failures.setdefault(str(failure), failure)
     return list(failures.values())

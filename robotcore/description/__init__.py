@@ -9,8 +9,8 @@ from robotcore.description.placement import require_room, require_start
 from robotcore.description.robot import (
     AnyDevice,
     Body,
-    Caster,
     CameraDescription,
+    Caster,
     DisplayDescription,
     Drive,
     EncoderDescription,

@@ -181,7 +181,7 @@ class RobotDescription(Described):
     drive: Drive | None = None
     safety: Safety = Safety()
     devices: tuple[DeviceDescription, ...] = ()
-    backends: dict[str, dict[str, Any]] = {}
+    backends: dict[str, dict[str, Any]] = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _names_fit(self) -> RobotDescription:

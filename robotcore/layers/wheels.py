@@ -109,5 +109,5 @@ def _encoder_angles(devices: Mapping[str, Device], drive: Drive) -> Callable[[],
 
 def _motor(devices: Mapping[str, Device], name: str) -> Motor:
     motor = devices[name]
-    assert isinstance(motor, Motor), f"{name} is a {type(motor).__name__}, the description says motor"  # noqa: S101
+    assert isinstance(motor, Motor), f"{name} is a {type(motor).__name__}, the description says motor"
     return motor

@@ -106,7 +106,10 @@ class OccupancyGrid:
         return np.asarray(np.hypot(dx, dy) <= radius)
 
     def clearance(self, *, with_unknown: bool = True, overlook: Mask | None = None) -> NDArray[np.float32]:
-        """Return each cell's distance to the nearest that is taken (or unknown), in metres; ``overlook`` counts as free."""
+        """Return each cell's distance to the nearest that is taken (or unknown), in metres.
+
+        Cells of ``overlook`` count as free.
+        """
         open_cells = self.free if with_unknown else ~self.taken
         if overlook is not None:
             open_cells = open_cells | overlook

@@ -28,7 +28,7 @@ MIN_GAIN_M2 = 0.15
 ELSEWHERE_M = 0.3
 LOOK_ROUND_M = 1.2
 """The way that could be driven in the time that looking round takes."""
-GAIN_ANGLES = np.arange(36) * (math.tau / 36)
+GAIN_ANGLES = np.linspace(0.0, math.tau, 36, endpoint=False, dtype=np.float64)
 GAIN_STEP = 2
 
 
@@ -95,9 +95,7 @@ class Navigator:
             for margin in MARGINS_M:
                 steps = self._steps(pose, margin, with_unknown=with_unknown)
                 if (goal := self._ring_cell(steps, x, y, nearest, farthest)) is not None:
-                    is_known = self.grid.clearance() > self._reach + margin
-                    path = path_back(steps, goal)
-                    self._path = path[:2] + list(takewhile(lambda cell: is_known[cell], path[2:]))
+                    self._path = self._known_part(path_back(steps, goal), margin)
                     return len(self._path) * self.grid.cell > ELSEWHERE_M
         return False
 
@@ -171,6 +169,11 @@ class Navigator:
             if steps[goal] != UNREACHED:
                 return path_back(steps, goal)
         return []
+
+    def _known_part(self, path: list[Cell], margin: float) -> list[Cell]:
+        """Return a path up to where it leaves what is known to be free; where the robot stands counts as free."""
+        is_known = self.grid.clearance() > self._reach + margin
+        return path[:2] + list(takewhile(lambda cell: is_known[cell], path[2:]))
 
     def _corridor(self, x: float, y: float, nearest: float) -> Mask:
         """Return where nothing is known to be in the way to a point; what is round the point is the target itself."""

@@ -59,11 +59,11 @@ class Bench:
         """Open the robot, bare of every layer."""
         return self.backend().open(setup)
 
-    def lose_echoes(self, robot: Robot) -> None:  # noqa: ARG002  a hook for authors
+    def lose_echoes(self, robot: Robot) -> None:
         """From now on, let nothing come back to the range sensor of an open robot."""
         self._not_told(Capability.LOST_ECHO, "lose_echoes")
 
-    def open_gated(self, setup: Setup, gate: Gate) -> Robot:  # noqa: ARG002  a hook for authors
+    def open_gated(self, setup: Setup, gate: Gate) -> Robot:
         """Open the robot on fake hardware whose every answer passes ``gate``."""
         self._not_told(Capability.SLOW_HARDWARE, "open_gated")
 

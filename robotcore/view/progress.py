@@ -40,7 +40,7 @@ class Progress:
     def tick(self, record: TickRecord) -> None:
         self._record = record
 
-    def end(self, result: RunResult) -> None:  # noqa: ARG002  how it ended, the summary tells
+    def end(self, result: RunResult) -> None:
         self.close()
 
     def close(self) -> None:

@@ -90,7 +90,9 @@ def test_a_group_tells_every_failure_by_name() -> None:
 
 
 def test_a_stale_sample_says_how_old_and_how_old_it_may_be() -> None:
-    assert str(StaleSampleError("nose", 1.25, 1.0)).startswith("nose: the newest sample is 1.250 s old, the limit is 1.000 s")
+    assert str(StaleSampleError("nose", 1.25, 1.0)).startswith(
+        "nose: the newest sample is 1.250 s old, the limit is 1.000 s"
+    )
 
 
 def test_what_an_app_raised_keeps_its_traceback() -> None:

@@ -172,7 +172,7 @@ def test_a_robot_wider_than_the_gap_is_still_given_room() -> None:
 
 
 @pytest.mark.parametrize(
-    ("world", "update", "key"),
+    "world, update, key",
     [
         (room(box(), ball(x_m=1.0)), {"gap_m": 1.9}, "gap_m"),
         (room(box()), {"place_x_m": (-0.01, 0.01), "place_y_m": (-0.01, 0.01)}, "place_x_m"),

@@ -69,7 +69,7 @@ def test_a_robot_given_as_a_world_is_told_so_and_the_other_way_round(tmp_path: P
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "line"),
+    "old, new, line",
     [
         (
             "length_m",
@@ -141,8 +141,10 @@ def test_a_robot_given_as_a_world_is_told_so_and_the_other_way_round(tmp_path: P
         (
             'left = "left_motor"',
             'left = "port"',
-            "drive names the motor 'port', which is not among the devices. "
-            'Add [[devices]] with kind = "motor" and that name',
+            (
+                "drive names the motor 'port', which is not among the devices. "
+                'Add [[devices]] with kind = "motor" and that name'
+            ),
         ),
         (
             'left_encoder = "left_encoder"\n',
@@ -152,8 +154,10 @@ def test_a_robot_given_as_a_world_is_told_so_and_the_other_way_round(tmp_path: P
         (
             "track_m = 0.155",
             "track_m = 0.3",
-            "the wheels are 0.326 m from outside to outside, the body is 0.185 m wide. "
-            "Let body.width_m take in the wheels",
+            (
+                "the wheels are 0.326 m from outside to outside, the body is 0.185 m wide. "
+                "Let body.width_m take in the wheels"
+            ),
         ),
         (
             "centre_x_m = 0.035",
@@ -177,7 +181,7 @@ def test_a_fault_of_a_robot_is_told_in_one_line(tmp_path: Path, old: str, new: s
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "line"),
+    "old, new, line",
     [
         (
             "radius_m = 0.10",
@@ -210,8 +214,10 @@ def test_a_fault_of_a_robot_is_told_in_one_line(tmp_path: Path, old: str, new: s
         (
             'name = "arena"',
             '"a\\nb" = 1',
-            "'a\\nb': is unknown. Correct it or take it out. "
-            "There are: floor, light, name, obstacles, start, summary, targets, variation, walls.",
+            (
+                "'a\\nb': is unknown. Correct it or take it out. "
+                "There are: floor, light, name, obstacles, start, summary, targets, variation, walls."
+            ),
         ),
         (
             "x_m = 1.35\ny_m = 1.2",
@@ -235,7 +241,7 @@ def test_a_fault_of_a_world_is_told_in_one_line(tmp_path: Path, old: str, new: s
 
 
 @pytest.mark.parametrize(
-    ("content", "said"),
+    "content, said",
     [
         (b"", "it describes neither a robot nor a world"),
         (bytes(range(256)), "it is not text"),

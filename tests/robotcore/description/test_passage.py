@@ -23,7 +23,7 @@ def test_open_ground_is_solvable() -> None:
     assert is_solvable(room(ball(x_m=1.0)), ROVER)
 
 
-@pytest.mark.parametrize(("door", "is_passable"), [(0.45, True), (0.28, False), (0.0, False)])
+@pytest.mark.parametrize("door, is_passable", [(0.45, True), (0.28, False), (0.0, False)])
 def test_a_door_must_let_the_turning_robot_pass(door: float, is_passable: bool) -> None:
     assert is_solvable(room(*wall_with_door(door)), ROVER) is is_passable  # type: ignore[arg-type]
 
@@ -70,8 +70,6 @@ def test_a_shipped_world_is_solvable_as_written(name: str) -> None:
     assert is_solvable(load_world(name), ROVER)
 
 
-@pytest.mark.parametrize(
-    ("name", "is_hidden"), [("arena", True), ("occluded", True), ("clutter", False), ("open", False)]
-)
+@pytest.mark.parametrize("name, is_hidden", [("arena", True), ("occluded", True), ("clutter", False), ("open", False)])
 def test_a_shipped_world_hides_its_ball_as_it_says(name: str, is_hidden: bool) -> None:
     assert is_target_hidden(load_world(name), ROVER) is is_hidden

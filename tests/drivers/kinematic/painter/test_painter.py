@@ -53,7 +53,7 @@ def drawn_view(random: Random, world: WorldDescription) -> View:
 
 @pytest.mark.parametrize("seed", range(20))
 def test_every_pixel_shows_what_its_ray_meets_first(seed: int) -> None:
-    random = Random(seed)  # noqa: S311  it draws pictures
+    random = Random(seed)
     world = drawn_world(random)
     painter = Painter(world)
     for _ in range(5):
