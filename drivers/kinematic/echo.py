@@ -32,11 +32,7 @@ class Sonar:
         self._fan = Fan(sensor.cone_rad, sensor.min_range_m, sensor.max_range_m)
         self._edges = edges_of(prism.outline for prism in world.prisms if prism.height_m > mount.z_m)
         self._circles = np.array(
-            [
-                (ball.x_m, ball.y_m, ball.radius_m**2 - (mount.z_m - ball.radius_m) ** 2)
-                for ball in world.targets
-                if mount.z_m < 2 * ball.radius_m
-            ]
+            [(ball.x_m, ball.y_m, ball.radius_m**2 - (mount.z_m - ball.radius_m) ** 2) for ball in world.targets]
         ).reshape(-1, 3)
 
     def listen(self, robot: Pose, error: float = 0.0) -> Echo:
@@ -57,7 +53,7 @@ class Sonar:
 def cast_at_circles(x: float, y: float, dx: Array, dy: Array, circles: Array) -> Array:
     """Return for each ray of unit direction, (n,), the distance to the first circle; ``inf`` if none.
 
-    ``circles`` are (m, 3): centre, and radius squared.
+    ``circles`` are (m, 3): centre, and radius squared; one below zero is never hit.
     """
     to_x, to_y = circles[:, 0] - x, circles[:, 1] - y
     along = np.outer(dx, to_x) + np.outer(dy, to_y)

@@ -35,6 +35,6 @@ def chosen_backend() -> tuple[str, str]:
     physical = [backend for backend in map(load_backend, backend_names()) if backend.has_physics]
     for backend in physical:
         if backend.is_installed:
-            return backend.name, f"{backend.name} is installed for this Python: the demo runs on {backend.summary}."
+            return backend.name, f"{backend.name} ({backend.summary}) is installed for this Python: the demo runs on it."
     missing = " ".join(f"{backend.name} is not installed. {backend.remedy}." for backend in physical)
     return "kinematic", f"{missing} The demo runs on the built-in kinematic simulator."

@@ -21,6 +21,10 @@ from robotcore.robot import Robot, Role
 from robotcore.truth import TruthSource
 
 ROVER = load_robot("rover")
+assert ROVER.drive
+UNHURRIED = ROVER.model_copy(update={"drive": ROVER.drive.model_copy(update={"max_acceleration_rad_s2": None})})
+"""The rover without a limit of its acceleration."""
+
 EYE = Intrinsics(32, 24, math.radians(60))
 
 

@@ -82,7 +82,7 @@ class TestClosing:
         robot, motors = make("left")
         with pytest.raises(KeyError), robot:
             raise KeyError
-        assert motors[0].sent == [1.0, 0.0]
+        assert motors[0].sent[:2] == [1.0, 0.0]
 
 
 class TestRoles:

@@ -106,6 +106,5 @@ def _sides_outside(view: View, corners: Array) -> NDArray[np.uint8]:
 def _cut(view: View, corners: Array) -> Polygon:
     """Return in pixels what of a face in camera coordinates, (n, 3), lies ahead of the near plane."""
     ahead = np.array(clip(list(corners), (corners[:, 2] - NEAR_M).tolist()))
-    ahead[:, 2] = np.maximum(ahead[:, 2], NEAR_M)
     polygon: Polygon = view.to_pixels(ahead).tolist()
     return polygon

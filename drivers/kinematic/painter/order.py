@@ -42,7 +42,8 @@ class Partitions:
 def back_to_front(hidden_by: Matrix) -> list[int]:
     """Return an order in which whatever hides another comes after it.
 
-    Things that hide one another in a ring, which upright ones in one picture do not, would come as they can.
+    Upright things in a level picture never hide one another in a ring; where a steep picture makes it look so, the
+    ring is broken where it is weakest.
     """
     waits_for = hidden_by.sum(axis=0)
     order: list[int] = []

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from drivers.kinematic.noise import Noise
 from drivers.kinematic.painter import Painter
 from robotcore.devices import Camera, Encoder, Frame, Image, Range, RangeSensor
 from robotcore.projection import View
@@ -122,6 +123,17 @@ def test_noise_differs_between_seeds_and_between_instants() -> None:
             distances.add(nose(robot).read().distance)
             let_pass(robot, 0.05)
     assert len(distances) == 5
+
+
+def test_every_device_has_noise_of_its_own() -> None:
+    assert Noise(1, "left", 1.0).error(5) != Noise(1, "right", 1.0).error(5)
+
+
+@pytest.mark.parametrize("level", [0, 255])
+def test_noise_never_wraps_around(level: int) -> None:
+    grey = np.full((40, 40, 3), level, dtype=np.uint8)
+    noisy = Noise(1, "eye", 8.0).over(grey, 0).astype(int)
+    assert 0 < np.abs(noisy - level).max() < 60
 
 
 def test_noise_is_as_strong_as_it_was_asked_for() -> None:

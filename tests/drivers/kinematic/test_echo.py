@@ -69,6 +69,10 @@ def test_a_ball_is_cut_at_the_height_of_the_sensor() -> None:
     assert math.isinf(sonar(room(ball(1.1, 0.0)), z=0.21).listen(HERE).distance)
 
 
+def test_a_ball_behind_is_not_heard() -> None:
+    assert sonar(room(ball(-0.5, 0.0))).listen(HERE) == (math.inf, None)
+
+
 def test_rays_pass_over_what_is_lower_than_the_sensor() -> None:
     low, high = box(0.7, 0.0, 0.2, 2.0, height=0.08), box(1.2, 0.0, 0.2, 2.0, name="high")
     assert sonar(room(low, high)).listen(HERE).distance == pytest.approx(1.0)

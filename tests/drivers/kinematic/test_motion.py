@@ -59,6 +59,14 @@ def test_without_a_lag_velocity_is_there_at_once() -> None:
         assert truth_of(robot).pose().x == pytest.approx(0.3, abs=1e-9)
 
 
+def test_a_wheel_without_a_lag_turns_as_told_in_its_first_step() -> None:
+    wheel = Wheel(lag=0.0, step=0.5)
+    for target, angle in ((4.0, 2.0), (-1.0, 1.5)):
+        wheel.target = target
+        wheel.advance()
+        assert (wheel.velocity, wheel.angle) == (target, angle)
+
+
 def test_twist_is_that_of_the_body_not_of_the_command() -> None:
     with opened() as robot:
         for motor in robot.motors.values():

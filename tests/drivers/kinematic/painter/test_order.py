@@ -25,6 +25,11 @@ def test_a_ball_off_a_corner_is_parted_from_it() -> None:
     assert Partitions([NEAR], disc).hidden_by(np.array((0.0, -1.0))).tolist() == [[False, False], [True, False]]
 
 
+def test_a_ball_that_reaches_past_a_side_is_not_parted_by_it() -> None:
+    disc = np.array(((0.45, 0.8, 0.1),))
+    assert Partitions([NEAR], disc).hidden_by(np.array((0.0, 0.4))).tolist() == [[False, False], [True, False]]
+
+
 def test_of_two_balls_the_nearer_hides_the_other() -> None:
     discs = np.array(((1.0, 0.0, 0.1), (2.0, 0.0, 0.5)))
     assert Partitions([], discs).hidden_by(np.array((0.0, 0.0))).tolist() == [[False, False], [True, False]]

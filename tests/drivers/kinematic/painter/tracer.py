@@ -16,14 +16,22 @@ Array = NDArray[np.float64]
 
 def traced_labels(world: WorldDescription, view: View) -> NDArray[np.intp]:
     """Return for each pixel the number of what it shows: prisms from 1, then balls; 0 is none of them."""
-    i = view.intrinsics
-    u, v = np.meshgrid(np.arange(i.width) - i.cx, np.arange(i.height) - i.cy)
-    rays = np.stack((u, v, np.full(u.shape, i.focal_length)), axis=-1) @ view.rotation
+    return np.asarray(traced_depths(world, view).argmin(axis=0))
+
+
+def traced_depths(world: WorldDescription, view: View) -> Array:
+    """Return how far each pixel's ray goes to each thing, by its number; number 0 is beyond everything."""
+    rays = rays_of(view)
     depths = [_to_prism(prism, view.eye, rays) for prism in world.prisms]
     depths += [_to_ball(ball, view.eye, rays) for ball in world.targets]
-    nearest = np.stack([np.full(u.shape, np.inf), *depths])
-    ahead = nearest.argmin(axis=0)
-    return np.where(np.isinf(nearest.min(axis=0)), 0, ahead)
+    return np.stack([np.full(rays.shape[:2], np.finfo(float).max), *depths])
+
+
+def rays_of(view: View) -> Array:
+    """Return the direction of each pixel in the world, (height, width, 3), one focal length forward."""
+    i = view.intrinsics
+    u, v = np.meshgrid(np.arange(i.width) - i.cx, np.arange(i.height) - i.cy)
+    return np.asarray(np.stack((u, v, np.full(u.shape, i.focal_length)), axis=-1) @ view.rotation)
 
 
 def _to_prism(prism: Prism, eye: Array, rays: Array) -> Array:

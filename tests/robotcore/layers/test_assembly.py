@@ -1,0 +1,183 @@
+from __future__ import annotations
+
+import pytest
+
+from robotcore.clock import PacedClock
+from robotcore.description import load_robot
+from robotcore.devices import Camera, Device, RangeSensor
+from robotcore.errors import DeviceClosedError, DeviceGroupError, StaleSampleError, UnmetNeedError
+from robotcore.layers import assemble, needed_devices
+from robotcore.robot import Role
+from tests.robotcore.fakes import ROVER, UNHURRIED, NullMotor, Rig, picture
+
+WHEELS = {"left_motor", "right_motor", "left_encoder", "right_encoder"}
+
+
+class TestNeededDevices:
+    @pytest.mark.parametrize(
+        "role, names",
+        [
+            (Role.DRIVE, WHEELS | {"nose"}),
+            (Role.CAMERA, {"eye"}),
+            (Role.RANGE, {"nose"}),
+            (Role.DISPLAY, {"screen"}),
+        ],
+    )
+    def test_a_role_brings_its_devices_and_a_drive_the_range_sensor_of_its_guard(
+        self, role: Role, names: set[str]
+    ) -> None:
+        assert needed_devices(ROVER, {role}) == names
+
+    def test_an_app_that_needs_nothing_opens_nothing(self) -> None:
+        assert needed_devices(ROVER, ()) == frozenset()
+
+    def test_a_need_that_cannot_be_met_is_refused(self) -> None:
+        with pytest.raises(UnmetNeedError, match="'lookout' has no drive"):
+            needed_devices(load_robot("lookout"), {Role.CAMERA, Role.DRIVE})
+
+    def test_what_is_only_wanted_is_left_out_where_it_is_missing(self) -> None:
+        camera = needed_devices(load_robot("lookout"), {Role.CAMERA})
+        assert needed_devices(load_robot("lookout"), {Role.CAMERA}, {Role.DRIVE}) == camera
+        assert needed_devices(ROVER, {Role.CAMERA}, {Role.DISPLAY}) == {"eye", "screen"}
+
+
+class TestSensors:
+    def test_a_device_gives_one_sample_a_tick(self) -> None:
+        rig = Rig()
+        first = rig.robot.range.read()
+        assert rig.robot.range.read() is first
+        assert rig.nose.reads == 1
+        rig.sleep(0.05)
+        assert rig.robot.range.read() is not first
+
+    def test_the_guard_and_the_app_share_the_ticks_sample(self) -> None:
+        rig = Rig()
+        rig.robot.drive.set_velocity(0.1, 0.0)
+        rig.robot.range.read()
+        assert rig.nose.reads == 1
+
+    def test_a_device_that_nobody_reads_is_not_read(self) -> None:
+        rig = Rig()
+        rig.robot.drive.set_velocity(-0.1, 0.0)
+        rig.commit()
+        assert rig.nose.reads == 0
+
+    def test_a_stale_sample_is_refused(self) -> None:
+        rig = Rig()
+        rig.nose.age = ROVER.safety.max_age_s + 0.01
+        with pytest.raises(StaleSampleError, match="nose"):
+            rig.robot.range.read()
+
+    def test_mounts_are_those_of_the_description(self) -> None:
+        rig = Rig()
+        assert rig.robot.range.mount == rig.robot.camera.mount == (0.14, 0.0, 0.0)
+
+    def test_limits_and_intrinsics_are_the_drivers(self) -> None:
+        rig = Rig()
+        sensor = rig.robot.range
+        assert (sensor.min_range, sensor.max_range, sensor.cone) == (0.02, 2.0, 0.5)
+        assert rig.robot.camera.intrinsics is rig.eye.intrinsics
+
+    def test_a_camera_is_read_through_the_layers_too(self) -> None:
+        rig = Rig()
+        assert rig.robot.camera.read() is rig.robot.camera.read()
+
+
+class TestDisplay:
+    def test_shows_on_the_drivers_display_and_keeps_the_newest(self) -> None:
+        rig = Rig()
+        image = picture((1, 2, 3))
+        rig.robot.display.show(image)
+        assert rig.screen.picture is not None
+        assert (rig.screen.picture == image).all()
+        assert getattr(rig.robot.display, "latest") is image  # noqa: B009  a layer's own
+
+
+class TestDrive:
+    def test_a_robot_whose_motors_are_not_open_has_no_drive(self) -> None:
+        rig = Rig(names=("eye",))
+        assert rig.assembled.stage is None
+        assert not rig.robot.has(Role.DRIVE)
+
+    def test_the_guard_takes_forward_motion_away(self) -> None:
+        rig = Rig(description=UNHURRIED)
+        rig.nose.distance = 0.11
+        assert rig.robot.drive.set_velocity(0.2, 0.5) == pytest.approx((0.0, 0.5))
+
+    def test_a_drive_without_a_range_sensor_goes_unguarded(self) -> None:
+        rig = Rig(names=("left_motor", "right_motor"))
+        assert rig.robot.drive.set_velocity(0.05, 0.0).linear == pytest.approx(0.05)
+
+    def test_a_lease_is_that_of_the_description_at_this_rate(self) -> None:
+        rig = Rig(rate_hz=10)
+        rig.robot.drive.set_velocity(0.05, 0.0)
+        assert rig.assembled.stage
+        rig.assembled.stage.commit()
+        rig.sleep(0.24)
+        assert rig.wheels != (0.0, 0.0)
+        rig.sleep(0.02)
+        assert rig.wheels == (0.0, 0.0)
+
+    def test_acceleration_is_limited_by_the_tick(self) -> None:
+        rig = Rig()
+        assert rig.robot.drive.set_wheels(12.0, 6.0) == (3.0, 1.5)
+        rig.commit()
+        assert rig.robot.drive.set_wheels(12.0, 6.0) == (6.0, 3.0)
+
+    def test_the_slower_motor_limits_both(self) -> None:
+        rig = Rig(description=UNHURRIED)
+        rig.right = NullMotor("right_motor", 4.0)
+        assert rig.robot.drive.set_wheels(12.0, 8.0) == pytest.approx((4.0, 8.0 / 3))
+
+    def test_without_encoders_the_pose_is_that_of_the_commands_until_the_deadman_cut(self) -> None:
+        rig = Rig(description=UNHURRIED)
+        rig.robot.drive.set_velocity(0.2, 0.0)
+        rig.commit()
+        assert rig.robot.drive.pose == pytest.approx((0.01, 0.0, 0.0))
+        rig.sleep(1.0)
+        assert rig.robot.drive.pose == pytest.approx((0.2 * 0.125, 0.0, 0.0))
+
+
+class TestClosing:
+    def test_stops_and_lets_go_of_every_device_once(self) -> None:
+        rig = Rig()
+        rig.robot.drive.set_velocity(0.1, 0.0)
+        rig.commit()
+        rig.robot.close()
+        assert rig.wheels == (0.0, 0.0)
+        assert (rig.left.releases, rig.right.releases) == (1, 1)
+        for device in rig.made:
+            assert _is_closed(device)
+
+    def test_one_broken_motor_is_told_once_and_keeps_nothing_from_being_closed(self) -> None:
+        rig = Rig()
+        rig.robot.drive.set_velocity(0.1, 0.0)
+        rig.commit()
+        rig.left.is_broken = True
+        with pytest.raises(DeviceGroupError) as raised:
+            rig.robot.close()
+        assert [str(failure) for failure in raised.value.failures] == ["left_motor: no current"]
+        assert rig.right.sent[-1] == 0.0
+        assert all(_is_closed(device) for device in rig.made)
+
+    def test_nothing_can_be_used_afterwards(self) -> None:
+        robot = Rig().robot
+        robot.close()
+        for device in (robot.range, robot.camera):
+            assert isinstance(device, RangeSensor | Camera)
+            with pytest.raises(DeviceClosedError):
+                device.read()
+
+
+def test_another_clock_may_stand_in_for_the_backends() -> None:
+    rig = Rig()
+    assembled = assemble(rig.raw, ROVER, 20, paced := PacedClock(rig.clock))
+    assert assembled.clock._source is paced
+
+
+def test_the_app_does_not_get_the_truth() -> None:
+    assert Rig().robot.truth is None
+
+
+def _is_closed(device: Device) -> bool:
+    return device._is_closed

@@ -1,0 +1,87 @@
+from __future__ import annotations
+
+import pytest
+
+from robotcore.clock import SteppedClock
+from robotcore.safety import Deadman
+
+
+class Bench:
+    """A deadman with a lease of 0.125 s, and the times at which it cut."""
+
+    def __init__(self, lease: float = 0.125) -> None:
+        self.clock = SteppedClock(20, lambda _: None)
+        self.cuts: list[tuple[float, float]] = []
+        self.deadman = Deadman(self.clock, lease, lambda expiry: self.cuts.append((expiry, self.clock.now())))
+
+    def renew(self) -> None:
+        self.deadman.renew(self.clock.now())
+
+
+@pytest.fixture
+def bench() -> Bench:
+    return Bench()
+
+
+def test_cuts_exactly_at_expiry_though_the_sleep_goes_on(bench: Bench) -> None:
+    bench.renew()
+    bench.clock.sleep_until(1.0)
+    assert bench.cuts == [(0.125, 0.125)]
+
+
+def test_counts_from_the_last_renewal(bench: Bench) -> None:
+    for tick in range(1, 20):
+        bench.renew()
+        bench.clock.sleep_until(tick / 20)
+    bench.clock.sleep_until(2.0)
+    assert bench.cuts == [(pytest.approx(1.025), 1.025)]
+
+
+def test_a_renewal_at_the_last_moment_holds(bench: Bench) -> None:
+    bench.renew()
+    bench.clock.sleep_until(0.125 - 1 / 240)
+    bench.renew()
+    bench.clock.sleep_until(0.15)
+    assert bench.cuts == []
+
+
+def test_once_it_rested_it_cuts_nothing(bench: Bench) -> None:
+    bench.renew()
+    bench.deadman.rest()
+    bench.clock.sleep_until(1.0)
+    assert bench.cuts == []
+
+
+def test_after_a_cut_it_lets_go_and_works_again(bench: Bench) -> None:
+    bench.renew()
+    bench.clock.sleep_until(0.5)
+    bench.renew()
+    bench.clock.sleep_until(1.0)
+    assert [now for _, now in bench.cuts] == [0.125, 0.625]
+
+
+def test_after_a_rest_a_new_lease_is_not_cut_by_the_old_call(bench: Bench) -> None:
+    bench.renew()
+    bench.deadman.rest()
+    bench.clock.sleep_until(0.1)
+    bench.renew()
+    bench.clock.sleep_until(0.2)
+    assert bench.cuts == []
+    bench.clock.sleep_until(0.3)
+    assert bench.cuts == [(pytest.approx(0.225), 0.225)]
+
+
+def test_a_lease_is_never_shorter_than_a_tenth_of_a_second() -> None:
+    bench = Bench(lease=0.0025)
+    assert bench.deadman.lease == 0.1
+    bench.renew()
+    bench.clock.sleep_until(0.095)
+    assert bench.cuts == []
+
+
+def test_one_call_stands_at_a_time(bench: Bench) -> None:
+    asked: list[float] = []
+    bench.clock.call_at = lambda deadline, _: asked.append(deadline)  # type: ignore[method-assign]
+    for _ in range(100):
+        bench.renew()
+    assert asked == [0.125]

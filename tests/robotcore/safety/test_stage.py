@@ -1,0 +1,201 @@
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from robotcore.clock import SteppedClock, TickClock
+from robotcore.drive import Wheels
+from robotcore.errors import DeviceError, InvalidCommandError
+from robotcore.safety import AccelerationLimit, SafetyStage, VelocityLimit
+from robotcore.safety.rules import Rule
+from tests.robotcore.fakes import NullMotor
+
+
+class Bench:
+    """A stage over two null motors, with a lease of 0.125 s."""
+
+    def __init__(self, *rules: Rule) -> None:
+        self.clock = TickClock(SteppedClock(20, lambda _: None))
+        self.left, self.right = NullMotor("left"), NullMotor("right")
+        self.heard: list[tuple[Wheels, float]] = []
+        self.stage = SafetyStage(
+            self.clock, self.left, self.right, rules, 0.125, lambda wheels, time: self.heard.append((wheels, time))
+        )
+
+    def sleep(self, seconds: float) -> None:
+        self.clock.sleep_until(self.clock.now() + seconds)
+
+    @property
+    def sent(self) -> list[tuple[float, float]]:
+        return list(zip(self.left.sent, self.right.sent, strict=True))
+
+
+class Failing:
+    """A rule whose sensor fails."""
+
+    cause = "failing"
+
+    def __call__(self, asked: Wheels, last: Wheels) -> Wheels:
+        raise DeviceError("nose", "no echo")
+
+
+class TestCommit:
+    def test_nothing_is_sent_before_the_tick_ends(self) -> None:
+        bench = Bench()
+        bench.stage.ask(Wheels(1.0, 2.0))
+        assert bench.sent == []
+        bench.stage.commit()
+        assert bench.sent == [(1.0, 2.0)]
+
+    def test_the_last_command_of_a_tick_counts(self) -> None:
+        bench = Bench()
+        bench.stage.ask(Wheels(1.0, 2.0))
+        bench.stage.ask(Wheels(3.0, 4.0))
+        assert bench.stage.commit() == ((3.0, 4.0), (3.0, 4.0), ())
+        assert bench.sent == [(3.0, 4.0)]
+
+    def test_a_tick_without_a_command_sends_nothing(self) -> None:
+        bench = Bench()
+        bench.stage.ask(Wheels(1.0, 1.0))
+        bench.stage.commit()
+        assert bench.stage.commit() == (None, None, ())
+        assert len(bench.sent) == 1
+
+    def test_rules_work_on_what_the_rules_before_them_left(self) -> None:
+        bench = Bench(VelocityLimit(10.0), AccelerationLimit(2.0))
+        sent = bench.stage.ask(Wheels(40.0, 20.0))
+        commit = bench.stage.commit()
+        assert sent == commit.sent == (2.0, 1.0)
+        assert commit.asked == (40.0, 20.0)
+        told = [(each.cause, each.asked, each.sent) for each in commit.interventions]
+        assert told == [
+            ("velocity limit", (40.0, 20.0), (10.0, 5.0)),
+            ("acceleration limit", (10.0, 5.0), (2.0, 1.0)),
+        ]
+
+    def test_only_the_command_that_counts_leaves_interventions(self) -> None:
+        bench = Bench(VelocityLimit(10.0))
+        bench.stage.ask(Wheels(40.0, 20.0))
+        bench.stage.ask(Wheels(1.0, 1.0))
+        assert bench.stage.commit().interventions == ()
+        assert bench.stage.commit().interventions == ()
+
+    def test_acceleration_is_counted_from_what_was_sent_last_not_from_what_was_asked(self) -> None:
+        bench = Bench(AccelerationLimit(2.0))
+        for _ in range(3):
+            bench.stage.ask(Wheels(9.0, 9.0))
+            bench.stage.ask(Wheels(9.0, 9.0))
+            bench.stage.commit()
+        assert bench.sent == [(2.0, 2.0), (4.0, 4.0), (6.0, 6.0)]
+
+    def test_a_command_that_no_rule_could_judge_is_never_sent(self) -> None:
+        bench = Bench()
+        bench.stage.ask(Wheels(5.0, 5.0))
+        bench.stage.commit()
+        bench.stage._rules = (Failing(),)
+        with pytest.raises(DeviceError, match="no echo"):
+            bench.stage.ask(Wheels(1.0, 1.0))
+        assert bench.stage.commit().asked is None
+        assert bench.sent == [(5.0, 5.0)]
+
+
+class TestStop:
+    def test_passes_the_acceleration_limit_by_and_does_not_wait_for_the_ticks_end(self) -> None:
+        bench = Bench(AccelerationLimit(2.0))
+        for _ in range(3):
+            bench.stage.ask(Wheels(9.0, 9.0))
+            bench.stage.commit()
+        bench.stage.stop()
+        assert bench.sent[-1] == (0.0, 0.0)
+
+    def test_overrules_an_earlier_command_of_the_tick(self) -> None:
+        bench = Bench()
+        bench.stage.ask(Wheels(9.0, 9.0))
+        bench.stage.stop()
+        assert bench.stage.commit() == ((0.0, 0.0), (0.0, 0.0), ())
+        assert set(bench.sent) == {(0.0, 0.0)}
+
+    def test_a_later_command_of_the_tick_begins_at_rest(self) -> None:
+        bench = Bench(AccelerationLimit(2.0))
+        for _ in range(2):
+            bench.stage.ask(Wheels(9.0, 9.0))
+            bench.stage.commit()
+        bench.stage.stop()
+        assert bench.stage.ask(Wheels(9.0, 9.0)) == (2.0, 2.0)
+
+    @pytest.mark.parametrize("broken", ["left", "right"])
+    def test_stops_the_other_wheel_where_one_fails(self, broken: str) -> None:
+        bench = Bench()
+        bench.stage.ask(Wheels(5.0, 5.0))
+        bench.stage.commit()
+        getattr(bench, broken).is_broken = True
+        with pytest.raises(DeviceError, match=f"{broken}: no current"):
+            bench.stage.stop()
+        sound = bench.right if broken == "left" else bench.left
+        assert sound.sent[-1] == 0.0
+
+
+class TestNumbers:
+    @pytest.mark.parametrize("wheels", [Wheels(math.nan, 1.0), Wheels(1.0, math.nan), Wheels(math.inf, 0.0)])
+    def test_a_velocity_that_is_none_stops_both_motors_at_once(self, wheels: Wheels) -> None:
+        bench = Bench()
+        bench.stage.ask(Wheels(5.0, 5.0))
+        bench.stage.commit()
+        with pytest.raises(InvalidCommandError):
+            bench.stage.ask(wheels)
+        assert bench.sent[-1] == (0.0, 0.0)
+
+    def test_the_wheel_that_was_meant_is_named(self) -> None:
+        with pytest.raises(InvalidCommandError, match="right: a velocity of nan"):
+            Bench().stage.ask(Wheels(1.0, math.nan))
+
+
+class TestDeadman:
+    def test_cuts_between_ticks_and_tells_it_in_the_next(self) -> None:
+        bench = Bench()
+        bench.stage.ask(Wheels(5.0, 4.0))
+        bench.stage.commit()
+        bench.sleep(0.5)
+        assert bench.sent == [(5.0, 4.0), (0.0, 0.0)]
+        (cut,) = bench.stage.commit().interventions
+        assert (cut.time, cut.cause, cut.asked, cut.sent) == (0.125, "deadman", (5.0, 4.0), (0.0, 0.0))
+        assert bench.stage.commit().interventions == ()
+
+    def test_what_the_wheels_are_told_is_heard_with_its_own_time(self) -> None:
+        bench = Bench()
+        bench.stage.ask(Wheels(5.0, 4.0))
+        bench.stage.commit()
+        bench.sleep(0.5)
+        assert bench.heard == [((5.0, 4.0), 0.0), ((0.0, 0.0), 0.125)]
+
+    def test_lets_go_by_itself_and_acceleration_begins_at_rest(self) -> None:
+        bench = Bench(AccelerationLimit(2.0))
+        for _ in range(3):
+            bench.stage.ask(Wheels(9.0, 9.0))
+            bench.stage.commit()
+        bench.sleep(0.5)
+        assert bench.stage.ask(Wheels(9.0, 9.0)) == (2.0, 2.0)
+        bench.stage.commit()
+        assert bench.sent[-1] == (2.0, 2.0)
+
+    @pytest.mark.parametrize("is_stop", [True, False])
+    def test_wheels_that_were_told_to_stand_need_no_cut(self, is_stop: bool) -> None:
+        bench = Bench()
+        bench.stage.ask(Wheels(5.0, 5.0))
+        bench.stage.commit()
+        if is_stop:
+            bench.stage.stop()
+        else:
+            bench.stage.ask(Wheels(0.0, 0.0))
+        bench.stage.commit()
+        bench.sleep(1.0)
+        assert bench.stage.commit().interventions == ()
+
+    def test_commands_in_time_are_never_cut(self) -> None:
+        bench = Bench()
+        for _ in range(50):
+            bench.stage.ask(Wheels(5.0, 5.0))
+            assert bench.stage.commit().interventions == ()
+            bench.sleep(0.1)
+        assert set(bench.sent) == {(5.0, 5.0)}
