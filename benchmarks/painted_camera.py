@@ -26,6 +26,7 @@ from drivers.kinematic.painter import Painter
 from drivers.kinematic.surroundings import Surroundings
 from drivers.pybullet.camera import BulletCamera
 from robotcore.backend import Setup
+from robotcore.catalogue import load_backend
 from robotcore.description import (
     Ball,
     CameraDescription,
@@ -39,7 +40,6 @@ from robotcore.description import (
 from robotcore.devices import Intrinsics
 from robotcore.geometry import Pose
 from robotcore.projection import View
-from robotcore.registry import load_backend
 
 MIN_PIXELS = 200
 MAX_SHIFT_PX, MAX_AREA, MIN_SPEED_UP = 1.0, 0.03, 8.0

@@ -73,9 +73,10 @@ class Loop:
         return status
 
     def _let_time_pass(self) -> None:
-        self._next = max(self._next + self._period, self._clock.now())
+        self._next += self._period
         if not self._clock.sleep_until(self._next):
             self.overruns += 1
+            self._next = self._clock.now()
 
     def _halt(self) -> None:
         if self._stage:

@@ -8,6 +8,7 @@ from typing import Any
 
 from robotcore.backend import Backend, Setup
 from robotcore.behaviour import Behaviour
+from robotcore.catalogue import load_app, load_backend
 from robotcore.description import (
     RobotDescription,
     WorldDescription,
@@ -18,7 +19,6 @@ from robotcore.description import (
 )
 from robotcore.errors import UsageError
 from robotcore.layers import needed_devices
-from robotcore.registry import load_app, load_backend
 from robotcore.safety import stopping_distance
 from robotcore.settings import configure
 

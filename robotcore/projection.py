@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,10 +12,22 @@ from numpy.typing import NDArray
 from robotcore.devices import Intrinsics
 from robotcore.geometry import Pose
 
-if TYPE_CHECKING:
-    from robotcore.description import Mount
-
 Array = NDArray[np.float64]
+
+
+class Mounted(Protocol):
+    """Where on a robot something sits and where it looks: metres, and radians to the left and downwards."""
+
+    @property
+    def x_m(self) -> float: ...
+    @property
+    def y_m(self) -> float: ...
+    @property
+    def z_m(self) -> float: ...
+    @property
+    def yaw_rad(self) -> float: ...
+    @property
+    def pitch_rad(self) -> float: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +39,7 @@ class View:
     rotation: Array
 
     @classmethod
-    def of(cls, intrinsics: Intrinsics, mount: Mount, pose: Pose) -> View:
+    def of(cls, intrinsics: Intrinsics, mount: Mounted, pose: Pose) -> View:
         """Return the view of a camera mounted on a robot at ``pose``."""
         x, y = pose.to_world(mount.x_m, mount.y_m)
         yaw, pitch = pose.heading + mount.yaw_rad, mount.pitch_rad

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from robotcore.behaviour import Behaviour
+from robotcore.catalogue import app_name
 from robotcore.clock import Clock, MonotonicClock, PacedClock
 from robotcore.description import RobotDescription, WorldDescription
 from robotcore.errors import BehaviourError, Interrupted, RobotcoreError, SafetyStop
@@ -15,7 +16,6 @@ from robotcore.layers import Assembled, assemble
 from robotcore.loop import Loop
 from robotcore.outcome import Outcome, RunResult
 from robotcore.plan import Plan, RunRequest
-from robotcore.registry import app_name
 from robotcore.robot import Robot
 from robotcore.trace import TickRecord
 from robotcore.truth import Truth

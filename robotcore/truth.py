@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 
+from robotcore.description import Ball, CameraDescription, RobotDescription, WorldDescription
 from robotcore.geometry import Pose, Twist
 from robotcore.projection import View
 from robotcore.raycast import cast, edges_of
-
-if TYPE_CHECKING:
-    from robotcore.description import Ball, RobotDescription, WorldDescription
 
 REST_LINEAR_M_S = 0.01
 REST_ANGULAR_RAD_S = 0.05
@@ -62,8 +60,6 @@ class Truth:
     @property
     def sees_target(self) -> bool:
         """Whether some of the first target is in the first camera's picture and in line of sight."""
-        from robotcore.description import CameraDescription
-
         camera = self._robot.first_of(CameraDescription)
         ball = self._world.target
         if camera is None or ball is None:

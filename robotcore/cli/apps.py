@@ -26,8 +26,8 @@ def command(*, as_json: bool) -> None:
 
 
 def _told(name: str) -> dict[str, Any]:
+    from robotcore.catalogue import load_app
     from robotcore.errors import BackendMissingError
-    from robotcore.registry import load_app
     from robotcore.settings import settings_of
 
     try:

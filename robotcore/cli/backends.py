@@ -26,8 +26,8 @@ def command(*, as_json: bool) -> None:
 
 
 def _told(name: str) -> dict[str, Any]:
+    from robotcore.catalogue import load_backend
     from robotcore.errors import BackendMissingError
-    from robotcore.registry import load_backend
 
     try:
         backend = load_backend(name)

@@ -30,11 +30,15 @@ def command(seed: int, picture: Path, *, gui: bool) -> int:
 
 def chosen_backend() -> tuple[str, str]:
     """Return the first physics simulator that is installed, else the built-in backend; and why."""
-    from robotcore.registry import backend_names, load_backend
+    from robotcore.catalogue import load_backend
+    from robotcore.registry import backend_names
 
     physical = [backend for backend in map(load_backend, backend_names()) if backend.has_physics]
     for backend in physical:
         if backend.is_installed:
-            return backend.name, f"{backend.name} ({backend.summary}) is installed for this Python: the demo runs on it."
+            return (
+                backend.name,
+                f"{backend.name} ({backend.summary}) is installed for this Python: the demo runs on it.",
+            )
     missing = " ".join(f"{backend.name} is not installed. {backend.remedy}." for backend in physical)
     return "kinematic", f"{missing} The demo runs on the built-in kinematic simulator."

@@ -40,9 +40,7 @@ def forever(robot: Robot) -> Status:
 
 
 class TestOutcome:
-    @pytest.mark.parametrize(
-        "status, outcome", [(Status.SUCCESS, Outcome.SUCCESS), (Status.FAILURE, Outcome.FAILURE)]
-    )
+    @pytest.mark.parametrize("status, outcome", [(Status.SUCCESS, Outcome.SUCCESS), (Status.FAILURE, Outcome.FAILURE)])
     def test_is_what_the_app_says_and_the_robot_then_stands(self, status: Status, outcome: Outcome) -> None:
         rig = Rig()
         loop = loop_of(rig, saying(Status.RUNNING, Status.RUNNING, status))
@@ -68,9 +66,10 @@ class TestOutcome:
 
 class TestTick:
     def test_a_period_of_the_robots_time_passes_between_two(self) -> None:
-        rig = Rig(rate_hz=7)
-        loop_of(rig, saying(*[Status.RUNNING] * 3, Status.SUCCESS)).run()
-        assert rig.steps == [35, 35, 35]
+        rig, records = Rig(rate_hz=7), list[TickRecord]()
+        loop_of(rig, saying(*[Status.RUNNING] * 3, Status.SUCCESS), observer=records.append).run()
+        assert [record.time * 245 for record in records] == [0, 35, 70, 105]
+        assert sum(rig.steps) == 105
 
     def test_time_stands_still_while_the_app_decides(self) -> None:
         times: list[float] = []
@@ -128,7 +127,7 @@ class TestTick:
 class TestApp:
     def test_what_it_raises_is_the_cause_of_a_behaviour_error(self) -> None:
         with pytest.raises(BehaviourError, match=r"^Deed raised ZeroDivisionError: division by zero$") as raised:
-            loop_of(Rig(), lambda _: 1 // 0).run()  # type: ignore[arg-type,return-value]
+            loop_of(Rig(), lambda _: 1 / 0).run()  # type: ignore[arg-type,return-value]
         assert isinstance(raised.value.__cause__, ZeroDivisionError)
 
     @pytest.mark.parametrize("said", [None, True, "success"])

@@ -59,7 +59,9 @@ def test_digest_tells_decisions_apart(one: TickRecord, other: TickRecord) -> Non
 
 def test_digest_is_of_what_was_asked_not_of_what_was_sent_or_when() -> None:
     asked = record("a", Wheels(1.0, 2.0))
-    guarded = asked._replace(sent=Wheels(0.0, 0.0), time=7.0, tick=9, interventions=record("", interventions=1).interventions)
+    guarded = asked._replace(
+        sent=Wheels(0.0, 0.0), time=7.0, tick=9, interventions=record("", interventions=1).interventions
+    )
     assert digest(asked) == digest(guarded)
 
 

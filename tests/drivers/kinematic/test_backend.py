@@ -6,10 +6,10 @@ import pytest
 
 from drivers.kinematic.backend import KinematicBackend
 from robotcore.backend import Setup, Vouch
+from robotcore.catalogue import load_backend
 from robotcore.description import MotorDescription, Start, load_robot, load_world, world_names
 from robotcore.display import MemoryDisplay
 from robotcore.errors import DeviceClosedError, DeviceGroupError, UnknownNameError, UsageError
-from robotcore.registry import load_backend
 from tests.drivers.kinematic.rooms import ROVER, ball, let_pass, opened, room, truth_of
 
 

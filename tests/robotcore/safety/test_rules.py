@@ -40,7 +40,9 @@ class TestAccelerationLimit:
         assert AccelerationLimit(2.0)(REST, Wheels(10.0, 5.0)) == (8.0, 4.0)
 
     @given(wheels, wheels)
-    def test_no_wheel_changes_by_more_and_each_comes_nearer_to_what_was_asked(self, asked: Wheels, last: Wheels) -> None:
+    def test_no_wheel_changes_by_more_and_each_comes_nearer_to_what_was_asked(
+        self, asked: Wheels, last: Wheels
+    ) -> None:
         sent = AccelerationLimit(2.0)(asked, last)
         for got, wanted, before in zip(sent, asked, last, strict=True):
             assert abs(got - before) <= 2.0 + 1e-9
@@ -64,7 +66,9 @@ class TestRangeGuard:
         assert GEOMETRY.to_twist(sent) == pytest.approx((0.0, 1.5))
 
     @given(st.floats(-0.4, 0.4), st.floats(-5, 5), st.floats(0, 2))
-    def test_never_drives_forward_too_near_nor_touches_the_turn(self, linear: float, angular: float, distance: float) -> None:
+    def test_never_drives_forward_too_near_nor_touches_the_turn(
+        self, linear: float, angular: float, distance: float
+    ) -> None:
         sent = GEOMETRY.to_twist(_guard(distance)(GEOMETRY.to_wheels(linear, angular), REST))
         assert sent.angular == pytest.approx(angular, abs=1e-9)
         assert distance >= stopping_distance(sent.linear, 0.10, 0.5) - 1e-9 or sent.linear <= 1e-12

@@ -1,0 +1,74 @@
+"""A run of null devices in a process of its own, to be interrupted: ``python -m tests.robotcore.interrupted_run APP``."""
+
+from __future__ import annotations
+
+import json
+import signal
+import sys
+import threading
+from contextlib import suppress
+from unittest.mock import patch
+
+from robotcore.behaviour import Status
+from robotcore.robot import Robot
+from robotcore.session import RunRequest, run
+from tests.robotcore.fakes import Deed, RigBackend
+
+
+class App(Deed):
+    """Drives; from its third tick on it does the deed."""
+
+    ticks = 0
+
+    def step(self, robot: Robot) -> Status:
+        robot.drive.set_wheels(2.0, 2.0)
+        self.ticks += 1
+        if self.ticks == 3:
+            print("moving", flush=True)
+        if self.ticks >= 3:
+            super().step(robot)
+        return Status.RUNNING
+
+
+def ordinary(robot: Robot) -> None:
+    """Go on."""
+
+
+def slow(robot: Robot) -> None:
+    threading.Event().wait(0.3)
+
+
+def hung(robot: Robot) -> None:
+    while True:
+        pass
+
+
+def waiting(robot: Robot) -> None:
+    threading.Event().wait()
+
+
+def swallowing(robot: Robot) -> None:
+    while True:
+        with suppress(Exception):
+            threading.Event().wait()
+
+
+def main() -> int:
+    """Run the app that the command line names; print what was left of it."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    deed = {each.__name__: each for each in (ordinary, slow, hung, waiting, swallowing)}[sys.argv[1]]
+    backend = RigBackend()
+    with (
+        patch("robotcore.plan.load_backend", lambda _: backend),
+        patch("robotcore.plan.load_app", lambda _: object),
+        patch("robotcore.plan.configure", lambda *_: App(deed)),
+    ):
+        result = run(RunRequest("app", timeout_s=1e9))
+    rig = backend.rig
+    told = {"wheels": rig.wheels, "releases": [rig.left.releases, rig.right.releases]}
+    print(json.dumps({**json.loads(result.to_json()), **told}))
+    return result.exit_status
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,112 @@
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from robotcore.errors import Interrupted
+from robotcore.interrupts import Interrupts
+
+SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
+
+RUN = Path(__file__).with_name("interrupted_run.py")
+
+
+@pytest.fixture(autouse=True)
+def _own_handlers() -> Iterator[None]:
+    """Begin as a program does that was started from a terminal."""
+    before = {number: signal.getsignal(number) for number in SIGNALS}
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+class TestInterrupts:
+    @pytest.mark.parametrize("number", SIGNALS)
+    def test_a_signal_raises_where_the_program_is_whatever_it_catches(self, number: signal.Signals) -> None:
+        with pytest.raises(Interrupted, match=number.name) as raised, Interrupts():
+            try:
+                signal.raise_signal(number)
+            except Exception:
+                pytest.fail("swallowed")
+        assert raised.value.exit_status == 128 + number
+
+    def test_only_the_first_raises(self) -> None:
+        with Interrupts():
+            with pytest.raises(Interrupted):
+                signal.raise_signal(signal.SIGTERM)
+            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(signal.SIGTERM)
+
+    def test_none_raises_while_it_is_held(self) -> None:
+        with Interrupts() as interrupts:
+            interrupts.hold()
+            signal.raise_signal(signal.SIGTERM)
+
+    def test_handlers_are_put_back(self) -> None:
+        before = [signal.getsignal(number) for number in SIGNALS]
+        with Interrupts():
+            assert [signal.getsignal(number) for number in SIGNALS] != before
+        assert [signal.getsignal(number) for number in SIGNALS] == before
+
+    def test_a_hang_up_that_was_ignored_stays_ignored(self) -> None:
+        signal.signal(signal.SIGHUP, signal.SIG_IGN)
+        with Interrupts():
+            signal.raise_signal(signal.SIGHUP)
+
+    def test_outside_the_main_thread_it_leaves_signals_alone(self) -> None:
+        before = signal.getsignal(signal.SIGINT)
+        seen: list[object] = []
+
+        def enter() -> None:
+            with Interrupts():
+                seen.append(signal.getsignal(signal.SIGINT))
+
+        thread = threading.Thread(target=enter)
+        thread.start()
+        thread.join()
+        assert seen == [before]
+
+
+@pytest.fixture
+def interrupted() -> Iterator[Callable[[str, signal.Signals], tuple[int, dict[str, Any]]]]:
+    """Start a run in a process of its own, end it by a signal, and tell its exit status and what it printed."""
+    processes: list[subprocess.Popen[str]] = []
+
+    def run(app: str, number: signal.Signals) -> tuple[int, dict[str, Any]]:
+        command = [sys.executable, "-m", "tests.robotcore.interrupted_run", app]
+        process = subprocess.Popen(command, cwd=RUN.parents[2], stdout=subprocess.PIPE, text=True)
+        processes.append(process)
+        assert process.stdout
+        assert process.stdout.readline() == "moving\n"
+        process.send_signal(number)
+        told, _ = process.communicate(timeout=60)
+        return process.returncode, json.loads(told)
+
+    yield run
+    for process in processes:
+        process.kill()
+        process.communicate()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("app", ["ordinary", "slow", "hung", "waiting", "swallowing"])
+def test_a_signal_stops_the_motors_and_ends_the_run(
+    interrupted: Callable[[str, signal.Signals], tuple[int, dict[str, Any]]], app: str, number: signal.Signals
+) -> None:
+    status, told = interrupted(app, number)
+    assert status == 128 + number
+    assert told["outcome"] == "interrupted"
+    assert told["reason"] == f"interrupted by {number.name}"
+    assert told["wheels"] == [0.0, 0.0]
+    assert told["releases"] == [1, 1]
