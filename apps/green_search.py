@@ -10,19 +10,18 @@ from pydantic import Field
 
 from robotcore.behaviour import Behaviour, Status, Stopping
 from robotcore.geometry import Pose, Twist, wrap_angle
-from robotcore.navigation import Navigator
+from robotcore.navigation import BallTracker, Navigator
 from robotcore.robot import Robot, Role
 from robotcore.truth import Truth
-from robotcore.vision import Blob, ColourDetector, marked
+from robotcore.vision import Blob
 
 Positive = Annotated[float, Field(gt=0)]
 
 STANDING = Twist(0.0, 0.0)
 CENTRED_RAD = 0.1
+NEAR_M = 0.02
 CONFIRM_TICKS = 3
 PATIENCE_TICKS = 10
-SEEN_PX = 30
-KEPT_PX = 8
 
 
 @dataclass
@@ -40,13 +39,11 @@ class GreenSearch(Behaviour):
     milestones = ("search", "seen", "approach", "arrived")
 
     def __post_init__(self) -> None:
-        self._detector = ColourDetector(self.hue, min_area=KEPT_PX)
+        self._ball = BallTracker(self.hue, self.ball_radius_m)
         self._way = Navigator(self.speed_m_s, self.turn_rad_s)
         self._pose = Pose(0.0, 0.0, 0.0)
-        self._ball: tuple[float, float] | None = None
-        self._is_sighted = False
         self._surveyed_at: Pose | None = None
-        self._ticks_lost = 0
+        self._is_new_sight = False
         self._enter("search")
 
     @property
@@ -61,8 +58,9 @@ class GreenSearch(Behaviour):
 
     def step(self, robot: Robot) -> Status:
         self._locate(robot)
-        blob = self._look(robot)
-        twist = {
+        blob = self._ball.look(robot, self._pose)
+        self._is_new_sight |= self._ball.is_in_sight
+        act = {
             "search": self._search,
             "explore": self._explore,
             "seen": self._confirm,
@@ -70,14 +68,14 @@ class GreenSearch(Behaviour):
             "avoid": self._avoid,
             "survey": self._survey,
             "arrived": self._rest,
-        }[self.state](robot, blob)
-        robot.drive.set_velocity(*twist)
-        is_done = self.state == "arrived" and self._ticks_here > PATIENCE_TICKS
+        }[self.state]
+        robot.drive.set_velocity(*act(robot, blob))
+        is_done = self.state == "arrived" and self._ticks > PATIENCE_TICKS
         return Status.SUCCESS if is_done else Status.RUNNING
 
     def _search(self, robot: Robot, blob: Blob | None) -> Twist:
-        """Turn once on the spot; then go where most that is unknown can be seen."""
-        if blob and blob.area >= SEEN_PX:
+        """Turn once on the spot; then go where most can be seen that was not looked at."""
+        if self._ball.is_in_sight:
             return self._enter("seen")
         if self._turned <= math.tau:
             return Twist(0.0, self.turn_rad_s)
@@ -87,31 +85,31 @@ class GreenSearch(Behaviour):
         return self._enter("search")
 
     def _explore(self, robot: Robot, blob: Blob | None) -> Twist:
-        if blob and blob.area >= SEEN_PX:
+        if self._ball.is_in_sight:
             return self._enter("seen")
         return self._way.follow(self._pose) or self._enter("search")
 
     def _confirm(self, robot: Robot, blob: Blob | None) -> Twist:
         """Turn towards where the ball should be until it has proved to be there."""
-        if self._ball is None:
+        if self._ball.place is None:
             return self._enter("search")
-        bearing = blob.bearing if blob else self._pose.bearing_to(*self._ball)
-        if abs(bearing) > CENTRED_RAD or self._ticks_here < CONFIRM_TICKS:
+        bearing = blob.bearing if blob else self._pose.bearing_to(*self._ball.place)
+        if abs(bearing) > CENTRED_RAD or self._ticks < CONFIRM_TICKS:
             return Twist(0.0, self._way.turn_to(bearing))
         if blob:
             return self._enter("approach")
-        return STANDING if self._ticks_lost < PATIENCE_TICKS else self._go_round(robot)
+        return STANDING if self._ball.ticks_lost < PATIENCE_TICKS else self._go_round(robot)
 
     def _approach(self, robot: Robot, blob: Blob | None) -> Twist:
         """Drive straight at the ball, slower as it comes near."""
-        if self._ball is None or self._ticks_lost > PATIENCE_TICKS:
+        ball = self._ball.place
+        if ball is None or self._ball.ticks_lost > PATIENCE_TICKS:
             return self._enter("seen")
-        bearing = self._pose.bearing_to(*self._ball)
         standing = self._standing_distance(robot)
-        gap = self._pose.distance_to(*self._ball) - standing
-        if not self._way.is_straight(self._pose, *self._ball, standing, is_surveyed=self._is_surveyed(robot)):
+        if not self._way.is_straight(self._pose, *ball, standing, is_surveyed=self._is_surveyed(robot)):
             return self._go_round(robot)
-        if blob and abs(gap) < 0.02 and abs(bearing) < CENTRED_RAD:
+        bearing, gap = self._pose.bearing_to(*ball), self._pose.distance_to(*ball) - standing
+        if blob and abs(gap) < NEAR_M and abs(bearing) < CENTRED_RAD:
             return self._enter("arrived")
         speed = min(self.speed_m_s, 1.5 * gap) if abs(bearing) < 3 * CENTRED_RAD else 0.0
         return Twist(max(speed, -0.05), self._way.turn_to(bearing))
@@ -125,22 +123,23 @@ class GreenSearch(Behaviour):
         return Twist(0.0, self.turn_rad_s) if self._turned <= math.tau else self._enter("seen")
 
     def _rest(self, robot: Robot, blob: Blob | None) -> Twist:
-        return STANDING if blob else self._enter("search")
+        """Stand, as long as the ball is in view and its echo is where it should be."""
+        is_there = abs(robot.range.read().distance - self.stop_distance_m) < 5 * NEAR_M
+        return STANDING if blob and is_there else self._enter("search")
 
     def _go_round(self, robot: Robot) -> Twist:
         """Plan a way round; where none is known, look round first, then from elsewhere; give up what does not show."""
-        if self._ball is None or not self._is_sighted:
-            self._ball = None
+        ball = self._ball.place
+        if ball is None or not self._is_new_sight:
+            self._ball.forget()
             return self._enter("search")
         nearest = self._standing_distance(robot) + 0.05
-        if self._way.plan_to_ring(self._pose, *self._ball, nearest, nearest + 0.35):
-            self._is_sighted = False
-            return self._enter("avoid")
-        if not self._is_surveyed(robot):
+        is_found = self._way.plan_to_ring(self._pose, *ball, nearest, nearest + 0.35)
+        if not is_found and not self._is_surveyed(robot):
             self._surveyed_at = self._pose
             return self._enter("survey")
-        self._is_sighted = False
-        if self._way.plan_to_view(self._pose):
+        self._is_new_sight = False
+        if is_found or self._way.plan_to_view(self._pose):
             return self._enter("avoid")
         self._way.forget()
         return self._enter("search")
@@ -150,48 +149,23 @@ class GreenSearch(Behaviour):
         at = self._surveyed_at
         return at is not None and self._pose.distance_to(at.x, at.y) < robot.drive.reach
 
-    def _enter(self, state: str) -> Twist:
-        """Begin a state, standing."""
-        self.state = state
-        self._turned = 0.0
-        self._ticks_here = 0
-        return STANDING
+    def _standing_distance(self, robot: Robot) -> float:
+        """From the axle to the ball's middle, when the robot stands where it means to."""
+        return robot.range.mount.x + self.stop_distance_m + self.ball_radius_m
 
     def _locate(self, robot: Robot) -> None:
         """Learn where the robot is and what is before it."""
         pose = robot.drive.pose
         self._turned += abs(wrap_angle(pose.heading - self._pose.heading))
         self._pose = pose
-        self._ticks_here += 1
+        self._ticks += 1
         self._way.observe(robot, pose)
 
-    def _look(self, robot: Robot) -> Blob | None:
-        """Return the largest patch of the hue, if there is one, and note where its ball lies."""
-        frame = robot.camera.read()
-        blobs = self._detector.find(frame.image, robot.camera.intrinsics)[:1]
-        if robot.has(Role.DISPLAY):
-            robot.display.show(marked(frame.image, blobs))
-        if not blobs:
-            self._ticks_lost += 1
-            return None
-        self._ticks_lost = 0
-        if blobs[0].area >= SEEN_PX or self._ball is None:
-            self._ball = self._place_of(blobs[0], robot)
-            self._is_sighted = True
-        return blobs[0]
-
-    def _place_of(self, blob: Blob, robot: Robot) -> tuple[float, float]:
-        """Return where the ball lies: by its size, and by its echo where that agrees."""
-        eye = self._pose.moved(robot.camera.mount)
-        away = self.ball_radius_m * robot.camera.intrinsics.focal_length / blob.radius
-        echo = robot.range.read().distance + self.ball_radius_m
-        if abs(blob.bearing) < robot.range.cone / 2 and (blob.is_clipped or abs(echo - away) < 0.15):
-            away = echo
-        return eye.to_world(away * math.cos(blob.bearing), away * math.sin(blob.bearing))
-
-    def _standing_distance(self, robot: Robot) -> float:
-        """From the axle to the ball's middle, when the robot stands where it means to."""
-        return robot.range.mount.x + self.stop_distance_m + self.ball_radius_m
+    def _enter(self, state: str) -> Twist:
+        """Begin a state, standing."""
+        self.state = state
+        self._turned, self._ticks = 0.0, 0
+        return STANDING
 
 
 if __name__ == "__main__":

@@ -37,7 +37,7 @@ def cast(x: Array | float, y: Array | float, dx: Array, dy: Array, edges: Array)
     to_x = edges[:, 0] - np.asarray(x).reshape(-1, 1)
     to_y = edges[:, 1] - np.asarray(y).reshape(-1, 1)
     dx, dy = dx.reshape(-1, 1), dy.reshape(-1, 1)
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         scale = 1.0 / (dx * ey - dy * ex)
         along_ray = (to_x * ey - to_y * ex) * scale
         along_edge = (to_x * dy - to_y * dx) * scale

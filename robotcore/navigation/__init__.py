@@ -1,6 +1,7 @@
-"""Finding one's way with a range sensor and odometry: a map as it is seen, and paths through it."""
+"""Finding one's way with a range sensor, a camera and odometry: a map as it is seen, and paths through it."""
 
+from robotcore.navigation.ball import BallTracker
 from robotcore.navigation.grid import OccupancyGrid
 from robotcore.navigation.navigator import Navigator
 
-__all__ = ["Navigator", "OccupancyGrid"]
+__all__ = ["BallTracker", "Navigator", "OccupancyGrid"]

@@ -31,7 +31,7 @@ class OccupancyGrid:
     Arrays are indexed [row, column], y grows with the row, x with the column.
     """
 
-    def __init__(self, size: float = 10.0, cell: float = 0.04) -> None:
+    def __init__(self, size: float = 12.0, cell: float = 0.04) -> None:
         self.cell = cell
         self.count = round(size / cell)
         self.evidence = np.zeros((self.count, self.count), dtype=np.float32)

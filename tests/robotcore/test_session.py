@@ -163,9 +163,7 @@ class TestEnd:
 
 
 class TestClosing:
-    def test_a_device_that_fails_to_close_makes_a_success_an_error(
-        self, perform: Runner, backend: RigBackend
-    ) -> None:
+    def test_a_device_that_fails_to_close_makes_a_success_an_error(self, perform: Runner, backend: RigBackend) -> None:
         def unplug(robot: Robot) -> Status:
             backend.rig.eye.close = _fail_to_close  # type: ignore[method-assign]
             return Status.SUCCESS
@@ -211,9 +209,7 @@ class TestClosing:
         assert (result.outcome, result.exit_status) == (Outcome.INTERRUPTED, 143)
         assert (backend.rig.left.releases, backend.rig.right.releases) == (1, 1)
 
-    def test_a_robot_that_cannot_be_opened_is_an_error_of_the_run(
-        self, perform: Runner, backend: RigBackend
-    ) -> None:
+    def test_a_robot_that_cannot_be_opened_is_an_error_of_the_run(self, perform: Runner, backend: RigBackend) -> None:
         def fail(rig: Rig) -> None:
             raise DeviceGroupError("opening rover", [DeviceError("eye", "no picture")])
 
@@ -336,7 +332,13 @@ class TestTelling:
 
     def test_names_and_numbers_of_the_request_are_in_the_result(self, perform: Runner) -> None:
         result = perform(then(lambda _: Status.SUCCESS), RunRequest("an_app", seed=4))
-        assert (result.app, result.backend, result.robot, result.world, result.seed) == ("an-app", "rig", "rover", None, 4)
+        assert (result.app, result.backend, result.robot, result.world, result.seed) == (
+            "an-app",
+            "rig",
+            "rover",
+            None,
+            4,
+        )
 
     def test_milestones_interventions_and_digest_are_those_of_the_trace(
         self, perform: Runner, backend: RigBackend

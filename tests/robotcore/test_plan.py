@@ -1,0 +1,109 @@
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import pytest
+
+from robotcore.behaviour import Behaviour, Status, Stopping
+from robotcore.errors import BackendMissingError, UnknownNameError, UnmetNeedError, UsageError
+from robotcore.plan import Plan, RunRequest
+from robotcore.robot import Robot, Role
+from tests.robotcore.fakes import ROVER, RigBackend
+
+
+@dataclass
+class Stopper(Behaviour):
+    distance_m: float = 0.3
+    speed_m_s: float = 0.2
+
+    needs = frozenset({Role.DRIVE})
+
+    @property
+    def stopping(self) -> Stopping:
+        return Stopping(self.distance_m, self.speed_m_s)
+
+    def step(self, robot: Robot) -> Status:
+        return Status.SUCCESS
+
+
+@pytest.fixture(autouse=True)
+def backend(monkeypatch: pytest.MonkeyPatch) -> RigBackend:
+    backend = RigBackend()
+    monkeypatch.setattr("robotcore.plan.load_backend", lambda _: backend)
+    monkeypatch.setattr("robotcore.plan.load_app", lambda _: Stopper)
+    return backend
+
+
+def plan(**asked: object) -> Plan:
+    return Plan.of(RunRequest("stopper", **asked))  # type: ignore[arg-type]
+
+
+def test_everything_that_is_named_is_found(backend: RigBackend) -> None:
+    found = plan(settings={"speed_m_s": "0.1"}, rate_hz=50, seed=3, options={"a": 1}, world="open")
+    assert found.behaviour == Stopper(speed_m_s=0.1)
+    assert found.backend is backend
+    assert found.description == ROVER
+    assert (found.setup.rate_hz, found.setup.seed, found.setup.options) == (50, 3, {"a": 1})
+    assert found.setup.devices == {"left_motor", "right_motor", "left_encoder", "right_encoder", "nose"}
+    assert found.setup.world is found.world
+    assert backend.rigs == []
+
+
+@pytest.mark.parametrize("key", ["rate_hz", "timeout_s"])
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
+def test_a_rate_or_timeout_that_is_none_is_refused(key: str, value: float) -> None:
+    with pytest.raises(UsageError, match="must be a positive number"):
+        plan(**{key: value})
+
+
+def test_an_app_that_stops_nearer_than_the_guard_acts_is_refused_with_both_distances() -> None:
+    with pytest.raises(UsageError, match=r"stops 0.25 m .* at 0.4 m/s .* 'rover' acts at 0.26 m"):
+        plan(settings={"distance_m": 0.25, "speed_m_s": 0.4})
+
+
+@pytest.mark.parametrize("settings", [{"distance_m": 0.27, "speed_m_s": 0.4}, {"distance_m": 0.25, "speed_m_s": 0.3}])
+def test_farther_away_or_slower_it_is_not(settings: dict[str, float]) -> None:
+    assert plan(settings=settings)
+
+
+def test_a_need_that_cannot_be_met_is_refused() -> None:
+    with pytest.raises(UnmetNeedError, match="'lookout' has no drive"):
+        plan(robot="lookout")
+
+
+@pytest.mark.parametrize("key, name", [("robot", "rovr"), ("world", "opn")])
+def test_unknown_descriptions_offer_the_nearest(key: str, name: str) -> None:
+    with pytest.raises(UnknownNameError, match="Did you mean"):
+        plan(**{key: name})
+
+
+def test_a_backend_without_a_window_refuses_one() -> None:
+    with pytest.raises(UsageError, match="'rig' opens no window"):
+        plan(gui=True)
+
+
+def test_a_library_that_is_missing_is_told(backend: RigBackend, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(RigBackend, "modules", ("no_such_simulator",))
+    with pytest.raises(BackendMissingError, match="'rig' is not installed"):
+        plan()
+
+
+class TestWorld:
+    def test_a_backend_that_needs_none_gets_none(self) -> None:
+        assert plan().world is None
+
+    def test_a_simulator_gets_the_arena_where_none_is_named(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(RigBackend, "needs_world", True)
+        world = plan().world
+        assert world
+        assert world.name == "arena"
+
+    def test_a_seed_draws_it_anew_and_always_alike(self) -> None:
+        plain, first, again, other = (plan(world="open", seed=seed).world for seed in (None, 1, 1, 2))
+        assert first == again
+        assert first != plain
+        assert first != other
+
+    def test_seed_zero_is_a_seed(self) -> None:
+        assert plan(world="open", seed=0).world != plan(world="open").world

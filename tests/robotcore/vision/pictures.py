@@ -1,0 +1,27 @@
+"""Pictures painted for tests."""
+
+from __future__ import annotations
+
+import colorsys
+import math
+
+import numpy as np
+
+from robotcore.devices import Image, Intrinsics
+
+INTRINSICS = Intrinsics(64, 48, math.radians(60))
+
+
+def bgr(hue: float, saturation: float = 1.0, value: float = 0.8) -> tuple[int, int, int]:
+    """Return a colour of a hue in degrees."""
+    red, green, blue = colorsys.hsv_to_rgb(hue / 360, saturation, value)
+    return round(blue * 255), round(green * 255), round(red * 255)
+
+
+def painted(*patches: tuple[tuple[int, int, int], tuple[int, int, int, int]]) -> Image:
+    """Return a grey picture with patches: colour, and (left, top, width, height). It is read-only, as a camera's is."""
+    image = np.full((INTRINSICS.height, INTRINSICS.width, 3), 128, np.uint8)
+    for colour, (left, top, width, height) in patches:
+        image[top : top + height, left : left + width] = colour
+    image.flags.writeable = False
+    return image
