@@ -41,7 +41,12 @@ def ground_mesh(half: float) -> Mesh:
 
 
 def ball_mesh(radius: float) -> Mesh:
-    """Return a ball around the origin."""
+    """Return a ball around the origin, so much larger that its outline, a polygon, covers what the circle would.
+
+    A regular polygon of n corners covers n/2·sin(2π/n) of its circle's radius squared, the circle π.
+    """
+    side = math.tau / BALL_SEGMENTS
+    swollen = radius * math.sqrt(side / math.sin(side))
     polar = np.linspace(0, math.pi, BALL_RINGS + 1)[:, None]
     around = np.linspace(0, math.tau, BALL_SEGMENTS + 1)[None, :]
     z = np.broadcast_to(np.cos(polar), (BALL_RINGS + 1, BALL_SEGMENTS + 1))
@@ -49,7 +54,7 @@ def ball_mesh(radius: float) -> Mesh:
     row = BALL_SEGMENTS + 1
     corners = [ring * row + segment for ring in range(BALL_RINGS) for segment in range(BALL_SEGMENTS)]
     indices = [i for c in corners for i in (c, c + row, c + row + 1, c, c + row + 1, c + 1)]
-    return Mesh((normals * radius).tolist(), normals.tolist(), indices)
+    return Mesh((normals * swollen).tolist(), normals.tolist(), indices)
 
 
 def _faceted(faces: list[Array]) -> Mesh:

@@ -56,4 +56,5 @@ def is_straight_way(open_cells: Mask, start: Cell, goal: Cell) -> bool:
     count = 2 * max(abs(goal[0] - start[0]), abs(goal[1] - start[1])) + 1
     rows = np.linspace(start[0], goal[0], count).round().astype(int)
     columns = np.linspace(start[1], goal[1], count).round().astype(int)
-    return bool(open_cells[rows[1:], columns[1:]].all())
+    is_start = (rows == start[0]) & (columns == start[1])
+    return bool((open_cells[rows, columns] | is_start).all())

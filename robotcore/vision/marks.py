@@ -17,5 +17,5 @@ def marked(image: Image, blobs: Iterable[Blob]) -> Image:
     picture = image.copy()
     for blob in blobs:
         left, top, width, height = blob.box
-        cv2.rectangle(picture, (left - 2, top - 2), (left + width + 1, top + height + 1), YELLOW, 2)
+        cv2.rectangle(picture, (left - 3, top - 3), (left + width + 2, top + height + 2), YELLOW, 2)
     return picture

@@ -14,7 +14,7 @@ INTRINSICS = Intrinsics(64, 48, math.radians(60))
 
 def bgr(hue: float, saturation: float = 1.0, value: float = 0.8) -> tuple[int, int, int]:
     """Return a colour of a hue in degrees."""
-    red, green, blue = colorsys.hsv_to_rgb(hue / 360, saturation, value)
+    red, green, blue = colorsys.hsv_to_rgb(hue % 360 / 360, saturation, value)
     return round(blue * 255), round(green * 255), round(red * 255)
 
 

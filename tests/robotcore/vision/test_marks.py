@@ -23,7 +23,7 @@ def test_a_rectangle_goes_round_the_blob() -> None:
 
 def test_the_blob_and_a_pixel_round_it_stay_clear() -> None:
     left, top, width, height = BOX
-    inside = slice(top, top + height), slice(left, left + width)
+    inside = slice(top - 1, top + height + 1), slice(left - 1, left + width + 1)
     assert (marked(IMAGE, BLOBS)[inside] == IMAGE[inside]).all()
 
 

@@ -1,0 +1,140 @@
+"""What a tick costs in the framework itself: a robot of null devices, a behaviour that does next to nothing.
+
+    python -m benchmarks.tick
+
+Two motors, a range sensor and a camera, read in each tick, under the layers of a real run; the clock is a stepped one
+whose steps take no time. The bare behaviour, which calls the same devices without any framework, is timed in turn with
+it. Exit status 1 where the bound is broken.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import statistics
+import sys
+from collections.abc import Callable, Sequence
+from time import perf_counter
+
+import numpy as np
+
+from benchmarks.report import machine, print_table
+from robotcore.behaviour import Behaviour, Status
+from robotcore.clock import Clock, SteppedClock
+from robotcore.description import load_robot
+from robotcore.devices import Camera, Frame, Intrinsics, Motor, Range, RangeSensor
+from robotcore.layers import assemble
+from robotcore.loop import Loop
+from robotcore.outcome import Outcome
+from robotcore.robot import Robot
+
+BOUND_US = 15.0
+RATE_HZ = 20.0
+PICTURE = np.zeros((240, 320, 3), np.uint8)
+
+
+class NullMotor(Motor):
+    """Takes commands and does nothing."""
+
+    def _apply(self, rad_s: float) -> None:
+        pass
+
+
+class NullRange(RangeSensor):
+    """Always the same distance."""
+
+    def __init__(self, clock: Clock) -> None:
+        super().__init__("nose", min_range=0.02, max_range=2.0, cone=0.5)
+        self._clock = clock
+
+    def _newest(self) -> Range:
+        return Range(1.0, self._clock.now(), 0)
+
+
+class NullCamera(Camera):
+    """Always the same picture."""
+
+    def __init__(self, clock: Clock) -> None:
+        super().__init__("eye", Intrinsics(320, 240, 1.0))
+        self._clock = clock
+
+    def _newest(self) -> Frame:
+        return Frame(PICTURE, self._clock.now(), 0)
+
+
+class Trivial(Behaviour):
+    """Reads both sensors and sets the wheels."""
+
+    def step(self, robot: Robot) -> Status:
+        robot.camera.read()
+        robot.range.read()
+        robot.drive.set_wheels(2.0, 1.0)
+        return Status.RUNNING
+
+
+def main() -> int:
+    """Time both in turn and print their medians."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--repeats", type=int, default=60)
+    parser.add_argument("--ticks", type=int, default=2000)
+    asked = parser.parse_args()
+    bare, framework = [], []
+    for _ in range(asked.repeats):
+        bare.append(_microseconds(_bare(asked.ticks), asked.ticks))
+        framework.append(_microseconds(_framed(asked.ticks), asked.ticks))
+    print(machine())
+    rows = [("the devices, called without the framework", *_told(bare)), ("a tick of the loop", *_told(framework))]
+    print_table((f"µs, {asked.repeats} × {asked.ticks} ticks", "median", "95 % interval of it"), rows)
+    print(f"bound: {BOUND_US:g} µs a tick")
+    return int(statistics.median(framework) > BOUND_US)
+
+
+def _microseconds(work: Callable[[], object], ticks: int) -> float:
+    start = perf_counter()
+    work()
+    return (perf_counter() - start) / ticks * 1e6
+
+
+def _raw() -> Robot:
+    clock = SteppedClock(RATE_HZ, lambda _steps: None)
+    motors = NullMotor("left_motor", 12.0), NullMotor("right_motor", 12.0)
+    return Robot("null", clock, [*motors, NullRange(clock), NullCamera(clock)])
+
+
+def _bare(ticks: int) -> Callable[[], object]:
+    robot = _raw()
+    left, right = robot.motors.values()
+
+    def work() -> None:
+        for tick in range(ticks):
+            robot.camera.read()
+            robot.range.read()
+            left.set_velocity(2.0)
+            right.set_velocity(1.0)
+            robot.clock.sleep_until((tick + 1) / RATE_HZ)
+
+    return work
+
+
+def _framed(ticks: int) -> Callable[[], object]:
+    assembled = assemble(_raw(), load_robot("rover"), RATE_HZ)
+    loop = Loop(assembled, Trivial(), RATE_HZ, timeout=(ticks - 1.5) / RATE_HZ)
+
+    def work() -> None:
+        assert loop.run() is Outcome.TIMEOUT
+        assert loop.trace.ticks == ticks
+
+    return work
+
+
+def _told(values: Sequence[float]) -> tuple[str, str]:
+    """Return the median and the interval that holds it in 95 of 100 repetitions: order statistics, no assumption."""
+    ordered = sorted(values)
+    count = len(ordered)
+    half = 1.96 * math.sqrt(count) / 2
+    low, high = ordered[max(0, math.floor(count / 2 - half))], ordered[min(count - 1, math.ceil(count / 2 + half))]
+    return f"{statistics.median(ordered):.1f}", f"{low:.1f} to {high:.1f}"
+
+
+if __name__ == "__main__":
+    sys.exit(main())
