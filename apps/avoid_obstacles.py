@@ -10,7 +10,7 @@ from pydantic import Field
 from robotcore.behaviour import Behaviour, Status
 from robotcore.robot import Robot, Role
 
-Positive = Annotated[float, Field(gt=0)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
 @dataclass

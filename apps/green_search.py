@@ -15,7 +15,7 @@ from robotcore.robot import Robot, Role
 from robotcore.truth import Truth
 from robotcore.vision import Blob
 
-Positive = Annotated[float, Field(gt=0)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 STANDING = Twist(0.0, 0.0)
 CENTRED_RAD = 0.1

@@ -17,7 +17,7 @@ class MarkGreen(Behaviour):
     """Watches through the camera and shows what it finds, until ``duration_s`` has passed; needs no wheels."""
 
     hue: str = "green"
-    duration_s: Annotated[float, Field(gt=0)] = 10.0
+    duration_s: Annotated[float, Field(gt=0, allow_inf_nan=False)] = 10.0
 
     needs = frozenset({Role.CAMERA, Role.DISPLAY})
     milestones = ("search", "seen")

@@ -89,9 +89,16 @@ class Backend(ABC):
 
     @property
     def is_installed(self) -> bool:
-        return all(find_spec(module) for module in self.modules)
+        return all(_is_there(module) for module in self.modules)
 
     def require_installed(self) -> None:
         """Raise BackendMissingError, with the remedy, where a library is missing."""
         if not self.is_installed:
             raise BackendMissingError(f"the backend {self.name!r} is not installed. {self.remedy}")
+
+
+def _is_there(module: str) -> bool:
+    try:
+        return find_spec(module) is not None
+    except ModuleNotFoundError:  # the package of a dotted name
+        return False

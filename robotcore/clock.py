@@ -161,16 +161,17 @@ class MonotonicClock(Clock):
 
 
 class FollowingClock(MonotonicClock):
-    """The time of a server that runs by itself; ``source`` asks it."""
+    """The time of a server that runs by itself, from zero; ``source`` asks it."""
 
     _longest_nap = 0.005
 
     def __init__(self, source: Callable[[], float]) -> None:
         super().__init__()
         self._source = source
+        self._zero = source()
 
     def now(self) -> float:
-        return self._source()
+        return self._source() - self._zero
 
 
 class PacedClock(Clock):
@@ -199,7 +200,7 @@ class PacedClock(Clock):
 
 
 class TickClock(Clock):
-    """The clock an app sees: it stands still within a tick, and a sleep begins the next one."""
+    """The clock a loop ticks: it stands still within a tick, and a sleep begins the next one."""
 
     def __init__(self, source: Clock) -> None:
         self._source = source
@@ -220,3 +221,22 @@ class TickClock(Clock):
 
     def close(self) -> None:
         self._source.close()
+
+
+class AppClock(Clock):
+    """The clock an app sees. It can be read; time passes only when the app has returned from its step."""
+
+    def __init__(self, ticks: TickClock) -> None:
+        self._ticks = ticks
+
+    def now(self) -> float:
+        return self._ticks.now()
+
+    def sleep_until(self, deadline: float) -> bool:
+        raise UsageError("an app never sleeps. Return Status.RUNNING from step, and the next tick comes by itself")
+
+    def call_at(self, deadline: float, callback: Callback) -> None:
+        raise UsageError("an app is not called back. Compare robot.clock.now() in step with the time to wait for")
+
+    def close(self) -> None:
+        """Leave the clock to those who tick it."""

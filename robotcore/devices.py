@@ -10,14 +10,15 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, ParamSpec, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robotcore.errors import DeviceClosedError, InvalidCommandError
+from robotcore.errors import DeviceClosedError, DeviceError, InvalidCommandError, RobotcoreError
 from robotcore.geometry import Pose
 
 Image = NDArray[np.uint8]
@@ -34,6 +35,8 @@ class Sample(Protocol):
 
 
 SampleT = TypeVar("SampleT", bound=Sample)
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,6 +128,15 @@ class Device:
         if self._is_closed:
             raise DeviceClosedError(self.name)
 
+    def _attempt(self, hook: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
+        """Call a driver's hook; an error that the driver did not translate becomes a DeviceError."""
+        try:
+            return hook(*args, **kwargs)
+        except RobotcoreError:
+            raise
+        except Exception as error:
+            raise DeviceError(self.name, f"{type(error).__name__}: {error}") from error
+
 
 class Motor(Device, ABC):
     """A wheel's motor; a positive velocity drives the robot forward, on both sides."""
@@ -144,13 +156,13 @@ class Motor(Device, ABC):
             raise invalid_velocity(self.name, rad_s)
         limit = self.max_velocity
         sent = limit if rad_s > limit else -limit if rad_s < -limit else rad_s  # noqa: FURB136  15 times faster so
-        self._apply(sent)
+        self._attempt(self._apply, sent)
         return sent
 
     def stop(self) -> None:
         """Stop now. Never refused: on a closed motor it does nothing, for closing stopped it."""
         if not self._is_closed:
-            self._apply(0.0)
+            self._attempt(self._apply, 0.0)
 
     def close(self) -> None:
         """Stop, then let the hardware go, even where the stop failed."""
@@ -173,7 +185,7 @@ class Sensor(Device, ABC, Generic[SampleT]):
         Raises DeviceError where the device failed: it never makes a value up.
         """
         self._require_open()
-        return self._newest()
+        return self._attempt(self._newest)
 
     @abstractmethod
     def _newest(self) -> SampleT:
@@ -213,7 +225,7 @@ class Display(Device, ABC):
     def show(self, image: Image) -> None:
         """Show a BGR or grey picture, top-left origin."""
         self._require_open()
-        self._show(image)
+        self._attempt(self._show, image)
 
     @abstractmethod
     def _show(self, image: Image) -> None:

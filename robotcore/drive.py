@@ -80,6 +80,10 @@ class DifferentialDrive:
         """Stop at once, past the acceleration limit."""
         self._stage.stop()
 
+    def track(self) -> None:
+        """Take in what the wheels have turned; the loop sees to it once a tick, so that every arc is a short one."""
+        self._odometry.pose()
+
     @property
     def pose(self) -> Pose:
         """Where the wheels have taken the robot since it was opened: the middle of its axle."""

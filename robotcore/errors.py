@@ -24,10 +24,17 @@ from __future__ import annotations
 import signal
 from collections.abc import Sequence
 from difflib import get_close_matches
-from typing import ClassVar
+from typing import Any, ClassVar
 
 
-class RobotcoreError(Exception):
+class _Portable(BaseException):
+    """An exception that another process can be told of, whatever its constructor takes."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, (type(self), self.args, self.__dict__)
+
+
+class RobotcoreError(_Portable, Exception):
     """The root of the tree; the message is meant for the user as it stands."""
 
     exit_status: ClassVar[int] = 1
@@ -123,19 +130,26 @@ class BehaviourError(RobotcoreError):
     exit_status = 5
 
     @classmethod
-    def raised_by(cls, app: type, cause: Exception) -> BehaviourError:
+    def raised_by(cls, app: type, cause: BaseException) -> BehaviourError:
         """Return the error for what an app's code raised."""
         error = cls(f"{app.__name__} raised {type(cause).__name__}: {cause}")
         error.__cause__ = cause
         return error
 
 
-class Interrupted(BaseException):
+class Interrupted(_Portable):
     """A signal asked the program to end. No ``except Exception`` of an app holds it up."""
 
     def __init__(self, signal_number: int) -> None:
         super().__init__(f"interrupted by {signal.Signals(signal_number).name}")
         self.exit_status = 128 + signal_number
+
+
+def _restored(kind: type[_Portable], args: tuple[Any, ...], state: dict[str, Any]) -> _Portable:
+    error = kind.__new__(kind)
+    error.args = args
+    error.__dict__.update(state)
+    return error
 
 
 def suggestion(name: str, known: Sequence[str]) -> str:

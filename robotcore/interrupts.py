@@ -2,28 +2,44 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
+from collections.abc import Callable
 from types import FrameType, TracebackType
-from typing import Any
+from typing import Any, NoReturn
 
 from robotcore.errors import Interrupted
 
+LAST_SIGNAL = 3
+
 
 class Interrupts:
-    """While entered, the first signal raises Interrupted where the program is; after `hold` none does.
+    """While entered, a signal raises Interrupted where the program is; after `hold` none does.
 
-    Later signals are ignored, so that nothing cuts short the stopping of the motors; so is a hang-up that the program
-    was started to ignore (``nohup``). Does nothing outside the main thread, where Python delivers no signals.
+    So nothing cuts short the stopping of the motors. A hang-up that the program was started to ignore (``nohup``) is
+    left alone. Does nothing outside the main thread, where Python delivers no signals.
     """
 
     def __init__(self) -> None:
         self._is_held = False
+        self._raised: Interrupted | None = None
+        self._last_resort: Callable[[], None] = lambda: None
+        self._count = 0
         self._before: dict[int, Any] = {}
 
     def hold(self) -> None:
         """From here on no signal raises: the robot is being closed."""
         self._is_held = True
+
+    def stop_with(self, last_resort: Callable[[], None]) -> None:
+        """Let the third signal call this and end the process at once: an app may swallow what is raised."""
+        self._last_resort = last_resort
+
+    def check(self) -> None:
+        """Raise again what an app has swallowed with a bare ``except``."""
+        if self._raised:
+            raise self._raised
 
     def __enter__(self) -> Interrupts:
         if threading.current_thread() is threading.main_thread():
@@ -40,9 +56,19 @@ class Interrupts:
             signal.signal(number, handler)
 
     def _raise(self, number: int, frame: FrameType | None) -> None:
-        if not self._is_held:
-            self._is_held = True
-            raise Interrupted(number)
+        if self._is_held:
+            return
+        self._count += 1
+        if self._count == LAST_SIGNAL:
+            self._end(number)
+        self._raised = Interrupted(number)
+        raise self._raised
+
+    def _end(self, number: int) -> NoReturn:
+        try:
+            self._last_resort()
+        finally:
+            os._exit(128 + number)
 
 
 def _signals() -> list[int]:

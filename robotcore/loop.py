@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from robotcore.behaviour import Behaviour, Status
-from robotcore.errors import BehaviourError, RobotcoreError
+from robotcore.errors import BehaviourError, RobotcoreError, UsageError
 from robotcore.layers import Assembled
 from robotcore.outcome import Outcome
 from robotcore.safety import Commit
@@ -27,7 +27,9 @@ class Loop:
         timeout: float,
         observers: Sequence[TickObserver] = (),
     ) -> None:
-        self.robot, self._clock, self._stage = assembled.robot, assembled.clock, assembled.stage
+        self.robot, self._clock = assembled.robot, assembled.clock
+        self._latch, self._stage = assembled.latch, assembled.stage
+        self._drive = assembled.robot.drive if assembled.stage else None
         self.behaviour = behaviour
         self.trace = Trace(behaviour.milestones)
         self.overruns = 0
@@ -41,30 +43,47 @@ class Loop:
         while True:
             status = self.tick()
             if status is not Status.RUNNING:
-                self._halt()
+                self.halt()
                 return Outcome(status.value)
             if self._clock.now() >= self._timeout:
-                self._halt()
+                self.halt()
                 return Outcome.TIMEOUT
             self._let_time_pass()
 
     def tick(self) -> Status:
-        """Decide once, guard and commit what was decided, and note it."""
-        status = self._decide()
-        asked, sent, interventions = self._stage.commit() if self._stage else _IDLE
-        record = TickRecord(self._clock.tick, self._clock.now(), self.behaviour.state, asked, sent, interventions)
+        """Decide once, guard and commit what was decided, and note it; a tick that fails is noted too."""
+        if self._drive:
+            self._drive.track()
+        commit = _IDLE
+        try:
+            status = self._decide()
+            self._latch.check()
+            if self._stage:
+                commit = self._stage.commit()
+        finally:
+            self._note(commit)
+        return status
+
+    def halt(self) -> None:
+        """Stop the wheels."""
+        if self._stage:
+            self._stage.stop()
+
+    def _note(self, commit: Commit) -> None:
+        record = TickRecord(self._clock.tick, self._clock.now(), self.behaviour.state, *commit)
         self.trace.add(record)
         for observe in self._observers:
             observe(record)
-        return status
 
     def _decide(self) -> Status:
         app = type(self.behaviour)
         try:
             status = self.behaviour.step(self.robot)
+        except UsageError as error:
+            raise BehaviourError.raised_by(app, error) from error
         except RobotcoreError:
             raise
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             raise BehaviourError.raised_by(app, error) from error
         if not isinstance(status, Status):
             raise BehaviourError(
@@ -77,7 +96,3 @@ class Loop:
         if not self._clock.sleep_until(self._next):
             self.overruns += 1
             self._next = self._clock.now()
-
-    def _halt(self) -> None:
-        if self._stage:
-            self._stage.stop()

@@ -77,7 +77,7 @@ def _require_positive(what: str, value: float) -> None:
 
 def _require_room_to_stop(behaviour: Behaviour, description: RobotDescription) -> None:
     """Refuse an app that means to stop nearer than the range guard lets it."""
-    if (stopping := behaviour.stopping) is None:
+    if (stopping := behaviour.stopping) is None or not description.range_sensors_ahead:
         return
     safety = description.safety
     guard = stopping_distance(stopping.speed, safety.stop_distance_m, safety.deceleration_m_s2)

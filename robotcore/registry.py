@@ -34,7 +34,7 @@ def load_registered(kind: str, group: str, name: str) -> Any:
         raise UnknownNameError(kind, name, list(points))
     try:
         return points[name].load()
-    except (ImportError, AttributeError) as error:
+    except Exception as error:
         raise BackendMissingError(
             f"the {kind} {name!r} ({points[name].value}) cannot be loaded: {error}. Reinstall the package it comes from"
         ) from error

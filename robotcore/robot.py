@@ -85,6 +85,11 @@ class Robot:
             raise UnknownNameError("device", name, list(self.devices))
         return self.devices[name]
 
+    def stop(self) -> None:
+        """Stop every motor, each on its own; then raise what failed at once, DeviceGroupError."""
+        if failures := _failures(motor.stop for motor in self.motors.values()):
+            raise DeviceGroupError(f"stopping {self.name}", failures)
+
     def close(self) -> None:
         """Stop every motor, each on its own; then close every device; then let the backend go.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -101,11 +102,13 @@ class _Execution:
         try:
             assembled = assemble(raw, self._plan.description, self._plan.request.rate_hz, self._clock_for(raw))
             robot = assembled.robot
+            self._interrupts.stop_with(robot.stop)
             outcome = self._run(assembled, self._truth_of(raw))
             return outcome
         finally:
             try:
                 self._interrupts.hold()
+                self._stop(robot)
                 self._judge(raw, outcome)
             finally:  # even where a signal came just before the hold
                 self._close(robot)
@@ -120,7 +123,7 @@ class _Execution:
             plan.behaviour,
             plan.request.rate_hz,
             plan.request.timeout_s,
-            [observer.tick for observer in self._observers],
+            [*(observer.tick for observer in self._observers), lambda _: self._interrupts.check()],
         )
         try:
             return self._loop.run()
@@ -147,6 +150,12 @@ class _Execution:
         except Exception as error:  # noqa: BLE001  the app's own code; the robot must still be closed
             self._late_failure = BehaviourError.raised_by(type(behaviour), error)
 
+    @staticmethod
+    def _stop(robot: Robot) -> None:
+        """Stop the motors before anything else runs; one that fails is told when it fails again at closing."""
+        with suppress(RobotcoreError):
+            robot.stop()
+
     def _close(self, robot: Robot) -> None:
         try:
             robot.close()
@@ -166,7 +175,7 @@ class _Execution:
             outcome=outcome,
             exit_status=error.exit_status if error else _EXIT_STATUS[outcome],
             reason=f"{said}; {late}" if late and late is not error else said,
-            verified=self._judgement.verified,
+            verified=False if error and self._judgement.verified else self._judgement.verified,
             sim_time_s=round(self._sim_time, 6),
             wall_time_s=round(wall_time, 3),
             ticks=loop.trace.ticks if loop else 0,

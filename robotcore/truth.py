@@ -32,7 +32,9 @@ class Truth:
 
     def __init__(self, source: TruthSource, robot: RobotDescription, world: WorldDescription) -> None:
         self._source, self._robot, self._world = source, robot, world
-        self._edges = edges_of(prism.outline for prism in world.prisms)
+        camera, ball = robot.first_of(CameraDescription), world.target
+        tall = max(camera.mount.z_m if camera else 0.0, 2 * ball.radius_m if ball else 0.0)
+        self._edges = edges_of(prism.outline for prism in world.prisms if prism.height_m >= tall)
 
     @property
     def pose(self) -> Pose:
@@ -59,7 +61,10 @@ class Truth:
 
     @property
     def sees_target(self) -> bool:
-        """Whether some of the first target is in the first camera's picture and in line of sight."""
+        """Whether some of the first target is in the first camera's picture and in line of sight.
+
+        What the camera looks over, or what the ball stands out above, hides nothing.
+        """
         camera = self._robot.first_of(CameraDescription)
         ball = self._world.target
         if camera is None or ball is None:

@@ -12,6 +12,7 @@ from robotcore.description import (
     AnyDevice,
     CameraDescription,
     Described,
+    DisplayDescription,
     EncoderDescription,
     MotorDescription,
     RangeSensorDescription,
@@ -74,4 +75,5 @@ def _opened(description: AnyDevice, setup: Setup, options: KinematicOptions, sim
         return KinematicRangeSensor(description, simulation, Noise(setup.seed, name, options.range_noise_m))
     if isinstance(description, CameraDescription):
         return KinematicCamera(description, simulation, Noise(setup.seed, name, options.camera_noise))
-    return MemoryDisplay(name)
+    display: DisplayDescription = description  # of a new kind of device, the type checker tells
+    return MemoryDisplay(display.name)

@@ -19,6 +19,7 @@ from robotcore.clock import Clock, SteppedClock
 from robotcore.description import (
     CameraDescription,
     Described,
+    DisplayDescription,
     Drive,
     EncoderDescription,
     MotorDescription,
@@ -74,7 +75,8 @@ class MockBackend(Backend):
                 script = scripts.get(name, _turning_with(motors.get(_wheel_of(name, setup.robot.drive))))
                 yield MockEncoder(name, script, clock, rate_hz)
             else:
-                yield MockDisplay(name)
+                display: DisplayDescription = device  # of a new kind of device, the type checker tells
+                yield MockDisplay(display.name)
 
 
 def _wheel_of(encoder: str, drive: Drive | None) -> str:

@@ -14,6 +14,7 @@ from robotcore.clock import SteppedClock
 from robotcore.description import (
     AnyDevice,
     CameraDescription,
+    DisplayDescription,
     EncoderDescription,
     MotorDescription,
     RangeSensorDescription,
@@ -56,4 +57,5 @@ class Simulation:
             return BulletRangeSensor(bullet, description, self.clock, body)
         if isinstance(description, CameraDescription):
             return BulletCamera(bullet, description, self.clock, body, self._scene)
-        return MemoryDisplay(description.name)
+        display: DisplayDescription = description  # of a new kind of device, the type checker tells
+        return MemoryDisplay(display.name)

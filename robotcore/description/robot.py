@@ -14,6 +14,9 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_
 from robotcore.description.base import Colour, Described, Metres, Name, Place, require_unique
 from robotcore.devices import Intrinsics
 from robotcore.drive import DifferentialGeometry
+from robotcore.geometry import wrap_angle
+
+AHEAD_RAD = math.pi / 4
 
 
 class Body(Described):
@@ -85,7 +88,7 @@ class Safety(Described):
 
     stop_distance_m: Metres = 0.10
     deceleration_m_s2: PositiveFloat = 0.5
-    lease_ticks: Annotated[float, Field(ge=1)] = 2.5
+    lease_ticks: Annotated[float, Field(ge=1, le=10)] = 2.5
     max_age_s: PositiveFloat = 1.0
 
 
@@ -208,6 +211,12 @@ class RobotDescription(Described):
         if body.clearance_m == 0:
             raise ValueError("the body lies on the floor; raise body.clearance_m, or leave out [drive]")
         return self
+
+    @property
+    def range_sensors_ahead(self) -> tuple[RangeSensorDescription, ...]:
+        """The range sensors that look where the robot drives: the range guard's."""
+        sensors = self.all_of(RangeSensorDescription)
+        return tuple(sensor for sensor in sensors if abs(wrap_angle(sensor.mount.yaw_rad)) < AHEAD_RAD)
 
     def all_of(self, kind: type[DescriptionT]) -> tuple[DescriptionT, ...]:
         """Return the devices of one kind, in the order of the file."""

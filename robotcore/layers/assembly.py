@@ -8,16 +8,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from robotcore.clock import Clock, TickClock
+from robotcore.clock import AppClock, Clock, TickClock
 from robotcore.description import CameraDescription, RangeSensorDescription, RobotDescription
 from robotcore.devices import Camera, Device, Display, Encoder, RangeSensor, SampleT
-from robotcore.errors import UnmetNeedError
+from robotcore.errors import UnknownNameError, UnmetNeedError
 from robotcore.geometry import Pose
 from robotcore.layers.devices import LayeredCamera, LayeredDisplay, LayeredEncoder, LayeredRangeSensor
 from robotcore.layers.readers import Fresh, OnceATick
 from robotcore.layers.wheels import GuardedDrive
 from robotcore.robot import Robot, Role
-from robotcore.safety import SafetyStage
+from robotcore.safety import Latch, SafetyStage
 
 _KINDS = {Role.CAMERA: "camera", Role.RANGE: "range_sensor", Role.DISPLAY: "display"}
 _MOUNTED = (CameraDescription, RangeSensorDescription)
@@ -25,34 +25,36 @@ _MOUNTED = (CameraDescription, RangeSensorDescription)
 
 @dataclass(frozen=True)
 class Assembled:
-    """A robot as an app gets it, its clock, and the stage that its commands pass, if it has a drive."""
+    """A robot as an app gets it, the clock that its loop ticks, the latch that ends its run, its drive's stage."""
 
     robot: Robot
     clock: TickClock
+    latch: Latch
     stage: SafetyStage | None
 
 
 def needed_devices(description: RobotDescription, needs: Iterable[Role], wants: Iterable[Role] = ()) -> frozenset[str]:
     """Return the names of the devices to open; ``wants`` are opened where the robot has them.
 
-    A drive brings its motors, its encoders, and the range sensor for the guard. Raises UnmetNeedError where a
-    need cannot be met.
+    A drive brings its motors, its encoders, and the range sensors that look ahead, for the guard. Raises
+    UnmetNeedError where a need cannot be met.
     """
     names: set[str] = set()
-    for role in sorted(needs):
+    for role in sorted(map(_role, needs)):
         if not (found := _names_for(description, role)):
             raise UnmetNeedError(
                 f"the robot {description.name!r} has no {role.value}, which the app needs; "
                 "take another robot with --robot, or add it to the description"
             )
         names |= found
-    return frozenset(names.union(*(_names_for(description, role) for role in wants)))
+    return frozenset(names.union(*(_names_for(description, _role(role)) for role in wants)))
 
 
 def assemble(raw: Robot, description: RobotDescription, rate_hz: float, clock: Clock | None = None) -> Assembled:
     """Put every layer over a robot that a backend opened; ``clock`` stands in for the backend's own."""
     ticks = TickClock(clock or raw.clock)
-    devices = {d.name: _layered(d, ticks, description.safety.max_age_s) for d in raw.devices.values()}
+    latch = Latch()
+    devices = {d.name: _layered(d, ticks, description.safety.max_age_s, latch) for d in raw.devices.values()}
     for sensor in description.devices:
         device = devices.get(sensor.name)
         if isinstance(sensor, _MOUNTED) and isinstance(device, (Camera, RangeSensor)):
@@ -60,10 +62,18 @@ def assemble(raw: Robot, description: RobotDescription, rate_hz: float, clock: C
     guarded = None
     drive = description.drive
     if drive and drive.left in raw.devices and drive.right in raw.devices:
-        guarded = GuardedDrive.over(devices, description, drive, ticks, rate_hz)
+        guarded = GuardedDrive.over(devices, description, drive, ticks, latch, rate_hz)
         devices |= guarded.motors
-    robot = Robot(raw.name, ticks, devices.values(), drive=guarded.drive if guarded else None, release=raw.close)
-    return Assembled(robot, ticks, guarded.stage if guarded else None)
+    app_clock = AppClock(ticks)
+    robot = Robot(raw.name, app_clock, devices.values(), drive=guarded.drive if guarded else None, release=raw.close)
+    return Assembled(robot, ticks, latch, guarded.stage if guarded else None)
+
+
+def _role(name: Role | str) -> Role:
+    try:
+        return Role(name)
+    except ValueError:
+        raise UnknownNameError("role in the app's needs", str(name), [role.value for role in Role]) from None
 
 
 def _names_for(description: RobotDescription, role: Role) -> set[str]:
@@ -72,20 +82,22 @@ def _names_for(description: RobotDescription, role: Role) -> set[str]:
     if (drive := description.drive) is None:
         return set()
     wheels = (drive.left, drive.right, drive.left_encoder, drive.right_encoder)
-    return {name for name in wheels if name} | _names_for(description, Role.RANGE)
+    return {name for name in wheels if name} | {sensor.name for sensor in description.range_sensors_ahead}
 
 
-def _layered(device: Device, clock: TickClock, max_age: float) -> Device:
+def _layered(device: Device, clock: TickClock, max_age: float, latch: Latch) -> Device:
     if isinstance(device, Camera):
-        return LayeredCamera(device, _read_through(device.name, device.read, clock, max_age))
+        return LayeredCamera(device, _read_through(device.name, device.read, clock, max_age, latch))
     if isinstance(device, RangeSensor):
-        return LayeredRangeSensor(device, _read_through(device.name, device.read, clock, max_age))
+        return LayeredRangeSensor(device, _read_through(device.name, device.read, clock, max_age, latch))
     if isinstance(device, Encoder):
-        return LayeredEncoder(device, _read_through(device.name, device.read, clock, max_age))
+        return LayeredEncoder(device, _read_through(device.name, device.read, clock, max_age, latch))
     if isinstance(device, Display):
         return LayeredDisplay(device)
     return device
 
 
-def _read_through(name: str, read: Callable[[], SampleT], clock: TickClock, max_age: float) -> OnceATick[SampleT]:
-    return OnceATick(clock, Fresh(name, clock, max_age, read))
+def _read_through(
+    name: str, read: Callable[[], SampleT], clock: TickClock, max_age: float, latch: Latch
+) -> OnceATick[SampleT]:
+    return OnceATick(clock, Fresh(name, clock, max_age, latch, read))

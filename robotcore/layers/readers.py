@@ -8,6 +8,7 @@ from typing import Generic
 from robotcore.clock import TickClock
 from robotcore.devices import SampleT
 from robotcore.errors import StaleSampleError
+from robotcore.safety import Latch
 
 Reader = Callable[[], SampleT]
 
@@ -33,14 +34,14 @@ class OnceATick(Generic[SampleT]):
 
 
 class Fresh(Generic[SampleT]):
-    """No sample older than ``limit`` seconds: StaleSampleError instead."""
+    """No sample older than ``limit`` seconds: StaleSampleError instead, which ends the run."""
 
-    def __init__(self, device: str, clock: TickClock, limit: float, read: Reader[SampleT]) -> None:
-        self._device, self._clock, self._limit, self._read = device, clock, limit, read
+    def __init__(self, device: str, clock: TickClock, limit: float, latch: Latch, read: Reader[SampleT]) -> None:
+        self._device, self._clock, self._limit, self._latch, self._read = device, clock, limit, latch, read
 
     def __call__(self) -> SampleT:
         sample = self._read()
         age = self._clock.now() - sample.time
         if age > self._limit:
-            raise StaleSampleError(self._device, age, self._limit)
+            self._latch.trip(StaleSampleError(self._device, age, self._limit))
         return sample

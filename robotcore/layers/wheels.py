@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from robotcore.clock import Clock
 from robotcore.description import Drive, RobotDescription
 from robotcore.devices import Device, Encoder, Motor, RangeSensor
 from robotcore.drive import CommandedWheels, DifferentialDrive, Odometry, Wheels
-from robotcore.safety import AccelerationLimit, RangeGuard, Rule, SafetyStage, VelocityLimit
+from robotcore.safety import (
+    AccelerationLimit,
+    DistanceAhead,
+    Latch,
+    RangeGuard,
+    Rule,
+    SafetyStage,
+    VelocityLimit,
+)
 
 
 class WheelMotor(Motor):
@@ -60,6 +68,7 @@ class GuardedDrive:
         description: RobotDescription,
         drive: Drive,
         clock: Clock,
+        latch: Latch,
         rate_hz: float,
     ) -> GuardedDrive:
         """Build the drive that ``description`` tells of over the devices that are open."""
@@ -70,8 +79,9 @@ class GuardedDrive:
             clock,
             left,
             right,
-            tuple(_rules(devices.values(), description, drive, limit, rate_hz)),
+            tuple(_rules(_sensors_ahead(devices, description), clock, description, drive, limit, rate_hz)),
             description.safety.lease_ticks / rate_hz,
+            latch,
             commanded.turn_at,
         )
         odometry = Odometry(drive.geometry, _encoder_angles(devices, drive) or commanded.angles)
@@ -84,20 +94,26 @@ class GuardedDrive:
 
 
 def _rules(
-    devices: Iterable[Device], description: RobotDescription, drive: Drive, limit: float, rate_hz: float
+    sensors: Sequence[RangeSensor],
+    clock: Clock,
+    description: RobotDescription,
+    drive: Drive,
+    limit: float,
+    rate_hz: float,
 ) -> Iterator[Rule]:
     """Yield the rules in their order; the guard is last, for nothing may weaken it."""
     yield VelocityLimit(limit)
     if drive.max_acceleration_rad_s2:
         yield AccelerationLimit(drive.max_acceleration_rad_s2 / rate_hz)
-    if sensor := next((d for d in devices if isinstance(d, RangeSensor)), None):
+    if sensors:
         safety = description.safety
-        yield RangeGuard(
-            drive.geometry,
-            lambda: sensor.read().distance,
-            safety.stop_distance_m,
-            safety.deceleration_m_s2,
-        )
+        ahead = DistanceAhead(clock, sensors)
+        yield RangeGuard(drive.geometry, ahead, safety.stop_distance_m, safety.deceleration_m_s2)
+
+
+def _sensors_ahead(devices: Mapping[str, Device], description: RobotDescription) -> list[RangeSensor]:
+    opened = (devices.get(sensor.name) for sensor in description.range_sensors_ahead)
+    return [device for device in opened if isinstance(device, RangeSensor)]
 
 
 def _encoder_angles(devices: Mapping[str, Device], drive: Drive) -> Callable[[], Wheels] | None:

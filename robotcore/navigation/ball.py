@@ -18,7 +18,7 @@ Point = tuple[float, float]
 class BallTracker:
     """Keeps the place of a ball of one hue in the odometry's frame; ``radius`` in metres.
 
-    ``place`` is where it was last seen well, None before; ``ticks_lost`` counts the ticks since anything of it was seen.
+    ``place`` is where it was last seen well, None before; ``ticks_lost`` counts the ticks since any of it was seen.
     """
 
     def __init__(self, hue: str | float, radius: float) -> None:

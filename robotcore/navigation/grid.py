@@ -67,7 +67,7 @@ class OccupancyGrid:
         dy = (self._centres[window[0]] - sensor.y)[:, None]
         cos, sin = math.cos(sensor.heading), math.sin(sensor.heading)
         ahead, aside = dx * cos + dy * sin, np.abs(dy * cos - dx * sin)
-        in_cone = aside <= ahead * math.tan(cone / 2)
+        in_cone = (ahead > 0) & (aside <= np.maximum(ahead * math.tan(cone / 2), self.cell / 2))
         radius = np.hypot(ahead, aside)
         patch = self.evidence[window]
         patch[in_cone & (radius < reach - self.cell)] += FREE_EVIDENCE

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 
 from robotcore.clock import Clock
 
@@ -10,15 +11,19 @@ MIN_LEASE_S = 0.1
 
 
 class Deadman:
-    """Calls ``cut(expiry)`` when ``lease`` seconds have passed since the last `renew`, between ticks too.
+    """Calls ``cut`` when ``lease`` seconds have passed since the last `renew`, between ticks too.
 
-    One call to the clock stands at a time; one that comes too early asks for the next.
+    One call to the clock stands at a time; one that comes too early asks for the next. A clock may call from a thread
+    of its own: whoever renews or rests holds ``lock``, and the cut is made under it.
     """
 
-    def __init__(self, clock: Clock, lease: float, cut: Callable[[float], None]) -> None:
+    def __init__(
+        self, clock: Clock, lease: float, cut: Callable[[float], None], lock: AbstractContextManager[object]
+    ) -> None:
         self.lease = max(lease, MIN_LEASE_S)
         self._clock = clock
         self._cut = cut
+        self._lock = lock
         self._expiry: float | None = None
         self._is_waiting = False
 
@@ -37,11 +42,12 @@ class Deadman:
         self._clock.call_at(expiry, lambda: self._check(expiry))
 
     def _check(self, called_at: float) -> None:
-        self._is_waiting = False
-        if self._expiry is None:
-            return
-        if self._expiry > called_at:
-            self._wait(self._expiry)
-        else:
-            self._expiry = None
-            self._cut(called_at)
+        with self._lock:
+            self._is_waiting = False
+            if self._expiry is None:
+                return
+            if self._expiry > called_at:
+                self._wait(self._expiry)
+            else:
+                self._expiry = None
+                self._cut(called_at)

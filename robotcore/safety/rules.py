@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
+from robotcore.clock import Clock
+from robotcore.devices import Range, RangeSensor
 from robotcore.drive import DifferentialGeometry, Wheels
 
 
@@ -53,7 +55,8 @@ class AccelerationLimit:
 class RangeGuard:
     """Takes forward motion away where something is nearer than the robot could stop; turning stays.
 
-    ``distance`` returns the newest range in metres. It is asked only when the robot would move forward.
+    ``distance`` returns what may be left ahead, in metres, for a robot that drives at the given speed since its newest
+    reading, m/s. It is asked only when the robot would move forward.
     """
 
     cause = "range guard"
@@ -61,7 +64,7 @@ class RangeGuard:
     def __init__(
         self,
         geometry: DifferentialGeometry,
-        distance: Callable[[], float],
+        distance: Callable[[float], float],
         stop_distance: float,
         deceleration: float,
     ) -> None:
@@ -75,9 +78,25 @@ class RangeGuard:
         if forward <= 0:
             return asked
         speed = forward * self._geometry.wheel_radius
-        if self._distance() > stopping_distance(speed, self._stop_distance, self._deceleration):
+        fastest = max(speed, (last.left + last.right) / 2 * self._geometry.wheel_radius)
+        if self._distance(fastest) > stopping_distance(speed, self._stop_distance, self._deceleration):
             return asked
         return Wheels(asked.left - forward, asked.right - forward)
+
+
+class DistanceAhead:
+    """What range sensors leave to drive: the nearest reading, less the way driven since it was taken."""
+
+    def __init__(self, clock: Clock, sensors: Sequence[RangeSensor]) -> None:
+        self._clock, self._sensors = clock, tuple(sensors)
+
+    def __call__(self, speed: float) -> float:
+        now = self._clock.now()
+        return min(self._left(sensor.read(), now, speed) for sensor in self._sensors)
+
+    @staticmethod
+    def _left(sample: Range, now: float, speed: float) -> float:
+        return sample.distance - speed * (now - sample.time)
 
 
 def stopping_distance(speed: float, stop_distance: float, deceleration: float) -> float:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from threading import RLock
 from typing import NamedTuple
 
 from robotcore.clock import Clock
 from robotcore.devices import Motor, invalid_velocity
 from robotcore.drive import Wheels
 from robotcore.safety.deadman import Deadman
+from robotcore.safety.latch import Latch
 from robotcore.safety.rules import Rule
 
 REST = Wheels(0.0, 0.0)
@@ -37,8 +39,9 @@ class Commit(NamedTuple):
 class SafetyStage:
     """Guards the two motors of a drive.
 
-    ``clock`` is the app's, which stands still within a tick; the deadman's lease runs on it too. ``on_sent`` hears of
-    each velocity that the wheels are told, and when.
+    ``clock`` is the loop's, which stands still within a tick; the deadman's lease runs on it too, and a clock may cut
+    from a thread of its own. ``latch`` ends the run for good. ``on_sent`` hears of each velocity that the wheels are
+    told, and when.
     """
 
     def __init__(
@@ -48,13 +51,16 @@ class SafetyStage:
         right: Motor,
         rules: Sequence[Rule],
         lease: float,
+        latch: Latch | None = None,
         on_sent: Callable[[Wheels, float], None] | None = None,
     ) -> None:
         self._clock = clock
         self._left, self._right = left, right
         self._rules = tuple(rules)
+        self._latch = latch or Latch()
         self._on_sent = on_sent
-        self._deadman = Deadman(clock, lease, self._cut)
+        self._lock = RLock()
+        self._deadman = Deadman(clock, lease, self._cut, self._lock)
         self._asked: Wheels | None = None
         self._guarded = self._sent = REST
         self._changes: list[Intervention] = []
@@ -63,22 +69,24 @@ class SafetyStage:
     def ask(self, wheels: Wheels) -> Wheels:
         """Take a command for this tick, instead of an earlier one; return what will be sent.
 
-        Raises InvalidCommandError where a velocity is NaN or infinite.
+        Raises InvalidCommandError where a velocity is NaN or infinite; from then on nothing moves any more.
         """
+        self._latch.check()
         for motor, velocity in ((self._left, wheels.left), (self._right, wheels.right)):
             if not math.isfinite(velocity):
                 self.stop()
-                raise invalid_velocity(motor.name, velocity)
+                self._latch.trip(invalid_velocity(motor.name, velocity))
         self._guarded = self._guard(wheels)
         self._asked = wheels
         return self._guarded
 
     def stop(self) -> None:
         """Stop both motors now, past every rule; zero is then this tick's command."""
-        self._asked = self._guarded = REST
-        self._changes.clear()
-        self._deadman.rest()
-        self._halt(self._clock.now())
+        with self._lock:
+            self._asked = self._guarded = REST
+            self._changes.clear()
+            self._deadman.rest()
+            self._halt(self._clock.now())
 
     @property
     def asked(self) -> Wheels:
@@ -86,25 +94,39 @@ class SafetyStage:
         return self._asked or self._sent
 
     def commit(self) -> Commit:
-        """Send this tick's command, if there is one, and begin a new lease."""
-        asked, changes = self._asked, (*self._cuts, *self._changes)
-        self._cuts.clear()
-        if asked is None:
-            return Commit(None, None, changes)
-        self._asked = None
-        self._changes.clear()
-        self._send(self._guarded)
-        return Commit(asked, self._sent, changes)
+        """Send this tick's command and begin a new lease; without one, guard again what is still being driven."""
+        self._latch.check()
+        with self._lock:
+            asked, self._asked = self._asked, None
+            sent = self._hold_back() if asked is None else self._send(self._guarded)
+            changes = (*self._cuts, *self._changes)
+            self._cuts.clear()
+            self._changes.clear()
+            return Commit(asked, sent, changes)
 
-    def _send(self, wheels: Wheels) -> None:
-        now = self._clock.now()
-        self._note(wheels, now)
-        self._left.set_velocity(wheels.left)
-        self._right.set_velocity(wheels.right)
+    def _hold_back(self) -> Wheels | None:
+        """Lessen a command that lives on where the rules would no longer let it pass; its lease goes on."""
+        if self._sent == REST or (lessened := self._guard(self._sent)) == self._sent:
+            return None
+        return self._tell(lessened)
+
+    def _send(self, wheels: Wheels) -> Wheels:
+        """Send a command. Its lease begins before the first motor turns."""
         if wheels == REST:
             self._deadman.rest()
         else:
-            self._deadman.renew(now)
+            self._deadman.renew(self._clock.now())
+        return self._tell(wheels)
+
+    def _tell(self, wheels: Wheels) -> Wheels:
+        """Tell the motors, and return what they say they do; where one fails, stop both."""
+        try:
+            sent = Wheels(self._left.set_velocity(wheels.left), self._right.set_velocity(wheels.right))
+        except Exception:
+            self._halt(self._clock.now())
+            raise
+        self._note(sent, self._clock.now())
+        return sent
 
     def _guard(self, wheels: Wheels) -> Wheels:
         self._changes.clear()

@@ -12,7 +12,7 @@ from robotcore.backend import Backend, Setup, Vouch
 from robotcore.behaviour import Behaviour, Status
 from robotcore.clock import Clock, SteppedClock
 from robotcore.description import RobotDescription, load_robot
-from robotcore.devices import Camera, Device, Frame, Image, Intrinsics, Motor, Range, RangeSensor
+from robotcore.devices import Angle, Camera, Device, Encoder, Frame, Image, Intrinsics, Motor, Range, RangeSensor
 from robotcore.display import MemoryDisplay
 from robotcore.errors import DeviceError
 from robotcore.geometry import Pose, Twist
@@ -25,6 +25,7 @@ assert ROVER.drive
 UNHURRIED = ROVER.model_copy(update={"drive": ROVER.drive.model_copy(update={"max_acceleration_rad_s2": None})})
 """The rover without a limit of its acceleration."""
 
+STANDING = Twist(0.0, 0.0)
 EYE = Intrinsics(32, 24, math.radians(60))
 
 
@@ -59,6 +60,19 @@ class NullRange(RangeSensor):
         return Range(self.distance, self._clock.now() - self.age, self.reads)
 
 
+class NullEncoder(Encoder):
+    """Reads ``angle``; counts how often it is asked."""
+
+    def __init__(self, clock: Clock, name: str) -> None:
+        super().__init__(name)
+        self.angle, self.reads = 0.0, 0
+        self._clock = clock
+
+    def _newest(self) -> Angle:
+        self.reads += 1
+        return Angle(self.angle, self._clock.now(), self.reads)
+
+
 class NullCamera(Camera):
     """Shows ``image``."""
 
@@ -76,7 +90,7 @@ class NullCamera(Camera):
 class StillTruth:
     """A robot that stands where it is put."""
 
-    def __init__(self, pose: Pose, twist: Twist = Twist(0.0, 0.0), contacts: int = 0) -> None:
+    def __init__(self, pose: Pose, twist: Twist = STANDING, contacts: int = 0) -> None:
         self._told = pose, twist, contacts
 
     def pose(self) -> Pose:

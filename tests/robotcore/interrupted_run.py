@@ -1,4 +1,4 @@
-"""A run of null devices in a process of its own, to be interrupted: ``python -m tests.robotcore.interrupted_run APP``."""
+"""A run of null devices to be interrupted: ``python -m tests.robotcore.interrupted_run APP``."""
 
 from __future__ import annotations
 
@@ -24,10 +24,15 @@ class App(Deed):
         robot.drive.set_wheels(2.0, 2.0)
         self.ticks += 1
         if self.ticks == 3:
-            print("moving", flush=True)
+            tell("moving")
         if self.ticks >= 3:
             super().step(robot)
         return Status.RUNNING
+
+
+def tell(line: str) -> None:
+    sys.stdout.write(f"{line}\n")
+    sys.stdout.flush()
 
 
 def ordinary(robot: Robot) -> None:
@@ -53,10 +58,16 @@ def swallowing(robot: Robot) -> None:
             threading.Event().wait()
 
 
+def deaf(robot: Robot) -> None:
+    """Swallow even what ends the program, and go on."""
+    with suppress(BaseException):
+        threading.Event().wait(0.3)
+
+
 def main() -> int:
     """Run the app that the command line names; print what was left of it."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    deed = {each.__name__: each for each in (ordinary, slow, hung, waiting, swallowing)}[sys.argv[1]]
+    deed = {each.__name__: each for each in (ordinary, slow, hung, waiting, swallowing, deaf)}[sys.argv[1]]
     backend = RigBackend()
     with (
         patch("robotcore.plan.load_backend", lambda _: backend),
@@ -66,7 +77,7 @@ def main() -> int:
         result = run(RunRequest("app", timeout_s=1e9))
     rig = backend.rig
     told = {"wheels": rig.wheels, "releases": [rig.left.releases, rig.right.releases]}
-    print(json.dumps({**json.loads(result.to_json()), **told}))
+    tell(json.dumps({**json.loads(result.to_json()), **told}))
     return result.exit_status
 
 

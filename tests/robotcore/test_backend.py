@@ -31,12 +31,12 @@ def test_options_become_the_backends_own_model() -> None:
 
 
 def test_an_unknown_option_offers_the_nearest() -> None:
-    with pytest.raises(UnknownNameError, match="unknown option 'prt'. Did you mean 'port'?"):
+    with pytest.raises(UnknownNameError, match=r"unknown option 'prt'. Did you mean 'port'\?"):
         options(prt=1).options_as(Options)
 
 
 def test_an_option_that_does_not_fit_is_refused_by_name() -> None:
-    with pytest.raises(UsageError, match="option port: .*integer.*'high'"):
+    with pytest.raises(UsageError, match=r"option port: .*integer.*'high'"):
         options(port="high").options_as(Options)
 
 
@@ -48,7 +48,7 @@ def test_chosen_devices_come_in_the_order_of_the_file() -> None:
 def test_a_backend_that_is_not_installed_says_how_to_get_it() -> None:
     backend = Missing()
     assert not backend.is_installed
-    with pytest.raises(BackendMissingError, match="'missing' is not installed. pip install no_such_simulator json"):
+    with pytest.raises(BackendMissingError, match=r"'missing' is not installed. pip install no_such_simulator json"):
         backend.require_installed()
 
 

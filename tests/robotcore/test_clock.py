@@ -238,7 +238,8 @@ class TestPacedClock:
         clock = PacedClock(SteppedClock(20, lambda _: None))
         assert clock.sleep_until(0.05)
         assert clock.sleep_until(0.1)
-        assert (clock.now(), fake_time.naps) == (0.1, pytest.approx([0.05, 0.05]))
+        assert clock.now() == 0.1
+        assert fake_time.naps == pytest.approx([0.05, 0.05])
 
     def test_a_machine_that_is_too_slow_is_told_and_delays_the_clock(self, fake_time: FakeTime) -> None:
         clock = PacedClock(SteppedClock(20, lambda _: fake_time.sleep(0.08)))
@@ -275,9 +276,11 @@ class TestTickClock:
         clock = TickClock(source)
         fake_time.t += 0.3
         assert not clock.sleep_until(0.05)
-        assert (clock.tick, clock.now()) == (1, pytest.approx(0.3))
+        assert clock.tick == 1
+        assert clock.now() == pytest.approx(0.3)
         assert clock.sleep_until(0.4)
-        assert (clock.tick, clock.now()) == (2, pytest.approx(0.4))
+        assert clock.tick == 2
+        assert clock.now() == pytest.approx(0.4)
 
     def test_calls_and_closing_reach_the_clock_beneath(self) -> None:
         clock, calls = TickClock(SteppedClock(20, lambda _: None)), list[str]()

@@ -1,7 +1,9 @@
 from __future__ import annotations
 
 import inspect
+import pickle
 import re
+import signal
 
 import pytest
 
@@ -9,6 +11,7 @@ from robotcore import errors
 from robotcore.errors import (
     BehaviourError,
     DescriptionError,
+    DeviceClosedError,
     DeviceError,
     DeviceGroupError,
     Interrupted,
@@ -22,7 +25,10 @@ BRANCH = re.compile(r"^ *(?P<stem>[│├└─ ]*)(?P<name>\w+)(?: \((?P<builti
 DEFINED = {
     name: kind
     for name, kind in vars(errors).items()
-    if inspect.isclass(kind) and issubclass(kind, BaseException) and kind.__module__ == errors.__name__
+    if inspect.isclass(kind)
+    and issubclass(kind, BaseException)
+    and kind.__module__ == errors.__name__
+    and name[0] != "_"
 }
 
 
@@ -47,7 +53,8 @@ def test_every_error_is_in_the_drawn_tree() -> None:
 def test_the_tree_draws_each_error_with_its_bases(name: str) -> None:
     parent, builtin, _ = _drawn()[name]
     drawn = {base for base in (parent, builtin) if base} or {"Exception"}
-    assert {base.__name__ for base in DEFINED[name].__bases__} == drawn
+    assert {base.__name__ for base in DEFINED[name].__bases__ if base.__name__[0] != "_"} <= drawn
+    assert drawn <= {base.__name__ for base in DEFINED[name].__mro__}
 
 
 TOLD = [(name, int(found[1])) for name, (*_, told) in _drawn().items() if (found := re.search(r"exit (\d)$", told))]
@@ -100,3 +107,23 @@ def test_what_an_app_raised_keeps_its_traceback() -> None:
     error = BehaviourError.raised_by(dict, cause)
     assert str(error) == "dict raised KeyError: 'speed'"
     assert error.__cause__ is cause
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        UnknownNameError("app", "gren", ["green"]),
+        DescriptionError("a.toml", "body", "is missing", "Add it"),
+        DeviceError("eye", "no picture"),
+        DeviceClosedError("eye"),
+        DeviceGroupError("closing rover", [DeviceError("eye", "no picture")]),
+        StaleSampleError("nose", 2.0, 1.0),
+        Interrupted(signal.SIGTERM),
+    ],
+    ids=lambda error: type(error).__name__,
+)
+def test_another_process_can_be_told_of_it(error: BaseException) -> None:
+    told = pickle.loads(pickle.dumps(error))  # noqa: S301  our own
+    assert type(told) is type(error)
+    assert str(told) == str(error)
+    assert told.__dict__.keys() == error.__dict__.keys()

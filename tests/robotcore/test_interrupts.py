@@ -6,6 +6,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -34,19 +35,35 @@ def _own_handlers() -> Iterator[None]:
 class TestInterrupts:
     @pytest.mark.parametrize("number", SIGNALS)
     def test_a_signal_raises_where_the_program_is_whatever_it_catches(self, number: signal.Signals) -> None:
-        with pytest.raises(Interrupted, match=number.name) as raised, Interrupts():
-            try:
-                signal.raise_signal(number)
-            except Exception:
-                pytest.fail("swallowed")
+        with pytest.raises(Interrupted, match=number.name) as raised, Interrupts(), suppress(Exception):
+            signal.raise_signal(number)
         assert raised.value.exit_status == 128 + number
 
-    def test_only_the_first_raises(self) -> None:
-        with Interrupts():
+    def test_one_that_was_swallowed_is_raised_again_by_a_check(self) -> None:
+        with Interrupts() as interrupts:
+            interrupts.check()
             with pytest.raises(Interrupted):
                 signal.raise_signal(signal.SIGTERM)
-            signal.raise_signal(signal.SIGINT)
-            signal.raise_signal(signal.SIGTERM)
+            with pytest.raises(Interrupted, match="SIGTERM"):
+                interrupts.check()
+
+    def test_the_third_stops_the_motors_and_ends_the_process(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        ended: list[int | str] = []
+
+        def end(status: int) -> None:
+            ended.append(status)
+            raise SystemExit
+
+        monkeypatch.setattr("robotcore.interrupts.os._exit", end)
+        with Interrupts() as interrupts:
+            interrupts.stop_with(lambda: ended.append("stopped"))
+            for _ in range(2):
+                with pytest.raises(Interrupted):
+                    signal.raise_signal(signal.SIGTERM)
+            assert not ended
+            with pytest.raises(SystemExit):
+                signal.raise_signal(signal.SIGTERM)
+        assert ended == ["stopped", 128 + signal.SIGTERM]
 
     def test_none_raises_while_it_is_held(self) -> None:
         with Interrupts() as interrupts:
@@ -100,7 +117,7 @@ def interrupted() -> Iterator[Callable[[str, signal.Signals], tuple[int, dict[st
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("app", ["ordinary", "slow", "hung", "waiting", "swallowing"])
+@pytest.mark.parametrize("app", ["ordinary", "slow", "hung", "waiting", "swallowing", "deaf"])
 def test_a_signal_stops_the_motors_and_ends_the_run(
     interrupted: Callable[[str, signal.Signals], tuple[int, dict[str, Any]]], app: str, number: signal.Signals
 ) -> None:

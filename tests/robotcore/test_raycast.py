@@ -42,6 +42,11 @@ class TestCast:
     def test_a_ray_along_an_edge_meets_the_edge_beside_it(self) -> None:
         assert cast(3.0, 1.0, np.array([-1.0]), np.array([0.0]), edges_of([SQUARE])).tolist() == [2.0]
 
+    @pytest.mark.parametrize("degrees, length", [(44, 1.390), (46, math.inf), (-44, 1.390), (-46, math.inf)])
+    def test_a_ray_passes_the_ends_of_a_wall(self, degrees: float, length: float) -> None:
+        wall = np.array([[1.0, -1.0, 0.0, 2.0]])
+        assert cast(0.0, 0.0, *rays(degrees), wall) == pytest.approx([length], rel=1e-3)
+
     def test_lengths_are_in_units_of_the_direction(self) -> None:
         assert cast(0.0, 0.0, np.array([0.25]), np.array([0.0]), edges_of([SQUARE])) == pytest.approx([4.0])
 

@@ -3,12 +3,14 @@ from __future__ import annotations
 import json
 import signal
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import pytest
 
 from robotcore import session
 from robotcore.behaviour import Behaviour, Status
+from robotcore.clock import Clock, PacedClock
 from robotcore.errors import (
     BackendError,
     BehaviourError,
@@ -114,8 +116,6 @@ class TestEnd:
     @pytest.mark.parametrize(
         "error, outcome, exit_status",
         [
-            (UsageError("no such corner"), Outcome.ERROR, 2),
-            (UnmetNeedError("no arm"), Outcome.ERROR, 2),
             (BackendError("the simulator has gone"), Outcome.ERROR, 3),
             (DeviceError("eye", "no picture"), Outcome.ERROR, 3),
             (InvalidCommandError("nan"), Outcome.STOPPED, 4),
@@ -148,13 +148,35 @@ class TestEnd:
         assert (result.outcome, result.exit_status) == (Outcome.STOPPED, 4)
         assert backend.rig.wheels == (0.0, 0.0)
 
-    def test_what_nobody_expected_is_passed_on_once_the_motors_stand(
-        self, perform: Runner, backend: RigBackend
+    @pytest.mark.parametrize("error", [SystemExit(0), UsageError("no such corner"), UnmetNeedError("no arm")])
+    def test_an_app_that_gives_up_in_its_own_way_has_raised(
+        self, perform: Runner, backend: RigBackend, error: BaseException
     ) -> None:
-        with pytest.raises(SystemExit):
-            perform(raising(SystemExit(7)))
+        result = perform(raising(error))
+        assert (result.outcome, result.exit_status) == (Outcome.ERROR, 5)
         assert backend.rig.wheels == (0.0, 0.0)
         assert backend.rig.left.releases == 1
+
+    def test_a_velocity_that_is_no_number_ends_the_run_though_the_app_swallows_it(self, perform: Runner) -> None:
+        def swallow(robot: Robot) -> Status:
+            with suppress(Exception):
+                driving(robot, float("nan"))
+            return Status.RUNNING
+
+        result = perform(then(swallow))
+        assert (result.outcome, result.exit_status) == (Outcome.STOPPED, 4)
+
+    def test_a_driver_that_raises_what_it_did_not_translate_has_failed(
+        self, perform: Runner, backend: RigBackend
+    ) -> None:
+        def unplug(robot: Robot) -> Status:
+            backend.rig.nose._newest = _reset  # type: ignore[method-assign]
+            robot.range.read()
+            return Status.RUNNING
+
+        result = perform(then(unplug))
+        assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
+        assert result.reason == "nose: ConnectionResetError: gone"
 
     def test_an_apps_reason_is_told(self, perform: Runner) -> None:
         app = then(lambda _: Status.FAILURE)
@@ -247,8 +269,14 @@ class TestOpening:
     def test_simulated_time_is_held_to_real_time_only_where_it_is_asked_for(
         self, perform: Runner, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        paced: list[object] = []
-        monkeypatch.setattr(session, "PacedClock", lambda clock: paced.append(clock) or clock)
+        paced: list[Clock] = []
+
+        class Noting(PacedClock):
+            def __init__(self, source: Clock) -> None:
+                super().__init__(source)
+                paced.append(source)
+
+        monkeypatch.setattr(session, "PacedClock", Noting)
         perform(then(lambda _: Status.SUCCESS))
         assert paced == []
         perform(then(lambda _: Status.SUCCESS), RunRequest("app", realtime=True))
@@ -363,3 +391,7 @@ def raise_(error: Exception) -> Status:
 
 def _fail_to_close() -> None:
     raise DeviceError("eye", "stuck")
+
+
+def _reset() -> Any:
+    raise ConnectionResetError("gone")

@@ -86,7 +86,7 @@ def test_a_value_that_does_not_fit_is_refused_with_the_default(name: str, given:
 
 
 def test_an_unknown_setting_offers_the_nearest() -> None:
-    with pytest.raises(UnknownNameError, match="unknown setting 'sped_m_s'. Did you mean 'speed_m_s'?"):
+    with pytest.raises(UnknownNameError, match=r"unknown setting 'sped_m_s'. Did you mean 'speed_m_s'\?"):
         configure(App, {"sped_m_s": "1"})
 
 
@@ -104,7 +104,7 @@ def test_a_setting_without_a_default_must_be_given() -> None:
 
 
 def test_an_app_may_refuse_its_settings() -> None:
-    with pytest.raises(UsageError, match="^no hue$"):
+    with pytest.raises(UsageError, match=r"^no hue$"):
         configure(App, {"hue": "none"})
 
 

@@ -7,7 +7,7 @@ import pytest
 from robotcore.description import COLOURS, Ball, Box, Floor, WorldDescription, load_robot
 from robotcore.geometry import Pose, Twist
 from robotcore.truth import Truth
-from tests.robotcore.fakes import ROVER, StillTruth
+from tests.robotcore.fakes import ROVER, STANDING, StillTruth
 
 FRONT = ROVER.body.front_x_m
 RADIUS = 0.1
@@ -21,7 +21,7 @@ def wall(x: float, y: float, length: float = 0.1, width: float = 0.6) -> Box:
 
 
 def truth(
-    *balls: tuple[float, float], pose: Pose = ORIGIN, twist: Twist = Twist(0.0, 0.0), walls: tuple[Box, ...] = ()
+    *balls: tuple[float, float], pose: Pose = ORIGIN, twist: Twist = STANDING, walls: tuple[Box, ...] = ()
 ) -> Truth:
     world = WorldDescription(
         name="w",

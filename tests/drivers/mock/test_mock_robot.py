@@ -10,7 +10,15 @@ from apps.avoid_obstacles import AvoidObstacles
 from drivers.mock import LOST, MockRobot
 from robotcore.behaviour import Behaviour, Status
 from robotcore.drive import Wheels
-from robotcore.errors import DeviceError, SafetyStop, StaleSampleError, UnknownNameError, UnmetNeedError, UsageError
+from robotcore.errors import (
+    BehaviourError,
+    DeviceError,
+    SafetyStop,
+    StaleSampleError,
+    UnknownNameError,
+    UnmetNeedError,
+    UsageError,
+)
 from robotcore.robot import Robot, Role
 from robotcore.session import RunRequest, run
 
@@ -132,7 +140,7 @@ def test_distances_keep_the_limits_of_the_sensor() -> None:
 
 @pytest.mark.parametrize("reading", [math.nan, -0.1, "near", None])
 def test_script_of_no_distance_is_refused(reading: object) -> None:
-    with pytest.raises(UsageError, match="nose: its script reads"):
+    with pytest.raises(BehaviourError, match="nose: its script reads"):
         MockRobot(range=[reading]).run(Ahead())
 
 
@@ -200,12 +208,12 @@ def test_without_a_script_nothing_is_in_range_and_the_picture_is_grey() -> None:
 
 
 def test_picture_of_another_size_is_refused() -> None:
-    with pytest.raises(UsageError, match=r"eye: its script shows uint8 of shape \(10, 10, 3\)"):
+    with pytest.raises(BehaviourError, match=r"eye: its script shows uint8 of shape \(10, 10, 3\)"):
         MockRobot(camera=np.zeros((10, 10, 3), dtype=np.uint8)).run(Marking())
 
 
 def test_what_the_app_does_not_need_is_not_open() -> None:
-    with pytest.raises(UnmetNeedError, match="no camera open"):
+    with pytest.raises(BehaviourError, match="no camera open"):
         MockRobot().run(Undeclared())
 
 

@@ -72,7 +72,7 @@ def test_what_cannot_be_run_is_told_on_stderr_and_in_json(
 
 def test_an_app_that_raises_shows_its_traceback(cli: Cli, app_file: Callable[[str], str]) -> None:
     told = cli("run", app_file("1 / 0"), "--json")
-    assert (told.status, told.json["outcome"], told.json["ticks"]) == (5, "error", 2)
+    assert (told.status, told.json["outcome"], told.json["ticks"]) == (5, "error", 3)
     assert "1 / 0" in told.err
     assert told.err.splitlines()[-1] == "error: Odd raised ZeroDivisionError: division by zero"
 
@@ -87,7 +87,7 @@ def test_a_velocity_that_is_no_number_is_a_safety_stop(cli: Cli, app_file: Calla
 def test_a_signal_ends_the_run_with_its_line(cli: Cli, app_file: Callable[[str], str], number: signal.Signals) -> None:
     told = cli("run", app_file(f"os.kill(os.getpid(), {int(number)})"), "--json")
     assert told.status == 128 + number
-    assert (told.json["outcome"], told.json["ticks"]) == ("interrupted", 2)
+    assert (told.json["outcome"], told.json["ticks"]) == ("interrupted", 3)
     assert number.name in told.json["reason"]
     assert told.err == ""
 

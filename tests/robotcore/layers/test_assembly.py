@@ -7,8 +7,8 @@ from robotcore.description import load_robot
 from robotcore.devices import Camera, Device, RangeSensor
 from robotcore.errors import DeviceClosedError, DeviceGroupError, StaleSampleError, UnmetNeedError
 from robotcore.layers import assemble, needed_devices
-from robotcore.robot import Role
-from tests.robotcore.fakes import ROVER, UNHURRIED, NullMotor, Rig, picture
+from robotcore.robot import Robot, Role
+from tests.robotcore.fakes import ROVER, UNHURRIED, NullEncoder, NullMotor, Rig, picture
 
 WHEELS = {"left_motor", "right_motor", "left_encoder", "right_encoder"}
 
@@ -138,6 +138,18 @@ class TestDrive:
         assert rig.robot.drive.pose == pytest.approx((0.2 * 0.125, 0.0, 0.0))
 
 
+class TestEncoders:
+    def test_they_tell_the_pose_and_are_read_once_a_tick(self) -> None:
+        rig = Rig()
+        encoders = NullEncoder(rig.clock, "left_encoder"), NullEncoder(rig.clock, "right_encoder")
+        raw = Robot("rig", rig.clock, [rig.left, rig.right, *encoders])
+        robot = assemble(raw, ROVER, 20).robot
+        for encoder in encoders:
+            encoder.angle = 1.0
+        assert robot.drive.pose == robot.drive.pose == pytest.approx((0.0325, 0.0, 0.0))
+        assert [encoder.reads for encoder in encoders] == [1, 1]
+
+
 class TestClosing:
     def test_stops_and_lets_go_of_every_device_once(self) -> None:
         rig = Rig()
@@ -159,6 +171,14 @@ class TestClosing:
         assert [str(failure) for failure in raised.value.failures] == ["left_motor: no current"]
         assert rig.right.sent[-1] == 0.0
         assert all(_is_closed(device) for device in rig.made)
+
+    def test_the_backend_is_let_go_with_the_robot(self) -> None:
+        rig, released = Rig(), list[str]()
+        raw = Robot("rig", rig.clock, rig.made, release=lambda: released.append("once"))
+        robot = assemble(raw, ROVER, 20).robot
+        robot.close()
+        robot.close()
+        assert released == ["once"]
 
     def test_nothing_can_be_used_afterwards(self) -> None:
         robot = Rig().robot

@@ -8,6 +8,7 @@ from robotcore.clock import SteppedClock, TickClock
 from robotcore.devices import Range
 from robotcore.errors import DeviceError, StaleSampleError
 from robotcore.layers.readers import Fresh, OnceATick
+from robotcore.safety import Latch
 
 
 @pytest.fixture
@@ -43,7 +44,7 @@ def test_the_latest_can_be_looked_at_without_reading(clock: TickClock) -> None:
 
 
 def test_a_read_that_failed_is_tried_again(clock: TickClock) -> None:
-    outcomes = [DeviceError("nose", "no echo"), Range(1.0, 0.0, 0)]
+    outcomes: list[DeviceError | Range] = [DeviceError("nose", "no echo"), Range(1.0, 0.0, 0)]
 
     def read() -> Range:
         outcome = outcomes.pop(0)
@@ -59,11 +60,22 @@ def test_a_read_that_failed_is_tried_again(clock: TickClock) -> None:
 
 def test_a_sample_of_just_the_limit_is_fresh_enough(clock: TickClock) -> None:
     clock.sleep_until(0.5)
-    assert Fresh("nose", clock, 0.5, lambda: Range(1.0, 0.0, 0))().sequence == 0
+    assert Fresh("nose", clock, 0.5, Latch(), lambda: Range(1.0, 0.0, 0))().sequence == 0
 
 
 def test_an_older_sample_is_refused_by_name_and_age(clock: TickClock) -> None:
     clock.sleep_until(0.55)
     with pytest.raises(StaleSampleError, match="nose") as raised:
-        Fresh("nose", clock, 0.5, lambda: Range(1.0, 0.0, 0))()
-    assert (raised.value.age, raised.value.limit) == (pytest.approx(0.55), 0.5)
+        Fresh("nose", clock, 0.5, Latch(), lambda: Range(1.0, 0.0, 0))()
+    assert raised.value.age == pytest.approx(0.55)
+    assert raised.value.limit == 0.5
+
+
+def test_an_older_sample_ends_the_run_though_the_app_swallows_it(clock: TickClock) -> None:
+    clock.sleep_until(0.55)
+    latch = Latch()
+    latch.check()
+    with pytest.raises(StaleSampleError):
+        Fresh("nose", clock, 0.5, latch, lambda: Range(1.0, 0.0, 0))()
+    with pytest.raises(StaleSampleError, match="nose"):
+        latch.check()

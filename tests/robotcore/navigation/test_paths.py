@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -39,7 +40,7 @@ def steps_by_hand(start: Cell, open_cells: Mask) -> dict[Cell, int]:
 
 def masks() -> st.SearchStrategy[Mask]:
     rows = st.lists(st.lists(st.booleans(), min_size=6, max_size=6), min_size=5, max_size=5)
-    return rows.map(lambda cells: np.array(cells))
+    return rows.map(np.array)
 
 
 @given(masks(), st.integers(0, 4), st.integers(0, 5))
@@ -59,7 +60,7 @@ def test_a_way_back_leads_from_the_start_over_open_neighbours(open_cells: Mask, 
         assert (path[0], path[-1]) == (start, goal)
         assert len(path) <= steps[goal] + 1
         assert all(open_cells[cell] for cell in path[1:])
-        for (r, c), (following_r, following_c) in zip(path, path[1:], strict=False):
+        for (r, c), (following_r, following_c) in pairwise(path):
             assert max(abs(following_r - r), abs(following_c - c)) == 1
 
 

@@ -6,8 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from robotcore.clock import SteppedClock
 from robotcore.drive import DifferentialGeometry, Wheels
-from robotcore.safety import AccelerationLimit, RangeGuard, VelocityLimit, stopping_distance
+from robotcore.safety import AccelerationLimit, DistanceAhead, RangeGuard, VelocityLimit, stopping_distance
+from tests.robotcore.fakes import NullRange
 
 GEOMETRY = DifferentialGeometry(wheel_radius=0.05, track=0.2)
 REST = Wheels(0.0, 0.0)
@@ -76,7 +78,7 @@ class TestRangeGuard:
 
     @pytest.mark.parametrize("linear", [0.0, -0.3])
     def test_does_not_ask_for_a_distance_where_the_robot_does_not_go_forward(self, linear: float) -> None:
-        guard = RangeGuard(GEOMETRY, lambda: pytest.fail("asked"), 0.10, 0.5)
+        guard = RangeGuard(GEOMETRY, lambda _: pytest.fail("asked"), 0.10, 0.5)
         asked = GEOMETRY.to_wheels(linear, 2.0)
         assert guard(asked, REST) == asked
 
@@ -86,4 +88,25 @@ class TestRangeGuard:
 
 
 def _guard(distance: float) -> RangeGuard:
-    return RangeGuard(GEOMETRY, lambda: distance, 0.10, 0.5)
+    return RangeGuard(GEOMETRY, lambda _: distance, 0.10, 0.5)
+
+
+class TestDistanceAhead:
+    def test_an_old_reading_counts_less_by_the_way_driven_since(self) -> None:
+        clock = SteppedClock(20, lambda _: None)
+        nose = NullRange(clock, distance=0.5)
+        nose.age = 0.4
+        assert DistanceAhead(clock, [nose])(0.25) == pytest.approx(0.5 - 0.4 * 0.25)
+        assert DistanceAhead(clock, [nose])(0.0) == 0.5
+
+    def test_the_nearest_of_several_counts(self) -> None:
+        clock = SteppedClock(20, lambda _: None)
+        sensors = [NullRange(clock, distance=distance) for distance in (math.inf, 0.3, 0.9)]
+        assert DistanceAhead(clock, sensors)(0.1) == 0.3
+
+    def test_a_guard_reckons_with_the_faster_of_what_is_asked_and_what_was_sent(self) -> None:
+        speeds: list[float] = []
+        guard = RangeGuard(GEOMETRY, lambda speed: speeds.append(speed) or math.inf, 0.10, 0.5)  # type: ignore[func-returns-value]
+        guard(GEOMETRY.to_wheels(0.1, 0.0), GEOMETRY.to_wheels(0.3, 0.0))
+        guard(GEOMETRY.to_wheels(0.2, 0.0), REST)
+        assert speeds == pytest.approx([0.3, 0.2])

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import pytest
 
@@ -20,7 +21,12 @@ class Bench:
         self.left, self.right = NullMotor("left"), NullMotor("right")
         self.heard: list[tuple[Wheels, float]] = []
         self.stage = SafetyStage(
-            self.clock, self.left, self.right, rules, 0.125, lambda wheels, time: self.heard.append((wheels, time))
+            self.clock,
+            self.left,
+            self.right,
+            rules,
+            0.125,
+            on_sent=lambda wheels, time: self.heard.append((wheels, time)),
         )
 
     def sleep(self, seconds: float) -> None:
@@ -38,6 +44,18 @@ class Failing:
 
     def __call__(self, asked: Wheels, last: Wheels) -> Wheels:
         raise DeviceError("nose", "no echo")
+
+
+class Blocking:
+    """A rule that stops the robot where something has come near."""
+
+    cause = "blocking"
+
+    def __init__(self, is_near: Callable[[], bool]) -> None:
+        self._is_near = is_near
+
+    def __call__(self, asked: Wheels, last: Wheels) -> Wheels:
+        return Wheels(0.0, 0.0) if self._is_near() else asked
 
 
 class TestCommit:
@@ -96,8 +114,46 @@ class TestCommit:
         bench.stage._rules = (Failing(),)
         with pytest.raises(DeviceError, match="no echo"):
             bench.stage.ask(Wheels(1.0, 1.0))
-        assert bench.stage.commit().asked is None
+        with pytest.raises(DeviceError, match="no echo"):
+            bench.stage.commit()
         assert bench.sent == [(5.0, 5.0)]
+
+    def test_what_the_motors_say_they_do_is_what_was_sent(self) -> None:
+        bench = Bench()
+        bench.right.max_velocity = 2.0
+        bench.stage.ask(Wheels(3.0, 3.0))
+        assert bench.stage.commit().sent == (3.0, 2.0)
+        assert bench.heard == [(Wheels(3.0, 2.0), 0.0)]
+
+    def test_a_motor_that_fails_stops_the_other_and_nothing_counts_as_sent(self) -> None:
+        bench = Bench()
+        bench.right.is_broken = True
+        bench.stage.ask(Wheels(5.0, 5.0))
+        with pytest.raises(DeviceError, match="no current"):
+            bench.stage.commit()
+        assert bench.left.sent == [5.0, 0.0]
+        assert bench.stage.asked == (0.0, 0.0)
+
+    def test_a_command_that_lives_on_is_guarded_every_tick(self) -> None:
+        nearing = iter([False, False, True])
+        bench = Bench(Blocking(lambda: next(nearing)))
+        bench.stage.ask(Wheels(4.0, 4.0))
+        commits = [bench.stage.commit() for _ in range(3)]
+        assert [commit.asked for commit in commits] == [(4.0, 4.0), None, None]
+        assert [commit.sent for commit in commits] == [(4.0, 4.0), None, (0.0, 0.0)]
+        assert [each.cause for each in commits[2].interventions] == ["blocking"]
+
+
+class TestLatch:
+    def test_a_velocity_that_is_no_number_ends_all_motion_though_the_app_swallows_it(self) -> None:
+        bench = Bench()
+        with pytest.raises(InvalidCommandError):
+            bench.stage.ask(Wheels(math.nan, 0.0))
+        with pytest.raises(InvalidCommandError):
+            bench.stage.ask(Wheels(1.0, 1.0))
+        with pytest.raises(InvalidCommandError):
+            bench.stage.commit()
+        assert bench.sent == [(0.0, 0.0)]
 
 
 class TestStop:
@@ -188,7 +244,7 @@ class TestDeadman:
             bench.stage.stop()
         else:
             bench.stage.ask(Wheels(0.0, 0.0))
-        bench.stage.commit()
+            bench.stage.commit()
         bench.sleep(1.0)
         assert bench.stage.commit().interventions == ()
 

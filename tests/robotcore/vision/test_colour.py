@@ -27,7 +27,7 @@ class TestHue:
         assert hue_of(hue) == degrees
 
     def test_an_unknown_name_offers_the_nearest(self) -> None:
-        with pytest.raises(UnknownNameError, match="unknown hue 'gren'. Did you mean 'green'?"):
+        with pytest.raises(UnknownNameError, match=r"unknown hue 'gren'. Did you mean 'green'\?"):
             ColourDetector("gren")
 
     @pytest.mark.parametrize("hue", ["nan", math.inf])
