@@ -4,15 +4,17 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
+VERSION := $(shell $(PYTHON) -c 'import platform; print(platform.python_version())' 2>/dev/null)
+READY := $(VENV)/.ready-$(VERSION)
 UV := $(shell command -v uv 2>/dev/null)
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all lint types rules package coverage check benchmarks clean
+.PHONY: help demo test test-all lint types rules package coverage check clean
 
 help:  ## show what there is
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
-$(VENV)/.ready: pyproject.toml
+$(READY): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
 		{ echo "robotcore needs Python 3.10 or newer; $(PYTHON) is $$($(PYTHON) --version). Try: PYTHON=python3.11 make ..."; exit 1; }
 ifdef UV
@@ -26,10 +28,10 @@ else
 endif
 	@touch $@
 
-demo: $(VENV)/.ready  ## watch the robot find the green ball; leaves demo.png
+demo: $(READY)  ## watch the robot find the green ball; leaves demo.png
 	@$(BIN)/robotcore demo
 
-test: $(VENV)/.ready  ## run the tests
+test: $(READY)  ## run the tests
 	@$(BIN)/python -m pytest
 
 test-all:  ## run the tests on every Python from 3.10 to 3.13 that is on this machine
@@ -40,19 +42,19 @@ test-all:  ## run the tests on every Python from 3.10 to 3.13 that is on this ma
 		else echo "== Python $$version is not on this machine"; fi; \
 	done
 
-lint: $(VENV)/.ready  ## style: ruff
+lint: $(READY)  ## style: ruff
 	@$(BIN)/ruff check . && $(BIN)/ruff format --check .
 
-types: $(VENV)/.ready  ## types: mypy, strict
+types: $(READY)  ## types: mypy, strict
 	@$(BIN)/mypy
 
-rules: $(VENV)/.ready  ## who may import whom: import-linter
+rules: $(READY)  ## who may import whom: import-linter
 	@$(BIN)/lint-imports
 
-package: $(VENV)/.ready  ## build the wheel and look at what is in it
+package: $(READY)  ## build the wheel and look at what is in it
 	@rm -rf dist && $(BIN)/python -m build --quiet --installer $(if $(UV),uv,pip) >/dev/null && $(BIN)/check-wheel-contents dist
 
-coverage: $(VENV)/.ready  ## run the tests with branch coverage
+coverage: $(READY)  ## run the tests with branch coverage
 	@$(BIN)/python -m pytest --cov --cov-report=term:skip-covered
 
 check: lint types rules package coverage  ## all that CI does

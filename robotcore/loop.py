@@ -83,7 +83,7 @@ class Loop:
             raise BehaviourError.raised_by(app, error) from error
         except RobotcoreError:
             raise
-        except (Exception, SystemExit) as error:
+        except (Exception, SystemExit, KeyboardInterrupt) as error:
             raise BehaviourError.raised_by(app, error) from error
         if not isinstance(status, Status):
             raise BehaviourError(

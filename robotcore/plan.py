@@ -23,6 +23,7 @@ from robotcore.safety import stopping_distance
 from robotcore.settings import configure
 
 DEFAULT_WORLD = "arena"
+MIN_RATE_HZ, MAX_RATE_HZ = 1.0, 1000.0
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ class Plan:
     @classmethod
     def of(cls, request: RunRequest) -> Plan:
         """Find and check all that the request names; nothing is opened yet."""
-        _require_positive("--rate", request.rate_hz)
+        _require_rate(request.rate_hz)
         _require_positive("--timeout", request.timeout_s)
         backend = load_backend(request.backend)
         behaviour = configure(load_app(request.app), request.settings)
@@ -68,6 +69,11 @@ class Plan:
         backend.require_installed()
         setup = Setup(description, world, devices, request.rate_hz, request.seed or 0, request.gui, request.options)
         return cls(request, behaviour, backend, description, world, setup)
+
+
+def _require_rate(rate_hz: float) -> None:
+    if not MIN_RATE_HZ <= rate_hz <= MAX_RATE_HZ:
+        raise UsageError(f"--rate is {rate_hz} Hz; it must be from {MIN_RATE_HZ:g} to {MAX_RATE_HZ:g}")
 
 
 def _require_positive(what: str, value: float) -> None:

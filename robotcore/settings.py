@@ -40,7 +40,7 @@ def configure(app: type[Behaviour], values: Mapping[str, Any]) -> Behaviour:
     checked = {}
     for name, value in values.items():
         if name not in known:
-            raise UnknownNameError("setting", name, list(known))
+            raise _unknown(app, name, list(known))
         checked[name] = _checked(known[name], value)
     for setting in known.values():
         if setting.default is dataclasses.MISSING and setting.name not in checked:
@@ -57,6 +57,14 @@ def _default_of(field: dataclasses.Field[Any]) -> Any:
     if field.default_factory is not dataclasses.MISSING:
         return field.default_factory()
     return field.default
+
+
+def _unknown(app: type[Behaviour], name: str, known: list[str]) -> UsageError:
+    if known or dataclasses.is_dataclass(app):
+        return UnknownNameError("setting", name, known)
+    return UsageError(
+        f"unknown setting {name!r}: {app.__name__} is no dataclass. Put @dataclass above it; its fields are its settings"
+    )
 
 
 def _checked(setting: Setting, value: Any) -> Any:

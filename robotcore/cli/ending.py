@@ -36,7 +36,7 @@ def tell_result(result: RunResult, *, as_json: bool) -> None:
     """Tell how a run ended: on stderr what went wrong, on stdout the result."""
     if isinstance(result.error, BehaviourError) and (cause := result.error.__cause__):
         click.echo("".join(format_exception(cause)), err=True, nl=False)
-    if isinstance(result.error, RobotcoreError):
+    if isinstance(result.error, RobotcoreError) or (result.error and not result.ticks):
         tell(result.reason)
     if as_json:
         write_result(result)

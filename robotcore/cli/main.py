@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 from typing import NoReturn
@@ -14,6 +15,9 @@ from robotcore.errors import RobotcoreError
 
 INTERRUPTED = 130
 """128 + SIGINT."""
+
+UNWRITTEN = 1
+"""The output could not be written."""
 
 
 @click.group(
@@ -33,12 +37,12 @@ def robotcore(context: click.Context) -> None:
 
 def main() -> NoReturn:
     """Run the command line of this process, and exit."""
-    sys.exit(execute(sys.argv[1:]))
+    _exit(execute(sys.argv[1:]))
 
 
 def run_app(name: str) -> NoReturn:
     """Run an app as ``robotcore run NAME`` with this process's arguments, and exit: ``python -m`` on its file."""
-    sys.exit(execute(["run", name, *sys.argv[1:]]))
+    _exit(execute(["run", name, *sys.argv[1:]]))
 
 
 def execute(arguments: Sequence[str]) -> int:
@@ -53,4 +57,18 @@ def execute(arguments: Sequence[str]) -> int:
         return error.exit_status
     except click.Abort:
         return INTERRUPTED
+    except OSError as error:
+        tell(f"the output cannot be written: {error.strerror}")
+        return UNWRITTEN
     return status or 0
+
+
+def _exit(status: int) -> NoReturn:
+    """Exit, with what was written in safety; where it cannot be, the interpreter must not try again."""
+    try:
+        if sys.stdout:
+            sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        status = status or UNWRITTEN
+    sys.exit(status)

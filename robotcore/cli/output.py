@@ -40,7 +40,7 @@ def write(renderable: RenderableType) -> None:
     """Write what rich can draw: coloured and as wide as the terminal, or plain and in long lines."""
     from rich.console import Console
 
-    console = Console(highlight=False, markup=False, width=None if sys.stdout.isatty() else PIPED_WIDTH)
+    console = Console(highlight=False, markup=False, width=None if sys.stdout and sys.stdout.isatty() else PIPED_WIDTH)
     with console.capture() as capture:
         console.print(renderable)
     click.echo(capture.get(), nl=False)

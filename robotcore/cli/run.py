@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import sys
 from contextlib import ExitStack, closing
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from robotcore.cli.ending import tell_result, unstarted, write_result
+from robotcore.cli.failure import tell
 from robotcore.cli.values import pair
 from robotcore.errors import Interrupted, RobotcoreError, UsageError
 
@@ -77,10 +79,20 @@ def command(context: click.Context, /, picture: Path | None, *, as_json: bool, *
             result = _run(asked, recorder)
     except (RobotcoreError, Interrupted) as error:
         result = unstarted(context.params, error)
-    tell_result(result, as_json=as_json)
     if picture and recorder:
-        recorder.save(picture)
+        result = _with_picture(result, recorder, picture)
+    tell_result(result, as_json=as_json)
     return result.exit_status
+
+
+def _with_picture(result: RunResult, recorder: PictureRecorder, picture: Path) -> RunResult:
+    """Save the picture; a run whose picture could not be written has not done all that was asked of it."""
+    try:
+        recorder.save(picture)
+    except UsageError as error:
+        tell(str(error))
+        return replace(result, exit_status=result.exit_status or 1)
+    return result
 
 
 def _recorder(picture: Path | None) -> PictureRecorder | None:
@@ -98,7 +110,7 @@ def _run(asked: dict[str, Any], recorder: PictureRecorder | None) -> RunResult:
 
     with ExitStack() as stack:
         observers: list[Observer] = [recorder] if recorder else []
-        if sys.stderr.isatty():
+        if sys.stderr and sys.stderr.isatty():
             from robotcore.view.progress import Progress
 
             observers.append(stack.enter_context(closing(Progress())))

@@ -41,9 +41,12 @@ class PictureRecorder:
         if self._story is None:
             return
         _, encoded = cv2.imencode(".png", draw(self._story))
+        part = file.with_suffix(".png.part")
         try:
-            file.write_bytes(encoded.tobytes())
+            part.write_bytes(encoded.tobytes())
+            part.replace(file)
         except OSError as error:
+            part.unlink(missing_ok=True)
             raise _unwritable(file, error) from error
 
 
@@ -70,4 +73,4 @@ def require_writable(file: Path) -> None:
 
 
 def _unwritable(file: Path, error: OSError) -> UsageError:
-    return UsageError(f"--picture {file}: {error.strerror}. Name a file in a folder that can be written")
+    return UsageError(f"--picture {file}: {error.strerror}. Name a file that can be written, where there is room")

@@ -93,7 +93,7 @@ def test_an_unknown_setting_offers_the_nearest() -> None:
 def test_what_is_no_setting_cannot_be_set() -> None:
     with pytest.raises(UnknownNameError):
         configure(App, {"turned": "1"})
-    with pytest.raises(UnknownNameError, match="There are: none"):
+    with pytest.raises(UsageError, match=r"Plain is no dataclass. Put @dataclass above it"):
         configure(Plain, {"state": "end"})
 
 
