@@ -63,7 +63,7 @@ def _unknown(app: type[Behaviour], name: str, known: list[str]) -> UsageError:
     if known or dataclasses.is_dataclass(app):
         return UnknownNameError("setting", name, known)
     return UsageError(
-        f"unknown setting {name!r}: {app.__name__} is no dataclass. Put @dataclass above it; its fields are its settings"
+        f"unknown setting {name!r}: {app.__name__} is no dataclass. Put @dataclass above it; its fields are settings"
     )
 
 

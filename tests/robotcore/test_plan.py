@@ -53,7 +53,7 @@ def test_everything_that_is_named_is_found(backend: RigBackend) -> None:
 @pytest.mark.parametrize("key", ["rate_hz", "timeout_s"])
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
 def test_a_rate_or_timeout_that_is_none_is_refused(key: str, value: float) -> None:
-    with pytest.raises(UsageError, match="it must be (a positive number|from 1 to 1000)"):
+    with pytest.raises(UsageError, match=r"it must be (a positive number|from 1 to 1000)"):
         plan(**{key: value})
 
 
