@@ -20,8 +20,8 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 STANDING = Twist(0.0, 0.0)
 CENTRED_RAD = 0.1
 NEAR_M = 0.02
-CONFIRM_TICKS = 3
-PATIENCE_TICKS = 10
+CONFIRM_S = 0.15
+PATIENCE_S = 0.5
 
 
 @dataclass
@@ -44,6 +44,7 @@ class GreenSearch(Behaviour):
         self._pose = Pose(0.0, 0.0, 0.0)
         self._surveyed_at: Pose | None = None
         self._is_new_sight = False
+        self._now = 0.0
         self._enter("search")
 
     @property
@@ -70,7 +71,7 @@ class GreenSearch(Behaviour):
             "arrived": self._rest,
         }[self.state]
         robot.drive.set_velocity(*act(robot, blob))
-        is_done = self.state == "arrived" and self._ticks > PATIENCE_TICKS
+        is_done = self.state == "arrived" and self._here_for > PATIENCE_S
         return Status.SUCCESS if is_done else Status.RUNNING
 
     def _search(self, robot: Robot, blob: Blob | None) -> Twist:
@@ -94,16 +95,16 @@ class GreenSearch(Behaviour):
         if self._ball.place is None:
             return self._enter("search")
         bearing = blob.bearing if blob else self._pose.bearing_to(*self._ball.place)
-        if abs(bearing) > CENTRED_RAD or self._ticks < CONFIRM_TICKS:
+        if abs(bearing) > CENTRED_RAD or self._here_for < CONFIRM_S:
             return Twist(0.0, self._way.turn_to(bearing))
         if blob:
             return self._enter("approach")
-        return STANDING if self._ball.ticks_lost < PATIENCE_TICKS else self._go_round(robot)
+        return STANDING if self._ball.lost_for < PATIENCE_S else self._go_round(robot)
 
     def _approach(self, robot: Robot, blob: Blob | None) -> Twist:
         """Drive straight at the ball, slower as it comes near."""
         ball = self._ball.place
-        if ball is None or self._ball.ticks_lost > PATIENCE_TICKS:
+        if ball is None or self._ball.lost_for > PATIENCE_S:
             return self._enter("seen")
         standing = self._standing_distance(robot)
         if not self._way.is_straight(self._pose, *ball, standing, is_surveyed=self._is_surveyed(robot)):
@@ -158,14 +159,19 @@ class GreenSearch(Behaviour):
         pose = robot.drive.pose
         self._turned += abs(wrap_angle(pose.heading - self._pose.heading))
         self._pose = pose
-        self._ticks += 1
+        self._now = robot.clock.now()
         self._way.observe(robot, pose)
 
     def _enter(self, state: str) -> Twist:
         """Begin a state, standing."""
         self.state = state
-        self._turned, self._ticks = 0.0, 0
+        self._turned, self._entered_at = 0.0, self._now
         return STANDING
+
+    @property
+    def _here_for(self) -> float:
+        """How long the state has lasted, in seconds."""
+        return self._now - self._entered_at
 
 
 if __name__ == "__main__":

@@ -18,14 +18,15 @@ Point = tuple[float, float]
 class BallTracker:
     """Keeps the place of a ball of one hue in the odometry's frame; ``radius`` in metres.
 
-    ``place`` is where it was last seen well, None before; ``ticks_lost`` counts the ticks since any of it was seen.
+    ``place`` is where it was last seen well, None before; ``lost_for`` is how long none of it was seen, in seconds.
     """
 
     def __init__(self, hue: str | float, radius: float) -> None:
         self.radius = radius
         self.place: Point | None = None
-        self.ticks_lost = 0
+        self.lost_for = 0.0
         self.is_in_sight = False
+        self._seen_at = 0.0
         self._detector = ColourDetector(hue, min_area=KEPT_PX)
 
     def look(self, robot: Robot, pose: Pose) -> Blob | None:
@@ -35,7 +36,8 @@ class BallTracker:
         if robot.has(Role.DISPLAY):
             robot.display.show(marked(frame.image, blobs))
         blob = blobs[0] if blobs else None
-        self.ticks_lost = 0 if blob else self.ticks_lost + 1
+        self._seen_at = frame.time if blob else self._seen_at
+        self.lost_for = robot.clock.now() - self._seen_at
         self.is_in_sight = blob is not None and blob.area >= SEEN_PX
         if blob and (self.is_in_sight or self.place is None):
             self.place = self._place_of(blob, robot, pose)
