@@ -129,11 +129,15 @@ def _read(name_or_file: str, *kinds: str) -> tuple[str, Table]:
 
 def _content(path: Path) -> bytes:
     try:
-        return path.read_bytes()
+        is_endless = path.is_char_device() or path.is_fifo() or path.is_socket()
+        content = b"" if is_endless else path.read_bytes()
     except OSError as error:
         raise UsageError(f"{path}: {error.strerror}. Name a file that can be read") from error
     except ValueError as error:
         raise UsageError(f"{str(path)!r} is no path: {error}. Name a file that can be read") from error
+    if is_endless:
+        raise UsageError(f"{path}: it is a device or a pipe. Name a file that can be read")
+    return content
 
 
 def _parsed(file: str, content: bytes) -> Table:

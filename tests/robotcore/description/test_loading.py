@@ -298,3 +298,8 @@ def test_what_cannot_be_read_is_told_with_its_reason(name: str, tmp_path: Path) 
         load_any(f"{tmp_path}/{name}")
     assert "\n" not in str(caught.value)
     assert "None" not in str(caught.value)
+
+
+def test_a_device_that_never_ends_is_not_read() -> None:
+    with pytest.raises(UsageError, match="/dev/zero: it is a device or a pipe"):
+        load_world("/dev/zero")
