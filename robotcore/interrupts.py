@@ -65,6 +65,7 @@ class Interrupts:
         raise self._raised
 
     def _end(self, number: int) -> NoReturn:
+        self._is_held = True
         try:
             self._last_resort()
         finally:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from robotcore.behaviour import Behaviour, Status
-from robotcore.errors import BehaviourError, RobotcoreError, UsageError
+from robotcore.errors import BehaviourError, Interrupted, RobotcoreError, UsageError
 from robotcore.layers import Assembled
 from robotcore.outcome import Outcome
 from robotcore.safety import Commit
@@ -81,9 +81,10 @@ class Loop:
             status = self.behaviour.step(self.robot)
         except UsageError as error:
             raise BehaviourError.raised_by(app, error) from error
-        except RobotcoreError:
+        except (RobotcoreError, Interrupted):
             raise
-        except (Exception, SystemExit, KeyboardInterrupt) as error:
+        except BaseException as error:
+            self._latch.check()
             raise BehaviourError.raised_by(app, error) from error
         if not isinstance(status, Status):
             raise BehaviourError(

@@ -111,6 +111,7 @@ class _Execution:
                 self._stop(robot)
                 self._judge(raw, outcome)
             finally:  # even where a signal came just before the hold
+                self._interrupts.hold()
                 self._close(robot)
 
     def _run(self, assembled: Assembled, truth: Truth | None) -> Outcome:
@@ -147,7 +148,7 @@ class _Execution:
                 self._judgement = _Judgement.by(truth, behaviour, outcome)
         except RobotcoreError:
             self._judgement = _Judgement()
-        except Exception as error:  # noqa: BLE001  the app's own code; the robot must still be closed
+        except (Exception, SystemExit) as error:  # noqa: BLE001  the app's own code; the robot must still be closed
             self._late_failure = BehaviourError.raised_by(type(behaviour), error)
 
     @staticmethod

@@ -15,7 +15,7 @@ _COMMAND = struct.Struct("<dd")
 class TickRecord(NamedTuple):
     """One tick: the state after it was decided, what was asked of the wheels and what was sent, rad/s.
 
-    ``asked`` and ``sent`` are None in a tick without a command.
+    ``asked`` is None in a tick without a command, and so is ``sent``, unless the stage lessened one that lived on.
     """
 
     tick: int

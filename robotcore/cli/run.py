@@ -72,16 +72,28 @@ def command(context: click.Context, /, picture: Path | None, *, as_json: bool, *
     """
     from robotcore.interrupts import Interrupts
 
-    recorder = None
-    try:
-        with Interrupts():
+    with Interrupts() as interrupts:
+        recorder = None
+        try:
             recorder = _recorder(picture)
             result = _run(asked, recorder)
-    except (RobotcoreError, Interrupted) as error:
-        result = unstarted(context.params, error)
-    if picture and recorder:
-        result = _with_picture(result, recorder, picture)
-    tell_result(result, as_json=as_json)
+        except (RobotcoreError, Interrupted) as error:
+            result = unstarted(context.params, error)
+        interrupts.hold()
+        if picture and recorder:
+            result = _with_picture(result, recorder, picture)
+        return _told(result, as_json=as_json)
+
+
+def _told(result: RunResult, *, as_json: bool) -> int:
+    """Tell how the run ended, and return its exit status, whether or not somebody can hear it."""
+    try:
+        tell_result(result, as_json=as_json)
+    except BrokenPipeError:
+        return result.exit_status or 1
+    except OSError as error:
+        tell(f"the output cannot be written: {error.strerror}")
+        return result.exit_status or 1
     return result.exit_status
 
 
@@ -91,7 +103,7 @@ def _with_picture(result: RunResult, recorder: PictureRecorder, picture: Path) -
         recorder.save(picture)
     except UsageError as error:
         tell(str(error))
-        return replace(result, exit_status=result.exit_status or 1)
+        return replace(result, exit_status=result.exit_status or 1, reason=result.reason or str(error))
     return result
 
 

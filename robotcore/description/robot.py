@@ -14,7 +14,6 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_
 from robotcore.description.base import Colour, Described, Metres, Name, Place, require_unique
 from robotcore.devices import Intrinsics
 from robotcore.drive import DifferentialGeometry
-from robotcore.geometry import wrap_angle
 
 AHEAD_RAD = math.pi / 4
 
@@ -100,6 +99,11 @@ class Mount(Described):
     z_m: Annotated[float, Field(ge=0, le=100)]
     yaw_rad: float = 0.0
     pitch_rad: float = 0.0
+
+    @property
+    def looks_ahead(self) -> bool:
+        """Whether it looks where the robot drives, and not aside or at the floor."""
+        return math.cos(self.yaw_rad) * math.cos(self.pitch_rad) > math.cos(AHEAD_RAD)
 
 
 class MotorDescription(Described):
@@ -215,8 +219,7 @@ class RobotDescription(Described):
     @property
     def range_sensors_ahead(self) -> tuple[RangeSensorDescription, ...]:
         """The range sensors that look where the robot drives: the range guard's."""
-        sensors = self.all_of(RangeSensorDescription)
-        return tuple(sensor for sensor in sensors if abs(wrap_angle(sensor.mount.yaw_rad)) < AHEAD_RAD)
+        return tuple(sensor for sensor in self.all_of(RangeSensorDescription) if sensor.mount.looks_ahead)
 
     def all_of(self, kind: type[DescriptionT]) -> tuple[DescriptionT, ...]:
         """Return the devices of one kind, in the order of the file."""

@@ -37,7 +37,7 @@ class BallTracker:
             robot.display.show(marked(frame.image, blobs))
         blob = blobs[0] if blobs else None
         self._seen_at = frame.time if blob else self._seen_at
-        self.lost_for = robot.clock.now() - self._seen_at
+        self.lost_for = 0.0 if blob else robot.clock.now() - self._seen_at
         self.is_in_sight = blob is not None and blob.area >= SEEN_PX
         if blob and (self.is_in_sight or self.place is None):
             self.place = self._place_of(blob, robot, pose)

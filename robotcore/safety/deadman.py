@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import AbstractContextManager
 
 from robotcore.clock import Clock
+from robotcore.safety.patience import PatientLock
 
 MIN_LEASE_S = 0.1
 
@@ -14,12 +14,10 @@ class Deadman:
     """Calls ``cut`` when ``lease`` seconds have passed since the last `renew`, between ticks too.
 
     One call to the clock stands at a time; one that comes too early asks for the next. A clock may call from a thread
-    of its own: whoever renews or rests holds ``lock``, and the cut is made under it.
+    of its own: whoever renews or rests holds ``lock``; the cut waits for it, but not for ever.
     """
 
-    def __init__(
-        self, clock: Clock, lease: float, cut: Callable[[float], None], lock: AbstractContextManager[object]
-    ) -> None:
+    def __init__(self, clock: Clock, lease: float, cut: Callable[[float], None], lock: PatientLock) -> None:
         self.lease = max(lease, MIN_LEASE_S)
         self._clock = clock
         self._cut = cut
@@ -42,7 +40,7 @@ class Deadman:
         self._clock.call_at(expiry, lambda: self._check(expiry))
 
     def _check(self, called_at: float) -> None:
-        with self._lock:
+        with self._lock.patiently():
             self._is_waiting = False
             if self._expiry is None:
                 return

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from robotcore.clock import Clock
-from robotcore.devices import Range, RangeSensor
+from robotcore.devices import RangeSensor
 from robotcore.drive import DifferentialGeometry, Wheels
 
 
@@ -85,18 +85,34 @@ class RangeGuard:
 
 
 class DistanceAhead:
-    """What range sensors leave to drive: the nearest reading, less the way driven since it was taken."""
+    """What range sensors leave to drive: the nearest reading, less the way that may have been driven since.
+
+    That is the highest speed that was asked about since the reading came, times its age.
+    """
 
     def __init__(self, clock: Clock, sensors: Sequence[RangeSensor]) -> None:
-        self._clock, self._sensors = clock, tuple(sensors)
+        self._clock = clock
+        self._left = [_Left(sensor) for sensor in sensors]
 
     def __call__(self, speed: float) -> float:
         now = self._clock.now()
-        return min(self._left(sensor.read(), now, speed) for sensor in self._sensors)
+        return min(left.at(now, speed) for left in self._left)
 
-    @staticmethod
-    def _left(sample: Range, now: float, speed: float) -> float:
-        return sample.distance - speed * (now - sample.time)
+
+class _Left:
+    """What one sensor leaves to drive."""
+
+    def __init__(self, sensor: RangeSensor) -> None:
+        self._sensor = sensor
+        self._sequence: int | None = None
+        self._fastest = 0.0
+
+    def at(self, now: float, speed: float) -> float:
+        sample = self._sensor.read()
+        is_new = sample.sequence != self._sequence
+        self._sequence = sample.sequence
+        self._fastest = speed if is_new else max(speed, self._fastest)
+        return sample.distance - self._fastest * max(0.0, now - sample.time)
 
 
 def stopping_distance(speed: float, stop_distance: float, deceleration: float) -> float:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from threading import RLock
 from typing import NamedTuple
 
 from robotcore.clock import Clock
@@ -13,6 +12,7 @@ from robotcore.devices import Motor, invalid_velocity
 from robotcore.drive import Wheels
 from robotcore.safety.deadman import Deadman
 from robotcore.safety.latch import Latch
+from robotcore.safety.patience import PatientLock
 from robotcore.safety.rules import Rule
 
 REST = Wheels(0.0, 0.0)
@@ -59,10 +59,11 @@ class SafetyStage:
         self._rules = tuple(rules)
         self._latch = latch or Latch()
         self._on_sent = on_sent
-        self._lock = RLock()
+        self._lock = PatientLock()
         self._deadman = Deadman(clock, lease, self._cut, self._lock)
         self._asked: Wheels | None = None
-        self._guarded = self._sent = REST
+        self._guarded = self._sent = self._judged_after = REST
+        self._halts = 0
         self._changes: list[Intervention] = []
         self._cuts: list[Intervention] = []
 
@@ -74,15 +75,17 @@ class SafetyStage:
         self._latch.check()
         for motor, velocity in ((self._left, wheels.left), (self._right, wheels.right)):
             if not math.isfinite(velocity):
-                self.stop()
-                self._latch.trip(invalid_velocity(motor.name, velocity))
+                try:
+                    self.stop()
+                finally:
+                    self._latch.trip(invalid_velocity(motor.name, velocity))
         self._guarded = self._guard(wheels)
         self._asked = wheels
         return self._guarded
 
     def stop(self) -> None:
         """Stop both motors now, past every rule; zero is then this tick's command."""
-        with self._lock:
+        with self._lock.patiently():
             self._asked = self._guarded = REST
             self._changes.clear()
             self._deadman.rest()
@@ -98,11 +101,15 @@ class SafetyStage:
         self._latch.check()
         with self._lock:
             asked, self._asked = self._asked, None
-            sent = self._hold_back() if asked is None else self._send(self._guarded)
+            sent = self._hold_back() if asked is None else self._send(self._still_guarded(asked))
             changes = (*self._cuts, *self._changes)
             self._cuts.clear()
             self._changes.clear()
             return Commit(asked, sent, changes)
+
+    def _still_guarded(self, asked: Wheels) -> Wheels:
+        """Return what the rules made of a command; they are asked again where it was cut short since."""
+        return self._guarded if self._sent is self._judged_after else self._guard(asked)
 
     def _hold_back(self) -> Wheels | None:
         """Lessen a command that lives on where the rules would no longer let it pass; its lease goes on."""
@@ -119,17 +126,22 @@ class SafetyStage:
         return self._tell(wheels)
 
     def _tell(self, wheels: Wheels) -> Wheels:
-        """Tell the motors, and return what they say they do; where one fails, stop both."""
+        """Tell the motors, and return what they say they do; where one fails, or was stopped meanwhile, stop both."""
+        halts = self._halts
         try:
             sent = Wheels(self._left.set_velocity(wheels.left), self._right.set_velocity(wheels.right))
         except Exception:
             self._halt(self._clock.now())
             raise
+        if self._halts != halts:
+            self._halt(self._clock.now())
+            return REST
         self._note(sent, self._clock.now())
         return sent
 
     def _guard(self, wheels: Wheels) -> Wheels:
         self._changes.clear()
+        self._judged_after = self._sent
         for rule in self._rules:
             lessened = rule(wheels, self._sent)
             if lessened != wheels:
@@ -143,6 +155,7 @@ class SafetyStage:
 
     def _halt(self, now: float) -> None:
         """Stop each motor on its own: one that fails does not keep the other from stopping."""
+        self._halts += 1
         self._note(REST, now)
         try:
             self._left.stop()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 import cv2
@@ -41,13 +42,18 @@ class PictureRecorder:
         if self._story is None:
             return
         _, encoded = cv2.imencode(".png", draw(self._story))
-        part = file.with_suffix(".png.part")
         try:
-            part.write_bytes(encoded.tobytes())
-            part.replace(file)
+            file.write_bytes(encoded.tobytes())
         except OSError as error:
-            part.unlink(missing_ok=True)
+            with suppress(OSError):
+                _forget(file)
             raise _unwritable(file, error) from error
+
+
+def _forget(file: Path) -> None:
+    """Leave no half of a picture behind."""
+    if file.is_file():
+        file.unlink()
 
 
 def last_seen(robot: Robot) -> Image | None:

@@ -226,7 +226,14 @@ class TestClosing:
     def test_a_signal_in_the_last_moment_keeps_nothing_from_being_closed(
         self, perform: Runner, backend: RigBackend, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        monkeypatch.setattr(Interrupts, "hold", lambda _: signal.raise_signal(signal.SIGTERM))
+        hold, last_moment = Interrupts.hold, iter([signal.SIGTERM])
+
+        def hold_too_late(interrupts: Interrupts) -> None:
+            for number in last_moment:
+                signal.raise_signal(number)
+            hold(interrupts)
+
+        monkeypatch.setattr(Interrupts, "hold", hold_too_late)
         result = perform(then(lambda _: Status.SUCCESS))
         assert (result.outcome, result.exit_status) == (Outcome.INTERRUPTED, 143)
         assert (backend.rig.left.releases, backend.rig.right.releases) == (1, 1)

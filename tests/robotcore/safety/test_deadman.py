@@ -1,11 +1,10 @@
 from __future__ import annotations
 
-from contextlib import nullcontext
-
 import pytest
 
 from robotcore.clock import SteppedClock
 from robotcore.safety import Deadman
+from robotcore.safety.patience import PatientLock
 
 
 class Bench:
@@ -14,7 +13,7 @@ class Bench:
     def __init__(self, lease: float = 0.125) -> None:
         self.clock = SteppedClock(20, lambda _: None)
         self.cuts: list[tuple[float, float]] = []
-        self.deadman = Deadman(self.clock, lease, self._cut, nullcontext())
+        self.deadman = Deadman(self.clock, lease, self._cut, PatientLock())
 
     def _cut(self, expiry: float) -> None:
         self.cuts.append((expiry, self.clock.now()))

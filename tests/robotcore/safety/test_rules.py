@@ -99,6 +99,23 @@ class TestDistanceAhead:
         assert DistanceAhead(clock, [nose])(0.25) == pytest.approx(0.5 - 0.4 * 0.25)
         assert DistanceAhead(clock, [nose])(0.0) == 0.5
 
+    def test_an_old_reading_keeps_counting_the_fastest_that_the_robot_went(self) -> None:
+        clock = SteppedClock(20, lambda _: None)
+        nose = NullRange(clock, distance=0.5)
+        ahead = DistanceAhead(clock, [nose])
+        nose.age = 0.2
+        assert ahead(0.4) == pytest.approx(0.5 - 0.2 * 0.4)
+        nose.reads -= 1  # the same sample once more, older and after braking
+        nose.age = 0.6
+        assert ahead(0.1) == pytest.approx(0.5 - 0.6 * 0.4)
+        assert ahead(0.1) == pytest.approx(0.5 - 0.6 * 0.1)
+
+    def test_a_reading_taken_since_the_tick_began_leaves_no_more_than_it_says(self) -> None:
+        clock = SteppedClock(20, lambda _: None)
+        nose = NullRange(clock, distance=0.17)
+        nose.age = -0.08
+        assert DistanceAhead(clock, [nose])(0.25) == 0.17
+
     def test_the_nearest_of_several_counts(self) -> None:
         clock = SteppedClock(20, lambda _: None)
         sensors = [NullRange(clock, distance=distance) for distance in (math.inf, 0.3, 0.9)]

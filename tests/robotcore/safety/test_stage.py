@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Callable
 
 import pytest
@@ -144,7 +145,45 @@ class TestCommit:
         assert [each.cause for each in commits[2].interventions] == ["blocking"]
 
 
+class TestThreads:
+    """A clock of a thread's own cuts while the loop is at work."""
+
+    def test_a_motor_that_hangs_keeps_no_cut_from_stopping_both(self) -> None:
+        bench = Bench()
+        going_on = threading.Event()
+        bench.left.on_command = lambda velocity: going_on.wait(10) if velocity else None
+        bench.stage.ask(Wheels(5.0, 5.0))
+        loop = threading.Thread(target=bench.stage.commit)
+        loop.start()
+        while not bench.left.told:
+            pass
+        bench.clock.sleep_until(0.5)
+        assert bench.right.sent == [0.0]
+        going_on.set()
+        loop.join()
+        assert (bench.left.sent[-1], bench.right.sent[-1]) == (0.0, 0.0)
+        assert bench.stage.asked == (0.0, 0.0)
+
+    def test_a_command_judged_before_a_cut_is_judged_again(self) -> None:
+        bench = Bench(AccelerationLimit(3.0))
+        for _ in range(3):
+            bench.stage.ask(Wheels(9.0, 9.0))
+            bench.stage.commit()
+        bench.stage.ask(Wheels(9.0, 9.0))
+        bench.stage._cut(0.1)
+        assert bench.stage.commit().sent == (3.0, 3.0)
+
+
 class TestLatch:
+    def test_latches_though_a_motor_fails_to_stop(self) -> None:
+        bench = Bench()
+        bench.left.is_broken = True
+        with pytest.raises(InvalidCommandError):
+            bench.stage.ask(Wheels(math.nan, 0.0))
+        bench.left.is_broken = False
+        with pytest.raises(InvalidCommandError):
+            bench.stage.ask(Wheels(1.0, 1.0))
+
     def test_a_velocity_that_is_no_number_ends_all_motion_though_the_app_swallows_it(self) -> None:
         bench = Bench()
         with pytest.raises(InvalidCommandError):

@@ -1,0 +1,26 @@
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from robotcore.description import Mount, RangeSensorDescription, load_robot
+
+ROVER = load_robot("rover")
+
+
+def sensor(yaw: float, pitch: float) -> RangeSensorDescription:
+    mount = Mount(z_m=0.1, yaw_rad=yaw, pitch_rad=pitch)
+    return RangeSensorDescription(
+        kind="range_sensor", name="other", mount=mount, min_range_m=0.02, max_range_m=2.0, cone_rad=0.5
+    )
+
+
+@pytest.mark.parametrize(
+    "yaw, pitch, is_ahead",
+    [(0.0, 0.0, True), (0.5, 0.0, True), (math.tau, 0.0, True), (math.pi, 0.0, False), (0.0, math.pi / 2, False)],
+    ids=["ahead", "a little aside", "once round", "behind", "at the floor"],
+)
+def test_the_guard_takes_what_looks_where_the_robot_drives(*, yaw: float, pitch: float, is_ahead: bool) -> None:
+    robot = ROVER.model_copy(update={"devices": (sensor(yaw, pitch), *ROVER.devices)})
+    assert ("other" in {each.name for each in robot.range_sensors_ahead}) is is_ahead
