@@ -18,6 +18,9 @@ from robotcore.errors import UsageError
 MIN_PHYSICS_RATE_HZ = 240
 """A stepped clock never takes coarser steps than this."""
 
+CLOSING_S = 1.0
+"""A call that hangs does not keep a clock from being closed for longer."""
+
 Callback = Callable[[], None]
 
 
@@ -129,7 +132,7 @@ class MonotonicClock(Clock):
             self._is_closed = True
             self._wake.notify()
         if self._caller and self._caller is not threading.current_thread():
-            self._caller.join()
+            self._caller.join(CLOSING_S)
         self._raise_failure()
 
     def _raise_failure(self) -> None:
