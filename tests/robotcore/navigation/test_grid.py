@@ -109,6 +109,13 @@ class TestClearance:
         grid.evidence[grid.cell_of(1.0, 0.0)] = 1.0
         assert grid.clearance(with_unknown=False)[grid.cell_of(0.0, 0.0)] == pytest.approx(1.0, abs=0.06)
 
+    def test_a_chink_between_two_rays_is_filled_but_what_is_taken_stays(self, grid: OccupancyGrid) -> None:
+        grid.evidence[:] = -1.0
+        grid.evidence[40, 10:30] = 0.0
+        assert grid.clearance()[40, 20] > 0.2
+        grid.evidence[40, 20] = 1.0
+        assert grid.clearance()[40, 20] == 0.0
+
     def test_what_is_overlooked_counts_as_free(self, grid: OccupancyGrid) -> None:
         grid.evidence[grid.cell_of(0.5, 0.0)] = 1.0
         overlook = grid.disc(0.5, 0.0, 0.1)
