@@ -1,11 +1,15 @@
 """Robot and world descriptions: one file makes the simulators' models and the real robot's wiring."""
 
 from robotcore.description.base import COLOURS, Described, hue_degrees
+from robotcore.description.conditions import Conditions
 from robotcore.description.drawing import draw_world
 from robotcore.description.faults import first_fault
+from robotcore.description.light import Light
 from robotcore.description.loading import load_any, load_robot, load_world, robot_names, world_names
 from robotcore.description.passage import is_solvable
 from robotcore.description.placement import require_room, require_start
+from robotcore.description.randomisation import Randomisation
+from robotcore.description.randomising import Randomised, Told, light_told, randomise
 from robotcore.description.robot import (
     AnyDevice,
     Body,
@@ -20,12 +24,12 @@ from robotcore.description.robot import (
     RobotDescription,
     Safety,
 )
+from robotcore.description.texture import Texture
 from robotcore.description.world import (
     Ball,
     Box,
     Cylinder,
     Floor,
-    Light,
     Start,
     Variation,
     Walls,
@@ -40,6 +44,7 @@ __all__ = [
     "Box",
     "CameraDescription",
     "Caster",
+    "Conditions",
     "Cylinder",
     "Described",
     "DisplayDescription",
@@ -49,10 +54,14 @@ __all__ = [
     "Light",
     "MotorDescription",
     "Mount",
+    "Randomisation",
+    "Randomised",
     "RangeSensorDescription",
     "RobotDescription",
     "Safety",
     "Start",
+    "Texture",
+    "Told",
     "Variation",
     "Walls",
     "WorldDescription",
@@ -60,9 +69,11 @@ __all__ = [
     "first_fault",
     "hue_degrees",
     "is_solvable",
+    "light_told",
     "load_any",
     "load_robot",
     "load_world",
+    "randomise",
     "require_room",
     "require_start",
     "robot_names",

@@ -48,6 +48,7 @@ def _colour(value: Any) -> Any:
     return value
 
 
+Rgb = tuple[int, int, int]
 Byte = Annotated[int, Field(ge=0, le=255)]
 Colour = Annotated[tuple[Byte, Byte, Byte], BeforeValidator(_colour)]
 """Red, green, blue in 0 to 255; in a file also a name."""

@@ -9,6 +9,7 @@ from random import Random
 
 from robotcore.description.gaps import gap_between, gap_to_edge
 from robotcore.description.hurdles import Hurdle
+from robotcore.description.light import Light
 from robotcore.description.passage import is_solvable
 from robotcore.description.robot import CameraDescription, RobotDescription
 from robotcore.description.sight import is_target_hidden, is_target_in_view
@@ -16,7 +17,6 @@ from robotcore.description.world import (
     Ball,
     Box,
     Cylinder,
-    Light,
     Outline,
     Start,
     Variation,

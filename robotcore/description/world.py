@@ -1,4 +1,4 @@
-"""The world description: a floor, walls, obstacles, targets, light, and what a seed may draw anew.
+"""The world description: a floor, walls, obstacles, targets, light, conditions, and what a seed may draw anew.
 
 Frame: origin in the middle of the floor, z up. Keys end in their unit.
 """
@@ -22,12 +22,13 @@ from robotcore.description.base import (
     PlaceInterval,
     require_unique,
 )
+from robotcore.description.conditions import Conditions
+from robotcore.description.light import Brightness, Elevation, Light
+from robotcore.description.randomisation import Randomisation
+from robotcore.description.texture import Texture
 from robotcore.geometry import Pose
 
-Fraction = Annotated[float, Field(ge=0, le=1)]
 Scale = Annotated[float, Field(ge=0.1, le=10)]
-Elevation = Annotated[float, Field(gt=0, le=math.pi / 2)]
-Brightness = Annotated[float, Field(gt=0, le=2)]
 Outline = tuple[tuple[float, float], ...]
 """The corners of a convex polygon on the floor, counter-clockwise."""
 
@@ -47,6 +48,7 @@ class Floor(Described):
     length_m: Metres
     width_m: Metres
     colour: Colour = (190, 185, 175)
+    texture: Texture | None = None
 
 
 class Walls(Described):
@@ -55,10 +57,11 @@ class Walls(Described):
     height_m: Metres
     thickness_m: Metres = 0.05
     colour: Colour = COLOURS["white"]
+    texture: Texture | None = None
 
 
 class Prism(Described):
-    """What all upright things on the floor have: a place, a height, a colour."""
+    """What all upright things on the floor have: a place, a height, a look."""
 
     name: Name
     x_m: Place = 0.0
@@ -66,6 +69,7 @@ class Prism(Described):
     yaw_rad: float = 0.0
     height_m: Metres
     colour: Colour
+    texture: Texture | None = None
 
     @property
     def local_outline(self) -> Outline:
@@ -133,27 +137,6 @@ class Start(Described):
         return Pose(self.x_m, self.y_m, self.yaw_rad)
 
 
-class Light(Described):
-    """One distant lamp and a glow from everywhere; a face shows ambient + diffuse·cos(angle), at most 1."""
-
-    azimuth_rad: float = 0.8
-    elevation_rad: Elevation = 1.0
-    ambient: Fraction = 0.6
-    diffuse: Fraction = 0.4
-    brightness: Brightness = 1.0
-    sky_colour: Colour = (205, 220, 235)
-
-    @property
-    def direction(self) -> tuple[float, float, float]:
-        """The unit vector towards the lamp."""
-        flat = math.cos(self.elevation_rad)
-        return (
-            flat * math.cos(self.azimuth_rad),
-            flat * math.sin(self.azimuth_rad),
-            math.sin(self.elevation_rad),
-        )
-
-
 class Variation(Described):
     """From what a seed draws. What is left out stays as the file has it.
 
@@ -185,7 +168,9 @@ class WorldDescription(Described):
     light: Light = Light()
     targets: tuple[Ball, ...] = ()
     obstacles: tuple[Obstacle, ...] = ()
+    conditions: Conditions = Conditions()
     variation: Variation | None = None
+    randomisation: Randomisation = Randomisation()
 
     @model_validator(mode="after")
     def _names_differ(self) -> WorldDescription:
@@ -215,6 +200,7 @@ class WorldDescription(Described):
                 width_m=along_y,
                 height_m=self.walls.height_m,
                 colour=self.walls.colour,
+                texture=self.walls.texture,
             )
             for side, at_x, at_y, along_x, along_y in sides
         )

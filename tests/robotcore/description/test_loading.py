@@ -216,7 +216,7 @@ def test_a_fault_of_a_robot_is_told_in_one_line(tmp_path: Path, old: str, new: s
             '"a\\nb" = 1',
             (
                 "'a\\nb': is unknown. Correct it or take it out. "
-                "There are: floor, light, name, obstacles, start, summary, targets, variation, walls."
+                "There are: conditions, floor, light, name, obstacles, randomisation, start, summary, targets, variation, walls."
             ),
         ),
         (
