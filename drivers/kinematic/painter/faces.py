@@ -42,7 +42,10 @@ class Facet:
 
 
 class Faces:
-    """All sides and tops of blocks; ``owners``, (n,), tells for each face which block it is of."""
+    """All sides and tops of blocks; ``owners``, (n,), tells for each face which block it is of.
+
+    A face lies in the plane where ``normals``, (n, 3), times a point are ``offsets``, (n,).
+    """
 
     def __init__(self, blocks: Sequence[Block]) -> None:
         faces = [(owner, corners) for owner, block in enumerate(blocks) for corners in _faces_of(block)]
@@ -52,12 +55,17 @@ class Faces:
         self._corners = np.concatenate((np.empty((0, 3)), *loops))
         self._starts = run_starts(map(len, loops))
         self._ends = self._starts + np.array([len(loop) for loop in loops], dtype=np.intp)
-        self._normals = np.array([_normal(loop) for loop in loops]).reshape(-1, 3)
-        self._offsets = np.array([_normal(loop) @ loop[0] for loop in loops])
+        self.normals = np.array([_normal(loop) for loop in loops]).reshape(-1, 3)
+        self.offsets = np.array([_normal(loop) @ loop[0] for loop in loops])
+
+    @property
+    def colours(self) -> Array:
+        """Red, green and blue of each face, (n, 3)."""
+        return np.asarray(self._colours[self.owners])
 
     def lit(self, light: Light) -> Inks:
         """Return the ink of each face under a light, (n,)."""
-        return inks_of(self._colours[self.owners], self._normals @ np.array(light.direction), light)
+        return inks_of(self.colours, self.normals @ np.array(light.direction), light)
 
     def facets(self, view: View) -> Iterator[Facet]:
         """Yield the faces that are turned to the eye and not wholly outside the picture."""
@@ -66,7 +74,7 @@ class Faces:
         corners = view.to_camera(self._corners)
         pixels = view.to_pixels(np.maximum(corners, (-np.inf, -np.inf, NEAR_M)))
         sides = _sides_outside(view, corners)
-        is_turned = self._normals @ view.eye > self._offsets
+        is_turned = self.normals @ view.eye > self.offsets
         is_outside = np.bitwise_and.reduceat(sides, self._starts) != 0
         is_cut = (np.bitwise_or.reduceat(sides, self._starts) & BEHIND) != 0
         for face in np.flatnonzero(is_turned & ~is_outside).tolist():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from drivers.kinematic.painter.faces import Faces
 from drivers.kinematic.painter.order import Partitions, back_to_front, side_by_side
 from drivers.kinematic.painter.shading import inks_of, packed, ramp_of
 from drivers.kinematic.painter.spheres import Sphere
+from drivers.kinematic.painter.texturing import Texturing
 from robotcore.description import WorldDescription
 from robotcore.devices import Image
 from robotcore.projection import View
@@ -45,21 +46,26 @@ class Painter:
         self._partitions = Partitions([block.outline for block in blocks], discs)
         self._colours = self._lit(world)
         self._numbers = self._numbered(blocks)
+        self._texturing = Texturing(world, blocks, self._faces)
+        self._surfaces = self._surfaced(self._texturing.numbers)
 
     def picture(self, view: View) -> Image:
         """Return the picture, (height, width, 3), BGR."""
         import cv2
 
-        canvas = self._paint(view, self._colours)
+        order = list(self._back_to_front(view))
+        canvas = _painted(view, order, self._colours)
+        if self._texturing.is_needed:
+            self._texturing.paint(canvas, _painted(view, order, self._surfaces), view)
         pixels = canvas.view(np.uint8).reshape(*canvas.shape, 4)
         return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGRA2BGR), dtype=np.uint8)
 
     def labels(self, view: View) -> Labels:
         """Return for each pixel, (height, width), what it shows: its place in ``things`` plus 1; 0 is none."""
-        return self._paint(view, self._numbers)
+        return _painted(view, self._back_to_front(view), self._numbers)
 
-    def _paint(self, view: View, palette: Palette) -> Canvas:
-        canvas = _primed(view, palette)
+    def _back_to_front(self, view: View) -> Iterator[Stroke]:
+        """Yield what shows, so that whatever hides another comes after it."""
         shown: dict[int, list[Stroke]] = defaultdict(list)
         for stroke in self._strokes(view):
             shown[stroke.part].append(stroke)
@@ -67,9 +73,7 @@ class Painter:
         hidden_by = self._partitions.hidden_by(view.eye)[np.ix_(parts, parts)]
         are_apart = side_by_side([[stroke.columns for stroke in shown[part]] for part in parts])
         for place in back_to_front(hidden_by & ~are_apart):
-            for stroke in shown[parts[place]]:
-                stroke.paint(canvas, palette)
-        return canvas
+            yield from shown[parts[place]]
 
     def _strokes(self, view: View) -> Iterator[Stroke]:
         yield from self._faces.facets(view)
@@ -93,6 +97,17 @@ class Painter:
             faces=[blocks[owner].thing + 1 for owner in self._faces.owners],
             balls={part: np.array([n], np.uint32) for n, part in enumerate(self._balls, start=first_ball)},
         )
+
+    def _surfaced(self, numbers: Sequence[int]) -> Palette:
+        ground, *faces = numbers
+        return Palette(sky=0, ground=ground, faces=faces, balls=dict.fromkeys(self._balls, np.zeros(1, np.uint32)))
+
+
+def _painted(view: View, strokes: Iterable[Stroke], palette: Palette) -> Canvas:
+    canvas = _primed(view, palette)
+    for stroke in strokes:
+        stroke.paint(canvas, palette)
+    return canvas
 
 
 def _primed(view: View, palette: Palette) -> Canvas:

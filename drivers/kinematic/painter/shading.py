@@ -11,6 +11,7 @@ from robotcore.description import Light
 Inks = NDArray[np.uint32]
 
 RAMP_STEPS = 1024
+SHADES = 256
 
 
 def inks_of(colours: Array, cosines: Array, light: Light) -> Inks:
@@ -20,6 +21,13 @@ def inks_of(colours: Array, cosines: Array, light: Light) -> Inks:
     """
     shade = np.minimum(light.ambient + light.diffuse * np.maximum(cosines, 0.0), 1.0) * light.brightness
     return packed(colours * shade[:, None])
+
+
+def shades_of(colours: Array, cosines: Array, light: Light) -> Inks:
+    """Return the inks of faces as `inks_of`, from nothing of their colour to all of it, (n, SHADES)."""
+    parts = np.linspace(0.0, 1.0, SHADES)[:, None]
+    darkened = (colours[:, None] * parts).reshape(-1, 3)
+    return inks_of(darkened, np.repeat(cosines, SHADES), light).reshape(-1, SHADES)
 
 
 def ramp_of(colour: tuple[int, int, int], light: Light) -> Inks:
