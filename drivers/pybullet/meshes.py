@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robotcore.raycast import Outline
+from robotcore.description import Floor
+from robotcore.description.world import Prism
+from robotcore.description.wraps import Wrap, face_wrap, floor_wrap
 
 Array = NDArray[np.float64]
 
@@ -17,27 +21,33 @@ BALL_SEGMENTS, BALL_RINGS = 32, 16
 
 
 class Mesh(NamedTuple):
-    """Vertices and their normals, (n, 3), and three indices a triangle, counter-clockwise from outside."""
+    """Vertices and their normals, (n, 3), and three indices a triangle, counter-clockwise from outside.
+
+    ``uvs``, (n, 2), are the vertices' places on a texture, in tiles; none where there is no texture.
+    """
 
     vertices: list[list[float]]
     normals: list[list[float]]
     indices: list[int]
+    uvs: list[list[float]]
 
 
-def prism_mesh(outline: Outline, height: float) -> Mesh:
-    """Return a prism that stands on a convex outline."""
-    base = np.array([(x, y, 0.0) for x, y in outline])
-    top = base + np.array((0.0, 0.0, height))
+def prism_mesh(prism: Prism) -> Mesh:
+    """Return a prism around its own middle, not turned."""
+    here = prism.model_copy(update={"x_m": 0.0, "y_m": 0.0, "yaw_rad": 0.0})
+    base = np.array([(x, y, 0.0) for x, y in here.outline])
+    top = base + np.array((0.0, 0.0, prism.height_m))
     sides = [
         np.array((base[i], base[j], top[j], top[i]))
         for i, j in zip(range(len(base)), [*range(1, len(base)), 0], strict=True)
     ]
-    return _faceted([top, base[::-1], *sides])
+    return _faceted([top, base[::-1], *sides], partial(face_wrap, here))
 
 
-def ground_mesh(half: float) -> Mesh:
-    """Return a square that looks up."""
-    return _faceted([np.array(((half, half, 0.0), (-half, half, 0.0), (-half, -half, 0.0), (half, -half, 0.0)))])
+def ground_mesh(half: float, floor: Floor) -> Mesh:
+    """Return a square that looks up, and shows what a floor shows."""
+    square = np.array(((half, half, 0.0), (-half, half, 0.0), (-half, -half, 0.0), (half, -half, 0.0)))
+    return _faceted([square], lambda _: floor_wrap(floor))
 
 
 def ball_mesh(radius: float) -> Mesh:
@@ -54,15 +64,27 @@ def ball_mesh(radius: float) -> Mesh:
     row = BALL_SEGMENTS + 1
     corners = [ring * row + segment for ring in range(BALL_RINGS) for segment in range(BALL_SEGMENTS)]
     indices = [i for c in corners for i in (c, c + row, c + row + 1, c, c + row + 1, c + 1)]
-    return Mesh((normals * swollen).tolist(), normals.tolist(), indices)
+    return Mesh((normals * swollen).tolist(), normals.tolist(), indices, [])
 
 
-def _faceted(faces: list[Array]) -> Mesh:
-    """Return the mesh of convex faces, each given by its corners, (n, 3)."""
-    normals, indices, start = [], [], 0
+def _faceted(faces: list[Array], wrap_of: Callable[[Array], Wrap | None]) -> Mesh:
+    """Return the mesh of convex faces, each given by its corners, (n, 3), and textured as its normal says."""
+    normals: list[list[float]] = []
+    indices: list[int] = []
+    uvs: list[list[float]] = []
     for face in faces:
-        normal = np.cross(face[1] - face[0], face[2] - face[1])
-        normals += [(normal / np.linalg.norm(normal)).tolist()] * len(face)
+        start, across = len(normals), np.cross(face[1] - face[0], face[2] - face[1])
+        normal = across / np.linalg.norm(across)
+        normals += [normal.tolist()] * len(face)
         indices += [i for k in range(start + 1, start + len(face) - 1) for i in (start, k, k + 1)]
-        start += len(face)
-    return Mesh(np.concatenate(faces).tolist(), normals, indices)
+        uvs += _uvs(face, wrap_of(normal))
+    return Mesh(np.concatenate(faces).tolist(), normals, indices, uvs)
+
+
+def _uvs(face: Array, wrap: Wrap | None) -> list[list[float]]:
+    """Return where the corners lie on the texture; Bullet's renderer knows no places below zero."""
+    if wrap is None:
+        return []
+    tiles = wrap.tiles(face)
+    places: list[list[float]] = (tiles - np.floor(tiles.min(axis=0))).tolist()
+    return places

@@ -6,7 +6,8 @@ from enum import IntFlag
 
 from drivers.pybullet.bullet import Bullet
 from drivers.pybullet.meshes import Mesh, ball_mesh, ground_mesh, prism_mesh
-from robotcore.description import Ball, Floor, WorldDescription
+from drivers.pybullet.textures import Textures
+from robotcore.description import Ball, Floor, Texture, WorldDescription
 from robotcore.description.world import Prism
 
 GROUND_HALF_M = 200.0
@@ -31,6 +32,7 @@ class Scene:
 
     def __init__(self, bullet: Bullet, world: WorldDescription) -> None:
         self._bullet = bullet
+        self._textures = Textures(bullet)
         self.light = world.light
         prisms = {prism.name: self._add_prism(prism) for prism in world.prisms}
         balls = {ball.name: self._add_ball(ball) for ball in world.targets}
@@ -41,16 +43,18 @@ class Scene:
         """Add the floor last: it is drawn last, and not where something stands in front of it."""
         bullet = self._bullet
         plane = bullet.createCollisionShape(bullet.GEOM_PLANE)
-        body = self._add(plane, ground_mesh(GROUND_HALF_M), floor.colour, (0.0, 0.0, 0.0))
+        body = self._add(plane, ground_mesh(GROUND_HALF_M, floor), floor.colour, (0.0, 0.0, 0.0))
+        self._cover(body, floor.texture)
         bullet.changeDynamics(body, -1, lateralFriction=1.0)
         bullet.setCollisionFilterGroupMask(body, -1, Group.FLOOR, Group.BODY | Group.WHEEL)
 
     def _add_prism(self, prism: Prism) -> int:
         bullet = self._bullet
-        mesh = prism_mesh(prism.local_outline, prism.height_m)
+        mesh = prism_mesh(prism)
         hull = bullet.createCollisionShape(bullet.GEOM_MESH, vertices=mesh.vertices)
         body = self._add(hull, mesh, prism.colour, (prism.x_m, prism.y_m, 0.0), prism.yaw_rad)
         bullet.changeDynamics(body, -1, collisionMargin=HULL_MARGIN_M)
+        self._cover(body, prism.texture)
         return self._as_thing(body)
 
     def _add_ball(self, ball: Ball) -> int:
@@ -58,6 +62,10 @@ class Scene:
         sphere = bullet.createCollisionShape(bullet.GEOM_SPHERE, radius=ball.radius_m)
         place = (ball.x_m, ball.y_m, ball.radius_m)
         return self._as_thing(self._add(sphere, ball_mesh(ball.radius_m), ball.colour, place))
+
+    def _cover(self, body: int, texture: Texture | None) -> None:
+        if texture:
+            self._bullet.changeVisualShape(body, -1, textureUniqueId=self._textures.number_of(texture))
 
     def _as_thing(self, body: int) -> int:
         self._bullet.setCollisionFilterGroupMask(body, -1, Group.THING, Group.BODY | Group.RAY)
@@ -77,6 +85,7 @@ class Scene:
             vertices=mesh.vertices,
             normals=mesh.normals,
             indices=mesh.indices,
+            uvs=mesh.uvs,
             rgbaColor=[*(part / 255 for part in colour), 1.0],
             specularColor=[0.0, 0.0, 0.0],
         )

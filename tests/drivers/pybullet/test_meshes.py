@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from drivers.pybullet.meshes import Mesh, ball_mesh, prism_mesh
 from tests.drivers.pybullet.worlds import box, post
 
-OUTLINES = {"box": box(0.0, length=0.4, width=0.6).local_outline, "post": post(0.0).local_outline}
+POST = prism_mesh(post(1.0, 2.0))
 
 
 def triangles(mesh: Mesh) -> NDArray[np.float64]:
@@ -24,15 +24,15 @@ def enclosed(mesh: Mesh) -> float:
 
 
 def test_a_prism_encloses_its_base_times_its_height_and_looks_outwards() -> None:
-    assert enclosed(prism_mesh(OUTLINES["box"], 0.5)) == pytest.approx(0.4 * 0.6 * 0.5)
-    assert enclosed(prism_mesh(OUTLINES["post"], 0.3)) == pytest.approx(12 * 0.01 * math.sin(math.tau / 24) * 0.3)
+    assert enclosed(prism_mesh(box(0.0, length=0.4, width=0.6, height=0.5))) == pytest.approx(0.4 * 0.6 * 0.5)
+    assert enclosed(POST) == pytest.approx(12 * 0.01 * math.sin(math.tau / 24) * 0.3)
 
 
 def test_a_ball_encloses_nearly_a_ball() -> None:
     assert enclosed(ball_mesh(0.1)) == pytest.approx(4 / 3 * math.pi * 0.001, rel=0.03)
 
 
-@pytest.mark.parametrize("mesh", [prism_mesh(OUTLINES["post"], 0.3), ball_mesh(0.1)], ids=["post", "ball"])
+@pytest.mark.parametrize("mesh", [POST, ball_mesh(0.1)], ids=["post", "ball"])
 def test_normals_are_unit_vectors_on_the_side_that_faces_show(mesh: Mesh) -> None:
     normals = np.array(mesh.normals)
     assert np.linalg.norm(normals, axis=1) == pytest.approx(1.0)
@@ -45,5 +45,5 @@ def test_normals_are_unit_vectors_on_the_side_that_faces_show(mesh: Mesh) -> Non
 
 
 def test_a_prisms_edges_stay_sharp() -> None:
-    normals = {tuple(np.round(normal, 9)) for normal in prism_mesh(OUTLINES["post"], 0.3).normals}
+    normals = {tuple(np.round(normal, 9)) for normal in POST.normals}
     assert len(normals) == 24 + 2

@@ -43,7 +43,7 @@ def world(*things: Thing, start: Start | None = None, light: Light | None = None
 def box(
     x: float, y: float = 0.0, *, length: float = 0.2, width: float = 2.0, height: float = 0.4, yaw: float = 0.0
 ) -> Box:
-    size = {"length_m": length, "width_m": width, "height_m": height}
+    size: dict[str, Any] = {"length_m": length, "width_m": width, "height_m": height}
     return Box(shape="box", name="box", colour=(200, 40, 20), x_m=x, y_m=y, yaw_rad=yaw, **size)
 
 
