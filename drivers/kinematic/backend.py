@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from pydantic import NonNegativeFloat
-
 from drivers.kinematic.devices import KinematicCamera, KinematicEncoder, KinematicMotor, KinematicRangeSensor
-from drivers.kinematic.noise import Noise
 from drivers.kinematic.simulation import Simulation
 from robotcore.backend import Backend, Setup, Vouch
 from robotcore.description import (
@@ -24,10 +21,7 @@ from robotcore.robot import Robot
 
 
 class KinematicOptions(Described):
-    """What a user may set: standard deviations, in grey levels and in metres."""
-
-    camera_noise: NonNegativeFloat = 0.0
-    range_noise_m: NonNegativeFloat = 0.0
+    """There are none: what is simulated is in the descriptions."""
 
 
 class KinematicBackend(Backend):
@@ -50,10 +44,10 @@ class KinematicBackend(Backend):
     def open(self, setup: Setup) -> Robot:
         if setup.world is None:
             raise UsageError("the kinematic backend needs a world; name one with --world")
-        options = setup.options_as(KinematicOptions)
+        setup.options_as(KinematicOptions)
         simulation = Simulation(setup, setup.world)
         _require_wheels(setup, simulation)
-        devices = [_opened(description, setup, options, simulation) for description in setup.chosen]
+        devices = [_opened(description, simulation) for description in setup.chosen]
         return Robot(setup.robot.name, simulation.clock, devices, truth=simulation)
 
 
@@ -65,15 +59,15 @@ def _require_wheels(setup: Setup, simulation: Simulation) -> None:
         raise DeviceGroupError(f"opening {setup.robot.name}", stray)
 
 
-def _opened(description: AnyDevice, setup: Setup, options: KinematicOptions, simulation: Simulation) -> Device:
+def _opened(description: AnyDevice, simulation: Simulation) -> Device:
     name = description.name
     if isinstance(description, MotorDescription):
         return KinematicMotor(description, simulation.wheels[name])
     if isinstance(description, EncoderDescription):
         return KinematicEncoder(description, simulation.encoded[name], simulation.clock)
     if isinstance(description, RangeSensorDescription):
-        return KinematicRangeSensor(description, simulation, Noise(setup.seed, name, options.range_noise_m))
+        return KinematicRangeSensor(description, simulation)
     if isinstance(description, CameraDescription):
-        return KinematicCamera(description, simulation, Noise(setup.seed, name, options.camera_noise))
+        return KinematicCamera(description, simulation)
     display: DisplayDescription = description  # of a new kind of device, the type checker tells
     return MemoryDisplay(display.name)

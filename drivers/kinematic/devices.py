@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from drivers.kinematic.echo import Sonar
 from drivers.kinematic.motion import Wheel
-from drivers.kinematic.noise import Noise
 from drivers.kinematic.simulation import Simulation
 from robotcore.clock import Clock
 from robotcore.description import (
@@ -46,9 +45,9 @@ class KinematicEncoder(Encoder):
 
 
 class KinematicRangeSensor(RangeSensor):
-    """Listens with a fan of rays; an error drawn from ``noise``, in metres, is added to the distance."""
+    """Listens with a fan of rays."""
 
-    def __init__(self, description: RangeSensorDescription, simulation: Simulation, noise: Noise) -> None:
+    def __init__(self, description: RangeSensorDescription, simulation: Simulation) -> None:
         super().__init__(
             description.name,
             min_range=description.min_range_m,
@@ -57,26 +56,23 @@ class KinematicRangeSensor(RangeSensor):
         )
         self._sonar = Sonar(description, simulation.world)
         self._simulation = simulation
-        self._noise = noise
         self._newest_at = OnceAnInstant(simulation.clock, self._listen)
 
     def _newest(self) -> Range:
         return self._newest_at()
 
     def _listen(self, time: float, sequence: int) -> Range:
-        error = self._noise.error(self._simulation.step_count)
-        distance, point = self._sonar.listen(self._simulation.pose(), error)
+        distance, point = self._sonar.listen(self._simulation.pose())
         return Range(distance, time, sequence, point)
 
 
 class KinematicCamera(Camera):
-    """Paints a picture when it is read, never otherwise; ``noise`` is in grey levels."""
+    """Paints a picture when it is read, never otherwise."""
 
-    def __init__(self, description: CameraDescription, simulation: Simulation, noise: Noise) -> None:
+    def __init__(self, description: CameraDescription, simulation: Simulation) -> None:
         super().__init__(description.name, description.intrinsics)
         self._mount = description.mount
         self._simulation = simulation
-        self._noise = noise
         self._newest_at = OnceAnInstant(simulation.clock, self._expose)
 
     def _newest(self) -> Frame:
@@ -85,6 +81,5 @@ class KinematicCamera(Camera):
     def _expose(self, time: float, sequence: int) -> Frame:
         view = View.of(self.intrinsics, self._mount, self._simulation.pose())
         image: Image = self._simulation.painter.picture(view)
-        image = self._noise.over(image, self._simulation.step_count)
         image.flags.writeable = False
         return Frame(image, time, sequence)

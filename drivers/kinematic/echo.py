@@ -35,13 +35,13 @@ class Sonar:
             [(ball.x_m, ball.y_m, ball.radius_m**2 - (mount.z_m - ball.radius_m) ** 2) for ball in world.targets]
         ).reshape(-1, 3)
 
-    def listen(self, robot: Pose, error: float = 0.0) -> Echo:
-        """Return what a sensor that errs by ``error`` metres hears on a robot at ``robot``."""
+    def listen(self, robot: Pose) -> Echo:
+        """Return what the sensor hears on a robot at ``robot``."""
         sensor = robot.moved(self._mount)
         x, y = sensor.to_world(-FAN_SETBACK_M, 0.0)
         dx, dy = self._fan.directions(sensor)
         lengths = np.minimum(cast(x, y, dx, dy, self._edges), cast_at_circles(x, y, dx, dy, self._circles))
-        distance = self._fan.reading(lengths + error)
+        distance = self._fan.reading(lengths)
         return Echo(distance, None if math.isinf(distance) else self._nearest(lengths))
 
     def _nearest(self, lengths: Array) -> Point:

@@ -39,11 +39,6 @@ class Simulation:
         """Paints the world for every camera; made when the first picture is read."""
         return Painter(self.world)
 
-    @property
-    def step_count(self) -> int:
-        """How many physics steps have been taken."""
-        return round(self.clock.now() * self.clock.steps_per_second)
-
     def pose(self) -> Pose:
         return self._chassis.pose if self._chassis else self._start
 

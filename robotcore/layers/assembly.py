@@ -1,20 +1,21 @@
 """The one place that puts the layers over a robot's devices, in this order.
 
-Sensors: driver → age → one sample a tick → app. Motors: app → safety → deadman → driver.
+Sensors: driver → conditions → age → one sample a tick → app. Motors: app → safety → deadman → conditions → driver.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from robotcore.clock import AppClock, Clock, TickClock
-from robotcore.description import CameraDescription, RangeSensorDescription, RobotDescription
-from robotcore.devices import Camera, Device, Display, Encoder, RangeSensor, SampleT
+from robotcore.description import CameraDescription, Conditions, Drive, RangeSensorDescription, RobotDescription
+from robotcore.devices import Camera, Device, Display, Encoder, Motor, RangeSensor, SampleT
 from robotcore.errors import UnknownNameError, UnmetNeedError
 from robotcore.geometry import Pose
+from robotcore.layers.conditions import PERFECT, conditioned_camera, conditioned_motor, conditioned_range
 from robotcore.layers.devices import LayeredCamera, LayeredDisplay, LayeredEncoder, LayeredRangeSensor
-from robotcore.layers.readers import Fresh, OnceATick
+from robotcore.layers.readers import Fresh, OnceATick, Reader
 from robotcore.layers.wheels import GuardedDrive
 from robotcore.robot import Robot, Role
 from robotcore.safety import Latch, SafetyStage
@@ -50,11 +51,22 @@ def needed_devices(description: RobotDescription, needs: Iterable[Role], wants: 
     return frozenset(names.union(*(_names_for(description, _role(role)) for role in wants)))
 
 
-def assemble(raw: Robot, description: RobotDescription, rate_hz: float, clock: Clock | None = None) -> Assembled:
-    """Put every layer over a robot that a backend opened; ``clock`` stands in for the backend's own."""
+def assemble(
+    raw: Robot,
+    description: RobotDescription,
+    rate_hz: float,
+    clock: Clock | None = None,
+    conditions: Conditions = PERFECT,
+    seed: int = 0,
+) -> Assembled:
+    """Put every layer over a robot that a backend opened; ``clock`` stands in for the backend's own.
+
+    The noise of the ``conditions`` belongs to the ``seed``.
+    """
     ticks = TickClock(clock or raw.clock)
     latch = Latch()
-    devices = {d.name: _layered(d, ticks, description.safety.max_age_s, latch) for d in raw.devices.values()}
+    layers = _SensorLayers(ticks, description.safety.max_age_s, latch, conditions, seed)
+    devices = {device.name: layers.over(device) for device in raw.devices.values()}
     for sensor in description.devices:
         device = devices.get(sensor.name)
         if isinstance(sensor, _MOUNTED) and isinstance(device, (Camera, RangeSensor)):
@@ -62,6 +74,7 @@ def assemble(raw: Robot, description: RobotDescription, rate_hz: float, clock: C
     guarded = None
     drive = description.drive
     if drive and drive.left in raw.devices and drive.right in raw.devices:
+        devices |= _conditioned_wheels(devices, drive, conditions)
         guarded = GuardedDrive.over(devices, description, drive, ticks, latch, rate_hz)
         devices |= guarded.motors
     app_clock = AppClock(ticks)
@@ -85,19 +98,33 @@ def _names_for(description: RobotDescription, role: Role) -> set[str]:
     return {name for name in wheels if name} | {sensor.name for sensor in description.range_sensors_ahead}
 
 
-def _layered(device: Device, clock: TickClock, max_age: float, latch: Latch) -> Device:
-    if isinstance(device, Camera):
-        return LayeredCamera(device, _read_through(device.name, device.read, clock, max_age, latch))
-    if isinstance(device, RangeSensor):
-        return LayeredRangeSensor(device, _read_through(device.name, device.read, clock, max_age, latch))
-    if isinstance(device, Encoder):
-        return LayeredEncoder(device, _read_through(device.name, device.read, clock, max_age, latch))
-    if isinstance(device, Display):
-        return LayeredDisplay(device)
-    return device
+@dataclass(frozen=True)
+class _SensorLayers:
+    """What every sensor is read through."""
+
+    clock: TickClock
+    max_age: float
+    latch: Latch
+    conditions: Conditions
+    seed: int
+
+    def over(self, device: Device) -> Device:
+        """Return a sensor or display under its layers, another device as it is."""
+        if isinstance(device, Camera):
+            return LayeredCamera(device, self._read(device, conditioned_camera(device, self.conditions, self.seed)))
+        if isinstance(device, RangeSensor):
+            return LayeredRangeSensor(device, self._read(device, conditioned_range(device, self.conditions, self.seed)))
+        if isinstance(device, Encoder):
+            return LayeredEncoder(device, self._read(device, device.read))
+        if isinstance(device, Display):
+            return LayeredDisplay(device)
+        return device
+
+    def _read(self, device: Device, read: Reader[SampleT]) -> OnceATick[SampleT]:
+        return OnceATick(self.clock, Fresh(device.name, self.clock, self.max_age, self.latch, read))
 
 
-def _read_through(
-    name: str, read: Callable[[], SampleT], clock: TickClock, max_age: float, latch: Latch
-) -> OnceATick[SampleT]:
-    return OnceATick(clock, Fresh(name, clock, max_age, latch, read))
+def _conditioned_wheels(devices: Mapping[str, Device], drive: Drive, conditions: Conditions) -> dict[str, Device]:
+    gains = {drive.left: conditions.wheel_gain_left, drive.right: conditions.wheel_gain_right}
+    motors = {name: device for name, device in devices.items() if isinstance(device, Motor)}
+    return {name: conditioned_motor(motors[name], gain) for name, gain in gains.items() if name in motors}

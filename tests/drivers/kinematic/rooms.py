@@ -41,7 +41,7 @@ def room(*things: Box | Cylinder | Ball, start: Start | None = None, walls: Wall
 def box(
     x: float, y: float, length: float, width: float, *, height: float = 0.3, yaw: float = 0.0, name: str = "box"
 ) -> Box:
-    size = {"length_m": length, "width_m": width, "height_m": height}
+    size: dict[str, Any] = {"length_m": length, "width_m": width, "height_m": height}
     return Box(shape="box", name=name, colour=COLOURS["red"], x_m=x, y_m=y, yaw_rad=yaw, **size)
 
 
@@ -57,13 +57,12 @@ def opened(
     world: WorldDescription | None = None,
     robot: RobotDescription = ROVER,
     devices: set[str] | None = None,
-    seed: int = 0,
     rate_hz: float = 20.0,
     **options: Any,
 ) -> Robot:
     """Open a robot, with all its devices where none are named."""
     names = {device.name for device in robot.devices} if devices is None else devices
-    setup = Setup(robot, world or room(), frozenset(names), rate_hz=rate_hz, seed=seed, options=options)
+    setup = Setup(robot, world or room(), frozenset(names), rate_hz=rate_hz, options=options)
     return KinematicBackend().open(setup)
 
 

@@ -97,14 +97,6 @@ def test_an_echo_moves_with_the_robot() -> None:
     assert sonar(room(ball(x, y))).listen(pose).distance == pytest.approx(0.9)
 
 
-def test_an_error_moves_the_distance_but_neither_the_point_nor_the_limits() -> None:
-    nose = sonar(room(box(0.7, 0.0, 0.2, 2.0)))
-    assert nose.listen(HERE, 0.01).distance == pytest.approx(0.51)
-    assert nose.listen(HERE, 0.01).point == pytest.approx((0.5, 0.0, 0.0))
-    assert nose.listen(HERE, -0.9).distance == 0.02
-    assert sonar(room()).listen(HERE, -0.9).distance == math.inf
-
-
 def test_lengths_are_those_of_a_search_along_each_ray() -> None:
     world = room(ball(0.9, 0.1), post(1.2, -0.3, 0.15), box(1.0, 0.5, 0.3, 0.1, yaw=0.5))
     origin, steps = np.array((0.1 - 0.05, 0.0)), np.linspace(0.0, 2.0, 20001)

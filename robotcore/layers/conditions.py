@@ -1,0 +1,113 @@
+"""A simulated device as the world's conditions have it. Where they are perfect, there is no layer at all."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from robotcore.description import Conditions
+from robotcore.devices import Camera, Frame, Image, Motor, Range, RangeSensor
+from robotcore.layers.noise import Noise
+from robotcore.layers.readers import Reader
+
+PERFECT = Conditions()
+
+Effect = Callable[[Image, float], Image]
+"""Makes of a picture, and of the time it was captured at, another picture."""
+
+
+def conditioned_camera(camera: Camera, conditions: Conditions, seed: int) -> Reader[Frame]:
+    """Return what reads the camera: out of focus, then exposed and tinted, then noisy, as the light goes."""
+    effects = [
+        *([_blur(conditions.camera_blur_px)] if conditions.camera_blur_px else []),
+        *([_response(conditions)] if (conditions.camera_exposure, conditions.camera_warmth) != (1.0, 0.0) else []),
+        *([_grain(Noise(seed, camera.name, conditions.camera_noise))] if conditions.camera_noise else []),
+    ]
+    return Developed(camera.read, effects) if effects else camera.read
+
+
+def conditioned_range(sensor: RangeSensor, conditions: Conditions, seed: int) -> Reader[Range]:
+    """Return what reads the range sensor: off by a bias and by noise."""
+    if not (conditions.range_bias_m or conditions.range_noise_m):
+        return sensor.read
+    return Erring(sensor, conditions.range_bias_m, Noise(seed, sensor.name, conditions.range_noise_m))
+
+
+def conditioned_motor(motor: Motor, gain: float) -> Motor:
+    """Return the motor, whose wheel turns ``gain`` times as fast as it is told."""
+    return motor if gain == 1.0 else GainedMotor(motor, gain)
+
+
+class Developed:
+    """Frames after some effects, one after the other; their time and number stay."""
+
+    def __init__(self, read: Reader[Frame], effects: list[Effect]) -> None:
+        self._read, self._effects = read, effects
+
+    def __call__(self) -> Frame:
+        frame = self._read()
+        image = frame.image
+        for effect in self._effects:
+            image = effect(image, frame.time)
+        image.flags.writeable = False
+        return Frame(image, frame.time, frame.sequence)
+
+
+class Erring:
+    """Distances that are off: never nearer than the sensor can tell; past its range, and where nothing is, ``inf``."""
+
+    def __init__(self, sensor: RangeSensor, bias: float, noise: Noise) -> None:
+        self._sensor, self._bias, self._noise = sensor, bias, noise
+
+    def __call__(self) -> Range:
+        reading = self._sensor.read()
+        distance = reading.distance + self._bias + self._noise.at(reading.time)
+        if distance > self._sensor.max_range:
+            return replace(reading, distance=math.inf, point=None)
+        return replace(reading, distance=max(distance, self._sensor.min_range))
+
+
+class GainedMotor(Motor):
+    """A motor that turns its gain times as fast as it is told, up to its limit, and does not know."""
+
+    def __init__(self, inner: Motor, gain: float) -> None:
+        super().__init__(inner.name, inner.max_velocity)
+        self._inner, self._gain = inner, gain
+
+    def stop(self) -> None:
+        if not self._is_closed:
+            self._inner.stop()
+
+    def _apply(self, rad_s: float) -> None:
+        self._inner.set_velocity(self._gain * rad_s)
+
+    def _release(self) -> None:
+        self._inner.close()
+
+
+def _blur(sigma: float) -> Effect:
+    import cv2
+
+    return lambda image, _time: np.asarray(cv2.GaussianBlur(image, (0, 0), sigma), dtype=np.uint8)
+
+
+def _response(conditions: Conditions) -> Effect:
+    """Return what answers to light by a table: blue and red against each other, and no more than white."""
+    import cv2
+
+    warmth = conditions.camera_warmth
+    gains = conditions.camera_exposure * np.array((1 - warmth, 1.0, 1 + warmth))
+    table = np.minimum(np.rint(np.arange(256)[None, :, None] * gains), 255).astype(np.uint8)
+    return lambda image, _time: np.asarray(cv2.LUT(image, table), dtype=np.uint8)
+
+
+def _grain(noise: Noise) -> Effect:
+    import cv2
+
+    def grain(image: Image, time: float) -> Image:
+        return np.asarray(cv2.add(image, noise.over(image.shape, time), dtype=cv2.CV_8U), dtype=np.uint8)
+
+    return grain
