@@ -22,8 +22,9 @@ class Outcome(str, Enum):
 class RunResult:
     """One run, told in full; None is what the backend cannot know.
 
-    ``verified`` is the simulator's word on ``outcome``; ``milestones`` maps each one reached to its time; ``error`` is
-    what ended the run, if an error did.
+    ``verified`` is the simulator's word on ``outcome``; ``milestones`` maps each one reached to its time;
+    ``conditions`` are what the seed drew of light, looks, sensors and wheels, by name; ``error`` is what ended the run,
+    if an error did.
     """
 
     app: str
@@ -43,6 +44,7 @@ class RunResult:
     distance_to_target_m: float | None = None
     interventions: int = 0
     milestones: dict[str, float] = field(default_factory=dict)
+    conditions: dict[str, float | str] = field(default_factory=dict)
     trace_sha256: str | None = None
     error: BaseException | None = field(default=None, repr=False, compare=False)
 

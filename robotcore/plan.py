@@ -10,11 +10,15 @@ from robotcore.backend import Backend, Setup
 from robotcore.behaviour import Behaviour
 from robotcore.catalogue import load_app, load_backend
 from robotcore.description import (
+    Conditions,
     RobotDescription,
+    Told,
     WorldDescription,
     draw_world,
+    light_told,
     load_robot,
     load_world,
+    randomise,
     require_start,
 )
 from robotcore.errors import UsageError
@@ -28,7 +32,10 @@ MIN_RATE_HZ, MAX_RATE_HZ = 1.0, 1000.0
 
 @dataclass(frozen=True)
 class RunRequest:
-    """What to run, on what. Without a seed, a world stands as its file has it."""
+    """What to run, on what. Without a seed, a world stands as its file has it.
+
+    ``randomise`` draws by the seed not only where things stand, but also how everything looks and works.
+    """
 
     app: str
     backend: str = "kinematic"
@@ -41,11 +48,15 @@ class RunRequest:
     options: Mapping[str, Any] = field(default_factory=dict)
     gui: bool = False
     realtime: bool = False
+    randomise: bool = False
 
 
 @dataclass(frozen=True)
 class Plan:
-    """A request with everything it names found, checked, and fitting together."""
+    """A request with everything it names found, checked, and fitting together.
+
+    ``drawn`` is what the seed made of the world's looks and conditions, by name.
+    """
 
     request: RunRequest
     behaviour: Behaviour
@@ -53,6 +64,12 @@ class Plan:
     description: RobotDescription
     world: WorldDescription | None
     setup: Setup
+    drawn: Told = field(default_factory=dict)
+
+    @property
+    def conditions(self) -> Conditions:
+        """What the simulated devices are under; a real robot's are its own."""
+        return self.world.conditions if self.world and self.backend.needs_world else Conditions()
 
     @classmethod
     def of(cls, request: RunRequest) -> Plan:
@@ -65,10 +82,12 @@ class Plan:
         devices = needed_devices(description, behaviour.needs, behaviour.wants)
         _require_room_to_stop(behaviour, description)
         _require_window(request, backend)
-        world = _world(request, backend, description)
+        _require_randomisable(request, backend)
+        world, drawn = _world(request, backend, description)
         backend.require_installed()
-        setup = Setup(description, world, devices, request.rate_hz, request.seed or 0, request.gui, request.options)
-        return cls(request, behaviour, backend, description, world, setup)
+        robot = _lagging(description, world) if world and backend.needs_world else description
+        setup = Setup(robot, world, devices, request.rate_hz, request.seed or 0, request.gui, request.options)
+        return cls(request, behaviour, backend, description, world, setup, drawn)
 
 
 def _require_rate(rate_hz: float) -> None:
@@ -103,11 +122,38 @@ def _require_window(request: RunRequest, backend: Backend) -> None:
         )
 
 
-def _world(request: RunRequest, backend: Backend, description: RobotDescription) -> WorldDescription | None:
+def _require_randomisable(request: RunRequest, backend: Backend) -> None:
+    if request.randomise and not backend.needs_world:
+        raise UsageError(
+            f"the backend {backend.name!r} simulates no world, so there is nothing to randomise. "
+            "Leave --randomise out, or take --backend kinematic"
+        )
+    if request.randomise and request.seed is None:
+        raise UsageError("--randomise draws from the seed, and there is none. Name one, for example --seed 7")
+
+
+def _world(
+    request: RunRequest, backend: Backend, description: RobotDescription
+) -> tuple[WorldDescription | None, Told]:
+    """Return the world, if there is to be one, and what the seed drew of its looks and conditions."""
     if not (request.world or backend.needs_world):
-        return None
+        return None, {}
     world = load_world(request.world or DEFAULT_WORLD)
-    if request.seed is not None:
-        return draw_world(world, description, request.seed)
-    require_start(world, description)
-    return world
+    if request.seed is None:
+        require_start(world, description)
+        return world, {}
+    world = draw_world(world, description, request.seed)
+    if not request.randomise:
+        return world, light_told(world.light)
+    world, drawn = randomise(world, request.seed)
+    return world, {**light_told(world.light), **drawn}
+
+
+def _lagging(description: RobotDescription, world: WorldDescription) -> RobotDescription:
+    """Return the robot as it is to be simulated: its wheels lag as the world's conditions say."""
+    lag, drive = world.conditions.wheel_lag_s, description.drive
+    if lag is None or drive is None:
+        return description
+    wheels = (drive.left, drive.right)
+    devices = (d.model_copy(update={"lag_s": lag}) if d.name in wheels else d for d in description.devices)
+    return description.model_copy(update={"devices": tuple(devices)})

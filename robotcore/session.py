@@ -100,7 +100,7 @@ class _Execution:
         raw = robot = self._plan.backend.open(self._plan.setup)
         outcome = Outcome.ERROR
         try:
-            assembled = assemble(raw, self._plan.description, self._plan.request.rate_hz, self._clock_for(raw))
+            assembled = self._assembled(raw)
             robot = assembled.robot
             self._interrupts.stop_with(robot.stop)
             outcome = self._run(assembled, self._truth_of(raw))
@@ -130,6 +130,10 @@ class _Execution:
             return self._loop.run()
         finally:
             self._sim_time = assembled.clock.now()
+
+    def _assembled(self, raw: Robot) -> Assembled:
+        plan, clock = self._plan, self._clock_for(raw)
+        return assemble(raw, plan.description, plan.request.rate_hz, clock, plan.conditions, plan.setup.seed)
 
     def _clock_for(self, raw: Robot) -> Clock:
         is_paced = self._plan.request.realtime or self._plan.request.gui
@@ -185,6 +189,7 @@ class _Execution:
             distance_to_target_m=self._judgement.distance,
             interventions=loop.trace.interventions if loop else 0,
             milestones=dict(loop.trace.milestones) if loop else {},
+            conditions=self._plan.drawn,
             trace_sha256=loop.trace.sha256 if loop else None,
             error=error,
         )

@@ -43,6 +43,9 @@ class _RunCommand(click.Command):
 @click.option("--robot", default="rover", show_default=True, help="A robot's name, or its .toml file.")
 @click.option("--world", help="A world's name, or its .toml file. Simulators take arena where it is left out.")
 @click.option("--seed", type=int, help="Draw the world anew from this number.")
+@click.option(
+    "--randomise", "--randomize", is_flag=True, help="Draw looks, light, sensors and wheels from the seed too."
+)
 @click.option("--rate", "rate_hz", metavar="HZ", type=float, default=20.0, show_default=True, help="Ticks a second.")
 @click.option(
     "--timeout",
