@@ -18,7 +18,7 @@ from robotcore.description.conditions import (
     Warmth,
 )
 from robotcore.description.light import Brightness, Fraction
-from robotcore.description.texture import Contrast, Pattern, TileSize
+from robotcore.description.texture import PATTERNS, Contrast, Pattern, TileSize
 
 Turn = Annotated[float, Field(ge=-60, le=60)]
 HueGap = Annotated[float, Field(ge=0, le=170)]
@@ -51,13 +51,7 @@ class Randomisation(Described):
     target_hue_deg: Drawn[Turn] = (-8.0, 8.0)
     target_saturation: Drawn[Factor] = (0.8, 1.25)
     target_value: Drawn[Factor] = (0.75, 1.35)
-    patterns: Annotated[tuple[Pattern, ...] | None, Off, Field(min_length=1)] = (
-        "plain",
-        "checker",
-        "planks",
-        "speckle",
-        "grass",
-    )
+    patterns: Annotated[Annotated[tuple[Pattern, ...], Field(min_length=1)] | None, Off] = PATTERNS
     pattern_scale_m: Drawn[TileSize] = (0.1, 0.6)
     pattern_contrast: Drawn[Contrast] = (0.1, 0.5)
     camera_blur_px: Drawn[Blur] = (0.0, 1.2)

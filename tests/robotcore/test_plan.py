@@ -2,10 +2,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
 import pytest
 
 from robotcore.behaviour import Behaviour, Status, Stopping
+from robotcore.description import Conditions, MotorDescription
 from robotcore.errors import BackendMissingError, UnknownNameError, UnmetNeedError, UsageError
 from robotcore.plan import Plan, RunRequest
 from robotcore.robot import Robot, Role
@@ -87,6 +89,55 @@ def test_a_library_that_is_missing_is_told(backend: RigBackend, monkeypatch: pyt
     monkeypatch.setattr(RigBackend, "modules", ("no_such_simulator",))
     with pytest.raises(BackendMissingError, match="'rig' is not installed"):
         plan()
+
+
+class TestRandomise:
+    @pytest.fixture(autouse=True)
+    def simulator(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(RigBackend, "needs_world", True)
+
+    def test_it_keeps_the_layout_and_tells_what_it_drew(self) -> None:
+        plain, other = plan(world="open", seed=7), plan(world="open", seed=7, randomise=True)
+        assert plain.world
+        assert other.world
+        assert (other.world.start, other.world.targets[0].x_m) == (plain.world.start, plain.world.targets[0].x_m)
+        assert other.world.floor != plain.world.floor
+        assert other.drawn["camera_noise"] == other.conditions.camera_noise > 0
+        assert plain.drawn.keys() < other.drawn.keys()
+
+    def test_a_layout_tells_its_light_and_a_world_as_it_stands_nothing(self) -> None:
+        drawn = plan(world="open", seed=7)
+        assert drawn.world
+        assert drawn.drawn == {
+            "light_azimuth_rad": drawn.world.light.azimuth_rad,
+            "light_elevation_rad": drawn.world.light.elevation_rad,
+            "light_brightness": drawn.world.light.brightness,
+        }
+        assert plan(world="open").drawn == {}
+
+    def test_wheels_lag_in_the_simulator_and_not_in_the_description_that_the_layers_know(self) -> None:
+        found = plan(world="open", seed=7, randomise=True)
+        lags = {motor.name: motor.lag_s for motor in found.setup.robot.all_of(MotorDescription)}
+        assert set(lags.values()) == {found.conditions.wheel_lag_s}
+        assert found.description == ROVER
+
+    def test_without_a_seed_it_is_refused(self) -> None:
+        with pytest.raises(UsageError, match=r"--randomise draws from the seed.*--seed 7"):
+            plan(world="open", randomise=True)
+
+    def test_a_backend_that_simulates_no_world_refuses_it(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(RigBackend, "needs_world", False)
+        with pytest.raises(UsageError, match=r"'rig' simulates no world.*--backend kinematic"):
+            plan(world="open", seed=7, randomise=True)
+
+
+def test_the_conditions_of_a_world_do_not_touch_a_robot_that_is_not_simulated(tmp_path: Path) -> None:
+    file = tmp_path / "yard.toml"
+    floor = 'name = "yard"\n[floor]\nlength_m = 4.0\nwidth_m = 4.0\n'
+    file.write_text(f"{floor}[conditions]\nwheel_gain_left = 0.9\nwheel_lag_s = 0.3\n")
+    found = plan(world=str(file))
+    assert found.conditions == Conditions()
+    assert found.setup.robot == ROVER
 
 
 class TestWorld:

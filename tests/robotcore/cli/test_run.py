@@ -28,6 +28,13 @@ def test_json_is_one_line_with_every_key(cli: Cli) -> None:
     assert told.err == ""
 
 
+def test_randomise_tells_in_json_what_was_drawn_and_runs_alike_twice(cli: Cli) -> None:
+    one, again = (cli(*SHORT, "--seed", "4", "--randomise", "--json").json for _ in range(2))
+    assert one["conditions"]["floor_pattern"]
+    assert one["conditions"] == again["conditions"]
+    assert one["trace_sha256"] == again["trace_sha256"]
+
+
 def test_without_json_the_outcome_comes_first(cli: Cli) -> None:
     told = cli(*SHORT)
     assert told.out.startswith("success  avoid-obstacles on kinematic, open\n")

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from robotcore.description import (
+    Randomisation,
     RobotDescription,
     WorldDescription,
     load_any,
@@ -212,11 +213,44 @@ def test_a_fault_of_a_robot_is_told_in_one_line(tmp_path: Path, old: str, new: s
             "variation.light_elevation_rad[#1]: should be greater than 0, got -0.6. Correct it",
         ),
         (
+            "[variation]",
+            "[randomisation]\ncamera_noise = [8.0, 0.0]\n[variation]",
+            "randomisation.camera_noise: the lower end 8 is above the upper end 0. Swap them",
+        ),
+        (
+            "[variation]",
+            "[randomisation]\nwheel_gain = [0.0, 1.0]\n[variation]",
+            "randomisation.wheel_gain[#1]: should be at least 0.5, got 0.0. Correct it",
+        ),
+        (
+            "[variation]",
+            "[randomisation]\ncamera_noise = 3.0\n[variation]",
+            "randomisation.camera_noise: should be a list, got 3.0. Correct it",
+        ),
+        (
+            "[variation]",
+            "[randomisation]\ncamera_noice = [0.0, 1.0]\n[variation]",
+            "randomisation.camera_noice: is unknown. Correct it or take it out. Did you mean 'camera_noise'?",
+        ),
+        (
+            "[variation]",
+            '[randomisation]\npatterns = ["chequer"]\n[variation]',
+            (
+                "randomisation.patterns[#1]: "
+                "should be 'plain', 'checker', 'planks', 'speckle' or 'grass', got 'chequer'. Correct it"
+            ),
+        ),
+        (
+            "[variation]",
+            "[conditions]\ncamera_noise = -1.0\n[variation]",
+            "conditions.camera_noise: should be at least 0, got -1.0. Correct it",
+        ),
+        (
             'name = "arena"',
             '"a\\nb" = 1',
             (
-                "'a\\nb': is unknown. Correct it or take it out. "
-                "There are: conditions, floor, light, name, obstacles, randomisation, start, summary, targets, variation, walls."
+                "'a\\nb': is unknown. Correct it or take it out. There are: conditions, floor, "
+                "light, name, obstacles, randomisation, start, summary, targets, variation, walls."
             ),
         ),
         (
@@ -261,6 +295,14 @@ def test_a_byte_order_mark_does_no_harm(tmp_path: Path) -> None:
     file = tmp_path / "my.toml"
     file.write_bytes(b"\xef\xbb\xbf" + ARENA.encode())
     assert load_world(str(file)) == load_world("arena")
+
+
+def test_a_quantity_is_switched_off_by_false_and_the_others_keep_their_ranges(tmp_path: Path) -> None:
+    file = tmp_path / "my.toml"
+    file.write_text(ARENA + "[randomisation]\ncamera_noise = false\nwheel_gain = [0.9, 1.0]\n", encoding="utf-8")
+    ranges = load_world(str(file)).randomisation
+    assert (ranges.camera_noise, ranges.wheel_gain) == (None, (0.9, 1.0))
+    assert ranges.light_brightness == Randomisation().light_brightness
 
 
 def test_a_thing_in_a_list_without_a_name_is_counted_from_one(tmp_path: Path) -> None:

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from robotcore.clock import PacedClock
-from robotcore.description import load_robot
+from robotcore.description import Conditions, load_robot
 from robotcore.devices import Camera, Device, RangeSensor
 from robotcore.errors import DeviceClosedError, DeviceGroupError, StaleSampleError, UnmetNeedError
 from robotcore.layers import assemble, needed_devices
@@ -81,6 +81,37 @@ class TestSensors:
     def test_a_camera_is_read_through_the_layers_too(self) -> None:
         rig = Rig()
         assert rig.robot.camera.read() is rig.robot.camera.read()
+
+
+class TestConditions:
+    def test_without_any_nothing_stands_between(self) -> None:
+        rig = Rig()
+        assert rig.robot.camera.read().image is rig.eye.image
+        rig.robot.drive.set_wheels(2.0, 2.0)
+        rig.commit()
+        assert rig.wheels == (2.0, 2.0)
+
+    def test_sensors_and_wheels_are_under_them_and_the_guard_and_the_robot_know_only_that(self) -> None:
+        rig = Rig(description=UNHURRIED)
+        rig.nose.distance = 1.0
+        conditions = Conditions(wheel_gain_left=0.5, range_bias_m=-0.89, camera_noise=3.0)
+        robot = assemble(rig.raw, UNHURRIED, 20, conditions=conditions, seed=1).robot
+        assert robot.camera.read().image.any()
+        assert robot.range.read() is robot.range.read()
+        assert robot.range.read().distance == pytest.approx(0.11)
+        assert robot.drive.set_velocity(0.2, 0.0).linear == pytest.approx(0.0)
+
+    def test_a_gain_is_past_the_stage_and_short_of_the_driver(self) -> None:
+        rig = Rig(description=UNHURRIED)
+        assembled = assemble(rig.raw, UNHURRIED, 20, conditions=Conditions(wheel_gain_left=0.5, wheel_gain_right=1.5))
+        assert assembled.stage
+        assert assembled.robot.drive.set_wheels(4.0, 4.0) == (4.0, 4.0)
+        assembled.stage.commit()
+        assert rig.wheels == (2.0, 6.0)
+        assembled.clock.sleep_until(0.125)
+        assert rig.wheels == (0.0, 0.0)
+        assembled.robot.close()
+        assert (rig.left.releases, rig.right.releases) == (1, 1)
 
 
 class TestDisplay:
