@@ -77,14 +77,5 @@ def _faceted(faces: list[Array], wrap_of: Callable[[Array], Wrap | None]) -> Mes
         normal = across / np.linalg.norm(across)
         normals += [normal.tolist()] * len(face)
         indices += [i for k in range(start + 1, start + len(face) - 1) for i in (start, k, k + 1)]
-        uvs += _uvs(face, wrap_of(normal))
+        uvs += wrap.tiles(face).tolist() if (wrap := wrap_of(normal)) else []
     return Mesh(np.concatenate(faces).tolist(), normals, indices, uvs)
-
-
-def _uvs(face: Array, wrap: Wrap | None) -> list[list[float]]:
-    """Return where the corners lie on the texture; Bullet's renderer knows no places below zero."""
-    if wrap is None:
-        return []
-    tiles = wrap.tiles(face)
-    places: list[list[float]] = (tiles - np.floor(tiles.min(axis=0))).tolist()
-    return places

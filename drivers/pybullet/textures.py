@@ -25,7 +25,7 @@ class Textures:
         return self._numbers[texture]
 
     def _loaded(self, texture: Texture) -> int:
-        """A picture's top is where v is 1, a tile begins where it is 0."""
+        """Load a tile's picture. Its top row is the highest on the surface."""
         with TemporaryDirectory() as folder:
             file = Path(folder, "tile.png")
             cv2.imwrite(str(file), cv2.cvtColor(texture.tile[::-1], cv2.COLOR_GRAY2BGR))
