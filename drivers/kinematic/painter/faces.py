@@ -37,6 +37,12 @@ class Facet:
         across = [u for u, _ in self.polygon]
         return min(across), max(across)
 
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """Left, top, right and bottom of what it may touch, in pixels."""
+        (left, right), down = self.columns, [v for _, v in self.polygon]
+        return left, min(down), right, max(down)
+
     def paint(self, canvas: Canvas, palette: Palette) -> None:
         fill(canvas, self.polygon, palette.faces[self.face])
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from drivers.kinematic.painter.blocks import Block, blocks_of
 from drivers.kinematic.painter.canvas import Canvas, Palette, Stroke
-from drivers.kinematic.painter.faces import Faces
+from drivers.kinematic.painter.faces import Faces, Facet
 from drivers.kinematic.painter.order import Partitions, back_to_front, side_by_side
 from drivers.kinematic.painter.shading import inks_of, packed, ramp_of
 from drivers.kinematic.painter.spheres import Sphere
@@ -56,7 +56,8 @@ class Painter:
         order = list(self._back_to_front(view))
         canvas = _painted(view, order, self._colours)
         if self._texturing.is_needed:
-            self._texturing.paint(canvas, _painted(view, order, self._surfaces), view)
+            facets = [stroke for stroke in order if isinstance(stroke, Facet)]
+            self._texturing.paint(canvas, _painted(view, order, self._surfaces), view, facets)
         pixels = canvas.view(np.uint8).reshape(*canvas.shape, 4)
         return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGRA2BGR), dtype=np.uint8)
 
