@@ -10,6 +10,9 @@ import click
 if TYPE_CHECKING:
     from robotcore.description import RobotDescription, WorldDescription
 
+SECTIONS = ("conditions", "randomisation")
+"""Of a world, those that it mostly does without."""
+
 
 @click.command("check")
 @click.argument("file")
@@ -33,7 +36,8 @@ def _robot(robot: RobotDescription) -> str:
 
 def _world(world: WorldDescription) -> str:
     counts = f"{_count(len(world.obstacles), 'obstacle')}, {_count(len(world.targets), 'target')}"
-    return f"the world {world.name!r}: {world.floor.length_m:g} m x {world.floor.width_m:g} m, {counts}"
+    own = "".join(f", {section} of its own" for section in SECTIONS if section in world.model_fields_set)
+    return f"the world {world.name!r}: {world.floor.length_m:g} m x {world.floor.width_m:g} m, {counts}{own}"
 
 
 def _count(number: int, noun: str) -> str:

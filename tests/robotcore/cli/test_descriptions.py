@@ -25,6 +25,13 @@ def test_check_reads_a_users_own_file(cli: Cli, tmp_path: Path) -> None:
     assert told.out == f"{file}: OK, the world 'yard': 3 m x 2 m, 0 obstacles, 0 targets\n"
 
 
+def test_check_says_which_sections_a_world_has_of_its_own(cli: Cli, tmp_path: Path) -> None:
+    file = tmp_path / "yard.toml"
+    floor = 'name = "yard"\n[floor]\nlength_m = 3.0\nwidth_m = 2.0\n'
+    file.write_text(f"{floor}[conditions]\ncamera_noise = 3.0\n[randomisation]\npatterns = false\n")
+    assert cli("check", str(file)).out.endswith("0 targets, conditions of its own, randomisation of its own\n")
+
+
 def test_check_tells_a_fault_in_one_line(cli: Cli, tmp_path: Path) -> None:
     file = tmp_path / "yard.toml"
     file.write_text('name = "yard"\n[floor]\nlength_m = -3.0\nwidth_m = 2.0\n')
