@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,12 +20,8 @@ Effect = Callable[[Image, float], Image]
 
 
 def conditioned_camera(camera: Camera, conditions: Conditions, seed: int) -> Reader[Frame]:
-    """Return what reads the camera: out of focus, then exposed and tinted, then noisy, as the light goes."""
-    effects = [
-        *([_blur(conditions.camera_blur_px)] if conditions.camera_blur_px else []),
-        *([_response(conditions)] if (conditions.camera_exposure, conditions.camera_warmth) != (1.0, 0.0) else []),
-        *([_grain(Noise(seed, camera.name, conditions.camera_noise))] if conditions.camera_noise else []),
-    ]
+    """Return what reads the camera."""
+    effects = list(_effects(conditions, Noise(seed, camera.name, conditions.camera_noise)))
     return Developed(camera.read, effects) if effects else camera.read
 
 
@@ -44,7 +40,7 @@ def conditioned_motor(motor: Motor, gain: float) -> Motor:
 class Developed:
     """Frames after some effects, one after the other; their time and number stay."""
 
-    def __init__(self, read: Reader[Frame], effects: list[Effect]) -> None:
+    def __init__(self, read: Reader[Frame], effects: Sequence[Effect]) -> None:
         self._read, self._effects = read, effects
 
     def __call__(self) -> Frame:
@@ -86,6 +82,16 @@ class GainedMotor(Motor):
 
     def _release(self) -> None:
         self._inner.close()
+
+
+def _effects(conditions: Conditions, noise: Noise) -> Iterator[Effect]:
+    """Yield what happens to a picture, in the order in which light goes: through the lens, into the sensor, out."""
+    if conditions.camera_blur_px:
+        yield _blur(conditions.camera_blur_px)
+    if (conditions.camera_exposure, conditions.camera_warmth) != (1.0, 0.0):
+        yield _response(conditions)
+    if conditions.camera_noise:
+        yield _grain(noise)
 
 
 def _blur(sigma: float) -> Effect:
