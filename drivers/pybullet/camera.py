@@ -57,7 +57,8 @@ class BulletCamera(Camera):
             renderer=self._bullet.ER_TINY_RENDERER,
         )
         image: Image = np.asarray(cv2.cvtColor(rgba, cv2.COLOR_RGBA2BGR), dtype=np.uint8)
-        image[numbers < 0] = light.sky_colour[::-1]
+        sky = np.full_like(image, light.sky_colour[::-1])
+        cv2.copyTo(sky, (numbers < 0).view(np.uint8), image)  # an index of booleans takes thirty times as long
         image.flags.writeable = False
         return Picture(image, numbers)
 
