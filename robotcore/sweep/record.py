@@ -1,0 +1,52 @@
+"""What is kept of each run of a sweep: one line of JSON."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, fields
+from typing import Any
+
+from robotcore.outcome import Outcome, RunResult
+
+Path = tuple[tuple[float, float, float], ...]
+"""Where the robot truly was: (t, x, y) in seconds and metres, in the order of time."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """One run of a sweep.
+
+    ``path`` is None where nobody knows the true pose; ``command`` repeats the run in a shell; ``picture`` is the PNG
+    of a failing run, relative to the sweep's folder.
+    """
+
+    result: RunResult
+    path: Path | None
+    command: str
+    picture: str | None = None
+
+    @property
+    def is_failure(self) -> bool:
+        """Whether somebody should look at the run: no success, not verified, or something was touched."""
+        result = self.result
+        return result.outcome is not Outcome.SUCCESS or result.verified is False or bool(result.contacts)
+
+    def to_json(self) -> str:
+        """Return the keys of the result, then ``command``, ``path`` and ``picture``, as one line of JSON."""
+        told = json.loads(self.result.to_json())
+        return json.dumps({**told, "command": self.command, "path": self.path, "picture": self.picture})
+
+    @classmethod
+    def from_json(cls, line: str) -> Record:
+        """Return the record that `to_json` told; ValueError where the line is none."""
+        told = json.loads(line)
+        try:
+            path = told["path"] and tuple((t, x, y) for t, x, y in told["path"])
+            return cls(_result(told), path, told["command"], told["picture"])
+        except (KeyError, TypeError) as error:
+            raise ValueError(f"no record of a run: {error!r}") from error
+
+
+def _result(told: dict[str, Any]) -> RunResult:
+    known = {each.name: told[each.name] for each in fields(RunResult) if each.name in told}
+    return RunResult(**{**known, "outcome": Outcome(known["outcome"])})
