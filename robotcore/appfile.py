@@ -42,7 +42,8 @@ def _imported(path: Path) -> ModuleType:
     assert spec.loader, "and a loader"
     module = module_from_spec(spec)
     sys.modules[module.__name__] = module
-    sys.path.insert(0, str(path.parent))
+    if str(path.parent) not in sys.path[:1]:
+        sys.path.insert(0, str(path.parent))
     try:
         spec.loader.exec_module(module)
     except Exception as error:

@@ -11,3 +11,11 @@ def pair(value: str) -> tuple[str, str]:
     if not key or "=" not in value:
         raise click.BadParameter(f"{value!r} is not KEY=VALUE")
     return key, what
+
+
+def names(value: str) -> tuple[str, ...]:
+    """Return the names between commas, in order, each once."""
+    found = tuple(dict.fromkeys(name for part in value.split(",") if (name := part.strip())))
+    if not found:
+        raise click.BadParameter("name one or more, separated by commas")
+    return found

@@ -1,1 +1,34 @@
-"""One app in many worlds: every backend, world and seed of a sweep, on all cores or on a cluster."""
+"""One app in many worlds: every backend, world and seed, on all cores or on a cluster.
+
+What can be had from here is imported when it is first asked for: a worker process sets its threads before NumPy comes.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from robotcore.sweep.cluster import ClusterEngine as ClusterEngine
+    from robotcore.sweep.execution import run_sweep as run_sweep
+    from robotcore.sweep.local import LocalEngine as LocalEngine
+    from robotcore.sweep.record import Record as Record
+    from robotcore.sweep.results import Results as Results
+    from robotcore.sweep.spec import Sweep as Sweep
+
+_HOMES = {
+    "ClusterEngine": "cluster",
+    "LocalEngine": "local",
+    "Record": "record",
+    "Results": "results",
+    "Sweep": "spec",
+    "run_sweep": "execution",
+}
+
+__all__ = ["ClusterEngine", "LocalEngine", "Record", "Results", "Sweep", "run_sweep"]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'robotcore.sweep' has no attribute {name!r}")
+    return getattr(import_module(f"robotcore.sweep.{_HOMES[name]}"), name)

@@ -8,7 +8,7 @@ from typing import Any
 
 from robotcore.outcome import Outcome, RunResult
 
-Path = tuple[tuple[float, float, float], ...]
+TruePath = tuple[tuple[float, float, float], ...]
 """Where the robot truly was: (t, x, y) in seconds and metres, in the order of time."""
 
 
@@ -21,7 +21,7 @@ class Record:
     """
 
     result: RunResult
-    path: Path | None
+    path: TruePath | None
     command: str
     picture: str | None = None
 

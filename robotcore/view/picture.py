@@ -37,13 +37,20 @@ class PictureRecorder:
         if run := self._run:
             self._story = Story(run.description, run.world, self._track, last_seen(run.robot), result)
 
+    def png(self) -> bytes | None:
+        """Draw the run; return the PNG, or None where no run began."""
+        if self._story is None:
+            return None
+        _, encoded = cv2.imencode(".png", draw(self._story))
+        return encoded.tobytes()
+
     def save(self, file: Path) -> None:
         """Draw the run as a PNG; nothing where no run began. UsageError says why it cannot be written."""
-        if self._story is None:
+        content = self.png()
+        if content is None:
             return
-        _, encoded = cv2.imencode(".png", draw(self._story))
         try:
-            file.write_bytes(encoded.tobytes())
+            file.write_bytes(content)
         except OSError as error:
             with suppress(OSError):
                 _forget(file)

@@ -1,0 +1,141 @@
+"""``robotcore sweep``: one app in many worlds, on every core or on a cluster."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from robotcore.cli.swept import tell_sweep
+from robotcore.cli.values import names, pair
+from robotcore.errors import Interrupted
+
+if TYPE_CHECKING:
+    from robotcore.plan import RunRequest
+    from robotcore.sweep import Record, Results
+    from robotcore.sweep.engine import Engine
+
+FOLDER = click.Path(path_type=Path, file_okay=False)
+
+
+@click.command("sweep")
+@click.argument("app")
+@click.option(
+    "--backend", "backends", type=names, default="kinematic", show_default=True, help="One or more, by commas."
+)
+@click.option("--world", "worlds", type=names, default="arena", show_default=True, help="One or more, by commas.")
+@click.option("--seeds", default="1-20", show_default=True, help="Draw the worlds from these: 1-200, or 1,5,9-12.")
+@click.option("--robot", default="rover", show_default=True, help="A robot's name, or its .toml file.")
+@click.option("--rate", "rate_hz", metavar="HZ", type=float, default=20.0, show_default=True, help="Ticks a second.")
+@click.option(
+    "--timeout",
+    "timeout_s",
+    metavar="SECONDS",
+    type=float,
+    default=120.0,
+    show_default=True,
+    help="Give up a run after this time on the robot's clock.",
+)
+@click.option("--set", "settings", metavar="KEY=VALUE", type=pair, multiple=True, help="A setting of the app.")
+@click.option("--option", "options", metavar="KEY=VALUE", type=pair, multiple=True, help="An option of the backend.")
+@click.option("--jobs", type=click.IntRange(1), help="Runs at a time; as many as there are cores where it is left out.")
+@click.option(
+    "--wall-timeout",
+    "wall_timeout_s",
+    metavar="SECONDS",
+    type=click.FloatRange(0, min_open=True),
+    help="A run that takes longer by the wall clock counts as hung; ten times --timeout and a minute by default.",
+)
+@click.option("--cluster", metavar="ADDRESS", help="A Dask scheduler that has workers, such as tcp://lab:8786.")
+@click.option("--out", metavar="DIR", type=FOLDER, help="Where the results are kept; sweeps/APP-… if left out.")
+@click.option("--fresh", is_flag=True, help="Forget the results that are there, and run all anew.")
+@click.option("--report", metavar="DIR", type=FOLDER, help="Write a report, a page for a browser, into this folder.")
+@click.option("--require", "requirements", metavar="BOUND", multiple=True, help='Such as "verified>=0.97".')
+@click.option("--json", "as_json", is_flag=True, help="Print one line of JSON at the end, and nothing else.")
+def command(
+    backends: tuple[str, ...],
+    worlds: tuple[str, ...],
+    seeds: str,
+    jobs: int | None,
+    wall_timeout_s: float | None,
+    cluster: str | None,
+    out: Path | None,
+    report: Path | None,
+    requirements: tuple[str, ...],
+    *,
+    fresh: bool,
+    as_json: bool,
+    **asked: Any,
+) -> int:
+    """Run APP in every world, with every seed, on every backend; tell what it reached.
+
+    The same command again goes on where it stopped. Exit status: 0 all was run, 1 a --require was missed, 2 wrong
+    usage, 3 a backend or the cluster is missing, 128 + the signal's number when interrupted.
+    """
+    from robotcore.sweep import Results, Sweep
+    from robotcore.sweep.requirements import Requirement
+    from robotcore.sweep.seeds import seeds_of
+
+    bounds = [Requirement.parse(text) for text in requirements]
+    write_report = _reporter() if report else None
+    sweep = Sweep(_request(**asked), backends, worlds, seeds_of(seeds))
+    engine = _engine(cluster, jobs, wall_timeout_s)
+    sweep.check()
+    results = Results(sweep, out, fresh=fresh)
+    interrupted = _run(results, engine, is_quiet=as_json)
+    if write_report and report:
+        told = write_report(list(results.records()), report, results.directory)
+        click.echo(f"The report: {told}", err=as_json)
+    return tell_sweep(results, bounds, interrupted, as_json=as_json)
+
+
+def _request(settings: tuple[tuple[str, str], ...], options: tuple[tuple[str, str], ...], **asked: Any) -> RunRequest:
+    from robotcore.plan import RunRequest
+
+    return RunRequest(**asked, settings=dict(settings), options=dict(options))
+
+
+def _engine(cluster: str | None, jobs: int | None, wall_timeout_s: float | None) -> Engine:
+    """Return what carries the runs out; BackendMissingError where what it needs is not installed."""
+    if cluster is None:
+        from robotcore.sweep.local import LocalEngine, cores
+
+        return LocalEngine(jobs or cores(), wall_timeout_s)
+    if jobs is not None:
+        raise click.UsageError("--jobs is for this machine; a cluster runs as many at a time as it has workers for")
+    from robotcore.sweep.cluster import ClusterEngine
+
+    return ClusterEngine(cluster, wall_timeout_s)
+
+
+def _reporter() -> Callable[[Sequence[Record], Path, Path], Path]:
+    """Return what writes a report; that it cannot be had is better known before the sweep."""
+    write_report: Callable[[Sequence[Record], Path, Path], Path]
+    write_report = import_module("robotcore.sweep.report").write_report
+    return write_report
+
+
+def _run(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | None:
+    """Run what is missing; return what interrupted it, if anything did."""
+    from robotcore.interrupts import Interrupts
+    from robotcore.sweep.execution import execute
+    from robotcore.sweep.progress import SweepProgress
+
+    with Interrupts() as interrupts:
+        try:
+            with results:
+                failing = [record.is_failure for record in results.records()]
+                if len(failing) == len(results.sweep) and not is_quiet:
+                    click.echo(
+                        f"Every run is there, the last since {results.date:%Y-%m-%d %H:%M}; --fresh runs them anew.\n"
+                    )
+                with SweepProgress(len(results.sweep), len(failing), sum(failing)) as progress:
+                    execute(results, engine, progress.show)
+        except Interrupted as error:
+            return error
+        finally:
+            interrupts.hold()
+    return None

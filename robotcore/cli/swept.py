@@ -1,0 +1,72 @@
+"""How a sweep's end is told: a summary and what was missed, or one line of JSON; and the exit status."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from robotcore.cli.failure import tell
+from robotcore.cli.output import write, write_json
+
+if TYPE_CHECKING:
+    from robotcore.errors import Interrupted
+    from robotcore.sweep.record import Record
+    from robotcore.sweep.requirements import Requirement
+    from robotcore.sweep.results import Results
+    from robotcore.sweep.statistics import Group
+
+MISSED = 1
+"""Some --require was not kept."""
+
+
+def tell_sweep(
+    results: Results, requirements: Sequence[Requirement], interrupted: Interrupted | None, *, as_json: bool
+) -> int:
+    """Tell what a sweep reached; return its exit status. One that was interrupted is held to no requirement."""
+    from robotcore.sweep.requirements import missed
+    from robotcore.sweep.statistics import grouped
+
+    groups = grouped(results.records())
+    failing = [record for record in results.records() if record.is_failure]
+    misses = [] if interrupted else missed(requirements, groups)
+    status = interrupted.exit_status if interrupted else MISSED if misses else 0
+    if as_json:
+        write_json({**_told(results, groups, failing), "missed": misses, "exit_status": status})
+    elif groups:
+        _write_summary(results, groups, failing)
+    _tell_ending(results, groups, misses, interrupted)
+    return status
+
+
+def _told(results: Results, groups: Sequence[Group], failing: Sequence[Record]) -> dict[str, Any]:
+    from robotcore.sweep.statistics import wilson
+
+    return {
+        "app": results.sweep.request.app,
+        "directory": str(results.directory),
+        "runs": len(results.sweep),
+        "done": sum(group.runs for group in groups),
+        "failing": len(failing),
+        "groups": [{**asdict(group), "verified_95": wilson(group.verified, group.runs)} for group in groups],
+    }
+
+
+def _write_summary(results: Results, groups: Sequence[Group], failing: Sequence[Record]) -> None:
+    from robotcore.sweep.results import FAILURES
+    from robotcore.sweep.summary import summary
+
+    write(summary(groups, failing, results.directory / FAILURES))
+    click.echo(f"\nThe results: {results.directory}")
+
+
+def _tell_ending(
+    results: Results, groups: Sequence[Group], misses: Sequence[str], interrupted: Interrupted | None
+) -> None:
+    for miss in misses:
+        tell(miss)
+    if interrupted:
+        done = sum(group.runs for group in groups)
+        click.echo(f"{interrupted}: {done} of {len(results.sweep)} runs are kept; the same command goes on.", err=True)

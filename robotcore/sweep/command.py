@@ -1,0 +1,37 @@
+"""A run as the line that repeats it in a shell."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, fields
+from typing import Any
+
+from robotcore.plan import RunRequest
+
+_OPTIONS = {"rate_hz": "--rate", "timeout_s": "--timeout", "settings": "--set", "options": "--option"}
+"""The options that are not called what the field of the request is called."""
+
+
+def command_of(request: RunRequest) -> str:
+    """Return ``robotcore run …`` with every option that is not the default, quoted."""
+    words = [word for name, value in _asked(request) for word in _words(_OPTIONS.get(name, f"--{name}"), value)]
+    return shlex.join(["robotcore", "run", request.app, *words])
+
+
+def _asked(request: RunRequest) -> Iterator[tuple[str, Any]]:
+    """Yield the fields of a request that are not what they are by default."""
+    for each in fields(request):
+        default = each.default if each.default_factory is MISSING else each.default_factory()
+        if each.name != "app" and (value := getattr(request, each.name)) != default:
+            yield each.name, value
+
+
+def _words(option: str, value: Any) -> Iterator[str]:
+    if value is True:
+        yield option
+    elif isinstance(value, Mapping):
+        for key, item in value.items():
+            yield from (option, f"{key}={item}")
+    else:
+        yield from (option, str(value))

@@ -1,0 +1,87 @@
+"""What the results of a sweep depend on, as digests: the code, the libraries, the user's files, what was asked."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+import sys
+from collections.abc import Iterator
+from dataclasses import asdict
+from functools import cache
+from importlib.metadata import packages_distributions, version
+from pathlib import Path
+from typing import Any
+
+from robotcore.appfile import is_app_file
+from robotcore.catalogue import load_app, load_backend
+from robotcore.sweep.ownfiles import own_files
+from robotcore.sweep.spec import Sweep
+
+LIBRARIES = ("numpy", "cv2")
+_SOURCES = {".py", ".toml"}
+
+
+def digest(sweep: Sweep) -> str:
+    """Return a digest of everything that could change a result."""
+    told = {
+        "asked": asked(sweep),
+        "code": code_digest(sweep),
+        "files": {str(file): _sha256(content) for file, content in own_files(sweep).items()},
+        "libraries": _libraries(sweep),
+    }
+    return _sha256(json.dumps(told, sort_keys=True, default=str).encode())
+
+
+def asked(sweep: Sweep) -> dict[str, Any]:
+    """Return what was asked for, ready for JSON."""
+    request = {name: value for name, value in asdict(sweep.request).items() if name not in ("backend", "world", "seed")}
+    return {**request, "backends": sweep.backends, "worlds": sweep.worlds, "seeds": sweep.seeds}
+
+
+def code_digest(sweep: Sweep) -> str:
+    """Return a digest of the sources of robotcore, of the backends, and of an app that has a name.
+
+    Whole packages count: a line that changes nothing is taken for one that might.
+    """
+    classes = [type(load_backend(backend)) for backend in sweep.backends]
+    if not is_app_file(sweep.request.app):
+        classes.append(load_app(sweep.request.app))
+    packages = {"robotcore", *(_package(each.__module__) for each in classes)}
+    return _sha256("".join(_package_digest(package) for package in sorted(packages)).encode())
+
+
+def _package(module: str) -> str:
+    return module.rpartition(".")[0] or module
+
+
+@cache
+def _package_digest(name: str) -> str:
+    """Return a digest of a package's sources as they were when this process looked first, soon after importing it."""
+    total = hashlib.sha256()
+    for file, name_there in sorted(_sources(name), key=lambda source: source[1]):
+        total.update(f"{name_there} {_sha256(file.read_bytes())}\n".encode())
+    return total.hexdigest()
+
+
+def _sources(name: str) -> Iterator[tuple[Path, str]]:
+    """Yield the source files of a package, or of a module that stands alone, and what they are called in it."""
+    module = sys.modules[name]
+    for root in map(Path, getattr(module, "__path__", ())):
+        for file in root.rglob("*"):
+            if file.suffix in _SOURCES:
+                yield file, f"{name}/{file.relative_to(root)}"
+    if not hasattr(module, "__path__") and module.__file__:
+        yield Path(module.__file__), name
+
+
+def _libraries(sweep: Sweep) -> dict[str, str]:
+    """Return the versions of Python and of the libraries that compute."""
+    modules = {*LIBRARIES, *(module for backend in sweep.backends for module in load_backend(backend).modules)}
+    owners = packages_distributions()
+    found = {owner for module in modules for owner in owners.get(module.partition(".")[0], ())}
+    return {"python": platform.python_version(), **{owner: version(owner) for owner in sorted(found)}}
+
+
+def _sha256(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()

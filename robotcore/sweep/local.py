@@ -1,0 +1,74 @@
+"""The runs of a sweep on the cores of this machine."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Generator, Iterable
+from concurrent.futures import TimeoutError as RunTimeoutError
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from multiprocessing import get_context
+from typing import TYPE_CHECKING
+
+from robotcore.errors import BackendError, RobotcoreError
+from robotcore.plan import RunRequest
+from robotcore.sweep.engine import imported, patience
+from robotcore.sweep.spec import Sweep
+from robotcore.sweep.window import Future, completed
+from robotcore.sweep.worker import Ended, perform, prepare_child, unfinished
+
+if TYPE_CHECKING:
+    from pebble import ProcessPool
+
+_AHEAD = 2
+"""Runs handed out for each worker, so that none waits for its next."""
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@dataclass(frozen=True)
+class LocalEngine:
+    """Runs in ``jobs`` processes of their own; a run that takes longer than ``wall_timeout_s`` is given up.
+
+    Processes are spawned, not forked: no lock or thread of this process is copied in the middle of something.
+    """
+
+    jobs: int
+    wall_timeout_s: float | None = None
+
+    def perform(self, sweep: Sweep, requests: Iterable[RunRequest]) -> Generator[Ended, None, None]:
+        pebble = imported("pebble", "sweep")
+        limit = patience(sweep.request, self.wall_timeout_s)
+        pool: ProcessPool = pebble.ProcessPool(self.jobs, initializer=prepare_child, context=get_context("spawn"))
+        try:
+            for request, future in completed(
+                lambda request: pool.schedule(perform, (request,), timeout=limit), requests, lambda: _AHEAD * self.jobs
+            ):
+                yield _ended(request, future, limit)
+        finally:
+            pool.stop()
+            pool.join()
+
+
+def _ended(request: RunRequest, future: Future, limit: float) -> Ended:
+    from pebble import ProcessExpired
+
+    try:
+        ended: Ended = future.result()
+    except BrokenProcessPool as error:
+        raise BackendError(f"the worker processes die before they run anything: {error}") from error
+    except ProcessExpired as error:
+        return unfinished(request, BackendError(f"the worker process died: {_how(error.exitcode)}"))
+    except RunTimeoutError:
+        return unfinished(request, BackendError(f"hung: no end after {limit:g} s of wall time"))
+    except Exception as error:  # noqa: BLE001  whatever a vendor's library raises costs this run alone
+        return unfinished(request, RobotcoreError(f"{type(error).__name__}: {error}"))
+    return ended
+
+
+def _how(status: int) -> str:
+    return signal.Signals(-status).name if status < 0 else f"exit status {status}"

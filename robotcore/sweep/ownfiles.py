@@ -1,0 +1,34 @@
+"""The user's own files that a sweep reads: an app with the modules beside it, a robot, worlds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from robotcore.appfile import is_app_file
+from robotcore.errors import UsageError
+from robotcore.sweep.spec import Sweep
+
+
+def own_files(sweep: Sweep) -> dict[Path, bytes]:
+    """Return the files by their absolute paths, in order, with what is in them."""
+    return {file: _content(file) for file in sorted(set(_files(sweep)))}
+
+
+def is_own(name: str) -> bool:
+    """Return whether a robot or a world is named by its file, as `robotcore.description` tells them apart."""
+    return name.endswith(".toml") or Path(name).name != name
+
+
+def _files(sweep: Sweep) -> Iterator[Path]:
+    if is_app_file(sweep.request.app):
+        app = Path(sweep.request.app.partition(":")[0]).absolute()
+        yield from (app, *app.parent.glob("*.py"))
+    yield from (Path(name).absolute() for name in (sweep.request.robot, *sweep.worlds) if is_own(name))
+
+
+def _content(file: Path) -> bytes:
+    try:
+        return file.read_bytes()
+    except OSError as error:
+        raise UsageError(f"{file}: {error.strerror}. Name a file that can be read") from error

@@ -1,0 +1,82 @@
+"""What a sweep must reach, as one writes it: ``verified>=0.97``, ``contacts<=0``."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from robotcore.errors import UsageError, suggestion
+from robotcore.sweep.statistics import Group
+
+MEASURES: dict[str, Callable[[Group], float | None]] = {
+    "verified": lambda group: group.verified_share,
+    "success": lambda group: group.success_share,
+    "contacts": lambda group: group.contacts,
+    "median_time_s": lambda group: group.median_time,
+    "slowest_time_s": lambda group: group.slowest_time,
+}
+"""What can be required of each backend in each world; the first two are shares from 0 to 1, the third a total."""
+
+_SHARES = ("verified", "success")
+_FORM = re.compile(r"\s*(\w+)\s*(>=|<=)\s*(\S+)\s*")
+_EXAMPLE = "Write verified>=0.97, or contacts<=0, in quotes"
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """A bound that every backend must keep in every world."""
+
+    measure: str
+    relation: str
+    bound: float
+
+    @classmethod
+    def parse(cls, text: str) -> Requirement:
+        """Return what is written; UsageError says what would be right."""
+        if not (found := _FORM.fullmatch(text)):
+            raise UsageError(f"--require {text!r} is no requirement. {_EXAMPLE}")
+        measure, relation, number = found.groups()
+        if measure not in MEASURES:
+            raise UsageError(f"--require {text!r}: unknown measure. {suggestion(measure, list(MEASURES))}")
+        return cls(measure, relation, _bound(text, measure, number))
+
+    def __str__(self) -> str:
+        return f"{self.measure}{self.relation}{self.bound:g}"
+
+    def got(self, group: Group) -> float | None:
+        """Return what a group reached; None where nobody knows."""
+        return MEASURES[self.measure](group)
+
+    def is_kept_by(self, group: Group) -> bool:
+        """Return whether a group keeps the bound; what nobody knows keeps none."""
+        got = self.got(group)
+        if got is None:
+            return False
+        return got >= self.bound if self.relation == ">=" else got <= self.bound
+
+
+def missed(requirements: Sequence[Requirement], groups: Sequence[Group]) -> list[str]:
+    """Return a line for each group that does not keep a requirement: what it got, and what was required."""
+    return [
+        f"{group.backend}, {group.world}: {each.measure} is {_told(each.got(group))}, required {each}"
+        for each in requirements
+        for group in groups
+        if not each.is_kept_by(group)
+    ]
+
+
+def _bound(text: str, measure: str, number: str) -> float:
+    try:
+        bound = float(number)
+    except ValueError:
+        raise UsageError(f"--require {text!r}: {number!r} is no number. {_EXAMPLE}") from None
+    if measure in _SHARES and not 0 <= bound <= 1:
+        raise UsageError(f"--require {text!r}: {measure} is a share from 0 to 1; write 97 % as 0.97")
+    if not bound >= 0:
+        raise UsageError(f"--require {text!r}: the bound must be 0 or more")
+    return bound
+
+
+def _told(got: float | None) -> str:
+    return "unknown" if got is None else f"{got:.4g}"

@@ -1,0 +1,156 @@
+"""The folder of a sweep: what is done, kept run by run, and what is still to do."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import replace
+from datetime import datetime, timezone
+from pathlib import Path
+from types import TracebackType
+
+from robotcore.catalogue import app_name
+from robotcore.errors import UsageError
+from robotcore.plan import RunRequest
+from robotcore.sweep.command import command_of
+from robotcore.sweep.fingerprint import asked, digest
+from robotcore.sweep.journal import Journal
+from robotcore.sweep.record import Record
+from robotcore.sweep.spec import Sweep
+from robotcore.sweep.tables import write_csv
+from robotcore.sweep.worker import Ended
+
+RESULTS, SPEC, PICTURES = "results.jsonl", "sweep.json", "failures"
+TABLE, FAILURES = "results.csv", "failures.csv"
+
+
+class Results:
+    """The results of one sweep in one folder; while entered, this process alone adds to them.
+
+    A run is on the disk before the next one is taken, so that whatever ends the sweep loses none that was done.
+    """
+
+    def __init__(self, sweep: Sweep, directory: Path | None = None, *, fresh: bool = False) -> None:
+        """``directory`` is ``sweeps/<app>-<digest>`` where it is None; ``fresh`` forgets what is there."""
+        self.sweep, self._fresh = sweep, fresh
+        self._digest = digest(sweep)
+        self.directory = directory or Path("sweeps") / f"{_short_name(sweep)}-{self._digest[:8]}"
+        self._journal: Journal | None = None
+
+    def __enter__(self) -> Results:
+        try:
+            self._open()
+        except OSError as error:
+            raise self._unwritable(error) from error
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        if self._journal:
+            self._journal.close()
+            self._journal = None
+
+    @property
+    def date(self) -> datetime:
+        """When the last run was added."""
+        changed = (self.directory / RESULTS).stat().st_mtime
+        return datetime.fromtimestamp(changed, tz=timezone.utc).astimezone()
+
+    def records(self) -> Iterator[Record]:
+        """Yield what is done, in the order in which it was."""
+        file = self.directory / RESULTS
+        if not file.exists():
+            return
+        with file.open(encoding="utf-8") as lines:
+            for number, line in enumerate(lines, 1):
+                try:
+                    yield Record.from_json(line)
+                except ValueError as error:
+                    raise UsageError(f"{file}, line {number}: {error}. Run it anew with --fresh") from error
+
+    def missing(self) -> list[RunRequest]:
+        """Return the runs that are still to do."""
+        done = {record.command for record in self.records()}
+        return [request for request in self.sweep.requests() if command_of(request) not in done]
+
+    def add(self, ended: Ended) -> Record:
+        """Keep one run, its picture first; return its record. UsageError where the disk does not take it."""
+        assert self._journal, "results are added while the folder is held"
+        try:
+            record = self._with_picture(ended)
+            self._journal.add(record.to_json())
+        except OSError as error:
+            raise self._unwritable(error) from error
+        return record
+
+    def write_tables(self) -> None:
+        """Write ``results.csv``, and ``failures.csv`` with the failing runs alone."""
+        try:
+            write_csv(self.records, self.directory / TABLE)
+            write_csv(lambda: (each for each in self.records() if each.is_failure), self.directory / FAILURES)
+        except OSError as error:
+            raise self._unwritable(error) from error
+
+    def _open(self) -> None:
+        spec = self.directory / SPEC
+        self.directory.mkdir(parents=True, exist_ok=True)
+        if not spec.exists():
+            self._require_empty()
+            self._write_spec(spec)
+        self._journal = Journal(self.directory / RESULTS)
+        if self._fresh:
+            self._forget()
+            self._write_spec(spec)
+        elif _digest_in(spec) != self._digest:
+            self._journal.close()
+            raise UsageError(
+                f"{self.directory} holds another sweep: something else was asked for then, or code or descriptions "
+                "have changed since. Name another folder, or run it anew with --fresh"
+            )
+
+    def _require_empty(self) -> None:
+        if any(self.directory.iterdir()):
+            raise UsageError(f"{self.directory} holds something that is no sweep. Name a new folder with --out")
+
+    def _write_spec(self, spec: Path) -> None:
+        told = json.dumps({"digest": self._digest, **asked(self.sweep)}, default=str, indent=2)
+        unfinished = spec.with_suffix(f".{os.getpid()}")
+        unfinished.write_text(told + "\n", encoding="utf-8")
+        unfinished.replace(spec)
+
+    def _forget(self) -> None:
+        assert self._journal
+        self._journal.forget()
+        for file in (self.directory / PICTURES).glob("*.png"):
+            file.unlink()
+
+    def _with_picture(self, ended: Ended) -> Record:
+        """Return the record, its picture written."""
+        if ended.picture is None:
+            return ended.record
+        result = ended.record.result
+        name = f"{PICTURES}/{result.backend}-{result.world}-{result.seed}.png"
+        (self.directory / PICTURES).mkdir(exist_ok=True)
+        (self.directory / name).write_bytes(ended.picture)
+        return replace(ended.record, picture=name)
+
+    def _unwritable(self, error: OSError) -> UsageError:
+        return UsageError(
+            f"{error.filename or self.directory}: {error.strerror}. What is done is kept; make room, or let --out "
+            "name a folder that can be written"
+        )
+
+
+def _short_name(sweep: Sweep) -> str:
+    """Return the app's name, or its file's without the ending."""
+    return Path(app_name(sweep.request.app).partition(":")[0]).stem
+
+
+def _digest_in(spec: Path) -> str | None:
+    """Return the digest of the sweep whose folder it is; None where somebody has spoilt the file."""
+    with suppress(ValueError, KeyError, TypeError):
+        return str(json.loads(spec.read_text(encoding="utf-8"))["digest"])
+    return None

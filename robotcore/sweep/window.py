@@ -1,0 +1,37 @@
+"""Many tasks through an executor, only as many at once as keep it busy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from itertools import islice
+from queue import SimpleQueue
+from typing import Any, Protocol, TypeVar
+
+TaskT = TypeVar("TaskT")
+
+
+class Future(Protocol):
+    """What the futures of executors have in common."""
+
+    def add_done_callback(self, callback: Callable[[Any], Any], /) -> None: ...
+    def result(self) -> Any: ...
+
+
+def completed(
+    submit: Callable[[TaskT], Future], tasks: Iterable[TaskT], width: Callable[[], int]
+) -> Iterator[tuple[TaskT, Future]]:
+    """Yield each task with its future as it ends; at most ``width()`` of them are under way."""
+    ended: SimpleQueue[tuple[TaskT, Future]] = SimpleQueue()
+    waiting, under_way = iter(tasks), 0
+
+    def start(task: TaskT) -> None:
+        submit(task).add_done_callback(lambda future: ended.put((task, future)))
+
+    while True:
+        for task in islice(waiting, max(width() - under_way, 0)):
+            start(task)
+            under_way += 1
+        if not under_way:
+            return
+        yield ended.get()
+        under_way -= 1
