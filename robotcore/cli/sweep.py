@@ -129,9 +129,7 @@ def _run(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | N
             with results:
                 failing = [record.is_failure for record in results.records()]
                 if len(failing) == len(results.sweep) and not is_quiet:
-                    click.echo(
-                        f"Every run is there, the last since {results.date:%Y-%m-%d %H:%M}; --fresh runs them anew.\n"
-                    )
+                    click.echo(f"All was run by {results.date:%Y-%m-%d %H:%M}; --fresh runs it anew.\n")
                 with SweepProgress(len(results.sweep), len(failing), sum(failing)) as progress:
                     execute(results, engine, progress.show)
         except Interrupted as error:

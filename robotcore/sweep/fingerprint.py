@@ -6,7 +6,7 @@ import hashlib
 import json
 import platform
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict
 from functools import cache
 from importlib.metadata import packages_distributions, version
@@ -26,7 +26,7 @@ def digest(sweep: Sweep) -> str:
     """Return a digest of everything that could change a result."""
     told = {
         "asked": asked(sweep),
-        "code": code_digest(sweep),
+        "code": code_digest(sweep.request.app, sweep.backends),
         "files": {str(file): _sha256(content) for file, content in own_files(sweep).items()},
         "libraries": _libraries(sweep),
     }
@@ -39,15 +39,15 @@ def asked(sweep: Sweep) -> dict[str, Any]:
     return {**request, "backends": sweep.backends, "worlds": sweep.worlds, "seeds": sweep.seeds}
 
 
-def code_digest(sweep: Sweep) -> str:
+def code_digest(app: str, backends: Iterable[str]) -> str:
     """Return a digest of the sources of robotcore, of the backends, and of an app that has a name.
 
     Whole packages count: a line that changes nothing is taken for one that might.
     """
-    classes = [type(load_backend(backend)) for backend in sweep.backends]
-    if not is_app_file(sweep.request.app):
-        classes.append(load_app(sweep.request.app))
-    packages = {"robotcore", *(_package(each.__module__) for each in classes)}
+    modules = [type(load_backend(backend)).__module__ for backend in backends]
+    if not is_app_file(app):
+        modules.append(load_app(app).__module__)
+    packages = {"robotcore", *map(_package, modules)}
     return _sha256("".join(_package_digest(package) for package in sorted(packages)).encode())
 
 

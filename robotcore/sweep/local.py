@@ -9,7 +9,6 @@ from concurrent.futures import TimeoutError as RunTimeoutError
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from multiprocessing import get_context
-from typing import TYPE_CHECKING
 
 from robotcore.errors import BackendError, RobotcoreError
 from robotcore.plan import RunRequest
@@ -17,9 +16,6 @@ from robotcore.sweep.engine import imported, patience
 from robotcore.sweep.spec import Sweep
 from robotcore.sweep.window import Future, completed
 from robotcore.sweep.worker import Ended, perform, prepare_child, unfinished
-
-if TYPE_CHECKING:
-    from pebble import ProcessPool
 
 _AHEAD = 2
 """Runs handed out for each worker, so that none waits for its next."""
@@ -43,7 +39,7 @@ class LocalEngine:
     def perform(self, sweep: Sweep, requests: Iterable[RunRequest]) -> Generator[Ended, None, None]:
         pebble = imported("pebble", "sweep")
         limit = patience(sweep.request, self.wall_timeout_s)
-        pool: ProcessPool = pebble.ProcessPool(self.jobs, initializer=prepare_child, context=get_context("spawn"))
+        pool = pebble.ProcessPool(self.jobs, initializer=prepare_child, context=get_context("spawn"))
         try:
             for request, future in completed(
                 lambda request: pool.schedule(perform, (request,), timeout=limit), requests, lambda: _AHEAD * self.jobs

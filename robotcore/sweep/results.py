@@ -66,10 +66,7 @@ class Results:
             return
         with file.open(encoding="utf-8") as lines:
             for number, line in enumerate(lines, 1):
-                try:
-                    yield Record.from_json(line)
-                except ValueError as error:
-                    raise UsageError(f"{file}, line {number}: {error}. Run it anew with --fresh") from error
+                yield _record(line, f"{file}, line {number}")
 
     def missing(self) -> list[RunRequest]:
         """Return the runs that are still to do."""
@@ -147,6 +144,13 @@ class Results:
 def _short_name(sweep: Sweep) -> str:
     """Return the app's name, or its file's without the ending."""
     return Path(app_name(sweep.request.app).partition(":")[0]).stem
+
+
+def _record(line: str, where: str) -> Record:
+    try:
+        return Record.from_json(line)
+    except ValueError as error:
+        raise UsageError(f"{where}: {error}. Run it anew with --fresh") from error
 
 
 def _digest_in(spec: Path) -> str | None:

@@ -1,0 +1,86 @@
+"""The runs of a sweep on the workers of a Dask cluster."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterable
+from concurrent.futures import CancelledError
+from dataclasses import dataclass
+from typing import Any
+
+from robotcore.errors import BackendError, RobotcoreError
+from robotcore.plan import RunRequest
+from robotcore.sweep.engine import imported, patience
+from robotcore.sweep.kit import Kit
+from robotcore.sweep.remote import perform_there
+from robotcore.sweep.spec import Sweep
+from robotcore.sweep.window import Future, completed
+from robotcore.sweep.worker import Ended, unfinished
+
+ANSWER_S = 10
+"""A scheduler that does not answer for so long is not there."""
+
+_AHEAD = 2
+"""Runs handed out for each thread of a worker, so that none waits for its next."""
+
+
+@dataclass(frozen=True)
+class ClusterEngine:
+    """Runs on the workers of the scheduler at ``address``; what a worker that dies was at is tried on another one."""
+
+    address: str
+    wall_timeout_s: float | None = None
+
+    def perform(self, sweep: Sweep, requests: Iterable[RunRequest]) -> Generator[Ended, None, None]:
+        kit, limit = Kit.of(sweep), patience(sweep.request, self.wall_timeout_s)
+        with self._connected() as client:
+            self._require_workers(client, kit)
+
+            def submit(request: RunRequest) -> Future:
+                future: Future = client.submit(perform_there, request, kit, limit, pure=False)
+                return future
+
+            for request, future in completed(submit, requests, lambda: max(_AHEAD, _AHEAD * _threads(client))):
+                yield self._ended(request, future)
+
+    def _connected(self) -> Any:  # distributed is imported where it is used, and leaves much untyped
+        distributed = imported("distributed", "cluster")
+        try:
+            return distributed.Client(self.address, timeout=ANSWER_S, set_as_default=False)
+        except (OSError, ValueError) as error:
+            raise BackendError(
+                f"no Dask scheduler answers at {self.address}. Start one (dask scheduler), or mend the address: "
+                "tcp://HOST:8786"
+            ) from error
+
+    def _require_workers(self, client: Any, kit: Kit) -> None:
+        """Refuse a cluster without workers, or with one that would run something else than this machine would."""
+        faults = client.run(Kit.mismatch, kit, on_error="return")
+        if not faults:
+            raise BackendError(
+                f"the cluster at {self.address} has no workers. Start some: dask worker {self.address} --nthreads 1"
+            )
+        for worker, fault in faults.items():
+            if fault:
+                raise BackendError(f"the worker {worker} cannot run this: {fault}")
+
+    def _ended(self, request: RunRequest, future: Future) -> Ended:
+        from distributed import KilledWorker
+
+        try:
+            ended: Ended = future.result()
+        except KilledWorker:
+            return unfinished(request, BackendError("every worker that tried it died, or hung"))
+        except BackendError as error:
+            raise BackendError(f"a worker that came since the sweep began cannot run it: {error}") from error
+        except (CancelledError, OSError) as error:
+            raise BackendError(
+                f"the scheduler at {self.address} is gone. What is done is kept; the same command goes on"
+            ) from error
+        except Exception as error:  # noqa: BLE001  whatever a vendor's library raises costs this run alone
+            return unfinished(request, RobotcoreError(f"{type(error).__name__}: {error}"))
+        return ended
+
+
+def _threads(client: Any) -> int:
+    threads: dict[str, int] = client.nthreads()
+    return sum(threads.values())
