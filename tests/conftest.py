@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Iterator
+from multiprocessing import resource_tracker
 from pathlib import Path
 
 import pytest
@@ -12,12 +13,21 @@ import pytest
 GRACE_S = 2.0
 """A thread that was told to end may take this long."""
 
+KEPT = "Dask-Callback-Thread"
+"""Dask keeps one from its first callback to the end of the process."""
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _spawning_has_its_tracker() -> None:
+    """Start the helper process that multiprocessing keeps from its first spawn to the end."""
+    resource_tracker.ensure_running()
+
 
 @pytest.fixture(autouse=True)
 def _nothing_is_left_running() -> Iterator[None]:
     threads, children = set(threading.enumerate()), _children()
     yield
-    left = [thread for thread in threading.enumerate() if thread not in threads]
+    left = [each for each in threading.enumerate() if each not in threads and not each.name.startswith(KEPT)]
     for thread in left:
         thread.join(GRACE_S)
     if alive := [thread.name for thread in left if thread.is_alive()]:

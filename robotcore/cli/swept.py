@@ -42,15 +42,13 @@ def tell_sweep(
 
 
 def _told(results: Results, groups: Sequence[Group], failing: Sequence[Record]) -> dict[str, Any]:
-    from robotcore.sweep.statistics import wilson
-
     return {
         "app": results.sweep.request.app,
         "directory": str(results.directory),
         "runs": len(results.sweep),
         "done": sum(group.runs for group in groups),
         "failing": len(failing),
-        "groups": [{**asdict(group), "verified_95": wilson(group.verified, group.runs)} for group in groups],
+        "groups": [{**asdict(group), "verified_95": group.verified_95} for group in groups],
     }
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+import socket
 from collections.abc import Generator, Iterable
 from concurrent.futures import CancelledError
 from dataclasses import dataclass
@@ -44,12 +46,14 @@ class ClusterEngine:
 
     def _connected(self) -> Any:  # distributed is imported where it is used, and leaves much untyped
         distributed = imported("distributed", "cluster")
+        logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what it has to say, our errors say
         try:
+            _knock(distributed.comm.get_address_host_port(self.address))
             return distributed.Client(self.address, timeout=ANSWER_S, set_as_default=False)
-        except (OSError, ValueError) as error:
+        except Exception as error:  # something else may answer there, and say anything
             raise BackendError(
-                f"no Dask scheduler answers at {self.address}. Start one (dask scheduler), or mend the address: "
-                "tcp://HOST:8786"
+                f"no Dask scheduler answers at {self.address!r}. Start one (dask scheduler) and give the address that "
+                "it prints, such as tcp://lab:8786"
             ) from error
 
     def _require_workers(self, client: Any, kit: Kit) -> None:
@@ -79,6 +83,11 @@ class ClusterEngine:
         except Exception as error:  # noqa: BLE001  whatever a vendor's library raises costs this run alone
             return unfinished(request, RobotcoreError(f"{type(error).__name__}: {error}"))
         return ended
+
+
+def _knock(door: tuple[str, int]) -> None:
+    """Raise OSError where nobody is at home; a Dask client would try for long, and be loud about it."""
+    socket.create_connection(door, timeout=ANSWER_S).close()
 
 
 def _threads(client: Any) -> int:

@@ -37,13 +37,13 @@ class Kit:
         """Return why this process cannot run what the kit is for; None where it can."""
         here = version("robotcore")
         if here != self.version:
-            return f"it has robotcore {here}, here is {self.version}. Install the same version on both"
+            return f"it has robotcore {here}, here is {self.version}. Install the same, and start it again"
         try:
             code = code_digest(self.app, self.backends)
         except RobotcoreError as error:
             return str(error)
         if code != self.code:
-            return "its robotcore, drivers or apps have other source files than those here. Install the same on both"
+            return "its robotcore, drivers or apps are not those that are here. Install the same, and start it again"
         return None
 
     @property

@@ -15,7 +15,7 @@ from robotcore.plan import RunRequest
 from robotcore.sweep.engine import imported, patience
 from robotcore.sweep.spec import Sweep
 from robotcore.sweep.window import Future, completed
-from robotcore.sweep.worker import Ended, perform, prepare_child, unfinished
+from robotcore.sweep.worker import Ended, perform_in_child, prepare_child, unfinished
 
 _AHEAD = 2
 """Runs handed out for each worker, so that none waits for its next."""
@@ -42,7 +42,9 @@ class LocalEngine:
         pool = pebble.ProcessPool(self.jobs, initializer=prepare_child, context=get_context("spawn"))
         try:
             for request, future in completed(
-                lambda request: pool.schedule(perform, (request,), timeout=limit), requests, lambda: _AHEAD * self.jobs
+                lambda request: pool.schedule(perform_in_child, (request,), timeout=limit),
+                requests,
+                lambda: _AHEAD * self.jobs,
             ):
                 yield _ended(request, future, limit)
         finally:

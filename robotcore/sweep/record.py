@@ -41,10 +41,13 @@ class Record:
         """Return the record that `to_json` told; ValueError where the line is none."""
         told = json.loads(line)
         try:
-            path = told["path"] and tuple((t, x, y) for t, x, y in told["path"])
-            return cls(_result(told), path, told["command"], told["picture"])
+            return cls(_result(told), _path(told["path"]), told["command"], told["picture"])
         except (KeyError, TypeError) as error:
             raise ValueError(f"no record of a run: {error!r}") from error
+
+
+def _path(points: list[list[float]] | None) -> TruePath | None:
+    return None if points is None else tuple((t, x, y) for t, x, y in points)
 
 
 def _result(told: dict[str, Any]) -> RunResult:

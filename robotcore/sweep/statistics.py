@@ -31,20 +31,28 @@ def wilson(successes: int, n: int) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Group:
-    """The runs of one backend in one world; ``contacts`` is None where no run could tell. Times are in seconds."""
+    """The runs of one backend in one world; ``verified`` and ``contacts`` are None where no run could tell.
+
+    Times are in seconds.
+    """
 
     backend: str
     world: str
     runs: int
     successes: int
-    verified: int
+    verified: int | None
     contacts: int | None
     median_time: float
     slowest_time: float
 
     @property
-    def verified_share(self) -> float:
-        return self.verified / self.runs
+    def verified_share(self) -> float | None:
+        return None if self.verified is None else self.verified / self.runs
+
+    @property
+    def verified_95(self) -> tuple[float, float] | None:
+        """The 95 % interval of the share."""
+        return None if self.verified is None else wilson(self.verified, self.runs)
 
     @property
     def success_share(self) -> float:
@@ -64,15 +72,17 @@ class _Tally:
     """Adds up records without keeping them."""
 
     def __init__(self) -> None:
-        self._successes = self._verified = 0
+        self._successes = 0
+        self._verified: int | None = None
         self._contacts: int | None = None
         self._times: list[float] = []
 
     def add(self, record: Record) -> None:
         result = record.result
         self._successes += result.outcome is Outcome.SUCCESS
-        self._verified += result.verified is True
         self._times.append(result.sim_time_s)
+        if result.verified is not None:
+            self._verified = (self._verified or 0) + result.verified
         if result.contacts is not None:
             self._contacts = (self._contacts or 0) + result.contacts
 

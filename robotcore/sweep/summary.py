@@ -35,18 +35,23 @@ def _table(groups: Sequence[Group]) -> Table:
 
 
 def _row(group: Group) -> tuple[str, ...]:
-    low, high = wilson(group.verified, group.runs)
     return (
         group.backend,
         group.world,
         f"{group.runs}",
-        f"{group.verified}/{group.runs}",
-        f"{100 * group.verified_share:.1f}",
-        f"{100 * low:.1f} to {100 * high:.1f}",
+        *_verified(group),
         "?" if group.contacts is None else f"{group.contacts}",
         f"{group.median_time:.1f} s",
         f"{group.slowest_time:.1f} s",
     )
+
+
+def _verified(group: Group) -> tuple[str, str, str]:
+    if group.verified is None:
+        return "?", "", ""
+    low, high = wilson(group.verified, group.runs)
+    share = 100 * group.verified / group.runs
+    return f"{group.verified}/{group.runs}", f"{share:.1f}", f"{100 * low:.1f} to {100 * high:.1f}"
 
 
 def _failures(failing: Sequence[Record], file: Path) -> Iterator[Text]:

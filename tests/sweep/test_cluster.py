@@ -1,0 +1,136 @@
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from robotcore import Outcome
+from robotcore.errors import BackendError, BackendMissingError
+from robotcore.sweep import ClusterEngine, LocalEngine, Record, Sweep
+from robotcore.sweep.engine import Engine
+from tests.sweep.conftest import AppFile, sweep_of
+
+pytest.importorskip("distributed")
+
+
+def _dask(*arguments: str, home: Path) -> subprocess.Popen[str]:
+    """Start a process of Dask's that tells what it does on stderr; it is a group of its own, with its children."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "dask", *arguments],
+        cwd=home,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+    )
+
+
+@contextmanager
+def _ended(process: subprocess.Popen[str]) -> Iterator[subprocess.Popen[str]]:
+    try:
+        yield process
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.communicate()
+
+
+def _awaited(process: subprocess.Popen[str], words: str) -> str:
+    """Return the line that says so."""
+    assert process.stderr
+    return next(line for line in process.stderr if words in line)
+
+
+@pytest.fixture
+def scheduler(tmp_path: Path) -> Iterator[str]:
+    arguments = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--no-show")
+    with _ended(_dask("scheduler", *arguments, home=tmp_path)) as process:
+        yield _awaited(process, "Scheduler at:").split()[-1]
+
+
+@pytest.fixture
+def workers(scheduler: str, tmp_path: Path) -> Iterator[list[subprocess.Popen[str]]]:
+    """Two workers, each below a nanny that starts another one where it dies."""
+    arguments = (scheduler, "--nthreads", "1", "--no-dashboard", "--local-directory", str(tmp_path))
+    with ExitStack() as stack:
+        processes = [stack.enter_context(_ended(_dask("worker", *arguments, home=tmp_path))) for _ in range(2)]
+        for process in processes:
+            _awaited(process, "Registered to:")
+        yield processes
+
+
+def _told(engine: Engine, sweep: Sweep) -> dict[str, Record]:
+    """Return the records by their commands, without what no two runs have in common."""
+    records = (ended.record for ended in engine.perform(sweep, sweep.requests()))
+    return {record.command: replace(record, result=replace(record.result, wall_time_s=0.0)) for record in records}
+
+
+@pytest.mark.usefixtures("workers")
+def test_a_worker_that_is_killed_loses_no_run(scheduler: str, app_file: AppFile, tmp_path: Path) -> None:
+    once = str(tmp_path / "once")
+    deed = f"os.path.exists({once!r}) or (open({once!r}, 'w'), os.kill(os.getpid(), signal.SIGKILL))"
+    sweep = sweep_of(app_file(deed), seeds=6)
+    swept = _told(ClusterEngine(scheduler), sweep)
+    assert Path(once).exists()
+    assert {record.result.outcome for record in swept.values()} == {Outcome.SUCCESS}
+    assert swept == _told(LocalEngine(1), sweep)
+
+
+@pytest.mark.usefixtures("workers")
+def test_own_files_go_along_anew_when_they_have_changed(
+    scheduler: str, app_file: AppFile, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    app = Path(app_file("self.reason = helper.WORDS", head="import helper"))
+    world = app.with_name("mine.toml")
+    world.write_text('name = "mine"\n[floor]\nlength_m = 6.0\nwidth_m = 6.0\n')
+    monkeypatch.chdir(app.parent)
+    sweep = sweep_of(app.name, worlds=(world.name,))
+    for words in ("one", "another", "one"):
+        app.with_name("helper.py").write_text(f"WORDS = {words!r}\n")
+        records = _told(ClusterEngine(scheduler), sweep)
+        assert {record.result.reason for record in records.values()} == {words}
+        assert {(record.result.app, record.result.world) for record in records.values()} == {("odd.py", "mine")}
+        assert set(records) == {
+            f"robotcore run odd.py --world mine.toml --seed {seed} --timeout 5.0" for seed in (1, 2)
+        }
+
+
+@pytest.mark.usefixtures("workers")
+def test_an_app_that_raises_costs_its_run_alone(scheduler: str, app_file: AppFile) -> None:
+    sweep = sweep_of(app_file("1 / 0"), seeds=1)
+    (record,) = _told(ClusterEngine(scheduler), sweep).values()
+    assert record.result.reason == "Odd raised ZeroDivisionError: division by zero"
+
+
+@pytest.mark.usefixtures("workers")
+def test_workers_with_other_code_are_refused(scheduler: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("robotcore.sweep.fingerprint._package_digest", lambda name: "changed")
+    with pytest.raises(BackendError, match=r"the worker tcp://.* cannot run this: its robotcore, .* start it again"):
+        _told(ClusterEngine(scheduler), sweep_of("green-search"))
+
+
+def test_a_cluster_without_workers_is_refused(scheduler: str) -> None:
+    with pytest.raises(BackendError, match=f"has no workers. Start some: dask worker {scheduler}"):
+        _told(ClusterEngine(scheduler), sweep_of("green-search"))
+
+
+def test_no_scheduler_is_told_with_what_starts_one() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as door:
+        address = f"tcp://127.0.0.1:{door.getsockname()[1]}"
+    for nobody in (address, "nowhere", "carrier://pigeon:1"):
+        with pytest.raises(BackendError, match=f"no Dask scheduler answers at '{nobody}'. Start one"):
+            _told(ClusterEngine(nobody), sweep_of("green-search"))
+
+
+def test_a_missing_library_is_told_with_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(BackendMissingError, match=r"pip install 'robotcore\[cluster\]'"):
+        _told(ClusterEngine("tcp://127.0.0.1:1"), sweep_of("green-search"))

@@ -1,0 +1,127 @@
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Sequence
+from contextlib import closing, suppress
+from pathlib import Path
+from select import select
+from typing import Any
+
+import pytest
+
+from robotcore import Outcome, RunRequest, run
+from robotcore.errors import BackendMissingError
+from robotcore.sweep import LocalEngine, Record, Sweep, run_sweep
+from tests.sweep.conftest import AppFile, sweep_of
+
+
+def _records(sweep: Sweep, engine: LocalEngine) -> dict[int | None, Record]:
+    return {record.result.seed: record for record, _ in engine.perform(sweep, sweep.requests())}
+
+
+def test_runs_come_out_as_they_do_one_by_one(app_file: AppFile) -> None:
+    sweep = sweep_of(app_file(), seeds=3)
+    records = _records(sweep, LocalEngine(2))
+    for request in sweep.requests():
+        alone = json.loads(run(request).to_json())
+        swept = json.loads(records[request.seed].result.to_json())
+        assert swept.pop("wall_time_s") >= 0
+        del alone["wall_time_s"]
+        assert swept == alone
+
+
+def test_a_path_has_a_point_every_half_second() -> None:
+    sweep = Sweep(RunRequest("avoid-obstacles", settings={"duration_s": 2.0}), worlds=("open",), seeds=(1,))
+    path = _records(sweep, LocalEngine(1))[1].path
+    assert path
+    assert [time for time, _, _ in path] == [0.0, 0.5, 1.0, 1.5, 2.0]
+    assert path[0][1:] != path[-1][1:]
+
+
+def test_an_app_that_raises_fails_each_run_with_its_words(app_file: AppFile) -> None:
+    sweep = sweep_of(app_file("1 / 0"))
+    for ended in LocalEngine(1).perform(sweep, sweep.requests()):
+        assert ended.record.result.outcome is Outcome.ERROR
+        assert ended.record.result.reason == "Odd raised ZeroDivisionError: division by zero"
+        assert ended.picture
+        assert ended.picture.startswith(b"\x89PNG")
+
+
+def test_a_worker_that_dies_costs_its_run_alone(app_file: AppFile, tmp_path: Path) -> None:
+    deed = f"open({str(tmp_path / 'once')!r}, 'x'); os.kill(os.getpid(), signal.SIGKILL)"
+    sweep = sweep_of(app_file(f"(not os.path.exists({str(tmp_path / 'once')!r})) and exec({deed!r})"), seeds=3)
+    results = [record.result for record in _records(sweep, LocalEngine(1)).values()]
+    (died,) = [result for result in results if result.outcome is Outcome.ERROR]
+    assert died.reason == "the worker process died: SIGKILL"
+    assert (died.app, died.robot, died.world) == (sweep.request.app, "rover", "open")
+    assert [result.outcome for result in results].count(Outcome.SUCCESS) == 2
+
+
+def test_a_run_that_hangs_is_given_up(app_file: AppFile) -> None:
+    sweep = sweep_of(app_file("Event().wait()"), seeds=1)
+    (record,) = _records(sweep, LocalEngine(1, wall_timeout_s=3.0)).values()
+    assert record.result.reason == "hung: no end after 3 s of wall time"
+    assert (record.path, record.is_failure) == (None, True)
+
+
+def test_closing_stops_what_is_under_way(app_file: AppFile, tmp_path: Path) -> None:
+    """No process is left: every test checks that."""
+    first = tmp_path / "first"
+    sweep = sweep_of(app_file(f"os.path.exists({str(first)!r}) and Event().wait(); open({str(first)!r}, 'w')"), seeds=9)
+    with closing(LocalEngine(1).perform(sweep, sweep.requests())) as ended:
+        next(ended)
+
+
+def test_workers_compute_with_one_thread_each(app_file: AppFile) -> None:
+    deed = "assert (cv2.getNumThreads(), os.environ['OPENBLAS_NUM_THREADS']) == (1, '1')"
+    sweep = sweep_of(app_file(deed, head="import cv2"), seeds=1)
+    assert _records(sweep, LocalEngine(1))[1].result.outcome is Outcome.SUCCESS
+
+
+def test_a_worker_does_not_outlive_a_parent_that_is_killed(app_file: AppFile, tmp_path: Path) -> None:
+    note = tmp_path / "worker"
+    app = app_file(f"open({str(note)!r}, 'w').write(str(os.getpid())); os.kill(os.getppid(), 9); Event().wait()")
+    arguments = ["sweep", app, "--seeds", "1", "--jobs", "1", "--out", str(tmp_path / "out")]
+    done = subprocess.run([sys.executable, "-m", "robotcore", *arguments], capture_output=True, check=False)
+    assert done.returncode == -signal.SIGKILL
+    _require_gone(int(note.read_text()))
+
+
+def _require_gone(process: int) -> None:
+    with suppress(ProcessLookupError), open(os.pidfd_open(process)) as ended:  # noqa: PTH123  a process, not a path
+        assert select([ended], [], [], 30.0)[0]
+
+
+def test_a_missing_library_is_told_with_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pebble", None)
+    with pytest.raises(BackendMissingError, match=r"pip install 'robotcore\[sweep\]'"):
+        next(LocalEngine(1).perform(sweep_of("green-search"), []))
+
+
+def test_a_sweep_goes_on_where_it_was_left(tmp_path: Path, app_file: AppFile) -> None:
+    sweep = sweep_of(app_file(), seeds=3)
+    first = run_sweep(sweep, _Only(1), tmp_path / "out")
+    assert len(list(first.records())) == 1
+    assert (tmp_path / "out" / "results.csv").exists()
+    engine = _Only(9)
+    second = run_sweep(sweep, engine, tmp_path / "out")
+    assert len(engine.asked) == 2
+    assert {record.result.seed for record in second.records()} == {1, 2, 3}
+
+
+class _Only:
+    """An engine that ends after some runs, in this process."""
+
+    def __init__(self, runs: int) -> None:
+        self._runs = runs
+        self.asked: Sequence[RunRequest] = ()
+
+    def perform(self, sweep: Sweep, requests: Any) -> Any:
+        from robotcore.sweep.worker import perform
+
+        self.asked = list(requests)
+        yield from map(perform, self.asked[: self._runs])

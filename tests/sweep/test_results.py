@@ -1,0 +1,183 @@
+from __future__ import annotations
+
+import csv
+import errno
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from robotcore import Outcome
+from robotcore.errors import UsageError
+from robotcore.sweep import Results
+from robotcore.sweep.command import command_of
+from robotcore.sweep.worker import Ended
+from tests.sweep.conftest import AppFile, record_of, sweep_of
+
+SWEEP = sweep_of("green-search", seeds=3)
+
+
+def _ended(seed: int, outcome: Outcome = Outcome.SUCCESS, picture: bytes | None = None) -> Ended:
+    command = command_of(list(SWEEP.requests())[seed - 1])
+    return Ended(replace(record_of(outcome, seed=seed), command=command), picture)
+
+
+def _kept(directory: Path, *seeds: int) -> Path:
+    with Results(SWEEP, directory) as results:
+        for seed in seeds:
+            results.add(_ended(seed))
+    return directory / "results.jsonl"
+
+
+def test_what_is_kept_is_no_longer_missing(tmp_path: Path) -> None:
+    _kept(tmp_path, 2)
+    with Results(SWEEP, tmp_path) as again:
+        assert [request.seed for request in again.missing()] == [1, 3]
+        assert [record.result.seed for record in again.records()] == [2]
+
+
+def test_a_torn_last_line_is_dropped_and_run_again(tmp_path: Path) -> None:
+    file = _kept(tmp_path, 1, 2)
+    file.write_bytes(file.read_bytes()[:-40])
+    with Results(SWEEP, tmp_path) as again:
+        assert [request.seed for request in again.missing()] == [2, 3]
+        again.add(_ended(3))
+        assert [record.result.seed for record in again.records()] == [1, 3]
+
+
+def test_a_first_line_that_is_torn_leaves_nothing(tmp_path: Path) -> None:
+    _kept(tmp_path).write_bytes(b'{"app": "gr')
+    with Results(SWEEP, tmp_path) as again:
+        assert len(again.missing()) == 3
+
+
+def test_a_line_that_somebody_spoilt_is_told_with_its_number(tmp_path: Path) -> None:
+    file = _kept(tmp_path, 1)
+    file.write_text(file.read_text() + "spoilt\n")
+    with Results(SWEEP, tmp_path) as again, pytest.raises(UsageError, match=r"results.jsonl, line 2: .*--fresh"):
+        again.missing()
+
+
+def test_fresh_forgets_results_and_pictures(tmp_path: Path) -> None:
+    with Results(SWEEP, tmp_path) as results:
+        record = results.add(_ended(1, Outcome.TIMEOUT, b"png"))
+    assert record.picture
+    with Results(SWEEP, tmp_path, fresh=True) as again:
+        assert len(again.missing()) == 3
+    assert not (tmp_path / record.picture).exists()
+
+
+def test_a_picture_is_named_by_its_record(tmp_path: Path) -> None:
+    with Results(SWEEP, tmp_path) as results:
+        results.add(_ended(1, Outcome.TIMEOUT, b"png"))
+        (kept,) = results.records()
+    assert kept.picture == "failures/kinematic-open-1.png"
+    assert (tmp_path / kept.picture).read_bytes() == b"png"
+
+
+def test_a_folder_of_another_sweep_is_refused_and_left_alone(tmp_path: Path) -> None:
+    file = _kept(tmp_path, 1)
+    before = file.read_bytes()
+    with pytest.raises(UsageError, match="holds another sweep"), Results(sweep_of("green-search", 4), tmp_path):
+        pass
+    assert file.read_bytes() == before
+    with Results(sweep_of("green-search", 4), tmp_path, fresh=True) as taken:
+        assert len(taken.missing()) == 4
+
+
+def test_a_folder_of_something_else_is_refused_even_where_all_is_to_be_anew(tmp_path: Path) -> None:
+    (tmp_path / "thesis.tex").touch()
+    with pytest.raises(UsageError, match="no sweep"), Results(SWEEP, tmp_path, fresh=True):
+        pass
+    assert [file.name for file in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+def test_two_cannot_write_at_once(tmp_path: Path) -> None:
+    with (
+        Results(SWEEP, tmp_path),
+        pytest.raises(UsageError, match="another sweep is writing"),
+        Results(SWEEP, tmp_path),
+    ):
+        pass
+    with Results(SWEEP, tmp_path):
+        pass
+
+
+def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with (
+        pytest.raises(UsageError, match=r"file/sweep: Not a directory\. .*--out"),
+        Results(SWEEP, tmp_path / "file/sweep"),
+    ):
+        pass
+
+
+def test_a_full_disk_is_told_and_leaves_whole_lines(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = _kept(tmp_path, 1)
+    whole = file.read_bytes()
+    with Results(SWEEP, tmp_path) as results:
+        assert results._journal
+        monkeypatch.setattr(results._journal, "_file", _FullDisk(results._journal._file))
+        with pytest.raises(UsageError, match=r"No space left on device. What is done is kept"):
+            results.add(_ended(2))
+    assert file.read_bytes() == whole
+
+
+class _FullDisk:
+    """A file that takes ten bytes more and then no more."""
+
+    def __init__(self, file: object) -> None:
+        self._file, self._room = file, 10
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self._file, name)
+
+    def write(self, content: bytes) -> int:
+        if not self._room:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        written, self._room = self._room, 0
+        self._file.write(content[:written])  # type: ignore[attr-defined]
+        return written
+
+
+def test_tables_have_a_column_for_each_milestone_and_failures_have_their_own(tmp_path: Path) -> None:
+    with Results(SWEEP, tmp_path) as results:
+        one, two = _ended(1), _ended(2, Outcome.TIMEOUT)
+        result = replace(one.record.result, milestones={"seen": 1.5})
+        results.add(Ended(replace(one.record, result=result)))
+        results.add(two)
+        results.write_tables()
+    rows = _rows(tmp_path / "results.csv")
+    assert [row["milestones.seen"] for row in rows] == ["1.5", ""]
+    assert list(rows[0])[-2:] == ["command", "picture"]
+    assert "path" not in rows[0]
+    assert [row["seed"] for row in _rows(tmp_path / "failures.csv")] == ["2"]
+
+
+def _rows(file: Path) -> list[dict[str, str]]:
+    with file.open(newline="") as table:
+        return list(csv.DictReader(table))
+
+
+def test_the_folder_is_named_by_what_determines_the_results(app_file: AppFile, tmp_path: Path) -> None:
+    app = app_file()
+    names = {Results(sweep_of(app)).directory}
+    (tmp_path / "app" / "helper.py").write_text("SPEED = 1\n")
+    names.add(Results(sweep_of(app)).directory)
+    (tmp_path / "app" / "helper.py").write_text("SPEED = 2\n")
+    names.add(Results(sweep_of(app)).directory)
+    names.add(Results(sweep_of(app, seeds=3)).directory)
+    assert len(names) == 4
+    assert all(name.parent == Path("sweeps") and name.name.startswith("odd-") for name in names)
+    assert Results(sweep_of(app, seeds=3)).directory in names
+
+
+def test_own_descriptions_and_the_code_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    world = tmp_path / "mine.toml"
+    world.write_text('name = "mine"\n[floor]\nlength_m = 6.0\nwidth_m = 6.0\n')
+    sweep = sweep_of("green-search", worlds=(str(world),))
+    first = Results(sweep).directory
+    world.write_text('name = "mine"\n[floor]\nlength_m = 7.0\nwidth_m = 6.0\n')
+    second = Results(sweep).directory
+    monkeypatch.setattr("robotcore.sweep.fingerprint._package_digest", lambda name: f"changed {name}")
+    assert len({first, second, Results(sweep).directory}) == 3

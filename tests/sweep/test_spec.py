@@ -1,0 +1,55 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from robotcore import RunRequest
+from robotcore.errors import BackendMissingError, UsageError
+from robotcore.sweep import Sweep
+from robotcore.sweep.seeds import seeds_of
+
+
+@pytest.mark.parametrize(
+    "text, seeds",
+    [("3", (3,)), ("1-4", (1, 2, 3, 4)), ("1,5,9-11", (1, 5, 9, 10, 11)), (" 2 , 1-3 ", (2, 1, 3)), ("0-0", (0,))],
+)
+def test_seeds_are_numbers_and_ranges_each_once(text: str, seeds: tuple[int, ...]) -> None:
+    assert seeds_of(text) == seeds
+
+
+@pytest.mark.parametrize("text", ["", "a", "1-", "-3", "1..4", "4-1", "1,,2", "1.5"])
+def test_what_is_no_seed_is_refused_with_the_right_form(text: str) -> None:
+    with pytest.raises(UsageError, match="Write "):
+        seeds_of(text)
+
+
+def test_every_combination_is_one_request_seed_by_seed() -> None:
+    sweep = Sweep(RunRequest("a", rate_hz=10.0), ("kinematic", "pybullet"), ("open", "arena"), (1, 2))
+    requests = list(sweep.requests())
+    assert len(requests) == len(set(map(repr, requests))) == len(sweep) == 8
+    assert [request.seed for request in requests] == [1] * 4 + [2] * 4
+    assert {request.rate_hz for request in requests} == {10.0}
+
+
+def test_a_name_that_is_wrong_in_any_combination_is_refused() -> None:
+    with pytest.raises(UsageError, match="Did you mean 'clutter'"):
+        Sweep(RunRequest("green-search"), worlds=("open", "cluter")).check()
+
+
+def test_a_missing_backend_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.pybullet.backend.PyBulletBackend.modules", ("no_such_simulator",))
+    with pytest.raises(BackendMissingError):
+        Sweep(RunRequest("green-search"), ("kinematic", "pybullet"), ("open",)).check()
+
+
+def test_a_backend_without_worlds_is_refused() -> None:
+    with pytest.raises(UsageError, match="'mock' simulates no world"):
+        Sweep(RunRequest("avoid-obstacles"), ("mock",), ("open",)).check()
+
+
+def test_two_worlds_of_one_name_are_refused(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text('name = "open"\n[floor]\nlength_m = 6.0\nwidth_m = 6.0\n')
+    with pytest.raises(UsageError, match="both called 'open'"):
+        Sweep(RunRequest("avoid-obstacles"), worlds=("open", str(file))).check()
