@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import shlex
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,13 +15,23 @@ from robotcore.errors import Interrupted
 
 if TYPE_CHECKING:
     from robotcore.plan import RunRequest
-    from robotcore.sweep import Record, Results
+    from robotcore.sweep import Results
     from robotcore.sweep.engine import Engine
 
 FOLDER = click.Path(path_type=Path, file_okay=False)
+REPORT = "robotcore.sweep.report"
+"""Found by name, so that what a report needs is imported only for one."""
 
 
-@click.command("sweep")
+class _SweepCommand(click.Command):
+    """Remembers what was given, for the report."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        ctx.obj = shlex.join([*ctx.command_path.split(), *args])
+        return super().parse_args(ctx, args)
+
+
+@click.command("sweep", cls=_SweepCommand)
 @click.argument("app")
 @click.option(
     "--backend", "backends", type=names, default="kinematic", show_default=True, help="One or more, by commas."
@@ -55,7 +65,10 @@ FOLDER = click.Path(path_type=Path, file_okay=False)
 @click.option("--report", metavar="DIR", type=FOLDER, help="Write a report, a page for a browser, into this folder.")
 @click.option("--require", "requirements", metavar="BOUND", multiple=True, help='Such as "verified>=0.97".')
 @click.option("--json", "as_json", is_flag=True, help="Print one line of JSON at the end, and nothing else.")
+@click.pass_obj
 def command(
+    line: str,
+    /,
     backends: tuple[str, ...],
     worlds: tuple[str, ...],
     seeds: str,
@@ -70,26 +83,29 @@ def command(
     as_json: bool,
     **asked: Any,
 ) -> int:
-    """Run APP in every world, with every seed, on every backend; tell what it reached.
+    """Run APP in many worlds; tell how often it succeeds.
 
-    The same command again goes on where it stopped. Exit status: 0 all was run, 1 a --require was missed, 2 wrong
-    usage, 3 a backend or the cluster is missing, 128 + the signal's number when interrupted.
+    Every backend, world and seed is tried, and kept run by run: the same command again goes on where it stopped. Exit
+    status: 0 all was run, 1 a --require was missed, 2 wrong usage, 3 a backend or the cluster is missing, 128 + the
+    signal's number when interrupted.
     """
     from robotcore.sweep import Results, Sweep
     from robotcore.sweep.requirements import Requirement
     from robotcore.sweep.seeds import seeds_of
 
     bounds = [Requirement.parse(text) for text in requirements]
-    write_report = _reporter() if report else None
+    if report:
+        import_module(REPORT).require_installed()
     sweep = Sweep(_request(**asked), backends, worlds, seeds_of(seeds))
     engine = _engine(cluster, jobs, wall_timeout_s)
     sweep.check()
     results = Results(sweep, out, fresh=fresh)
     interrupted = _run(results, engine, is_quiet=as_json)
-    if write_report and report:
-        told = write_report(list(results.records()), report, results.directory)
-        click.echo(f"The report: {told}", err=as_json)
-    return tell_sweep(results, bounds, interrupted, as_json=as_json)
+    status = tell_sweep(results, bounds, interrupted, as_json=as_json)
+    if report and not interrupted:
+        file = _write_report(results, report, line)
+        click.echo(f"The report: {file}", err=as_json)
+    return status
 
 
 def _request(settings: tuple[tuple[str, str], ...], options: tuple[tuple[str, str], ...], **asked: Any) -> RunRequest:
@@ -111,13 +127,6 @@ def _engine(cluster: str | None, jobs: int | None, wall_timeout_s: float | None)
     return ClusterEngine(cluster, wall_timeout_s)
 
 
-def _reporter() -> Callable[[Sequence[Record], Path, Path], Path]:
-    """Return what writes a report; that it cannot be had is better known before the sweep."""
-    write_report: Callable[[Sequence[Record], Path, Path], Path]
-    write_report = import_module("robotcore.sweep.report").write_report
-    return write_report
-
-
 def _run(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | None:
     """Run what is missing; return what interrupted it, if anything did."""
     from robotcore.interrupts import Interrupts
@@ -137,3 +146,13 @@ def _run(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | N
         finally:
             interrupts.hold()
     return None
+
+
+def _write_report(results: Results, directory: Path, line: str) -> Path:
+    from robotcore.description import load_world
+    from robotcore.sweep.ownfiles import is_own
+
+    own = [load_world(name) for name in results.sweep.worlds if is_own(name)]
+    write_report = import_module(REPORT).write_report
+    file: Path = write_report(list(results.records()), directory, results.directory, asked=line, worlds=own)
+    return file

@@ -31,7 +31,7 @@ class Sweep:
             yield replace(self.request, backend=backend, world=world, seed=seed)
 
     def check(self) -> None:
-        """Refuse now what would fail in every run: a wrong name, a setting, a backend that is not installed."""
+        """Refuse now what would fail in every run: a wrong name, a setting, a backend that does not open."""
         names: dict[str, str] = {}
         for backend, world in product(self.backends, self.worlds):
             plan = Plan.of(replace(self.request, backend=backend, world=world, seed=self.seeds[0]))
@@ -39,6 +39,8 @@ class Sweep:
             assert plan.world, "a world was asked for"
             if (other := names.setdefault(plan.world.name, world)) != world:
                 raise UsageError(f"the worlds {other} and {world} are both called {plan.world.name!r}. Rename one")
+            if world == self.worlds[0]:  # the backend alone knows what is wrong with its options
+                plan.backend.open(plan.setup).close()
 
 
 def _require_simulator(plan: Plan) -> None:

@@ -1,0 +1,208 @@
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from robotcore import Outcome, RunRequest
+from robotcore.cli.sweep import command
+from robotcore.errors import BackendMissingError, Interrupted
+from robotcore.sweep import Record, Sweep
+from robotcore.sweep.worker import Ended, perform
+from tests.robotcore.cli.conftest import Cli
+
+SHORT = ("sweep", "avoid-obstacles", "--world", "open", "--set", "duration_s=0.2")
+
+
+@pytest.fixture(autouse=True)
+def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[RunRequest]:
+    """What is run, in this process: other processes have tests of their own."""
+    requests: list[RunRequest] = []
+
+    def perform_here(_: object, sweep: Sweep, missing: Iterable[RunRequest]) -> Iterator[Ended]:
+        for request in missing:
+            requests.append(request)
+            yield perform(request)
+
+    monkeypatch.setattr("robotcore.sweep.local.LocalEngine.perform", perform_here)
+    return requests
+
+
+def test_every_combination_is_run_and_told(cli: Cli, asked: list[RunRequest]) -> None:
+    told = cli("sweep", "avoid-obstacles", "--world", "open,arena", "--seeds", "1,3-4", "--set", "duration_s=0.2")
+    assert told.status == 0
+    assert {(request.world, request.seed) for request in asked} == {
+        (w, s) for w in ("open", "arena") for s in (1, 3, 4)
+    }
+    rows = [line.split() for line in told.out.splitlines() if line.startswith("kinematic")]
+    assert [row[1:4] for row in rows] == [["arena", "3", "?"], ["open", "3", "?"]]
+    assert told.err == ""
+
+
+def test_json_is_one_line(cli: Cli, asked: list[RunRequest]) -> None:
+    told = cli(*SHORT, "--seeds", "1-2", "--json", "--out", "here")
+    assert (told.status, told.err) == (0, "")
+    assert (told.json["runs"], told.json["done"], told.json["failing"], told.json["missed"]) == (2, 2, 0, [])
+    assert told.json["directory"] == "here"
+    (group,) = told.json["groups"]
+    assert (group["backend"], group["world"], group["verified"], group["contacts"]) == ("kinematic", "open", None, 0)
+
+
+def test_the_same_again_runs_nothing_and_says_when_it_was(cli: Cli, asked: list[RunRequest]) -> None:
+    first = cli(*SHORT, "--seeds", "1-2")
+    told = cli(*SHORT, "--seeds", "1-2")
+    assert len(asked) == 2
+    assert told.out.startswith("All was run by 2")
+    assert told.out.endswith(first.out)
+    assert cli(*SHORT, "--seeds", "1-2", "--fresh").status == 0
+    assert len(asked) == 4
+
+
+def test_the_folder_has_the_record_of_each_run(cli: Cli, asked: list[RunRequest]) -> None:
+    cli("sweep", "green-search", "--timeout", "0.6", "--seeds", "5", "--world", "open", "--out", "here")
+    (record,) = map(Record.from_json, Path("here/results.jsonl").read_text().splitlines())
+    assert record.result.outcome is Outcome.TIMEOUT
+    assert record.command == "robotcore run green-search --world open --seed 5 --timeout 0.6"
+    assert record.path
+    assert [time for time, _, _ in record.path] == [0.0, 0.5]
+    assert record.picture
+    assert Path("here", record.picture).read_bytes().startswith(b"\x89PNG")
+
+
+def test_failing_runs_are_told_with_reason_and_command_the_rest_by_a_file(cli: Cli, asked: list[RunRequest]) -> None:
+    told = cli("sweep", "green-search", "--timeout", "0.1", "--seeds", "1-22", "--world", "open", "--out", "here")
+    assert told.status == 0
+    assert "22 failing runs:" in told.out
+    assert "  timeout, not done after 0.1 s\n    robotcore run green-search --world open --seed 1 " in told.out
+    assert told.out.count("robotcore run") == 20
+    assert "and 2 more: here/failures.csv" in told.out
+
+
+def test_a_requirement_that_is_missed_is_exit_1_with_got_and_required(cli: Cli, asked: list[RunRequest]) -> None:
+    arguments = ("sweep", "green-search", "--timeout", "0.1", "--seeds", "1-2", "--world", "open")
+    told = cli(*arguments, "--require", "verified>=0.5", "--require", "contacts<=0")
+    assert told.status == 1
+    assert told.err == "error: kinematic, open: verified is 0, required verified>=0.5\n"
+    assert cli(*arguments, "--require", "contacts<=0").status == 0
+
+
+@pytest.mark.parametrize(
+    "arguments, status, fault",
+    [
+        (["green-serch"], 2, "Did you mean 'green-search'?"),
+        (["green-search", "--world", "open,arenna"], 2, "Did you mean 'arena'?"),
+        (["green-search", "--backend", "kinematic,bullet"], 2, "Did you mean 'pybullet'?"),
+        (["green-search", "--backend", ","], 2, "name one or more"),
+        (["green-search", "--seeds", "9-1"], 2, "Write 1-9"),
+        (["green-search", "--set", "sped=1"], 2, "unknown setting 'sped'"),
+        (["green-search", "--option", "color=red"], 2, "unknown option 'color'"),
+        (["green-search", "--require", "verified"], 2, "Write verified>=0.97"),
+        (["green-search", "--jobs", "0"], 2, "--jobs"),
+        (["green-search", "--jobs", "2", "--cluster", "tcp://lab:8786"], 2, "--jobs is for this machine"),
+        (["green-search", "--rate", "nan"], 2, "--rate"),
+    ],
+)
+def test_what_cannot_be_run_is_refused_before_anything_is(
+    cli: Cli, asked: list[RunRequest], arguments: list[str], status: int, fault: str
+) -> None:
+    told = cli("sweep", *arguments)
+    assert (told.status, asked, list(Path().iterdir())) == (status, [], [])
+    assert fault in told.err
+    assert len(told.err.splitlines()) <= 2
+
+
+def test_a_missing_backend_is_exit_3(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.kinematic.backend.KinematicBackend.modules", ("no_such_simulator",))
+    assert cli(*SHORT).status == 3
+
+
+def test_an_interrupt_keeps_what_is_done_and_says_how_to_go_on(
+    cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(_: object, record: Record) -> None:
+        if len(asked) == 2:
+            raise Interrupted(signal.SIGINT)
+
+    monkeypatch.setattr("robotcore.sweep.progress.SweepProgress.show", interrupted)
+    told = cli(*SHORT, "--seeds", "1-5", "--out", "here", "--require", "success>=1")
+    assert told.status == 130
+    assert told.err == "interrupted by SIGINT: 2 of 5 runs are kept; the same command goes on.\n"
+    assert len(Path("here/results.jsonl").read_text().splitlines()) == 2
+
+
+def test_ctrl_c_in_a_terminal_stops_at_once(tmp_path: Path) -> None:
+    app = tmp_path / "slow.py"
+    app.write_text(
+        "from threading import Event\nfrom robotcore import Behaviour, Role, Status\n"
+        "class Slow(Behaviour):\n    needs = frozenset({Role.DRIVE})\n    def step(self, robot):\n"
+        f"        open({str(tmp_path / 'begun')!r}, 'a').write('x')\n        Event().wait(100)\n"
+        "        return Status.RUNNING\n"
+    )
+    os.mkfifo(tmp_path / "begun")
+    arguments = [sys.executable, "-m", "robotcore", "sweep", str(app), "--jobs", "1", "--json"]
+    with subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert (tmp_path / "begun").read_text() == "x"
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate()
+    assert process.returncode == 130
+    assert (json.loads(out)["done"], json.loads(out)["exit_status"]) == (0, 130)
+    assert err == "interrupted by SIGINT: 0 of 20 runs are kept; the same command goes on.\n"
+
+
+def test_every_field_of_a_request_can_be_asked_for_but_a_window_and_real_time() -> None:
+    fields = set(RunRequest.__dataclass_fields__) - {"gui", "realtime"}
+    plural = {"backend": "backends", "world": "worlds", "seed": "seeds"}
+    assert {plural.get(name, name) for name in fields} <= {parameter.name for parameter in command.params}
+
+
+def test_a_report_is_written_of_all_that_is_there(
+    cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told = _report(monkeypatch)
+    assert cli(*SHORT, "--seeds", "1-2", "--out", "here", "--report", "page").out.endswith(
+        "The report: page/index.html\n"
+    )
+    records, directory, pictures = told["given"]
+    assert [record.result.seed for record in records] == [1, 2]
+    assert (directory, pictures, told["worlds"]) == (Path("page"), Path("here"), [])
+    line = "robotcore sweep avoid-obstacles --world open --set duration_s=0.2 --seeds 1-2 --out here --report page"
+    assert told["asked"] == line
+
+
+def test_a_report_that_cannot_be_written_is_told_before_the_sweep(
+    cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _report(monkeypatch, BackendMissingError("no Jinja2"))
+    assert cli(*SHORT, "--report", "page") == (3, "", "error: no Jinja2\n")
+    assert asked == []
+
+
+def _report(monkeypatch: pytest.MonkeyPatch, fault: Exception | None = None) -> dict[str, Any]:
+    """Put a report in place of the real one; return where what it is told will be found."""
+    told: dict[str, Any] = {}
+
+    def require_installed() -> None:
+        if fault:
+            raise fault
+
+    def write_report(records: Any, directory: Path, pictures: Path, **more: Any) -> Path:
+        told.update(given=(records, directory, pictures), **more)
+        return directory / "index.html"
+
+    report = ModuleType("robotcore.sweep.report")
+    vars(report).update(require_installed=require_installed, write_report=write_report)
+    monkeypatch.setitem(sys.modules, report.__name__, report)
+    return told
