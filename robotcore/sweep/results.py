@@ -19,7 +19,7 @@ from robotcore.sweep.fingerprint import asked, digest
 from robotcore.sweep.journal import Journal
 from robotcore.sweep.record import Record
 from robotcore.sweep.spec import Sweep
-from robotcore.sweep.tables import write_csv
+from robotcore.sweep.tables import columns_of, write_csv
 from robotcore.sweep.worker import Ended
 
 RESULTS, SPEC, PICTURES = "results.jsonl", "sweep.json", "failures"
@@ -86,8 +86,10 @@ class Results:
     def write_tables(self) -> None:
         """Write ``results.csv``, and ``failures.csv`` with the failing runs alone."""
         try:
-            write_csv(self.records, self.directory / TABLE)
-            write_csv(lambda: (each for each in self.records() if each.is_failure), self.directory / FAILURES)
+            columns = columns_of(self.records())
+            write_csv(self.directory / TABLE, columns, self.records())
+            failing = (record for record in self.records() if record.is_failure)
+            write_csv(self.directory / FAILURES, columns, failing)
         except OSError as error:
             raise self._unwritable(error) from error
 

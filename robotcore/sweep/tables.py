@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,17 +13,18 @@ from robotcore.sweep.record import Record
 _LAST = ("command", "picture")
 
 
-def write_csv(records: Callable[[], Iterable[Record]], file: Path) -> None:
-    """Write a row for each record; a mapping has a column for each of its keys. The path is left out.
+def columns_of(records: Iterable[Record]) -> list[str]:
+    """Return the columns that records need: a mapping has one for each of its keys. The path is left out."""
+    columns = dict.fromkeys(column for record in records for column in _cells(record))
+    return sorted(columns, key=lambda column: column in _LAST)
 
-    ``records`` is called twice: once for the columns, once for the rows.
-    """
-    columns = {column: None for record in records() for column in _cells(record)}
-    ordered = [*(column for column in columns if column not in _LAST), *(c for c in _LAST if c in columns)]
+
+def write_csv(file: Path, columns: Sequence[str], records: Iterable[Record]) -> None:
+    """Write a row for each record."""
     with file.open("w", newline="", encoding="utf-8") as table:
-        writer = csv.DictWriter(table, ordered)
+        writer = csv.DictWriter(table, columns)
         writer.writeheader()
-        writer.writerows(map(_cells, records()))
+        writer.writerows(map(_cells, records))
 
 
 def _cells(record: Record) -> dict[str, Any]:

@@ -1,0 +1,79 @@
+"""What a sweep costs beyond its runs, and how much quicker two processes are than one.
+
+    python -m benchmarks.sweep_scaling --seeds 1-20 --pairs 6
+
+Whole sweeps are timed, from the check to the tables, start of the processes included. The overhead is measured with a
+hundred short runs, against the same ones by `robotcore.session.run`, one after another in one warm process. All take
+turns; the machine must have two cores to spare. Exit status 1 where a bound is broken.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from pathlib import Path
+from time import perf_counter
+
+import cv2
+
+from benchmarks.pairs import median_with_interval, paired_ratios
+from benchmarks.report import machine, print_table
+from robotcore import RunRequest, run
+from robotcore.sweep import LocalEngine, Sweep, run_sweep
+from robotcore.sweep.seeds import seeds_of
+
+MIN_SPEED_UP, MAX_OVERHEAD_MS = 1.8, 50.0
+
+
+def main() -> int:
+    """Time the pairs and print what they say."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--backend", default="kinematic")
+    parser.add_argument("--world", default="clutter")
+    parser.add_argument("--seeds", default="1-20")
+    parser.add_argument("--pairs", type=int, default=6)
+    asked = parser.parse_args()
+    sweep = Sweep(RunRequest("green-search"), (asked.backend,), (asked.world,), seeds_of(asked.seeds))
+    cv2.setNumThreads(1)
+    speed_up = paired_ratios(lambda: _swept(sweep, 1), lambda: _swept(sweep, 2), asked.pairs)
+    short = RunRequest("avoid-obstacles", settings={"duration_s": 5.0})
+    overhead = _overhead_ms(Sweep(short, (asked.backend,), (asked.world,), tuple(range(100))), asked.pairs)
+    print(machine())
+    print_table(
+        (f"{asked.pairs} pairs", "median", "95 % interval", "bound"),
+        [
+            (f"speed-up of two processes, {len(sweep)} runs", *_told(speed_up, "{:.2f}"), f"at least {MIN_SPEED_UP:g}"),
+            ("overhead of a run, ms", *_told(overhead, "{:.0f}"), f"at most {MAX_OVERHEAD_MS:g}"),
+        ],
+    )
+    return int(speed_up[0] < MIN_SPEED_UP or overhead[0] > MAX_OVERHEAD_MS)
+
+
+def _overhead_ms(sweep: Sweep, pairs: int) -> tuple[float, float, float]:
+    """Return by how much a run is longer in a sweep with one process than it is alone."""
+    _alone(sweep)
+    return median_with_interval([1000 * (_swept(sweep, 1) - _alone(sweep)) / len(sweep) for _ in range(pairs)])
+
+
+def _swept(sweep: Sweep, jobs: int) -> float:
+    start = perf_counter()
+    with tempfile.TemporaryDirectory() as folder:
+        run_sweep(sweep, LocalEngine(jobs), Path(folder))
+    return perf_counter() - start
+
+
+def _alone(sweep: Sweep) -> float:
+    start = perf_counter()
+    for request in sweep.requests():
+        run(request)
+    return perf_counter() - start
+
+
+def _told(measured: tuple[float, float, float], form: str) -> tuple[str, str]:
+    median, low, high = (form.format(value) for value in measured)
+    return median, f"{low} to {high}"
+
+
+if __name__ == "__main__":
+    sys.exit(main())
