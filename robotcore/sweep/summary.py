@@ -17,7 +17,8 @@ from robotcore.sweep.statistics import Group, wilson
 LONGEST = 20
 """So many failing runs are told one by one; a file has them all."""
 
-_COLUMNS = ("backend", "world", "runs", "verified", "%", "95 % interval", "contacts", "median time", "slowest")
+_COLUMNS = ("backend", "world", "verified", "%", "95 %", "contacts", "median", "slowest")
+"""Short, so that the table fits into 80 letters; the fifth is the interval."""
 
 
 def summary(groups: Sequence[Group], failing: Sequence[Record], file: Path) -> RenderableType:
@@ -26,7 +27,7 @@ def summary(groups: Sequence[Group], failing: Sequence[Record], file: Path) -> R
 
 
 def _table(groups: Sequence[Group]) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, header_style="bold")
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, header_style="bold", padding=(0, 0, 0, 1))
     for index, column in enumerate(_COLUMNS):
         table.add_column(column, style="cyan" if index < 2 else "", justify="left" if index < 2 else "right")
     for group in groups:
@@ -38,7 +39,6 @@ def _row(group: Group) -> tuple[str, ...]:
     return (
         group.backend,
         group.world,
-        f"{group.runs}",
         *_verified(group),
         "?" if group.contacts is None else f"{group.contacts}",
         f"{group.median_time:.1f} s",
@@ -48,10 +48,10 @@ def _row(group: Group) -> tuple[str, ...]:
 
 def _verified(group: Group) -> tuple[str, str, str]:
     if group.verified is None:
-        return "?", "", ""
+        return f"?/{group.runs}", "", ""
     low, high = wilson(group.verified, group.runs)
     share = 100 * group.verified / group.runs
-    return f"{group.verified}/{group.runs}", f"{share:.1f}", f"{100 * low:.1f} to {100 * high:.1f}"
+    return f"{group.verified}/{group.runs}", f"{share:.1f}", f"{100 * low:.1f}–{100 * high:.1f}"
 
 
 def _failures(failing: Sequence[Record], file: Path) -> Iterator[Text]:

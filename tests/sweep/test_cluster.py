@@ -85,6 +85,16 @@ def test_a_worker_that_is_killed_loses_no_run(scheduler: str, app_file: AppFile,
 
 
 @pytest.mark.usefixtures("workers")
+def test_a_run_that_hangs_ends_its_worker_and_is_tried_on_another(
+    scheduler: str, app_file: AppFile, tmp_path: Path
+) -> None:
+    once = str(tmp_path / "once")
+    sweep = sweep_of(app_file(f"os.path.exists({once!r}) or (open({once!r}, 'w'), Event().wait())"), seeds=2)
+    swept = _told(ClusterEngine(scheduler, wall_timeout_s=4.0), sweep)
+    assert {record.result.outcome for record in swept.values()} == {Outcome.SUCCESS}
+
+
+@pytest.mark.usefixtures("workers")
 def test_own_files_go_along_anew_when_they_have_changed(
     scheduler: str, app_file: AppFile, monkeypatch: pytest.MonkeyPatch
 ) -> None:

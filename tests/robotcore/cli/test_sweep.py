@@ -48,7 +48,7 @@ def test_every_combination_is_run_and_told(cli: Cli, asked: list[RunRequest]) ->
         (w, s) for w in ("open", "arena") for s in (1, 3, 4)
     }
     rows = [line.split() for line in told.out.splitlines() if line.startswith("kinematic")]
-    assert [row[1:4] for row in rows] == [["arena", "3", "?"], ["open", "3", "?"]]
+    assert [row[1:] for row in rows] == [[name, "?/3", "0", "0.2", "s", "0.2", "s"] for name in ("arena", "open")]
     assert told.err == ""
 
 

@@ -1,0 +1,44 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+from rich.console import Console
+
+from robotcore import Outcome
+from robotcore.sweep import Record
+from robotcore.sweep.statistics import grouped
+from robotcore.sweep.summary import fault, summary
+from tests.sweep.conftest import record_of
+
+
+def _lines(records: list[Record], width: int = 80) -> list[str]:
+    console = Console(width=width, highlight=False, markup=False)
+    failing = [record for record in records if record.is_failure]
+    with console.capture() as capture:
+        console.print(summary(grouped(records), failing, Path("failures.csv")))
+    return capture.get().splitlines()
+
+
+def test_a_row_has_share_interval_contacts_and_times() -> None:
+    records = [record_of(seed=seed, world="clutter", time=12.25) for seed in range(199)]
+    lines = _lines([*records, record_of(Outcome.TIMEOUT, verified=False, seed=199, world="clutter", time=120.0)])
+    assert lines[2].split() == ["kinematic", "clutter", "199/200", "99.5", "97.2–99.9", "0", "12.2", "s", "120.0", "s"]
+
+
+def test_the_table_fits_into_80_letters() -> None:
+    header, rule, row, *_ = _lines([record_of(world="occluded", time=100.0) for _ in range(1000)])
+    assert "…" not in header + row
+    assert len(rule) <= 80
+    assert len(_lines([record_of()])) == 3
+
+
+def test_failing_runs_are_told_in_the_order_of_their_seeds() -> None:
+    lines = _lines([record_of(Outcome.TIMEOUT, seed=seed, reason="late") for seed in (10, 9)])
+    assert "2 failing runs:" in lines
+    assert [line.split()[-1] for line in lines if "robotcore run" in line] == ["9", "10"]
+
+
+def test_a_fault_says_outcome_reason_and_touches() -> None:
+    assert fault(record_of(Outcome.ERROR, reason="the wheel fell off")) == "error, the wheel fell off"
+    assert fault(record_of(verified=False)) == "success, the simulator does not agree"
+    assert fault(record_of(contacts=2)) == "success, 2 contacts"
