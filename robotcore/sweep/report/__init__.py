@@ -1,0 +1,45 @@
+"""A sweep as one page: self-contained, to be read over coffee or to grade a class with."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib.util import find_spec
+from pathlib import Path
+
+from robotcore.description import WorldDescription
+from robotcore.errors import UsageError
+from robotcore.sweep.record import Record
+
+PAGE = "index.html"
+
+
+def write_report(
+    records: Sequence[Record],
+    directory: Path,
+    pictures: Path,
+    *,
+    asked: str = "",
+    worlds: Sequence[WorldDescription] = (),
+) -> Path:
+    """Write ``directory/index.html`` and return its path.
+
+    ``pictures`` is the folder that a record's picture is relative to; ``asked`` is the command of the sweep; ``worlds``
+    are those that are not shipped. Raises UsageError where Jinja2 is missing or the page cannot be written.
+    """
+    require_installed()
+    from robotcore.sweep.report.page import page
+
+    file = directory / PAGE
+    html = page(records, pictures, asked, worlds)
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        file.write_text(html, encoding="utf-8")
+    except OSError as error:
+        raise UsageError(f"--report {directory}: {error.strerror}. Name a folder that can be written") from error
+    return file
+
+
+def require_installed() -> None:
+    """Raise UsageError, with the remedy, where Jinja2 is missing: before a long sweep, not after it."""
+    if find_spec("jinja2") is None:
+        raise UsageError("--report needs Jinja2, which is not installed. pip install 'robotcore[sweep]'")

@@ -1,0 +1,70 @@
+"""The head of the page: what was run, when, and what came of it in one sentence."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from datetime import datetime, timezone
+from importlib.metadata import version
+from itertools import groupby
+
+from robotcore.outcome import RunResult
+from robotcore.sweep.record import Record
+
+
+@dataclass(frozen=True)
+class Head:
+    """``facts`` are pairs of a term and what it is; ``causes`` how many failing runs ended in which way."""
+
+    apps: str
+    runs: int
+    failing: int
+    causes: tuple[tuple[str, int], ...]
+    facts: tuple[tuple[str, str], ...]
+    asked: str
+
+    @classmethod
+    def of(cls, records: Sequence[Record], asked: str) -> Head:
+        """Return the head of a page made now."""
+        results = [record.result for record in records]
+        failing = [record.result for record in records if record.is_failure]
+        causes = Counter(map(_way, failing)).most_common()
+        facts = tuple((term, told) for term, told in _facts(results) if told)
+        return cls(_names(results, lambda each: each.app), len(records), len(failing), tuple(causes), facts, asked)
+
+
+def ranges(numbers: Iterable[int]) -> str:
+    """Return whole numbers in short, such as ``1–20, 23``."""
+    runs = groupby(enumerate(sorted(set(numbers))), key=lambda at: at[1] - at[0])
+    spans = ([number for _, number in run] for _, run in runs)
+    return ", ".join(f"{span[0]}–{span[-1]}" if len(span) > 1 else f"{span[0]}" for span in spans)
+
+
+def _facts(results: Sequence[RunResult]) -> Iterable[tuple[str, str]]:
+    yield "Robot", _names(results, lambda each: each.robot)
+    yield "Backends", _names(results, lambda each: each.backend)
+    yield "Worlds", _names(results, lambda each: each.world)
+    yield "Seeds", ranges(each.seed for each in results if each.seed is not None)
+    yield "Robot's time", _duration(sum(each.sim_time_s for each in results))
+    yield "Computing time", _duration(sum(each.wall_time_s for each in results))
+    yield "robotcore", version("robotcore")
+    yield "Page made", datetime.now(timezone.utc).astimezone().strftime("%Y-%m-%d %H:%M %Z")
+
+
+def _names(results: Sequence[RunResult], name_of: Callable[[RunResult], str | None]) -> str:
+    return ", ".join(dict.fromkeys(name for name in map(name_of, results) if name))
+
+
+def _way(result: RunResult) -> str:
+    """Return in a word or two how a failing run ended."""
+    if result.outcome.value != "success":
+        return result.outcome.value
+    return "not verified" if result.verified is False else "contact"
+
+
+def _duration(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    parts = [(hours, "h"), (minutes, "min"), (rest, "s")]
+    return " ".join(f"{count} {unit}" for count, unit in parts if count)

@@ -1,0 +1,147 @@
+"""Where the robots went: the paths of all runs of a world, from above. North is up."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from xml.etree.ElementTree import Element
+
+from robotcore.description import WorldDescription
+from robotcore.sweep.record import Record, TruePath
+from robotcore.sweep.report.groups import Group
+from robotcore.sweep.report.svg import Point, dot, drawing, element, group, line, trail
+from robotcore.sweep.thinning import thinned
+
+MAX_PATHS = 100
+"""Of passing and of failing runs each."""
+
+CM = 100.0
+"""Drawings are in centimetres: whole numbers are fine enough, and short."""
+
+_MARGIN_CM = 12.0
+_STEP_M = 0.03
+_GRID_M = 1.0
+
+
+@dataclass(frozen=True)
+class Map:
+    """A world's drawing; ``shown`` of ``runs`` paths are in it."""
+
+    world: str
+    drawing: str
+    shown: int
+    runs: int
+
+
+@dataclass(frozen=True)
+class Chart:
+    """From the world's metres to the drawing's centimetres, y downwards; the origin is in the middle."""
+
+    half_width: float
+    half_height: float
+
+    def at(self, x: float, y: float) -> Point:
+        return round(self.half_width + x * CM), round(self.half_height - y * CM)
+
+
+def maps_of(groups: Sequence[Group], worlds: Mapping[str, WorldDescription]) -> list[Map]:
+    """Return a map of each world in which a run's true path is known."""
+    gathered: dict[str, list[Record]] = {}
+    for each in groups:
+        gathered.setdefault(each.world, []).extend(record for record in each.records if record.path)
+    return [_map(name, records, worlds.get(name)) for name, records in gathered.items() if records]
+
+
+def _map(name: str, records: Sequence[Record], world: WorldDescription | None) -> Map:
+    passing = thinned([record for record in records if not record.is_failure], MAX_PATHS)
+    failing = thinned([record for record in records if record.is_failure], MAX_PATHS)
+    is_unseeded = all(record.result.seed is None for record in records)
+    chart = _chart([*passing, *failing], world)
+    parts = [
+        *(_ground(chart, world) if world else ()),
+        *(_things(chart, world) if world and is_unseeded else ()),
+        group((_way(chart, record) for record in passing), class_="ways passing"),
+        group((_way(chart, record) for record in failing), class_="ways failing"),
+        group((_end(chart, record) for record in passing), class_="ends passing"),
+        group((_cross(chart, record) for record in failing), class_="ends failing"),
+    ]
+    shown = len(passing) + len(failing)
+    told = f"Paths in {name}, from above: {len(passing)} of passing runs, {len(failing)} of failing ones"
+    return Map(
+        name, drawing(2 * chart.half_width, 2 * chart.half_height, told, parts, class_="map"), shown, len(records)
+    )
+
+
+def _chart(records: Sequence[Record], world: WorldDescription | None) -> Chart:
+    """Return a chart that holds the floor, its walls, and every path."""
+    wall = world.walls.thickness_m if world and world.walls else 0.0
+    points = [(x, y) for record in records for _, x, y in record.path or ()]
+    reach_x = max(abs(x) for x, _ in points)
+    reach_y = max(abs(y) for _, y in points)
+    if world:
+        reach_x = max(reach_x, world.floor.length_m / 2 + wall)
+        reach_y = max(reach_y, world.floor.width_m / 2 + wall)
+    return Chart(math.ceil(reach_x * CM + _MARGIN_CM), math.ceil(reach_y * CM + _MARGIN_CM))
+
+
+def _ground(chart: Chart, world: WorldDescription) -> Iterator[Element]:
+    """Yield the walls, the floor within them, and a line each metre."""
+    x, y = world.floor.length_m / 2, world.floor.width_m / 2
+    if world.walls:
+        yield _rectangle(chart, x + world.walls.thickness_m, y + world.walls.thickness_m, "wall")
+    yield _rectangle(chart, x, y, "floor")
+    yield group(_grid(chart, x, y), class_="grid")
+
+
+def _rectangle(chart: Chart, x: float, y: float, kind: str) -> Element:
+    left, top = chart.at(-x, y)
+    return element("rect", x=left, y=top, width=2 * x * CM, height=2 * y * CM, class_=kind)
+
+
+def _grid(chart: Chart, x: float, y: float) -> Iterator[Element]:
+    for metre in range(-math.floor(x / _GRID_M), math.floor(x / _GRID_M) + 1):
+        yield line(chart.at(metre, y), chart.at(metre, -y))
+    for metre in range(-math.floor(y / _GRID_M), math.floor(y / _GRID_M) + 1):
+        yield line(chart.at(-x, metre), chart.at(x, metre))
+
+
+def _things(chart: Chart, world: WorldDescription) -> Iterator[Element]:
+    """Yield what stands and lies in the world as its file has it."""
+    for obstacle in world.obstacles:
+        yield _outline(chart, obstacle.outline, "obstacle")
+    for ball in world.targets:
+        yield _outline(chart, ball.outline, "target")
+
+
+def _outline(chart: Chart, corners: Sequence[Point], kind: str) -> Element:
+    points = (chart.at(x, y) for x, y in corners)
+    return element("polygon", points=" ".join(f"{x:g},{y:g}" for x, y in points), class_=kind)
+
+
+def _way(chart: Chart, record: Record) -> Element:
+    return trail(chart.at(x, y) for x, y in _moves(record.path or ()))
+
+
+def _moves(path: TruePath) -> Iterator[Point]:
+    """Yield the places of a path without those where the robot hardly moved on."""
+    last: Point | None = None
+    for _, *place in path:
+        x, y = place
+        if last is None or math.dist(last, (x, y)) >= _STEP_M:
+            last = x, y
+            yield last
+
+
+def _end(chart: Chart, record: Record) -> Element:
+    return dot(chart.at(*_last(record)), 4)
+
+
+def _cross(chart: Chart, record: Record) -> Element:
+    x, y = chart.at(*_last(record))
+    return element("path", d=f"M{x - 5:g} {y - 5:g}l10 10m0 -10l-10 10")
+
+
+def _last(record: Record) -> Point:
+    _, x, y = (record.path or ())[-1]
+    return x, y
