@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element
 
 from robotcore.sweep.report.svg import group, line, text
+
+MAX_LABEL = 28
+_LETTER, _GAP, _TICK_ROOM = 8.4, 12, 60
 
 
 @dataclass(frozen=True)
@@ -23,8 +26,8 @@ class Axis:
         """Return where a value lies."""
         return self.start + (value - self.low) / (self.high - self.low) * (self.end - self.start)
 
-    def ticks(self, about: int = 5) -> list[float]:
-        """Return round values within the scale, at steps of 1, 2 or 5.
+    def ticks(self, about: int) -> list[float]:
+        """Return about so many round values within the scale, at steps of 1, 2 or 5.
 
         P. S. Heckbert, Nice numbers for graph labels, Graphics Gems (1990).
         """
@@ -35,13 +38,29 @@ class Axis:
         return [index * step for index in range(first, last + 1)]
 
 
+def room_for(labels: Iterable[str]) -> float:
+    """Return how much room labels need beside a drawing, their gap to it among it."""
+    longest = max((len(shortened(label)) for label in labels), default=0)
+    return _GAP + _LETTER * longest
+
+
+def shortened(label: str) -> str:
+    """Return a label that is not too long to stand beside a drawing."""
+    return label if len(label) <= MAX_LABEL else f"{label[: MAX_LABEL - 1]}…"
+
+
+def label(axis: Axis, y: float, words: str) -> Element:
+    """Return words that end at an axis's beginning, centred on a height."""
+    return text((axis.start - _GAP, y + 4), shortened(words), text_anchor="end")
+
+
 def below(axis: Axis, top: float, bottom: float, told: Callable[[float], str]) -> Element:
     """Return the grid of a horizontal axis from ``top`` to ``bottom``, its numbers below."""
     return group(_grid(axis, top, bottom, told), class_="axis")
 
 
 def _grid(axis: Axis, top: float, bottom: float, told: Callable[[float], str]) -> Iterator[Element]:
-    for value in axis.ticks():
+    for value in axis.ticks(max(2, int((axis.end - axis.start) / _TICK_ROOM))):
         x = axis.at(value)
         yield line((x, top), (x, bottom))
         yield text((x, bottom + 16), told(value), text_anchor="middle")

@@ -7,8 +7,8 @@ from xml.etree.ElementTree import Element
 
 from robotcore.sweep.explain import Finding
 from robotcore.sweep.record import Record
-from robotcore.sweep.report.axis import Axis, below
-from robotcore.sweep.report.svg import drawing, element, group, line, text
+from robotcore.sweep.report.axis import Axis, below, label
+from robotcore.sweep.report.svg import drawing, element, group, line
 from robotcore.sweep.thinning import thinned
 
 WIDTH = 460
@@ -54,7 +54,7 @@ def _side(sign: str, threshold: float) -> Element:
 
 
 def _rug(name: str, values: Sequence[float], axis: Axis, top: float) -> Iterator[Element]:
-    yield text((_LEFT - 12, top + _ROW / 2 + 4), name, text_anchor="end", stroke="none")
+    yield label(axis, top + _ROW / 2, name)
     for value in thinned(values, MAX_MARKS):
         x, margin = axis.at(value), (_ROW - _MARK) / 2
         yield line((x, top + margin), (x, top + margin + _MARK))

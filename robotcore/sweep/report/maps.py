@@ -26,12 +26,11 @@ _GRID_M = 1.0
 
 @dataclass(frozen=True)
 class Map:
-    """A world's drawing; ``shown`` of ``runs`` paths are in it."""
+    """A world's drawing; ``told`` says whose paths are in it."""
 
     world: str
     drawing: str
-    shown: int
-    runs: int
+    told: str
 
 
 @dataclass(frozen=True)
@@ -54,10 +53,12 @@ def maps_of(groups: Sequence[Group], worlds: Mapping[str, WorldDescription]) -> 
 
 
 def _map(name: str, records: Sequence[Record], world: WorldDescription | None) -> Map:
-    passing = thinned([record for record in records if not record.is_failure], MAX_PATHS)
-    failing = thinned([record for record in records if record.is_failure], MAX_PATHS)
-    is_unseeded = all(record.result.seed is None for record in records)
+    passing = [record for record in records if not record.is_failure]
+    failing = [record for record in records if record.is_failure]
+    told = f"{_shown(passing)} passing runs, {_shown(failing)} failing"
+    passing, failing = thinned(passing, MAX_PATHS), thinned(failing, MAX_PATHS)
     chart = _chart([*passing, *failing], world)
+    is_unseeded = all(record.result.seed is None for record in records)
     parts = [
         *(_ground(chart, world) if world else ()),
         *(_things(chart, world) if world and is_unseeded else ()),
@@ -66,11 +67,12 @@ def _map(name: str, records: Sequence[Record], world: WorldDescription | None) -
         group((_end(chart, record) for record in passing), class_="ends passing"),
         group((_cross(chart, record) for record in failing), class_="ends failing"),
     ]
-    shown = len(passing) + len(failing)
-    told = f"Paths in {name}, from above: {len(passing)} of passing runs, {len(failing)} of failing ones"
-    return Map(
-        name, drawing(2 * chart.half_width, 2 * chart.half_height, told, parts, class_="map"), shown, len(records)
-    )
+    words = f"Paths in {name or 'no world'}, from above: {told}"
+    return Map(name, drawing(2 * chart.half_width, 2 * chart.half_height, words, parts, class_="map"), told)
+
+
+def _shown(records: Sequence[Record]) -> str:
+    return str(len(records)) if len(records) <= MAX_PATHS else f"{MAX_PATHS} of {len(records)}"
 
 
 def _chart(records: Sequence[Record], world: WorldDescription | None) -> Chart:

@@ -5,18 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from xml.etree.ElementTree import Element
 
-from robotcore.sweep.report.axis import Axis, below
+from robotcore.sweep.report.axis import Axis, below, label, room_for
 from robotcore.sweep.report.groups import Group
 from robotcore.sweep.report.svg import dot, drawing, group, line, text
 
 WIDTH = 460
-_LABELS, _COUNTS = 150, 60
 _ROW, _TOP, _FOOT = 26, 8, 26
 
 
 def success_plot(groups: Sequence[Group]) -> str:
     """Return a row for each group: a dot where its share is, a bar over its 95 % interval, the count beside it."""
-    axis = Axis(0, 100, _LABELS, WIDTH - _COUNTS)
+    axis = Axis(0, 100, room_for(each.name for each in groups), WIDTH - room_for(map(_count, groups)))
     bottom = _TOP + _ROW * len(groups)
     rows = (_row(each, axis, _TOP + _ROW * (index + 0.5)) for index, each in enumerate(groups))
     grid = below(axis, _TOP, bottom, lambda share: f"{share:.0f}\N{NO-BREAK SPACE}%")
@@ -29,10 +28,14 @@ def _row(each: Group, axis: Axis, y: float) -> Element:
 
 def _marks(each: Group, axis: Axis, y: float) -> Iterator[Element]:
     low, high = (axis.at(100 * edge) for edge in each.interval)
-    yield text((_LABELS - 12, y + 4), each.name, text_anchor="end")
+    yield label(axis, y, each.name)
     yield line((low, y), (high, y), class_="interval")
-    yield dot((axis.at(100 * each.share), y), 5)
-    yield text((WIDTH - _COUNTS + 12, y + 4), f"{each.successes}/{each.runs}", class_="figure")
+    yield dot((axis.at(100 * each.share), y), 3.5)
+    yield text((axis.end + 12, y + 4), _count(each))
+
+
+def _count(each: Group) -> str:
+    return f"{each.successes}/{each.runs}"
 
 
 def _words(groups: Sequence[Group]) -> str:

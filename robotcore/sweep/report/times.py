@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from xml.etree.ElementTree import Element
 
-from robotcore.sweep.report.axis import Axis, below
+from robotcore.sweep.report.axis import Axis, below, label, room_for
 from robotcore.sweep.report.groups import Group, Spread
 from robotcore.sweep.report.svg import Point, dot, drawing, group, line, text, trail
 from robotcore.sweep.thinning import thinned
@@ -14,7 +14,7 @@ WIDTH, HEIGHT = 460, 230
 MAX_STEPS = 200
 """A curve's steps; more of them cannot be told apart."""
 
-_LEFT, _RIGHT, _TOP, _FOOT = 48, 14, 10, 26
+_LEFT, _RIGHT, _TOP, _FOOT = 54, 14, 10, 26
 _BAR = 11
 _GAP = 18
 
@@ -37,8 +37,7 @@ def milestone_plot(groups: Sequence[Group], milestones: Sequence[str]) -> str:
     A milestone that every run reaches at once is left out.
     """
     milestones = [name for name in milestones if any(time > 0 for each in groups for time in each.arrivals(name))]
-    labels = 96
-    time = _time_axis(groups, milestones, labels)
+    time = _time_axis(groups, milestones, room_for(milestones))
     tall = _BAR * len(groups) + _GAP
     bottom = _TOP + tall * len(milestones)
     grid = below(time, _TOP, bottom, _seconds)
@@ -49,7 +48,7 @@ def milestone_plot(groups: Sequence[Group], milestones: Sequence[str]) -> str:
 
 def _time_axis(groups: Sequence[Group], milestones: Sequence[str], start: float) -> Axis:
     slowest = max((time for each in groups for name in milestones for time in each.arrivals(name)), default=0.0)
-    return Axis(0, max(slowest, 1.0), start, WIDTH - _RIGHT)
+    return Axis(0, max(1.04 * slowest, 1.0), start, WIDTH - _RIGHT)
 
 
 def _seconds(value: float) -> str:
@@ -80,7 +79,7 @@ def _steps(each: Group, time: Axis, share: Axis, milestone: str) -> Iterator[Poi
 
 
 def _milestone(groups: Sequence[Group], name: str, time: Axis, top: float, tall: float) -> Iterator[Element]:
-    yield text((time.start - 12, top + tall / 2 + 4), name, text_anchor="end")
+    yield label(time, top + tall / 2, name)
     for index, each in enumerate(groups):
         if spread := Spread.of(each.arrivals(name)):
             y = top + _GAP / 2 + _BAR * (index + 0.5)

@@ -1,0 +1,127 @@
+from __future__ import annotations
+
+import re
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from robotcore.description import load_world
+from robotcore.sweep.report.axis import MAX_LABEL, Axis, shortened
+from robotcore.sweep.report.colours import shades_of
+from robotcore.sweep.report.groups import groups_of
+from robotcore.sweep.report.maps import maps_of
+from robotcore.sweep.report.success import success_plot
+from robotcore.sweep.report.times import MAX_STEPS, arrival_plot, milestone_plot
+from tests.sweep.report.samples import WAY, failed, many, passed
+
+ARENA = {"arena": load_world("arena")}
+
+
+@pytest.mark.parametrize(
+    "low, high, ticks",
+    [
+        (0, 100, [0, 20, 40, 60, 80, 100]),
+        (0, 37.2, [0, 10, 20, 30]),
+        (0.3, 1.1, [0.4, 0.6, 0.8, 1.0]),
+        (-3.1, 3.1, [-2, 0, 2]),
+    ],
+)
+def test_an_axis_has_round_numbers(low: float, high: float, ticks: list[float]) -> None:
+    assert Axis(low, high, 0, 1).ticks(about=5) == pytest.approx(ticks)
+
+
+def test_an_axis_maps_values_to_places() -> None:
+    axis = Axis(0, 100, 200, 20)
+    assert (axis.at(0), axis.at(50), axis.at(100)) == (200, 110, 20)
+
+
+def test_a_long_label_is_shortened() -> None:
+    assert shortened("arena · kinematic") == "arena · kinematic"
+    assert len(shortened("x" * 100)) == MAX_LABEL
+
+
+def test_success_is_a_dot_within_its_interval() -> None:
+    root = _parsed(success_plot(groups_of(many(10, failing=4))))
+    (bar,) = root.iterfind(".//line[@class='interval']")
+    (dot,) = root.iter("circle")
+    assert float(bar.attrib["x1"]) < float(dot.attrib["cx"]) < float(bar.attrib["x2"])
+    assert "6/10" in [each.text for each in root.iter("text")]
+
+
+def test_a_curve_levels_off_at_the_share_that_arrives() -> None:
+    records = [passed(milestones={"arrived": 10.0}), passed(milestones={"arrived": 20.0}), failed(), failed()]
+    curve = _ways(arrival_plot(groups_of(records), "arrived"), "curve c0 d0")[0]
+    heights = [y for _, y in curve]
+    bottom, end = heights[0], heights[-1]
+    assert end == min(heights)
+    assert bottom - end == pytest.approx(194 / 2, abs=0.2)  # half of the drawing's height
+    assert curve[-1][0] == 446
+
+
+def test_the_curve_of_many_runs_is_short_and_ends_where_the_whole_one_does() -> None:
+    records = [passed(milestones={"arrived": float(at)}) for at in range(1, 1200)] + [failed()]
+    curve = _ways(arrival_plot(groups_of(records), "arrived"), "curve c0 d0")[0]
+    assert len(curve) <= 2 * MAX_STEPS + 4
+    assert curve[-1][1] == pytest.approx(10.2, abs=0.05)
+
+
+def test_a_milestone_that_is_there_at_once_has_no_row() -> None:
+    root = _parsed(milestone_plot(groups_of([passed()]), ["search", "seen", "arrived"]))
+    labels = [each.text for each in root.iter("text")]
+    assert "seen" in labels
+    assert "search" not in labels
+
+
+def test_a_map_has_north_up_and_paths_by_how_runs_ended() -> None:
+    (chart,) = maps_of(groups_of([passed(), failed(path=WAY[:2])]), ARENA)
+    ((way,), (short,)) = (_ways(chart.drawing, f"ways {kind}") for kind in ("passing", "failing"))
+    assert [x for x, _ in way] == sorted(x for x, _ in way)
+    assert [y for _, y in way] == sorted((y for _, y in way), reverse=True)
+    assert way[2][0] - way[1][0] == way[1][1] - way[2][1] == 100  # centimetres
+    assert len(short) == 2
+    assert chart.told == "1 passing runs, 1 failing"
+
+
+def test_a_robot_that_stands_leaves_one_point() -> None:
+    standing = tuple((at / 2, 0.5, 0.5 + at * 1e-4) for at in range(100))
+    (chart,) = maps_of(groups_of([passed(path=standing)]), ARENA)
+    assert len(_ways(chart.drawing, "ways passing")[0]) == 1
+
+
+@pytest.mark.parametrize("seed, obstacles", [(None, 6), (7, 0)])
+def test_obstacles_are_drawn_only_where_no_seed_moved_them(seed: int | None, obstacles: int) -> None:
+    (chart,) = maps_of(groups_of([passed(seed=seed)]), ARENA)
+    assert chart.drawing.count('class="obstacle"') == obstacles
+    assert 'class="floor"' in chart.drawing
+
+
+def test_a_world_that_is_not_described_has_paths_without_a_floor() -> None:
+    (chart,) = maps_of(groups_of([passed(world="lab")]), ARENA)
+    assert "floor" not in chart.drawing
+    assert _ways(chart.drawing, "ways passing")
+
+
+def test_a_path_that_leaves_the_floor_stays_in_the_drawing() -> None:
+    (chart,) = maps_of(groups_of([passed(path=((0.0, 0.0, 0.0), (1.0, 9.0, -5.0)))]), ARENA)
+    _, _, width, height = map(float, _parsed(chart.drawing).attrib["viewBox"].split())
+    assert all(0 < x < width and 0 < y < height for x, y in _ways(chart.drawing, "ways passing")[0])
+
+
+def test_runs_without_a_known_path_have_no_map() -> None:
+    assert maps_of(groups_of([passed(path=None)]), ARENA) == []
+
+
+def test_a_dark_page_has_lighter_colours() -> None:
+    for light, dark in shades_of(["passing", "failing", "c0 d0"]):
+        assert all(int(dark[at : at + 2], 16) > int(light[at : at + 2], 16) for at in (1, 3, 5))
+
+
+def _parsed(drawing: str) -> ET.Element:
+    return ET.fromstring(drawing)  # noqa: S314  our own drawing
+
+
+def _ways(drawing: str, kind: str) -> list[list[tuple[float, float]]]:
+    """Return the corners of every line of a class, or within a group of it."""
+    root = _parsed(drawing)
+    ways = [*root.iterfind(f".//path[@class='{kind}']"), *root.iterfind(f".//g[@class='{kind}']/path")]
+    return [[(float(x), float(y)) for x, y in re.findall(r"[ML](\S+?) ([^ML]+)", way.attrib["d"])] for way in ways]
