@@ -33,7 +33,7 @@ def write_report(
     html = page(records, pictures, asked, worlds)
     try:
         directory.mkdir(parents=True, exist_ok=True)
-        file.write_text(html, encoding="utf-8")
+        file.write_text(html, encoding="utf-8", errors="replace")
     except OSError as error:
         raise UsageError(f"--report {directory}: {error.strerror}. Name a folder that can be written") from error
     return file

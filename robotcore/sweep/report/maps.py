@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from xml.etree.ElementTree import Element
 
 from robotcore.description import WorldDescription
@@ -48,14 +49,19 @@ def maps_of(groups: Sequence[Group], worlds: Mapping[str, WorldDescription]) -> 
     """Return a map of each world in which a run's true path is known."""
     gathered: dict[str, list[Record]] = {}
     for each in groups:
-        gathered.setdefault(each.world, []).extend(record for record in each.records if record.path)
+        gathered.setdefault(each.world, []).extend(record for record in each.records if _is_known(record))
     return [_map(name, records, worlds.get(name)) for name, records in gathered.items() if records]
+
+
+def _is_known(record: Record) -> bool:
+    """Whether a path can be drawn; a simulation that broke down may have left no numbers."""
+    return bool(record.path) and all(map(math.isfinite, chain.from_iterable(record.path or ())))
 
 
 def _map(name: str, records: Sequence[Record], world: WorldDescription | None) -> Map:
     passing = [record for record in records if not record.is_failure]
     failing = [record for record in records if record.is_failure]
-    told = f"{_shown(passing)} passing runs, {_shown(failing)} failing"
+    told = f"passing runs: {_shown(passing)}, failing: {_shown(failing)}"
     passing, failing = thinned(passing, MAX_PATHS), thinned(failing, MAX_PATHS)
     chart = _chart([*passing, *failing], world)
     is_unseeded = all(record.result.seed is None for record in records)

@@ -29,13 +29,20 @@ MAX_DIFFERING = 30
 
 
 def page(records: Sequence[Record], pictures: Path, asked: str, worlds: Sequence[WorldDescription]) -> str:
-    """Return the page as HTML."""
+    """Return the page as HTML; in which order the runs came to an end does not matter."""
     loader = PackageLoader("robotcore.sweep.report")
     environment = Environment(
         loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.globals |= {"spread": Spread.of, "max_differing": MAX_DIFFERING}
-    return environment.get_template("page.html.j2").render(_contents(records, pictures, asked, worlds))
+    return environment.get_template("page.html.j2").render(
+        _contents(sorted(records, key=_place), pictures, asked, worlds)
+    )
+
+
+def _place(record: Record) -> tuple[str, str, int]:
+    result = record.result
+    return result.world or "", result.backend, -1 if result.seed is None else result.seed
 
 
 def _contents(

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import math
 import re
 from xml.etree import ElementTree as ET
 
@@ -79,7 +80,7 @@ def test_a_map_has_north_up_and_paths_by_how_runs_ended() -> None:
     assert [y for _, y in way] == sorted((y for _, y in way), reverse=True)
     assert way[2][0] - way[1][0] == way[1][1] - way[2][1] == 100  # centimetres
     assert len(short) == 2
-    assert chart.told == "1 passing runs, 1 failing"
+    assert chart.told == "passing runs: 1, failing: 1"
 
 
 def test_a_robot_that_stands_leaves_one_point() -> None:
@@ -109,6 +110,11 @@ def test_a_path_that_leaves_the_floor_stays_in_the_drawing() -> None:
 
 def test_runs_without_a_known_path_have_no_map() -> None:
     assert maps_of(groups_of([passed(path=None)]), ARENA) == []
+
+
+def test_a_path_of_no_numbers_is_left_out() -> None:
+    (chart,) = maps_of(groups_of([passed(), failed(path=((0.0, math.nan, 0.0),))]), ARENA)
+    assert chart.told == "passing runs: 1, failing: 0"
 
 
 def test_a_dark_page_has_lighter_colours() -> None:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from base64 import b64decode
@@ -147,8 +148,22 @@ def test_a_big_sweep_makes_a_page_that_opens(tmp_path: Path) -> None:
     page, html = written(records, tmp_path)
     assert page.tags.count("img") == MAX_PICTURES
     assert all(f"<code>robotcore run green-search --seed {seed}</code>" in html for seed in range(1, 501))
-    assert "100 of 2500 passing runs, 100 of 500 failing" in page.words
+    assert "passing runs: 100 of 2500, failing: 100 of 500" in page.words
     assert len(html) < 500_000
+
+
+def test_the_order_in_which_runs_end_does_not_matter(tmp_path: Path) -> None:
+    records = [make(seed=seed, backend=name) for seed in (2, 1) for name in ("b", "a") for make in (failed, passed)]
+    _, html = written(records, tmp_path)
+    _, other = written(records[::-1], tmp_path)
+    titles = re.findall("<h4>(.*)</h4>", html)
+    assert titles == [f"arena · {name} · seed {seed}" for name in "ab" for seed in (1, 2)]
+    assert titles == re.findall("<h4>(.*)</h4>", other)
+
+
+def test_letters_that_no_file_can_hold_are_replaced(tmp_path: Path) -> None:
+    page, _ = written([failed(reason="no file \udcff.toml")], tmp_path)
+    assert "no file ?.toml" in page.words
 
 
 def test_a_page_is_written_over_an_older_one(tmp_path: Path) -> None:
