@@ -7,8 +7,10 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from robotcore.description import load_world
+from robotcore.sweep.explain import explain
 from robotcore.sweep.report.axis import MAX_LABEL, Axis, shortened
 from robotcore.sweep.report.colours import shades_of
+from robotcore.sweep.report.conditions import condition_plot
 from robotcore.sweep.report.groups import groups_of
 from robotcore.sweep.report.maps import maps_of
 from robotcore.sweep.report.success import success_plot
@@ -115,6 +117,26 @@ def test_runs_without_a_known_path_have_no_map() -> None:
 def test_a_path_of_no_numbers_is_left_out() -> None:
     (chart,) = maps_of(groups_of([passed(), failed(path=((0.0, math.nan, 0.0),))]), ARENA)
     assert chart.told == "passing runs: 1, failing: 0"
+
+
+@pytest.mark.parametrize("is_dark, start, end", [(True, 64, 255), (False, 255, 446)])
+def test_the_side_on_which_runs_fail_is_marked(is_dark: bool, start: float, end: float) -> None:
+    dark, bright = (failed, passed) if is_dark else (passed, failed)
+    records = [make(conditions={"light": light}) for make, light in ((dark, 0.0), (bright, 1.0)) for _ in range(9)]
+    (finding,) = explain(records)
+    root = _parsed(condition_plot(finding, records))
+    (side,) = root.iter("rect")
+    left, width = float(side.attrib["x"]), float(side.attrib["width"])
+    assert (left, left + width) == (start, end)
+    assert len(root.findall(".//g[@class='rug failing']/line")) == 9
+
+
+def test_a_condition_in_words_is_not_drawn() -> None:
+    records = [
+        make(conditions={"floor": floor}) for make, floor in ((failed, "wood"), (passed, "tiles")) for _ in "123456789"
+    ]
+    (finding, *_) = explain(records)
+    assert condition_plot(finding, records) == ""
 
 
 def test_a_dark_page_has_lighter_colours() -> None:

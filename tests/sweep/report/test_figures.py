@@ -30,6 +30,11 @@ def test_a_run_that_broke_before_it_was_judged_counts_as_not_verified() -> None:
     assert (group.successes, group.runs, group.failing, group.contacts) == (1, 2, 1, 0)
 
 
+def test_the_simulators_word_counts_against_the_apps() -> None:
+    (group,) = groups_of([passed(), passed(verified=False)])
+    assert (group.successes, group.failing) == (1, 1)
+
+
 def test_where_nobody_judges_the_apps_word_counts() -> None:
     (group,) = groups_of([passed(verified=None, contacts=None), failed(verified=None, contacts=None)])
     assert not group.is_judged
