@@ -7,7 +7,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from robotcore.description import WorldDescription
-from robotcore.errors import UsageError
+from robotcore.errors import BackendMissingError, UsageError
 from robotcore.sweep.record import Record
 
 PAGE = "index.html"
@@ -24,7 +24,8 @@ def write_report(
     """Write ``directory/index.html`` and return its path.
 
     ``pictures`` is the folder that a record's picture is relative to; ``asked`` is the command of the sweep; ``worlds``
-    are those that are not shipped. Raises UsageError where Jinja2 is missing or the page cannot be written.
+    are those that are not shipped. Raises BackendMissingError where Jinja2 is missing and UsageError where the page
+    cannot be written.
     """
     require_installed()
     from robotcore.sweep.report.page import page
@@ -40,6 +41,6 @@ def write_report(
 
 
 def require_installed() -> None:
-    """Raise UsageError, with the remedy, where Jinja2 is missing: before a long sweep, not after it."""
+    """Raise BackendMissingError, with the remedy, where Jinja2 is missing: before a long sweep, not after it."""
     if find_spec("jinja2") is None:
-        raise UsageError("--report needs Jinja2, which is not installed. pip install 'robotcore[sweep]'")
+        raise BackendMissingError("--report needs Jinja2, which is not installed. pip install 'robotcore[sweep]'")

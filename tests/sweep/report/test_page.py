@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from robotcore.errors import UsageError
+from robotcore.errors import BackendMissingError, UsageError
 from robotcore.outcome import Outcome
 from robotcore.sweep import report
 from robotcore.sweep.record import Record
@@ -180,7 +180,7 @@ def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
 
 def test_a_missing_package_is_named_with_the_extra(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(report, "find_spec", lambda _: None)
-    with pytest.raises(UsageError, match=r"Jinja2.*pip install 'robotcore\[sweep\]'"):
+    with pytest.raises(BackendMissingError, match=r"Jinja2.*pip install 'robotcore\[sweep\]'"):
         written([passed()], tmp_path)
 
 
