@@ -1,0 +1,68 @@
+"""The image set: frames with their truth, each drawn from a seed and its number; nothing is stored."""
+
+from __future__ import annotations
+
+from random import Random
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.eyes.optics import Conditions, taken, textured
+from benchmarks.eyes.palette import grass
+from benchmarks.eyes.rendering import Mask, by_bullet, painted
+from benchmarks.eyes.scenes import draw_scene
+from robotcore.devices import Image
+from robotcore.vision import HUES
+
+MIN_VISIBLE_PX = 12
+"""A ball counts when it shows this many pixels; a frame that shows fewer, but some, is drawn again."""
+
+ABSENT = 0.3
+"""How many of the frames show no ball."""
+
+GREENS, OTHERS = ("green",) * 6, ("red", "blue", "yellow", "magenta")
+
+
+class Labelled(NamedTuple):
+    """A frame, the hue that is looked for, the ball's visible pixels, and whether the frame is of the hard half."""
+
+    image: Image
+    hue: float
+    ball: Mask
+    is_hard: bool
+
+    @property
+    def has_ball(self) -> bool:
+        return bool(self.ball.any())
+
+    @property
+    def centroid(self) -> tuple[float, float]:
+        """Column and row of the middle of what is visible."""
+        rows, columns = np.nonzero(self.ball)
+        return float(columns.mean()), float(rows.mean())
+
+    def holds(self, u: float, v: float) -> bool:
+        """Whether a point is within the box round what is visible, to the pixels' outer edges."""
+        if not self.has_ball:
+            return False
+        rows, columns = np.nonzero(self.ball)
+        is_beside = u < columns.min() - 0.5 or u > columns.max() + 0.5
+        return not (is_beside or v < rows.min() - 0.5 or v > rows.max() + 0.5)
+
+
+def frame(seed: int, number: int) -> Labelled:
+    """Return a frame of the set of a seed: odd numbers are hard; the renderers take turns."""
+    draw = Random(f"eyes/{seed}/{number}")
+    is_hard = bool(number % 2)
+    hue, has_ball = HUES[draw.choice(GREENS + OTHERS)], draw.random() > ABSENT
+    while True:
+        scene = draw_scene(hue, 0.5 if is_hard else 0.1, draw, has_ball=has_ball)
+        image, ball, floor = (painted if number % 4 < 2 else by_bullet)(scene)
+        if not has_ball or ball.sum() >= MIN_VISIBLE_PX:
+            break
+    if is_hard and draw.random() < 0.3:
+        image = textured(image, floor, grass(hue, draw), draw)
+    how = Conditions.harsh(draw, scene.diameter_px) if is_hard else Conditions.mild(draw, scene.diameter_px)
+    image = taken(image, ball, how, draw)
+    image.flags.writeable = False
+    return Labelled(image, hue, ball, is_hard)

@@ -1,0 +1,103 @@
+"""Scenes: a ball of a drawn size in a drawn world, somewhere in the picture, perhaps half hidden, perhaps absent."""
+
+from __future__ import annotations
+
+import math
+from random import Random
+from typing import NamedTuple
+
+from benchmarks.eyes.palette import ball_colour, recoloured
+from drivers.kinematic.surroundings import Surroundings
+from robotcore.description import (
+    Ball,
+    Box,
+    CameraDescription,
+    Mount,
+    RobotDescription,
+    WorldDescription,
+    draw_world,
+    load_robot,
+    load_world,
+)
+from robotcore.description.gaps import gap_between
+from robotcore.geometry import Pose
+from robotcore.projection import View
+
+WORLDS = ("arena", "clutter", "occluded")
+DIAMETERS_PX = 4.0, 420.0
+HIDING = 0.3
+"""How often something is put before the ball."""
+
+
+class Scene(NamedTuple):
+    """A world, what looks at it, and the ball's diameter in pixels (of the whole ball, if there is one)."""
+
+    world: WorldDescription
+    view: View
+    diameter_px: float
+
+
+def draw_scene(hue: float, likeness: float, draw: Random, *, has_ball: bool) -> Scene:
+    """Return a scene for a ball of a hue in degrees; a part ``likeness`` of the obstacles looks like it."""
+    robot = load_robot("rover")
+    world = draw_world(load_world(draw.choice(WORLDS)), robot, draw.randrange(1_000_000))
+    world = recoloured(world, hue, likeness, draw)
+    pose = _free_pose(world, robot, draw)
+    eye = robot.first_of(CameraDescription)
+    assert eye, "the robot has a camera"
+    mount = Mount(x_m=eye.mount.x_m, z_m=eye.mount.z_m * draw.uniform(0.7, 1.6), pitch_rad=draw.uniform(-0.06, 0.12))
+    view = View.of(eye.intrinsics, mount, pose)
+    looking = pose.moved(Pose(mount.x_m, mount.y_m, 0.0))
+    if not has_ball:
+        return Scene(world.model_copy(update={"targets": ()}), view, 0.0)
+    ball, diameter = _drawn_ball(view, looking, ball_colour(hue, draw), draw)
+    world = world.model_copy(update={"targets": (ball,)})
+    if draw.random() < HIDING:
+        world = _with_screen(world, ball, looking, draw)
+    return Scene(world, view, diameter)
+
+
+def _free_pose(world: WorldDescription, robot: RobotDescription, draw: Random) -> Pose:
+    """Return where the robot touches nothing, turned roughly to the middle of the room."""
+    surroundings = Surroundings(robot.body.footprint, world)
+    x, y = world.floor.length_m / 2, world.floor.width_m / 2
+    while True:
+        place = Pose(draw.uniform(-x, x), draw.uniform(-y, y), 0.0)
+        pose = place._replace(heading=place.bearing_to(0.0, 0.0) + draw.uniform(-1.0, 1.0))
+        if surroundings.gaps(pose).min() > 0:
+            return pose
+
+
+def _drawn_ball(view: View, eye: Pose, colour: tuple[int, int, int], draw: Random) -> tuple[Ball, float]:
+    """Return a ball whose diameter in the picture is drawn first, as often small as large, and that diameter."""
+    low, high = map(math.log, DIAMETERS_PX)
+    diameter = math.exp(draw.uniform(low, high))
+    focal = view.intrinsics.focal_length
+    radius = draw.uniform(0.06, 0.12) if diameter > 30 else draw.uniform(0.012, 0.05)
+    away = max(2 * radius * focal / diameter, 1.15 * radius)
+    across = math.radians(31) * draw.uniform(-1.1, 1.1)
+    x, y = eye.to_world(away * math.cos(across), away * math.sin(across))
+    return Ball(name="ball", radius_m=radius, colour=colour, x_m=x, y_m=y), 2 * radius * focal / away
+
+
+def _with_screen(world: WorldDescription, ball: Ball, eye: Pose, draw: Random) -> WorldDescription:
+    """Return the world with a thin box across the line of sight that leaves a part of the ball in view."""
+    distance, bearing = eye.distance_to(ball.x_m, ball.y_m), eye.bearing_to(ball.x_m, ball.y_m)
+    length, side = draw.uniform(0.05, 0.3), draw.choice((-1, 1))
+    towards = eye._replace(heading=eye.heading + bearing)
+    part = draw.uniform(0.5, 0.85)
+    aside = side * (length / 2 + part * ball.radius_m * draw.uniform(-0.6, 0.9))
+    x, y = towards.to_world(part * distance, aside)
+    screen = Box(
+        shape="box",
+        name="screen",
+        colour=draw.choice(world.obstacles).colour,
+        x_m=x,
+        y_m=y,
+        yaw_rad=towards.heading + math.pi / 2,
+        length_m=length,
+        width_m=0.02,
+        height_m=draw.uniform(0.1, 0.3),
+    )
+    is_apart = all(gap_between(screen.outline, thing.outline) > 0.005 for thing in (*world.prisms, ball))
+    return world.model_copy(update={"obstacles": (*world.obstacles, screen)}) if is_apart else world
