@@ -27,7 +27,9 @@ def ball_colour(hue: float, draw: Random) -> Rgb:
 
 def lookalike(hue: float, draw: Random) -> Rgb:
     """Return what may be taken for the hue; beside green: yellow-green, cyan, olive, a pale wall."""
-    neighbour = rgb(hue + draw.choice((-1, 1)) * draw.uniform(48, 75), draw.uniform(0.5, 0.95), draw.uniform(0.35, 0.95))
+    neighbour = rgb(
+        hue + draw.choice((-1, 1)) * draw.uniform(48, 75), draw.uniform(0.5, 0.95), draw.uniform(0.35, 0.95)
+    )
     olive = rgb(hue - draw.uniform(45, 65), draw.uniform(0.4, 0.8), draw.uniform(0.25, 0.5))
     pale = rgb(hue + draw.uniform(-20, 20), draw.uniform(0.08, 0.22), draw.uniform(0.5, 0.9))
     return draw.choice((neighbour, neighbour, olive, pale))

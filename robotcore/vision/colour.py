@@ -3,46 +3,41 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from robotcore.devices import Image, Intrinsics
-from robotcore.errors import UnknownNameError, UsageError
+from robotcore.errors import UsageError
 from robotcore.vision.blob import Blob
+from robotcore.vision.hues import hue_of
+from robotcore.vision.patches import Box, Outline, Patch, measured, outlines
+from robotcore.vision.wedge import Wedge, passed
 
-HUES = {
-    "red": 0.0,
-    "orange": 28.0,
-    "yellow": 53.0,
-    "green": 128.0,
-    "cyan": 184.0,
-    "blue": 225.0,
-    "purple": 273.0,
-    "magenta": 316.0,
-}
-"""Hues by name, in degrees on the colour circle."""
+CAST, ALWAYS_ENOUGH = 0.5, 0.42
+"""A picture that as a whole has a saturation s in the hue asks for CAST · s more; the other saturation is always enough."""
 
+SHARE = 0.5
+"""A patch ends where its chroma has fallen to this share of its mean: half way down a blurred edge."""
 
-def hue_of(hue: str | float) -> float:
-    """Return a hue, given by name or in degrees, in [0, 360)."""
-    try:
-        degrees = float(hue)
-    except ValueError:
-        if hue not in HUES:
-            raise UnknownNameError("hue", str(hue), list(HUES)) from None
-        return HUES[str(hue)]
-    if not math.isfinite(degrees):
-        raise UsageError(f"the hue is {hue}; it must be a name or degrees from 0 to 360")
-    return degrees % 360
+MARGIN_PX = 3
+MOST_CANDIDATES = 8
+"""Noise can look like hundreds; those with the longest outlines are looked at."""
 
 
 class ColourDetector:
     """Finds patches of a hue in BGR pictures, largest first.
 
-    A pixel belongs where its hue is within ``tolerance`` degrees and it is neither pale nor dark: OpenCV's HSV,
-    saturation and value in 0 to 255.
+    Something is seen where, at half size, the colour is within ``tolerance`` degrees of the hue, its saturation is at
+    least ``min_saturation`` (0 to 1), more in a picture that is tinged with the hue, and its chroma ``min_chroma`` grey
+    levels above that. It is measured at full size, holes filled. What lies in a larger patch's box is left out.
+
+    >>> from robotcore.devices import Intrinsics
+    >>> picture = np.full((240, 320, 3), 128, np.uint8)
+    >>> picture[100:120, 50:80] = (60, 170, 40)
+    >>> [(blob.box, blob.area) for blob in ColourDetector("green").find(picture, Intrinsics(320, 240, 1.0))]
+    [((50, 100, 30, 20), 600)]
     """
 
     def __init__(
@@ -50,36 +45,66 @@ class ColourDetector:
         hue: str | float = "green",
         *,
         tolerance: float = 30.0,
-        min_saturation: int = 90,
-        min_value: int = 35,
+        min_saturation: float = 0.3,
+        min_chroma: float = 8.0,
         min_area: int = 12,
     ) -> None:
+        if not 0 < tolerance < 90:
+            raise UsageError(f"the tolerance is {tolerance:g} degrees; take more than 0 and less than 90")
         self.hue = hue_of(hue)
+        self._wedge = Wedge(self.hue, tolerance)
+        self._min_saturation = min_saturation
+        self._min_chroma = min_chroma
         self._min_area = min_area
-        self._shift = round(90 - self.hue / 2)
-        self._lower = np.array((90 - tolerance / 2, min_saturation, min_value))
-        self._upper = np.array((90 + tolerance / 2, 255, 255))
-        self._centred = ((np.arange(256) + self._shift) % 180).astype(np.uint8)
-
-    def mask(self, image: Image) -> NDArray[np.uint8]:
-        """Return which pixels are of the hue: (height, width), 255 or 0."""
-        hsv = cv2.cvtColor(image, cv2.COLOR_BGR2HSV)
-        hsv[:, :, 0] = cv2.LUT(hsv[:, :, 0], self._centred)
-        return np.asarray(cv2.inRange(hsv, self._lower, self._upper), dtype=np.uint8)
+        self._shortest = 4 * (math.sqrt(min_area) - 1)  # no shorter outline has room for so many pixels
 
     def find(self, image: Image, intrinsics: Intrinsics) -> list[Blob]:
         """Return the patches of at least ``min_area`` pixels, the largest first."""
-        count, _, stats, centroids = cv2.connectedComponentsWithStats(self.mask(image))
-        order = sorted(range(1, count), key=lambda i: -int(stats[i, cv2.CC_STAT_AREA]))
-        return [
-            _blob(stats[i].tolist(), centroids[i].tolist(), intrinsics)
-            for i in order
-            if stats[i, cv2.CC_STAT_AREA] >= self._min_area
-        ]
+        apart: list[Patch] = []
+        for patch in sorted(self._patches(image), key=_area, reverse=True):
+            if not any(patch.lies_in(larger.box) for larger in apart):
+                apart.append(patch)
+        return [_blob(patch, intrinsics) for patch in apart]
+
+    def _patches(self, image: Image) -> Iterator[Patch]:
+        """Yield what there is at full size wherever something is seen at half size; a patch may come twice."""
+        height, width = image.shape[:2]
+        size = (width + 1) // 2, (height + 1) // 2
+        half = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
+        mask = passed(half, self._wedge.of_saturation(self._saturation_asked(half), self._min_chroma))
+        for candidate in _longest(outlines(mask)):
+            left, top, width, height = box = cv2.boundingRect(candidate)
+            inside = slice(top, top + height), slice(left, left + width)
+            chroma = self._wedge.chroma(cv2.mean(half[inside], mask[inside]))
+            yield from self._patches_near(image, box, SHARE * chroma)
+
+    def _patches_near(self, image: Image, box: Box, chroma: float) -> Iterator[Patch]:
+        """Yield the patches of at least this chroma in what a box at half size covers, and a little around it."""
+        left, top, width, height = box
+        right, bottom = 2 * (left + width) + MARGIN_PX, 2 * (top + height) + MARGIN_PX
+        left, top = max(0, 2 * left - MARGIN_PX), max(0, 2 * top - MARGIN_PX)
+        window = image[top:bottom, left:right].copy()  # OpenCV takes rows that lie together as one
+        for outline in outlines(passed(window, self._wedge.of_chroma(chroma)), (left, top)):
+            if len(outline) >= self._shortest and (patch := measured(outline)).area >= self._min_area:
+                yield patch
+
+    def _saturation_asked(self, image: Image) -> float:
+        """Return the saturation to ask for: more, where the light or a lawn lends everything something of the hue."""
+        cast = CAST * max(0.0, self._wedge.saturation(cv2.mean(image)))
+        return max(self._min_saturation, min(self._min_saturation + cast, ALWAYS_ENOUGH))
 
 
-def _blob(stats: list[int], centroid: list[float], intrinsics: Intrinsics) -> Blob:
-    left, top, width, height, area = stats
+def _longest(candidates: list[Outline]) -> list[Outline]:
+    if len(candidates) <= MOST_CANDIDATES:
+        return candidates
+    return sorted(candidates, key=len)[-MOST_CANDIDATES:]
+
+
+def _area(patch: Patch) -> int:
+    return patch.area
+
+
+def _blob(patch: Patch, intrinsics: Intrinsics) -> Blob:
+    left, top, width, height = patch.box
     is_clipped = left == 0 or top == 0 or left + width == intrinsics.width or top + height == intrinsics.height
-    u, v = centroid
-    return Blob((u, v), (left, top, width, height), area, intrinsics.bearing(u), is_clipped)
+    return Blob(patch.centroid, patch.box, patch.area, intrinsics.bearing(patch.centroid[0]), is_clipped)
