@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.eyes.optics import Conditions, taken, textured
+from benchmarks.eyes.conditions import Conditions
+from benchmarks.eyes.optics import taken, textured
 from benchmarks.eyes.palette import grass
 from benchmarks.eyes.rendering import Mask, by_bullet, painted
 from benchmarks.eyes.scenes import draw_scene
@@ -62,7 +63,7 @@ def frame(seed: int, number: int) -> Labelled:
             break
     if is_hard and draw.random() < 0.3:
         image = textured(image, floor, grass(hue, draw), draw)
-    how = Conditions.harsh(draw, scene.diameter_px) if is_hard else Conditions.mild(draw, scene.diameter_px)
+    how = Conditions.harsh(draw, scene.diameter_px) if is_hard else Conditions.mild(draw)
     image = taken(image, ball, how, draw)
     image.flags.writeable = False
     return Labelled(image, hue, ball, is_hard)

@@ -1,26 +1,18 @@
 """Published ways to find a ball by its colour, each in a few lines from its description; one answer a frame.
 
-A rival is called with a BGR picture and a hue in degrees, and returns the ball's place in pixels, or None. Its defaults
-are what was published.
+A rival is called with a BGR picture and a hue in degrees, and returns the ball's place in pixels, or None.
 """
 
 from __future__ import annotations
 
-import colorsys
-import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.eyes.masks import Place, hsv_mask, largest, middle_of, outlines, pure_chroma, pure_lab
 from robotcore.devices import Image
-
-Place = tuple[float, float]
-Finder = Callable[[Image, float], Place | None]
-Plane = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
@@ -71,8 +63,7 @@ class BallTracking:
         kernel = np.ones((3, 3), np.uint8)
         mask = np.asarray(cv2.erode(mask, kernel, iterations=self.rounds), np.uint8)
         mask = np.asarray(cv2.dilate(mask, kernel, iterations=self.rounds), np.uint8)
-        contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
-        best = max(contours, key=cv2.contourArea, default=None)
+        best = max(outlines(mask), key=cv2.contourArea, default=None)
         if best is None or cv2.minEnclosingCircle(best)[1] < self.min_radius:
             return None
         u, v = middle_of(best)
@@ -81,16 +72,16 @@ class BallTracking:
 
 @dataclass(frozen=True)
 class FindBlobs:
-    """OpenMV's ``image.find_blobs``: a box in CIE L*a*b*, connected pixels, the largest blob; at least 10 pixels.
+    """OpenMV's ``image.find_blobs``: a box in CIE L*a*b*, connected pixels, the largest blob.
 
-    Its examples name a box for red, green and blue; here every hue has one of that kind, from a part ``weakest`` of the
-    pure colour's a* and b*, give or take ``slack``, outwards.
+    The box is the user's; here it reaches from a part ``weakest`` of a pure colour's a* and b* to all of it, give or
+    take ``slack``.
     """
 
-    weakest: float = 0.15
-    slack: float = 25.0
-    min_lightness: float = 30.0
-    min_pixels: int = 10
+    weakest: float
+    slack: float
+    min_lightness: float
+    min_pixels: int
 
     def __call__(self, image: Image, hue: float) -> Place | None:
         lab = cv2.cvtColor(image, cv2.COLOR_BGR2LAB)
@@ -105,15 +96,16 @@ class FindBlobs:
 
 @dataclass(frozen=True)
 class ChromaTable:
-    """As CMVision (Bruce, Balch and Veloso, IROS 2000): a box in YUV's two colour channels, connected regions.
+    """As CMVision (Bruce, Balch and Veloso, IROS 2000): a box in YUV, connected regions, the largest.
 
-    ``nearest`` and ``beside`` say how far the box goes, in parts of the pure colour's distance from grey.
+    The box is the user's; here it reaches from a part ``nearest`` of a pure colour's U and V to all of it, and by
+    ``beside`` farther to all sides, in parts of that colour's distance from grey.
     """
 
-    nearest: float = 0.25
-    beside: float = 0.35
-    min_luma: int = 30
-    min_area: int = 10
+    nearest: float
+    beside: float
+    min_luma: int
+    min_area: int
 
     def __call__(self, image: Image, hue: float) -> Place | None:
         pure = pure_chroma(hue)
@@ -123,54 +115,3 @@ class ChromaTable:
         yuv = cv2.cvtColor(image, cv2.COLOR_BGR2YUV)
         mask = cv2.inRange(yuv, np.array((float(self.min_luma), *low)), np.array((255.0, *high)))
         return largest(np.asarray(mask, np.uint8), self.min_area)
-
-
-def hsv_mask(image: Image, hue: float, tolerance: float, min_saturation: int, min_value: int) -> Plane:
-    """Return where a picture is within ``tolerance`` degrees of a hue; two ranges where it crosses red."""
-    hsv = cv2.cvtColor(image, cv2.COLOR_BGR2HSV)
-    low, high = (hue - tolerance) / 2, (hue + tolerance) / 2
-    mask = np.zeros(image.shape[:2], np.uint8)
-    for turn in (-180, 0, 180):
-        if low + turn < 180 and high + turn >= 0:
-            mask |= np.asarray(
-                cv2.inRange(
-                    hsv,
-                    np.array((max(0, math.ceil(low + turn)), min_saturation, min_value)),
-                    np.array((min(179, math.floor(high + turn)), 255, 255)),
-                ),
-                np.uint8,
-            )
-    return mask
-
-
-def largest(mask: Plane, min_area: float) -> Place | None:
-    """Return the middle of the largest contour, if it encloses ``min_area`` pixels."""
-    contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
-    best = max(contours, key=cv2.contourArea, default=None)
-    return None if best is None or cv2.contourArea(best) < min_area else middle_of(best)
-
-
-def middle_of(contour: NDArray[np.generic]) -> Place:
-    """Return the centroid of what a contour encloses; of its points, where that is nothing."""
-    moments = cv2.moments(contour)
-    if moments["m00"]:
-        return moments["m10"] / moments["m00"], moments["m01"] / moments["m00"]
-    u, v = np.asarray(contour, np.float64).reshape(-1, 2).mean(axis=0)
-    return float(u), float(v)
-
-
-@lru_cache
-def pure_lab(hue: float) -> NDArray[np.float64]:
-    """Return a* and b* of a saturated colour of a hue, (2,)."""
-    return _pure(hue, cv2.COLOR_BGR2LAB)
-
-
-@lru_cache
-def pure_chroma(hue: float) -> NDArray[np.float64]:
-    """Return U and V of a saturated colour of a hue, (2,), 0 for grey."""
-    return _pure(hue, cv2.COLOR_BGR2YUV)
-
-
-def _pure(hue: float, space: int) -> NDArray[np.float64]:
-    bgr = np.array([[colorsys.hsv_to_rgb(hue / 360, 0.85, 0.8)[::-1]]]) * 255
-    return np.asarray(cv2.cvtColor(bgr.astype(np.uint8), space)[0, 0, 1:], np.float64) - 128

@@ -12,11 +12,11 @@ from robotcore.devices import Image, Intrinsics
 from robotcore.errors import UsageError
 from robotcore.vision.blob import Blob
 from robotcore.vision.hues import hue_of
-from robotcore.vision.patches import Box, Outline, Patch, measured, outlines
+from robotcore.vision.patches import Box, Outline, Patch, box_of, measured, outlines
 from robotcore.vision.wedge import Wedge, passed
 
 CAST, ALWAYS_ENOUGH = 0.5, 0.42
-"""A picture that as a whole has a saturation s in the hue asks for CAST · s more; the other saturation is always enough."""
+"""A picture that as a whole has a saturation s in the hue asks for CAST · s more; the other is always enough."""
 
 SHARE = 0.5
 """A patch ends where its chroma has fallen to this share of its mean: half way down a blurred edge."""
@@ -73,7 +73,7 @@ class ColourDetector:
         half = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
         mask = passed(half, self._wedge.of_saturation(self._saturation_asked(half), self._min_chroma))
         for candidate in _longest(outlines(mask)):
-            left, top, width, height = box = cv2.boundingRect(candidate)
+            left, top, width, height = box = box_of(candidate)
             inside = slice(top, top + height), slice(left, left + width)
             chroma = self._wedge.chroma(cv2.mean(half[inside], mask[inside]))
             yield from self._patches_near(image, box, SHARE * chroma)

@@ -44,5 +44,10 @@ def measured(outline: Outline) -> Patch:
     edge_u, edge_v = cv2.mean(outline)[:2]
     area = moments["m00"] + edge
     centroid = (moments["m10"] + edge * edge_u) / area, (moments["m01"] + edge * edge_v) / area
+    return Patch(centroid, box_of(outline), round(area))
+
+
+def box_of(outline: Outline) -> Box:
+    """Return the box around an outline: left, top, width, height."""
     left, top, width, height = cv2.boundingRect(outline)
-    return Patch(centroid, (left, top, width, height), round(area))
+    return left, top, width, height

@@ -60,11 +60,12 @@ class Wedge:
         return self._all - least * self._per_chroma
 
     def of_saturation(self, least: float, distance: float) -> Tests:
-        """Return the tests for the wedge's colours of at least this saturation, all moved away from grey by ``distance``.
+        """Return the tests for the wedge's colours of at least this saturation, ``distance`` farther away from grey.
 
         The distance, in grey levels, is for noise: the darker a colour, the less its hue and saturation mean.
         """
-        return self._all - distance * self._per_distance - least * self._per_saturation
+        tests: Tests = self._all - distance * self._per_distance - least * self._per_saturation
+        return tests
 
 
 def passed(image: Image, tests: Tests) -> Mask:
@@ -82,7 +83,7 @@ def _steep(rows: tuple[NDArray[np.float64], ...], offsets: Row) -> Tests:
 
 
 def _direction(degrees: float) -> Row:
-    """Return what blue, green and red count along a direction of the plane: red lies at 0, green at 120, blue at 240."""
+    """Return what blue, green and red count along a direction of the plane; they themselves lie at 240, 120 and 0."""
     blue, green, red = (math.cos(math.radians(primary - degrees)) for primary in (240, 120, 0))
     return blue, green, red
 

@@ -1,0 +1,70 @@
+"""Under which conditions a picture is taken: good days and bad ones."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from random import Random
+
+Gains = tuple[float, float, float]
+"""What a channel is multiplied with: blue, green, red."""
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """Lengths are in pixels, noise and lamp in grey levels; ``quality`` is JPEG's, None for none."""
+
+    brightness: float
+    gains: Gains
+    gamma: float
+    contrast: float
+    noise: float
+    defocus: float
+    motion: float
+    heading: float
+    quality: int | None
+    glare: float
+    lamp: float
+    vignette: float
+
+    @classmethod
+    def mild(cls, draw: Random) -> Conditions:
+        """Draw a good day: a sharp lens, a calm hand, an even light."""
+        return cls(
+            brightness=draw.uniform(0.7, 1.15),
+            gains=drawn_gains(draw, 0.08),
+            gamma=draw.uniform(0.9, 1.1),
+            contrast=draw.uniform(0.92, 1.08),
+            noise=draw.uniform(1.0, 3.0),
+            defocus=draw.uniform(0.3, 0.6),
+            motion=0.0,
+            heading=0.0,
+            quality=draw.choice((None, draw.randint(75, 90))),
+            glare=draw.choice((0.0, draw.uniform(0.2, 0.5))),
+            lamp=0.0,
+            vignette=draw.uniform(0.0, 0.15),
+        )
+
+    @classmethod
+    def harsh(cls, draw: Random, diameter_px: float) -> Conditions:
+        """Draw a bad day; blur stays within what a ball of this diameter, 0 for none, can bear and still be seen."""
+        bearable = 0.3 * (diameter_px or draw.uniform(4, 60))
+        return cls(
+            brightness=draw.uniform(0.3, 1.3),
+            gains=drawn_gains(draw, 0.25),
+            gamma=draw.uniform(0.75, 1.35),
+            contrast=draw.uniform(0.75, 1.2),
+            noise=draw.uniform(2.0, 10.0),
+            defocus=min(draw.uniform(0.3, 2.5), bearable),
+            motion=draw.choice((0.0, min(draw.uniform(2, 10), bearable))),
+            heading=draw.uniform(0, math.pi),
+            quality=draw.choice((None, draw.randint(30, 75))),
+            glare=draw.choice((0.0, draw.uniform(0.5, 1.0))),
+            lamp=draw.choice((0.0, draw.uniform(60, 180))),
+            vignette=draw.uniform(0.0, 0.5),
+        )
+
+
+def drawn_gains(draw: Random, spread: float) -> Gains:
+    """Draw a white balance that has drifted, or a coloured lamp; green drifts half as far."""
+    return 1 + draw.uniform(-spread, spread), 1 + draw.uniform(-spread, spread) / 2, 1 + draw.uniform(-spread, spread)

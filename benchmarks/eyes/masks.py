@@ -1,0 +1,69 @@
+"""Masks of a colour and what is found in them, for the rivals."""
+
+from __future__ import annotations
+
+import colorsys
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from robotcore.devices import Image
+
+Place = tuple[float, float]
+"""Column and row."""
+
+Plane = NDArray[np.uint8]
+
+
+def hsv_mask(image: Image, hue: float, tolerance: float, min_saturation: int, min_value: int) -> Plane:
+    """Return where a picture is within ``tolerance`` degrees of a hue; two ranges where that crosses red."""
+    hsv = cv2.cvtColor(image, cv2.COLOR_BGR2HSV)
+    low, high = math.ceil((hue - tolerance) / 2), math.floor((hue + tolerance) / 2)
+    mask = np.zeros(image.shape[:2], np.uint8)
+    for turn in (-180, 0, 180):
+        first, last = max(0, low + turn), min(179, high + turn)
+        if first <= last:
+            mask |= np.asarray(cv2.inRange(hsv, (first, min_saturation, min_value), (last, 255, 255)), np.uint8)
+    return mask
+
+
+def outlines(mask: Plane) -> Sequence[Any]:
+    """Return the outer contours."""
+    return cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)[0]
+
+
+def largest(mask: Plane, min_area: float) -> Place | None:
+    """Return the middle of the contour that encloses most, if it encloses ``min_area`` pixels."""
+    best = max(outlines(mask), key=cv2.contourArea, default=None)
+    return None if best is None or cv2.contourArea(best) < min_area else middle_of(best)
+
+
+def middle_of(contour: Any) -> Place:
+    """Return the centroid of what a contour encloses; of its points, where that is nothing."""
+    moments = cv2.moments(contour)
+    if moments["m00"]:
+        return moments["m10"] / moments["m00"], moments["m01"] / moments["m00"]
+    u, v = np.asarray(contour, np.float64).reshape(-1, 2).mean(axis=0)
+    return float(u), float(v)
+
+
+@lru_cache
+def pure_lab(hue: float) -> NDArray[np.float64]:
+    """Return a* and b* of a saturated colour of a hue, (2,)."""
+    return _pure(hue, cv2.COLOR_BGR2LAB)
+
+
+@lru_cache
+def pure_chroma(hue: float) -> NDArray[np.float64]:
+    """Return U and V of a saturated colour of a hue, (2,), 0 for grey."""
+    return _pure(hue, cv2.COLOR_BGR2YUV)
+
+
+def _pure(hue: float, space: int) -> NDArray[np.float64]:
+    bgr = np.array([[colorsys.hsv_to_rgb(hue / 360, 0.85, 0.8)[::-1]]]) * 255
+    return np.asarray(cv2.cvtColor(bgr.astype(np.uint8), space)[0, 0, 1:], np.float64) - 128

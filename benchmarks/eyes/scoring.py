@@ -1,0 +1,67 @@
+"""How well a finder does on labelled frames."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Callable, Iterable, Sequence
+from typing import NamedTuple
+
+from benchmarks.eyes.frames import Labelled
+from benchmarks.eyes.masks import Place
+from robotcore.devices import Image
+
+Finder = Callable[[Image, float], "Place | None"]
+"""Takes a BGR picture and a hue in degrees; returns where the ball is, or None: one answer a frame."""
+
+
+class Verdict(NamedTuple):
+    """What a finder made of a frame; ``error_px`` is the centroid's, None where the ball was not hit."""
+
+    has_ball: bool
+    is_answered: bool
+    error_px: float | None
+
+    @property
+    def is_hit(self) -> bool:
+        return self.error_px is not None
+
+
+class Score(NamedTuple):
+    """Precision: hits of answers. Recall: hits of balls. The centroid's error: median and 95th percentile, pixels."""
+
+    precision: float
+    recall: float
+    median_px: float
+    p95_px: float
+
+    @property
+    def f1(self) -> float:
+        both = self.precision + self.recall
+        return 2 * self.precision * self.recall / both if both else 0.0
+
+    @classmethod
+    def of(cls, verdicts: Iterable[Verdict]) -> Score:
+        """Return the score of all verdicts together."""
+        verdicts = list(verdicts)
+        errors = sorted(one.error_px for one in verdicts if one.error_px is not None)
+        precision = len(errors) / max(1, sum(one.is_answered for one in verdicts))
+        recall = len(errors) / max(1, sum(one.has_ball for one in verdicts))
+        return cls(precision, recall, *_middle_and_tail(errors))
+
+
+def judged(finder: Finder, frames: Iterable[Labelled]) -> list[Verdict]:
+    """Return a verdict for each frame; a ball is hit by a point in the box round what is visible of it."""
+    return [_verdict(frame, finder(frame.image, frame.hue)) for frame in frames]
+
+
+def _verdict(frame: Labelled, place: Place | None) -> Verdict:
+    if place is None or not frame.holds(*place):
+        return Verdict(frame.has_ball, place is not None, None)
+    return Verdict(has_ball=True, is_answered=True, error_px=math.dist(place, frame.centroid))
+
+
+def _middle_and_tail(ordered: Sequence[float]) -> tuple[float, float]:
+    if not ordered:
+        return math.nan, math.nan
+    return statistics.median(ordered), ordered[math.floor(0.95 * (len(ordered) - 1))]

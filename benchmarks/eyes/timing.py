@@ -1,0 +1,69 @@
+"""How long finders take on frames, in copies of the frame: a machine's speed apart, that is the same everywhere."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Callable, Sequence
+from time import perf_counter
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.eyes.frames import Labelled
+from benchmarks.eyes.scoring import Finder
+from robotcore.devices import Image
+
+IN_CACHE = 5
+"""How often each is called on a frame that is to be in the cache; the quickest call counts."""
+
+
+class Interval(NamedTuple):
+    """A median, and what holds it 95 times in 100: order statistics, no assumption."""
+
+    median: float
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, values: Sequence[float]) -> Interval:
+        """Return the interval of the median of these values."""
+        ordered, half = sorted(values), 1.96 * math.sqrt(len(values)) / 2
+        low, high = math.floor(len(ordered) / 2 - half), math.ceil(len(ordered) / 2 + half)
+        return cls(statistics.median(ordered), ordered[max(0, low)], ordered[min(len(ordered) - 1, high)])
+
+
+def copies(finder: Finder, frames: Sequence[Labelled], *, in_cache: bool) -> tuple[Interval, float]:
+    """Return how many copies of a frame a call takes, and the median call in seconds.
+
+    Copy and call take turns in going first. Frames come once, one after the other, as a camera delivers them; or,
+    ``in_cache``, each of the two is repeated on every frame.
+    """
+    target, repeats = np.empty_like(frames[0].image), IN_CACHE if in_cache else 1
+    ratios, calls = [], []
+    for number, frame in enumerate(frames):
+        first, second = _in_turns(number, _copy_into(target), lambda image, hue=frame.hue: finder(image, hue))
+        times = _seconds(first, frame.image, repeats), _seconds(second, frame.image, repeats)
+        copying, calling = _in_turns(number, *times)
+        ratios.append(calling / copying)
+        calls.append(calling)
+    return Interval.of(ratios), statistics.median(calls)
+
+
+def _in_turns(number, one, other):
+    return (other, one) if number % 2 else (one, other)
+
+
+def _copy_into(target: Image) -> Callable[[Image], object]:
+    return lambda image: np.copyto(target, image)
+
+
+def _seconds(work: Callable[[Image], object], image: Image, repeats: int) -> float:
+    """Return the quickest of some calls."""
+    return min(_once(work, image) for _ in range(repeats))
+
+
+def _once(work: Callable[[Image], object], image: Image) -> float:
+    start = perf_counter()
+    work(image)
+    return perf_counter() - start
