@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Callable, Sequence
+from functools import partial
 from time import perf_counter
 from typing import NamedTuple
 
@@ -42,20 +43,16 @@ def copies(finder: Finder, frames: Sequence[Labelled], *, in_cache: bool) -> tup
     target, repeats = np.empty_like(frames[0].image), IN_CACHE if in_cache else 1
     ratios, calls = [], []
     for number, frame in enumerate(frames):
-        first, second = _in_turns(number, _copy_into(target), lambda image, hue=frame.hue: finder(image, hue))
-        times = _seconds(first, frame.image, repeats), _seconds(second, frame.image, repeats)
-        copying, calling = _in_turns(number, *times)
-        ratios.append(calling / copying)
-        calls.append(calling)
+        works = partial(np.copyto, target), partial(_find, finder, frame.hue)
+        order = (0, 1) if number % 2 else (1, 0)
+        times = {which: _seconds(works[which], frame.image, repeats) for which in order}
+        ratios.append(times[1] / times[0])
+        calls.append(times[1])
     return Interval.of(ratios), statistics.median(calls)
 
 
-def _in_turns(number, one, other):
-    return (other, one) if number % 2 else (one, other)
-
-
-def _copy_into(target: Image) -> Callable[[Image], object]:
-    return lambda image: np.copyto(target, image)
+def _find(finder: Finder, hue: float, image: Image) -> None:
+    finder(image, hue)
 
 
 def _seconds(work: Callable[[Image], object], image: Image, repeats: int) -> float:

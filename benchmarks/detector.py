@@ -1,0 +1,119 @@
+"""Whether the colour detector finds the ball, in easy pictures and in hard ones, and what that costs.
+
+    python -m benchmarks.detector
+
+The pictures are drawn from a seed by two renderers, then worsened (`benchmarks/eyes`). Each way to find the ball gives
+one answer a frame. The rivals' tuned thresholds are the best on frames of other seeds (`benchmarks.eyes.tuning`). Exit
+status 1 where the detector falls behind the tuned classical pipeline, or takes longer than its bound.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Mapping, Sequence
+
+import cv2
+
+from benchmarks.eyes.frames import Labelled, frame
+from benchmarks.eyes.masks import Place
+from benchmarks.eyes.rivals import BallTracking, ChromaTable, Classical, FindBlobs
+from benchmarks.eyes.scoring import Finder, Score, Verdict, judged
+from benchmarks.eyes.timing import copies
+from benchmarks.report import machine, print_table
+from robotcore.devices import Image, Intrinsics
+from robotcore.navigation.ball import KEPT_PX
+from robotcore.vision import ColourDetector
+
+BOUND_COPIES = 15.0
+INTRINSICS = Intrinsics(320, 240, math.radians(62))
+
+
+class Detector:
+    """The project's own, as green-search uses it: the first of its blobs."""
+
+    def __init__(self) -> None:
+        self._of_hue: dict[float, ColourDetector] = {}
+
+    def __call__(self, image: Image, hue: float) -> Place | None:
+        if hue not in self._of_hue:
+            self._of_hue[hue] = ColourDetector(hue, min_area=KEPT_PX)
+        blobs = self._of_hue[hue].find(image, INTRINSICS)
+        return blobs[0].centroid if blobs else None
+
+
+OWN, CLASSICAL = "ColourDetector", "HSV, largest contour, tuned"
+FINDERS: Mapping[str, Finder] = {
+    OWN: Detector(),
+    CLASSICAL: Classical(25, 110, 30, 3),
+    "HSV, largest contour, as published": Classical(),
+    "HSV with blur and opening, tuned": Classical(25, 110, 30, 3, is_smoothed=True),
+    "HSV with blur and opening, as published": Classical(is_smoothed=True),
+    "Ball Tracking with OpenCV, tuned": BallTracking(600, 25, 110, 15, 1.0, 1, 5),
+    "Ball Tracking with OpenCV, as published": BallTracking(),
+    "OpenMV find_blobs, L*a*b* box, tuned": FindBlobs(0.5, 10, 5, 6),
+    "CMVision, YUV box, tuned": ChromaTable(0.4, 0.15, 10, 6),
+}
+
+
+def main() -> int:
+    """Score and time every finder, print both tables."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--frames", type=int, default=1000)
+    asked = parser.parse_args()
+    cv2.setNumThreads(1)
+    frames = [frame(asked.seed, number) for number in range(asked.frames)]
+    print(machine())
+    print(f"{len(frames)} frames, {sum(one.has_ball for one in frames)} with a ball; every second frame is hard")
+    verdicts = {name: judged(finder, frames) for name, finder in FINDERS.items()}
+    columns = ("precision / recall, %", "easy", "hard", "all", "centroid off by, px", "ColourDetector, same frames")
+    print_table(columns, [_scored(name, frames, verdicts) for name in FINDERS])
+    print()
+    ratio = _print_times(frames)
+    return int(not _is_ahead(frames, verdicts) or ratio > BOUND_COPIES)
+
+
+def _scored(name: str, frames: Sequence[Labelled], verdicts: Mapping[str, list[Verdict]]) -> tuple[str, ...]:
+    score = Score.of(verdicts[name])
+    shared = [own for own, other in zip(verdicts[OWN], verdicts[name], strict=True) if own.is_hit and other.is_hit]
+    also = [other for own, other in zip(verdicts[OWN], verdicts[name], strict=True) if own.is_hit and other.is_hit]
+    halves = [_half(frames, verdicts[name], is_hard=is_hard) for is_hard in (False, True)]
+    rates = [f"{100 * each.precision:.1f} / {100 * each.recall:.1f}" for each in (*halves, score)]
+    return (name, *rates, _error(Score.of(also)), _error(Score.of(shared)))
+
+
+def _half(frames: Sequence[Labelled], verdicts: Sequence[Verdict], *, is_hard: bool) -> Score:
+    return Score.of(verdict for one, verdict in zip(frames, verdicts, strict=True) if one.is_hard is is_hard)
+
+
+def _error(score: Score) -> str:
+    return f"{score.median_px:.2f}, 95 %: {score.p95_px:.1f}"
+
+
+def _print_times(frames: Sequence[Labelled]) -> float:
+    """Print what a call takes, in copies of the frame; return the detector's median on frames as they come."""
+    rows = []
+    medians = []
+    for name, finder in FINDERS.items():
+        told = []
+        for in_cache in (False, True):
+            ratio, seconds = copies(finder, frames, in_cache=in_cache)
+            told += [f"{ratio.median:.1f} ({ratio.low:.1f} to {ratio.high:.1f})", f"{1e6 * seconds:.0f}"]
+            medians.append(ratio.median)
+        rows.append((name, *told))
+    print_table(("median (95 %)", "copies, as frames come", "µs", "copies, in the cache", "µs"), rows)
+    return medians[0]
+
+
+def _is_ahead(frames: Sequence[Labelled], verdicts: Mapping[str, list[Verdict]]) -> bool:
+    """Whether the detector is no worse than the tuned classical pipeline on all frames and better on the hard ones."""
+    own, rival = Score.of(verdicts[OWN]), Score.of(verdicts[CLASSICAL])
+    own_hard, rival_hard = (_half(frames, verdicts[name], is_hard=True) for name in (OWN, CLASSICAL))
+    is_no_worse = own.precision >= rival.precision and own.recall >= rival.recall
+    return is_no_worse and own_hard.precision > rival_hard.precision and own_hard.recall > rival_hard.recall
+
+
+if __name__ == "__main__":
+    sys.exit(main())
