@@ -183,6 +183,10 @@ class TestInBadLight:
         (blob,) = find(painted((lawn, (0, 16, 64, 32)), (bgr(128, 0.8, 0.7), ball)))
         assert blob.box == ball
 
+    def test_a_dull_ball_is_found_though_it_fills_the_picture(self) -> None:
+        (blob,) = find(painted((bgr(128, 0.55, 0.7), (0, 0, 64, 48))))
+        assert blob.box == (0, 0, 64, 48)
+
     def test_a_dull_patch_is_found_where_nothing_else_is_of_the_hue(self) -> None:
         (blob,) = find(painted((bgr(128, 0.48, 0.5), (28, 20, 10, 10))))
         assert blob.box == (28, 20, 10, 10)
