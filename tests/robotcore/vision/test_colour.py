@@ -158,7 +158,7 @@ class TestInBadLight:
         (blob,) = find(image)
         assert blob.box == (20, 15, 9, 7)
 
-    @given(st.integers(0, 2**32 - 1), st.integers(10, 245), st.floats(0, 8))
+    @given(st.integers(0, 2**32 - 1), st.integers(10, 245), st.floats(0, 3))
     def test_noise_alone_is_no_ball(self, seed: int, grey: int, sigma: float) -> None:
         noise = np.random.default_rng(seed).normal(grey, sigma, (48, 64, 3))
         assert find(np.clip(noise, 0, 255).astype(np.uint8)) == []
