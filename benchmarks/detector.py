@@ -46,14 +46,14 @@ class Detector:
 OWN, CLASSICAL = "ColourDetector", "HSV, largest contour, tuned"
 FINDERS: Mapping[str, Finder] = {
     OWN: Detector(),
-    CLASSICAL: Classical(25, 110, 30, 3),
+    CLASSICAL: Classical(25, 120, 30, 3),
     "HSV, largest contour, as published": Classical(),
-    "HSV with blur and opening, tuned": Classical(25, 110, 30, 3, is_smoothed=True),
+    "HSV with blur and opening, tuned": Classical(25, 120, 30, 0, is_smoothed=True),
     "HSV with blur and opening, as published": Classical(is_smoothed=True),
-    "Ball Tracking with OpenCV, tuned": BallTracking(600, 25, 110, 15, 1.0, 1, 5),
+    "Ball Tracking with OpenCV, tuned": BallTracking(600, 25, 120, 15, 1.0, 1, 5),
     "Ball Tracking with OpenCV, as published": BallTracking(),
-    "OpenMV find_blobs, L*a*b* box, tuned": FindBlobs(0.5, 10, 5, 6),
-    "CMVision, YUV box, tuned": ChromaTable(0.4, 0.15, 10, 6),
+    "OpenMV find_blobs, L*a*b* box, tuned": FindBlobs(0.5, 10, 3, 6),
+    "CMVision, YUV box, tuned": ChromaTable(0.4, 0.12, 5, 3),
 }
 
 
