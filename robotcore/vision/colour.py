@@ -12,7 +12,7 @@ from robotcore.devices import Image, Intrinsics
 from robotcore.errors import UsageError
 from robotcore.vision.blob import Blob
 from robotcore.vision.hues import hue_of
-from robotcore.vision.patches import Box, Outline, Patch, box_of, measured, outlines
+from robotcore.vision.patches import Box, Patch, box_of, measured, outlines
 from robotcore.vision.wedge import Wedge, passed
 
 CAST, ALWAYS_ENOUGH = 0.5, 0.42
@@ -22,8 +22,9 @@ SHARE = 0.5
 """A patch ends where its chroma has fallen to this share of its mean: half way down a blurred edge."""
 
 MARGIN_PX = 3
-MOST_CANDIDATES = 8
-"""Noise can look like hundreds; those with the longest outlines are looked at."""
+
+FEW, MOST = 4, 8
+"""A ball is one patch; where more than a few show up there is noise or texture. At most so many are measured."""
 
 
 class ColourDetector:
@@ -71,12 +72,22 @@ class ColourDetector:
         height, width = image.shape[:2]
         size = (width + 1) // 2, (height + 1) // 2
         half = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
-        mask = passed(half, self._wedge.of_saturation(self._saturation_asked(half), self._min_chroma))
-        for candidate in _longest(outlines(mask)):
+        for box, chroma in self._seen(half):
+            yield from self._patches_near(image, box, SHARE * chroma)
+
+    def _seen(self, image: Image) -> Iterator[tuple[Box, float]]:
+        """Yield the box and the mean chroma of each candidate; where many show up, look again with softer eyes."""
+        tests = self._wedge.of_saturation(self._saturation_asked(image), self._min_chroma)
+        mask = passed(image, tests)
+        candidates = outlines(mask)
+        if len(candidates) > FEW:
+            image = np.asarray(cv2.blur(image, (3, 3)), np.uint8)
+            mask = passed(image, tests)
+            candidates = sorted(outlines(mask), key=len)[-MOST:]
+        for candidate in candidates:
             left, top, width, height = box = box_of(candidate)
             inside = slice(top, top + height), slice(left, left + width)
-            chroma = self._wedge.chroma(cv2.mean(half[inside], mask[inside]))
-            yield from self._patches_near(image, box, SHARE * chroma)
+            yield box, self._wedge.chroma(cv2.mean(image[inside], mask[inside]))
 
     def _patches_near(self, image: Image, box: Box, chroma: float) -> Iterator[Patch]:
         """Yield the patches of at least this chroma in what a box at half size covers, and a little around it."""
@@ -92,12 +103,6 @@ class ColourDetector:
         """Return the saturation to ask for: more, where the light or a lawn lends everything something of the hue."""
         cast = CAST * max(0.0, self._wedge.saturation(cv2.mean(image)))
         return max(self._min_saturation, min(self._min_saturation + cast, ALWAYS_ENOUGH))
-
-
-def _longest(candidates: list[Outline]) -> list[Outline]:
-    if len(candidates) <= MOST_CANDIDATES:
-        return candidates
-    return sorted(candidates, key=len)[-MOST_CANDIDATES:]
 
 
 def _area(patch: Patch) -> int:

@@ -183,6 +183,12 @@ class TestInBadLight:
         (blob,) = find(painted((lawn, (0, 16, 64, 32)), (bgr(128, 0.8, 0.7), ball)))
         assert blob.box == ball
 
+    def test_many_small_dull_patches_are_texture(self) -> None:
+        dull = bgr(128, 0.5, 0.6)
+        assert len(find(painted((dull, (10, 10, 4, 4)), (dull, (40, 20, 4, 4))))) == 2
+        blades = [(dull, (x, y, 4, 4)) for x in range(2, 60, 12) for y in range(2, 44, 12)]
+        assert find(painted(*blades)) == []
+
     def test_a_dull_ball_is_found_though_it_fills_the_picture(self) -> None:
         (blob,) = find(painted((bgr(128, 0.55, 0.7), (0, 0, 64, 48))))
         assert blob.box == (0, 0, 64, 48)
