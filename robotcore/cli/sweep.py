@@ -51,6 +51,9 @@ class _SweepCommand(click.Command):
 )
 @click.option("--set", "settings", metavar="KEY=VALUE", type=pair, multiple=True, help="A setting of the app.")
 @click.option("--option", "options", metavar="KEY=VALUE", type=pair, multiple=True, help="An option of the backend.")
+@click.option(
+    "--randomise", "--randomize", is_flag=True, help="Draw looks, light, sensors and wheels from the seeds too."
+)
 @click.option("--jobs", type=click.IntRange(1), help="Runs at a time; as many as there are cores where it is left out.")
 @click.option(
     "--wall-timeout",

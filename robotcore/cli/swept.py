@@ -37,6 +37,7 @@ def tell_sweep(
         write_json({**_told(results, groups, failing), "missed": misses, "exit_status": status})
     elif groups:
         _write_summary(results, groups, failing)
+        _write_findings(results)
     _tell_ending(results, groups, misses, interrupted)
     return status
 
@@ -58,6 +59,16 @@ def _write_summary(results: Results, groups: Sequence[Group], failing: Sequence[
 
     write(summary(groups, failing, results.directory / FAILURES))
     click.echo(f"\nThe results: {results.directory}")
+
+
+def _write_findings(results: Results) -> None:
+    """Tell which conditions explain failures, where any do."""
+    from robotcore.sweep.explain import explain
+
+    if findings := explain(results.records()):
+        click.echo("\nWhat failing runs have in common:")
+    for finding in findings:
+        click.echo(f"  {finding}")
 
 
 def _tell_ending(

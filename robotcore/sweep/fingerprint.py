@@ -20,6 +20,8 @@ from robotcore.sweep.spec import Sweep
 
 LIBRARIES = ("numpy", "cv2")
 _SOURCES = {".py", ".toml"}
+_PAGE = "robotcore/sweep/report"
+"""Made from results; a change in it changes none."""
 
 
 def digest(sweep: Sweep) -> str:
@@ -69,8 +71,9 @@ def _sources(name: str) -> Iterator[tuple[Path, str]]:
     module = sys.modules[name]
     for root in map(Path, getattr(module, "__path__", ())):
         for file in root.rglob("*"):
-            if file.suffix in _SOURCES:
-                yield file, f"{name}/{file.relative_to(root)}"
+            there = f"{name}/{file.relative_to(root)}"
+            if file.suffix in _SOURCES and not there.startswith(_PAGE):
+                yield file, there
     if not hasattr(module, "__path__") and module.__file__:
         yield Path(module.__file__), name
 
