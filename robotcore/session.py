@@ -169,7 +169,7 @@ class _Execution:
 
     def _told(self, outcome: Outcome, error: RobotcoreError | Interrupted | None, wall_time: float) -> RunResult:
         request, behaviour, loop = self._plan.request, self._plan.behaviour, self._loop
-        said = str(error) if error else behaviour.reason or _default_reason(outcome, request)
+        said = str(error) if error else behaviour.reason or _default_reason(outcome, request, behaviour)
         late = self._late_failure
         return RunResult(
             app=app_name(request.app),
@@ -204,5 +204,5 @@ def _outcome_of(error: RobotcoreError | Interrupted) -> Outcome:
     return Outcome.STOPPED if isinstance(error, SafetyStop) else Outcome.ERROR
 
 
-def _default_reason(outcome: Outcome, request: RunRequest) -> str:
-    return f"not done after {request.timeout_s:g} s" if outcome is Outcome.TIMEOUT else ""
+def _default_reason(outcome: Outcome, request: RunRequest, behaviour: Behaviour) -> str:
+    return f"not done after {request.timeout_s:g} s, in {behaviour.state!r}" if outcome is Outcome.TIMEOUT else ""

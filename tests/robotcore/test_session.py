@@ -108,9 +108,10 @@ class TestEnd:
         assert result.error is None
         assert backend.rig.wheels == (0.0, 0.0)
 
-    def test_a_timeout_is_a_failure_that_says_so(self, perform: Runner) -> None:
+    def test_a_timeout_is_a_failure_that_says_where_the_app_was(self, perform: Runner) -> None:
         result = perform(then(lambda _: None), RunRequest("app", timeout_s=0.5))
-        assert (result.outcome, result.exit_status, result.reason) == (Outcome.TIMEOUT, 1, "not done after 0.5 s")
+        assert (result.outcome, result.exit_status) == (Outcome.TIMEOUT, 1)
+        assert result.reason == "not done after 0.5 s, in 'start'"
         assert (result.sim_time_s, result.ticks) == (0.5, 11)
 
     @pytest.mark.parametrize(

@@ -9,9 +9,9 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from robotcore.description import WorldDescription, load_world, world_names
+from robotcore.sweep.agreement import agreements_of
 from robotcore.sweep.explain import explain
 from robotcore.sweep.record import Record
-from robotcore.sweep.report.agreement import agreements_of
 from robotcore.sweep.report.colours import shades_of
 from robotcore.sweep.report.conditions import condition_plot
 from robotcore.sweep.report.failures import Failure

@@ -86,7 +86,7 @@ def test_failing_runs_are_told_with_reason_and_command_the_rest_by_a_file(cli: C
     told = cli("sweep", "green-search", "--timeout", "0.1", "--seeds", "1-22", "--world", "open", "--out", "here")
     assert told.status == 0
     assert "22 failing runs:" in told.out
-    assert "  timeout, not done after 0.1 s\n    robotcore run green-search --world open --seed 1 " in told.out
+    assert "  timeout, not done after 0.1 s, in 'search'\n    robotcore run green-search --world" in told.out
     assert told.out.count("robotcore run") == 20
     assert "and 2 more: here/failures.csv" in told.out
 

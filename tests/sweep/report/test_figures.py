@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from robotcore.outcome import Outcome
-from robotcore.sweep.report.agreement import agreements_of
+from robotcore.sweep.agreement import agreements_of
 from robotcore.sweep.report.groups import Spread, goal_of, groups_of, milestones_of
 from robotcore.sweep.report.head import Head, ranges
 from tests.sweep.report.samples import failed, passed
