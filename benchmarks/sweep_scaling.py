@@ -1,6 +1,6 @@
 """What a sweep costs beyond its runs, and how much quicker two processes are than one.
 
-    python -m benchmarks.sweep_scaling --seeds 1-20 --pairs 6
+    python -m benchmarks.sweep_scaling --seeds 1-40 --pairs 4
 
 Whole sweeps are timed, from the check to the tables, start of the processes included. The overhead is measured with a
 hundred short runs, against the same ones by `robotcore.session.run`, one after another in one warm process. All take
@@ -31,8 +31,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--backend", default="kinematic")
     parser.add_argument("--world", default="clutter")
-    parser.add_argument("--seeds", default="1-20")
-    parser.add_argument("--pairs", type=int, default=6)
+    parser.add_argument("--seeds", default="1-40")
+    parser.add_argument("--pairs", type=int, default=4)
     asked = parser.parse_args()
     sweep = Sweep(RunRequest("green-search"), (asked.backend,), (asked.world,), seeds_of(asked.seeds))
     cv2.setNumThreads(1)

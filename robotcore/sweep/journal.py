@@ -5,27 +5,34 @@ from __future__ import annotations
 import fcntl
 import mmap
 import os
+from contextlib import ExitStack
+from io import FileIO
 from pathlib import Path
 
 from robotcore.errors import UsageError
 
 
 class Journal:
-    """Lines of UTF-8, added one by one; opening it waits for nobody. OSError is the caller's to tell."""
+    """Lines of UTF-8, added one by one. An OSError is the caller's to tell."""
 
-    def __init__(self, path: Path) -> None:
-        """Open the file for this process alone; UsageError where another one adds to it."""
-        self._path = path
-        self._file = path.open("ab+", buffering=0)
-        try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            self._drop_torn_line()
-        except BlockingIOError as error:
-            self.close()
-            raise UsageError(f"{path.parent}: another sweep is writing there. Wait for it, or stop it") from error
-        except OSError:
-            self.close()
-            raise
+    def __init__(self, file: FileIO) -> None:
+        self._file = file
+
+    @classmethod
+    def open(cls, path: Path) -> Journal:
+        """Open a file for this process alone, without a last line that was cut short.
+
+        Waits for nobody: UsageError where another process adds to it.
+        """
+        with ExitStack() as unless_all_goes_well:
+            file = unless_all_goes_well.enter_context(FileIO(path, "a+"))
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError as error:
+                raise UsageError(f"{path.parent}: another sweep is writing there. Wait for it, or stop it") from error
+            _drop_torn_line(file)
+            unless_all_goes_well.pop_all()
+        return cls(file)
 
     def add(self, line: str) -> None:
         """Write a line in whole or, where the disk is full, not at all."""
@@ -46,9 +53,10 @@ class Journal:
         """Let others add. May be called again."""
         self._file.close()
 
-    def _drop_torn_line(self) -> None:
-        """Drop what stands after the last line feed: a process was killed over it."""
-        if self._file.seek(0, os.SEEK_END):
-            with mmap.mmap(self._file.fileno(), 0, access=mmap.ACCESS_READ) as content:
-                whole = content.rfind(b"\n") + 1
-            self._file.truncate(whole)
+
+def _drop_torn_line(file: FileIO) -> None:
+    """Drop what stands after the last line feed: a process was killed over it."""
+    if file.seek(0, os.SEEK_END):
+        with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+            whole = content.rfind(b"\n") + 1
+        file.truncate(whole)

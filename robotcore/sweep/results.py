@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
 from datetime import datetime, timezone
+from functools import cached_property
 from pathlib import Path
 from types import TracebackType
 
@@ -35,9 +36,17 @@ class Results:
     def __init__(self, sweep: Sweep, directory: Path | None = None, *, fresh: bool = False) -> None:
         """``directory`` is ``sweeps/<app>-<digest>`` where it is None; ``fresh`` forgets what is there."""
         self.sweep, self._fresh = sweep, fresh
-        self._digest = digest(sweep)
-        self.directory = directory or Path("sweeps") / f"{_short_name(sweep)}-{self._digest[:8]}"
+        self._asked_for = directory
         self._journal: Journal | None = None
+
+    @cached_property
+    def directory(self) -> Path:
+        """The folder."""
+        return self._asked_for or Path("sweeps") / f"{_short_name(self.sweep)}-{self._digest[:8]}"
+
+    @cached_property
+    def _digest(self) -> str:
+        return digest(self.sweep)
 
     def __enter__(self) -> Results:
         try:
@@ -99,7 +108,7 @@ class Results:
         if not spec.exists():
             self._require_empty()
             self._write_spec(spec)
-        self._journal = Journal(self.directory / RESULTS)
+        self._journal = Journal.open(self.directory / RESULTS)
         if self._fresh:
             self._forget()
             self._write_spec(spec)
