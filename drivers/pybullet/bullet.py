@@ -7,7 +7,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from functools import wraps
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -34,8 +34,8 @@ class Bullet:
         library = _library()
         if gui:
             _require_screen()
-        with _translated(library, _backend_failure):
-            client = library.connect(library.GUI if gui else library.DIRECT)
+        connect = _told(library.connect, library.error, _backend_failure)
+        client = connect(library.GUI if gui else library.DIRECT)
         return cls(library, client, _backend_failure)
 
     def show(self, breadth: float) -> None:
@@ -58,24 +58,23 @@ class Bullet:
         if not callable(attribute):
             return attribute
 
-        @wraps(attribute)
-        def call(*args: Any, **options: Any) -> Any:
-            with _translated(self._library, self._failure):
-                return attribute(*args, physicsClientId=self._client, **options)
-
-        return call
+        return _told(partial(attribute, physicsClientId=self._client), self._library.error, self._failure)
 
 
 def _backend_failure(fault: str) -> BackendError:
     return BackendError(f"pybullet: {fault}")
 
 
-@contextmanager
-def _translated(library: ModuleType, failure: Failure) -> Iterator[None]:
-    try:
-        yield
-    except library.error as error:
-        raise failure(f"{error} {WINDOW_CLOSED}") from error
+def _told(function: Callable[..., Any], fault: type[Exception], failure: Failure) -> Callable[..., Any]:
+    """Return the function, whose ``fault`` is told as ``failure``."""
+
+    def call(*args: Any, **options: Any) -> Any:
+        try:
+            return function(*args, **options)
+        except fault as error:
+            raise failure(f"{error} {WINDOW_CLOSED}") from error
+
+    return call
 
 
 def _library() -> ModuleType:
