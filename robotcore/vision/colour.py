@@ -15,7 +15,7 @@ from robotcore.vision.hues import hue_of
 from robotcore.vision.patches import Box, Patch, box_of, measured, outlines
 from robotcore.vision.wedge import Wedge, passed
 
-CAST, ALWAYS_ENOUGH = 0.5, 0.42
+CAST, ALWAYS_ENOUGH = 0.6, 0.38
 """A picture that as a whole has a saturation s in the hue asks for CAST · s more; the other is always enough."""
 
 SHARE = 0.5
@@ -46,7 +46,7 @@ class ColourDetector:
         hue: str | float = "green",
         *,
         tolerance: float = 30.0,
-        min_saturation: float = 0.3,
+        min_saturation: float = 0.22,
         min_chroma: float = 8.0,
         min_area: int = 12,
     ) -> None:

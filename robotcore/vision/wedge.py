@@ -15,9 +15,13 @@ Tests = NDArray[np.float32]
 
 Mask = NDArray[np.uint8]
 Row = tuple[float, float, float]
+Rows = NDArray[np.float64]
 
 STEEPNESS = 16.0
 """By how much a colour falls short of white for each grey level that it fails a test by; OpenCV is slow from 32."""
+
+OPENING = 2.0
+"""How much wider, as a tangent, the wedge is that starts away from grey."""
 
 WHITE = np.array((0, 0, 0, 255), np.float32)
 PACKED_WHITE = 0xFFFF
@@ -38,14 +42,15 @@ class Wedge:
 
     def __init__(self, hue: float, tolerance: float) -> None:
         self._chroma, self._value = _direction(hue), _value(hue)
-        along, across = np.array(self._chroma), np.array(_direction(hue + 90))
-        sin, cos = math.sin(math.radians(tolerance)), math.cos(math.radians(tolerance))
-        sides = sin * along - cos * across, sin * along + cos * across
-        none = np.zeros(3)
-        self._all = _steep((*sides, along), (0.0, 0.0, 0.0)) + WHITE
-        self._per_chroma = _steep((none, none, none), (0.0, 0.0, 1.0))
-        self._per_saturation = _steep((none, none, np.array(self._value)), (0.0, 0.0, 0.0))
-        self._per_distance = _steep((none, none, none), (sin, sin, 1.0))
+        along, across, value = (np.array(row) for row in (self._chroma, _direction(hue + 90), self._value))
+        narrow = math.radians(tolerance)
+        self._narrow = _steep(_sides(along, across, narrow), along) + WHITE
+        self._per_chroma = _steep(np.zeros((2, 3)), np.zeros(3), (0.0, 0.0, 1.0))
+        wide = math.atan(OPENING * math.tan(narrow))
+        sine = math.sin(wide)
+        self._wide = _steep(_sides(along, across, wide), along) + WHITE
+        self._per_saturation = _steep(np.array((sine * value, sine * value)), value)
+        self._per_distance = _steep(np.zeros((2, 3)), np.zeros(3), (sine, sine, 1.0))
 
     def chroma(self, bgr: tuple[float, ...]) -> float:
         """Return how far a colour lies along the hue, in grey levels; below 0 on the other side of grey."""
@@ -56,15 +61,15 @@ class Wedge:
         return self.chroma(bgr) / max(_product(self._value, bgr), 1.0)
 
     def of_chroma(self, least: float) -> Tests:
-        """Return the tests for the wedge's colours of at least this chroma."""
-        return self._all - least * self._per_chroma
+        """Return the tests for the colours within the tolerance that have at least this chroma."""
+        return self._narrow - least * self._per_chroma
 
     def of_saturation(self, least: float, distance: float) -> Tests:
-        """Return the tests for the wedge's colours of at least this saturation, ``distance`` farther away from grey.
+        """Return the tests for a wider wedge that starts ``distance`` grey levels beyond a saturation of ``least``.
 
-        The distance, in grey levels, is for noise: the darker a colour, the less its hue and saturation mean.
+        So the duller a colour, the nearer to the hue it must be; the darker, the more saturated.
         """
-        tests: Tests = self._all - distance * self._per_distance - least * self._per_saturation
+        tests: Tests = self._wide - distance * self._per_distance - least * self._per_saturation
         return tests
 
 
@@ -78,8 +83,14 @@ def passed(image: Image, tests: Tests) -> Mask:
     return mask
 
 
-def _steep(rows: tuple[NDArray[np.float64], ...], offsets: Row) -> Tests:
-    return np.asarray(STEEPNESS * np.column_stack((rows, offsets)), np.float32)
+def _sides(along: Rows, across: Rows, half_angle: float) -> Rows:
+    """Return the tests for being within an angle of the hue, on one side and on the other."""
+    sine, cosine = math.sin(half_angle), math.cos(half_angle)
+    return np.array((sine * along - cosine * across, sine * along + cosine * across))
+
+
+def _steep(sides: Rows, outwards: Rows, offsets: Row = (0.0, 0.0, 0.0)) -> Tests:
+    return np.asarray(STEEPNESS * np.column_stack((np.vstack((sides, outwards)), offsets)), np.float32)
 
 
 def _direction(degrees: float) -> Row:

@@ -54,6 +54,14 @@ def test_a_saturation_passes_from_the_least_on(hue: float, least: float) -> None
     assert not does_pass(bgr(hue, least - 0.1), tests)
 
 
+@given(HUE, st.sampled_from((-1, 1)))
+def test_the_duller_a_colour_the_nearer_to_the_hue_it_must_be(hue: float, side: int) -> None:
+    tests, aside = Wedge(hue, 30).of_saturation(0.25, 0.0), hue + 25 * side
+    assert does_pass(bgr(aside, 0.9), tests)
+    assert not does_pass(bgr(aside, 0.35), tests)
+    assert does_pass(bgr(hue, 0.45), tests)
+
+
 @given(HUE, st.integers(0, 255))
 def test_grey_never_passes_once_there_is_a_distance(hue: float, grey: int) -> None:
     assert not does_pass((grey, grey, grey), Wedge(hue, 30).of_saturation(0.0, 2.0))
