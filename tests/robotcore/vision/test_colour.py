@@ -173,6 +173,11 @@ class TestInBadLight:
         (blob,) = find(image)
         assert (blob.box, blob.area) == ((20, 10, 16, 16), 256)
 
+    def test_the_dark_side_belongs_to_the_ball(self) -> None:
+        shades = [(bgr(128, 0.8, 0.45 + 0.03 * n), (20 + n, 10, 1, 14)) for n in range(16)]
+        (blob,) = find(painted(*shades))
+        assert blob.box == (20, 10, 16, 14)
+
     @pytest.mark.parametrize("sigma", [0.5, 1.0, 2.0, 3.0])
     def test_a_blurred_edge_is_cut_half_way_down(self, sigma: float) -> None:
         import cv2
