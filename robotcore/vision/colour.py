@@ -30,9 +30,10 @@ FEW, MOST = 4, 8
 class ColourDetector:
     """Finds patches of a hue in BGR pictures, largest first.
 
-    Something is seen where, at half size, the colour is within ``tolerance`` degrees of the hue, its saturation is at
-    least ``min_saturation`` (0 to 1), more in a picture that is tinged with the hue, and its chroma ``min_chroma`` grey
-    levels above that. It is measured at full size, holes filled. What lies in a larger patch's box is left out.
+    Something is seen where, at half size, the saturation in the hue is at least ``min_saturation`` (0 to 1; more in a
+    picture that is tinged with the hue) and the chroma ``min_chroma`` grey levels above that. It is measured at full
+    size, where the hue is within ``tolerance`` degrees; holes are filled. What lies in a larger patch's box is left
+    out, and so are the smallest of more than eight.
 
     >>> from robotcore.devices import Intrinsics
     >>> picture = np.full((240, 320, 3), 128, np.uint8)
