@@ -68,6 +68,7 @@ class GreenSearch(Behaviour):
             "approach": self._approach,
             "avoid": self._avoid,
             "survey": self._survey,
+            "detour": self._detour,
             "arrived": self._rest,
         }[self.state]
         robot.drive.set_velocity(*act(robot, blob))
@@ -75,11 +76,15 @@ class GreenSearch(Behaviour):
         return Status.SUCCESS if is_done else Status.RUNNING
 
     def _search(self, robot: Robot, blob: Blob | None) -> Twist:
-        """Turn once on the spot; then go where most can be seen that was not looked at."""
+        """Turn to all that was not looked at; then go where most can be seen that was not."""
         if self._ball.is_in_sight:
             return self._enter("seen")
-        if self._turned <= math.tau:
-            return Twist(0.0, self.turn_rad_s)
+        bearings = self._way.unseen_bearings(self._pose)
+        if len(bearings):
+            if not self._sense:
+                self._sense = math.copysign(1.0, bearings[abs(bearings).argmin()])
+            if ((self._sense * bearings) % math.tau).min() < math.tau - self._turned:
+                return Twist(0.0, self._sense * self.turn_rad_s)
         if self._way.plan_to_view(self._pose):
             return self._enter("explore")
         self._way.forget()
@@ -88,6 +93,9 @@ class GreenSearch(Behaviour):
     def _explore(self, robot: Robot, blob: Blob | None) -> Twist:
         if self._ball.is_in_sight:
             return self._enter("seen")
+        self._ticks = getattr(self, "_ticks", 0) + 1
+        if self._ticks % 20 == 0 and not self._way.is_worth_going():
+            return self._enter("search")
         return self._way.follow(self._pose) or self._enter("search")
 
     def _confirm(self, robot: Robot, blob: Blob | None) -> Twist:
@@ -99,7 +107,12 @@ class GreenSearch(Behaviour):
             return Twist(0.0, self._way.turn_to(bearing))
         if blob:
             return self._enter("approach")
-        return STANDING if self._ball.lost_for < PATIENCE_S else self._go_round(robot)
+        if self._ball.lost_for < PATIENCE_S:
+            return STANDING
+        if self._way.is_straight(self._pose, *self._ball.place, self._standing_distance(robot), is_surveyed=False):
+            self._ball.forget()
+            return self._enter("search")
+        return self._go_round(robot)
 
     def _approach(self, robot: Robot, blob: Blob | None) -> Twist:
         """Drive straight at the ball, slower as it comes near."""
@@ -110,18 +123,42 @@ class GreenSearch(Behaviour):
         if not self._way.is_straight(self._pose, *ball, standing, is_surveyed=self._is_surveyed(robot)):
             return self._go_round(robot)
         bearing, gap = self._pose.bearing_to(*ball), self._pose.distance_to(*ball) - standing
-        if blob and abs(gap) < NEAR_M and abs(bearing) < CENTRED_RAD:
+        if blob and -3 * NEAR_M < gap < NEAR_M and abs(bearing) < CENTRED_RAD:
             return self._enter("arrived")
+        if gap < 0 and not self._way.is_free_behind(self._pose):
+            return self._go_round(robot)
         speed = min(self.speed_m_s, 1.5 * gap) if abs(bearing) < 3 * CENTRED_RAD else 0.0
         return Twist(max(speed, -0.05), self._way.turn_to(bearing))
 
     def _avoid(self, robot: Robot, blob: Blob | None) -> Twist:
         """Follow the way round what stands before the ball."""
+        if (twist := self._way.follow(self._pose)) is not None:
+            return twist
+        if self._way._ahead:
+            return self._survey_ahead()
+        return self._enter("seen")
+
+    def _detour(self, robot: Robot, blob: Blob | None) -> Twist:
+        """Go where more can be learnt; then look for a way again."""
         return self._way.follow(self._pose) or self._enter("seen")
 
+    def _survey_ahead(self) -> Twist:
+        self._surveyed_at = self._pose
+        self._is_all_round = False
+        ahead = self._pose.heading + self._way.bearing_ahead(self._pose)
+        self._headings = [ahead + 0.8, ahead - 0.8]
+        if abs(wrap_angle(self._headings[1] - self._pose.heading)) < abs(wrap_angle(self._headings[0] - self._pose.heading)):
+            self._headings.reverse()
+        return self._enter("survey")
+
     def _survey(self, robot: Robot, blob: Blob | None) -> Twist:
-        """Turn once on the spot to learn what stands around."""
-        return Twist(0.0, self.turn_rad_s) if self._turned <= math.tau else self._enter("seen")
+        """Turn to and fro to learn what stands ahead."""
+        while self._headings:
+            bearing = wrap_angle(self._headings[0] - self._pose.heading)
+            if abs(bearing) > 0.1:
+                return Twist(0.0, math.copysign(self.turn_rad_s, bearing))
+            self._headings.pop(0)
+        return self._go_round(robot)
 
     def _rest(self, robot: Robot, blob: Blob | None) -> Twist:
         """Stand, as long as the ball is in view and its echo is where it should be."""
@@ -131,19 +168,28 @@ class GreenSearch(Behaviour):
     def _go_round(self, robot: Robot) -> Twist:
         """Plan a way round; where none is known, look round first, then from elsewhere; give up what does not show."""
         ball = self._ball.place
-        if ball is None or not self._is_new_sight:
-            self._ball.forget()
+        if ball is None:
             return self._enter("search")
         nearest = self._standing_distance(robot) + 0.05
-        is_found = self._way.plan_to_ring(self._pose, *ball, nearest, nearest + 0.35)
-        if not is_found and not self._is_surveyed(robot):
-            self._surveyed_at = self._pose
-            return self._enter("survey")
-        self._is_new_sight = False
-        if is_found or self._way.plan_to_view(self._pose):
+        is_surveyed = self._is_surveyed(robot)
+        if self._way.plan_to_ring(self._pose, *ball, nearest, nearest + 0.35, is_surveyed=is_surveyed):
             return self._enter("avoid")
+        if not is_surveyed:
+            return self._survey_ahead()
+        if not self._is_all_round:
+            return self._survey_round()
+        if self._way.plan_to_view(self._pose):
+            return self._enter("detour")
         self._way.forget()
+        self._ball.forget()
+        self._surveyed_at = None
         return self._enter("search")
+
+    def _survey_round(self) -> Twist:
+        self._surveyed_at = self._pose
+        self._is_all_round = True
+        self._headings = [self._pose.heading + part * math.tau / 3 for part in (1, 2, 3)]
+        return self._enter("survey")
 
     def _is_surveyed(self, robot: Robot) -> bool:
         """Return whether the robot has just looked all round, about where it is."""
@@ -165,6 +211,7 @@ class GreenSearch(Behaviour):
     def _enter(self, state: str) -> Twist:
         """Begin a state, standing."""
         self.state = state
+        self._sense = 0.0
         self._turned, self._entered_at = 0.0, self._now
         return STANDING
 
