@@ -1,10 +1,10 @@
-"""Paths over a grid: how far each cell is, and the way there."""
+"""Paths over a grid: how far each cell is, the way there, and where it is straight."""
 
 from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Mask = NDArray[np.bool_]
 Steps = NDArray[np.int32]
@@ -15,26 +15,36 @@ _CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
 _SQUARE = cv2.getStructuringElement(cv2.MORPH_RECT, (3, 3))
 
 
-def steps_from(start: Cell, open_cells: Mask) -> Steps:
+def steps_from(start: Cell, open_cells: Mask, goals: Mask | None = None) -> Steps:
     """Return each cell's distance from ``start`` in steps over open cells; UNREACHED where there is no way.
 
-    A wave goes out, by turns over edges and over corners, so that its fronts are octagons.
+    A wave goes out, by turns over edges and over corners, so that its fronts are octagons. It ends where it reaches
+    the nearest of ``goals``, if there are any: cells farther off stay unreached.
     """
     steps = np.full(open_cells.shape, UNREACHED, dtype=np.int32)
-    passable = open_cells.astype(np.uint8)
-    reached = np.zeros_like(passable)
-    reached[start] = 1
     steps[start] = 0
+    passable = open_cells.astype(np.uint8)
+    passable[start] = 1
+    left, top, width, height = cv2.boundingRect(passable)
+    inside = slice(top, top + height), slice(left, left + width)
+    _flood(steps[inside], passable[inside], None if goals is None else goals[inside])
+    return steps
+
+
+def _flood(steps: Steps, passable: NDArray[np.uint8], goals: Mask | None) -> None:
+    """Number the cells in the order in which a wave reaches them; ends two steps after it has reached its last."""
+    reached = (steps == 0).astype(np.uint8)
     idle = 0
-    for step in range(1, open_cells.size):
-        grown = reached | (passable & np.asarray(cv2.dilate(reached, _SQUARE if step % 2 else _CROSS), np.uint8))
+    for step in range(1, steps.size):
+        grown = passable & np.asarray(cv2.dilate(reached, _SQUARE if step % 2 else _CROSS), np.uint8)
         new = grown != reached
         idle = 0 if new.any() else idle + 1
         if idle == 2:
             break
         steps[new] = step
         reached = grown
-    return steps
+        if goals is not None and goals[new].any():
+            break
 
 
 def path_back(steps: Steps, goal: Cell) -> list[Cell]:
@@ -53,8 +63,25 @@ def path_back(steps: Steps, goal: Cell) -> list[Cell]:
 
 def is_straight_way(open_cells: Mask, start: Cell, goal: Cell) -> bool:
     """Return whether all cells on the line between two are open, the first apart."""
-    count = 2 * max(abs(goal[0] - start[0]), abs(goal[1] - start[1])) + 1
-    rows = np.linspace(start[0], goal[0], count).round().astype(int)
-    columns = np.linspace(start[1], goal[1], count).round().astype(int)
-    is_start = (rows == start[0]) & (columns == start[1])
-    return bool((open_cells[rows, columns] | is_start).all())
+    return bool(are_straight_ways(open_cells, [start], [goal])[0])
+
+
+def are_straight_ways(open_cells: Mask, starts: ArrayLike, goals: ArrayLike) -> Mask:
+    """Return whether all cells on the line from each start to its goal are open, the start apart.
+
+    Starts and goals are (n, 2), or (1, 2) for one that all have in common; what lies outside the grid is open.
+    """
+    first, last = np.broadcast_arrays(np.asarray(starts), np.asarray(goals))
+    lines = _lines(first, last)
+    inside = np.asarray(((lines >= 0) & (lines < open_cells.shape)).all(axis=2))
+    rows, columns = np.where(inside[..., None], lines, 0).transpose(2, 0, 1)
+    is_start = (lines == first[:, None]).all(axis=2)
+    return np.asarray((open_cells[rows, columns] | is_start | ~inside).all(axis=1))
+
+
+def _lines(first: NDArray[np.intp], last: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return the cells of lines, (n, points, 2): two a step, so that no corner is cut; each repeats its end."""
+    spans = 2 * np.abs(last - first).max(axis=1)
+    at = np.minimum(np.arange(spans.max(initial=0) + 1), spans[:, None])[..., None]
+    pace = (last - first) / np.maximum(spans, 1)[:, None]
+    return np.asarray((first[:, None] + at * pace[:, None]).round().astype(np.intp))

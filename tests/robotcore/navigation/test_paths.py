@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotcore.navigation.paths import UNREACHED, Cell, Mask, is_straight_way, path_back, steps_from
+from robotcore.navigation.paths import UNREACHED, Cell, Mask, are_straight_ways, is_straight_way, path_back, steps_from
 
 EDGES = [(-1, 0), (1, 0), (0, -1), (0, 1)]
 CORNERS = [(-1, -1), (-1, 1), (1, -1), (1, 1)]
@@ -93,3 +93,41 @@ def test_where_a_straight_way_begins_does_not_matter_but_where_it_ends_does() ->
     assert is_straight_way(open_cells, (0, 0), (0, 2))
     assert not is_straight_way(open_cells, (0, 1), (0, 3))
     assert is_straight_way(open_cells, (0, 0), (0, 0))
+
+
+@given(masks(), st.integers(0, 4), st.integers(0, 5), st.integers(0, 4), st.integers(0, 5))
+def test_a_wave_that_ends_at_a_goal_reaches_it_by_as_many_steps(
+    open_cells: Mask, row: int, column: int, goal_row: int, goal_column: int
+) -> None:
+    goals = np.zeros_like(open_cells)
+    goals[goal_row, goal_column] = True
+    whole, cut = steps_from((row, column), open_cells), steps_from((row, column), open_cells, goals)
+    assert cut[goal_row, goal_column] == whole[goal_row, goal_column]
+    is_reached = cut != UNREACHED
+    assert (cut[is_reached] == whole[is_reached]).all()
+
+
+def test_a_wave_ends_at_the_nearest_goal() -> None:
+    goals = np.array([[False, False, True, False, True]])
+    steps = steps_from((0, 0), np.ones((1, 5), np.bool_), goals)
+    assert steps[0].tolist() == [0, 1, 2, UNREACHED, UNREACHED]
+
+
+def by_hand(open_cells: Mask, start: Cell, goal: Cell) -> bool:
+    """Return whether a line is straight, point by point: two points a step."""
+    count = 2 * max(abs(goal[0] - start[0]), abs(goal[1] - start[1])) + 1
+    points = np.linspace(start, goal, count).round().astype(int)
+    return all(open_cells[row, column] or (row, column) == start for row, column in points)
+
+
+@given(masks(), st.lists(st.tuples(st.integers(0, 4), st.integers(0, 5)), min_size=1), st.integers(0, 4))
+def test_many_lines_at_once_are_each_what_it_is_alone(open_cells: Mask, starts: list[Cell], row: int) -> None:
+    goal = (row, 3)
+    straight = are_straight_ways(open_cells, starts, [goal])
+    assert straight.tolist() == [by_hand(open_cells, start, goal) for start in starts]
+
+
+def test_where_a_straight_way_leaves_the_grid_nothing_is_in_the_way() -> None:
+    open_cells = np.array([[False, True, True, False]])
+    assert is_straight_way(open_cells, (0, 2), (-7, 9))
+    assert not is_straight_way(open_cells, (0, 2), (0, 9))
