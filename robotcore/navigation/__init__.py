@@ -3,5 +3,6 @@
 from robotcore.navigation.ball import BallTracker
 from robotcore.navigation.grid import OccupancyGrid
 from robotcore.navigation.navigator import Navigator
+from robotcore.navigation.targets import Target
 
-__all__ = ["BallTracker", "Navigator", "OccupancyGrid"]
+__all__ = ["BallTracker", "Navigator", "OccupancyGrid", "Target"]

@@ -17,6 +17,12 @@ def test_finds_the_ball_in_worlds_that_a_seed_draws(seed: int) -> None:
     assert (result.outcome, result.verified, result.contacts) == (Outcome.SUCCESS, True, 0), result.reason
 
 
+@pytest.mark.parametrize("seed", [300, 302])
+def test_finds_a_ball_that_is_well_hidden(seed: int) -> None:
+    result = run(RunRequest("green-search", world="occluded", seed=seed))
+    assert (result.outcome, result.verified, result.contacts) == (Outcome.SUCCESS, True, 0), result.reason
+
+
 def test_reaches_its_milestones_in_their_order() -> None:
     times = list(run(RunRequest("green-search", world="open")).milestones.items())
     assert [name for name, _ in times] == ["search", "seen", "approach", "arrived"]

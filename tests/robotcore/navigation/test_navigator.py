@@ -1,110 +1,179 @@
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+
 import pytest
 
-from robotcore.geometry import Pose
-from robotcore.navigation import Navigator
+from robotcore.geometry import Pose, Twist
+from robotcore.navigation import Navigator, Target
+from robotcore.navigation.mapping import Map
+from tests.robotcore.fakes import Rig
+from tests.robotcore.navigation.places import HERE, take, veil
 
-REACH = 0.17
 SPEED, TURN = 0.25, 1.5
-HERE = Pose(0.0, 0.0, 0.0)
+BALL = Target(1.4, 0.0, 0.5)
 
 
 @pytest.fixture
-def way() -> Navigator:
-    """A navigator in an open square of four metres, all of it known and looked at."""
+def way(field: Map) -> Navigator:
+    """A navigator in an open field."""
     navigator = Navigator(SPEED, TURN)
-    navigator._reach = REACH
-    navigator.grid.evidence[navigator.grid.disc(0.0, 0.0, 2.0)] = -1.0
-    navigator.grid.looked_at[:] = True
+    navigator.forget(HERE)
+    navigator.map.ground.reach = field.ground.reach
+    navigator.map.grid.evidence[:] = field.grid.evidence
+    navigator.map.coverage.looked_at[:] = True
     return navigator
 
 
-def take(way: Navigator, left: float, right: float, bottom: float, top: float) -> None:
-    """Put something that is taken into the map, from x ``left`` to ``right``, from y ``bottom`` to ``top``."""
-    (low, first), (high, last) = way.grid.cell_of(left, bottom), way.grid.cell_of(right, top)
-    way.grid.evidence[low : high + 1, first : last + 1] = 1.0
-
-
-def walk(way: Navigator, pose: Pose) -> list[Pose]:
-    """Follow the plan to its end, as an ideal robot would."""
+def go(move: Callable[[Pose], Twist | None], pose: Pose) -> list[Pose]:
+    """Move until there is nothing more to do, as an ideal robot would."""
     poses = [pose]
-    while (twist := way.follow(poses[-1])) and len(poses) < 2000:
+    while (twist := move(poses[-1])) and len(poses) < 2000:
         poses.append(poses[-1].advanced(twist.linear / 20, twist.angular / 20))
     return poses
 
 
-def test_without_a_plan_there_is_nothing_to_follow(way: Navigator) -> None:
-    assert way.follow(HERE) is None
+def test_without_a_plan_a_look_or_a_survey_there_is_nothing_to_do(way: Navigator) -> None:
+    assert way.follow(HERE) is way.look(HERE) is way.survey(HERE) is None
 
 
-def test_where_all_was_looked_at_there_is_no_view_to_go_to(way: Navigator) -> None:
-    assert not way.plan_to_view(HERE)
+class TestLook:
+    def test_turns_to_all_that_was_not_looked_at(self, way: Navigator) -> None:
+        way.map.coverage.looked_at[way.map.grid.disc(-1.0, 0.2, 0.4)] = False
+        way.begin_look(HERE)
+        assert way.look(HERE) == (0.0, TURN)
+
+    def test_ends_when_the_camera_has_seen_it(self, way: Navigator) -> None:
+        way.map.coverage.looked_at[way.map.grid.disc(-1.0, 0.2, 0.4)] = False
+        way.begin_look(HERE)
+
+        def look(pose: Pose) -> Twist | None:
+            way.map.coverage.add_view(pose, 1.0)
+            return way.look(pose)
+
+        assert 2.0 < go(look, HERE)[-1].heading < 3.2
 
 
-def test_goes_where_it_sees_what_was_not_looked_at(way: Navigator) -> None:
-    take(way, 0.5, 0.6, -1.0, 1.0)
-    hidden = way.grid.disc(1.2, 0.0, 0.4)
-    way.grid.looked_at[hidden] = False
-    assert way.plan_to_view(HERE)
-    end = walk(way, HERE)[-1]
-    way.grid.add_view(end, 6.3)
-    assert way.grid.looked_at[hidden].mean() > 0.5
+class TestView:
+    def test_where_all_was_looked_at_there_is_none(self, way: Navigator) -> None:
+        assert not way.plan_to_view(HERE)
+
+    def test_goes_where_it_sees_what_was_not_looked_at(self, way: Navigator) -> None:
+        take(way.map.grid, 0.5, 0.6, -1.0, 1.0)
+        hidden = way.map.grid.disc(1.2, 0.0, 0.4)
+        way.map.coverage.looked_at[hidden] = False
+        assert way.plan_to_view(HERE)
+        end = go(way.follow, HERE)[-1]
+        way.map.coverage.add_view(end, 6.3)
+        assert way.map.coverage.looked_at[hidden].mean() > 0.5
+        assert not way.is_at_frontier
+
+    def test_turns_round_when_it_has_been_seen_on_the_way(self, way: Navigator) -> None:
+        take(way.map.grid, 0.5, 0.6, -1.0, 1.0)
+        way.map.coverage.looked_at[way.map.grid.disc(1.2, 0.0, 0.4)] = False
+        assert way.plan_to_view(HERE)
+        assert way.follow(HERE)
+        way.map.coverage.looked_at[:] = True
+        assert way.follow(HERE) is None
+
+    def test_what_was_looked_at_does_not_end_the_way_to_a_target(self, way: Navigator) -> None:
+        take(way.map.grid, -0.6, -0.5, -1.0, 1.0)
+        way.map.coverage.looked_at[way.map.grid.disc(-1.2, 0.0, 0.4)] = False
+        assert way.plan_to_view(HERE)
+        way.map.coverage.looked_at[:] = True
+        assert way.plan_to(HERE, BALL)
+        assert way.follow(HERE)
+
+    def test_what_was_not_seen_from_here_is_not_to_be_seen_from_here(self, way: Navigator) -> None:
+        way.map.coverage.looked_at[way.map.grid.disc(0.0, 0.9, 0.3)] = False
+        assert not way.plan_to_view(HERE)
 
 
-def test_drives_round_what_stands_in_the_way_and_keeps_its_distance(way: Navigator) -> None:
-    take(way, 0.5, 0.6, -0.4, 0.4)
-    assert way.plan_to_ring(HERE, 1.4, 0.0, 0.5, 0.8)
-    poses = walk(way, HERE)
-    assert 0.45 < poses[-1].distance_to(1.4, 0.0) < 0.85
-    clearance = way.grid.clearance(with_unknown=False)
-    assert min(clearance[way.grid.cell_of(pose.x, pose.y)] for pose in poses) > REACH
+class TestWayToTarget:
+    def test_leads_round_what_stands_in_the_way(self, way: Navigator) -> None:
+        take(way.map.grid, 0.5, 0.6, -0.4, 0.4)
+        assert not way.is_straight(HERE, BALL)
+        assert way.plan_to(HERE, BALL)
+        assert way.is_straight(go(way.follow, HERE)[-1], BALL)
+
+    def test_leads_to_somewhere_else(self, way: Navigator) -> None:
+        here = Pose(0.7, 0.0, 0.0)
+        assert way.plan_to(here, BALL)
+        assert go(way.follow, here)[-1].distance_to(*here[:2]) > 0.1
+
+    def test_ends_at_the_frontier_of_what_is_known(self, way: Navigator) -> None:
+        veil(way.map.grid, 0.7, 2.0, -2.0, 2.0)
+        assert way.plan_to(HERE, BALL)
+        assert 0.2 < go(way.follow, HERE)[-1].x < 0.7
+        assert way.is_at_frontier
+        way.plan_to_view(HERE)
+        assert not way.is_at_frontier
+
+    def test_is_none_where_nothing_leads_there(self, way: Navigator) -> None:
+        take(way.map.grid, 0.5, 0.6, -5.99, 5.99)
+        assert not way.plan_to(HERE, BALL)
 
 
-def test_plans_only_as_far_as_is_known(way: Navigator) -> None:
-    way.grid.evidence[way.grid.disc(1.4, 0.0, 0.7)] = 0.0
-    assert way.plan_to_ring(HERE, 1.4, 0.0, 0.3, 0.4)
-    end = walk(way, HERE)[-1]
-    assert 0.2 < end.x < 0.7 - REACH + 0.05
+class TestSurvey:
+    def test_turns_to_and_fro_over_where_the_plan_goes_on(self, way: Navigator) -> None:
+        veil(way.map.grid, -0.5, 0.5, 0.7, 2.0)
+        way.plan_to(HERE, Target(0.0, 1.6, 0.5))
+        end = go(way.follow, HERE)[-1]
+        way.survey_ahead(end)
+        headings = [pose.heading for pose in go(way.survey, end)]
+        assert max(headings) - min(headings) > 1.2
+        assert (max(headings) + min(headings)) / 2 == pytest.approx(math.pi / 2, abs=0.5)
+
+    def test_goes_on_all_round_and_then_no_more(self, way: Navigator) -> None:
+        assert way.survey_more(HERE)
+        assert abs(go(way.survey, HERE)[-1].heading) < 1.0
+        assert way.survey_more(HERE)
+        assert go(way.survey, HERE)[-1].heading > 6.0
+        assert not way.survey_more(HERE)
+
+    def test_begins_anew_elsewhere(self, way: Navigator) -> None:
+        assert way.survey_more(HERE)
+        assert way.survey_more(HERE)
+        assert way.survey_more(Pose(1.0, 0.0, 0.0))
+
+    def test_what_is_unknown_beside_the_robot_asks_for_one(self, way: Navigator) -> None:
+        veil(way.map.grid, 0.25, 0.35, 0.05, 0.2)
+        assert not way.is_straight(HERE, BALL)
+        way.survey_ahead(HERE)
+        assert way.is_straight(HERE, BALL)
+        assert not way.is_known_straight(HERE, BALL)
 
 
-def test_plans_anew_where_something_has_come_up(way: Navigator) -> None:
-    assert way.plan_to_ring(HERE, 1.4, 0.0, 0.4, 0.5)
-    take(way, 0.5, 0.6, -0.4, 0.4)
-    assert walk(way, HERE)[-1].distance_to(1.4, 0.0) < 0.6
+class TestDriveAt:
+    def test_drives_on_where_there_is_room(self, way: Navigator) -> None:
+        assert way.drive_at(HERE, BALL) == (SPEED, 0.0)
+
+    def test_backs_off_from_what_is_too_near_unless_something_is_behind(self, way: Navigator) -> None:
+        near = Pose(1.0, 0.0, 0.0)
+        twist = way.drive_at(near, BALL)
+        assert twist
+        assert twist.linear < 0
+        take(way.map.grid, 0.75, 0.8, -0.2, 0.2)
+        assert way.drive_at(near, BALL) is None
 
 
-def test_gives_a_plan_up_that_nothing_leads_to_any_more(way: Navigator) -> None:
-    assert way.plan_to_ring(HERE, 1.4, 0.0, 0.4, 0.5)
-    take(way, 0.5, 0.6, -2.0, 2.0)
-    assert way.follow(HERE) is None
+class TestMap:
+    def test_begins_anew_where_the_robot_is_when_it_forgets(self, way: Navigator) -> None:
+        assert way.plan_to(HERE, BALL)
+        way.survey_ahead(HERE)
+        way.forget(Pose(4.0, 0.0, 0.0))
+        assert way.follow(HERE) is way.survey(HERE) is None
+        assert not way.map.grid.free.any()
+        assert way.map.grid.is_within(9.0, 0.0, 0.5)
 
+    def test_goes_with_a_robot_that_leaves_it(self, way: Navigator) -> None:
+        far = Pose(20.0, -20.0, 1.0)
+        way.observe(Rig().robot, far)
+        assert way.map.grid.free[way.map.grid.cell_of(far.x, far.y)]
 
-class TestStraight:
-    def test_open_ground_is_straight(self, way: Navigator) -> None:
-        assert way.is_straight(HERE, 1.4, 0.0, 0.5, is_surveyed=False)
-
-    def test_what_stands_between_is_in_the_way(self, way: Navigator) -> None:
-        take(way, 0.5, 0.6, -0.05, 0.05)
-        assert not way.is_straight(HERE, 1.4, 0.0, 0.5, is_surveyed=True)
-
-    def test_the_target_itself_is_not_in_the_way(self, way: Navigator) -> None:
-        take(way, 1.3, 1.5, -0.1, 0.1)
-        assert way.is_straight(HERE, 1.4, 0.0, 0.5, is_surveyed=False)
-
-    def test_what_is_unknown_beside_the_robot_asks_for_a_look_round(self, way: Navigator) -> None:
-        way.grid.evidence[way.grid.disc(0.3, 0.1, 0.08)] = 0.0
-        assert not way.is_straight(HERE, 1.4, 0.0, 0.5, is_surveyed=False)
-        assert way.is_straight(HERE, 1.4, 0.0, 0.5, is_surveyed=True)
-
-
-def test_turns_first_towards_what_is_far_aside(way: Navigator) -> None:
-    assert way.towards(1.0, SPEED) == (0.0, TURN)
-    assert way.towards(0.0, SPEED) == (SPEED, 0.0)
-
-
-def test_begins_a_new_map_when_it_forgets(way: Navigator) -> None:
-    assert way.plan_to_ring(HERE, 1.4, 0.0, 0.4, 0.5)
-    way.forget()
-    assert way.follow(HERE) is None
-    assert not way.grid.free.any()
+    def test_a_small_drive_keeps_it(self, way: Navigator) -> None:
+        known = way.map
+        way.observe(Rig().robot, Pose(1.0, 0.0, 0.0))
+        assert way.map is known
+        assert way.map.ground.reach == Rig().robot.drive.reach
