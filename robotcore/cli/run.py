@@ -12,7 +12,7 @@ import click
 
 from robotcore.cli.ending import tell_result, unstarted, write_result
 from robotcore.cli.failure import tell
-from robotcore.cli.values import pair
+from robotcore.cli.requested import requested
 from robotcore.errors import Interrupted, RobotcoreError, UsageError
 
 if TYPE_CHECKING:
@@ -40,24 +40,9 @@ class _RunCommand(click.Command):
 @click.command("run", cls=_RunCommand)
 @click.argument("app")
 @click.option("--backend", default="kinematic", show_default=True, help="What it runs on; see `robotcore backends`.")
-@click.option("--robot", default="rover", show_default=True, help="A robot's name, or its .toml file.")
 @click.option("--world", help="A world's name, or its .toml file. Simulators take arena where it is left out.")
 @click.option("--seed", type=int, help="Draw the world anew from this number.")
-@click.option(
-    "--randomise", "--randomize", is_flag=True, help="Draw looks, light, sensors and wheels from the seed too."
-)
-@click.option("--rate", "rate_hz", metavar="HZ", type=float, default=20.0, show_default=True, help="Ticks a second.")
-@click.option(
-    "--timeout",
-    "timeout_s",
-    metavar="SECONDS",
-    type=float,
-    default=120.0,
-    show_default=True,
-    help="Give up after this time on the robot's clock.",
-)
-@click.option("--set", "settings", metavar="KEY=VALUE", type=pair, multiple=True, help="A setting of the app.")
-@click.option("--option", "options", metavar="KEY=VALUE", type=pair, multiple=True, help="An option of the backend.")
+@requested
 @click.option("--host", help="Short for --option host=…")
 @click.option("--port", help="Short for --option port=…")
 @click.option(

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from robotcore.cli.requested import requested
 from robotcore.cli.swept import tell_sweep
-from robotcore.cli.values import names, pair
+from robotcore.cli.values import names
 from robotcore.errors import Interrupted
 
 if TYPE_CHECKING:
@@ -38,22 +39,7 @@ class _SweepCommand(click.Command):
 )
 @click.option("--world", "worlds", type=names, default="arena", show_default=True, help="One or more, by commas.")
 @click.option("--seeds", default="1-20", show_default=True, help="Draw the worlds from these: 1-200, or 1,5,9-12.")
-@click.option("--robot", default="rover", show_default=True, help="A robot's name, or its .toml file.")
-@click.option("--rate", "rate_hz", metavar="HZ", type=float, default=20.0, show_default=True, help="Ticks a second.")
-@click.option(
-    "--timeout",
-    "timeout_s",
-    metavar="SECONDS",
-    type=float,
-    default=120.0,
-    show_default=True,
-    help="Give up a run after this time on the robot's clock.",
-)
-@click.option("--set", "settings", metavar="KEY=VALUE", type=pair, multiple=True, help="A setting of the app.")
-@click.option("--option", "options", metavar="KEY=VALUE", type=pair, multiple=True, help="An option of the backend.")
-@click.option(
-    "--randomise", "--randomize", is_flag=True, help="Draw looks, light, sensors and wheels from the seeds too."
-)
+@requested
 @click.option("--jobs", type=click.IntRange(1), help="Runs at a time; as many as there are cores where it is left out.")
 @click.option(
     "--wall-timeout",
