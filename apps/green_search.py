@@ -18,12 +18,19 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 STANDING = Twist(0.0, 0.0)
 CENTRED_RAD = 0.1
+"""The ball is straight ahead: not farther aside than this."""
+
 NEAR_M, TOO_NEAR_M = 0.02, 0.06
-"""How far before the place to stand, and how far past it, counts as there."""
+"""The robot is there: not farther before the place to stand than the one, not farther past it than the other."""
+
 ECHO_M = 0.1
-"""How far the echo of the ball may be from where it should be."""
+"""The ball is still there: its echo is not farther than this from where it should be."""
+
 CONFIRM_S = 0.15
+"""What looks like the ball for one picture may be a glint; three at 20 Hz are not."""
+
 PATIENCE_S = 0.5
+"""How long the ball may be out of sight before it is lost, and how long the robot stands before it has arrived."""
 
 
 @dataclass
