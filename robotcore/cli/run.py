@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, nullcontext, redirect_stdout
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -64,7 +64,8 @@ def command(context: click.Context, /, picture: Path | None, *, as_json: bool, *
         recorder = None
         try:
             recorder = _recorder(picture)
-            result = _run(asked, recorder)
+            with redirect_stdout(sys.stderr) if as_json else nullcontext():  # an app may print
+                result = _run(asked, recorder)
         except (RobotcoreError, Interrupted) as error:
             result = unstarted(context.params, error)
         interrupts.hold()

@@ -90,10 +90,10 @@ def command(
     sweep.check()
     results = Results(sweep, out, fresh=fresh)
     interrupted = _run(results, engine, is_quiet=as_json)
+    page = _write_report(results, report, line) if report and not interrupted else None
     status = tell_sweep(results, bounds, interrupted, as_json=as_json)
-    if report and not interrupted:
-        file = _write_report(results, report, line)
-        click.echo(f"The report: {file}", err=as_json)
+    if page:
+        click.echo(f"The report: {page}", err=as_json)
     return status
 
 

@@ -35,6 +35,20 @@ def test_randomise_tells_in_json_what_was_drawn_and_runs_alike_twice(cli: Cli) -
     assert one["trace_sha256"] == again["trace_sha256"]
 
 
+def test_what_an_app_prints_does_not_get_into_the_json(cli: Cli, tmp_path: Path) -> None:
+    app = tmp_path / "talkative.py"
+    app.write_text(
+        "from robotcore import Behaviour, Status\n"
+        "class Talkative(Behaviour):\n"
+        "    def step(self, robot):\n"
+        "        print('hello')\n"
+        "        return Status.SUCCESS\n"
+    )
+    told = cli("run", str(app), "--json")
+    assert told.json["outcome"] == "success"
+    assert "hello" in told.err
+
+
 def test_without_json_the_outcome_comes_first(cli: Cli) -> None:
     told = cli(*SHORT)
     assert told.out.startswith("success  avoid-obstacles on kinematic, open\n")
