@@ -43,10 +43,26 @@ class Split(NamedTuple):
         return fisher(self.inside, self.outside)
 
 
+class Place(NamedTuple):
+    """A backend and a world; the latter is empty where a backend has none."""
+
+    backend: str
+    world: str
+
+    @classmethod
+    def of(cls, record: Record) -> Place:
+        """Return where a run was."""
+        return cls(record.result.backend, record.result.world or "")
+
+    def __str__(self) -> str:
+        return f"in {self.world} on {self.backend}" if self.world else f"on {self.backend}"
+
+
 @dataclass(frozen=True)
 class Finding:
-    """Runs fail more often on one side of a split; ``p`` is corrected for all the splits that were tried."""
+    """Runs of a place fail more often on one side of a split; ``p`` is corrected for all the splits that were tried."""
 
+    place: Place
     condition: str
     split: Split
     p: float
@@ -57,19 +73,21 @@ class Finding:
         return f"{self.condition} {self.split.sign} {str(self.split.value).removesuffix('.0')}"
 
     def __str__(self) -> str:
-        return f"fails more where {self.where}: {self.split.inside}, elsewhere {self.split.outside}"
+        return f"fails more {self.place} where {self.where}: {self.split.inside}, elsewhere {self.split.outside}"
 
 
 def explain(records: Iterable[Record]) -> list[Finding]:
     """Return the conditions that explain failures, the surest first.
 
-    Runs of all backends and worlds are taken together; runs that do not tell a condition are left out of it. The
-    chance is multiplied by the number of splits tried (Bonferroni), and told where it stays within 5 %.
+    Each backend is looked at in each world by itself: the same seed draws the same conditions for every backend, so
+    that its runs are no independent cases, and worlds differ in how often runs fail as they do in what is drawn. Runs
+    that do not tell a condition are left out of it. The chance is multiplied by the number of splits tried anywhere
+    (Bonferroni), and told where it stays within 5 %.
     """
-    splits = {name: list(_splits(cases)) for name, cases in _conditions(records).items()}
+    splits = {key: list(_splits(cases)) for key, cases in _cases(records).items()}
     tried = sum(map(len, splits.values()))
-    best = ((name, min(some, key=lambda split: split.p)) for name, some in splits.items() if some)
-    findings = (Finding(name, split, min(1.0, split.p * tried)) for name, split in best)
+    best = ((key, min(some, key=lambda split: split.p)) for key, some in splits.items() if some)
+    findings = (Finding(*key, split, min(1.0, split.p * tried)) for key, split in best)
     return sorted((each for each in findings if each.p <= SIGNIFICANCE), key=lambda each: each.p)
 
 
@@ -97,12 +115,12 @@ def _log_choose(n: int, k: int) -> float:
     return math.lgamma(n + 1) - math.lgamma(k + 1) - math.lgamma(n - k + 1)
 
 
-def _conditions(records: Iterable[Record]) -> dict[str, list[Case]]:
-    """Return, by the condition's name, its value in each run that tells it."""
-    cases: dict[str, list[Case]] = {}
+def _cases(records: Iterable[Record]) -> dict[tuple[Place, str], list[Case]]:
+    """Return, by the place and the condition's name, its value in each run that tells it."""
+    cases: dict[tuple[Place, str], list[Case]] = {}
     for record in records:
         for name, value in record.result.conditions.items():
-            cases.setdefault(name, []).append((value, record.is_failure))
+            cases.setdefault((Place.of(record), name), []).append((value, record.is_failure))
     return cases
 
 

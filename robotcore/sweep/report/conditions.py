@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from xml.etree.ElementTree import Element
 
-from robotcore.sweep.explain import Finding
+from robotcore.sweep.explain import Finding, Place
 from robotcore.sweep.record import Record
 from robotcore.sweep.report.axis import Axis, below, label
 from robotcore.sweep.report.svg import drawing, element, group, line
@@ -21,8 +21,11 @@ _BOTTOM = _TOP + 2 * _ROW
 
 
 def condition_plot(finding: Finding, records: Iterable[Record]) -> str:
-    """Return a mark for each run where its condition was, failing ones below; empty where the condition is a word."""
-    passing, failing = _values(records, finding.condition)
+    """Return a mark for each run of the finding's place where its condition was, failing ones below.
+
+    Empty where the condition is a word.
+    """
+    passing, failing = _values((each for each in records if Place.of(each) == finding.place), finding.condition)
     if isinstance(finding.split.value, str):
         return ""
     axis = Axis(min(passing + failing), max(passing + failing), _LEFT, WIDTH - _RIGHT)

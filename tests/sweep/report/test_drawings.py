@@ -131,6 +131,13 @@ def test_the_side_on_which_runs_fail_is_marked(is_dark: bool, start: float, end:
     assert len(root.findall(".//g[@class='rug failing']/line")) == 9
 
 
+def test_runs_of_another_backend_are_not_drawn_beside_a_finding() -> None:
+    records = [make(conditions={"light": light}) for make, light in ((failed, 0.0), (passed, 1.0)) for _ in range(9)]
+    (finding,) = explain(records)
+    other = [passed(backend="pybullet", conditions={"light": 0.0})]
+    assert condition_plot(finding, records + other) == condition_plot(finding, records)
+
+
 def test_a_condition_in_words_is_not_drawn() -> None:
     records = [
         make(conditions={"floor": floor}) for make, floor in ((failed, "wood"), (passed, "tiles")) for _ in "123456789"

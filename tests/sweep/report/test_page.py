@@ -93,7 +93,7 @@ def test_the_page_tells_what_was_asked_and_what_came_of_it(tmp_path: Path) -> No
     assert "robotcore sweep green-search --seeds 0-29" in page.words
     assert "0–29" in page.words
     assert "49 % – 81 %" in page.words.replace("\N{NO-BREAK SPACE}", " ")
-    assert "fails more where light < 0.6: 10 of 10, elsewhere 0 of 20" in page.words
+    assert "fails more in arena on kinematic where light < 0.6: 10 of 10, elsewhere 0 of 20" in page.words
 
 
 def test_a_failing_run_tells_cause_conditions_and_command(tmp_path: Path) -> None:
