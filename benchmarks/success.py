@@ -21,7 +21,7 @@ from robotcore.sweep.agreement import agreements_of
 from robotcore.sweep.local import cores
 from robotcore.sweep.seeds import seeds_of
 from robotcore.sweep.statistics import Group, grouped
-from robotcore.sweep.summary import fault
+from robotcore.sweep.summary import contacts_told, fault, time_told
 
 VERIFIED, RANDOMISED, AGREEING = 0.98, 0.95, 0.97
 """The bounds: of verified runs, of those under randomisation, and of seeds on which two simulators agree."""
@@ -50,7 +50,7 @@ def main() -> int:
     _tell_failures(records)
     is_repeatable = _is_repeatable(sweep, records, asked.twice, asked.jobs)
     bound = RANDOMISED if asked.randomise else VERIFIED
-    is_sure = all((group.verified_share or 0.0) >= bound and group.contacts == 0 for group in groups)
+    is_sure = all((group.verified_share or 0.0) >= bound and group.contacts == 0 == group.untold for group in groups)
     return int(not (is_sure and _is_agreed(records) and is_repeatable))
 
 
@@ -61,9 +61,9 @@ def _row(group: Group) -> tuple[str, ...]:
         group.world,
         f"{group.verified}/{group.runs}",
         f"{100 * low:.1f} to {100 * high:.1f} %",
-        str(group.contacts),
-        f"{group.median_time:.1f} s",
-        f"{group.slowest_time:.1f} s",
+        contacts_told(group),
+        time_told(group.median_time),
+        time_told(group.slowest_time),
     )
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from itertools import accumulate
 from typing import NamedTuple
 
+from robotcore.sweep.place import Place
 from robotcore.sweep.record import Record
 from robotcore.sweep.thinning import thinned
 
@@ -41,21 +42,6 @@ class Split(NamedTuple):
     def p(self) -> float:
         """The chance that so many fail inside if the condition does not matter."""
         return fisher(self.inside, self.outside)
-
-
-class Place(NamedTuple):
-    """A backend and a world; the latter is empty where a backend has none."""
-
-    backend: str
-    world: str
-
-    @classmethod
-    def of(cls, record: Record) -> Place:
-        """Return where a run was."""
-        return cls(record.result.backend, record.result.world or "")
-
-    def __str__(self) -> str:
-        return f"in {self.world} on {self.backend}" if self.world else f"on {self.backend}"
 
 
 @dataclass(frozen=True)

@@ -12,13 +12,17 @@ from robotcore.sweep.statistics import Group
 MEASURES: dict[str, Callable[[Group], float | None]] = {
     "verified": lambda group: group.verified_share,
     "success": lambda group: group.success_share,
-    "contacts": lambda group: group.contacts,
+    "contacts": lambda group: None if group.untold else group.contacts,
     "median_time_s": lambda group: group.median_time,
     "slowest_time_s": lambda group: group.slowest_time,
 }
-"""What can be required of each backend in each world; the first two are shares from 0 to 1, the third a total."""
+"""What can be required of each backend in each world; the first two are shares from 0 to 1, the third a total.
+
+Contacts are known only where every run told of them: one that hangs may have touched anything.
+"""
 
 _SHARES = ("verified", "success")
+_TIMES = ("median_time_s", "slowest_time_s")
 _FORM = re.compile(r"\s*(\w+)\s*(>=|<=)\s*(\S+)\s*")
 _EXAMPLE = "Write verified>=0.97, or contacts<=0, in quotes"
 
@@ -45,11 +49,16 @@ class Requirement:
         return f"{self.measure}{self.relation}{self.bound:g}"
 
     def got(self, group: Group) -> float | None:
-        """Return what a group reached; None where nobody knows."""
+        """Return what a group reached; None where nobody knows, or too few runs pass for such a time."""
         return MEASURES[self.measure](group)
 
+    def told(self, group: Group) -> str:
+        """Return what a group reached in words."""
+        got = self.got(group)
+        return f"{got:.4g}" if got is not None else "never" if self.measure in _TIMES else "unknown"
+
     def is_kept_by(self, group: Group) -> bool:
-        """Return whether a group keeps the bound; what nobody knows keeps none."""
+        """Return whether a group keeps the bound; what is None keeps none."""
         got = self.got(group)
         if got is None:
             return False
@@ -59,7 +68,7 @@ class Requirement:
 def missed(requirements: Sequence[Requirement], groups: Sequence[Group]) -> list[str]:
     """Return a line for each group that does not keep a requirement: what it got, and what was required."""
     return [
-        f"{group.backend}, {group.world}: {each.measure} is {_told(each.got(group))}, required {each}"
+        f"{group.backend}, {group.world}: {each.measure} is {each.told(group)}, required {each}"
         for each in requirements
         for group in groups
         if not each.is_kept_by(group)
@@ -76,7 +85,3 @@ def _bound(text: str, measure: str, number: str) -> float:
     if not bound >= 0:
         raise UsageError(f"--require {text!r}: the bound must be 0 or more")
     return bound
-
-
-def _told(got: float | None) -> str:
-    return "unknown" if got is None else f"{got:.4g}"

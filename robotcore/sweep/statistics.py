@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from robotcore.outcome import Outcome
+from robotcore.sweep.place import Place
 from robotcore.sweep.record import Record
 
 Z_95 = 1.959964
@@ -31,19 +32,49 @@ def wilson(successes: int, n: int) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Group:
-    """The runs of one backend in one world; ``verified`` and ``contacts`` are None where no run could tell.
+    """The runs of one backend in one world; ``world`` is empty where a backend has none.
 
-    Times are in seconds.
+    A run passes where it is not failing. ``successes`` are the app's word, ``verified`` the simulator's. ``contacts``
+    were counted but for ``untold`` runs, of which nobody knows. Both are None where no run could tell. Within
+    ``median_time`` half of all runs pass, within ``slow_time`` 90 %, within ``slowest_time`` all of them, in seconds on
+    the robot's clock; None where fewer ever do. So a run that hangs or fails at once makes no group faster.
     """
 
     backend: str
     world: str
     runs: int
+    failing: int
     successes: int
     verified: int | None
     contacts: int | None
-    median_time: float
-    slowest_time: float
+    untold: int
+    median_time: float | None
+    slow_time: float | None
+    slowest_time: float | None
+
+    @property
+    def name(self) -> str:
+        return f"{self.world} · {self.backend}" if self.world else self.backend
+
+    @property
+    def is_judged(self) -> bool:
+        """Whether a simulator gave its word on any of the runs; else the app's own word counts."""
+        return self.verified is not None
+
+    @property
+    def confirmed(self) -> int:
+        """How many runs are verified, or say that they succeeded where nobody can judge."""
+        return self.successes if self.verified is None else self.verified
+
+    @property
+    def share(self) -> float:
+        """The share of confirmed runs."""
+        return self.confirmed / self.runs
+
+    @property
+    def share_95(self) -> tuple[float, float]:
+        """The 95 % interval of the share."""
+        return wilson(self.confirmed, self.runs)
 
     @property
     def verified_share(self) -> float | None:
@@ -51,7 +82,7 @@ class Group:
 
     @property
     def verified_95(self) -> tuple[float, float] | None:
-        """The 95 % interval of the share."""
+        """The 95 % interval of the verified share."""
         return None if self.verified is None else wilson(self.verified, self.runs)
 
     @property
@@ -61,39 +92,50 @@ class Group:
 
 def grouped(records: Iterable[Record]) -> list[Group]:
     """Return what each backend did in each world, in the order of their names."""
-    tallies: dict[tuple[str, str], _Tally] = {}
+    tallies: dict[Place, Tally] = {}
     for record in records:
-        result = record.result
-        tallies.setdefault((result.backend, result.world or ""), _Tally()).add(record)
-    return [tally.group(*names) for names, tally in sorted(tallies.items())]
+        tallies.setdefault(Place.of(record), Tally()).add(record)
+    return [tally.group(place) for place, tally in sorted(tallies.items())]
 
 
-class _Tally:
-    """Adds up records without keeping them."""
+class Tally:
+    """Adds up the records of one place without keeping them."""
 
     def __init__(self) -> None:
-        self._successes = 0
+        self._successes = self._untold = 0
         self._verified: int | None = None
         self._contacts: int | None = None
         self._times: list[float] = []
+        """When each run passed; infinite for one that did not."""
 
     def add(self, record: Record) -> None:
+        """Count a run."""
         result = record.result
         self._successes += result.outcome is Outcome.SUCCESS
-        self._times.append(result.sim_time_s)
+        self._times.append(math.inf if record.is_failure else result.sim_time_s)
         if result.verified is not None:
             self._verified = (self._verified or 0) + result.verified
-        if result.contacts is not None:
+        if result.contacts is None:
+            self._untold += 1
+        else:
             self._contacts = (self._contacts or 0) + result.contacts
 
-    def group(self, backend: str, world: str) -> Group:
+    def group(self, place: Place) -> Group:
+        """Return what the runs came to; there is at least one."""
+        times = sorted(self._times)
         return Group(
-            backend,
-            world,
-            len(self._times),
-            self._successes,
-            self._verified,
-            self._contacts,
-            statistics.median(self._times),
-            max(self._times),
+            *place,
+            runs=len(times),
+            failing=times.count(math.inf),
+            successes=self._successes,
+            verified=self._verified,
+            contacts=self._contacts,
+            untold=self._untold,
+            median_time=_finite(statistics.median(times)),
+            slow_time=_finite(times[math.ceil(0.9 * len(times)) - 1]),
+            slowest_time=_finite(times[-1]),
         )
+
+
+def _finite(time: float) -> float | None:
+    return time if math.isfinite(time) else None

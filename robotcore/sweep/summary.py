@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from robotcore.sweep.record import Record
-from robotcore.sweep.statistics import Group, wilson
+from robotcore.sweep.statistics import Group
 
 LONGEST = 20
 """So many failing runs are told one by one; a file has them all."""
@@ -40,18 +40,29 @@ def _row(group: Group) -> tuple[str, ...]:
         group.backend,
         group.world,
         *_verified(group),
-        "?" if group.contacts is None else f"{group.contacts}",
-        f"{group.median_time:.1f} s",
-        f"{group.slowest_time:.1f} s",
+        contacts_told(group),
+        time_told(group.median_time),
+        time_told(group.slowest_time),
     )
 
 
+def contacts_told(group: Group) -> str:
+    """Return the contacts that were counted; ``≥`` says that some runs did not tell."""
+    if group.contacts is None:
+        return "?"
+    return f"≥ {group.contacts}" if group.untold else f"{group.contacts}"
+
+
+def time_told(time_s: float | None) -> str:
+    """Return a group's time, or that not so many of its runs ever pass."""
+    return "never" if time_s is None else f"{time_s:.1f} s"
+
+
 def _verified(group: Group) -> tuple[str, str, str]:
-    if group.verified is None:
+    if not group.is_judged:
         return f"?/{group.runs}", "", ""
-    low, high = wilson(group.verified, group.runs)
-    share = 100 * group.verified / group.runs
-    return f"{group.verified}/{group.runs}", f"{share:.1f}", f"{100 * low:.1f}–{100 * high:.1f}"
+    low, high = group.share_95
+    return f"{group.confirmed}/{group.runs}", f"{100 * group.share:.1f}", f"{100 * low:.1f}–{100 * high:.1f}"
 
 
 def _failures(failing: Sequence[Record], file: Path) -> Iterator[Text]:

@@ -2,13 +2,15 @@ from __future__ import annotations
 
 import pytest
 
+from robotcore import Outcome
 from robotcore.errors import UsageError
 from robotcore.sweep.requirements import Requirement, missed
-from robotcore.sweep.statistics import Group
+from robotcore.sweep.statistics import Group, grouped
+from tests.sweep.conftest import record_of
 
-GOOD = Group("kinematic", "arena", 100, 99, 97, 0, 30.0, 90.0)
-BAD = Group("kinematic", "open", 100, 90, 96, 1, 31.0, 91.0)
-DARK = Group("kinematic", "lab", 100, 100, None, None, 3.0, 9.0)
+GOOD = Group("kinematic", "arena", 100, 3, 99, 97, 0, 0, 30.0, 60.0, 90.0)
+BAD = Group("kinematic", "open", 100, 4, 90, 96, 1, 0, 31.0, 61.0, 91.0)
+DARK = Group("kinematic", "lab", 100, 0, 100, None, None, 100, 3.0, 6.0, 9.0)
 
 
 @pytest.mark.parametrize(
@@ -24,6 +26,18 @@ def test_what_nobody_knows_keeps_no_bound() -> None:
     assert missed([Requirement.parse("verified>=0"), Requirement.parse("contacts<=9")], [DARK]) == [
         "kinematic, lab: verified is unknown, required verified>=0",
         "kinematic, lab: contacts is unknown, required contacts<=9",
+    ]
+
+
+@pytest.mark.parametrize(
+    "text, got",
+    [("contacts<=0", "unknown"), ("median_time_s<=120", "never"), ("slowest_time_s<=120", "never")],
+)
+def test_runs_that_hung_open_no_gate(text: str, got: str) -> None:
+    hung = record_of(Outcome.ERROR, verified=None, contacts=None, time=0.0)
+    requirement = Requirement.parse(text)
+    assert missed([requirement], grouped([record_of(), hung, hung])) == [
+        f"kinematic, open: {requirement.measure} is {got}, required {text}"
     ]
 
 

@@ -20,9 +20,16 @@ def _lines(records: list[Record], width: int = 80) -> list[str]:
 
 
 def test_a_row_has_share_interval_contacts_and_times() -> None:
-    records = [record_of(seed=seed, world="clutter", time=12.25) for seed in range(199)]
-    lines = _lines([*records, record_of(Outcome.TIMEOUT, verified=False, seed=199, world="clutter", time=120.0)])
-    assert lines[2].split() == ["kinematic", "clutter", "199/200", "99.5", "97.2–99.9", "0", "12.2", "s", "120.0", "s"]
+    records = [record_of(seed=seed, world="clutter", time=12.25) for seed in range(200)]
+    assert _lines(records)[2].split() == (
+        ["kinematic", "clutter", "200/200", "100.0", "98.1–100.0", "0", "12.2", "s", "12.2", "s"]
+    )
+
+
+def test_a_run_that_hung_leaves_contacts_open_and_the_slowest_never_there() -> None:
+    hung = record_of(Outcome.ERROR, verified=None, contacts=None, seed=199, time=0.0)
+    lines = _lines([*(record_of(seed=seed, time=12.25) for seed in range(199)), hung])
+    assert lines[2].split() == ["kinematic", "open", "199/200", "99.5", "97.2–99.9", "≥", "0", "12.2", "s", "never"]
 
 
 def test_the_table_fits_into_80_letters() -> None:

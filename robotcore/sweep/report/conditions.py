@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from xml.etree.ElementTree import Element
 
-from robotcore.sweep.explain import Finding, Place
+from robotcore.sweep.explain import Finding
+from robotcore.sweep.place import Place
 from robotcore.sweep.record import Record
 from robotcore.sweep.report.axis import Axis, below, label
 from robotcore.sweep.report.svg import drawing, element, group, line

@@ -10,7 +10,7 @@ from xml.etree.ElementTree import Element
 
 from robotcore.description import WorldDescription
 from robotcore.sweep.record import Record, TruePath
-from robotcore.sweep.report.groups import Group
+from robotcore.sweep.report.series import Series
 from robotcore.sweep.report.svg import Point, dot, drawing, element, group, line, trail
 from robotcore.sweep.thinning import thinned
 
@@ -45,11 +45,11 @@ class Chart:
         return round(self.half_width + x * CM), round(self.half_height - y * CM)
 
 
-def maps_of(groups: Sequence[Group], worlds: Mapping[str, WorldDescription]) -> list[Map]:
+def maps_of(series: Sequence[Series], worlds: Mapping[str, WorldDescription]) -> list[Map]:
     """Return a map of each world in which a run's true path is known."""
     gathered: dict[str, list[Record]] = {}
-    for each in groups:
-        gathered.setdefault(each.world, []).extend(record for record in each.records if _is_known(record))
+    for each in series:
+        gathered.setdefault(each.group.world, []).extend(record for record in each.records if _is_known(record))
     return [_map(name, records, worlds.get(name)) for name, records in gathered.items() if records]
 
 

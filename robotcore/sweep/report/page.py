@@ -15,11 +15,12 @@ from robotcore.sweep.record import Record
 from robotcore.sweep.report.colours import shades_of
 from robotcore.sweep.report.conditions import condition_plot
 from robotcore.sweep.report.failures import Failure
-from robotcore.sweep.report.groups import Group, Spread, goal_of, groups_of, milestones_of
 from robotcore.sweep.report.head import Head
 from robotcore.sweep.report.maps import maps_of
+from robotcore.sweep.report.series import Series, Spread, goal_of, milestones_of, series_of
 from robotcore.sweep.report.success import success_plot
 from robotcore.sweep.report.times import arrival_plot, milestone_plot
+from robotcore.sweep.summary import contacts_told, time_told
 from robotcore.sweep.thinning import thinned
 
 MAX_PICTURES = 40
@@ -34,7 +35,12 @@ def page(records: Sequence[Record], pictures: Path, asked: str, worlds: Sequence
     environment = Environment(
         loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    environment.globals |= {"spread": Spread.of, "max_differing": MAX_DIFFERING}
+    environment.globals |= {
+        "spread": Spread.of,
+        "max_differing": MAX_DIFFERING,
+        "contacts": contacts_told,
+        "time": time_told,
+    }
     return environment.get_template("page.html.j2").render(
         _contents(sorted(records, key=_place), pictures, asked, worlds)
     )
@@ -48,22 +54,24 @@ def _place(record: Record) -> tuple[str, str, int]:
 def _contents(
     records: Sequence[Record], pictures: Path, asked: str, worlds: Sequence[WorldDescription]
 ) -> dict[str, Any]:
-    groups = groups_of(records)
-    milestones = milestones_of(groups)
-    goal = goal_of(groups, milestones)
+    series = series_of(records)
+    groups = [each.group for each in series]
+    milestones = milestones_of(series)
+    goal = goal_of(series, milestones)
     return {
         "head": Head.of(records, asked),
         "groups": groups,
+        "series": series,
         "milestones": milestones,
         "goal": goal,
         "success": success_plot(groups),
-        "arrivals": arrival_plot(groups, goal) if goal else "",
-        "passages": milestone_plot(groups, milestones) if goal else "",
-        "maps": maps_of(groups, _described(groups, worlds)),
+        "arrivals": arrival_plot(series, goal) if goal else "",
+        "passages": milestone_plot(series, milestones) if goal else "",
+        "maps": maps_of(series, _described(series, worlds)),
         "agreements": agreements_of(records),
         "findings": [(finding, condition_plot(finding, records)) for finding in explain(records)],
         **_failures(records, pictures),
-        "colours": shades_of(["passing", "failing", *dict.fromkeys(each.style for each in groups)]),
+        "colours": shades_of(["passing", "failing", *dict.fromkeys(each.style for each in series)]),
     }
 
 
@@ -76,7 +84,7 @@ def _failures(records: Sequence[Record], pictures: Path) -> dict[str, list[Failu
     }
 
 
-def _described(groups: Sequence[Group], worlds: Sequence[WorldDescription]) -> dict[str, WorldDescription]:
+def _described(series: Sequence[Series], worlds: Sequence[WorldDescription]) -> dict[str, WorldDescription]:
     """Return the descriptions of the worlds that are run in: those that are given, else those that are shipped."""
-    shipped = set(world_names()) & {group.world for group in groups}
+    shipped = set(world_names()) & {each.group.world for each in series}
     return {name: load_world(name) for name in shipped} | {world.name: world for world in worlds}

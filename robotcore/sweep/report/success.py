@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from xml.etree.ElementTree import Element
 
 from robotcore.sweep.report.axis import Axis, below, label, room_for
-from robotcore.sweep.report.groups import Group
 from robotcore.sweep.report.svg import dot, drawing, group, line, text
+from robotcore.sweep.statistics import Group
 
 WIDTH = 460
 _ROW, _TOP, _FOOT = 26, 8, 26
@@ -27,7 +27,7 @@ def _row(each: Group, axis: Axis, y: float) -> Element:
 
 
 def _marks(each: Group, axis: Axis, y: float) -> Iterator[Element]:
-    low, high = (axis.at(100 * edge) for edge in each.interval)
+    low, high = (axis.at(100 * edge) for edge in each.share_95)
     yield label(axis, y, each.name)
     yield line((low, y), (high, y), class_="interval")
     yield dot((axis.at(100 * each.share), y), 3.5)
@@ -35,7 +35,7 @@ def _marks(each: Group, axis: Axis, y: float) -> Iterator[Element]:
 
 
 def _count(each: Group) -> str:
-    return f"{each.successes}/{each.runs}"
+    return f"{each.confirmed}/{each.runs}"
 
 
 def _words(groups: Sequence[Group]) -> str:

@@ -11,10 +11,11 @@ from robotcore.sweep.explain import explain
 from robotcore.sweep.report.axis import MAX_LABEL, Axis, shortened
 from robotcore.sweep.report.colours import shades_of
 from robotcore.sweep.report.conditions import condition_plot
-from robotcore.sweep.report.groups import groups_of
 from robotcore.sweep.report.maps import maps_of
+from robotcore.sweep.report.series import series_of
 from robotcore.sweep.report.success import success_plot
 from robotcore.sweep.report.times import MAX_STEPS, arrival_plot, milestone_plot
+from robotcore.sweep.statistics import grouped
 from tests.sweep.report.samples import WAY, failed, many, passed
 
 ARENA = {"arena": load_world("arena")}
@@ -44,7 +45,7 @@ def test_a_long_label_is_shortened() -> None:
 
 
 def test_success_is_a_dot_within_its_interval() -> None:
-    root = _parsed(success_plot(groups_of(many(10, failing=4))))
+    root = _parsed(success_plot(grouped(many(10, failing=4))))
     (bar,) = root.iterfind(".//line[@class='interval']")
     (dot,) = root.iter("circle")
     assert float(bar.attrib["x1"]) < float(dot.attrib["cx"]) < float(bar.attrib["x2"])
@@ -53,7 +54,7 @@ def test_success_is_a_dot_within_its_interval() -> None:
 
 def test_a_curve_levels_off_at_the_share_that_arrives() -> None:
     records = [passed(milestones={"arrived": 10.0}), passed(milestones={"arrived": 20.0}), failed(), failed()]
-    curve = _ways(arrival_plot(groups_of(records), "arrived"), "curve c0 d0")[0]
+    curve = _ways(arrival_plot(series_of(records), "arrived"), "curve c0 d0")[0]
     heights = [y for _, y in curve]
     bottom, end = heights[0], heights[-1]
     assert end == min(heights)
@@ -63,20 +64,20 @@ def test_a_curve_levels_off_at_the_share_that_arrives() -> None:
 
 def test_the_curve_of_many_runs_is_short_and_ends_where_the_whole_one_does() -> None:
     records = [passed(milestones={"arrived": float(at)}) for at in range(1, 1200)] + [failed()]
-    curve = _ways(arrival_plot(groups_of(records), "arrived"), "curve c0 d0")[0]
+    curve = _ways(arrival_plot(series_of(records), "arrived"), "curve c0 d0")[0]
     assert len(curve) <= 2 * MAX_STEPS + 4
     assert curve[-1][1] == pytest.approx(10.2, abs=0.05)
 
 
 def test_a_milestone_that_is_there_at_once_has_no_row() -> None:
-    root = _parsed(milestone_plot(groups_of([passed()]), ["search", "seen", "arrived"]))
+    root = _parsed(milestone_plot(series_of([passed()]), ["search", "seen", "arrived"]))
     labels = [each.text for each in root.iter("text")]
     assert "seen" in labels
     assert "search" not in labels
 
 
 def test_a_map_has_north_up_and_paths_by_how_runs_ended() -> None:
-    (chart,) = maps_of(groups_of([passed(), failed(path=WAY[:2])]), ARENA)
+    (chart,) = maps_of(series_of([passed(), failed(path=WAY[:2])]), ARENA)
     ((way,), (short,)) = (_ways(chart.drawing, f"ways {kind}") for kind in ("passing", "failing"))
     assert [x for x, _ in way] == sorted(x for x, _ in way)
     assert [y for _, y in way] == sorted((y for _, y in way), reverse=True)
@@ -87,35 +88,35 @@ def test_a_map_has_north_up_and_paths_by_how_runs_ended() -> None:
 
 def test_a_robot_that_stands_leaves_one_point() -> None:
     standing = tuple((at / 2, 0.5, 0.5 + at * 1e-4) for at in range(100))
-    (chart,) = maps_of(groups_of([passed(path=standing)]), ARENA)
+    (chart,) = maps_of(series_of([passed(path=standing)]), ARENA)
     assert len(_ways(chart.drawing, "ways passing")[0]) == 1
 
 
 @pytest.mark.parametrize("seed, obstacles", [(None, 6), (7, 0)])
 def test_obstacles_are_drawn_only_where_no_seed_moved_them(seed: int | None, obstacles: int) -> None:
-    (chart,) = maps_of(groups_of([passed(seed=seed)]), ARENA)
+    (chart,) = maps_of(series_of([passed(seed=seed)]), ARENA)
     assert chart.drawing.count('class="obstacle"') == obstacles
     assert 'class="floor"' in chart.drawing
 
 
 def test_a_world_that_is_not_described_has_paths_without_a_floor() -> None:
-    (chart,) = maps_of(groups_of([passed(world="lab")]), ARENA)
+    (chart,) = maps_of(series_of([passed(world="lab")]), ARENA)
     assert "floor" not in chart.drawing
     assert _ways(chart.drawing, "ways passing")
 
 
 def test_a_path_that_leaves_the_floor_stays_in_the_drawing() -> None:
-    (chart,) = maps_of(groups_of([passed(path=((0.0, 0.0, 0.0), (1.0, 9.0, -5.0)))]), ARENA)
+    (chart,) = maps_of(series_of([passed(path=((0.0, 0.0, 0.0), (1.0, 9.0, -5.0)))]), ARENA)
     _, _, width, height = map(float, _parsed(chart.drawing).attrib["viewBox"].split())
     assert all(0 < x < width and 0 < y < height for x, y in _ways(chart.drawing, "ways passing")[0])
 
 
 def test_runs_without_a_known_path_have_no_map() -> None:
-    assert maps_of(groups_of([passed(path=None)]), ARENA) == []
+    assert maps_of(series_of([passed(path=None)]), ARENA) == []
 
 
 def test_a_path_of_no_numbers_is_left_out() -> None:
-    (chart,) = maps_of(groups_of([passed(), failed(path=((0.0, math.nan, 0.0),))]), ARENA)
+    (chart,) = maps_of(series_of([passed(), failed(path=((0.0, math.nan, 0.0),))]), ARENA)
     assert chart.told == "passing runs: 1, failing: 0"
 
 

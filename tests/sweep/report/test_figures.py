@@ -4,15 +4,16 @@ import pytest
 
 from robotcore.outcome import Outcome
 from robotcore.sweep.agreement import agreements_of
-from robotcore.sweep.report.groups import Spread, goal_of, groups_of, milestones_of
 from robotcore.sweep.report.head import Head, ranges
+from robotcore.sweep.report.series import goal_of, milestones_of, series_of
+from robotcore.sweep.statistics import grouped
 from tests.sweep.report.samples import failed, passed
 
 
 def test_runs_are_grouped_by_world_then_backend() -> None:
     records = [passed(), passed(world="clutter"), passed(backend="pybullet"), passed()]
-    groups = groups_of(records)
-    assert [(each.name, each.runs) for each in groups] == [
+    series = series_of(records)
+    assert [(each.group.name, each.group.runs) for each in series] == [
         ("arena · kinematic", 2),
         ("arena · pybullet", 1),
         ("clutter · kinematic", 1),
@@ -21,46 +22,24 @@ def test_runs_are_grouped_by_world_then_backend() -> None:
 
 def test_a_world_has_a_colour_and_a_backend_its_dashes() -> None:
     records = [passed(world=world, backend=backend) for world in ("arena", "open") for backend in ("a", "b")]
-    assert [each.style for each in groups_of(records)] == ["c0 d0", "c0 d1", "c1 d0", "c1 d1"]
-    assert [each.style for each in groups_of(records[:2])] == ["c0 d0", "c1 d1"]
+    assert [each.style for each in series_of(records)] == ["c0 d0", "c0 d1", "c1 d0", "c1 d1"]
+    assert [each.style for each in series_of(records[:2])] == ["c0 d0", "c1 d1"]
 
 
-def test_a_run_that_broke_before_it_was_judged_counts_as_not_verified() -> None:
-    (group,) = groups_of([passed(), failed(outcome=Outcome.ERROR, verified=None, contacts=None)])
-    assert (group.successes, group.runs, group.failing, group.contacts) == (1, 2, 1, 0)
-
-
-def test_the_simulators_word_counts_against_the_apps() -> None:
-    (group,) = groups_of([passed(), passed(verified=False)])
-    assert (group.successes, group.failing) == (1, 1)
-
-
-def test_where_nobody_judges_the_apps_word_counts() -> None:
-    (group,) = groups_of([passed(verified=None, contacts=None), failed(verified=None, contacts=None)])
-    assert not group.is_judged
-    assert (group.successes, group.contacts) == (1, None)
-
-
-def test_contacts_are_added_up_and_touched_runs_fail() -> None:
-    (group,) = groups_of([passed(contacts=2), passed(contacts=3), passed()])
-    assert (group.contacts, group.failing, group.successes) == (5, 2, 3)
-
-
-def test_times_are_of_passing_runs() -> None:
-    records = [*(passed(sim_time_s=float(time)) for time in range(11)), failed(sim_time_s=120.0)]
-    assert groups_of(records)[0].spread == Spread(1.0, 5.0, 9.0, 10.0)
-    assert groups_of([failed()])[0].spread is None
+def test_the_figures_of_the_page_are_those_of_the_table() -> None:
+    records = [passed(), passed(contacts=3), failed(), failed(outcome=Outcome.ERROR, verified=None, contacts=None)]
+    assert [each.group for each in series_of(records)] == grouped(records)
 
 
 def test_milestones_come_in_the_order_of_their_times() -> None:
     records = [passed(milestones={"c": 9.0, "a": 0.0}), passed(milestones={"a": 0.0, "b": 4.0})]
-    assert milestones_of(groups_of(records)) == ["a", "b", "c"]
+    assert milestones_of(series_of(records)) == ["a", "b", "c"]
 
 
 def test_the_goal_is_what_passing_runs_reach_last() -> None:
-    groups = groups_of([passed(), passed(), failed(milestones={"lost": 90.0})])
-    assert goal_of(groups, ["search", "seen", "arrived", "lost"]) == "arrived"
-    assert goal_of(groups_of([failed()]), ["search"]) == "search"
+    series = series_of([passed(), passed(), failed(milestones={"lost": 90.0})])
+    assert goal_of(series, ["search", "seen", "arrived", "lost"]) == "arrived"
+    assert goal_of(series_of([failed()]), ["search"]) == "search"
     assert goal_of([], []) is None
 
 
