@@ -34,4 +34,4 @@ def _words(option: str, value: Any) -> Iterator[str]:
         for key, item in value.items():
             yield from (option, f"{key}={item}")
     else:
-        yield from (option, f"{value:g}" if isinstance(value, float) else str(value))
+        yield from (option, repr(value).removesuffix(".0") if isinstance(value, float) else str(value))

@@ -4,6 +4,8 @@ import shlex
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from robotcore import RunRequest
 from robotcore.cli.run import command
@@ -33,3 +35,9 @@ def test_the_command_line_reads_back_the_same_request(asked: dict[str, Any]) -> 
             assert dict(got) == {key: str(value) for key, value in expected.items()}
         else:
             assert got == expected
+
+
+@given(st.floats(min_value=0, exclude_min=True, allow_infinity=False))
+def test_a_number_keeps_its_digits(number: float) -> None:
+    *_, option, told = shlex.split(command_of(RunRequest("green-search", rate_hz=number, timeout_s=120.0)) + " x")[:5]
+    assert (option, float(told)) == ("--rate", number)
