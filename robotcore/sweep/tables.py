@@ -11,6 +11,7 @@ from typing import Any
 from robotcore.sweep.record import Record
 
 _LAST = ("command", "picture")
+_FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 
 def columns_of(records: Iterable[Record]) -> list[str]:
@@ -20,8 +21,8 @@ def columns_of(records: Iterable[Record]) -> list[str]:
 
 
 def write_csv(file: Path, columns: Sequence[str], records: Iterable[Record]) -> None:
-    """Write a row for each record."""
-    with file.open("w", newline="", encoding="utf-8") as table:
+    """Write a row for each record; what is no Unicode is told by its escapes."""
+    with file.open("w", newline="", encoding="utf-8", errors="backslashreplace") as table:
         writer = csv.DictWriter(table, columns)
         writer.writeheader()
         writer.writerows(map(_cells, records))
@@ -30,7 +31,15 @@ def write_csv(file: Path, columns: Sequence[str], records: Iterable[Record]) -> 
 def _cells(record: Record) -> dict[str, Any]:
     told = json.loads(record.to_json())
     del told["path"]
-    return {column: value for key, item in told.items() for column, value in _columns(key, item)}
+    return {column: _harmless(value) for key, item in told.items() for column, value in _columns(key, item)}
+
+
+def _harmless(value: Any) -> Any:
+    """Return a value that a spreadsheet does not take for a formula: an app's words are somebody's, and may be one.
+
+    OWASP, CSV injection.
+    """
+    return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value
 
 
 def _columns(key: str, item: Any) -> list[tuple[str, Any]]:
