@@ -46,7 +46,7 @@ class Requirement:
         return cls(measure, relation, _bound(text, measure, number))
 
     def __str__(self) -> str:
-        return f"{self.measure}{self.relation}{self.bound:g}"
+        return f"{self.measure}{self.relation}{repr(self.bound).removesuffix('.0')}"
 
     def got(self, group: Group) -> float | None:
         """Return what a group reached; None where nobody knows, or too few runs pass for such a time."""
@@ -55,7 +55,9 @@ class Requirement:
     def told(self, group: Group) -> str:
         """Return what a group reached in words."""
         got = self.got(group)
-        return f"{got:.4g}" if got is not None else "never" if self.measure in _TIMES else "unknown"
+        if got is None:
+            return "never" if self.measure in _TIMES else "unknown"
+        return f"{got:.6g}" if isinstance(got, float) else str(got)
 
     def is_kept_by(self, group: Group) -> bool:
         """Return whether a group keeps the bound; what is None keeps none."""

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from robotcore import Outcome
@@ -26,6 +28,15 @@ def test_what_nobody_knows_keeps_no_bound() -> None:
     assert missed([Requirement.parse("verified>=0"), Requirement.parse("contacts<=9")], [DARK]) == [
         "kinematic, lab: verified is unknown, required verified>=0",
         "kinematic, lab: contacts is unknown, required contacts<=9",
+    ]
+
+
+def test_a_miss_by_little_can_be_seen() -> None:
+    group = replace(GOOD, runs=100_000, verified=99_996, contacts=12_345)
+    requirements = [Requirement.parse("verified>=0.99997"), Requirement.parse("contacts<=12344")]
+    assert missed(requirements, [group]) == [
+        "kinematic, arena: verified is 0.99996, required verified>=0.99997",
+        "kinematic, arena: contacts is 12345, required contacts<=12344",
     ]
 
 
