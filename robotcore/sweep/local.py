@@ -7,6 +7,7 @@ import signal
 from collections.abc import Generator, Iterable
 from concurrent.futures import TimeoutError as RunTimeoutError
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import get_context
 
@@ -69,4 +70,8 @@ def _ended(request: RunRequest, future: Future, limit: float) -> Ended:
 
 
 def _how(status: int) -> str:
-    return signal.Signals(-status).name if status < 0 else f"exit status {status}"
+    if status >= 0:
+        return f"exit status {status}"
+    with suppress(ValueError):  # a real-time signal has a number alone
+        return signal.Signals(-status).name
+    return f"signal {-status}"

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import re
+from itertools import chain
 
 from robotcore.errors import UsageError
 
-_RANGE = re.compile(r"(\d+)(?:\s*-\s*(\d+))?")
+MAX_SEEDS = 1_000_000
+"""Requests are kept in memory; and so many runs take a core three weeks."""
+
+_RANGE = re.compile(r"(\d{1,18})(?:\s*-\s*(\d{1,18}))?")
 
 
 def seeds_of(text: str) -> tuple[int, ...]:
     """Return the seeds in the order they are written, each once."""
-    return tuple(dict.fromkeys(seed for part in text.split(",") for seed in _range(text, part.strip())))
+    ranges = [_range(text, part.strip()) for part in text.split(",")]
+    if sum(map(len, ranges)) > MAX_SEEDS:
+        raise UsageError(f"--seeds {text}: more than {MAX_SEEDS:,} seeds. Take fewer, in several sweeps if need be")
+    return tuple(dict.fromkeys(chain.from_iterable(ranges)))
 
 
 def _range(text: str, part: str) -> range:

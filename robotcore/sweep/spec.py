@@ -32,6 +32,8 @@ class Sweep:
 
     def check(self) -> None:
         """Refuse now what would fail in every run: a wrong name, a setting, a backend that does not open."""
+        if not len(self):
+            raise UsageError("there is nothing to sweep: name one backend, one world and one seed, or more of them")
         names: dict[str, str] = {}
         for backend, world in product(self.backends, self.worlds):
             plan = Plan.of(replace(self.request, backend=backend, world=world, seed=self.seeds[0]))

@@ -61,6 +61,12 @@ def test_a_worker_that_dies_costs_its_run_alone(app_file: AppFile, tmp_path: Pat
     assert [result.outcome for result in results].count(Outcome.SUCCESS) == 2
 
 
+def test_a_worker_may_die_of_a_signal_without_a_name(app_file: AppFile) -> None:
+    sweep = sweep_of(app_file("os.kill(os.getpid(), signal.SIGRTMIN + 1)"), seeds=1)
+    (record,) = _records(sweep, LocalEngine(1)).values()
+    assert record.result.reason == f"the worker process died: signal {signal.SIGRTMIN + 1}"
+
+
 def test_a_run_that_hangs_is_given_up(app_file: AppFile) -> None:
     sweep = sweep_of(app_file("Event().wait()"), seeds=1)
     (record,) = _records(sweep, LocalEngine(1, wall_timeout_s=3.0)).values()

@@ -9,6 +9,8 @@ from robotcore.errors import BackendMissingError, UsageError
 from robotcore.sweep import Sweep
 from robotcore.sweep.seeds import seeds_of
 
+SEARCH = RunRequest("green-search")
+
 
 @pytest.mark.parametrize(
     "text, seeds",
@@ -24,12 +26,29 @@ def test_what_is_no_seed_is_refused_with_the_right_form(text: str) -> None:
         seeds_of(text)
 
 
+@pytest.mark.parametrize("text", ["0-9999999999999", "1-1000000,1000001", "1-600000,1-600000"])
+def test_more_seeds_than_anybody_can_run_are_refused_before_they_fill_the_memory(text: str) -> None:
+    with pytest.raises(UsageError, match="more than 1,000,000"):
+        seeds_of(text)
+
+
+def test_a_seed_of_too_many_digits_is_refused() -> None:
+    with pytest.raises(UsageError, match="is no seed"):
+        seeds_of("9" * 5000)
+
+
 def test_every_combination_is_one_request_seed_by_seed() -> None:
     sweep = Sweep(RunRequest("a", rate_hz=10.0), ("kinematic", "pybullet"), ("open", "arena"), (1, 2))
     requests = list(sweep.requests())
     assert len(requests) == len(set(map(repr, requests))) == len(sweep) == 8
     assert [request.seed for request in requests] == [1] * 4 + [2] * 4
     assert {request.rate_hz for request in requests} == {10.0}
+
+
+@pytest.mark.parametrize("sweep", [Sweep(SEARCH, ()), Sweep(SEARCH, worlds=()), Sweep(SEARCH, seeds=())])
+def test_a_sweep_of_nothing_is_refused(sweep: Sweep) -> None:
+    with pytest.raises(UsageError, match="nothing to sweep: name one"):
+        sweep.check()
 
 
 def test_a_name_that_is_wrong_in_any_combination_is_refused() -> None:
