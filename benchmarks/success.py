@@ -62,8 +62,8 @@ def _row(group: Group) -> tuple[str, ...]:
         f"{group.verified}/{group.runs}",
         f"{100 * low:.1f} to {100 * high:.1f} %",
         contacts_told(group),
-        time_told(group.median_time),
-        time_told(group.slowest_time),
+        time_told(group.median_time_s),
+        time_told(group.slowest_time_s),
     )
 
 

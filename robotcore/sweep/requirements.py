@@ -13,8 +13,8 @@ MEASURES: dict[str, Callable[[Group], float | None]] = {
     "verified": lambda group: group.verified_share,
     "success": lambda group: group.success_share,
     "contacts": lambda group: None if group.untold else group.contacts,
-    "median_time_s": lambda group: group.median_time,
-    "slowest_time_s": lambda group: group.slowest_time,
+    "median_time_s": lambda group: group.median_time_s,
+    "slowest_time_s": lambda group: group.slowest_time_s,
 }
 """What can be required of each backend in each world; the first two are shares from 0 to 1, the third a total.
 

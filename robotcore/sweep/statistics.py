@@ -35,9 +35,10 @@ class Group:
     """The runs of one backend in one world; ``world`` is empty where a backend has none.
 
     A run passes where it is not failing. ``successes`` are the app's word, ``verified`` the simulator's. ``contacts``
-    were counted but for ``untold`` runs, of which nobody knows. Both are None where no run could tell. Within
-    ``median_time`` half of all runs pass, within ``slow_time`` 90 %, within ``slowest_time`` all of them, in seconds on
-    the robot's clock; None where fewer ever do. So a run that hangs or fails at once makes no group faster.
+    were counted but for ``untold`` runs, of which nobody knows. ``verified`` and ``contacts`` are None where no run
+    could tell. Half of all runs pass within ``median_time_s``, 90 % within ``p90_time_s``, all of them within
+    ``slowest_time_s``, on the robot's clock; None where fewer ever do. So no run that hangs or fails at once makes a
+    group faster.
     """
 
     backend: str
@@ -48,9 +49,9 @@ class Group:
     verified: int | None
     contacts: int | None
     untold: int
-    median_time: float | None
-    slow_time: float | None
-    slowest_time: float | None
+    median_time_s: float | None
+    p90_time_s: float | None
+    slowest_time_s: float | None
 
     @property
     def name(self) -> str:
@@ -131,9 +132,9 @@ class Tally:
             verified=self._verified,
             contacts=self._contacts,
             untold=self._untold,
-            median_time=_finite(statistics.median(times)),
-            slow_time=_finite(times[math.ceil(0.9 * len(times)) - 1]),
-            slowest_time=_finite(times[-1]),
+            median_time_s=_finite(statistics.median(times)),
+            p90_time_s=_finite(times[math.ceil(0.9 * len(times)) - 1]),
+            slowest_time_s=_finite(times[-1]),
         )
 
 

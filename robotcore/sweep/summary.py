@@ -41,8 +41,8 @@ def _row(group: Group) -> tuple[str, ...]:
         group.world,
         *_verified(group),
         contacts_told(group),
-        time_told(group.median_time),
-        time_told(group.slowest_time),
+        time_told(group.median_time_s),
+        time_told(group.slowest_time_s),
     )
 
 

@@ -60,7 +60,7 @@ def test_where_nobody_judges_the_apps_word_counts() -> None:
 
 def test_times_say_within_how_long_half_90_percent_and_all_runs_pass() -> None:
     (group,) = grouped(record_of(time=float(time)) for time in range(1, 21))
-    assert (group.median_time, group.slow_time, group.slowest_time) == (10.5, 18.0, 20.0)
+    assert (group.median_time_s, group.p90_time_s, group.slowest_time_s) == (10.5, 18.0, 20.0)
 
 
 @pytest.mark.parametrize(
@@ -71,4 +71,4 @@ def test_a_run_that_fails_at_once_makes_no_group_faster(
     how: Record, failing: int, median: float | None, slow: float | None, slowest: float | None
 ) -> None:
     (group,) = grouped([how] * failing + [record_of(time=5.0)] * (10 - failing))
-    assert (group.median_time, group.slow_time, group.slowest_time) == (median, slow, slowest)
+    assert (group.median_time_s, group.p90_time_s, group.slowest_time_s) == (median, slow, slowest)
