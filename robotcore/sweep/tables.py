@@ -29,8 +29,7 @@ def write_csv(file: Path, columns: Sequence[str], records: Iterable[Record]) -> 
 
 
 def _cells(record: Record) -> dict[str, Any]:
-    told = json.loads(record.to_json())
-    del told["path"]
+    told = {**json.loads(record.result.to_json()), "command": record.command, "picture": record.picture}
     return {column: _harmless(value) for key, item in told.items() for column, value in _columns(key, item)}
 
 
