@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import cv2
@@ -12,7 +11,7 @@ from robotcore.devices import Image, Intrinsics
 from robotcore.errors import UsageError
 from robotcore.vision.blob import Blob
 from robotcore.vision.hues import hue_of
-from robotcore.vision.patches import Box, Patch, box_of, measured, outlines
+from robotcore.vision.patches import Box, Patch, box_of, measured, outlines, pixels_in
 from robotcore.vision.wedge import Wedge, passed
 
 CAST, ALWAYS_ENOUGH = 0.6, 0.38
@@ -53,15 +52,18 @@ class ColourDetector:
     ) -> None:
         if not 0 < tolerance < 90:
             raise UsageError(f"the tolerance is {tolerance:g} degrees; take more than 0 and less than 90")
+        if not min_area >= 1:
+            raise UsageError(f"the smallest area is {min_area} pixels; take 1 or more")
         self.hue = hue_of(hue)
         self._wedge = Wedge(self.hue, tolerance)
         self._min_saturation = min_saturation
         self._min_chroma = min_chroma
         self._min_area = min_area
-        self._shortest = 4 * (math.sqrt(min_area) - 1)  # no shorter outline has room for so many pixels
 
     def find(self, image: Image, intrinsics: Intrinsics) -> list[Blob]:
-        """Return the patches of at least ``min_area`` pixels, the largest first."""
+        """Return the patches of at least ``min_area`` pixels, the largest first; UsageError where a picture is grey."""
+        if image.ndim != 3:
+            raise UsageError(f"a grey picture, {image.shape}, has no hues; hand over a BGR one, (height, width, 3)")
         apart: list[Patch] = []
         for patch in sorted(self._patches(image), key=_area, reverse=True):
             if not any(patch.lies_in(larger.box) for larger in apart):
@@ -84,7 +86,7 @@ class ColourDetector:
         if len(candidates) > FEW:
             image = np.asarray(cv2.blur(image, (3, 3)), np.uint8)
             mask = passed(image, tests)
-            candidates = sorted(outlines(mask), key=len)[-MOST:]
+            candidates = sorted(outlines(mask), key=pixels_in)[-MOST:]
         for candidate in candidates:
             left, top, width, height = box = box_of(candidate)
             inside = slice(top, top + height), slice(left, left + width)
@@ -97,8 +99,8 @@ class ColourDetector:
         left, top = max(0, 2 * left - MARGIN_PX), max(0, 2 * top - MARGIN_PX)
         window = image[top:bottom, left:right].copy()  # OpenCV takes rows that lie together as one
         for outline in outlines(passed(window, self._wedge.of_chroma(chroma)), (left, top)):
-            if len(outline) >= self._shortest and (patch := measured(outline)).area >= self._min_area:
-                yield patch
+            if pixels_in(outline) >= self._min_area:
+                yield measured(outline)
 
     def _saturation_asked(self, image: Image) -> float:
         """Return the saturation to ask for: more, where the light or a lawn lends everything something of the hue."""

@@ -33,14 +33,18 @@ def outlines(mask: Mask, offset: tuple[int, int] = (0, 0)) -> list[Outline]:
     return list(found)
 
 
-def measured(outline: Outline) -> Patch:
-    """Return the patch within an outline.
+def pixels_in(outline: Outline) -> float:
+    """Return how many pixels the patch within an outline has.
 
     An outline goes through the middles of the edge's pixels, so it encloses half of them. Pick's theorem counts the
-    rest: pixels = enclosed area + edge / 2 + 1. These lie where the edge does.
+    rest: pixels = enclosed area + edge / 2 + 1.
     """
-    moments = cv2.moments(outline)
-    edge = len(outline) / 2 + 1 if len(outline) > 1 else 1.0
+    return cv2.contourArea(outline) + _not_enclosed(outline)
+
+
+def measured(outline: Outline) -> Patch:
+    """Return the patch within an outline; the pixels that it does not enclose lie where the edge does."""
+    moments, edge = cv2.moments(outline), _not_enclosed(outline)
     edge_u, edge_v = cv2.mean(outline)[:2]
     area = moments["m00"] + edge
     centroid = (moments["m10"] + edge * edge_u) / area, (moments["m01"] + edge * edge_v) / area
@@ -51,3 +55,7 @@ def box_of(outline: Outline) -> Box:
     """Return the box around an outline: left, top, width, height."""
     left, top, width, height = cv2.boundingRect(outline)
     return left, top, width, height
+
+
+def _not_enclosed(outline: Outline) -> float:
+    return len(outline) / 2 + 1 if len(outline) > 1 else 1.0

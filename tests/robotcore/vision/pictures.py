@@ -25,3 +25,10 @@ def painted(*patches: tuple[tuple[int, int, int], tuple[int, int, int, int]]) ->
         image[top : top + height, left : left + width] = colour
     image.flags.writeable = False
     return image
+
+
+def round_patch(colour: tuple[int, int, int], centre: tuple[int, int], radius: float, norm: int) -> Image:
+    """Return a grey picture with what lies within a radius: by the norm 2 a disc, by 1 a square on its corner."""
+    rows, columns = np.indices((INTRINSICS.height, INTRINSICS.width))
+    away = np.linalg.norm((columns - centre[0], rows - centre[1]), ord=norm, axis=0)
+    return np.where((away <= radius)[..., None], np.array(colour, np.uint8), np.uint8(128))

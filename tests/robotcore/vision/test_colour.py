@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from robotcore.devices import Image, Intrinsics
 from robotcore.errors import UsageError
 from robotcore.vision import Blob, ColourDetector, colour
-from tests.robotcore.vision.pictures import INTRINSICS, bgr, painted
+from tests.robotcore.vision.pictures import INTRINSICS, bgr, painted, round_patch
 
 GREEN, RED = bgr(128), bgr(0)
 PLACE = st.tuples(st.integers(1, 50), st.integers(1, 35), st.integers(4, 12), st.integers(3, 12))
@@ -46,6 +46,17 @@ class TestFind:
         assert [blob.area for blob in find(image)] == [12]
         assert [blob.area for blob in find(image, ColourDetector("green", min_area=11))] == [12, 11]
 
+    @given(st.tuples(st.integers(12, 50), st.integers(12, 35)), st.floats(2, 11), st.sampled_from((1, 2)))
+    def test_what_is_round_or_stands_on_its_corner_is_measured_by_its_pixels(
+        self, centre: tuple[int, int], radius: float, norm: int
+    ) -> None:
+        image = round_patch(GREEN, centre, radius, norm)
+        pixels = int((image == GREEN).all(axis=2).sum())
+        (blob,) = find(image, ColourDetector("green", min_area=pixels))
+        assert blob.area == pixels
+        assert blob.centroid == pytest.approx(centre)
+        assert find(image, ColourDetector("green", min_area=pixels + 1)) == []
+
     def test_leaves_out_what_lies_in_the_box_of_a_larger_one(self) -> None:
         corner = (GREEN, (5, 5, 30, 4)), (GREEN, (5, 5, 4, 30))
         (blob,) = find(painted(*corner, (GREEN, (20, 20, 8, 8))))
@@ -60,6 +71,20 @@ class TestFind:
         places = [(12 * column + 2, top) for top in (2, 24) for column in range(5)]
         patches = [(GREEN, (left, top, 8, 4 + 2 * n)) for n, (left, top) in enumerate(places)]
         assert [blob.box[3] for blob in find(painted(*patches))] == [22, 20, 18, 16, 14, 12, 10, 8]
+
+    def test_of_more_than_eight_patches_a_compact_one_comes_before_long_ones_of_fewer_pixels(self) -> None:
+        bars = [(GREEN, (left, top, 18, 4)) for left in (2, 26) for top in (2, 14, 26, 38)]
+        blobs = find(painted((GREEN, (50, 18, 10, 10)), *bars))
+        assert [blob.area for blob in blobs] == [100] + 7 * [72]
+
+    @pytest.mark.parametrize("min_area", [0, -3, math.nan])
+    def test_an_area_of_no_pixel_is_refused(self, min_area: int) -> None:
+        with pytest.raises(UsageError, match=r"the smallest area is .* pixels; take 1 or more"):
+            ColourDetector("green", min_area=min_area)
+
+    def test_a_grey_picture_is_refused(self) -> None:
+        with pytest.raises(UsageError, match=r"a grey picture, \(48, 64\), has no hues; hand over a BGR one"):
+            find(np.zeros((48, 64), np.uint8))
 
     @pytest.mark.parametrize("left, sign", [(5, 1), (50, -1)])
     def test_bearing_is_positive_to_the_left(self, left: int, sign: int) -> None:
