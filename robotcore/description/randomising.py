@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import colorsys
+from collections.abc import Iterable
 from random import Random
 from typing import NamedTuple, TypeVar
 
 from robotcore.description.base import Rgb, hue_degrees
 from robotcore.description.conditions import Conditions
+from robotcore.description.freehues import Arc, free_arcs, hue_at
 from robotcore.description.light import Light
 from robotcore.description.texture import Texture
 from robotcore.description.world import Ball, Box, Cylinder, Floor, Walls, WorldDescription
@@ -49,7 +51,7 @@ class _Drawing:
     def __init__(self, world: WorldDescription, seed: int) -> None:
         self.told: Told = {}
         self._world, self._seed, self._ranges = world, seed, world.randomisation
-        self._hues = _free_hues(world)
+        self._hues = _free_hues(world, map(self._target_hue, world.targets))
 
     def world(self) -> WorldDescription:
         world = self._world
@@ -90,14 +92,17 @@ class _Drawing:
 
     def _target(self, ball: Ball) -> Ball:
         """Return it in another shade of its own hue. What is told is the first one's."""
-        ranges, (hue, saturation, value) = self._ranges, _hsv(ball.colour)
-        turn = self._drawn(f"target {ball.name} hue", ranges.target_hue_deg, 0.0)
+        ranges, (_, saturation, value) = self._ranges, _hsv(ball.colour)
         saturation *= self._drawn(f"target {ball.name} saturation", ranges.target_saturation, 1.0)
         value *= self._drawn(f"target {ball.name} value", ranges.target_value, 1.0)
-        colour = _rgb(hue + turn, saturation, value)
+        colour = _rgb(self._target_hue(ball), saturation, value)
         if ball == self._world.target:
             self._told_colour("target", colour)
         return ball.model_copy(update={"colour": colour})
+
+    def _target_hue(self, ball: Ball) -> float:
+        turn = self._drawn(f"target {ball.name} hue", self._ranges.target_hue_deg, 0.0)
+        return hue_degrees(ball.colour) + turn
 
     def _conditions(self, conditions: Conditions) -> Conditions:
         drawn = {}
@@ -107,11 +112,10 @@ class _Drawing:
         return conditions.model_copy(update=drawn)
 
     def _colour(self, name: str, written: Rgb) -> Rgb:
-        """Return a colour whose hue is no target's."""
+        """Return a colour whose hue is no target's, as far as whole levels can tell a dull one's."""
         hue, saturation, value = _hsv(written)
         if self._hues:
-            place = len(self._hues) * self._share(f"{name} hue")
-            hue = self._hues[int(place)] + place % 1
+            hue = hue_at(self._hues, self._share(f"{name} hue"))
         saturation = self._drawn(f"{name} saturation", self._ranges.colour_saturation, saturation)
         return _rgb(hue, saturation, self._drawn(f"{name} value", self._ranges.colour_value, value))
 
@@ -149,12 +153,12 @@ class _Drawing:
         return Random(f"{self._seed}:{name}").random()
 
 
-def _free_hues(world: WorldDescription) -> list[int]:
-    """Return the degrees that are far enough from every target's hue; none where hues are to stay."""
-    gap, taken = world.randomisation.hue_gap_deg, [hue_degrees(ball.colour) for ball in world.targets]
+def _free_hues(world: WorldDescription, taken: Iterable[float]) -> list[Arc]:
+    """Return the hues that are far enough from every one that a target has drawn; none where hues are to stay."""
+    gap = world.randomisation.hue_gap_deg
     if gap is None:
         return []
-    free = [hue for hue in range(360) if all(abs((hue - other + 180) % 360 - 180) >= gap for other in taken)]
+    free = free_arcs(taken, gap)
     if not free:
         key, fault = "randomisation.hue_gap_deg", "it leaves no hue beside those of the targets"
         raise DescriptionError(f"the world {world.name!r}", key, f"{fault}, got {gap:g}", "Take a smaller one")

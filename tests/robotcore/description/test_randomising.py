@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import combinations
 from typing import Any
 
@@ -25,10 +26,10 @@ ARENA = draw_world(load_world("arena"), load_robot("rover"), 7)
 SEEN = {"colour", "texture"}
 
 
-def drawn(world: WorldDescription = ARENA, **ranges: Any) -> list[Randomised]:
+def drawn(world: WorldDescription = ARENA, *, seeds: Iterable[int] = SEEDS, **ranges: Any) -> list[Randomised]:
     """Return what the seeds make of a world with these ranges."""
     world = world.model_copy(update={"randomisation": Randomisation(**ranges)})
-    return [randomise(world, seed) for seed in SEEDS]
+    return [randomise(world, seed) for seed in seeds]
 
 
 def hue_gap(one: float, other: float) -> float:
@@ -86,7 +87,8 @@ def test_each_wheel_has_a_gain_of_its_own_from_one_range() -> None:
 
 @pytest.mark.parametrize("off", ["camera_noise", "patterns", "hue_gap_deg", "light_ambient", "target_value"])
 def test_one_that_is_switched_off_leaves_all_others_what_they_were(off: str) -> None:
-    for whole, part in zip(drawn(), drawn(ARENA, **{off: False}), strict=True):
+    without: dict[str, Any] = {off: False}
+    for whole, part in zip(drawn(), drawn(**without), strict=True):
         group = {"hue_gap_deg": "_hue_deg", "target_value": "target_", "patterns": "_pattern"}.get(off, off)
         assert {k: v for k, v in part.told.items() if group not in k}.items() <= whole.told.items()
         assert part != whole
@@ -107,12 +109,24 @@ def test_what_is_switched_off_stays_as_the_file_has_it() -> None:
         assert not {"camera_noise", "wheel_lag_s", "light_brightness", "floor_pattern"} & one.told.keys()
 
 
-def test_nothing_but_a_target_has_a_targets_hue() -> None:
+@pytest.mark.parametrize("gap", [50, 60, 80])
+def test_nothing_but_a_target_has_a_targets_hue(gap: int) -> None:
+    """A vivid colour's hue is off by less than a fifth of a degree once it is in whole levels."""
     green, blue = ball(), ball("second", colour="blue", x_m=1.0)
-    for world, _ in drawn(room(green, blue, box(x_m=-1.0)), hue_gap_deg=50, colour_saturation=(0.5, 1.0)):
+    vivid: dict[str, Any] = {"colour_saturation": (1.0, 1.0), "colour_value": (1.0, 1.0)}
+    for world, _ in drawn(room(green, blue, box(x_m=-1.0)), seeds=range(100), hue_gap_deg=gap, **vivid):
         assert world.walls
         for colour in (world.floor.colour, world.walls.colour, world.obstacles[0].colour, world.light.sky_colour):
-            assert min(hue_gap(hue_degrees(colour), hue_degrees(one.colour)) for one in (green, blue)) > 48
+            assert min(hue_gap(hue_degrees(colour), hue_degrees(one.colour)) for one in world.targets) > gap - 0.2
+
+
+def test_hues_come_as_near_to_a_targets_as_they_may_on_both_sides() -> None:
+    away = [
+        (hue_degrees(world.light.sky_colour) - hue_degrees(world.targets[0].colour)) % 360
+        for world, _ in drawn(room(ball()), seeds=range(100), colour_saturation=(1.0, 1.0), colour_value=(1.0, 1.0))
+    ]
+    assert 59 < min(away) < 70
+    assert 290 < max(away) < 301
 
 
 def test_a_target_stays_about_its_own_hue_and_a_grey_one_grey() -> None:
