@@ -13,7 +13,7 @@ from robotcore.errors import BackendError, RobotcoreError
 from robotcore.plan import RunRequest
 from robotcore.sweep.engine import imported, patience
 from robotcore.sweep.kit import Kit
-from robotcore.sweep.remote import perform_there
+from robotcore.sweep.remote import perform_there, refusal
 from robotcore.sweep.spec import Sweep
 from robotcore.sweep.window import Future, completed
 from robotcore.sweep.worker import Ended, unfinished
@@ -65,7 +65,7 @@ class ClusterEngine:
             )
         for worker, fault in faults.items():
             if fault:
-                raise BackendError(f"the worker {worker} cannot run this: {fault}")
+                raise BackendError(refusal(worker, fault))
 
     def _ended(self, request: RunRequest, future: Future) -> Ended:
         from distributed import KilledWorker
@@ -75,8 +75,8 @@ class ClusterEngine:
         except KilledWorker:
             return unfinished(request, BackendError("every worker that tried it died, or hung"))
         except BackendError as error:
-            raise BackendError(f"a worker that came since the sweep began cannot run it: {error}") from error
-        except (CancelledError, OSError) as error:
+            raise BackendError(f"{error}. What is done is kept; the same command goes on") from error
+        except (CancelledError, OSError) as error:  # a run's own OSError comes back as its record
             raise BackendError(
                 f"the scheduler at {self.address} is gone. What is done is kept; the same command goes on"
             ) from error

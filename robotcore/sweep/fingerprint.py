@@ -6,10 +6,11 @@ import hashlib
 import json
 import platform
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import asdict
 from functools import cache
-from importlib.metadata import packages_distributions, version
+from importlib.metadata import PackageNotFoundError, packages_distributions, version
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,9 @@ from robotcore.sweep.ownfiles import own_files
 from robotcore.sweep.spec import Sweep
 
 LIBRARIES = ("numpy", "cv2")
+PYTHON = "python"
 _SOURCES = {".py", ".toml"}
+_DRIVERS = "drivers"
 _PAGE = "robotcore/sweep/report"
 """Made from results; a change in it changes none."""
 
@@ -30,7 +33,7 @@ def digest(sweep: Sweep) -> str:
         "asked": asked(sweep),
         "code": code_digest(sweep.request.app, sweep.backends),
         "files": {str(file): _sha256(content) for file, content in own_files(sweep).items()},
-        "libraries": _libraries(sweep),
+        "libraries": libraries(sweep.backends),
     }
     return _sha256(json.dumps(told, sort_keys=True, default=str).encode())
 
@@ -44,7 +47,8 @@ def asked(sweep: Sweep) -> dict[str, Any]:
 def code_digest(app: str, backends: Iterable[str]) -> str:
     """Return a digest of the sources of robotcore, of the backends, and of an app that has a name.
 
-    Whole packages count: a line that changes nothing is taken for one that might.
+    Whole packages count: a line that changes nothing is taken for one that might. Of robotcore's own drivers each is
+    a package by itself: none knows another.
     """
     modules = [type(load_backend(backend)).__module__ for backend in backends]
     if not is_app_file(app):
@@ -53,8 +57,27 @@ def code_digest(app: str, backends: Iterable[str]) -> str:
     return _sha256("".join(_package_digest(package) for package in sorted(packages)).encode())
 
 
+def libraries(backends: Iterable[str]) -> dict[str, str]:
+    """Return the versions of Python and of the libraries that compute, by the names that pip knows."""
+    modules = {*LIBRARIES, *(module for backend in backends for module in load_backend(backend).modules)}
+    found = {PYTHON: platform.python_version()}
+    for name in {module.partition(".")[0] for module in modules}:
+        for owner in _owners().get(name, (name,)):  # Python 3.10 knows some owners only by the module's name
+            with suppress(PackageNotFoundError):
+                found[owner] = version(owner)
+    return found
+
+
+@cache
+def _owners() -> Mapping[str, list[str]]:
+    """Return who brought each module; it takes long, and what is imported by now stays as it is."""
+    return packages_distributions()
+
+
 def _package(module: str) -> str:
-    return module.rpartition(".")[0] or module
+    """Return the outermost package of a module, or the folder of a driver in ours."""
+    names = module.split(".")
+    return ".".join(names[: 2 if names[0] == _DRIVERS else 1])
 
 
 @cache
@@ -76,14 +99,6 @@ def _sources(name: str) -> Iterator[tuple[Path, str]]:
                 yield file, there
     if not hasattr(module, "__path__") and module.__file__:
         yield Path(module.__file__), name
-
-
-def _libraries(sweep: Sweep) -> dict[str, str]:
-    """Return the versions of Python and of the libraries that compute."""
-    modules = {*LIBRARIES, *(module for backend in sweep.backends for module in load_backend(backend).modules)}
-    owners = packages_distributions()
-    found = {owner for module in modules for owner in owners.get(module.partition(".")[0], ())}
-    return {"python": platform.python_version(), **{owner: version(owner) for owner in sorted(found)}}
 
 
 def _sha256(content: bytes) -> str:

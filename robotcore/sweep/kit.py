@@ -1,4 +1,4 @@
-"""What the workers of a cluster are given: the user's own files, and by which robotcore they are to be run."""
+"""What the workers of a cluster are given: the user's own files, and by what they are to be run."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from robotcore.appfile import is_app_file
 from robotcore.errors import RobotcoreError
-from robotcore.sweep.fingerprint import code_digest
+from robotcore.sweep.fingerprint import PYTHON, code_digest, libraries
 from robotcore.sweep.ownfiles import is_own, own_files
 from robotcore.sweep.spec import Sweep
 
@@ -22,7 +23,7 @@ class Kit:
 
     app: str
     backends: tuple[str, ...]
-    version: str
+    versions: Mapping[str, str]
     code: str
     home: Path
     files: Mapping[Path, bytes]
@@ -31,17 +32,17 @@ class Kit:
     def of(cls, sweep: Sweep) -> Kit:
         """Return the kit of a sweep that was checked."""
         app, backends = sweep.request.app, sweep.backends
-        return cls(app, backends, version("robotcore"), code_digest(app, backends), Path.cwd(), own_files(sweep))
+        return cls(app, backends, _versions(backends), code_digest(app, backends), Path.cwd(), own_files(sweep))
 
     def mismatch(self) -> str | None:
         """Return why this process cannot run what the kit is for; None where it can."""
-        here = version("robotcore")
-        if here != self.version:
-            return f"it has robotcore {here}, here is {self.version}. Install the same, and start it again"
         try:
-            code = code_digest(self.app, self.backends)
+            found, code = _versions(self.backends), code_digest(self.app, self.backends)
         except RobotcoreError as error:
             return str(error)
+        for name, wanted in self.versions.items():
+            if (has := found.get(name, "none")) != wanted:
+                return f"{name}: it has {has}, here is {wanted}. {_remedy(name, wanted)}, and start it again"
         if code != self.code:
             return "its robotcore, drivers or apps are not those that are here. Install the same, and start it again"
         return None
@@ -55,11 +56,15 @@ class Kit:
         return total.hexdigest()
 
     def unpack(self, root: Path) -> None:
-        """Write the files below ``root``; those of one folder stay beside each other."""
-        for file, content in self.files.items():
-            place = root / _place(file)
-            place.parent.mkdir(parents=True, exist_ok=True)
-            place.write_bytes(content)
+        """Make ``root`` with the files below it, all or none; those of one folder stay beside each other."""
+        with TemporaryDirectory(dir=root.parent) as folder:
+            unfinished = Path(folder, root.name)
+            unfinished.mkdir()
+            for file, content in self.files.items():
+                place = unfinished / _place(file)
+                place.parent.mkdir(exist_ok=True)
+                place.write_bytes(content)
+            unfinished.rename(root)
 
     def app_in(self, root: Path, name: str) -> str:
         """Return an app's name where the files are unpacked below ``root``."""
@@ -68,6 +73,14 @@ class Kit:
     def description_in(self, root: Path, name: str) -> str:
         """Return a robot's or a world's name where the files are unpacked below ``root``."""
         return str(root / _place(self.home / name)) if is_own(name) else name
+
+
+def _versions(backends: tuple[str, ...]) -> dict[str, str]:
+    return {"robotcore": version("robotcore"), **libraries(backends)}
+
+
+def _remedy(name: str, wanted: str) -> str:
+    return f"Take the same {name} there" if name == PYTHON else f"pip install {name}=={wanted} there"
 
 
 def _place(file: Path) -> Path:

@@ -23,8 +23,13 @@ def is_own(name: str) -> bool:
 def _files(sweep: Sweep) -> Iterator[Path]:
     if is_app_file(sweep.request.app):
         app = Path(sweep.request.app.partition(":")[0]).absolute()
-        yield from (app, *app.parent.glob("*.py"))
+        yield from (app, *filter(_is_module, app.parent.glob("*.py")))
     yield from (Path(name).absolute() for name in (sweep.request.robot, *sweep.worlds) if is_own(name))
+
+
+def _is_module(file: Path) -> bool:
+    """Return whether it can be imported; the lock of an editor (``.#app.py``) or a folder cannot."""
+    return file.is_file() and not file.name.startswith(".")
 
 
 def _content(file: Path) -> bytes:

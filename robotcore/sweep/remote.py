@@ -13,11 +13,11 @@ from tempfile import TemporaryDirectory
 from threading import Lock, Timer
 
 from robotcore.catalogue import app_name
-from robotcore.errors import BackendError
+from robotcore.errors import BackendError, RobotcoreError
 from robotcore.plan import RunRequest
 from robotcore.sweep.command import command_of
 from robotcore.sweep.kit import Kit
-from robotcore.sweep.worker import Ended, perform, prepare
+from robotcore.sweep.worker import Ended, perform, prepare, unfinished
 
 HUNG = 75
 """The exit status of a worker process that ended itself over a run that hung."""
@@ -30,18 +30,37 @@ def perform_there(request: RunRequest, kit: Kit, limit: float) -> Ended:
     """Run as `perform` does, in a worker that may have come since the sweep began.
 
     A run that takes longer than ``limit`` seconds ends the process: nothing else stops a thread that hangs.
+    BackendError where this worker is not fit for the kit.
     """
     if fault := kit.mismatch():
-        raise BackendError(fault)
+        raise BackendError(refusal(_address(), fault))
     with _one_at_a_time, _ended_after(limit):
-        root = _unpacked(kit)
-        placed = replace(
-            request,
-            app=kit.app_in(root, request.app),
-            robot=kit.description_in(root, request.robot),
-            world=kit.description_in(root, request.world) if request.world else None,
-        )
-        return _as_asked(perform(placed), request)
+        try:
+            return _as_asked(perform(_placed(request, kit)), request)
+        except OSError as error:  # raised over there, it would look like a connection that is lost
+            return unfinished(request, RobotcoreError(f"{type(error).__name__}: {error}"))
+
+
+def refusal(worker: str, fault: str) -> str:
+    """Return the words for a worker that is not fit."""
+    return f"the worker {worker} cannot run this: {fault}"
+
+
+def _address() -> str:
+    from distributed import get_worker
+
+    return str(get_worker().address)
+
+
+def _placed(request: RunRequest, kit: Kit) -> RunRequest:
+    """Return the request with the names that the files have here."""
+    root = _unpacked(kit)
+    return replace(
+        request,
+        app=kit.app_in(root, request.app),
+        robot=kit.description_in(root, request.robot),
+        world=kit.description_in(root, request.world) if request.world else None,
+    )
 
 
 def _as_asked(ended: Ended, request: RunRequest) -> Ended:

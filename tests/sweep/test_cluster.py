@@ -15,6 +15,7 @@ import pytest
 from robotcore import Outcome
 from robotcore.errors import BackendError, BackendMissingError
 from robotcore.sweep import ClusterEngine, LocalEngine, Record, Sweep
+from robotcore.sweep.command import command_of
 from robotcore.sweep.engine import Engine
 from tests.sweep.conftest import AppFile, sweep_of
 
@@ -108,9 +109,7 @@ def test_own_files_go_along_anew_when_they_have_changed(
         records = _told(ClusterEngine(scheduler), sweep)
         assert {record.result.reason for record in records.values()} == {words}
         assert {(record.result.app, record.result.world) for record in records.values()} == {("odd.py", "mine")}
-        assert set(records) == {
-            f"robotcore run odd.py --world mine.toml --seed {seed} --timeout 5.0" for seed in (1, 2)
-        }
+        assert set(records) == {command_of(request) for request in sweep.requests()}
 
 
 @pytest.mark.usefixtures("workers")
@@ -121,9 +120,38 @@ def test_an_app_that_raises_costs_its_run_alone(scheduler: str, app_file: AppFil
 
 
 @pytest.mark.usefixtures("workers")
+def test_a_file_that_a_run_misses_costs_that_run_alone(scheduler: str, app_file: AppFile) -> None:
+    app = Path(app_file())
+    app.write_text(app.read_text() + "\n    stopping = property(lambda self: open('/no/such/file'))\n")
+    records = _told(ClusterEngine(scheduler), sweep_of(str(app))).values()
+    missed = "FileNotFoundError: [Errno 2] No such file or directory: '/no/such/file'"
+    assert [record.result.reason for record in records] == [missed] * 2
+
+
+@pytest.mark.usefixtures("workers")
+def test_workers_with_another_library_are_told_how_to_get_ours(scheduler: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("robotcore.sweep.fingerprint.version", lambda name: "1.2.3")
+    refused = (
+        r"the worker tcp://.* cannot run this: numpy: it has .*, here is 1\.2\.3\. pip install numpy==1\.2\.3 there"
+    )
+    with pytest.raises(BackendError, match=refused):
+        _told(ClusterEngine(scheduler), sweep_of("green-search"))
+
+
+@pytest.mark.usefixtures("workers")
 def test_workers_with_other_code_are_refused(scheduler: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("robotcore.sweep.fingerprint._package_digest", lambda name: "changed")
     with pytest.raises(BackendError, match=r"the worker tcp://.* cannot run this: its robotcore, .* start it again"):
+        _told(ClusterEngine(scheduler), sweep_of("green-search"))
+
+
+@pytest.mark.usefixtures("workers")
+def test_a_worker_that_joins_later_with_other_code_ends_the_sweep_by_its_address(
+    scheduler: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("robotcore.sweep.fingerprint._package_digest", lambda name: "changed")
+    monkeypatch.setattr(ClusterEngine, "_require_workers", lambda *_: None)
+    with pytest.raises(BackendError, match=r"the worker tcp://.*start it again. What is done is kept"):
         _told(ClusterEngine(scheduler), sweep_of("green-search"))
 
 

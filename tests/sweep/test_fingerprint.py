@@ -1,0 +1,77 @@
+from __future__ import annotations
+
+import platform
+import sys
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from apps.green_search import GreenSearch
+from robotcore.sweep import fingerprint
+from robotcore.sweep.fingerprint import code_digest, libraries
+from robotcore.sweep.ownfiles import own_files
+from tests.sweep.conftest import AppFile, sweep_of
+
+REFLEX = """
+from apps.green_search import GreenSearch
+
+class Reflex(GreenSearch):
+    ...
+"""
+
+
+@pytest.fixture
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A package of somebody's, with an app two folders down; that app is what every name of an app stands for."""
+    root = tmp_path / "my_robots"
+    (root / "apps").mkdir(parents=True)
+    (root / "__init__.py").touch()
+    (root / "gains.py").write_text("GAIN = 1\n")
+    (root / "apps" / "__init__.py").touch()
+    (root / "apps" / "reflex.py").write_text(REFLEX)
+    monkeypatch.syspath_prepend(tmp_path)
+    app = import_module("my_robots.apps.reflex").Reflex
+    monkeypatch.setattr(fingerprint, "load_app", lambda name: app)
+    yield root
+    for name in ("my_robots", "my_robots.apps", "my_robots.apps.reflex"):
+        del sys.modules[name]
+    fingerprint._package_digest.cache_clear()
+
+
+def test_a_module_beside_the_folder_of_the_app_counts(package: Path) -> None:
+    before = code_digest("reflex", ())
+    (package / "gains.py").write_text("GAIN = 2\n")
+    fingerprint._package_digest.cache_clear()
+    assert code_digest("reflex", ()) != before
+
+
+@pytest.mark.parametrize(
+    "module, package",
+    [
+        ("my_robots.apps.reflex", "my_robots"),
+        ("reflex", "reflex"),
+        (GreenSearch.__module__, "apps"),
+        ("drivers.kinematic.backend", "drivers.kinematic"),
+        ("acme.drivers.arm.backend", "acme"),
+    ],
+)
+def test_code_counts_by_its_outermost_package_but_drivers_one_by_one(module: str, package: str) -> None:
+    assert fingerprint._package(module) == package
+
+
+def test_libraries_count_also_where_python_does_not_know_who_brought_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fingerprint, "_owners", dict)
+    assert libraries(()) == {"python": platform.python_version(), "numpy": np.__version__}
+
+
+def test_what_cannot_be_imported_is_no_file_of_an_app(app_file: AppFile) -> None:
+    """Emacs locks a file with a link that leads nowhere, macOS keeps what a foreign disk cannot in a second file."""
+    app = Path(app_file())
+    app.with_name(".#odd.py").symlink_to("somebody@somewhere.1234")
+    app.with_name("._odd.py").touch()
+    app.with_name("notes.py").mkdir()
+    app.with_name("helper.py").touch()
+    assert {file.name for file in own_files(sweep_of(str(app)))} == {"odd.py", "helper.py"}
