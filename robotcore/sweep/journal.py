@@ -1,4 +1,4 @@
-"""A file of lines that one process adds to, and that a process which is killed leaves whole."""
+"""A file of lines that one process adds to; neither its end nor that of the power takes one of them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from robotcore.errors import UsageError
 
 
 class Journal:
-    """Lines of UTF-8, added one by one. An OSError is the caller's to tell."""
+    """Lines of UTF-8, added one by one, each on the disk before the next. An OSError is the caller's to tell."""
 
     def __init__(self, file: FileIO) -> None:
         self._file = file
@@ -44,6 +44,7 @@ class Journal:
         finally:
             if written < len(content):
                 self._file.truncate(size)
+        os.fsync(self._file.fileno())
 
     def forget(self) -> None:
         """Drop every line."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -32,9 +33,14 @@ class Record:
         return result.outcome is not Outcome.SUCCESS or result.verified is False or bool(result.contacts)
 
     def to_json(self) -> str:
-        """Return the keys of the result, then ``command``, ``path`` and ``picture``, as one line of JSON."""
-        told = json.loads(self.result.to_json())
-        return json.dumps({**told, "command": self.command, "path": self.path, "picture": self.picture})
+        """Return the keys of the result, then ``command``, ``path`` and ``picture``, as one line of JSON.
+
+        JSON has no NaN and no infinity: such a number becomes null, such a point of the path is left out.
+        """
+        told = json.loads(self.result.to_json(), parse_constant=lambda _: None)
+        path = self.path and [point for point in self.path if all(map(math.isfinite, point))]
+        told.update(command=self.command, path=path, picture=self.picture)
+        return json.dumps(told, allow_nan=False)
 
     @classmethod
     def from_json(cls, line: str) -> Record:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import replace
 from datetime import datetime, timezone
 from functools import cached_property
@@ -24,6 +24,7 @@ from robotcore.sweep.tables import columns_of, write_csv
 from robotcore.sweep.worker import Ended
 
 RESULTS, SPEC, PICTURES = "results.jsonl", "sweep.json", "failures"
+UNFINISHED_SPEC = f"{SPEC}.part"
 TABLE, FAILURES = "results.csv", "failures.csv"
 
 
@@ -58,9 +59,7 @@ class Results:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        if self._journal:
-            self._journal.close()
-            self._journal = None
+        self._close()
 
     @property
     def date(self) -> datetime:
@@ -103,31 +102,47 @@ class Results:
             raise self._unwritable(error) from error
 
     def _open(self) -> None:
-        spec = self.directory / SPEC
         self.directory.mkdir(parents=True, exist_ok=True)
-        if not spec.exists():
-            self._require_empty()
-            self._write_spec(spec)
-        self._journal = Journal.open(self.directory / RESULTS)
+        self._require_sweep_or_nothing()
+        with ExitStack() as unless_all_goes_well:
+            self._journal = Journal.open(self.directory / RESULTS)
+            unless_all_goes_well.callback(self._close)
+            self._take()
+            unless_all_goes_well.pop_all()
+
+    def _require_sweep_or_nothing(self) -> None:
+        """Refuse a folder of something else; what a sweep leaves that was killed over its first file is nothing."""
+        if (self.directory / SPEC).exists():
+            return
+        if any(file.name not in {RESULTS, UNFINISHED_SPEC} or _is_kept(file) for file in self.directory.iterdir()):
+            raise UsageError(f"{self.directory} holds something that is no sweep. Name a new folder with --out")
+
+    def _take(self) -> None:
+        """Let the folder, which nobody else writes to by now, be that of this sweep; refuse another sweep's."""
+        spec = self.directory / SPEC
         if self._fresh:
             self._forget()
+        if self._fresh or not spec.exists():
             self._write_spec(spec)
         elif _digest_in(spec) != self._digest:
-            self._journal.close()
             raise UsageError(
                 f"{self.directory} holds another sweep: something else was asked for then, or code or descriptions "
                 "have changed since. Name another folder, or run it anew with --fresh"
             )
 
-    def _require_empty(self) -> None:
-        if any(self.directory.iterdir()):
-            raise UsageError(f"{self.directory} holds something that is no sweep. Name a new folder with --out")
-
     def _write_spec(self, spec: Path) -> None:
         told = json.dumps({"digest": self._digest, **asked(self.sweep)}, default=str, indent=2)
-        unfinished = spec.with_suffix(f".{os.getpid()}")
-        unfinished.write_text(told + "\n", encoding="utf-8")
+        unfinished = spec.with_name(UNFINISHED_SPEC)
+        with unfinished.open("w", encoding="utf-8") as file:
+            file.write(told + "\n")
+            file.flush()
+            os.fsync(file.fileno())
         unfinished.replace(spec)
+
+    def _close(self) -> None:
+        if self._journal:
+            self._journal.close()
+            self._journal = None
 
     def _forget(self) -> None:
         assert self._journal
@@ -162,6 +177,11 @@ def _record(line: str, where: str) -> Record:
         return Record.from_json(line)
     except ValueError as error:
         raise UsageError(f"{where}: {error}. Run it anew with --fresh") from error
+
+
+def _is_kept(file: Path) -> bool:
+    """Return whether a file holds results."""
+    return file.name == RESULTS and file.stat().st_size > 0
 
 
 def _digest_in(spec: Path) -> str | None:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 
 import pytest
@@ -20,6 +21,13 @@ def test_json_is_one_line_with_the_keys_of_the_result_first() -> None:
     line = record_of().to_json()
     assert "\n" not in line
     assert list(json.loads(line)) == [*json.loads(record_of().result.to_json()), "command", "path", "picture"]
+
+
+def test_numbers_that_json_does_not_have_are_unknown_and_their_points_left_out() -> None:
+    record = replace(record_of(), path=((0.0, 1.0, 2.0), (0.5, math.nan, 2.0), (1.0, 1.0, math.inf)))
+    record = replace(record, result=replace(record.result, distance_to_target_m=math.nan))
+    told = json.loads(record.to_json(), parse_constant=pytest.fail)
+    assert (told["path"], told["distance_to_target_m"]) == ([[0.0, 1.0, 2.0]], None)
 
 
 @pytest.mark.parametrize("line", ["", "{", "[]", "{}", '{"path": null, "command": "x"}', '{"path": [[1, 2]]}'])

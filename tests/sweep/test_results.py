@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import csv
 import errno
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -90,6 +91,42 @@ def test_a_folder_of_something_else_is_refused_even_where_all_is_to_be_anew(tmp_
     with pytest.raises(UsageError, match="no sweep"), Results(SWEEP, tmp_path, fresh=True):
         pass
     assert [file.name for file in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+@pytest.mark.parametrize("fresh", [False, True])
+def test_a_sweep_that_was_killed_over_its_first_file_begins_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fresh: bool
+) -> None:
+    with monkeypatch.context() as over_its_first_file:
+        over_its_first_file.setattr(Path, "replace", _killed)
+        with pytest.raises(SystemExit), Results(SWEEP, tmp_path):
+            pass
+    assert not (tmp_path / "sweep.json").exists()
+    with Results(SWEEP, tmp_path, fresh=fresh) as again:
+        assert len(again.missing()) == 3
+    assert {file.name for file in tmp_path.iterdir()} == {"sweep.json", "results.jsonl"}
+
+
+def _killed(*arguments: object) -> None:
+    raise SystemExit
+
+
+def test_results_without_a_word_of_what_was_asked_are_left_alone(tmp_path: Path) -> None:
+    file = tmp_path / "results.jsonl"
+    file.write_text("somebody's\n")
+    with pytest.raises(UsageError, match="no sweep"), Results(SWEEP, tmp_path, fresh=True):
+        pass
+    assert file.read_text() == "somebody's\n"
+
+
+def test_a_run_is_on_the_disk_before_the_next_one_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    synced: list[int] = []
+    with Results(SWEEP, tmp_path) as results:
+        monkeypatch.setattr(os, "fsync", lambda file: synced.append(os.fstat(file).st_size))
+        for seed in (1, 2):
+            results.add(_ended(seed))
+            assert synced[-1] == (tmp_path / "results.jsonl").stat().st_size
+    assert len(synced) == 2
 
 
 def test_two_cannot_write_at_once(tmp_path: Path) -> None:
