@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Generator, Iterable
+from collections.abc import Generator, Iterable, Iterator
 from concurrent.futures import TimeoutError as RunTimeoutError
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from multiprocessing import get_context
+from multiprocessing import get_context, resource_tracker
 
 from robotcore.errors import BackendError, RobotcoreError
 from robotcore.plan import RunRequest
@@ -41,16 +41,33 @@ class LocalEngine:
         pebble = imported("pebble", "sweep")
         limit = patience(sweep.request, self.wall_timeout_s)
         pool = pebble.ProcessPool(self.jobs, initializer=prepare_child, context=get_context("spawn"))
+
+        def submit(request: RunRequest) -> Future:
+            with _holding_ctrl_c():  # the first one starts the workers
+                future: Future = pool.schedule(perform_in_child, (request,), timeout=limit)
+            return future
+
         try:
-            for request, future in completed(
-                lambda request: pool.schedule(perform_in_child, (request,), timeout=limit),
-                requests,
-                lambda: _AHEAD * self.jobs,
-            ):
+            for request, future in completed(submit, requests, lambda: _AHEAD * self.jobs):
                 yield _ended(request, future, limit)
         finally:
             pool.stop()
             pool.join()
+
+
+@contextmanager
+def _holding_ctrl_c() -> Iterator[None]:
+    """Let Ctrl-C wait, also in the threads and processes that start meanwhile and hand it on to theirs.
+
+    A terminal sends it to everyone, and a worker that just starts would be loud about it. Workers hear it again once
+    they are a group of their own (`prepare_child`).
+    """
+    resource_tracker.ensure_running()  # its start would let Ctrl-C through again
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _ended(request: RunRequest, future: Future, limit: float) -> Ended:

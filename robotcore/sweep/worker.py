@@ -6,6 +6,8 @@ Nothing heavy is imported with this module, so that `prepare` comes before NumPy
 from __future__ import annotations
 
 import os
+import signal
+from contextlib import suppress
 from dataclasses import replace
 from multiprocessing import parent_process
 from threading import Thread
@@ -41,6 +43,7 @@ def prepare() -> None:
 def prepare_child() -> None:
     """Make a child process ready: Ctrl-C in the terminal is its parent's business, and it does not outlive it."""
     os.setpgid(0, 0)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     Thread(target=_end_with_parent, daemon=True).start()
     prepare()
 
@@ -96,7 +99,17 @@ def _unstarted(request: RunRequest, error: RobotcoreError) -> RunResult:
         outcome=Outcome.ERROR,
         exit_status=error.exit_status,
         reason=str(error),
+        conditions=_drawn(request),
     )
+
+
+def _drawn(request: RunRequest) -> dict[str, float | str]:
+    """Return the conditions that the run was to be under; none where it cannot even be planned."""
+    from robotcore.plan import Plan
+
+    with suppress(Exception):  # the user's own app is made for it, and may raise anything
+        return dict(Plan.of(request).drawn)
+    return {}
 
 
 def _end_with_parent() -> None:

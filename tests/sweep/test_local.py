@@ -15,6 +15,7 @@ import pytest
 
 from robotcore import Outcome, RunRequest, run
 from robotcore.errors import BackendMissingError
+from robotcore.plan import Plan
 from robotcore.sweep import LocalEngine, Record, Sweep, run_sweep
 from tests.sweep.conftest import AppFile, sweep_of
 
@@ -74,6 +75,47 @@ def test_a_run_that_hangs_is_given_up(app_file: AppFile) -> None:
     assert (record.path, record.is_failure) == (None, True)
 
 
+def test_a_run_without_an_end_tells_the_conditions_that_it_was_under(app_file: AppFile) -> None:
+    request = RunRequest(app_file("os._exit(1)"), timeout_s=5.0, randomise=True)
+    sweep = Sweep(request, worlds=("open",), seeds=(1,))
+    (record,) = _records(sweep, LocalEngine(1)).values()
+    assert record.result.reason == "the worker process died: exit status 1"
+    assert record.result.conditions == Plan.of(next(sweep.requests())).drawn != {}
+
+
+def test_a_run_that_cannot_even_be_planned_has_no_conditions(app_file: AppFile) -> None:
+    (record,) = _records(sweep_of(app_file(head="1 / 0"), seeds=1), LocalEngine(1)).values()
+    assert (record.result.outcome, record.result.conditions) == (Outcome.ERROR, {})
+
+
+CTRL_C_AT_A_WORKER_S_START = """
+import os, signal, sys
+if "--multiprocessing-fork" in sys.orig_argv:
+    os.killpg(0, signal.SIGINT)
+"""
+
+
+def test_ctrl_c_while_workers_start_is_told_once(app_file: AppFile, tmp_path: Path) -> None:
+    """A terminal sends it to the whole group, in which a worker is until it has started."""
+    (tmp_path / "sitecustomize.py").write_text(CTRL_C_AT_A_WORKER_S_START)
+    done = subprocess.run(
+        [sys.executable, "-m", "robotcore", *_sweep(app_file(), tmp_path)],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])},
+        start_new_session=True,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 128 + signal.SIGINT
+    assert "KeyboardInterrupt" not in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_worker_that_has_started_hears_signals_again(app_file: AppFile) -> None:
+    deed = "assert not signal.pthread_sigmask(signal.SIG_BLOCK, ())"
+    assert _records(sweep_of(app_file(deed), seeds=1), LocalEngine(1))[1].result.outcome is Outcome.SUCCESS
+
+
 def test_closing_stops_what_is_under_way(app_file: AppFile, tmp_path: Path) -> None:
     """No process is left: every test checks that."""
     first = tmp_path / "first"
@@ -91,10 +133,13 @@ def test_workers_compute_with_one_thread_each(app_file: AppFile) -> None:
 def test_a_worker_does_not_outlive_a_parent_that_is_killed(app_file: AppFile, tmp_path: Path) -> None:
     note = tmp_path / "worker"
     app = app_file(f"open({str(note)!r}, 'w').write(str(os.getpid())); os.kill(os.getppid(), 9); Event().wait()")
-    arguments = ["sweep", app, "--seeds", "1", "--jobs", "1", "--out", str(tmp_path / "out")]
-    done = subprocess.run([sys.executable, "-m", "robotcore", *arguments], capture_output=True, check=False)
+    done = subprocess.run([sys.executable, "-m", "robotcore", *_sweep(app, tmp_path)], capture_output=True, check=False)
     assert done.returncode == -signal.SIGKILL
     _require_gone(int(note.read_text()))
+
+
+def _sweep(app: str, folder: Path) -> list[str]:
+    return ["sweep", app, "--world", "open", "--seeds", "1", "--jobs", "1", "--out", str(folder / "out")]
 
 
 def _require_gone(process: int) -> None:
