@@ -65,7 +65,7 @@ def libraries(backends: Iterable[str]) -> dict[str, str]:
         for owner in _owners().get(name, (name,)):  # Python 3.10 knows some owners only by the module's name
             with suppress(PackageNotFoundError):
                 found[owner] = version(owner)
-    return found
+    return dict(sorted(found.items()))
 
 
 @cache
