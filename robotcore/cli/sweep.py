@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,8 +19,6 @@ if TYPE_CHECKING:
     from robotcore.sweep.engine import Engine
 
 FOLDER = click.Path(path_type=Path, file_okay=False)
-REPORT = "robotcore.sweep.report"
-"""Found by name, so that what a report needs is imported only for one."""
 
 
 class _SweepCommand(click.Command):
@@ -84,7 +81,9 @@ def command(
 
     bounds = [Requirement.parse(text) for text in requirements]
     if report:
-        import_module(REPORT).require_installed()
+        from robotcore.sweep.report import require_ready
+
+        require_ready(report)
     sweep = Sweep(_request(**asked), backends, worlds, seeds_of(seeds))
     engine = _engine(cluster, jobs, wall_timeout_s)
     sweep.check()
@@ -140,8 +139,7 @@ def _run(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | N
 def _write_report(results: Results, directory: Path, line: str) -> Path:
     from robotcore.description import load_world
     from robotcore.sweep.ownfiles import is_own
+    from robotcore.sweep.report import write_report
 
     own = [load_world(name) for name in results.sweep.worlds if is_own(name)]
-    write_report = import_module(REPORT).write_report
-    file: Path = write_report(list(results.records()), directory, results.directory, asked=line, worlds=own)
-    return file
+    return write_report(list(results.records()), directory, results.directory, asked=line, worlds=own)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -27,20 +28,34 @@ def write_report(
     are those that are not shipped. Raises BackendMissingError where Jinja2 is missing and UsageError where the page
     cannot be written.
     """
-    require_installed()
+    require_ready(directory)
     from robotcore.sweep.report.page import page
 
-    file = directory / PAGE
+    file, unfinished = directory / PAGE, directory / f"{PAGE}.part"
     html = page(records, pictures, asked, worlds)
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-        file.write_text(html, encoding="utf-8", errors="replace")
-    except OSError as error:
-        raise UsageError(f"--report {directory}: {error.strerror}. Name a folder that can be written") from error
+    with _writing(directory):
+        unfinished.write_text(html, encoding="utf-8", errors="replace")
+        unfinished.replace(file)
     return file
 
 
-def require_installed() -> None:
-    """Raise BackendMissingError, with the remedy, where Jinja2 is missing: before a long sweep, not after it."""
+def require_ready(directory: Path) -> None:
+    """Raise, before a long sweep and not after it, where a report could not be written.
+
+    BackendMissingError where Jinja2 is missing, UsageError where the folder cannot be written.
+    """
     if find_spec("jinja2") is None:
         raise BackendMissingError("--report needs Jinja2, which is not installed. pip install 'robotcore[sweep]'")
+    with _writing(directory):
+        directory.mkdir(parents=True, exist_ok=True)
+        unfinished = directory / f"{PAGE}.part"
+        unfinished.touch()
+        unfinished.unlink()
+
+
+@contextmanager
+def _writing(directory: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise UsageError(f"--report {directory}: {error.strerror}. Name a folder that can be written") from error

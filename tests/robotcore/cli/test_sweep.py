@@ -190,11 +190,17 @@ def test_a_report_that_cannot_be_written_is_told_before_the_sweep(
     assert asked == []
 
 
+def test_a_report_into_a_folder_that_cannot_be_is_refused_before_the_sweep(cli: Cli, asked: list[RunRequest]) -> None:
+    told = cli(*SHORT, "--report", "/proc/nope")
+    assert (told.status, asked) == (2, [])
+    assert "--report /proc/nope: No such file or directory. Name a folder" in told.err
+
+
 def _report(monkeypatch: pytest.MonkeyPatch, fault: Exception | None = None) -> dict[str, Any]:
     """Put a report in place of the real one; return where what it is told will be found."""
     told: dict[str, Any] = {}
 
-    def require_installed() -> None:
+    def require_ready(directory: Path) -> None:
         if fault:
             raise fault
 
@@ -203,6 +209,6 @@ def _report(monkeypatch: pytest.MonkeyPatch, fault: Exception | None = None) -> 
         return directory / "index.html"
 
     report = ModuleType("robotcore.sweep.report")
-    vars(report).update(require_installed=require_installed, write_report=write_report)
+    vars(report).update(require_ready=require_ready, write_report=write_report)
     monkeypatch.setitem(sys.modules, report.__name__, report)
     return told
