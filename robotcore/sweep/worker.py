@@ -41,7 +41,11 @@ def prepare() -> None:
 
 
 def prepare_child() -> None:
-    """Make a child process ready: Ctrl-C in the terminal is its parent's business, and it does not outlive it."""
+    """Make a child process ready: Ctrl-C in the terminal is its parent's business, and it does not outlive it.
+
+    What an app prints goes to standard error: the standard output is the sweep's own.
+    """
+    os.dup2(2, 1)
     os.setpgid(0, 0)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     Thread(target=_end_with_parent, daemon=True).start()

@@ -138,6 +138,13 @@ def test_a_worker_does_not_outlive_a_parent_that_is_killed(app_file: AppFile, tm
     _require_gone(int(note.read_text()))
 
 
+def test_what_an_app_prints_stays_out_of_what_the_sweep_tells(app_file: AppFile, tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "robotcore", *_sweep(app_file("print('verified')"), tmp_path), "--json"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert len(done.stdout.splitlines()) == 1
+    assert "verified\n" in done.stderr
+
+
 def _sweep(app: str, folder: Path) -> list[str]:
     return ["sweep", app, "--world", "open", "--seeds", "1", "--jobs", "1", "--out", str(folder / "out")]
 
