@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 from contextlib import suppress
 from dataclasses import replace
 from multiprocessing import parent_process
@@ -46,6 +47,7 @@ def prepare_child() -> None:
     What an app prints goes to standard error: the standard output is the sweep's own.
     """
     os.dup2(2, 1)
+    sys.stdout = sys.stderr  # line by line: what waits in a buffer is lost with the worker
     os.setpgid(0, 0)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     Thread(target=_end_with_parent, daemon=True).start()
