@@ -16,7 +16,7 @@ from robotcore.sweep.report.series import series_of
 from robotcore.sweep.report.success import success_plot
 from robotcore.sweep.report.times import MAX_STEPS, arrival_plot, milestone_plot
 from robotcore.sweep.statistics import grouped
-from tests.sweep.report.samples import WAY, failed, many, passed
+from tests.robotcore.sweep.report.samples import WAY, failed, many, passed
 
 ARENA = {"arena": load_world("arena")}
 

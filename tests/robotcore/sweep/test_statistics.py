@@ -5,7 +5,7 @@ import pytest
 from robotcore import Outcome
 from robotcore.sweep import Record
 from robotcore.sweep.statistics import grouped, wilson
-from tests.sweep.conftest import record_of
+from tests.robotcore.sweep.conftest import record_of
 
 HUNG = record_of(Outcome.ERROR, verified=None, contacts=None, time=0.0)
 """A run that was given up, or whose process died."""

@@ -17,8 +17,8 @@ from robotcore.sweep import report
 from robotcore.sweep.record import Record
 from robotcore.sweep.report import write_report
 from robotcore.sweep.report.page import MAX_PICTURES
-from tests.sweep.report.pages import Page
-from tests.sweep.report.samples import failed, many, passed
+from tests.robotcore.sweep.report.pages import Page
+from tests.robotcore.sweep.report.samples import failed, many, passed
 
 PNG = b"\x89PNG\r\n\x1a\n and what a picture holds"
 

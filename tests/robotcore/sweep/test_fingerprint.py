@@ -13,7 +13,7 @@ from apps.green_search import GreenSearch
 from robotcore.sweep import fingerprint
 from robotcore.sweep.fingerprint import code_digest, libraries
 from robotcore.sweep.ownfiles import own_files
-from tests.sweep.conftest import AppFile, sweep_of
+from tests.robotcore.sweep.conftest import AppFile, sweep_of
 
 REFLEX = """
 from apps.green_search import GreenSearch

@@ -8,7 +8,7 @@ import pytest
 
 from robotcore.sweep.explain import Share, explain, fisher
 from robotcore.sweep.record import Record
-from tests.sweep.report.samples import failed, passed
+from tests.robotcore.sweep.report.samples import failed, passed
 
 HERE = "fails more in arena on kinematic where"
 

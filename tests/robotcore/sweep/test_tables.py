@@ -9,7 +9,7 @@ import pytest
 
 from robotcore.sweep import Record
 from robotcore.sweep.tables import columns_of, write_csv
-from tests.sweep.conftest import record_of
+from tests.robotcore.sweep.conftest import record_of
 
 
 def _row(file: Path, record: Record) -> dict[str, str]:

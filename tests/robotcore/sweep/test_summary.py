@@ -8,7 +8,7 @@ from robotcore import Outcome
 from robotcore.sweep import Record
 from robotcore.sweep.statistics import grouped
 from robotcore.sweep.summary import fault, summary
-from tests.sweep.conftest import record_of
+from tests.robotcore.sweep.conftest import record_of
 
 
 def _lines(records: list[Record], width: int = 80) -> list[str]:

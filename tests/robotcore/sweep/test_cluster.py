@@ -17,7 +17,7 @@ from robotcore.errors import BackendError, BackendMissingError
 from robotcore.sweep import ClusterEngine, LocalEngine, Record, Sweep
 from robotcore.sweep.command import command_of
 from robotcore.sweep.engine import Engine
-from tests.sweep.conftest import AppFile, sweep_of
+from tests.robotcore.sweep.conftest import AppFile, sweep_of
 
 pytest.importorskip("distributed")
 

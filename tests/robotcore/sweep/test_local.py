@@ -17,7 +17,7 @@ from robotcore import Outcome, RunRequest, run
 from robotcore.errors import BackendMissingError
 from robotcore.plan import Plan
 from robotcore.sweep import LocalEngine, Record, Sweep, run_sweep
-from tests.sweep.conftest import AppFile, sweep_of
+from tests.robotcore.sweep.conftest import AppFile, sweep_of
 
 
 def _records(sweep: Sweep, engine: LocalEngine) -> dict[int | None, Record]:

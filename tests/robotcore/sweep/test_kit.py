@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from robotcore.sweep.kit import Kit
-from tests.sweep.conftest import AppFile, sweep_of
+from tests.robotcore.sweep.conftest import AppFile, sweep_of
 
 
 def test_a_kit_fits_where_it_was_packed() -> None:

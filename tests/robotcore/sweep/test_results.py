@@ -13,7 +13,7 @@ from robotcore.errors import UsageError
 from robotcore.sweep import Results
 from robotcore.sweep.command import command_of
 from robotcore.sweep.worker import Ended
-from tests.sweep.conftest import AppFile, record_of, sweep_of
+from tests.robotcore.sweep.conftest import AppFile, record_of, sweep_of
 
 SWEEP = sweep_of("green-search", seeds=3)
 

@@ -7,7 +7,7 @@ from robotcore.sweep.agreement import agreements_of
 from robotcore.sweep.report.head import Head, ranges
 from robotcore.sweep.report.series import goal_of, milestones_of, series_of
 from robotcore.sweep.statistics import grouped
-from tests.sweep.report.samples import failed, passed
+from tests.robotcore.sweep.report.samples import failed, passed
 
 
 def test_runs_are_grouped_by_world_then_backend() -> None:

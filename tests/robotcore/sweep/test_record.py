@@ -8,7 +8,7 @@ import pytest
 
 from robotcore import Outcome
 from robotcore.sweep import Record
-from tests.sweep.conftest import record_of
+from tests.robotcore.sweep.conftest import record_of
 
 
 @pytest.mark.parametrize("path", [None, (), ((0.0, 1.0, 2.0), (0.5, 1.0, 2.1))])

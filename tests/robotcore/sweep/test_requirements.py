@@ -8,7 +8,7 @@ from robotcore import Outcome
 from robotcore.errors import UsageError
 from robotcore.sweep.requirements import Requirement, missed
 from robotcore.sweep.statistics import Group, grouped
-from tests.sweep.conftest import record_of
+from tests.robotcore.sweep.conftest import record_of
 
 GOOD = Group("kinematic", "arena", 100, 3, 99, 97, 0, 0, 30.0, 60.0, 90.0)
 BAD = Group("kinematic", "open", 100, 4, 90, 96, 1, 0, 31.0, 61.0, 91.0)
