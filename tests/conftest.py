@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Iterator
+from contextlib import suppress
 from multiprocessing import resource_tracker
 from pathlib import Path
 
@@ -38,5 +39,12 @@ def _nothing_is_left_running() -> Iterator[None]:
 
 def _children() -> set[int]:
     """Return the process ids of this process's children; nothing where the system does not tell."""
-    tasks = Path(f"/proc/{os.getpid()}/task")
-    return {int(child) for file in tasks.glob("*/children") for child in file.read_text().split()}
+    files = Path(f"/proc/{os.getpid()}/task").glob("*/children")
+    return {int(child) for file in files for child in _told(file).split()}
+
+
+def _told(file: Path) -> str:
+    """Return what a file of ``/proc`` tells; nothing where its thread has just ended."""
+    with suppress(FileNotFoundError, ProcessLookupError):
+        return file.read_text()
+    return ""
