@@ -21,7 +21,7 @@ from robotcore.sweep.agreement import agreements_of
 from robotcore.sweep.local import cores
 from robotcore.sweep.seeds import seeds_of
 from robotcore.sweep.statistics import Group, grouped
-from robotcore.sweep.summary import contacts_told, fault, time_told
+from robotcore.sweep.words import contacts_told, fault, time_told
 
 VERIFIED, RANDOMISED, AGREEING = 0.98, 0.95, 0.97
 """The bounds: of verified runs, of those under randomisation, and of seeds on which two simulators agree."""

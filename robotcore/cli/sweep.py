@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from robotcore.plan import RunRequest
     from robotcore.sweep import Results
     from robotcore.sweep.engine import Engine
+    from robotcore.sweep.requirements import Requirement
 
 FOLDER = click.Path(path_type=Path, file_okay=False)
 
@@ -89,7 +90,7 @@ def command(
     sweep.check()
     results = Results(sweep, out, fresh=fresh)
     interrupted = _run(results, engine, is_quiet=as_json)
-    page = _write_report(results, report, line) if report and not interrupted else None
+    page = _write_report(results, report, line, bounds) if report and not interrupted else None
     status = tell_sweep(results, bounds, interrupted, as_json=as_json)
     if page:
         click.echo(f"The report: {page}", err=as_json)
@@ -136,10 +137,12 @@ def _run(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | N
     return None
 
 
-def _write_report(results: Results, directory: Path, line: str) -> Path:
+def _write_report(results: Results, directory: Path, line: str, bounds: list[Requirement]) -> Path:
     from robotcore.description import load_world
     from robotcore.sweep.ownfiles import is_own
     from robotcore.sweep.report import write_report
 
     own = [load_world(name) for name in results.sweep.worlds if is_own(name)]
-    return write_report(list(results.records()), directory, results.directory, asked=line, worlds=own)
+    return write_report(
+        list(results.records()), directory, results.directory, asked=line, worlds=own, requirements=bounds
+    )

@@ -77,6 +77,14 @@ def explain(records: Iterable[Record]) -> list[Finding]:
     return sorted((each for each in findings if each.p <= SIGNIFICANCE), key=lambda each: each.p)
 
 
+def unexplained(records: Iterable[Record]) -> list[str]:
+    """Return what to say where `explain` finds nothing: a line, or none where no run that tells conditions failed."""
+    failed = [record.is_failure for record in records if record.result.conditions]
+    if not any(failed):
+        return []
+    return [f"nothing that chance does not explain as well ({len(failed)} runs, {sum(failed)} failing)"]
+
+
 def fisher(inside: Share, outside: Share) -> float:
     """Return the chance that of all who fail as many or more are inside; 1 where inside does not fail more often.
 

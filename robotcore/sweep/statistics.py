@@ -58,26 +58,6 @@ class Group:
         return f"{self.world} · {self.backend}" if self.world else self.backend
 
     @property
-    def is_judged(self) -> bool:
-        """Whether a simulator gave its word on any of the runs; else the app's own word counts."""
-        return self.verified is not None
-
-    @property
-    def confirmed(self) -> int:
-        """How many runs are verified, or say that they succeeded where nobody can judge."""
-        return self.successes if self.verified is None else self.verified
-
-    @property
-    def share(self) -> float:
-        """The share of confirmed runs."""
-        return self.confirmed / self.runs
-
-    @property
-    def share_95(self) -> tuple[float, float]:
-        """The 95 % interval of the share."""
-        return wilson(self.confirmed, self.runs)
-
-    @property
     def verified_share(self) -> float | None:
         return None if self.verified is None else self.verified / self.runs
 

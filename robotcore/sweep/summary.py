@@ -13,12 +13,14 @@ from rich.text import Text
 
 from robotcore.sweep.record import Record
 from robotcore.sweep.statistics import Group
+from robotcore.sweep.words import COLUMNS, fault
 
 LONGEST = 20
 """So many failing runs are told one by one; a file has them all."""
 
-_COLUMNS = ("backend", "world", "verified", "%", "95 %", "contacts", "median", "slowest")
-"""Short, so that the table fits into 80 letters; the fifth is the interval."""
+_TEXTS = ("backend", "world")
+_SHOWN = (*_TEXTS, "verified", "%", "95 %", "contacts", "median", "slowest")
+"""As many as fit into 80 letters."""
 
 
 def summary(groups: Sequence[Group], failing: Sequence[Record], file: Path) -> RenderableType:
@@ -28,41 +30,11 @@ def summary(groups: Sequence[Group], failing: Sequence[Record], file: Path) -> R
 
 def _table(groups: Sequence[Group]) -> Table:
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, header_style="bold", padding=(0, 0, 0, 1))
-    for index, column in enumerate(_COLUMNS):
-        table.add_column(column, style="cyan" if index < 2 else "", justify="left" if index < 2 else "right")
+    for name in _SHOWN:
+        table.add_column(name, style="cyan" if name in _TEXTS else "", justify="left" if name in _TEXTS else "right")
     for group in groups:
-        table.add_row(*_row(group))
+        table.add_row(*(COLUMNS[name](group) for name in _SHOWN))
     return table
-
-
-def _row(group: Group) -> tuple[str, ...]:
-    return (
-        group.backend,
-        group.world,
-        *_verified(group),
-        contacts_told(group),
-        time_told(group.median_time_s),
-        time_told(group.slowest_time_s),
-    )
-
-
-def contacts_told(group: Group) -> str:
-    """Return the contacts that were counted; ``≥`` says that some runs did not tell."""
-    if group.contacts is None:
-        return "?"
-    return f"≥ {group.contacts}" if group.untold else f"{group.contacts}"
-
-
-def time_told(time_s: float | None) -> str:
-    """Return a group's time, or that not so many of its runs ever pass."""
-    return "never" if time_s is None else f"{time_s:.1f} s"
-
-
-def _verified(group: Group) -> tuple[str, str, str]:
-    if not group.is_judged:
-        return f"?/{group.runs}", "", ""
-    low, high = group.share_95
-    return f"{group.confirmed}/{group.runs}", f"{100 * group.share:.1f}", f"{100 * low:.1f}–{100 * high:.1f}"
 
 
 def _failures(failing: Sequence[Record], file: Path) -> Iterator[Text]:
@@ -75,16 +47,3 @@ def _failures(failing: Sequence[Record], file: Path) -> Iterator[Text]:
         yield Text(f"    {record.command}")
     if len(failing) > LONGEST:
         yield Text(f"  and {len(failing) - LONGEST} more: {file}")
-
-
-def fault(record: Record) -> str:
-    """Return in words why a run is failing."""
-    result = record.result
-    words = [result.outcome.value]
-    if result.reason:
-        words.append(result.reason)
-    elif result.verified is False:
-        words.append("the simulator does not agree")
-    if result.contacts:
-        words.append(f"{result.contacts} contact{'' if result.contacts == 1 else 's'}")
-    return ", ".join(words)

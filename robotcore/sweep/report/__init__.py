@@ -10,6 +10,7 @@ from pathlib import Path
 from robotcore.description import WorldDescription
 from robotcore.errors import BackendMissingError, UsageError
 from robotcore.sweep.record import Record
+from robotcore.sweep.requirements import Requirement
 
 PAGE = "index.html"
 
@@ -17,22 +18,23 @@ PAGE = "index.html"
 def write_report(
     records: Sequence[Record],
     directory: Path,
-    pictures: Path,
+    folder: Path,
     *,
     asked: str = "",
     worlds: Sequence[WorldDescription] = (),
+    requirements: Sequence[Requirement] = (),
 ) -> Path:
     """Write ``directory/index.html`` and return its path.
 
-    ``pictures`` is the folder that a record's picture is relative to; ``asked`` is the command of the sweep; ``worlds``
-    are those that are not shipped. Raises BackendMissingError where Jinja2 is missing and UsageError where the page
-    cannot be written.
+    ``folder`` is the sweep's, which a record's picture is relative to; ``asked`` is the command of the sweep;
+    ``worlds`` are those that are not shipped; ``requirements`` are told with what was got. Raises BackendMissingError
+    where Jinja2 is missing and UsageError where the page cannot be written.
     """
     require_ready(directory)
     from robotcore.sweep.report.page import page
 
     file, unfinished = directory / PAGE, directory / f"{PAGE}.part"
-    html = page(records, pictures, asked, worlds)
+    html = page(records, folder, asked, worlds, requirements)
     with _writing(directory):
         unfinished.write_text(html, encoding="utf-8", errors="replace")
         unfinished.replace(file)

@@ -8,30 +8,37 @@ from dataclasses import dataclass
 from datetime import datetime, timezone
 from importlib.metadata import version
 from itertools import groupby
+from pathlib import Path
 
 from robotcore.outcome import RunResult
 from robotcore.sweep.record import Record
+from robotcore.sweep.words import kind
 
 
 @dataclass(frozen=True)
 class Head:
-    """``facts`` are pairs of a term and what it is; ``causes`` how many failing runs ended in which way."""
+    """``facts`` are pairs of a term and what it is; ``causes`` how many failing runs ended in which way.
+
+    ``said`` are those of the passing runs that nobody could verify.
+    """
 
     apps: str
     runs: int
     failing: int
+    said: int
     causes: tuple[tuple[str, int], ...]
     facts: tuple[tuple[str, str], ...]
     asked: str
 
     @classmethod
-    def of(cls, records: Sequence[Record], asked: str) -> Head:
-        """Return the head of a page made now."""
+    def of(cls, records: Sequence[Record], asked: str, folder: Path) -> Head:
+        """Return the head of a page made now; the results are in ``folder``."""
         results = [record.result for record in records]
         failing = [record.result for record in records if record.is_failure]
-        causes = Counter(map(_way, failing)).most_common()
-        facts = tuple((term, told) for term, told in _facts(results) if told)
-        return cls(_names(results, lambda each: each.app), len(records), len(failing), tuple(causes), facts, asked)
+        said = sum(record.result.verified is None and not record.is_failure for record in records)
+        causes = tuple(Counter(map(kind, failing)).most_common())
+        facts = tuple((term, told) for term, told in [*_facts(results), ("Results in", str(folder))] if told)
+        return cls(_names(results, lambda each: each.app), len(records), len(failing), said, causes, facts, asked)
 
 
 def ranges(numbers: Iterable[int]) -> str:
@@ -54,13 +61,6 @@ def _facts(results: Sequence[RunResult]) -> Iterable[tuple[str, str]]:
 
 def _names(results: Sequence[RunResult], name_of: Callable[[RunResult], str | None]) -> str:
     return ", ".join(dict.fromkeys(name for name in map(name_of, results) if name))
-
-
-def _way(result: RunResult) -> str:
-    """Return in a word or two how a failing run ended."""
-    if result.outcome.value != "success":
-        return result.outcome.value
-    return "not verified" if result.verified is False else "contact"
 
 
 def _duration(seconds: float) -> str:

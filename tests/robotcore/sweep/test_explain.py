@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from robotcore.sweep.explain import Share, explain, fisher
+from robotcore.sweep.explain import Share, explain, fisher, unexplained
 from robotcore.sweep.record import Record
 from tests.robotcore.sweep.report.samples import failed, passed
 
@@ -145,3 +145,9 @@ def test_a_run_that_does_not_tell_a_condition_is_left_out_of_it() -> None:
 def test_what_never_changes_explains_nothing() -> None:
     assert explain([run(fails=at < 5, light=1.0, floor="wood") for at in range(20)]) == []
     assert explain([]) == []
+
+
+def test_that_nothing_was_found_is_told_only_of_failing_runs_that_tell_conditions() -> None:
+    told = "nothing that chance does not explain as well (3 runs, 1 failing)"
+    assert unexplained([run(fails=at == 0, light=at) for at in range(3)] + [failed()]) == [told]
+    assert unexplained([run(fails=False, light=1.0), failed()]) == []

@@ -7,7 +7,7 @@ from rich.console import Console
 from robotcore import Outcome
 from robotcore.sweep import Record
 from robotcore.sweep.statistics import grouped
-from robotcore.sweep.summary import fault, summary
+from robotcore.sweep.summary import summary
 from tests.robotcore.sweep.conftest import record_of
 
 
@@ -43,9 +43,3 @@ def test_failing_runs_are_told_in_the_order_of_their_seeds() -> None:
     lines = _lines([record_of(Outcome.TIMEOUT, seed=seed, reason="late") for seed in (10, 9)])
     assert "2 failing runs:" in lines
     assert [line.split()[-1] for line in lines if "robotcore run" in line] == ["9", "10"]
-
-
-def test_a_fault_says_outcome_reason_and_touches() -> None:
-    assert fault(record_of(Outcome.ERROR, reason="the wheel fell off")) == "error, the wheel fell off"
-    assert fault(record_of(verified=False)) == "success, the simulator does not agree"
-    assert fault(record_of(contacts=2)) == "success, 2 contacts"

@@ -52,6 +52,14 @@ def test_success_is_a_dot_within_its_interval() -> None:
     assert "6/10" in [each.text for each in root.iter("text")]
 
 
+def test_a_group_that_nobody_can_judge_has_no_dot() -> None:
+    unjudged = [passed(world="lab", verified=None)]
+    root = _parsed(success_plot(grouped([passed(), *unjudged])))
+    assert len(root.findall(".//circle")) == 1
+    assert "?/1" in [each.text for each in root.iter("text")]
+    assert success_plot(grouped(unjudged)) == ""
+
+
 def test_a_curve_levels_off_at_the_share_that_arrives() -> None:
     records = [passed(milestones={"arrived": 10.0}), passed(milestones={"arrived": 20.0}), failed(), failed()]
     curve = _ways(arrival_plot(series_of(records), "arrived"), "curve c0 d0")[0]

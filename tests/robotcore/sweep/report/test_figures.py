@@ -1,9 +1,12 @@
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from robotcore.outcome import Outcome
 from robotcore.sweep.agreement import agreements_of
+from robotcore.sweep.report.endings import MAX_ENDINGS, endings_of
 from robotcore.sweep.report.head import Head, ranges
 from robotcore.sweep.report.series import goal_of, milestones_of, series_of
 from robotcore.sweep.statistics import grouped
@@ -71,11 +74,29 @@ def test_seeds_are_told_in_short(numbers: list[int], told: str) -> None:
 
 
 def test_the_head_leaves_out_what_there_is_not() -> None:
-    terms = [term for term, _ in Head.of([passed(world=None, seed=None)], asked="").facts]
+    terms = [term for term, _ in Head.of([passed(world=None, seed=None)], asked="", folder=Path("here")).facts]
     assert "Robot" in terms
     assert not {"Worlds", "Seeds"} & set(terms)
 
 
 def test_times_add_up_in_hours_and_minutes() -> None:
-    facts = dict(Head.of([passed(sim_time_s=1830.0), passed(sim_time_s=1831.0)], asked="").facts)
+    facts = dict(Head.of([passed(sim_time_s=1830.0), passed(sim_time_s=1831.0)], asked="", folder=Path("here")).facts)
     assert facts["Robot's time"] == "1 h 1 min 1 s"
+
+
+def test_the_ways_to_fail_are_told_by_their_number_and_place() -> None:
+    records = [
+        *(failed(reason="late", seed=seed) for seed in (1, 2)),
+        failed(reason="late", world="clutter"),
+        passed(contacts=1),
+        passed(contacts=7),
+        passed(),
+    ]
+    assert endings_of(series_of(records)) == [("timeout, late", 3, (2, 1)), ("contact", 2, (2, 0))]
+
+
+def test_ways_to_fail_that_are_all_different_are_told_as_one() -> None:
+    records = [failed(reason=f"lost at {at} m") for at in range(20)] + [failed(reason="late")] * 2
+    endings = endings_of(series_of(records))
+    assert endings[0] == ("timeout, late", 2, (2,))
+    assert endings[MAX_ENDINGS:] == [("in 9 other ways", 9, (9,))]
