@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
@@ -47,7 +48,7 @@ class Failure:
     def brief(cls, record: Record) -> Failure:
         """Return what fits into a list."""
         result = record.result
-        place = " · ".join(part for part in (result.world, result.backend) if part)
+        place = _place(record)
         title = place if result.seed is None else f"{place} · seed {result.seed}"
         return cls(place, title, fault(record), tuple(_facts(result)), record.command)
 
@@ -61,12 +62,20 @@ class Failure:
         return replace(full, picture=picture, file=record.picture) if picture and record.picture else full
 
 
+class Told(NamedTuple):
+    """Of the failing runs of a place those that are told in full."""
+
+    place: str
+    runs: int
+    some: tuple[Failure, ...]
+
+
 @dataclass(frozen=True)
 class Failures:
     """All failing runs: some told in full, by their places, others in a list, and how many are told nowhere."""
 
     runs: int
-    told: tuple[tuple[str, tuple[Failure, ...]], ...]
+    told: tuple[Told, ...]
     listed: tuple[Failure, ...]
     untold: int
 
@@ -77,9 +86,16 @@ class Failures:
         chosen = set(thinned(range(len(failing)), MAX_TOLD))
         full = [Failure.full(failing[at], folder, findings) for at in sorted(chosen)]
         others = [record for at, record in enumerate(failing) if at not in chosen]
-        by_place = tuple((place, tuple(some)) for place, some in groupby(full, key=lambda each: each.place))
+        runs = Counter(map(_place, failing))
+        told = tuple(
+            Told(place, runs[place], tuple(some)) for place, some in groupby(full, key=lambda each: each.place)
+        )
         listed = tuple(map(Failure.brief, others[:MAX_LISTED]))
-        return cls(len(failing), by_place, listed, len(others) - len(listed))
+        return cls(len(failing), told, listed, len(others) - len(listed))
+
+
+def _place(record: Record) -> str:
+    return " · ".join(part for part in (record.result.world, record.result.backend) if part)
 
 
 def _facts(result: RunResult) -> Iterator[str]:

@@ -223,6 +223,7 @@ def test_a_big_sweep_makes_a_page_that_opens(tmp_path: Path) -> None:
     page, html = written(records, tmp_path)
     assert page.tags.count("img") == MAX_TOLD
     assert len(set(re.findall(r"robotcore run green-search --seed \d+", page.words))) == MAX_TOLD + MAX_LISTED
+    assert "arena · kinematic 100 of 1200 runs" in page.words
     assert "And 100 more: failures.csv beside the results." in page.words
     assert "passing runs: 100 of 1800, failing: 100 of 1200" in page.words
     assert len(html) < 4_000_000
