@@ -182,6 +182,12 @@ def test_a_report_is_written_of_all_that_is_there(
     assert told["asked"] == line
 
 
+def test_a_report_is_given_the_requirements(cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch) -> None:
+    told = _report(monkeypatch)
+    cli(*SHORT, "--seeds", "1", "--out", "here", "--report", "page", "--require", "contacts<=0")
+    assert [str(each) for each in told["requirements"]] == ["contacts<=0"]
+
+
 def test_a_report_that_cannot_be_written_is_told_before_the_sweep(
     cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -6,6 +6,7 @@ import sys
 from base64 import b64decode
 from collections.abc import Sequence
 from dataclasses import replace
+from html import unescape
 from pathlib import Path
 from typing import Any
 
@@ -199,6 +200,14 @@ def test_a_condition_that_was_found_to_matter_comes_first(tmp_path: Path) -> Non
     assert "Runs fail more where light0light < 0.5 floorwood" in words
 
 
+def test_a_finding_of_one_backend_is_not_told_of_another(tmp_path: Path) -> None:
+    dark = [make(conditions={"light": light}) for make, light in ((failed, 0.0), (passed, 1.0)) for _ in range(9)]
+    page, _ = written([*dark, failed(backend="pybullet", conditions={"light": 0.5})], tmp_path)
+    words = " ".join(page.words.split())
+    assert words.count("light0light < 0.5") == 9
+    assert "ConditionHere light0.5 " in words
+
+
 def test_where_no_condition_explains_failures_the_page_says_so(tmp_path: Path) -> None:
     page, _ = written([failed(conditions={"light": 1.0}), passed(conditions={"light": 2.0})], tmp_path)
     assert "Nothing that chance does not explain as well (2 runs, 1 failing)." in page.words
@@ -212,8 +221,9 @@ def test_a_few_failing_runs_are_shown_and_many_folded(failing: int, is_open: boo
 
 def test_a_command_can_be_copied_as_it_is(tmp_path: Path) -> None:
     command = "robotcore run 'my  app.py' --world \"lab\" --set a=--b --timeout 20"
-    page, _ = written([replace(failed(), command=command)], tmp_path)
-    assert command in page.words
+    _, html = written([replace(failed(), command=command)], tmp_path)
+    (code,) = re.findall("<code>(.*?)</code>", html)
+    assert unescape(re.sub("</?span>", "", code)) == command
 
 
 def test_a_big_sweep_makes_a_page_that_opens(tmp_path: Path) -> None:
