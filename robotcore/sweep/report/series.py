@@ -78,7 +78,12 @@ def milestones_of(series: Sequence[Series]) -> list[str]:
 
 
 def goal_of(series: Sequence[Series], milestones: Sequence[str]) -> str | None:
-    """Return the milestone that a passing run most often reaches last; where none passed, the latest of all."""
+    """Return the milestone that a passing run most often reaches last; where none passed, the latest of all.
+
+    None where no run gets farther than what it reaches at once: that takes no time.
+    """
+    if not any(time > 0 for each in series for name in milestones for time in each.arrivals(name)):
+        return None
     passing = (record.result.milestones for each in series for record in each.records if not record.is_failure)
     ends = Counter(list(reached)[-1] for reached in passing if reached)
-    return next((name for name, _ in ends.most_common(1)), milestones[-1] if milestones else None)
+    return next((name for name, _ in ends.most_common(1)), milestones[-1])

@@ -42,7 +42,12 @@ def test_milestones_come_in_the_order_of_their_times() -> None:
 def test_the_goal_is_what_passing_runs_reach_last() -> None:
     series = series_of([passed(), passed(), failed(milestones={"lost": 90.0})])
     assert goal_of(series, ["search", "seen", "arrived", "lost"]) == "arrived"
-    assert goal_of(series_of([failed()]), ["search"]) == "search"
+    lost = series_of([failed(milestones={"search": 0.0, "seen": 3.0})])
+    assert goal_of(lost, ["search", "seen"]) == "seen"
+
+
+def test_there_is_no_goal_where_no_run_gets_anywhere() -> None:
+    assert goal_of(series_of([failed(milestones={"search": 0.0})]), ["search"]) is None
     assert goal_of([], []) is None
 
 
