@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+from traceback import format_exception
+
 import click
+
+from robotcore.errors import BehaviourError, Interrupted, RobotcoreError
 
 
 def tell(fault: str) -> None:
     """Say on stderr what went wrong."""
     click.echo(click.style("error: ", fg="red", bold=True) + fault, err=True)
+
+
+def tell_error(error: RobotcoreError | Interrupted) -> None:
+    """Say on stderr what was raised; where an app's own code did, after its traceback."""
+    if isinstance(error, BehaviourError) and (cause := error.__cause__):
+        click.echo("".join(format_exception(cause)), err=True, nl=False)
+    tell(str(error))
 
 
 def usage_fault(error: click.ClickException) -> str:

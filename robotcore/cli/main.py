@@ -9,9 +9,9 @@ from typing import NoReturn
 
 import click
 
-from robotcore.cli.failure import tell, usage_fault
+from robotcore.cli.failure import tell, tell_error, usage_fault
 from robotcore.cli.lazy import LazyGroup
-from robotcore.errors import RobotcoreError
+from robotcore.errors import Interrupted, RobotcoreError
 
 INTERRUPTED = 130
 """128 + SIGINT."""
@@ -52,8 +52,8 @@ def execute(arguments: Sequence[str]) -> int:
     except click.ClickException as error:
         tell(usage_fault(error))
         return error.exit_code
-    except RobotcoreError as error:
-        tell(str(error))
+    except (RobotcoreError, Interrupted) as error:
+        tell_error(error)
         return error.exit_status
     except click.Abort:
         return INTERRUPTED

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.ending import tell_result, unstarted, write_result
+from robotcore.cli.ending import RunCommand, tell_result
 from robotcore.cli.failure import tell
 from robotcore.cli.requested import requested
-from robotcore.errors import Interrupted, RobotcoreError, UsageError
+from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
     from robotcore.outcome import RunResult
@@ -21,23 +21,7 @@ if TYPE_CHECKING:
     from robotcore.view.picture import PictureRecorder
 
 
-class _RunCommand(click.Command):
-    """With ``--json``, even arguments that make no sense end in a line of JSON."""
-
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        given = list(args)
-        try:
-            return super().parse_args(ctx, args)
-        except click.UsageError as error:
-            if "--json" in given:
-                lenient = self.make_context(
-                    ctx.info_name, given, resilient_parsing=True, ignore_unknown_options=True, allow_extra_args=True
-                )
-                write_result(unstarted(lenient.params, UsageError(error.format_message())))
-            raise
-
-
-@click.command("run", cls=_RunCommand)
+@click.command("run", cls=RunCommand)
 @click.argument("app")
 @click.option("--backend", default="kinematic", show_default=True, help="What it runs on; see `robotcore backends`.")
 @click.option("--world", help="A world's name, or its .toml file. Simulators take arena where it is left out.")
@@ -51,8 +35,7 @@ class _RunCommand(click.Command):
 @click.option("--gui", is_flag=True, help="Open the simulator's window, at the pace of real time.")
 @click.option("--realtime", is_flag=True, help="Hold simulated time to the pace of real time.")
 @click.option("--json", "as_json", is_flag=True, help="Print one line of JSON at the end, and nothing else.")
-@click.pass_context
-def command(context: click.Context, /, picture: Path | None, *, as_json: bool, **asked: Any) -> int:
+def command(picture: Path | None, *, as_json: bool, **asked: Any) -> int:
     """Run APP on a backend; tell how it ended.
 
     Exit status: 0 success, 1 failure or timeout, 2 wrong usage, 3 a device or backend failed, 4 the safety stage
@@ -61,13 +44,9 @@ def command(context: click.Context, /, picture: Path | None, *, as_json: bool, *
     from robotcore.interrupts import Interrupts
 
     with Interrupts() as interrupts:
-        recorder = None
-        try:
-            recorder = _recorder(picture)
-            with redirect_stdout(sys.stderr) if as_json else nullcontext():  # an app may print
-                result = _run(asked, recorder)
-        except (RobotcoreError, Interrupted) as error:
-            result = unstarted(context.params, error)
+        recorder = _recorder(picture)
+        with redirect_stdout(sys.stderr) if as_json else nullcontext():  # an app may print
+            result = _run(asked, recorder)
         interrupts.hold()
         if picture and recorder:
             result = _with_picture(result, recorder, picture)

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from robotcore.cli.answering import AnsweringCommand
 from robotcore.cli.requested import requested
-from robotcore.cli.swept import tell_sweep
+from robotcore.cli.swept import tell_kept, tell_sweep
 from robotcore.cli.values import names
 from robotcore.errors import Interrupted
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 FOLDER = click.Path(path_type=Path, file_okay=False)
 
 
-class _SweepCommand(click.Command):
+class _SweepCommand(AnsweringCommand):
     """Remembers what was given, for the report."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
@@ -73,8 +74,8 @@ def command(
     """Run APP in many worlds; tell how often it succeeds.
 
     Every backend, world and seed is tried, and kept run by run: the same command again goes on where it stopped. Exit
-    status: 0 all was run, 1 a --require was missed, 2 wrong usage, 3 a backend or the cluster is missing, 128 + the
-    signal's number when interrupted.
+    status: 0 all was run, 1 a --require was missed, 2 wrong usage or a folder that cannot be used, 3 a backend or the
+    cluster failed or is missing, 5 the app's file or its settings raise, 128 + the signal's number when interrupted.
     """
     from robotcore.sweep import Results, Sweep
     from robotcore.sweep.requirements import Requirement
@@ -126,8 +127,8 @@ def _run(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | N
         try:
             with results:
                 failing = [record.is_failure for record in results.records()]
-                if len(failing) == len(results.sweep) and not is_quiet:
-                    click.echo(f"All was run by {results.date:%Y-%m-%d %H:%M}; --fresh runs it anew.\n")
+                if failing and not is_quiet:
+                    tell_kept(results, len(failing))
                 with SweepProgress(len(results.sweep), len(failing), sum(failing)) as progress:
                     execute(results, engine, progress.show)
         except Interrupted as error:

@@ -22,6 +22,15 @@ MISSED = 1
 """Some --require was not kept."""
 
 
+def tell_kept(results: Results, done: int) -> None:
+    """Tell, before the first run, how many are there from before, and since when."""
+    date, total = f"{results.date:%Y-%m-%d %H:%M}", len(results.sweep)
+    if done == total:
+        click.echo(f"All was run by {date}; --fresh runs it anew.\n")
+    else:
+        click.echo(f"{done} of {total} runs are kept from {date}; going on.\n")
+
+
 def tell_sweep(
     results: Results, requirements: Sequence[Requirement], interrupted: Interrupted | None, *, as_json: bool
 ) -> int:
@@ -54,8 +63,8 @@ def _told(results: Results, groups: Sequence[Group], failing: Sequence[Record]) 
 
 
 def _write_summary(results: Results, groups: Sequence[Group], failing: Sequence[Record]) -> None:
-    from robotcore.sweep.results import FAILURES
     from robotcore.sweep.summary import summary
+    from robotcore.sweep.tables import FAILURES
 
     write(summary(groups, failing, results.directory / FAILURES))
     click.echo(f"\nThe results: {results.directory}")
@@ -78,4 +87,4 @@ def _tell_ending(
         tell(miss)
     if interrupted:
         done = sum(group.runs for group in groups)
-        click.echo(f"{interrupted}: {done} of {len(results.sweep)} runs are kept; the same command goes on.", err=True)
+        click.echo(f"{interrupted}: {done} of {len(results.sweep)} runs are kept; {results.how_to_go_on}.", err=True)

@@ -57,7 +57,8 @@ class Journal:
 
 def _drop_torn_line(file: FileIO) -> None:
     """Drop what stands after the last line feed: a process was killed over it."""
-    if file.seek(0, os.SEEK_END):
+    if size := file.seek(0, os.SEEK_END):
         with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
             whole = content.rfind(b"\n") + 1
-        file.truncate(whole)
+        if whole < size:  # a file that is cut to the length it has counts as changed
+            file.truncate(whole)

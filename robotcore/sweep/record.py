@@ -43,12 +43,14 @@ class Record:
         return json.dumps(told, allow_nan=False)
 
     @classmethod
-    def from_json(cls, line: str) -> Record:
-        """Return the record that `to_json` told; ValueError where the line is none."""
-        told = json.loads(line)
+    def from_json(cls, line: str | bytes) -> Record:
+        """Return the record that `to_json` told; ValueError where the line, of bytes in UTF-8, is none."""
         try:
+            told = json.loads(line)
             return cls(_result(told), _path(told["path"]), told["command"], told["picture"])
-        except (KeyError, TypeError) as error:
+        except json.JSONDecodeError as error:
+            raise ValueError(f"no record of a run: {error.msg} in column {error.colno}") from error
+        except (KeyError, TypeError, ValueError) as error:
             raise ValueError(f"no record of a run: {error!r}") from error
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import json
-import os
 from collections.abc import Iterator
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from datetime import datetime, timezone
 from functools import cached_property
@@ -19,13 +19,13 @@ from robotcore.sweep.command import command_of
 from robotcore.sweep.fingerprint import asked, digest
 from robotcore.sweep.journal import Journal
 from robotcore.sweep.record import Record
+from robotcore.sweep.replacing import replacing, unfinished
 from robotcore.sweep.spec import Sweep
-from robotcore.sweep.tables import columns_of, write_csv
+from robotcore.sweep.tables import are_younger, write_tables
 from robotcore.sweep.worker import Ended
 
 RESULTS, SPEC, PICTURES = "results.jsonl", "sweep.json", "failures"
-UNFINISHED_SPEC = f"{SPEC}.part"
-TABLE, FAILURES = "results.csv", "failures.csv"
+_FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
 class Results:
@@ -53,7 +53,7 @@ class Results:
         try:
             self._open()
         except OSError as error:
-            raise self._unwritable(error) from error
+            raise self._unopened(error) from error
         return self
 
     def __exit__(
@@ -67,12 +67,17 @@ class Results:
         changed = (self.directory / RESULTS).stat().st_mtime
         return datetime.fromtimestamp(changed, tz=timezone.utc).astimezone()
 
+    @property
+    def how_to_go_on(self) -> str:
+        """What to type where something kept the sweep from its end, in words."""
+        return f"the same command{' without --fresh' if self._fresh else ''} goes on"
+
     def records(self) -> Iterator[Record]:
         """Yield what is done, in the order in which it was."""
         file = self.directory / RESULTS
         if not file.exists():
             return
-        with file.open(encoding="utf-8") as lines:
+        with file.open("rb") as lines:
             for number, line in enumerate(lines, 1):
                 yield _record(line, f"{file}, line {number}")
 
@@ -84,22 +89,16 @@ class Results:
     def add(self, ended: Ended) -> Record:
         """Keep one run, its picture first; return its record. UsageError where the disk does not take it."""
         assert self._journal, "results are added while the folder is held"
-        try:
+        with self._keeping_what_is_done():
             record = self._with_picture(ended)
             self._journal.add(record.to_json())
-        except OSError as error:
-            raise self._unwritable(error) from error
         return record
 
     def write_tables(self) -> None:
-        """Write ``results.csv``, and ``failures.csv`` with the failing runs alone."""
-        try:
-            columns = columns_of(self.records())
-            write_csv(self.directory / TABLE, columns, self.records())
-            failing = (record for record in self.records() if record.is_failure)
-            write_csv(self.directory / FAILURES, columns, failing)
-        except OSError as error:
-            raise self._unwritable(error) from error
+        """Write `tables.TABLE` and `tables.FAILURES`; not where they tell all by now."""
+        if not are_younger(self.directory, self.directory / RESULTS):
+            with self._keeping_what_is_done():
+                write_tables(self.directory, self.records)
 
     def _open(self) -> None:
         self.directory.mkdir(parents=True, exist_ok=True)
@@ -114,7 +113,8 @@ class Results:
         """Refuse a folder of something else; what a sweep leaves that was killed over its first file is nothing."""
         if (self.directory / SPEC).exists():
             return
-        if any(file.name not in {RESULTS, UNFINISHED_SPEC} or _is_kept(file) for file in self.directory.iterdir()):
+        begun = {RESULTS, unfinished(self.directory / SPEC).name}
+        if any(file.name not in begun or _is_kept(file) for file in self.directory.iterdir()):
             raise UsageError(f"{self.directory} holds something that is no sweep. Name a new folder with --out")
 
     def _take(self) -> None:
@@ -132,12 +132,8 @@ class Results:
 
     def _write_spec(self, spec: Path) -> None:
         told = json.dumps({"digest": self._digest, **asked(self.sweep)}, default=str, indent=2)
-        unfinished = spec.with_name(UNFINISHED_SPEC)
-        with unfinished.open("w", encoding="utf-8") as file:
+        with replacing(spec) as file:
             file.write(told + "\n")
-            file.flush()
-            os.fsync(file.fileno())
-        unfinished.replace(spec)
 
     def _close(self) -> None:
         if self._journal:
@@ -160,11 +156,23 @@ class Results:
         (self.directory / name).write_bytes(ended.picture)
         return replace(ended.record, picture=name)
 
-    def _unwritable(self, error: OSError) -> UsageError:
+    def _unopened(self, error: OSError) -> UsageError:
+        fault = "it is no folder" if isinstance(error, FileExistsError) else error.strerror
         return UsageError(
-            f"{error.filename or self.directory}: {error.strerror}. What is done is kept; make room, or let --out "
-            "name a folder that can be written"
+            f"{error.filename or self.directory}: {fault}. Nothing was run; let --out name a folder that can be written"
         )
+
+    @contextmanager
+    def _keeping_what_is_done(self) -> Iterator[None]:
+        """Tell what the disk does not take: UsageError says how to go on."""
+        try:
+            yield
+        except OSError as error:
+            remedy = "make room" if error.errno in _FULL else "let it be written"
+            raise UsageError(
+                f"{error.filename or self.directory}: {error.strerror}. What is done is kept; {remedy}, and "
+                f"{self.how_to_go_on}"
+            ) from error
 
 
 def _short_name(sweep: Sweep) -> str:
@@ -172,11 +180,11 @@ def _short_name(sweep: Sweep) -> str:
     return Path(app_name(sweep.request.app).partition(":")[0]).stem
 
 
-def _record(line: str, where: str) -> Record:
+def _record(line: bytes, where: str) -> Record:
     try:
         return Record.from_json(line)
     except ValueError as error:
-        raise UsageError(f"{where}: {error}. Run it anew with --fresh") from error
+        raise UsageError(f"{where}: {error}. Delete this line, and that run alone is run again") from error
 
 
 def _is_kept(file: Path) -> bool:

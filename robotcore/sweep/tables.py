@@ -4,14 +4,31 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 from robotcore.sweep.record import Record
+from robotcore.sweep.replacing import replacing
+
+TABLE, FAILURES = "results.csv", "failures.csv"
+"""All runs, and the failing ones alone."""
 
 _LAST = ("command", "picture")
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
+
+
+def write_tables(directory: Path, records: Callable[[], Iterable[Record]]) -> None:
+    """Write both tables, with the same columns; ``records`` yields all of them anew each time."""
+    columns = columns_of(records())
+    write_csv(directory / TABLE, columns, records())
+    write_csv(directory / FAILURES, columns, (record for record in records() if record.is_failure))
+
+
+def are_younger(directory: Path, source: Path) -> bool:
+    """Return whether both tables were written after the last change of the file that they are made of."""
+    tables = [directory / name for name in (TABLE, FAILURES)]
+    return all(table.exists() and _changed_ns(table) > _changed_ns(source) for table in tables)
 
 
 def columns_of(records: Iterable[Record]) -> list[str]:
@@ -22,10 +39,14 @@ def columns_of(records: Iterable[Record]) -> list[str]:
 
 def write_csv(file: Path, columns: Sequence[str], records: Iterable[Record]) -> None:
     """Write a row for each record; what is no Unicode is told by its escapes."""
-    with file.open("w", newline="", encoding="utf-8", errors="backslashreplace") as table:
+    with replacing(file, newline="", errors="backslashreplace") as table:
         writer = csv.DictWriter(table, columns)
         writer.writeheader()
         writer.writerows(map(_cells, records))
+
+
+def _changed_ns(file: Path) -> int:
+    return file.stat().st_mtime_ns
 
 
 def _cells(record: Record) -> dict[str, Any]:
