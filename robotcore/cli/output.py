@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterable, Sequence
+from contextlib import AbstractContextManager, nullcontext, redirect_stdout
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -21,6 +22,11 @@ as_json = click.option("--json", "as_json", is_flag=True, help="Print one line o
 def write_json(data: Any) -> None:
     """Write one line of JSON."""
     click.echo(json.dumps(data))
+
+
+def printing_apart(*, as_json: bool) -> AbstractContextManager[object]:
+    """While entered, what an app prints goes to stderr where stdout is for a line of JSON alone."""
+    return redirect_stdout(sys.stderr) if as_json else nullcontext()
 
 
 def write_table(columns: Sequence[str], rows: Iterable[Sequence[RenderableType]]) -> None:

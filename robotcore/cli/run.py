@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from contextlib import ExitStack, closing, nullcontext, redirect_stdout
+from contextlib import ExitStack, closing
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +12,7 @@ import click
 
 from robotcore.cli.ending import RunCommand, tell_result
 from robotcore.cli.failure import tell
+from robotcore.cli.output import printing_apart
 from robotcore.cli.requested import requested
 from robotcore.errors import UsageError
 
@@ -45,7 +46,7 @@ def command(picture: Path | None, *, as_json: bool, **asked: Any) -> int:
 
     with Interrupts() as interrupts:
         recorder = _recorder(picture)
-        with redirect_stdout(sys.stderr) if as_json else nullcontext():  # an app may print
+        with printing_apart(as_json=as_json):
             result = _run(asked, recorder)
         interrupts.hold()
         if picture and recorder:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from robotcore.cli.answering import AnsweringCommand
+from robotcore.cli.output import printing_apart
 from robotcore.cli.requested import requested
 from robotcore.cli.swept import tell_kept, tell_sweep
 from robotcore.cli.values import names
@@ -88,9 +89,10 @@ def command(
         require_ready(report)
     sweep = Sweep(_request(**asked), backends, worlds, seeds_of(seeds))
     engine = _engine(cluster, jobs, wall_timeout_s)
-    sweep.check()
     results = Results(sweep, out, fresh=fresh)
-    interrupted = _run(results, engine, is_quiet=as_json)
+    with printing_apart(as_json=as_json):
+        sweep.check()
+        interrupted = _run(results, engine, is_quiet=as_json)
     page = _write_report(results, report, line, bounds) if report and not interrupted else None
     status = tell_sweep(results, bounds, interrupted, as_json=as_json)
     if page:

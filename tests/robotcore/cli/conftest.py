@@ -1,13 +1,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
 
+from robotcore import RunRequest
 from robotcore.cli.main import execute
+from robotcore.sweep import Sweep
+from robotcore.sweep.worker import Ended, perform
 
 
 class Told(NamedTuple):
@@ -62,3 +65,17 @@ class Odd(Behaviour):
         return str(file)
 
     return write
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[RunRequest]:
+    """What is run, in this process: other processes have tests of their own."""
+    requests: list[RunRequest] = []
+
+    def perform_here(_: object, sweep: Sweep, missing: Iterable[RunRequest]) -> Iterator[Ended]:
+        for request in missing:
+            requests.append(request)
+            yield perform(request)
+
+    monkeypatch.setattr("robotcore.sweep.local.LocalEngine.perform", perform_here)
+    return requests

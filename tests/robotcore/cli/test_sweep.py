@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -14,9 +13,8 @@ import pytest
 
 from robotcore import Outcome, RunRequest
 from robotcore.cli.sweep import command
-from robotcore.errors import BackendMissingError, Interrupted
-from robotcore.sweep import Record, Sweep
-from robotcore.sweep.worker import Ended, perform
+from robotcore.errors import BackendMissingError
+from robotcore.sweep import Record
 from tests.robotcore.cli.conftest import Cli
 
 SHORT = ("sweep", "avoid-obstacles", "--world", "open", "--set", "duration_s=0.2")
@@ -25,20 +23,6 @@ SHORT = ("sweep", "avoid-obstacles", "--world", "open", "--set", "duration_s=0.2
 @pytest.fixture(autouse=True)
 def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-
-
-@pytest.fixture
-def asked(monkeypatch: pytest.MonkeyPatch) -> list[RunRequest]:
-    """What is run, in this process: other processes have tests of their own."""
-    requests: list[RunRequest] = []
-
-    def perform_here(_: object, sweep: Sweep, missing: Iterable[RunRequest]) -> Iterator[Ended]:
-        for request in missing:
-            requests.append(request)
-            yield perform(request)
-
-    monkeypatch.setattr("robotcore.sweep.local.LocalEngine.perform", perform_here)
-    return requests
 
 
 def test_every_combination_is_run_and_told(cli: Cli, asked: list[RunRequest]) -> None:
@@ -59,16 +43,6 @@ def test_json_is_one_line(cli: Cli, asked: list[RunRequest]) -> None:
     assert told.json["directory"] == "here"
     (group,) = told.json["groups"]
     assert (group["backend"], group["world"], group["verified"], group["contacts"]) == ("kinematic", "open", None, 0)
-
-
-def test_the_same_again_runs_nothing_and_says_when_it_was(cli: Cli, asked: list[RunRequest]) -> None:
-    first = cli(*SHORT, "--seeds", "1-2")
-    told = cli(*SHORT, "--seeds", "1-2")
-    assert len(asked) == 2
-    assert told.out.startswith("All was run by 2")
-    assert told.out.endswith(first.out)
-    assert cli(*SHORT, "--seeds", "1-2", "--fresh").status == 0
-    assert len(asked) == 4
 
 
 def test_the_folder_has_the_record_of_each_run(cli: Cli, asked: list[RunRequest]) -> None:
@@ -127,20 +101,6 @@ def test_what_cannot_be_run_is_refused_before_anything_is(
 def test_a_missing_backend_is_exit_3(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("drivers.kinematic.backend.KinematicBackend.modules", ("no_such_simulator",))
     assert cli(*SHORT).status == 3
-
-
-def test_an_interrupt_keeps_what_is_done_and_says_how_to_go_on(
-    cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def interrupted(_: object, record: Record) -> None:
-        if len(asked) == 2:
-            raise Interrupted(signal.SIGINT)
-
-    monkeypatch.setattr("robotcore.sweep.progress.SweepProgress.show", interrupted)
-    told = cli(*SHORT, "--seeds", "1-5", "--out", "here", "--require", "success>=1")
-    assert told.status == 130
-    assert told.err == "interrupted by SIGINT: 2 of 5 runs are kept; the same command goes on.\n"
-    assert len(Path("here/results.jsonl").read_text().splitlines()) == 2
 
 
 def test_ctrl_c_in_a_terminal_stops_at_once(tmp_path: Path) -> None:

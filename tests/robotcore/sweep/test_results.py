@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-import csv
-import errno
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -16,6 +14,7 @@ from robotcore.sweep.worker import Ended
 from tests.robotcore.sweep.conftest import AppFile, record_of, sweep_of
 
 SWEEP = sweep_of("green-search", seeds=3)
+LONG_AGO_NS = 10**18
 
 
 def _ended(seed: int, outcome: Outcome = Outcome.SUCCESS, picture: bytes | None = None) -> Ended:
@@ -52,11 +51,19 @@ def test_a_first_line_that_is_torn_leaves_nothing(tmp_path: Path) -> None:
         assert len(again.missing()) == 3
 
 
-def test_a_line_that_somebody_spoilt_is_told_with_its_number(tmp_path: Path) -> None:
-    file = _kept(tmp_path, 1)
-    file.write_text(file.read_text() + "spoilt\n")
-    with Results(SWEEP, tmp_path) as again, pytest.raises(UsageError, match=r"results.jsonl, line 2: .*--fresh"):
+@pytest.mark.parametrize("spoilt", [b"spoilt", b"", b"\xff{", b"{}", b'{"path": 1}'])
+def test_a_spoilt_line_is_told_with_its_number_and_without_it_its_run_alone_is_missing(
+    tmp_path: Path, spoilt: bytes
+) -> None:
+    file = _kept(tmp_path, 1, 2, 3)
+    first, _, third = file.read_bytes().splitlines(keepends=True)
+    file.write_bytes(first + spoilt + b"\n" + third)
+    words = rf"^{file}, line 2: no record of a run: .+\. Delete this line, and that run alone is run again$"
+    with Results(SWEEP, tmp_path) as again, pytest.raises(UsageError, match=words):
         again.missing()
+    file.write_bytes(first + third)
+    with Results(SWEEP, tmp_path) as again:
+        assert [request.seed for request in again.missing()] == [2]
 
 
 def test_fresh_forgets_results_and_pictures(tmp_path: Path) -> None:
@@ -140,60 +147,13 @@ def test_two_cannot_write_at_once(tmp_path: Path) -> None:
         pass
 
 
-def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
-    (tmp_path / "file").touch()
-    with (
-        pytest.raises(UsageError, match=r"file/sweep: Not a directory\. .*--out"),
-        Results(SWEEP, tmp_path / "file/sweep"),
-    ):
-        pass
-
-
-def test_a_full_disk_is_told_and_leaves_whole_lines(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_looking_at_what_is_there_changes_no_date(tmp_path: Path) -> None:
     file = _kept(tmp_path, 1)
-    whole = file.read_bytes()
-    with Results(SWEEP, tmp_path) as results:
-        assert results._journal
-        monkeypatch.setattr(results._journal, "_file", _FullDisk(results._journal._file))
-        with pytest.raises(UsageError, match=r"No space left on device. What is done is kept"):
-            results.add(_ended(2))
-    assert file.read_bytes() == whole
-
-
-class _FullDisk:
-    """A file that takes ten bytes more and then no more."""
-
-    def __init__(self, file: object) -> None:
-        self._file, self._room = file, 10
-
-    def __getattr__(self, name: str) -> object:
-        return getattr(self._file, name)
-
-    def write(self, content: bytes) -> int:
-        if not self._room:
-            raise OSError(errno.ENOSPC, "No space left on device")
-        written, self._room = self._room, 0
-        self._file.write(content[:written])  # type: ignore[attr-defined]
-        return written
-
-
-def test_tables_have_a_column_for_each_milestone_and_failures_have_their_own(tmp_path: Path) -> None:
-    with Results(SWEEP, tmp_path) as results:
-        one, two = _ended(1), _ended(2, Outcome.TIMEOUT)
-        result = replace(one.record.result, milestones={"seen": 1.5})
-        results.add(Ended(replace(one.record, result=result)))
-        results.add(two)
-        results.write_tables()
-    rows = _rows(tmp_path / "results.csv")
-    assert [row["milestones.seen"] for row in rows] == ["1.5", ""]
-    assert list(rows[0])[-2:] == ["command", "picture"]
-    assert "path" not in rows[0]
-    assert [row["seed"] for row in _rows(tmp_path / "failures.csv")] == ["2"]
-
-
-def _rows(file: Path) -> list[dict[str, str]]:
-    with file.open(newline="") as table:
-        return list(csv.DictReader(table))
+    os.utime(file, ns=(0, LONG_AGO_NS))
+    with Results(SWEEP, tmp_path) as again:
+        list(again.records())
+    assert file.stat().st_mtime_ns == LONG_AGO_NS
+    assert again.date.timestamp() == LONG_AGO_NS / 1e9
 
 
 def test_the_folder_is_named_by_what_determines_the_results(app_file: AppFile, tmp_path: Path) -> None:

@@ -2,14 +2,20 @@ from __future__ import annotations
 
 import csv
 import math
+import os
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from robotcore.sweep import Record
+from robotcore import Outcome
+from robotcore.sweep import Record, Results
 from robotcore.sweep.tables import columns_of, write_csv
-from tests.robotcore.sweep.conftest import record_of
+from robotcore.sweep.worker import Ended
+from tests.robotcore.sweep.conftest import record_of, sweep_of
+
+SWEEP = sweep_of("green-search")
+LONG_AGO_NS = 10**18
 
 
 def _row(file: Path, record: Record) -> dict[str, str]:
@@ -35,3 +41,46 @@ def test_words_and_negative_numbers_stay_as_they_are(tmp_path: Path) -> None:
 
 def test_a_reason_that_is_no_unicode_is_told_with_its_bytes(tmp_path: Path) -> None:
     assert _row(tmp_path / "table.csv", record_of(reason="no caf\udce9 here"))["reason"] == r"no caf\udce9 here"
+
+
+def test_tables_have_a_column_for_each_milestone_and_failures_have_their_own(tmp_path: Path) -> None:
+    with Results(SWEEP, tmp_path) as results:
+        passing = record_of(seed=1)
+        results.add(Ended(replace(passing, result=replace(passing.result, milestones={"seen": 1.5}))))
+        results.add(Ended(record_of(Outcome.TIMEOUT, seed=2)))
+        results.write_tables()
+    rows = _rows(tmp_path / "results.csv")
+    assert [row["milestones.seen"] for row in rows] == ["1.5", ""]
+    assert list(rows[0])[-2:] == ["command", "picture"]
+    assert "path" not in rows[0]
+    assert [row["seed"] for row in _rows(tmp_path / "failures.csv")] == ["2"]
+
+
+def test_tables_that_tell_all_are_left_alone_and_those_that_do_not_are_written_anew(tmp_path: Path) -> None:
+    with Results(SWEEP, tmp_path) as results:
+        results.add(Ended(record_of(seed=1)))
+        results.write_tables()
+        os.utime(tmp_path / "results.jsonl", ns=(0, LONG_AGO_NS))
+        (tmp_path / "results.csv").write_text("sorted by hand")
+        results.write_tables()
+        assert (tmp_path / "results.csv").read_text() == "sorted by hand"
+        results.add(Ended(record_of(seed=2)))
+        os.utime(tmp_path / "results.csv", ns=(0, LONG_AGO_NS))
+        results.write_tables()
+    assert [row["seed"] for row in _rows(tmp_path / "results.csv")] == ["1", "2"]
+
+
+@pytest.mark.parametrize("name", ["results.csv", "failures.csv"])
+def test_a_table_that_somebody_deleted_is_written_again(tmp_path: Path, name: str) -> None:
+    with Results(SWEEP, tmp_path) as results:
+        results.add(Ended(record_of(Outcome.TIMEOUT)))
+        results.write_tables()
+        os.utime(tmp_path / "results.jsonl", ns=(0, LONG_AGO_NS))
+        (tmp_path / name).unlink()
+        results.write_tables()
+    assert len(_rows(tmp_path / name)) == 1
+
+
+def _rows(file: Path) -> list[dict[str, str]]:
+    with file.open(newline="") as table:
+        return list(csv.DictReader(table))

@@ -1,0 +1,120 @@
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from robotcore.errors import BackendError
+from tests.robotcore.cli.conftest import Cli, Told
+
+BOTH = pytest.mark.parametrize("command", ["run", "sweep"])
+
+
+@pytest.fixture(autouse=True)
+def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def _answer(told: Told) -> tuple[str, str, int]:
+    assert told.json["exit_status"] == told.status
+    return told.json["app"], told.json["error"], told.status
+
+
+@BOTH
+@pytest.mark.parametrize(
+    "arguments, status, fault",
+    [
+        (["green-serch"], 2, "Did you mean 'green-search'?"),
+        (["gone.py"], 2, "gone.py: there is no such file"),
+        (["green-search", "--world", "arenna"], 2, "Did you mean 'arena'?"),
+        (["green-search", "--wrold", "arena"], 2, "No such option"),
+        (["green-search", "--rate", "often"], 2, "'often' is not a valid"),
+        ([], 2, "Missing argument 'APP'"),
+    ],
+)
+def test_what_cannot_begin_is_told_in_one_line_of_json_and_on_stderr(
+    cli: Cli, command: str, arguments: list[str], status: int, fault: str
+) -> None:
+    told = cli(command, *arguments, "--json")
+    app, error, exit_status = _answer(told)
+    assert (app, exit_status) == ("".join(arguments[:1]), status)
+    assert fault in error
+    assert error in told.err
+
+
+@BOTH
+def test_an_app_file_that_cannot_be_imported_is_told_with_its_traceback(cli: Cli, command: str) -> None:
+    Path("odd.py").write_text("x = (\n")
+    told = cli(command, "odd.py", "--json")
+    assert _answer(told) == ("odd.py", told.err.splitlines()[-1].removeprefix("error: "), 5)
+    assert "SyntaxError" in told.json["error"]
+    assert 'odd.py", line 1\n    x = (' in told.err
+
+
+@BOTH
+def test_a_missing_backend_is_told_with_its_remedy(cli: Cli, command: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.kinematic.backend.KinematicBackend.modules", ("no_such_simulator",))
+    app, error, status = _answer(cli(command, "green-search", "--json"))
+    assert (app, status) == ("green-search", 3)
+    assert "kinematic" in error
+
+
+def test_a_folder_that_is_refused_and_a_backend_that_fails_in_the_middle_are_told(
+    cli: Cli, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise BackendError("the simulator has gone")
+
+    Path("thesis").mkdir()
+    Path("thesis/chapter.tex").touch()
+    assert "thesis holds something" in _answer(cli("sweep", "green-search", "--out", "thesis", "--json"))[1]
+    monkeypatch.setattr("robotcore.sweep.local.LocalEngine.perform", fail)
+    assert _answer(cli("sweep", "green-search", "--json")) == ("green-search", "the simulator has gone", 3)
+
+
+@BOTH
+def test_without_json_nothing_is_on_stdout(cli: Cli, command: str) -> None:
+    told = cli(command, "green-serch")
+    assert (told.status, told.out) == (2, "")
+    assert "Did you mean" in told.err
+
+
+@BOTH
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_before_the_first_run_has_its_line_too(cli: Cli, command: str, number: signal.Signals) -> None:
+    Path("odd.py").write_text(f"import signal\nsignal.raise_signal({int(number)})\n")
+    told = cli(command, "odd.py", "--json")
+    assert _answer(told) == ("odd.py", f"interrupted by {number.name}", 128 + number)
+    assert told.err == f"error: interrupted by {number.name}\n"
+
+
+@BOTH
+def test_what_an_app_prints_while_it_is_looked_at_does_not_get_into_the_json(cli: Cli, command: str) -> None:
+    Path("odd.py").write_text("print('hello')\n1 / 0\n")
+    told = cli(command, "odd.py", "--json")
+    assert told.json["exit_status"] == 5
+    assert told.err.startswith("hello\n")
+
+
+def test_a_line_that_nobody_reads_leaves_the_exit_status_as_it_is() -> None:
+    command = [sys.executable, "-m", "robotcore", "sweep", "green-serch", "--json"]
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr.splitlines() == [done.stderr.strip()]
+    assert done.stderr.startswith("error: unknown app 'green-serch'")
+
+
+def test_a_class_is_collected_with_the_one_whose_file_is_broken(cli: Cli) -> None:
+    works = "from robotcore import Behaviour, Status\nclass Ready(Behaviour):\n"
+    Path("ann.py").write_text(f"{works}    def step(self, robot):\n        return Status.SUCCESS\n")
+    Path("bob.py").write_text(f"{works}    def step(self, robot)\n")
+    told = [
+        cli("sweep", app, "--world", "open", "--seeds", "1", "--jobs", "1", "--json") for app in ("ann.py", "bob.py")
+    ]
+    grades = [json.loads(line) for each in told for line in each.out.splitlines()]
+    assert [(grade["app"], "error" in grade) for grade in grades] == [("ann.py", False), ("bob.py", True)]

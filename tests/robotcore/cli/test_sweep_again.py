@@ -1,0 +1,63 @@
+from __future__ import annotations
+
+import os
+import signal
+from datetime import datetime, timezone
+from pathlib import Path
+
+import pytest
+
+from robotcore import RunRequest
+from robotcore.errors import Interrupted
+from robotcore.sweep import Record
+from tests.robotcore.cli.conftest import Cli
+
+SHORT = ("sweep", "avoid-obstacles", "--world", "open", "--set", "duration_s=0.2")
+
+
+@pytest.fixture(autouse=True)
+def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def test_the_same_again_runs_nothing_and_says_when_it_was(cli: Cli, asked: list[RunRequest]) -> None:
+    first = cli(*SHORT, "--seeds", "1-2")
+    told = cli(*SHORT, "--seeds", "1-2")
+    assert len(asked) == 2
+    assert told.out.startswith("All was run by 2")
+    assert told.out.endswith(first.out)
+    assert cli(*SHORT, "--seeds", "1-2", "--fresh").status == 0
+    assert len(asked) == 4
+
+
+def test_what_is_kept_is_told_before_the_rest_is_run(cli: Cli, asked: list[RunRequest]) -> None:
+    arguments = (*SHORT, "--seeds", "1-3", "--out", "here")
+    assert "kept" not in cli(*arguments).out
+    file = Path("here/results.jsonl")
+    file.write_text("".join(file.read_text().splitlines(keepends=True)[:2]))
+    os.utime(file, (0, 10**9))
+    date = datetime.fromtimestamp(10**9, tz=timezone.utc).astimezone()
+    assert cli(*arguments).out.startswith(f"2 of 3 runs are kept from {date:%Y-%m-%d %H:%M}; going on.\n\nbackend ")
+    assert len(asked) == 4
+
+
+def test_how_to_go_on_after_an_interrupt_does_not_forget_what_was_done_afresh(
+    cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("robotcore.sweep.progress.SweepProgress.show", lambda *_: signal.raise_signal(signal.SIGTERM))
+    told = cli(*SHORT, "--seeds", "1-3", "--fresh", "--out", "here")
+    assert told.err == "interrupted by SIGTERM: 1 of 3 runs are kept; the same command without --fresh goes on.\n"
+
+
+def test_an_interrupt_keeps_what_is_done_and_says_how_to_go_on(
+    cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(_: object, record: Record) -> None:
+        if len(asked) == 2:
+            raise Interrupted(signal.SIGINT)
+
+    monkeypatch.setattr("robotcore.sweep.progress.SweepProgress.show", interrupted)
+    told = cli(*SHORT, "--seeds", "1-5", "--out", "here", "--require", "success>=1")
+    assert told.status == 130
+    assert told.err == "interrupted by SIGINT: 2 of 5 runs are kept; the same command goes on.\n"
+    assert len(Path("here/results.jsonl").read_text().splitlines()) == 2

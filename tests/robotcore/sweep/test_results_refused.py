@@ -1,0 +1,118 @@
+"""What a sweep says where the disk does not take what it keeps."""
+
+from __future__ import annotations
+
+import errno
+import os
+import re
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from robotcore.errors import UsageError
+from robotcore.sweep import Results
+from robotcore.sweep.replacing import replacing
+from robotcore.sweep.worker import Ended
+from tests.robotcore.sweep.conftest import record_of, sweep_of
+
+SWEEP = sweep_of("green-search", seeds=3)
+ENDED = Ended(record_of(), None)
+
+
+def _full(*_: object, **__: object) -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def _refused(directory: Path) -> str:
+    with pytest.raises(UsageError) as refused, Results(SWEEP, directory):
+        pass
+    return str(refused.value)
+
+
+def test_a_folder_that_cannot_be_made_is_told_and_not_that_something_is_kept(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    assert _refused(tmp_path / "file/sweep") == (
+        f"{tmp_path}/file/sweep: Not a directory. Nothing was run; let --out name a folder that can be written"
+    )
+
+
+def test_a_file_in_the_place_of_the_folder_is_told(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    assert _refused(tmp_path / "file").startswith(f"{tmp_path}/file: it is no folder. Nothing was run; ")
+
+
+def test_a_disk_that_is_full_before_the_first_run_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as before:
+        before.setattr(Path, "replace", _full)
+        assert _refused(tmp_path / "here").endswith(
+            "No space left on device. Nothing was run; let --out name a folder that can be written"
+        )
+    assert [file.name for file in (tmp_path / "here").iterdir()] == ["results.jsonl"]
+    with Results(SWEEP, tmp_path / "here") as again:
+        assert len(again.missing()) == 3
+
+
+@pytest.mark.parametrize(
+    "fresh, way", [(False, "the same command goes on"), (True, "the same command without --fresh goes on")]
+)
+def test_a_disk_that_is_full_in_the_middle_is_told_and_leaves_whole_lines(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fresh: bool, way: str
+) -> None:
+    file = tmp_path / "results.jsonl"
+    with Results(SWEEP, tmp_path, fresh=fresh) as results:
+        results.add(ENDED)
+        whole = file.read_bytes()
+        assert results._journal
+        monkeypatch.setattr(results._journal, "_file", _FullDisk(results._journal._file))
+        words = f"{tmp_path}: No space left on device. What is done is kept; make room, and {way}"
+        with pytest.raises(UsageError, match=f"^{re.escape(words)}$"):
+            results.add(ENDED)
+    assert file.read_bytes() == whole
+
+
+def test_what_else_keeps_a_table_from_the_disk_is_told_and_leaves_no_half_of_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def locked(source: Path, target: Path) -> None:
+        raise PermissionError(errno.EPERM, os.strerror(errno.EPERM), str(target))
+
+    words = (
+        "results.csv: Operation not permitted. What is done is kept; let it be written, and the same command goes on"
+    )
+    with Results(SWEEP, tmp_path) as results:
+        results.add(ENDED)
+        with monkeypatch.context() as meanwhile:
+            meanwhile.setattr(Path, "replace", locked)
+            with pytest.raises(UsageError, match=words):
+                results.write_tables()
+        assert {file.name for file in tmp_path.iterdir()} == {"sweep.json", "results.jsonl"}
+        results.write_tables()
+    assert (tmp_path / "results.csv").exists()
+
+
+def test_a_file_stays_as_it_was_where_its_successor_cannot_be_written(tmp_path: Path) -> None:
+    file = tmp_path / "table.csv"
+    file.write_text("whole\n")
+    with suppress(OSError), replacing(file) as text:
+        text.write("half")
+        _full()
+    assert file.read_text() == "whole\n"
+    assert [each.name for each in tmp_path.iterdir()] == ["table.csv"]
+
+
+class _FullDisk:
+    """A file that takes ten bytes more and then no more."""
+
+    def __init__(self, file: object) -> None:
+        self._file, self._room = file, 10
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self._file, name)
+
+    def write(self, content: bytes) -> int:
+        if not self._room:
+            _full()
+        written, self._room = self._room, 0
+        self._file.write(content[:written])  # type: ignore[attr-defined]
+        return written
