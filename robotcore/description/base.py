@@ -6,7 +6,7 @@ import colorsys
 import re
 from collections import Counter
 from collections.abc import Iterable
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
@@ -30,9 +30,13 @@ COLOURS: dict[str, tuple[int, int, int]] = {
 """Colours by name, as red, green, blue in 0 to 255."""
 
 
+Number = TypeVar("Number", bound=float)
+
+
 class Described(BaseModel):
     """A part of a description: no unknown keys, no change afterwards, finite numbers.
 
+    A type's ``description``, where it has one, says how it is written in a file; faults are told with it.
     A validator that refuses raises ValueError with the fault and, after a semicolon, the remedy.
     """
 
@@ -50,7 +54,11 @@ def _colour(value: Any) -> Any:
 
 Rgb = tuple[int, int, int]
 Byte = Annotated[int, Field(ge=0, le=255)]
-Colour = Annotated[tuple[Byte, Byte, Byte], BeforeValidator(_colour)]
+Colour = Annotated[
+    tuple[Byte, Byte, Byte],
+    BeforeValidator(_colour),
+    Field(description="[red, green, blue] from 0 to 255, or the name of a colour"),
+]
 """Red, green, blue in 0 to 255; in a file also a name."""
 
 
@@ -75,10 +83,9 @@ Metres = Annotated[float, Field(ge=0.001, le=100)]
 Place = Annotated[float, Field(ge=-100, le=100)]
 """A coordinate, in metres."""
 
-Interval = Annotated[tuple[float, float], Ordered]
+Between = Annotated[tuple[Number, Number], Ordered, Field(description="[from, to]")]
 """Lower and upper end."""
 
-PlaceInterval = Annotated[tuple[Place, Place], Ordered]
 Name = Annotated[str, AfterValidator(_named)]
 """Lower case, digits, ``_`` and ``-``; begins with a letter."""
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic import BaseModel, ValidationError
 
+from robotcore.description.schema import keys_at, written_form
 from robotcore.errors import suggestion
 
 if TYPE_CHECKING:
@@ -27,7 +28,9 @@ _MESSAGES = {
     "model_attributes_type": "should be a table",
     "dict_type": "should be a table",
     "tuple_type": "should be a list",
-    "too_long": "has too many items",
+    "bool_type": "should be true or false",
+    "int_type": "should be a whole number",
+    "string_type": "should be a string in quotes",
 }
 _PLAINER = (("Input ", ""), ("greater than or equal to", "at least"), ("less than or equal to", "at most"))
 
@@ -52,45 +55,48 @@ def fault_of(
     """Return what to say first of ``data`` that is no such model; ``sections`` may stand at its top too."""
     found = _first(error)
     kind, loc, key, message = found["type"], found["loc"], _key(found["loc"], data), _message(found)
+    if form := _form(model, found):
+        return Fault(_key(_place(found), data), f"should be {form}, got {_told(found['input'])}", "Correct it")
     if kind == "extra_forbidden":
-        known = [*keys_beside(model, loc), *(sections if len(loc) == 1 else ())]
+        known = [*_keys_beside(model, loc), *(sections if len(loc) == 1 else ())]
         return Fault(key, message, f"Correct it or take it out. {suggestion(_shown(loc[-1]), known)}")
     if kind == "missing":
         return Fault(key, message, "Add it")
-    if kind == "union_tag_not_found":
-        return Fault(f"{key}.{_tag_key(found)}", "is missing", "Add it: it says what sort of thing this is")
-    if kind == "union_tag_invalid":
-        tag, known = str(found["ctx"]["tag"])[:LONGEST], re.findall(r"'(\w+)'", found["ctx"]["expected_tags"])
-        return Fault(f"{key}.{_tag_key(found)}", f"{tag!r} is unknown", suggestion(tag, known))
+    if kind.startswith("union_tag"):
+        return _unknown_kind(key, found)
     if kind == "value_error":
         fault, _, remedy = message.rpartition("; ")
         return Fault(key, fault, remedy[:1].upper() + remedy[1:])
     return Fault(key, message, "Correct it")
 
 
-def keys_beside(model: type[BaseModel], loc: Sequence[str | int]) -> list[str]:
-    """Return which keys there may be at that place of a model: ``loc`` ends in a key that there may not."""
-    schema = model.model_json_schema()
-    parts = schema.get("$defs", {})
-    here = schema
-    for part in loc[:-1]:
-        here = _resolved(_inside(here, part), parts)
-    return [key for key in here.get("properties", ()) if key != BACKENDS]
+def _keys_beside(model: type[BaseModel], loc: Sequence[str | int]) -> list[str]:
+    """Return which keys there may be where ``loc`` ends in one that there may not."""
+    return [key for key in keys_at(model, loc[:-1]) if key != BACKENDS]
 
 
-def _inside(schema: dict[str, Any], part: str | int) -> dict[str, Any]:
-    """Return the schema of an item, of one kind of item, or of a key's value."""
-    if isinstance(part, int):
-        return dict(schema.get("items", {}))
-    if part in (kinds := schema.get("discriminator", {}).get("mapping", {})):
-        return {"$ref": kinds[part]}
-    return dict(schema.get("properties", {}).get(part, {}))
+def _form(model: type[BaseModel], found: ErrorDetails) -> str | None:
+    """Return how a value is written that has the wrong type or length, where its own type says so."""
+    is_shapeless = found["type"].endswith("_type") or found["type"] in ("too_long", "too_short")
+    return written_form(model, _place(found)) if is_shapeless or _is_cut_short(found) else None
 
 
-def _resolved(schema: dict[str, Any], parts: dict[str, Any]) -> dict[str, Any]:
-    """Return what a schema refers to, the None of an optional part left out."""
-    first = schema.get("anyOf", [schema])[0]
-    return dict(parts[first["$ref"].rpartition("/")[2]]) if "$ref" in first else first
+def _place(found: ErrorDetails) -> Sequence[str | int]:
+    """Return where the value stands that is wrong; that is a list, not the item that it lacks."""
+    return found["loc"][:-1] if _is_cut_short(found) else found["loc"]
+
+
+def _is_cut_short(found: ErrorDetails) -> bool:
+    return found["type"] == "missing" and isinstance(found["loc"][-1], int)
+
+
+def _unknown_kind(key: str, found: ErrorDetails) -> Fault:
+    """Return what to say of a thing that does not tell which of several kinds it is, or tells none of them."""
+    key += "." + str(found["ctx"]["discriminator"]).strip("'")
+    if found["type"] == "union_tag_not_found":
+        return Fault(key, "is missing", "Add it: it says what sort of thing this is")
+    tag, known = str(found["ctx"]["tag"])[:LONGEST], re.findall(r"'(\w+)'", found["ctx"]["expected_tags"])
+    return Fault(key, f"{tag!r} is unknown", suggestion(tag, known))
 
 
 def _first(error: ValidationError) -> ErrorDetails:
@@ -133,10 +139,6 @@ def _shown(key: str | int) -> str:
     return text if re.fullmatch(r"[A-Za-z0-9_-]{1,40}", text) else repr(text[:LONGEST])
 
 
-def _tag_key(found: ErrorDetails) -> str:
-    return str(found["ctx"]["discriminator"]).strip("'")
-
-
 def _message(found: ErrorDetails) -> str:
     message = _MESSAGES.get(found["type"], found["msg"])
     if found["type"] in ("missing", "extra_forbidden", "value_error"):
@@ -149,6 +151,8 @@ def _message(found: ErrorDetails) -> str:
 def _told(value: Any) -> str:
     if isinstance(value, dict):
         return "a table"
+    if isinstance(value, bool):
+        return str(value).lower()
     if isinstance(value, (list, tuple)):
         return f"a list of {len(value)}"
     if isinstance(value, int) and abs(value) >= 10**LONGEST:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 
-from robotcore.description.base import Described, Ordered
+from robotcore.description.base import Between, Described, Number
 from robotcore.description.conditions import (
     Blur,
     Exposure,
@@ -23,7 +23,6 @@ from robotcore.description.texture import PATTERNS, Contrast, Pattern, TileSize
 Turn = Annotated[float, Field(ge=-60, le=60)]
 HueGap = Annotated[float, Field(ge=0, le=170)]
 Factor = Annotated[float, Field(gt=0, le=5)]
-Number = TypeVar("Number", bound=float)
 
 
 def _off(value: Any) -> Any:
@@ -31,8 +30,14 @@ def _off(value: Any) -> Any:
 
 
 Off = BeforeValidator(_off)
-Drawn = Annotated[Annotated[tuple[Number, Number], Ordered] | None, Off]
+Drawn = Annotated[Between[Number] | None, Off, Field(description="[from, to], or false")]
 """From which to which; None, in a file ``false``, leaves what the world says."""
+
+Patterns = Annotated[
+    Annotated[tuple[Pattern, ...], Field(min_length=1)] | None,
+    Off,
+    Field(description="a list of one pattern or more, or false"),
+]
 
 
 class Randomisation(Described):
@@ -45,13 +50,13 @@ class Randomisation(Described):
 
     light_brightness: Drawn[Brightness] = (0.35, 1.4)
     light_ambient: Drawn[Fraction] = (0.4, 0.8)
-    hue_gap_deg: Annotated[HueGap | None, Off] = 60.0
+    hue_gap_deg: Annotated[HueGap | None, Off, Field(description="a number, or false")] = 60.0
     colour_saturation: Drawn[Fraction] = (0.0, 0.9)
     colour_value: Drawn[Fraction] = (0.25, 0.95)
     target_hue_deg: Drawn[Turn] = (-8.0, 8.0)
     target_saturation: Drawn[Factor] = (0.8, 1.25)
     target_value: Drawn[Factor] = (0.75, 1.35)
-    patterns: Annotated[Annotated[tuple[Pattern, ...], Field(min_length=1)] | None, Off] = PATTERNS
+    patterns: Patterns = PATTERNS
     pattern_scale_m: Drawn[TileSize] = (0.1, 0.6)
     pattern_contrast: Drawn[Contrast] = (0.1, 0.5)
     camera_blur_px: Drawn[Blur] = (0.0, 1.2)

@@ -187,7 +187,7 @@ class RobotDescription(Described):
     body: Body
     drive: Drive | None = None
     safety: Safety = Safety()
-    devices: tuple[DeviceDescription, ...] = ()
+    devices: Annotated[tuple[DeviceDescription, ...], Field(description="a list of tables: [[devices]]")] = ()
     backends: dict[str, dict[str, Any]] = Field(default_factory=dict)
 
     @model_validator(mode="after")

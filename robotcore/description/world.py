@@ -12,14 +12,12 @@ from pydantic import Field, NonNegativeFloat, model_validator
 
 from robotcore.description.base import (
     COLOURS,
+    Between,
     Colour,
     Described,
-    Interval,
     Metres,
     Name,
-    Ordered,
     Place,
-    PlaceInterval,
     require_unique,
 )
 from robotcore.description.conditions import Conditions
@@ -145,16 +143,16 @@ class Variation(Described):
     be hidden, nothing of it is in line of sight at the start, however the robot turns.
     """
 
-    place_x_m: PlaceInterval | None = None
-    place_y_m: PlaceInterval | None = None
-    yaw_rad: Interval | None = None
-    obstacle_scale: Annotated[tuple[Scale, Scale], Ordered] = (1.0, 1.0)
+    place_x_m: Between[Place] | None = None
+    place_y_m: Between[Place] | None = None
+    yaw_rad: Between[float] | None = None
+    obstacle_scale: Between[Scale] = (1.0, 1.0)
     gap_m: Annotated[float, Field(ge=0, le=100)] = 0.3
-    target_distance_m: Annotated[tuple[NonNegativeFloat, NonNegativeFloat], Ordered] | None = None
+    target_distance_m: Between[NonNegativeFloat] | None = None
     target_hidden: bool = False
-    light_azimuth_rad: Interval | None = None
-    light_elevation_rad: Annotated[tuple[Elevation, Elevation], Ordered] | None = None
-    light_brightness: Annotated[tuple[Brightness, Brightness], Ordered] | None = None
+    light_azimuth_rad: Between[float] | None = None
+    light_elevation_rad: Between[Elevation] | None = None
+    light_brightness: Between[Brightness] | None = None
 
 
 class WorldDescription(Described):
@@ -166,8 +164,8 @@ class WorldDescription(Described):
     walls: Walls | None = None
     start: Start = Start()
     light: Light = Light()
-    targets: tuple[Ball, ...] = ()
-    obstacles: tuple[Obstacle, ...] = ()
+    targets: Annotated[tuple[Ball, ...], Field(description="a list of tables: [[targets]]")] = ()
+    obstacles: Annotated[tuple[Obstacle, ...], Field(description="a list of tables: [[obstacles]]")] = ()
     conditions: Conditions = Conditions()
     variation: Variation | None = None
     randomisation: Randomisation = Randomisation()

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-from importlib import resources
 from pathlib import Path
 
 import pytest
@@ -16,27 +15,7 @@ from robotcore.description import (
     world_names,
 )
 from robotcore.errors import DescriptionError, UnknownNameError, UsageError
-
-SHIPPED = resources.files("robotcore.description")
-ROVER = SHIPPED.joinpath("robots", "rover.toml").read_text(encoding="utf-8")
-ARENA = SHIPPED.joinpath("worlds", "arena.toml").read_text(encoding="utf-8")
-
-
-def told(tmp_path: Path, content: str | bytes) -> str:
-    """Return the one line that is said about a file with this content, from the key on."""
-    file = tmp_path / "my.toml"
-    file.write_bytes(content if isinstance(content, bytes) else content.encode())
-    with pytest.raises(DescriptionError) as caught:
-        load_any(str(file))
-    line = str(caught.value)
-    assert line.startswith(f"{file}: ")
-    assert "\n" not in line
-    return line.removeprefix(f"{file}: ")
-
-
-def changed(text: str, old: str, new: str) -> str:
-    assert old in text
-    return text.replace(old, new, 1)
+from tests.robotcore.description.files import ARENA, ROVER, told
 
 
 @pytest.mark.parametrize("name", robot_names())
@@ -70,211 +49,6 @@ def test_a_robot_given_as_a_world_is_told_so_and_the_other_way_round(tmp_path: P
 
 
 @pytest.mark.parametrize(
-    "old, new, line",
-    [
-        (
-            "length_m",
-            "lenght_m",
-            "body.lenght_m: is unknown. Correct it or take it out. Did you mean 'length_m'?",
-        ),
-        (
-            'name = "nose"\nmount = { x_m',
-            'name = "nose"\nmount = { x_mm',
-            "devices[nose].mount.x_mm: is unknown. Correct it or take it out. Did you mean 'x_m'?",
-        ),
-        (
-            "[safety]",
-            "[pybulet]\n[safety]",
-            "pybulet: is unknown. Correct it or take it out. Did you mean 'pybullet'?",
-        ),
-        (
-            "[safety]",
-            "[backends.mock]\n[safety]",
-            "backends: a backend's section stands at the top. Write [NAME], not [backends.NAME]",
-        ),
-        ("[body]", "mock = 3\n[body]", "mock: should be a table, got 3. Correct it"),
-        ("track_m = 0.155\n", "", "drive.track_m: is missing. Add it"),
-        ("cone_rad", "#", "devices[nose].cone_rad: is missing. Add it"),
-        (
-            "width_m = 0.185",
-            'width_m = "wide"',
-            "body.width_m: should be a valid number, got 'wide'. Correct it",
-        ),
-        ("width_m = 0.185", "width_m = true", "body.width_m: should be a valid number, got True. Correct it"),
-        ("width_m = 0.185", "width_m = nan", "body.width_m: should be a finite number, got nan. Correct it"),
-        (
-            "width_m = 0.185",
-            f"width_m = 0x{'f' * 5000}",
-            "body.width_m: should be a valid number, got a number of 20000 bits. Correct it",
-        ),
-        ("[60, 65, 75]", "[60, 65, 256]", "body.colour[#3]: should be at most 255, got 256. Correct it"),
-        ("[60, 65, 75]", "7", "body.colour: should be a list, got 7. Correct it"),
-        (
-            'kind = "range_sensor"',
-            'kind = "range-sensor"',
-            "devices[nose].kind: 'range-sensor' is unknown. Did you mean 'range_sensor'?",
-        ),
-        (
-            'kind = "range_sensor"\n',
-            "",
-            "devices[nose].kind: is missing. Add it: it says what sort of thing this is",
-        ),
-        (
-            '"right_motor"\nmax',
-            '"left_motor"\nmax',
-            "two devices are named 'left_motor'. Give each a name of its own",
-        ),
-        (
-            'name = "rover"',
-            'name = "My rover"',
-            "name: 'My rover' is no name. Take lower-case letters, digits, _ and -, beginning with a letter",
-        ),
-        (
-            "mount = { x_m = 0.14, z_m = 0.10 }",
-            "mount = { z_m = -0.10 }",
-            "devices[nose].mount.z_m: should be at least 0, got -0.1. Correct it",
-        ),
-        (
-            'left = "left_motor"',
-            'left = "right_motor"',
-            "drive: left and right are both 'right_motor'. Name two motors",
-        ),
-        (
-            'left = "left_motor"',
-            'left = "port"',
-            (
-                "drive names the motor 'port', which is not among the devices. "
-                'Add [[devices]] with kind = "motor" and that name'
-            ),
-        ),
-        (
-            'left_encoder = "left_encoder"\n',
-            "",
-            "drive: one wheel alone has an encoder. Name both encoders or neither",
-        ),
-        (
-            "track_m = 0.155",
-            "track_m = 0.3",
-            (
-                "the wheels are 0.326 m from outside to outside, the body is 0.185 m wide. "
-                "Let body.width_m take in the wheels"
-            ),
-        ),
-        (
-            "centre_x_m = 0.035",
-            "centre_x_m = 0.5",
-            "the axle is not under the body. Correct body.centre_x_m or body.length_m",
-        ),
-        (
-            "clearance_m = 0.018",
-            "clearance_m = 0.0",
-            "the body lies on the floor. Raise body.clearance_m, or leave out [drive]",
-        ),
-        (
-            "min_range_m = 0.02",
-            "min_range_m = 3.0",
-            "devices[nose]: min_range_m 3 is not below max_range_m 2. Correct either",
-        ),
-    ],
-)
-def test_a_fault_of_a_robot_is_told_in_one_line(tmp_path: Path, old: str, new: str, line: str) -> None:
-    assert told(tmp_path, changed(ROVER, old, new)) == line
-
-
-@pytest.mark.parametrize(
-    "old, new, line",
-    [
-        (
-            "radius_m = 0.10",
-            "radius_m = -0.10",
-            "targets[ball].radius_m: should be at least 0.001, got -0.1. Correct it",
-        ),
-        ("x_m = 1.35", "x_m = inf", "targets[ball].x_m: should be a finite number, got inf. Correct it"),
-        (
-            '"green"',
-            '"gren"',
-            "targets[ball].colour: unknown colour 'gren'. Did you mean 'green'? Or take [r, g, b]",
-        ),
-        ('"blue-box"', '"red-box"', "two things are named 'red-box'. Give each a name of its own"),
-        ('"cylinder"', '"cone"', "obstacles[yellow-post].shape: 'cone' is unknown. Did you mean 'cylinder'?"),
-        (
-            "[0.8, 1.25]",
-            "[1.25, 0.8]",
-            "variation.obstacle_scale: the lower end 1.25 is above the upper end 0.8. Swap them",
-        ),
-        (
-            "[0.8, 1.25]",
-            "[1, 2, 3]",
-            "variation.obstacle_scale: has too many items, got a list of 3. Correct it",
-        ),
-        (
-            "[0.6, 1.4]",
-            "[-0.6, 1.4]",
-            "variation.light_elevation_rad[#1]: should be greater than 0, got -0.6. Correct it",
-        ),
-        (
-            "[variation]",
-            "[randomisation]\ncamera_noise = [8.0, 0.0]\n[variation]",
-            "randomisation.camera_noise: the lower end 8 is above the upper end 0. Swap them",
-        ),
-        (
-            "[variation]",
-            "[randomisation]\nwheel_gain = [0.0, 1.0]\n[variation]",
-            "randomisation.wheel_gain[#1]: should be at least 0.5, got 0.0. Correct it",
-        ),
-        (
-            "[variation]",
-            "[randomisation]\ncamera_noise = 3.0\n[variation]",
-            "randomisation.camera_noise: should be a list, got 3.0. Correct it",
-        ),
-        (
-            "[variation]",
-            "[randomisation]\ncamera_noice = [0.0, 1.0]\n[variation]",
-            "randomisation.camera_noice: is unknown. Correct it or take it out. Did you mean 'camera_noise'?",
-        ),
-        (
-            "[variation]",
-            '[randomisation]\npatterns = ["chequer"]\n[variation]',
-            (
-                "randomisation.patterns[#1]: "
-                "should be 'plain', 'checker', 'planks', 'speckle' or 'grass', got 'chequer'. Correct it"
-            ),
-        ),
-        (
-            "[variation]",
-            "[conditions]\ncamera_noise = -1.0\n[variation]",
-            "conditions.camera_noise: should be at least 0, got -1.0. Correct it",
-        ),
-        (
-            'name = "arena"',
-            '"a\\nb" = 1',
-            (
-                "'a\\nb': is unknown. Correct it or take it out. There are: conditions, floor, "
-                "light, name, obstacles, randomisation, start, summary, targets, variation, walls."
-            ),
-        ),
-        (
-            "x_m = 1.35\ny_m = 1.2",
-            "x_m = 0.8\ny_m = 0.9",
-            "targets[ball]: it is in the obstacle 'red-box'. Move either so that they are apart",
-        ),
-        (
-            "x_m = 1.35",
-            "x_m = 1.95",
-            "targets[ball]: it is in or beyond a wall. The walls are at x = ±2 m and y = ±2 m: move it in between",
-        ),
-        (
-            "x_m = -1.4",
-            "x_m = -0.5",
-            "start: it is in the obstacle 'orange-post'. Move either so that they are apart",
-        ),
-    ],
-)
-def test_a_fault_of_a_world_is_told_in_one_line(tmp_path: Path, old: str, new: str, line: str) -> None:
-    assert told(tmp_path, changed(ARENA, old, new)) == line
-
-
-@pytest.mark.parametrize(
     "content, said",
     [
         (b"", "it describes neither a robot nor a world"),
@@ -303,20 +77,6 @@ def test_a_quantity_is_switched_off_by_false_and_the_others_keep_their_ranges(tm
     ranges = load_world(str(file)).randomisation
     assert (ranges.camera_noise, ranges.wheel_gain) == (None, (0.9, 1.0))
     assert ranges.light_brightness == Randomisation().light_brightness
-
-
-def test_a_thing_in_a_list_without_a_name_is_counted_from_one(tmp_path: Path) -> None:
-    assert told(tmp_path, changed(ROVER, 'name = "left_encoder"\n', "")).startswith("devices[#3].name: is missing")
-
-
-def test_an_unknown_key_at_the_top_may_have_the_name_of_a_device_kind(tmp_path: Path) -> None:
-    line = told(tmp_path, "motor = 1\n" + ROVER)
-    assert line.startswith("motor: is unknown. Correct it or take it out. There are: body, devices, drive, ")
-
-
-def test_an_unknown_key_may_have_the_name_of_the_kind_that_it_stands_in(tmp_path: Path) -> None:
-    line = told(tmp_path, changed(ROVER, 'kind = "camera"', 'kind = "camera"\ncamera = 1'))
-    assert line.startswith("devices[eye].camera: is unknown")
 
 
 def test_a_backends_section_is_kept_under_its_name(tmp_path: Path) -> None:

@@ -1,0 +1,45 @@
+"""What a description's model says of a place in it, in its JSON schema."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from pydantic import BaseModel
+
+Schema = dict[str, Any]
+
+
+def keys_at(model: type[BaseModel], place: Sequence[str | int]) -> list[str]:
+    """Return which keys there may be at a place of a model."""
+    return list(_at(model, place).get("properties", ()))
+
+
+def written_form(model: type[BaseModel], place: Sequence[str | int]) -> str | None:
+    """Return how the value at a place is written in a file, where its type has a description; None where it has not."""
+    *outer, key = place
+    form: str | None = _inside(_at(model, outer), key).get("description")
+    return form
+
+
+def _at(model: type[BaseModel], place: Sequence[str | int]) -> Schema:
+    here = model.model_json_schema()
+    parts = here.get("$defs", {})
+    for part in place:
+        here = _resolved(_inside(here, part), parts)
+    return here
+
+
+def _inside(schema: Schema, part: str | int) -> Schema:
+    """Return the schema of an item, of one kind of item, or of a key's value."""
+    if isinstance(part, int):
+        return dict(schema.get("items", {}))
+    if part in (kinds := schema.get("discriminator", {}).get("mapping", {})):
+        return {"$ref": kinds[part]}
+    return dict(schema.get("properties", {}).get(part, {}))
+
+
+def _resolved(schema: Schema, parts: Schema) -> Schema:
+    """Return what a schema refers to, the None of an optional part left out."""
+    first = schema.get("anyOf", [schema])[0]
+    return dict(parts[first["$ref"].rpartition("/")[2]]) if "$ref" in first else first
