@@ -1,0 +1,57 @@
+"""Apps that end as they are told, and who watches them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from robotcore.behaviour import Status
+from robotcore.robot import Robot
+from robotcore.session import Run, RunResult
+from robotcore.trace import TickRecord
+from tests.robotcore.fakes import Deed
+
+Runner = Callable[..., RunResult]
+"""Runs an app that is given: the fixture `perform`."""
+
+
+class Watcher:
+    """An observer that keeps what it hears, by name."""
+
+    def __init__(self) -> None:
+        self.heard: list[tuple[str, Any]] = []
+
+    def begin(self, run: Run) -> None:
+        self.heard.append(("begin", run))
+
+    def tick(self, record: TickRecord) -> None:
+        self.heard.append(("tick", record))
+
+    def end(self, result: RunResult) -> None:
+        self.heard.append(("end", result))
+
+
+def driving(robot: Robot, left: float = 2.0) -> None:
+    robot.drive.set_wheels(left, 2.0)
+
+
+def then(end: Callable[[Robot], object]) -> Deed:
+    """Return an app that drives for two ticks and then does what is given."""
+    ticks: list[int] = []
+
+    def deed(robot: Robot) -> Status:
+        ticks.append(1)
+        driving(robot)
+        if len(ticks) < 3:
+            return Status.RUNNING
+        said = end(robot)
+        return said if isinstance(said, Status) else Status.RUNNING
+
+    return Deed(deed)
+
+
+def raising(error: BaseException) -> Deed:
+    def deed(robot: Robot) -> None:
+        raise error
+
+    return then(deed)
