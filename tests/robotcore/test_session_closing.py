@@ -5,10 +5,7 @@ import signal
 import pytest
 
 from robotcore.behaviour import Status
-from robotcore.errors import (
-    DeviceError,
-    DeviceGroupError,
-)
+from robotcore.errors import DeviceError, DeviceGroupError
 from robotcore.interrupts import Interrupts
 from robotcore.outcome import Outcome
 from robotcore.robot import Robot, Role

@@ -3,9 +3,7 @@ from __future__ import annotations
 import json
 
 from robotcore.behaviour import Status
-from robotcore.errors import (
-    DeviceError,
-)
+from robotcore.errors import DeviceError
 from robotcore.session import RunRequest, RunResult
 from tests.robotcore.fakes import RigBackend
 from tests.robotcore.runs import Runner, Watcher, raising, then

@@ -5,10 +5,7 @@ import json
 import pytest
 
 from robotcore.behaviour import Status
-from robotcore.errors import (
-    BackendError,
-    DeviceError,
-)
+from robotcore.errors import BackendError, DeviceError
 from robotcore.geometry import Pose, Twist
 from robotcore.outcome import Outcome
 from robotcore.session import RunRequest
