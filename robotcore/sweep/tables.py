@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import csv
-import json
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +50,8 @@ def _changed_ns(file: Path) -> int:
 
 
 def _cells(record: Record) -> dict[str, Any]:
-    told = {**json.loads(record.result.to_json()), "command": record.command, "picture": record.picture}
+    result = {each.name: getattr(record.result, each.name) for each in fields(record.result) if each.name != "error"}
+    told = {**result, "outcome": record.result.outcome.value, "command": record.command, "picture": record.picture}
     return {column: _harmless(value) for key, item in told.items() for column, value in _columns(key, item)}
 
 
