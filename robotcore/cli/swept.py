@@ -71,13 +71,14 @@ def _write_summary(results: Results, groups: Sequence[Group], failing: Sequence[
 
 
 def _write_findings(results: Results) -> None:
-    """Tell which conditions explain failures, where any do."""
-    from robotcore.sweep.explain import explain
+    """Tell which conditions explain failures, or that none does."""
+    from robotcore.sweep.explain import explain, unexplained
 
-    if findings := explain(results.records()):
+    lines = [str(each) for each in explain(results.records())] or unexplained(results.records())
+    if lines:
         click.echo("\nWhat failing runs have in common:")
-    for finding in findings:
-        click.echo(f"  {finding}")
+    for line in lines:
+        click.echo(f"  {line}")
 
 
 def _tell_ending(

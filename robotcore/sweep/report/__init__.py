@@ -10,6 +10,7 @@ from pathlib import Path
 from robotcore.description import WorldDescription
 from robotcore.errors import BackendMissingError, UsageError
 from robotcore.sweep.record import Record
+from robotcore.sweep.replacing import replacing, unfinished
 from robotcore.sweep.requirements import Requirement
 
 PAGE = "index.html"
@@ -33,12 +34,10 @@ def write_report(
     require_ready(directory)
     from robotcore.sweep.report.page import page
 
-    file, unfinished = directory / PAGE, directory / f"{PAGE}.part"
     html = page(records, folder, asked, worlds, requirements)
-    with _writing(directory):
-        unfinished.write_text(html, encoding="utf-8", errors="replace")
-        unfinished.replace(file)
-    return file
+    with _writing(directory), replacing(directory / PAGE, errors="replace") as file:
+        file.write(html)
+    return directory / PAGE
 
 
 def require_ready(directory: Path) -> None:
@@ -50,9 +49,9 @@ def require_ready(directory: Path) -> None:
         raise BackendMissingError("--report needs Jinja2, which is not installed. pip install 'robotcore[sweep]'")
     with _writing(directory):
         directory.mkdir(parents=True, exist_ok=True)
-        unfinished = directory / f"{PAGE}.part"
-        unfinished.touch()
-        unfinished.unlink()
+        probe = unfinished(directory / PAGE)
+        probe.touch()
+        probe.unlink()
 
 
 @contextmanager
