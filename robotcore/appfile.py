@@ -9,6 +9,7 @@ from types import ModuleType
 
 from robotcore.behaviour import Behaviour
 from robotcore.errors import BehaviourError, UnknownNameError, UsageError
+from robotcore.siblings import import_beside
 
 
 def is_app_file(name: str) -> bool:
@@ -16,13 +17,19 @@ def is_app_file(name: str) -> bool:
     return name.partition(":")[0].endswith(".py")
 
 
+def app_path(name: str) -> Path:
+    """Return the file that an app is named by."""
+    return Path(name.partition(":")[0])
+
+
 def load_app_file(name: str) -> type[Behaviour]:
     """Return the behaviour that a file defines.
 
-    Raises UsageError where there is no such file or behaviour, BehaviourError where the file raises.
+    Raises UsageError where there is no such file or behaviour, or where the file would end the process; BehaviourError
+    where it raises.
     """
     file, _, wanted = name.partition(":")
-    path = Path(file)
+    path = app_path(name)
     if not path.is_file():
         raise UsageError(f"{file}: there is no such file. Name an app (robotcore apps), or the file of one")
     apps = _behaviours_of(_imported(path))
@@ -35,17 +42,26 @@ def load_app_file(name: str) -> type[Behaviour]:
     raise UsageError(f"{file} holds no behaviour. Let a class in it inherit robotcore.Behaviour")
 
 
+def ends_at_import(path: Path, how: object) -> UsageError:
+    """Return the error for a file that ends the process which imports it."""
+    return UsageError(
+        f"{path} ends its process when it is imported ({how}). Put what it does there below "
+        "if __name__ == '__main__', or into step()"
+    )
+
+
 def _imported(path: Path) -> ModuleType:
-    """Run the file as a module; like a script's, its imports are looked for beside it first."""
+    """Run the file as a module."""
+    import_beside(path)
     spec = spec_from_file_location(f"app_{path.stem}", path)
     assert spec, "a .py file has a spec"
     assert spec.loader, "and a loader"
     module = module_from_spec(spec)
     sys.modules[module.__name__] = module
-    if str(path.parent) not in sys.path[:1]:
-        sys.path.insert(0, str(path.parent))
     try:
         spec.loader.exec_module(module)
+    except SystemExit as error:
+        raise ends_at_import(path, f"SystemExit: {error}") from error
     except Exception as error:
         raise BehaviourError(f"{path} cannot be imported: {type(error).__name__}: {error}") from error
     return module

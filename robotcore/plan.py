@@ -22,6 +22,7 @@ from robotcore.description import (
     require_start,
 )
 from robotcore.errors import UsageError
+from robotcore.judging import load_judge
 from robotcore.layers import needed_devices
 from robotcore.safety import stopping_distance
 from robotcore.settings import configure
@@ -34,7 +35,8 @@ MIN_RATE_HZ, MAX_RATE_HZ = 1.0, 1000.0
 class RunRequest:
     """What to run, on what. Without a seed, a world stands as its file has it.
 
-    ``randomise`` draws by the seed not only where things stand, but also how everything looks and works.
+    ``randomise`` draws by the seed not only where things stand, but also how everything looks and works. ``judge`` is
+    the app whose ``verify`` judges the end of the run; without one, the app's own does.
     """
 
     app: str
@@ -49,6 +51,7 @@ class RunRequest:
     gui: bool = False
     realtime: bool = False
     randomise: bool = False
+    judge: str | None = None
 
 
 @dataclass(frozen=True)
@@ -60,6 +63,7 @@ class Plan:
 
     request: RunRequest
     behaviour: Behaviour
+    judge: Behaviour
     backend: Backend
     description: RobotDescription
     world: WorldDescription | None
@@ -77,7 +81,8 @@ class Plan:
         _require_rate(request.rate_hz)
         _require_positive("--timeout", request.timeout_s)
         backend = load_backend(request.backend)
-        behaviour = configure(load_app(request.app), request.settings)
+        judge = load_judge(request.judge) if request.judge else None
+        behaviour = configure(load_app(request.app), request.settings)  # last: what it imports later is beside it
         description = load_robot(request.robot)
         devices = needed_devices(description, behaviour.needs, behaviour.wants)
         _require_room_to_stop(behaviour, description)
@@ -87,7 +92,7 @@ class Plan:
         backend.require_installed()
         robot = _lagging(description, world) if world and backend.needs_world else description
         setup = Setup(robot, world, devices, request.rate_hz, request.seed or 0, request.gui, request.options)
-        return cls(request, behaviour, backend, description, world, setup, drawn)
+        return cls(request, behaviour, judge or behaviour, backend, description, world, setup, drawn)
 
 
 def _require_rate(rate_hz: float) -> None:

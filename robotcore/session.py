@@ -13,6 +13,7 @@ from robotcore.clock import Clock, MonotonicClock, PacedClock
 from robotcore.description import RobotDescription, WorldDescription
 from robotcore.errors import BehaviourError, Interrupted, RobotcoreError, SafetyStop
 from robotcore.interrupts import Interrupts
+from robotcore.judging import verdict
 from robotcore.layers import Assembled, assemble
 from robotcore.loop import Loop
 from robotcore.outcome import Outcome, RunResult
@@ -64,10 +65,10 @@ class _Judgement:
     distance: float | None = None
 
     @classmethod
-    def by(cls, truth: Truth, behaviour: Behaviour, outcome: Outcome) -> _Judgement:
-        verified = behaviour.verify(truth)
+    def by(cls, truth: Truth, plan: Plan, outcome: Outcome) -> _Judgement:
+        verified = verdict(plan.judge, truth, plan.request.judge)
         if verified is not None:
-            verified = verified and outcome is Outcome.SUCCESS
+            verified = bool(verified) and outcome is Outcome.SUCCESS
         return cls(verified, truth.contacts, truth.distance_to_target)
 
 
@@ -146,14 +147,13 @@ class _Execution:
 
     def _judge(self, raw: Robot, outcome: Outcome) -> None:
         """Ask the truth while the simulator lives; one that has died has no word."""
-        behaviour = self._plan.behaviour
         try:
             if truth := self._truth_of(raw):
-                self._judgement = _Judgement.by(truth, behaviour, outcome)
+                self._judgement = _Judgement.by(truth, self._plan, outcome)
+        except BehaviourError as error:  # the robot must still be closed
+            self._late_failure = error
         except RobotcoreError:
             self._judgement = _Judgement()
-        except (Exception, SystemExit) as error:  # noqa: BLE001  the app's own code; the robot must still be closed
-            self._late_failure = BehaviourError.raised_by(type(behaviour), error)
 
     @staticmethod
     def _stop(robot: Robot) -> None:

@@ -28,6 +28,11 @@ _OPTIONS = (
     click.option(
         "--randomise", "--randomize", is_flag=True, help="Draw looks, light, sensors and wheels from the seed too."
     ),
+    click.option(
+        "--judge",
+        metavar="APP",
+        help="Let this app's verify judge the end of a run, instead of APP's own: a name, or a file.",
+    ),
     click.option("--set", "settings", metavar="KEY=VALUE", type=pair, multiple=True, help="A setting of the app."),
     click.option(
         "--option", "options", metavar="KEY=VALUE", type=pair, multiple=True, help="An option of the backend."

@@ -31,7 +31,7 @@ def digest(sweep: Sweep) -> str:
     """Return a digest of everything that could change a result."""
     told = {
         "asked": asked(sweep),
-        "code": code_digest(sweep.request.app, sweep.backends),
+        "code": code_digest(sweep.apps, sweep.backends),
         "files": {str(file): _sha256(content) for file, content in own_files(sweep).items()},
         "libraries": libraries(sweep.backends),
     }
@@ -44,15 +44,14 @@ def asked(sweep: Sweep) -> dict[str, Any]:
     return {**request, "backends": sweep.backends, "worlds": sweep.worlds, "seeds": sweep.seeds}
 
 
-def code_digest(app: str, backends: Iterable[str]) -> str:
-    """Return a digest of the sources of robotcore, of the backends, and of an app that has a name.
+def code_digest(apps: Iterable[str], backends: Iterable[str]) -> str:
+    """Return a digest of the sources of robotcore, of the backends, and of those apps that have a name.
 
     Whole packages count: a line that changes nothing is taken for one that might. Of robotcore's own drivers each is
     a package by itself: none knows another.
     """
     modules = [type(load_backend(backend)).__module__ for backend in backends]
-    if not is_app_file(app):
-        modules.append(load_app(app).__module__)
+    modules += [load_app(app).__module__ for app in apps if not is_app_file(app)]
     packages = {"robotcore", *map(_package, modules)}
     return _sha256("".join(_package_digest(package) for package in sorted(packages)).encode())
 

@@ -21,7 +21,7 @@ from robotcore.sweep.spec import Sweep
 class Kit:
     """The own files of a sweep by their absolute paths, ``home`` being where relative names begin."""
 
-    app: str
+    apps: tuple[str, ...]
     backends: tuple[str, ...]
     versions: Mapping[str, str]
     code: str
@@ -31,13 +31,13 @@ class Kit:
     @classmethod
     def of(cls, sweep: Sweep) -> Kit:
         """Return the kit of a sweep that was checked."""
-        app, backends = sweep.request.app, sweep.backends
-        return cls(app, backends, _versions(backends), code_digest(app, backends), Path.cwd(), own_files(sweep))
+        apps, backends = sweep.apps, sweep.backends
+        return cls(apps, backends, _versions(backends), code_digest(apps, backends), Path.cwd(), own_files(sweep))
 
     def mismatch(self) -> str | None:
         """Return why this process cannot run what the kit is for; None where it can."""
         try:
-            found, code = _versions(self.backends), code_digest(self.app, self.backends)
+            found, code = _versions(self.backends), code_digest(self.apps, self.backends)
         except RobotcoreError as error:
             return str(error)
         for name, wanted in self.versions.items():

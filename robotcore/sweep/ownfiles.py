@@ -1,11 +1,11 @@
-"""The user's own files that a sweep reads: an app with the modules beside it, a robot, worlds."""
+"""The user's own files that a sweep reads: an app and its judge with the modules beside them, a robot, worlds."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
 
-from robotcore.appfile import is_app_file
+from robotcore.appfile import app_path, is_app_file
 from robotcore.errors import UsageError
 from robotcore.sweep.spec import Sweep
 
@@ -21,8 +21,8 @@ def is_own(name: str) -> bool:
 
 
 def _files(sweep: Sweep) -> Iterator[Path]:
-    if is_app_file(sweep.request.app):
-        app = Path(sweep.request.app.partition(":")[0]).absolute()
+    for name in filter(is_app_file, sweep.apps):
+        app = app_path(name).absolute()
         yield from (app, *filter(_is_module, app.parent.glob("*.py")))
     yield from (Path(name).absolute() for name in (sweep.request.robot, *sweep.worlds) if is_own(name))
 

@@ -58,6 +58,7 @@ def _placed(request: RunRequest, kit: Kit) -> RunRequest:
     return replace(
         request,
         app=kit.app_in(root, request.app),
+        judge=kit.app_in(root, request.judge) if request.judge else None,
         robot=kit.description_in(root, request.robot),
         world=kit.description_in(root, request.world) if request.world else None,
     )

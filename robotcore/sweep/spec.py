@@ -25,6 +25,11 @@ class Sweep:
     def __len__(self) -> int:
         return len(self.backends) * len(self.worlds) * len(self.seeds)
 
+    @property
+    def apps(self) -> tuple[str, ...]:
+        """The app, and the one that judges it."""
+        return (self.request.app, *filter(None, (self.request.judge,)))
+
     def requests(self) -> Iterator[RunRequest]:
         """Yield every run, seed by seed, so that what is cut short has tried every world about as often."""
         for seed, backend, world in product(self.seeds, self.backends, self.worlds):

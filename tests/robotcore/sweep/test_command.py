@@ -22,6 +22,7 @@ def test_only_what_is_not_the_default_is_said() -> None:
         {"backend": "pybullet", "robot": "lookout", "world": "arena", "seed": 0, "rate_hz": 12.5, "timeout_s": 7.0},
         {"settings": {"speed_m_s": 0.3, "name": "a b'c"}, "options": {"note": "$HOME; rm"}},
         {"app": "my apps/odd.py:Odd", "gui": True, "realtime": True},
+        {"app": "odd.py", "judge": "my apps/judge.py:Strict"},
     ],
 )
 def test_the_command_line_reads_back_the_same_request(asked: dict[str, Any]) -> None:

@@ -3,6 +3,7 @@ from __future__ import annotations
 import platform
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
@@ -42,10 +43,10 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 
 def test_a_module_beside_the_folder_of_the_app_counts(package: Path) -> None:
-    before = code_digest("reflex", ())
+    before = code_digest(["reflex"], ())
     (package / "gains.py").write_text("GAIN = 2\n")
     fingerprint._package_digest.cache_clear()
-    assert code_digest("reflex", ()) != before
+    assert code_digest(["reflex"], ()) != before
 
 
 @pytest.mark.parametrize(
@@ -60,6 +61,19 @@ def test_a_module_beside_the_folder_of_the_app_counts(package: Path) -> None:
 )
 def test_code_counts_by_its_outermost_package_but_drivers_one_by_one(module: str, package: str) -> None:
     assert fingerprint._package(module) == package
+
+
+def test_a_judge_counts_with_what_is_beside_it(app_file: AppFile, tmp_path: Path) -> None:
+    judge = tmp_path / "judge" / "strict.py"
+    judge.parent.mkdir()
+    judge.write_text("LIMIT = 1\n")
+    judge.with_name("helper.py").touch()
+    sweep = sweep_of(app_file())
+    judged = replace(sweep, request=replace(sweep.request, judge=f"{judge}:Strict"))
+    assert set(own_files(judged)) - set(own_files(sweep)) == {judge, judge.with_name("helper.py")}
+    before = fingerprint.digest(judged)
+    judge.write_text("LIMIT = 2\n")
+    assert len({before, fingerprint.digest(judged), fingerprint.digest(sweep)}) == 3
 
 
 def test_libraries_count_also_where_python_does_not_know_who_brought_them(monkeypatch: pytest.MonkeyPatch) -> None:

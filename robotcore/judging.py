@@ -1,0 +1,44 @@
+"""Who judges the end of a run: the app itself, or an app that was named for it."""
+
+from __future__ import annotations
+
+from dataclasses import MISSING
+
+from robotcore.appfile import app_path, is_app_file
+from robotcore.behaviour import Behaviour
+from robotcore.catalogue import load_app
+from robotcore.errors import BehaviourError, RobotcoreError, UsageError
+from robotcore.settings import configure, settings_of
+from robotcore.siblings import import_beside
+from robotcore.truth import Truth
+
+
+def load_judge(name: str) -> Behaviour:
+    """Return the app that is to judge, with its default settings; UsageError where it would judge nothing."""
+    judge = load_app(name)
+    if judge.verify is Behaviour.verify:
+        raise UsageError(
+            f"--judge {name}: it has no verify, so it judges nothing. Name an app that has one, such as green-search"
+        )
+    for setting in settings_of(judge).values():
+        if setting.default is MISSING:
+            raise UsageError(
+                f"--judge {name}: its setting {setting.name} has no default. Give it one: --set is the app's"
+            )
+    return configure(judge, {})
+
+
+def verdict(judge: Behaviour, truth: Truth, name: str | None) -> bool | None:
+    """Return what the judge says; ``name`` is what it was asked for by, None where an app judges itself.
+
+    Raises BehaviourError where its own code raises.
+    """
+    if name and is_app_file(name):
+        import_beside(app_path(name))
+    try:
+        return judge.verify(truth)
+    except RobotcoreError:
+        raise
+    except (Exception, SystemExit) as error:
+        raised = BehaviourError.raised_by(type(judge), error)
+        raise (BehaviourError(f"--judge {name}: {raised}") if name else raised) from error
