@@ -95,6 +95,12 @@ class Plan:
         return cls(request, behaviour, judge or behaviour, backend, description, world, setup, drawn)
 
 
+def drawn_for(request: RunRequest) -> Told:
+    """Return what a plan of the request has as ``drawn``; no app is loaded for it."""
+    _, drawn = _world(request, load_backend(request.backend), load_robot(request.robot))
+    return drawn
+
+
 def _require_rate(rate_hz: float) -> None:
     if not MIN_RATE_HZ <= rate_hz <= MAX_RATE_HZ:
         raise UsageError(f"--rate is {rate_hz} Hz; it must be from {MIN_RATE_HZ:g} to {MAX_RATE_HZ:g}")

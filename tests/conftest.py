@@ -6,7 +6,6 @@ import os
 import threading
 from collections.abc import Iterator
 from contextlib import suppress
-from multiprocessing import resource_tracker
 from pathlib import Path
 
 import pytest
@@ -16,12 +15,6 @@ GRACE_S = 2.0
 
 KEPT = "Dask-Callback-Thread"
 """Dask keeps one from its first callback to the end of the process."""
-
-
-@pytest.fixture(autouse=True, scope="session")
-def _spawning_has_its_tracker() -> None:
-    """Start the helper process that multiprocessing keeps from its first spawn to the end."""
-    resource_tracker.ensure_running()
 
 
 @pytest.fixture(autouse=True)

@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 import os
-import signal
 from collections.abc import Generator, Iterable, Iterator
-from concurrent.futures import TimeoutError as RunTimeoutError
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager, suppress
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from multiprocessing import get_context, resource_tracker
+from queue import SimpleQueue
 
-from robotcore.errors import BackendError, RobotcoreError
 from robotcore.plan import RunRequest
-from robotcore.sweep.engine import imported, patience
+from robotcore.sweep.child import Child
+from robotcore.sweep.engine import patience
 from robotcore.sweep.spec import Sweep
 from robotcore.sweep.window import Future, completed
-from robotcore.sweep.worker import Ended, perform_in_child, prepare_child, unfinished
+from robotcore.sweep.worker import Ended, attempt
 
 _AHEAD = 2
-"""Runs handed out for each worker, so that none waits for its next."""
+"""Runs handed out for each process, so that none waits for its next."""
 
 
 def cores() -> int:
@@ -29,66 +27,42 @@ def cores() -> int:
 
 @dataclass(frozen=True)
 class LocalEngine:
-    """Runs in ``jobs`` processes of their own; a run that takes longer than ``wall_timeout_s`` is given up.
-
-    Processes are spawned, not forked: no lock or thread of this process is copied in the middle of something.
-    """
+    """Runs in ``jobs`` processes of their own; a run that takes longer than ``wall_timeout_s`` is given up."""
 
     jobs: int
     wall_timeout_s: float | None = None
 
     def perform(self, sweep: Sweep, requests: Iterable[RunRequest]) -> Generator[Ended, None, None]:
-        pebble = imported("pebble", "sweep")
         limit = patience(sweep.request, self.wall_timeout_s)
-        pool = pebble.ProcessPool(self.jobs, initializer=prepare_child, context=get_context("spawn"))
+        with _crew(self.jobs) as (threads, idle):
 
-        def submit(request: RunRequest) -> Future:
-            with _holding_ctrl_c():  # the first one starts the workers
-                future: Future = pool.schedule(perform_in_child, (request,), timeout=limit)
-            return future
+            def attempted(request: RunRequest) -> Ended:
+                child = idle.get()
+                try:
+                    return attempt(child, request, limit)
+                finally:
+                    idle.put(child)
 
-        try:
-            for request, future in completed(submit, requests, lambda: _AHEAD * self.jobs):
-                yield _ended(request, future, limit)
-        finally:
-            pool.stop()
-            pool.join()
+            def submit(request: RunRequest) -> Future:
+                return threads.submit(attempted, request)
+
+            for _, future in completed(submit, requests, lambda: _AHEAD * self.jobs):
+                ended: Ended = future.result()
+                yield ended
 
 
 @contextmanager
-def _holding_ctrl_c() -> Iterator[None]:
-    """Let Ctrl-C wait, also in the threads and processes that start meanwhile and hand it on to theirs.
-
-    A terminal sends it to everyone, and a worker that just starts would be loud about it. Workers hear it again once
-    they are a group of their own (`prepare_child`).
-    """
-    resource_tracker.ensure_running()  # its start would let Ctrl-C through again
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _ended(request: RunRequest, future: Future, limit: float) -> Ended:
-    from pebble import ProcessExpired
-
-    try:
-        ended: Ended = future.result()
-    except BrokenProcessPool as error:
-        raise BackendError(f"the worker processes die before they run anything: {error}") from error
-    except ProcessExpired as error:
-        return unfinished(request, BackendError(f"the worker process died: {_how(error.exitcode)}"))
-    except RunTimeoutError:
-        return unfinished(request, BackendError(f"hung: no end after {limit:g} s of wall time"))
-    except Exception as error:  # noqa: BLE001  whatever a vendor's library raises costs this run alone
-        return unfinished(request, RobotcoreError(f"{type(error).__name__}: {error}"))
-    return ended
-
-
-def _how(status: int) -> str:
-    if status >= 0:
-        return f"exit status {status}"
-    with suppress(ValueError):  # a real-time signal has a number alone
-        return signal.Signals(-status).name
-    return f"signal {-status}"
+def _crew(size: int) -> Iterator[tuple[ThreadPoolExecutor, SimpleQueue[Child]]]:
+    """Give as many threads as child processes for them to take; on leaving, all are ended, whatever they are at."""
+    idle: SimpleQueue[Child] = SimpleQueue()
+    with ExitStack() as stack:
+        threads = ThreadPoolExecutor(size)
+        children = [Child() for _ in range(size)]
+        for child in children:
+            stack.callback(child.close)
+            idle.put(child)
+        stack.callback(threads.shutdown)
+        for child in children:
+            stack.callback(child.kill)
+        stack.callback(threads.shutdown, wait=False, cancel_futures=True)
+        yield threads, idle

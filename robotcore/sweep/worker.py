@@ -6,18 +6,15 @@ Nothing heavy is imported with this module, so that `prepare` comes before NumPy
 from __future__ import annotations
 
 import os
-import signal
-import sys
 from contextlib import suppress
 from dataclasses import replace
-from multiprocessing import parent_process
-from threading import Thread
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from robotcore.errors import RobotcoreError
     from robotcore.outcome import RunResult
     from robotcore.plan import RunRequest
+    from robotcore.sweep.child import Child
     from robotcore.sweep.record import Record
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
@@ -41,19 +38,6 @@ def prepare() -> None:
     cv2.setNumThreads(1)
 
 
-def prepare_child() -> None:
-    """Make a child process ready: Ctrl-C in the terminal is its parent's business, and it does not outlive it.
-
-    What an app prints goes to standard error: the standard output is the sweep's own.
-    """
-    os.dup2(2, 1)
-    sys.stdout = sys.stderr  # line by line: what waits in a buffer is lost with the worker
-    os.setpgid(0, 0)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-    Thread(target=_end_with_parent, daemon=True).start()
-    prepare()
-
-
 def perform(request: RunRequest) -> Ended:
     """Run, and tell how it ended, whatever that was."""
     from robotcore.errors import RobotcoreError
@@ -68,16 +52,36 @@ def perform(request: RunRequest) -> Ended:
         result = run(request, [path, picture])
     except RobotcoreError as error:
         result = _unstarted(request, error)
-    # An app's own exception may not fit through a pipe; its words are in the reason.
-    record = Record(replace(result, error=None), path.path, command_of(request))
+    # An app's own objects may not fit through a pipe; the words of its exception are in the reason.
+    record = Record(replace(result, error=None, reason=str(result.reason)), path.path, command_of(request))
     return Ended(record, picture.png() if record.is_failure else None)
 
 
-def perform_in_child(request: RunRequest) -> Ended:
-    """Run as `perform` does; a process that was told to end in the middle of it does so."""
+def attempt(child: Child, request: RunRequest, limit_s: float) -> Ended:
+    """Run in a child process; one that dies over it or hangs ends as an error.
+
+    Raises BackendError where no process can be had.
+    """
+    from robotcore.errors import BackendError
+    from robotcore.sweep.child import ChildDiedError, ChildHungError
+
+    try:
+        return child.call(_perform_or_end, request, limit_s=limit_s)
+    except ChildDiedError as error:
+        return unfinished(request, BackendError(f"the worker process died: {error}"))
+    except ChildHungError as error:
+        return unfinished(request, BackendError(f"hung: {error}"))
+
+
+def _perform_or_end(request: RunRequest) -> Ended:
+    """Run; a process that was told to end in the middle of it does so. What a library raises costs this run alone."""
+    from robotcore.errors import RobotcoreError
     from robotcore.outcome import Outcome
 
-    ended = perform(request)
+    try:
+        ended = perform(request)
+    except Exception as error:  # noqa: BLE001  whatever the app or a vendor's library raises
+        return unfinished(request, RobotcoreError(f"{type(error).__name__}: {error}"))
     if ended.record.result.outcome is Outcome.INTERRUPTED:
         os._exit(ended.record.result.exit_status)
     return ended
@@ -110,15 +114,10 @@ def _unstarted(request: RunRequest, error: RobotcoreError) -> RunResult:
 
 
 def _drawn(request: RunRequest) -> dict[str, float | str]:
-    """Return the conditions that the run was to be under; none where it cannot even be planned."""
-    from robotcore.plan import Plan
+    """Return the conditions that the run was to be under; none where no such world can be drawn."""
+    from robotcore.errors import RobotcoreError
+    from robotcore.plan import drawn_for
 
-    with suppress(Exception):  # the user's own app is made for it, and may raise anything
-        return dict(Plan.of(request).drawn)
+    with suppress(RobotcoreError):
+        return dict(drawn_for(request))
     return {}
-
-
-def _end_with_parent() -> None:
-    if parent := parent_process():
-        parent.join()
-        os._exit(1)

@@ -14,7 +14,6 @@ from typing import Any
 import pytest
 
 from robotcore import Outcome, RunRequest, run
-from robotcore.errors import BackendMissingError
 from robotcore.plan import Plan
 from robotcore.sweep import LocalEngine, Record, Sweep, run_sweep
 from tests.robotcore.sweep.conftest import AppFile, sweep_of
@@ -62,6 +61,18 @@ def test_a_worker_that_dies_costs_its_run_alone(app_file: AppFile, tmp_path: Pat
     assert [result.outcome for result in results].count(Outcome.SUCCESS) == 2
 
 
+@pytest.mark.parametrize("status", [0, 1])
+def test_an_app_that_ends_its_worker_is_told_at_once_by_the_exit_status(app_file: AppFile, status: int) -> None:
+    sweep = sweep_of(app_file(f"os._exit({status})"), seeds=1)
+    (record,) = _records(sweep, LocalEngine(1, wall_timeout_s=1e6)).values()
+    assert record.result.reason == f"the worker process died: exit status {status}"
+
+
+def test_an_app_that_exits_has_raised(app_file: AppFile) -> None:
+    (record,) = _records(sweep_of(app_file("raise SystemExit(0)"), seeds=1), LocalEngine(1)).values()
+    assert record.result.reason == "Odd raised SystemExit: 0"
+
+
 def test_a_worker_may_die_of_a_signal_without_a_name(app_file: AppFile) -> None:
     sweep = sweep_of(app_file("os.kill(os.getpid(), signal.SIGRTMIN + 1)"), seeds=1)
     (record,) = _records(sweep, LocalEngine(1)).values()
@@ -83,20 +94,28 @@ def test_a_run_without_an_end_tells_the_conditions_that_it_was_under(app_file: A
     assert record.result.conditions == Plan.of(next(sweep.requests())).drawn != {}
 
 
-def test_a_run_that_cannot_even_be_planned_has_no_conditions(app_file: AppFile) -> None:
+def test_the_conditions_of_an_app_that_cannot_be_imported_are_told_too(app_file: AppFile) -> None:
     (record,) = _records(sweep_of(app_file(head="1 / 0"), seeds=1), LocalEngine(1)).values()
+    assert record.result.outcome is Outcome.ERROR
+    assert record.result.conditions
+
+
+def test_a_run_in_a_world_that_cannot_be_drawn_has_no_conditions(app_file: AppFile, tmp_path: Path) -> None:
+    world = tmp_path / "tight.toml"
+    world.write_text('name = "tight"\n[floor]\nlength_m = 0.3\nwidth_m = 0.3\n')
+    (record,) = _records(sweep_of(app_file(), seeds=1, worlds=(str(world),)), LocalEngine(1)).values()
     assert (record.result.outcome, record.result.conditions) == (Outcome.ERROR, {})
 
 
 CTRL_C_AT_A_WORKER_S_START = """
 import os, signal, sys
-if "--multiprocessing-fork" in sys.orig_argv:
-    os.killpg(0, signal.SIGINT)
+if "serving" in sys.orig_argv[-1]:
+    os.killpg(os.getpgid(os.getppid()), signal.SIGINT)
 """
 
 
 def test_ctrl_c_while_workers_start_is_told_once(app_file: AppFile, tmp_path: Path) -> None:
-    """A terminal sends it to the whole group, in which a worker is until it has started."""
+    """A terminal sends it to the whole group, in which no worker is."""
     (tmp_path / "sitecustomize.py").write_text(CTRL_C_AT_A_WORKER_S_START)
     done = subprocess.run(
         [sys.executable, "-m", "robotcore", *_sweep(app_file(), tmp_path)],
@@ -152,12 +171,6 @@ def _sweep(app: str, folder: Path) -> list[str]:
 def _require_gone(process: int) -> None:
     with suppress(ProcessLookupError), open(os.pidfd_open(process)) as ended:  # noqa: PTH123  a process, not a path
         assert select([ended], [], [], 30.0)[0]
-
-
-def test_a_missing_library_is_told_with_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "pebble", None)
-    with pytest.raises(BackendMissingError, match=r"pip install 'robotcore\[sweep\]'"):
-        next(LocalEngine(1).perform(sweep_of("green-search"), []))
 
 
 def test_a_sweep_goes_on_where_it_was_left(tmp_path: Path, app_file: AppFile) -> None:

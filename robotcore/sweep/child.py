@@ -1,0 +1,145 @@
+"""A process that runs somebody's code: what ends it, crashes it or hangs in it costs nobody else anything."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from multiprocessing import Pipe
+from subprocess import DEVNULL, Popen, TimeoutExpired
+from threading import Lock
+from typing import Any, TypeVar
+
+from robotcore.errors import BackendError, RobotcoreError
+
+ResultT = TypeVar("ResultT")
+
+_STDERR = 2
+_FAREWELL_S = 1.0
+"""A process that has closed its end of the pipe is gone within this time, or it is ended."""
+
+
+class ChildDiedError(Exception):
+    """The process ended in the middle of a call."""
+
+    def __init__(self, status: int) -> None:
+        super().__init__(_how(status))
+
+
+class ChildHungError(Exception):
+    """The call took too long; its process was ended."""
+
+
+class Child:
+    """Calls functions in another process, one at a time; after one that was its end, the next has a new process.
+
+    The process is a session of its own, so that Ctrl-C in the terminal is its parent's business. It has nothing to
+    read, and what it prints goes to standard error. It does not outlive its parent.
+    """
+
+    def __init__(self) -> None:
+        self._process: _Process | None = None
+        self._is_killed = False
+        self._lock = Lock()
+
+    def call(self, function: Callable[..., ResultT], *args: object, limit_s: float) -> ResultT:
+        """Return what the function returns over there within ``limit_s`` seconds of wall time.
+
+        Raises the RobotcoreError that it raises (any other exception comes as one), ChildDiedError, ChildHungError, and
+        BackendError where no process can be had.
+        """
+        process = self._ready()
+        try:
+            process.connection.send((function, args))
+            if not process.connection.poll(limit_s):
+                self.close()
+                raise ChildHungError(f"no end after {limit_s:g} s of wall time")
+            reply = process.connection.recv_bytes()
+        except (EOFError, OSError) as error:
+            raise ChildDiedError(self._end(_FAREWELL_S)) from error
+        return _opened(reply)  # type: ignore[no-any-return]  # a pipe does not know what goes through it
+
+    def kill(self) -> None:
+        """End the process, and let there be no other; a call that is under way, in another thread, raises."""
+        with self._lock:
+            self._is_killed = True
+            if self._process:
+                self._process.kill()
+
+    def close(self) -> None:
+        """End the process, if there is one, while no call is under way."""
+        self._end()
+
+    def _end(self, farewell_s: float = 0.0) -> int:
+        """End the process; return its status, as `Popen` tells it."""
+        with self._lock:
+            process, self._process = self._process, None
+        return process.end(farewell_s) if process else 0
+
+    def _ready(self) -> _Process:
+        """Return the process, which waits for what to do."""
+        if self._process:
+            return self._process
+        with self._lock:
+            if self._is_killed:
+                raise ChildDiedError(-signal.SIGKILL)
+            self._process = process = _Process()
+        try:
+            process.connection.recv_bytes()
+        except (EOFError, OSError) as error:
+            how = _how(self._end(_FAREWELL_S))
+            raise BackendError(f"the worker processes die before they run anything: {how}") from error
+        return process
+
+
+class _Process:
+    """A process that serves, and this end of the pipe to it."""
+
+    def __init__(self) -> None:
+        self.connection, theirs = Pipe()
+        with theirs:
+            handle = theirs.fileno()
+            code = f"import sys; sys.path[:] = {sys.path!r}; from robotcore.sweep.serving import serve; serve({handle})"
+            self._popen = Popen(  # noqa: S603  this very Python
+                [sys.executable, "-c", code],
+                stdin=DEVNULL,
+                stdout=_STDERR,
+                pass_fds=[handle],
+                start_new_session=True,
+            )
+
+    def kill(self) -> None:
+        """End the process, and what it has started."""
+        with suppress(ProcessLookupError, PermissionError):  # macOS permits no signal to one that is gone
+            os.killpg(self._popen.pid, signal.SIGKILL)
+
+    def end(self, farewell_s: float) -> int:
+        """End the process where it does not in this time; return its status."""
+        with suppress(TimeoutExpired):
+            self._popen.wait(farewell_s)
+        if self._popen.returncode is None:
+            self.kill()
+        self.connection.close()
+        return self._popen.wait()
+
+
+def _opened(reply: bytes) -> Any:
+    try:
+        result, error = pickle.loads(reply)  # noqa: S301  from a process that has our rights
+    except Exception as fault:
+        raise RobotcoreError(f"{type(fault).__name__}: {fault}") from fault
+    if error:
+        raise error
+    return result
+
+
+def _how(status: int) -> str:
+    """Return a status of `Popen` in words."""
+    if status >= 0:
+        return f"exit status {status}"
+    with suppress(ValueError):  # a real-time signal has a number alone
+        return signal.Signals(-status).name
+    return f"signal {-status}"

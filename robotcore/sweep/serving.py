@@ -1,0 +1,45 @@
+"""What a child process does with its life: calls, one after another, as they come through a pipe."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import sys
+from multiprocessing.connection import Connection
+from queue import SimpleQueue
+from threading import Thread
+from typing import NoReturn
+
+from robotcore.errors import RobotcoreError
+from robotcore.sweep.worker import prepare
+
+
+def serve(handle: int) -> NoReturn:
+    """Make this process ready, say so, and do what comes through the pipe until its other end is closed."""
+    sys.stdout = sys.stderr  # line by line: what waits in a buffer is lost with the process
+    prepare()
+    connection, calls = Connection(handle), SimpleQueue[bytes]()
+    Thread(target=_listen, args=(connection, calls), daemon=True).start()
+    connection.send_bytes(b"ready")
+    while True:
+        connection.send_bytes(_reply(calls.get()))
+
+
+def _listen(connection: Connection, calls: SimpleQueue[bytes]) -> None:
+    """Hear at once, in the middle of a call too, that nobody is there any more."""
+    try:
+        while True:
+            calls.put(connection.recv_bytes())
+    except (EOFError, OSError):
+        os._exit(1)
+
+
+def _reply(call: bytes) -> bytes:
+    """Return what a call came to, a result or an error, as it can be sent."""
+    try:
+        function, arguments = pickle.loads(call)  # noqa: S301  from the parent of this process
+        return pickle.dumps((function(*arguments), None))
+    except RobotcoreError as error:
+        return pickle.dumps((None, error))
+    except Exception as error:  # noqa: BLE001  what may not even fit through a pipe
+        return pickle.dumps((None, RobotcoreError(f"{type(error).__name__}: {error}")))

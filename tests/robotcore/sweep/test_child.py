@@ -1,0 +1,96 @@
+from __future__ import annotations
+
+import math
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import closing
+from threading import Event, Lock, Thread
+
+import pytest
+
+from robotcore.errors import BackendError, RobotcoreError, StaleSampleError, UnknownNameError
+from robotcore.sweep.child import Child, ChildDiedError, ChildHungError
+
+
+@pytest.fixture
+def child() -> Iterator[Child]:
+    with closing(Child()) as child:
+        yield child
+
+
+def test_a_call_returns_what_it_returns_here_and_the_process_stays(child: Child) -> None:
+    assert child.call(math.hypot, 3, 4, limit_s=30) == 5
+    assert child.call(os.getpid, limit_s=30) == child.call(os.getpid, limit_s=30) != os.getpid()
+
+
+@pytest.mark.parametrize("error", [UnknownNameError("app", "x", ["y"]), StaleSampleError("nose", 2.0, 1.0)])
+def test_an_error_of_ours_comes_back_as_it_is(child: Child, error: RobotcoreError) -> None:
+    with pytest.raises(type(error)) as raised:
+        child.call(raise_, error, limit_s=30)
+    assert str(raised.value) == str(error)
+    assert vars(raised.value) == vars(error)
+
+
+def test_any_other_exception_comes_back_in_words(child: Child) -> None:
+    with pytest.raises(RobotcoreError, match=r"^ValueError: "):
+        child.call(math.sqrt, -1, limit_s=30)
+
+
+def test_what_does_not_fit_through_a_pipe_is_told_and_the_process_stays(child: Child) -> None:
+    before = child.call(os.getpid, limit_s=30)
+    with pytest.raises(RobotcoreError, match=r"(cannot|can't) pickle"):
+        child.call(Lock, limit_s=30)
+    assert child.call(os.getpid, limit_s=30) == before
+
+
+@pytest.mark.parametrize("status", [0, 3])
+def test_a_process_that_ends_in_a_call_is_told_by_its_status_and_the_next_call_has_another(
+    child: Child, status: int
+) -> None:
+    with pytest.raises(ChildDiedError, match=f"^exit status {status}$"):
+        child.call(os._exit, status, limit_s=30)
+    assert child.call(math.hypot, 3, 4, limit_s=30) == 5
+
+
+def test_a_call_that_hangs_is_ended(child: Child) -> None:
+    with pytest.raises(ChildHungError, match=r"no end after 0\.1 s"):
+        child.call(wait_for_ever, limit_s=0.1)
+
+
+def test_a_killed_child_gives_up_its_call_and_takes_no_other(child: Child) -> None:
+    child.call(os.getpid, limit_s=30)
+    said: list[Exception] = []
+    thread = Thread(target=_told, args=(child, said))
+    thread.start()
+    child.kill()
+    thread.join()
+    assert isinstance(said[0], ChildDiedError)
+    with pytest.raises(ChildDiedError):
+        child.call(os.getpid, limit_s=30)
+
+
+def test_a_child_has_nothing_to_read(child: Child) -> None:
+    with pytest.raises(RobotcoreError, match="EOFError"):
+        child.call(input, limit_s=30)
+
+
+def test_a_python_that_cannot_start_is_told(child: Child, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "path", [])
+    with pytest.raises(BackendError, match="die before they run anything: exit status 1"):
+        child.call(os.getpid, limit_s=30)
+
+
+def raise_(error: Exception) -> None:
+    raise error
+
+
+def wait_for_ever() -> None:
+    Event().wait()
+
+
+def _told(child: Child, said: list[Exception]) -> None:
+    try:
+        child.call(wait_for_ever, limit_s=60)
+    except ChildDiedError as error:
+        said.append(error)
