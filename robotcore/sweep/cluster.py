@@ -73,7 +73,7 @@ class ClusterEngine:
         try:
             ended: Ended = future.result()
         except KilledWorker:
-            return unfinished(request, BackendError("every worker that tried it died, or hung"))
+            return unfinished(request, BackendError("every worker that tried it died"))
         except BackendError as error:
             raise BackendError(f"{error}. What is done is kept; the same command goes on") from error
         except (CancelledError, OSError) as error:  # a run's own OSError comes back as its record

@@ -2,43 +2,40 @@
 
 from __future__ import annotations
 
-import os
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from threading import Lock, Timer
+from threading import Lock
 
 from robotcore.catalogue import app_name
 from robotcore.errors import BackendError, RobotcoreError
 from robotcore.plan import RunRequest
+from robotcore.sweep.child import Child
 from robotcore.sweep.command import command_of
 from robotcore.sweep.kit import Kit
-from robotcore.sweep.worker import Ended, perform, prepare, unfinished
-
-HUNG = 75
-"""The exit status of a worker process that ended itself over a run that hung."""
+from robotcore.sweep.worker import Ended, attempt, unfinished
 
 _one_at_a_time = Lock()
-"""Modules and their search path belong to the whole process, so that threads of it take turns."""
+"""The threads of a worker take turns with its one child process."""
+
+_children: dict[Path, Child] = {}
+"""The child process, by the folder of the kit that it runs."""
 
 
-def perform_there(request: RunRequest, kit: Kit, limit: float) -> Ended:
-    """Run as `perform` does, in a worker that may have come since the sweep began.
+def perform_there(request: RunRequest, kit: Kit, limit_s: float) -> Ended:
+    """Run as `attempt` does, in a worker that may have come since the sweep began.
 
-    A run that takes longer than ``limit`` seconds ends the process: nothing else stops a thread that hangs.
     BackendError where this worker is not fit for the kit.
     """
     if fault := kit.mismatch():
         raise BackendError(refusal(_address(), fault))
-    with _one_at_a_time, _ended_after(limit):
+    with _one_at_a_time:
         try:
-            return _as_asked(perform(_placed(request, kit)), request)
+            root = _unpacked(kit)
         except OSError as error:  # raised over there, it would look like a connection that is lost
             return unfinished(request, RobotcoreError(f"{type(error).__name__}: {error}"))
+        return _as_asked(attempt(_child_of(root), _placed(request, kit, root), limit_s), request)
 
 
 def refusal(worker: str, fault: str) -> str:
@@ -52,9 +49,8 @@ def _address() -> str:
     return str(get_worker().address)
 
 
-def _placed(request: RunRequest, kit: Kit) -> RunRequest:
+def _placed(request: RunRequest, kit: Kit, root: Path) -> RunRequest:
     """Return the request with the names that the files have here."""
-    root = _unpacked(kit)
     return replace(
         request,
         app=kit.app_in(root, request.app),
@@ -70,38 +66,22 @@ def _as_asked(ended: Ended, request: RunRequest) -> Ended:
     return Ended(replace(ended.record, result=result, command=command_of(request)), ended.picture)
 
 
-@contextmanager
-def _ended_after(seconds: float) -> Iterator[None]:
-    timer = Timer(seconds, os._exit, (HUNG,))
-    timer.daemon = True
-    timer.start()
-    try:
-        yield
-    finally:
-        timer.cancel()
-
-
 @cache
 def _bench() -> TemporaryDirectory[str]:
-    """Return the folder of this process for everyone's files, the process made ready for runs."""
-    prepare()
+    """Return the folder of this process for everyone's files."""
     return TemporaryDirectory(prefix="robotcore-")
 
 
 def _unpacked(kit: Kit) -> Path:
-    """Return where a kit's files are; modules that came from another kit are imported anew."""
-    bench = Path(_bench().name)
-    root = bench / kit.digest
+    """Return where a kit's files are."""
+    root = Path(_bench().name) / kit.digest
     if not root.exists():
         kit.unpack(root)
-    _forget_others(bench, root)
     return root
 
 
-def _forget_others(bench: Path, root: Path) -> None:
-    def is_other(place: str | None) -> bool:
-        return place is not None and Path(place).is_relative_to(bench) and not Path(place).is_relative_to(root)
-
-    sys.path[:] = [place for place in sys.path if not is_other(place)]
-    for name in [name for name, module in sys.modules.items() if is_other(getattr(module, "__file__", None))]:
-        del sys.modules[name]
+def _child_of(root: Path) -> Child:
+    """Return a process that has imported nothing of any other kit; the one of another ends."""
+    for other in [each for each in _children if each != root]:
+        _children.pop(other).close()
+    return _children.setdefault(root, Child())

@@ -77,7 +77,7 @@ def _told(engine: Engine, sweep: Sweep) -> dict[str, Record]:
 @pytest.mark.usefixtures("workers")
 def test_a_worker_that_is_killed_loses_no_run(scheduler: str, app_file: AppFile, tmp_path: Path) -> None:
     once = str(tmp_path / "once")
-    deed = f"os.path.exists({once!r}) or (open({once!r}, 'w'), os.kill(os.getpid(), signal.SIGKILL))"
+    deed = f"os.path.exists({once!r}) or (open({once!r}, 'w'), os.kill(os.getppid(), signal.SIGKILL), Event().wait(1))"
     sweep = sweep_of(app_file(deed), seeds=6)
     swept = _told(ClusterEngine(scheduler), sweep)
     assert Path(once).exists()
@@ -86,13 +86,36 @@ def test_a_worker_that_is_killed_loses_no_run(scheduler: str, app_file: AppFile,
 
 
 @pytest.mark.usefixtures("workers")
-def test_a_run_that_hangs_ends_its_worker_and_is_tried_on_another(
-    scheduler: str, app_file: AppFile, tmp_path: Path
+@pytest.mark.parametrize(
+    "deed, reason",
+    [
+        ("Event().wait()", "hung: no end after 4 s of wall time"),
+        ("os._exit(0)", "the worker process died: exit status 0"),
+        ("os.kill(os.getpid(), signal.SIGSEGV)", "the worker process died: SIGSEGV"),
+    ],
+)
+def test_a_run_that_hangs_or_dies_is_tried_once_and_told_as_it_is_on_one_machine(
+    scheduler: str, app_file: AppFile, tmp_path: Path, deed: str, reason: str
 ) -> None:
-    once = str(tmp_path / "once")
-    sweep = sweep_of(app_file(f"os.path.exists({once!r}) or (open({once!r}, 'w'), Event().wait())"), seeds=2)
-    swept = _told(ClusterEngine(scheduler, wall_timeout_s=4.0), sweep)
-    assert {record.result.outcome for record in swept.values()} == {Outcome.SUCCESS}
+    tries = tmp_path / "tries"
+    sweep = sweep_of(app_file(f"open({str(tries)!r}, 'a').write('I'), {deed}"), seeds=1)
+    (record,) = _told(ClusterEngine(scheduler, wall_timeout_s=4.0), sweep).values()
+    assert (record.result.outcome, record.result.reason) == (Outcome.ERROR, reason)
+    assert (record.result.app, record.result.world, tries.read_text()) == (sweep.request.app, "open", "I")
+
+
+@pytest.mark.usefixtures("workers")
+def test_a_judge_goes_along_with_what_is_beside_it(scheduler: str, app_file: AppFile, tmp_path: Path) -> None:
+    app = Path(app_file("self.reason = helper.WORDS", head="import helper"))
+    app.with_name("helper.py").write_text("WORDS = 'app'\n")
+    judge = tmp_path / "judge" / app.name
+    judge.parent.mkdir()
+    judge.with_name("helper.py").write_text("WORDS = 'judge'\n")
+    judge.write_text(app.read_text() + "\n    def verify(self, truth):\n        return helper.WORDS == 'judge'\n")
+    sweep = sweep_of(str(app))
+    judged = replace(sweep, request=replace(sweep.request, judge=str(judge)))
+    results = [record.result for record in _told(ClusterEngine(scheduler), judged).values()]
+    assert [(result.reason, result.verified) for result in results] == [("app", True)] * 2
 
 
 @pytest.mark.usefixtures("workers")
