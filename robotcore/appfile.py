@@ -11,6 +11,9 @@ from robotcore.behaviour import Behaviour
 from robotcore.errors import BehaviourError, UnknownNameError, UsageError
 from robotcore.siblings import import_beside
 
+INSTEAD = "Put what it does there below if __name__ == '__main__', or into step()"
+"""What to do with a file that does more than to define an app."""
+
 
 def is_app_file(name: str) -> bool:
     """Return whether an app is named by its file."""
@@ -42,14 +45,6 @@ def load_app_file(name: str) -> type[Behaviour]:
     raise UsageError(f"{file} holds no behaviour. Let a class in it inherit robotcore.Behaviour")
 
 
-def ends_at_import(path: Path, how: object) -> UsageError:
-    """Return the error for a file that ends the process which imports it."""
-    return UsageError(
-        f"{path} ends its process when it is imported ({how}). Put what it does there below "
-        "if __name__ == '__main__', or into step()"
-    )
-
-
 def _imported(path: Path) -> ModuleType:
     """Run the file as a module."""
     import_beside(path)
@@ -61,7 +56,8 @@ def _imported(path: Path) -> ModuleType:
     try:
         spec.loader.exec_module(module)
     except SystemExit as error:
-        raise ends_at_import(path, f"SystemExit: {error}") from error
+        status = "" if error.code is None else repr(error.code)
+        raise UsageError(f"{path} ends its process when it is imported, by exit({status}). {INSTEAD}") from error
     except Exception as error:
         raise BehaviourError(f"{path} cannot be imported: {type(error).__name__}: {error}") from error
     return module

@@ -49,7 +49,7 @@ def configure(app: type[Behaviour], values: Mapping[str, Any]) -> Behaviour:
         return app(**checked)
     except RobotcoreError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise BehaviourError.raised_by(app, error) from error
 
 

@@ -79,6 +79,7 @@ def command(
     cluster failed or is missing, 5 the app's file or its settings raise, 128 + the signal's number when interrupted.
     """
     from robotcore.sweep import Results, Sweep
+    from robotcore.sweep.rehearsal import rehearse
     from robotcore.sweep.requirements import Requirement
     from robotcore.sweep.seeds import seeds_of
 
@@ -91,7 +92,7 @@ def command(
     engine = _engine(cluster, jobs, wall_timeout_s)
     results = Results(sweep, out, fresh=fresh)
     with printing_apart(as_json=as_json):
-        sweep.check()
+        rehearse(sweep)
         interrupted = _run(results, engine, is_quiet=as_json)
     page = _write_report(results, report, line, bounds) if report and not interrupted else None
     status = tell_sweep(results, bounds, interrupted, as_json=as_json)

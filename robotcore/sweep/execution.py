@@ -9,6 +9,7 @@ from pathlib import Path
 from robotcore.sweep.engine import Engine
 from robotcore.sweep.local import LocalEngine, cores
 from robotcore.sweep.record import Record
+from robotcore.sweep.rehearsal import rehearse
 from robotcore.sweep.results import Results
 from robotcore.sweep.spec import Sweep
 
@@ -26,7 +27,7 @@ def run_sweep(
 
     Raises UsageError and BackendMissingError before anything is run.
     """
-    sweep.check()
+    rehearse(sweep)
     with Results(sweep, directory, fresh=fresh) as results:
         execute(results, engine or LocalEngine(cores()))
     return results

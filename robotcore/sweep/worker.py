@@ -62,7 +62,7 @@ def attempt(child: Child, request: RunRequest, limit_s: float) -> Ended:
 
     Raises BackendError where no process can be had.
     """
-    from robotcore.errors import BackendError
+    from robotcore.errors import BackendError, RobotcoreError
     from robotcore.sweep.child import ChildDiedError, ChildHungError
 
     try:
@@ -71,6 +71,10 @@ def attempt(child: Child, request: RunRequest, limit_s: float) -> Ended:
         return unfinished(request, BackendError(f"the worker process died: {error}"))
     except ChildHungError as error:
         return unfinished(request, BackendError(f"hung: {error}"))
+    except BackendError:
+        raise
+    except RobotcoreError as error:  # what came back cannot be read
+        return unfinished(request, error)
 
 
 def _perform_or_end(request: RunRequest) -> Ended:

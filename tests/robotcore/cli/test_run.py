@@ -98,6 +98,22 @@ def test_an_app_that_raises_shows_its_traceback(cli: Cli, app_file: Callable[[st
     assert told.err.splitlines()[-1] == "error: Odd raised ZeroDivisionError: division by zero"
 
 
+def test_an_app_that_exits_when_it_is_imported_is_told(cli: Cli, tmp_path: Path) -> None:
+    app = tmp_path / "script.py"
+    app.write_text("exit()")
+    told = cli("run", str(app))
+    assert (told.status, told.out) == (2, "")
+    assert told.err.startswith(f"error: {app} ends its process when it is imported, by exit(). Put what it does")
+
+
+def test_an_app_that_exits_when_it_is_made_has_raised(cli: Cli, app_file: Callable[[str], str]) -> None:
+    app = Path(app_file("pass"))
+    app.write_text(app.read_text() + "\n    def __init__(self):\n        exit(0)\n")
+    told = cli("run", str(app))
+    assert (told.status, told.out) == (5, "")
+    assert told.err.endswith("error: Odd raised SystemExit: 0\n")
+
+
 def test_a_velocity_that_is_no_number_is_a_safety_stop(cli: Cli, app_file: Callable[[str], str]) -> None:
     told = cli("run", app_file("robot.drive.set_velocity(float('nan'), 0)"), "--json")
     assert (told.status, told.json["outcome"]) == (4, "stopped")

@@ -99,8 +99,11 @@ def test_what_cannot_be_run_is_refused_before_anything_is(
 
 
 def test_a_missing_backend_is_exit_3(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("drivers.kinematic.backend.KinematicBackend.modules", ("no_such_simulator",))
-    assert cli(*SHORT).status == 3
+    def rehearse(_: Sweep) -> None:
+        raise BackendMissingError("no simulator")
+
+    monkeypatch.setattr("robotcore.sweep.rehearsal.rehearse", rehearse)
+    assert cli(*SHORT) == (3, "", "error: no simulator\n")
 
 
 def test_ctrl_c_in_a_terminal_stops_at_once(tmp_path: Path) -> None:

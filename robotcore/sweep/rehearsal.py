@@ -1,0 +1,68 @@
+"""A first look at what a sweep is to run, in a process that may die of it: an app can end or hang what imports it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import closing
+
+from robotcore.appfile import INSTEAD, app_path, is_app_file
+from robotcore.catalogue import load_app
+from robotcore.errors import BackendError, UsageError
+from robotcore.plan import RunRequest
+from robotcore.settings import configure
+from robotcore.sweep.child import Child, ChildDiedError, ChildHungError
+from robotcore.sweep.spec import Sweep
+
+LOAD_S = 30.0
+"""An app that is not loaded within this time waits for something, or goes round in a loop."""
+
+CHECK_S = 300.0
+"""Every backend is opened and every world drawn within this time."""
+
+
+def rehearse(sweep: Sweep, load_s: float = LOAD_S) -> None:
+    """Do what `Sweep.check` does, but in another process; nothing of the user's is imported in this one.
+
+    Raises what it raises; UsageError where an app ends the process or is not loaded within ``load_s`` seconds;
+    BackendError where something else does not come to an end.
+    """
+    with closing(Child()) as child:
+        for app in sweep.apps:
+            _try(child, app, "imported", load_s, _import, app)
+        _try(child, sweep.request.app, "made", load_s, _make, sweep.request)
+        try:
+            child.call(sweep.check, limit_s=CHECK_S)
+        except ChildDiedError as error:
+            raise BackendError(f"a process that opens {_backends(sweep)} dies: {error}. {_REMEDY}") from error
+        except ChildHungError as error:
+            raise BackendError(f"{_backends(sweep)} cannot be opened: {error}. {_REMEDY}") from error
+
+
+_REMEDY = "Try one at a time: robotcore run APP --backend NAME"
+
+
+def _try(
+    child: Child, app: str, step: str, limit_s: float, function: Callable[..., None], argument: RunRequest | str
+) -> None:
+    """Call what runs an app's own code; UsageError where it does not come back from there."""
+    try:
+        child.call(function, argument, limit_s=limit_s)
+    except ChildDiedError as error:
+        fault = f"ends its process when it is {step} ({error})"
+    except ChildHungError:
+        fault = f"does not come to an end within {limit_s:g} s when it is {step}"
+    else:
+        return
+    raise UsageError(f"{app_path(app) if is_app_file(app) else app} {fault}. {INSTEAD}")
+
+
+def _import(app: str) -> None:
+    load_app(app)
+
+
+def _make(request: RunRequest) -> None:
+    configure(load_app(request.app), request.settings)
+
+
+def _backends(sweep: Sweep) -> str:
+    return f"the backend{'s' * (len(sweep.backends) > 1)} {', '.join(sweep.backends)}"

@@ -1,0 +1,105 @@
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from robotcore import RunRequest
+from robotcore.errors import BackendError, BehaviourError, UnknownNameError, UnmetNeedError, UsageError
+from robotcore.sweep import LocalEngine, Sweep, run_sweep
+from robotcore.sweep.rehearsal import rehearse
+from tests.robotcore.sweep.conftest import AppFile, sweep_of
+
+INSTEAD = r"\. Put what it does there below if __name__ == '__main__', or into step\(\)$"
+
+
+@pytest.mark.parametrize(
+    "head, fault",
+    [
+        ("os._exit(0)", r"ends its process when it is imported \(exit status 0\)"),
+        ("os.kill(os.getpid(), signal.SIGSEGV)", r"ends its process when it is imported \(SIGSEGV\)"),
+        ("exit()", r"ends its process when it is imported, by exit\(\)"),
+        ("exit(3)", r"ends its process when it is imported, by exit\(3\)"),
+        ("while True: pass", "does not come to an end within 0.5 s when it is imported"),
+    ],
+)
+def test_an_app_that_cannot_be_imported_is_refused_by_its_file(app_file: AppFile, head: str, fault: str) -> None:
+    app = app_file(head=head)
+    with pytest.raises(UsageError, match=f"^{re.escape(app)} {fault}{INSTEAD}"):
+        rehearse(sweep_of(app), load_s=0.5)
+
+
+def test_an_app_that_hangs_while_it_is_made_is_told_so(app_file: AppFile) -> None:
+    app = Path(app_file())
+    app.write_text(app.read_text() + "\n    def __init__(self):\n        Event().wait()\n")
+    with pytest.raises(UsageError, match=r"odd\.py does not come to an end within 0\.5 s when it is made"):
+        rehearse(sweep_of(str(app)), load_s=0.5)
+
+
+def test_an_app_that_asks_for_input_gets_none(app_file: AppFile) -> None:
+    with pytest.raises(BehaviourError, match=r"odd\.py cannot be imported: EOFError"):
+        rehearse(sweep_of(app_file(head="input()")))
+
+
+def test_a_judge_is_tried_as_an_app_is(app_file: AppFile, tmp_path: Path) -> None:
+    judge = tmp_path / "judge.py"
+    judge.write_text("import os; os._exit(0)")
+    sweep = sweep_of(app_file())
+    with pytest.raises(UsageError, match=r"judge\.py ends its process"):
+        rehearse(replace(sweep, request=replace(sweep.request, judge=f"{judge}:Strict")))
+
+
+@pytest.mark.parametrize(
+    "sweep, error, status",
+    [
+        (Sweep(RunRequest("green-serch")), UnknownNameError, 2),
+        (Sweep(RunRequest("green-search", robot="lookout")), UnmetNeedError, 2),
+        (Sweep(RunRequest("green-search", settings={"speed_m_s": "fast"})), UsageError, 2),
+    ],
+)
+def test_what_is_refused_is_refused_as_it_is_here(sweep: Sweep, error: type[UsageError], status: int) -> None:
+    with pytest.raises(error) as here:
+        sweep.check()
+    with pytest.raises(error) as there:
+        rehearse(sweep)
+    assert type(here.value) is type(there.value)
+    assert str(here.value) == str(there.value)
+    assert there.value.exit_status == status
+
+
+def test_a_process_that_dies_after_the_app_was_made_is_not_the_fault_of_its_import(app_file: AppFile) -> None:
+    app = Path(app_file())
+    app.write_text(app.read_text() + "\n    stopping = property(lambda self: os._exit(7))\n")
+    with pytest.raises(BackendError, match=r"opens the backend kinematic dies: exit status 7\. Try one at a time"):
+        rehearse(sweep_of(str(app)))
+
+
+@pytest.mark.parametrize("deed", ["pass", "os._exit(0)", "1 / 0"])
+def test_nothing_of_the_app_is_imported_in_the_process_of_the_sweep(
+    app_file: AppFile, tmp_path: Path, deed: str
+) -> None:
+    importers = tmp_path / "importers"
+    app = app_file(deed, head=f"print(os.getpid(), file=open({str(importers)!r}, 'a'))")
+    run_sweep(sweep_of(app, seeds=1), LocalEngine(1), tmp_path / "out")
+    assert importers.read_text()
+    assert str(os.getpid()) not in importers.read_text().split()
+
+
+def test_ctrl_c_in_the_middle_of_it_ends_both_processes_without_a_word(app_file: AppFile, tmp_path: Path) -> None:
+    note = tmp_path / "child"
+    deed = f"open({str(note)!r}, 'w').write(str(os.getpid())); os.kill(os.getppid(), signal.SIGINT); Event().wait()"
+    done = subprocess.run(
+        [sys.executable, "-m", "robotcore", "sweep", app_file(head=deed), "--out", str(tmp_path / "out")],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr.strip()) == (128 + signal.SIGINT, "")
+    with pytest.raises(ProcessLookupError):
+        os.kill(int(note.read_text()), 0)
