@@ -21,6 +21,9 @@ _STDERR = 2
 _FAREWELL_S = 1.0
 """A process that has closed its end of the pipe is gone within this time, or it is ended."""
 
+_LONGEST_S = 2e6
+"""What the system can wait for at a time, and a bit less: 23 days."""
+
 
 class ChildDiedError(Exception):
     """The process ended in the middle of a call."""
@@ -54,7 +57,7 @@ class Child:
         process = self._ready()
         try:
             process.connection.send((function, args))
-            if not process.connection.poll(limit_s):
+            if not process.connection.poll(min(limit_s, _LONGEST_S)):
                 self.close()
                 raise ChildHungError(f"no end after {limit_s:g} s of wall time")
             reply = process.connection.recv_bytes()
@@ -81,17 +84,25 @@ class Child:
 
     def _ready(self) -> _Process:
         """Return the process, which waits for what to do."""
-        if self._process:
+        if self._process and not self._process.connection.poll():
             return self._process
-        with self._lock:
-            if self._is_killed:
-                raise ChildDiedError(-signal.SIGKILL)
-            self._process = process = _Process()
+        self._end()  # where there is something to hear, it is the end: somebody's thread lived on, and ended it
+        process = self._started()
         try:
             process.connection.recv_bytes()
         except (EOFError, OSError) as error:
             how = _how(self._end(_FAREWELL_S))
             raise BackendError(f"the worker processes die before they run anything: {how}") from error
+        return process
+
+    def _started(self) -> _Process:
+        with self._lock:
+            if self._is_killed:
+                raise ChildDiedError(-signal.SIGKILL)
+            try:
+                self._process = process = _Process()
+            except OSError as error:
+                raise BackendError(f"no worker process can be started: {error.strerror}. Take fewer --jobs") from error
         return process
 
 

@@ -5,7 +5,8 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import closing
-from threading import Event, Lock, Thread
+from pathlib import Path
+from threading import Event, Lock, Thread, Timer
 
 import pytest
 
@@ -58,6 +59,23 @@ def test_a_call_that_hangs_is_ended(child: Child) -> None:
         child.call(wait_for_ever, limit_s=0.1)
 
 
+def test_a_limit_may_be_longer_than_a_system_can_wait(child: Child) -> None:
+    assert child.call(math.hypot, 3, 4, limit_s=1e300) == 5
+
+
+def test_a_process_that_ended_between_two_calls_costs_none_of_them(child: Child) -> None:
+    child.call(end_soon, limit_s=30)
+    assert child._process
+    child._process._popen.wait()
+    assert child.call(math.hypot, 3, 4, limit_s=30) == 5
+
+
+def test_a_process_that_cannot_be_had_is_told(child: Child, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "executable", "/no/such/python")
+    with pytest.raises(BackendError, match=r"no worker process can be started: No such file"):
+        child.call(os.getpid, limit_s=30)
+
+
 def test_a_killed_child_gives_up_its_call_and_takes_no_other(child: Child) -> None:
     child.call(os.getpid, limit_s=30)
     said: list[Exception] = []
@@ -70,9 +88,17 @@ def test_a_killed_child_gives_up_its_call_and_takes_no_other(child: Child) -> No
         child.call(os.getpid, limit_s=30)
 
 
-def test_a_child_has_nothing_to_read(child: Child) -> None:
-    with pytest.raises(RobotcoreError, match="EOFError"):
-        child.call(input, limit_s=30)
+def test_a_child_reads_nothing_of_what_is_meant_for_its_parent(child: Child, tmp_path: Path) -> None:
+    (tmp_path / "typed").write_text("hello\n")
+    before = os.dup(0)
+    try:
+        with (tmp_path / "typed").open() as typed:
+            os.dup2(typed.fileno(), 0)
+        with pytest.raises(RobotcoreError, match="EOFError"):
+            child.call(input, limit_s=30)
+    finally:
+        os.dup2(before, 0)
+        os.close(before)
 
 
 def test_a_python_that_cannot_start_is_told(child: Child, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -83,6 +109,10 @@ def test_a_python_that_cannot_start_is_told(child: Child, monkeypatch: pytest.Mo
 
 def raise_(error: Exception) -> None:
     raise error
+
+
+def end_soon() -> None:
+    Timer(0.01, os._exit, (0,)).start()
 
 
 def wait_for_ever() -> None:

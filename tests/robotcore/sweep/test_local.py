@@ -61,10 +61,11 @@ def test_a_worker_that_dies_costs_its_run_alone(app_file: AppFile, tmp_path: Pat
     assert [result.outcome for result in results].count(Outcome.SUCCESS) == 2
 
 
-@pytest.mark.parametrize("status", [0, 1])
-def test_an_app_that_ends_its_worker_is_told_at_once_by_the_exit_status(app_file: AppFile, status: int) -> None:
-    sweep = sweep_of(app_file(f"os._exit({status})"), seeds=1)
-    (record,) = _records(sweep, LocalEngine(1, wall_timeout_s=1e6)).values()
+@pytest.mark.parametrize(
+    "deed, status", [("os._exit(0)", 0), ("os._exit(1)", 1), ("os.kill(os.getpid(), signal.SIGTERM)", 143)]
+)
+def test_a_worker_that_is_ended_is_told_at_once_by_the_exit_status(app_file: AppFile, deed: str, status: int) -> None:
+    (record,) = _records(sweep_of(app_file(deed), seeds=1), LocalEngine(1, wall_timeout_s=1e6)).values()
     assert record.result.reason == f"the worker process died: exit status {status}"
 
 
@@ -139,7 +140,7 @@ def test_closing_stops_what_is_under_way(app_file: AppFile, tmp_path: Path) -> N
     """No process is left: every test checks that."""
     first = tmp_path / "first"
     sweep = sweep_of(app_file(f"os.path.exists({str(first)!r}) and Event().wait(); open({str(first)!r}, 'w')"), seeds=9)
-    with closing(LocalEngine(1).perform(sweep, sweep.requests())) as ended:
+    with closing(LocalEngine(1, wall_timeout_s=1e6).perform(sweep, sweep.requests())) as ended:
         next(ended)
 
 
@@ -157,8 +158,13 @@ def test_a_worker_does_not_outlive_a_parent_that_is_killed(app_file: AppFile, tm
     _require_gone(int(note.read_text()))
 
 
-def test_what_an_app_prints_stays_out_of_what_the_sweep_tells(app_file: AppFile, tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "robotcore", *_sweep(app_file("print('verified')"), tmp_path), "--json"]
+@pytest.mark.parametrize(
+    "deed", ["print('verified')", "os.system('echo verified')", "(print('verified'), os._exit(0))"]
+)
+def test_what_an_app_prints_goes_to_standard_error_also_where_it_is_its_last(
+    app_file: AppFile, tmp_path: Path, deed: str
+) -> None:
+    command = [sys.executable, "-m", "robotcore", *_sweep(app_file(deed), tmp_path), "--json"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert len(done.stdout.splitlines()) == 1
     assert "verified\n" in done.stderr
