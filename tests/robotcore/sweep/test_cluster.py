@@ -105,15 +105,18 @@ def test_a_run_that_hangs_or_dies_is_tried_once_and_told_as_it_is_on_one_machine
 
 
 @pytest.mark.usefixtures("workers")
-def test_a_judge_goes_along_with_what_is_beside_it(scheduler: str, app_file: AppFile, tmp_path: Path) -> None:
+def test_a_judge_goes_along_with_what_is_beside_it(
+    scheduler: str, app_file: AppFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     app = Path(app_file("self.reason = helper.WORDS", head="import helper"))
     app.with_name("helper.py").write_text("WORDS = 'app'\n")
     judge = tmp_path / "judge" / app.name
     judge.parent.mkdir()
     judge.with_name("helper.py").write_text("WORDS = 'judge'\n")
     judge.write_text(app.read_text() + "\n    def verify(self, truth):\n        return helper.WORDS == 'judge'\n")
-    sweep = sweep_of(str(app))
-    judged = replace(sweep, request=replace(sweep.request, judge=str(judge)))
+    monkeypatch.chdir(app.parent)
+    sweep = sweep_of(app.name)
+    judged = replace(sweep, request=replace(sweep.request, judge=f"../judge/{judge.name}"))
     results = [record.result for record in _told(ClusterEngine(scheduler), judged).values()]
     assert [(result.reason, result.verified) for result in results] == [("app", True)] * 2
 

@@ -165,7 +165,8 @@ def test_what_an_app_prints_goes_to_standard_error_also_where_it_is_its_last(
     app_file: AppFile, tmp_path: Path, deed: str
 ) -> None:
     command = [sys.executable, "-m", "robotcore", *_sweep(app_file(deed), tmp_path), "--json"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    env = {**os.environ, "PYTHONUNBUFFERED": ""}
+    done = subprocess.run(command, env=env, capture_output=True, text=True, check=True)
     assert len(done.stdout.splitlines()) == 1
     assert "verified\n" in done.stderr
 
