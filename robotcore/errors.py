@@ -24,6 +24,7 @@ from __future__ import annotations
 import signal
 from collections.abc import Sequence
 from difflib import get_close_matches
+from traceback import format_exception
 from typing import Any, ClassVar
 
 
@@ -128,6 +129,16 @@ class BehaviourError(RobotcoreError):
     """The app's own code raised; the cause carries its traceback."""
 
     exit_status = 5
+    _told_traceback = ""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        restored, (kind, args, state) = super().__reduce__()
+        return restored, (kind, args, {**state, "_told_traceback": self.traceback})
+
+    @property
+    def traceback(self) -> str:
+        """The cause's traceback in words, which another process is told too; empty where there is no cause."""
+        return "".join(format_exception(self.__cause__)) if self.__cause__ else self._told_traceback
 
     @classmethod
     def raised_by(cls, app: type, cause: BaseException) -> BehaviourError:

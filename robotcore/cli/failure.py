@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from traceback import format_exception
-
 import click
 
 from robotcore.errors import BehaviourError, Interrupted, RobotcoreError
@@ -16,8 +14,8 @@ def tell(fault: str) -> None:
 
 def tell_error(error: RobotcoreError | Interrupted) -> None:
     """Say on stderr what was raised; where an app's own code did, after its traceback."""
-    if isinstance(error, BehaviourError) and (cause := error.__cause__):
-        click.echo("".join(format_exception(cause)), err=True, nl=False)
+    if isinstance(error, BehaviourError):
+        click.echo(error.traceback, err=True, nl=False)
     tell(str(error))
 
 

@@ -99,7 +99,7 @@ def test_what_cannot_be_run_is_refused_before_anything_is(
 
 
 def test_a_missing_backend_is_exit_3(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
-    def rehearse(_: Sweep) -> None:
+    def rehearse(_: object) -> None:
         raise BackendMissingError("no simulator")
 
     monkeypatch.setattr("robotcore.sweep.rehearsal.rehearse", rehearse)

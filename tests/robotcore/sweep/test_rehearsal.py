@@ -47,6 +47,12 @@ def test_an_app_that_asks_for_input_gets_none(app_file: AppFile) -> None:
         rehearse(sweep_of(app_file(head="input()")))
 
 
+def test_what_an_app_raises_at_import_comes_with_its_traceback(app_file: AppFile) -> None:
+    with pytest.raises(BehaviourError, match=r"odd\.py cannot be imported: ZeroDivisionError") as raised:
+        rehearse(sweep_of(app_file(head="1 / 0")))
+    assert 'odd.py", line 5, in <module>\n    1 / 0' in raised.value.traceback
+
+
 def test_a_judge_is_tried_as_an_app_is(app_file: AppFile, tmp_path: Path) -> None:
     judge = tmp_path / "judge.py"
     judge.write_text("import os; os._exit(0)")
@@ -91,7 +97,7 @@ def test_nothing_of_the_app_is_imported_in_the_process_of_the_sweep(
     assert str(os.getpid()) not in importers.read_text().split()
 
 
-def test_ctrl_c_in_the_middle_of_it_ends_both_processes_without_a_word(app_file: AppFile, tmp_path: Path) -> None:
+def test_ctrl_c_in_the_middle_of_it_ends_both_processes_in_a_line(app_file: AppFile, tmp_path: Path) -> None:
     note = tmp_path / "child"
     deed = f"open({str(note)!r}, 'w').write(str(os.getpid())); os.kill(os.getppid(), signal.SIGINT); Event().wait()"
     done = subprocess.run(
@@ -100,6 +106,6 @@ def test_ctrl_c_in_the_middle_of_it_ends_both_processes_without_a_word(app_file:
         text=True,
         check=False,
     )
-    assert (done.returncode, done.stderr.strip()) == (128 + signal.SIGINT, "")
+    assert (done.returncode, done.stderr.strip()) == (128 + signal.SIGINT, "error: interrupted by SIGINT")
     with pytest.raises(ProcessLookupError):
         os.kill(int(note.read_text()), 0)
