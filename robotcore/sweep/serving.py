@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import pickle
 import sys
+from contextlib import suppress
 from multiprocessing.connection import Connection
 from queue import SimpleQueue
 from threading import Thread
@@ -19,10 +20,19 @@ def serve(handle: int) -> NoReturn:
     sys.stdout = sys.stderr  # line by line: what waits in a buffer is lost with the process
     prepare()
     connection, calls = Connection(handle), SimpleQueue[bytes]()
+    _keep_to_this_process(connection)
     Thread(target=_listen, args=(connection, calls), daemon=True).start()
     connection.send_bytes(b"ready")
-    while True:
-        connection.send_bytes(_reply(calls.get()))
+    with suppress(OSError):  # nobody is there any more, or this is a copy that an app has made of the process
+        while True:
+            connection.send_bytes(_reply(calls.get()))
+    os._exit(1)
+
+
+def _keep_to_this_process(connection: Connection) -> None:
+    """Let nothing that an app starts hold the pipe open, which would hide the end of this process, or answer for it."""
+    os.set_inheritable(connection.fileno(), False)
+    os.register_at_fork(after_in_child=connection.close)
 
 
 def _listen(connection: Connection, calls: SimpleQueue[bytes]) -> None:

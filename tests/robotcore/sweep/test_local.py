@@ -69,6 +69,25 @@ def test_a_worker_that_is_ended_is_told_at_once_by_the_exit_status(app_file: App
     assert record.result.reason == f"the worker process died: exit status {status}"
 
 
+@pytest.mark.parametrize("start", ["os.system('sleep 60 &')", "os.fork() or Event().wait()"])
+def test_a_worker_that_ends_is_told_at_once_whatever_it_has_started(
+    app_file: AppFile, tmp_path: Path, start: str
+) -> None:
+    group = tmp_path / "group"
+    sweep = sweep_of(app_file(f"open({str(group)!r}, 'w').write(str(os.getpgrp())); {start}; os._exit(3)"), seeds=1)
+    try:
+        (record,) = _records(sweep, LocalEngine(1, wall_timeout_s=10.0)).values()
+    finally:
+        os.killpg(int(group.read_text()), signal.SIGKILL)
+    assert record.result.reason == "the worker process died: exit status 3"
+
+
+def test_a_copy_that_an_app_makes_of_its_process_answers_for_no_run(app_file: AppFile) -> None:
+    sweep = sweep_of(app_file("os.fork() or Event().wait(0.02)"), seeds=20)
+    seeds = [ended.record.result.seed for ended in LocalEngine(1).perform(sweep, sweep.requests())]
+    assert seeds == list(sweep.seeds)
+
+
 def test_an_app_that_exits_has_raised(app_file: AppFile) -> None:
     (record,) = _records(sweep_of(app_file("raise SystemExit(0)"), seeds=1), LocalEngine(1)).values()
     assert record.result.reason == "Odd raised SystemExit: 0"
