@@ -29,10 +29,17 @@ from typing import Any, ClassVar
 
 
 class _Portable(BaseException):
-    """An exception that another process can be told of, whatever its constructor takes."""
+    """An exception that another process can be told of, whatever its constructor takes.
+
+    A kind that an app has made of ours is told as ours, in words: nobody else knows its class.
+    """
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _restored, (type(self), self.args, self.__dict__)
+        kind = type(self)
+        if kind.__module__ == __name__:
+            return _restored, (kind, self.args, self.__dict__)
+        ours = next(base for base in kind.__mro__ if base.__module__ == __name__)
+        return _restored, (ours, (str(self),), {})
 
 
 class RobotcoreError(_Portable, Exception):

@@ -47,7 +47,7 @@ class Trace:
         state, asked = record.state, record.asked
         if state in self._awaited:
             self._awaited.discard(state)
-            self.milestones[state] = record.time
+            self.milestones[str.__str__(state)] = record.time  # no member of an app's own enumeration
         command = b"\0" if asked is None else b"\2" + _COMMAND.pack(*asked)
         self._hash.update(state.encode() + b"\0" + command)
 

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 import os
+import pickle
 import sys
 from collections.abc import Iterator
 from contextlib import closing
@@ -31,6 +32,16 @@ def test_an_error_of_ours_comes_back_as_it_is(child: Child, error: RobotcoreErro
         child.call(raise_, error, limit_s=30)
     assert str(raised.value) == str(error)
     assert vars(raised.value) == vars(error)
+
+
+def test_an_error_that_an_app_has_made_of_ours_comes_back_as_ours() -> None:
+    class TooFastError(UnknownNameError):
+        def __init__(self) -> None:
+            super().__init__("app", "x", ["y"])
+            self.lock = Lock()
+
+    there = pickle.loads(pickle.dumps(TooFastError()))  # noqa: S301  it never left
+    assert (type(there), str(there)) == (UnknownNameError, str(TooFastError()))
 
 
 def test_any_other_exception_comes_back_in_words(child: Child) -> None:

@@ -88,6 +88,13 @@ def test_a_copy_that_an_app_makes_of_its_process_answers_for_no_run(app_file: Ap
     assert seeds == list(sweep.seeds)
 
 
+def test_the_states_of_an_app_may_be_an_enumeration_of_its_own(app_file: AppFile) -> None:
+    app = Path(app_file(head="from enum import Enum\nclass Phase(str, Enum):\n    GO = 'go'"))
+    app.write_text(app.read_text() + "\n    milestones = (Phase.GO,)\n    state = Phase.GO\n")
+    (record,) = _records(sweep_of(str(app), seeds=1), LocalEngine(1)).values()
+    assert (record.result.outcome, list(record.result.milestones)) == (Outcome.SUCCESS, ["go"])
+
+
 def test_an_app_that_exits_has_raised(app_file: AppFile) -> None:
     (record,) = _records(sweep_of(app_file("raise SystemExit(0)"), seeds=1), LocalEngine(1)).values()
     assert record.result.reason == "Odd raised SystemExit: 0"

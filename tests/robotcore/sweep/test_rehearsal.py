@@ -53,6 +53,16 @@ def test_what_an_app_raises_at_import_comes_with_its_traceback(app_file: AppFile
     assert 'odd.py", line 5, in <module>\n    1 / 0' in raised.value.traceback
 
 
+def test_an_error_of_the_apps_own_is_told_in_its_words(app_file: AppFile) -> None:
+    head = "from robotcore.errors import UsageError\nclass Own(UsageError): pass\nraise Own('too fast')"
+    with pytest.raises(BehaviourError, match=r"odd\.py cannot be imported: Own: too fast"):
+        rehearse(sweep_of(app_file(head=head)))
+    app = Path(app_file(head=head.replace("raise Own", "words = str")))
+    app.write_text(app.read_text() + "\n    def __init__(self):\n        raise Own('too fast')\n")
+    with pytest.raises(UsageError, match="^too fast$"):
+        rehearse(sweep_of(str(app)))
+
+
 def test_a_judge_is_tried_as_an_app_is(app_file: AppFile, tmp_path: Path) -> None:
     judge = tmp_path / "judge.py"
     judge.write_text("import os; os._exit(0)")
