@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import closing
 
 from robotcore.appfile import INSTEAD, app_path, is_app_file
-from robotcore.catalogue import load_app
+from robotcore.catalogue import load_app, load_backend
 from robotcore.errors import BackendError, UsageError
 from robotcore.plan import RunRequest
 from robotcore.settings import configure
@@ -26,16 +26,12 @@ def rehearse(sweep: Sweep, load_s: float = LOAD_S) -> None:
     Raises what it raises; UsageError where an app ends the process or is not loaded within ``load_s`` seconds;
     BackendError where something else does not come to an end.
     """
-    with closing(Child()) as child:
-        for app in sweep.apps:
+    with closing(Child()) as child:  # all in the order of a run: a module beside an app may be called as a package is
+        _try_backends(child, sweep, _load_backends, sweep.backends)
+        for app in reversed(sweep.apps):
             _try(child, app, "imported", load_s, _import, app)
         _try(child, sweep.request.app, "made", load_s, _make, sweep.request)
-        try:
-            child.call(sweep.check, limit_s=CHECK_S)
-        except ChildDiedError as error:
-            raise BackendError(f"a process that opens {_backends(sweep)} dies: {error}. {_REMEDY}") from error
-        except ChildHungError as error:
-            raise BackendError(f"{_backends(sweep)} cannot be opened: {error}. {_REMEDY}") from error
+        _try_backends(child, sweep, sweep.check)
 
 
 _REMEDY = "Try one at a time: robotcore run APP --backend NAME"
@@ -54,6 +50,21 @@ def _try(
     else:
         return
     raise UsageError(f"{app_path(app) if is_app_file(app) else app} {fault}. {INSTEAD}")
+
+
+def _try_backends(child: Child, sweep: Sweep, function: Callable[..., None], *arguments: object) -> None:
+    """Call what runs the backends' code; BackendError where it does not come back from there."""
+    try:
+        child.call(function, *arguments, limit_s=CHECK_S)
+    except ChildDiedError as error:
+        raise BackendError(f"a process that opens {_backends(sweep)} dies: {error}. {_REMEDY}") from error
+    except ChildHungError as error:
+        raise BackendError(f"{_backends(sweep)} cannot be opened: {error}. {_REMEDY}") from error
+
+
+def _load_backends(names: Sequence[str]) -> None:
+    for name in names:
+        load_backend(name)
 
 
 def _import(app: str) -> None:

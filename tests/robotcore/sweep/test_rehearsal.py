@@ -42,6 +42,14 @@ def test_an_app_that_hangs_while_it_is_made_is_told_so(app_file: AppFile) -> Non
         rehearse(sweep_of(str(app)), load_s=0.5)
 
 
+@pytest.mark.parametrize("name", ["drivers", "apps"])
+def test_a_module_beside_an_app_may_be_called_as_a_package_of_ours_is(app_file: AppFile, name: str) -> None:
+    app = Path(app_file())
+    app.with_name(f"{name}.py").touch()
+    sweep = sweep_of(str(app))
+    rehearse(replace(sweep, request=replace(sweep.request, judge="green-search")))
+
+
 def test_an_app_that_asks_for_input_gets_none(app_file: AppFile) -> None:
     with pytest.raises(BehaviourError, match=r"odd\.py cannot be imported: EOFError"):
         rehearse(sweep_of(app_file(head="input()")))
@@ -59,7 +67,7 @@ def test_an_error_of_the_apps_own_is_told_in_its_words(app_file: AppFile) -> Non
         rehearse(sweep_of(app_file(head=head)))
     app = Path(app_file(head=head.replace("raise Own", "words = str")))
     app.write_text(app.read_text() + "\n    def __init__(self):\n        raise Own('too fast')\n")
-    with pytest.raises(UsageError, match="^too fast$"):
+    with pytest.raises(UsageError, match=r"^too fast$"):
         rehearse(sweep_of(str(app)))
 
 
