@@ -13,7 +13,7 @@ from robotcore.cli.output import printing_apart
 from robotcore.cli.requested import requested
 from robotcore.cli.swept import tell_kept, tell_sweep
 from robotcore.cli.values import names
-from robotcore.errors import Interrupted
+from robotcore.errors import Interrupted, UsageError
 
 if TYPE_CHECKING:
     from robotcore.plan import RunRequest
@@ -114,7 +114,9 @@ def _engine(cluster: str | None, jobs: int | None, wall_timeout_s: float | None)
 
         return LocalEngine(jobs or cores(), wall_timeout_s)
     if jobs is not None:
-        raise click.UsageError("--jobs is for this machine; a cluster runs as many at a time as it has workers for")
+        raise UsageError(
+            "--jobs is for this machine; a cluster runs as many at a time as it has workers for. Leave one of them out"
+        )
     from robotcore.sweep.cluster import ClusterEngine
 
     return ClusterEngine(cluster, wall_timeout_s)

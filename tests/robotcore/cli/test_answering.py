@@ -55,6 +55,12 @@ def test_an_app_file_that_cannot_be_imported_is_told_with_its_traceback(cli: Cli
     assert 'odd.py", line 1\n    x = (' in told.err
 
 
+def test_options_that_do_not_go_together_are_told(cli: Cli) -> None:
+    app, error, status = _answer(cli("sweep", "green-search", "--cluster", "tcp://lab:8786", "--jobs", "2", "--json"))
+    assert (app, status) == ("green-search", 2)
+    assert "--jobs is for this machine" in error
+
+
 def test_a_missing_backend_is_told_with_its_remedy(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("drivers.kinematic.backend.KinematicBackend.modules", ("no_such_simulator",))
     app, error, status = _answer(cli("run", "green-search", "--json"))
