@@ -41,10 +41,10 @@ def import_beside(file: Path) -> None:
 
 def _put_away(place: Path, folder: _Folder) -> None:
     folder.is_first = False
-    with suppress(ValueError):  # an app may have changed the path
-        sys.path.remove(str(place))
     for name in [name for name in sys.modules if _is_of(name, place, folder.others)]:
         folder.kept[name] = sys.modules.pop(name)
+    with suppress(ValueError):  # an app may have changed the path
+        sys.path.remove(str(place))
 
 
 def _take_out(place: Path, folder: _Folder) -> None:
@@ -56,12 +56,11 @@ def _take_out(place: Path, folder: _Folder) -> None:
 
 def _is_of(name: str, folder: Path, others: frozenset[str]) -> bool:
     """Return whether a module, or the package it is in, lies in the folder itself; a library below it does not."""
-    outermost = _outermost(name)
-    file = getattr(sys.modules.get(outermost), "__file__", None)
-    if outermost in others or file is None:
+    if (outermost := _outermost(name)) in others:
         return False
-    place = Path(file).absolute()
-    return folder in (place.parent, place.parent.parent if place.name == "__init__.py" else None)
+    module = sys.modules.get(outermost)
+    places = getattr(module, "__path__", None) or filter(None, [getattr(module, "__file__", None)])
+    return folder in (Path(place).absolute().parent for place in places)
 
 
 def _outermost(name: str) -> str:

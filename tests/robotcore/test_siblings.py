@@ -27,12 +27,13 @@ def folders(tmp_path: Path) -> tuple[Path, Path]:
     """Two apps, each with modules beside it that are called the same."""
     for name in ("a", "b"):
         (tmp_path / name / "parts").mkdir(parents=True)
-        for file in ("cog", "parts/__init__", "parts/wheel"):
+        (tmp_path / name / "bare").mkdir()
+        for file in ("cog", "parts/__init__", "parts/wheel", "bare/wheel"):
             (tmp_path / name / f"{file}.py").write_text(f"FROM = {name!r}")
     return tmp_path / "a" / "robot.py", tmp_path / "b" / "robot.py"
 
 
-@pytest.mark.parametrize("name", ["cog", "parts", "parts.wheel"])
+@pytest.mark.parametrize("name", ["cog", "parts", "parts.wheel", "bare.wheel"])
 def test_modules_of_one_name_are_not_mixed_up(folders: tuple[Path, Path], name: str) -> None:
     for app, told in zip(folders * 2, "abab", strict=True):
         import_beside(app)
