@@ -36,7 +36,8 @@ def verdict(judge: Behaviour, truth: Truth, name: str | None) -> bool | None:
     if name and is_app_file(name):
         import_beside(app_path(name))
     try:
-        return judge.verify(truth)
+        said = judge.verify(truth)
+        return None if said is None else bool(said)  # an array of several has no truth
     except RobotcoreError:
         raise
     except (Exception, SystemExit) as error:

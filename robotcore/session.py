@@ -68,7 +68,7 @@ class _Judgement:
     def by(cls, truth: Truth, plan: Plan, outcome: Outcome) -> _Judgement:
         verified = verdict(plan.judge, truth, plan.request.judge)
         if verified is not None:
-            verified = bool(verified) and outcome is Outcome.SUCCESS
+            verified = verified and outcome is Outcome.SUCCESS
         return cls(verified, truth.contacts, truth.distance_to_target)
 
 

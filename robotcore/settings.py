@@ -23,12 +23,20 @@ class Setting:
 
 
 def settings_of(app: type[Behaviour]) -> dict[str, Setting]:
-    """Return what can be set on an app, by name."""
+    """Return what can be set on an app, by name.
+
+    Raises BehaviourError where its own code raises: a type that is not there, or what makes a default.
+    """
     if not dataclasses.is_dataclass(app):
         return {}
-    hints = get_type_hints(app, include_extras=True)
-    fields = [field for field in dataclasses.fields(app) if field.init]
-    return {field.name: Setting(field.name, hints[field.name], _default_of(field)) for field in fields}
+    try:
+        hints = get_type_hints(app, include_extras=True)
+        fields = [field for field in dataclasses.fields(app) if field.init]
+        return {field.name: Setting(field.name, hints[field.name], _default_of(field)) for field in fields}
+    except RobotcoreError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise BehaviourError.raised_by(app, error) from error
 
 
 def configure(app: type[Behaviour], values: Mapping[str, Any]) -> Behaviour:

@@ -31,6 +31,22 @@ class App(Behaviour):
 
 
 @dataclass
+class Misspelt(Behaviour):
+    speed_m_s: Annotated[flaot, Field(gt=0)] = 0.25  # type: ignore[name-defined]  # noqa: F821
+
+    def step(self, robot: Robot) -> Status:
+        return Status.SUCCESS
+
+
+@dataclass
+class Dividing(Behaviour):
+    ratio: float = field(default_factory=lambda: 1 / 0)
+
+    def step(self, robot: Robot) -> Status:
+        return Status.SUCCESS
+
+
+@dataclass
 class Demanding(Behaviour):
     goal: str
 
@@ -112,3 +128,9 @@ def test_an_app_that_raises_while_it_is_made_is_to_blame() -> None:
     with pytest.raises(BehaviourError, match="App raised ZeroDivisionError") as raised:
         configure(App, {"laps": 7})
     assert isinstance(raised.value.__cause__, ZeroDivisionError)
+
+
+@pytest.mark.parametrize("app, fault", [(Misspelt, "NameError: name 'flaot'"), (Dividing, "ZeroDivisionError")])
+def test_settings_that_cannot_be_told_are_the_fault_of_the_app(app: type[Behaviour], fault: str) -> None:
+    with pytest.raises(BehaviourError, match=f"^{app.__name__} raised {fault}"):
+        settings_of(app)
