@@ -35,7 +35,8 @@ def perform_there(request: RunRequest, kit: Kit, limit_s: float) -> Ended:
             root = _unpacked(kit)
         except OSError as error:  # raised over there, it would look like a connection that is lost
             return unfinished(request, RobotcoreError(f"{type(error).__name__}: {error}"))
-        return _as_asked(attempt(_child_of(root), _placed(request, kit, root), limit_s), request)
+        placed = _placed(request, kit, root)
+        return _as_asked(attempt(_child_of(root), placed, limit_s), request, placed)
 
 
 def refusal(worker: str, fault: str) -> str:
@@ -60,10 +61,19 @@ def _placed(request: RunRequest, kit: Kit, root: Path) -> RunRequest:
     )
 
 
-def _as_asked(ended: Ended, request: RunRequest) -> Ended:
-    """Call the run by the names it was asked for."""
-    result = replace(ended.record.result, app=app_name(request.app))
+def _as_asked(ended: Ended, request: RunRequest, placed: RunRequest) -> Ended:
+    """Call the run, and the files that its reason speaks of, by the names it was asked for."""
+    reason = ended.record.result.reason
+    for asked, here in zip(_named(request), _named(placed), strict=True):
+        reason = reason.replace(here, asked)
+    result = replace(ended.record.result, app=app_name(request.app), reason=reason)
     return Ended(replace(ended.record, result=result, command=command_of(request)), ended.picture)
+
+
+def _named(request: RunRequest) -> list[str]:
+    """Return what a request names that may be files, an app's without the class in it."""
+    apps = [name.partition(":")[0] for name in (request.app, request.judge) if name]
+    return [*apps, request.robot, *filter(None, [request.world])]
 
 
 @cache

@@ -122,6 +122,21 @@ def test_a_judge_goes_along_with_what_is_beside_it(
 
 
 @pytest.mark.usefixtures("workers")
+def test_what_is_wrong_with_a_file_is_told_by_the_name_it_was_asked_for(
+    scheduler: str, app_file: AppFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    app = Path(app_file())
+    judge = tmp_path / "judge.py"
+    judge.write_text(app.read_text() + "\n    def verify(self, truth):\n        1 / 0\n")
+    monkeypatch.chdir(tmp_path)
+    sweep = sweep_of("app/odd.py:Odd", seeds=1)
+    judged = replace(sweep, request=replace(sweep.request, judge="judge.py:Odd"))
+    for head, each in (("1 / 0", sweep), ("", judged)):
+        app_file(head=head)
+        assert _told(ClusterEngine(scheduler), each) == _told(LocalEngine(1), each)
+
+
+@pytest.mark.usefixtures("workers")
 def test_own_files_go_along_anew_when_they_have_changed(
     scheduler: str, app_file: AppFile, monkeypatch: pytest.MonkeyPatch
 ) -> None:
