@@ -59,7 +59,8 @@ def test_times_say_within_how_long_half_90_percent_and_all_runs_pass() -> None:
 
 
 @pytest.mark.parametrize(
-    "failing, median, slow, slowest", [(1, 5.0, 5.0, None), (2, 5.0, None, None), (5, None, None, None)]
+    "failing, median, slow, slowest",
+    [(1, 5.0, 5.0, None), (2, 5.0, None, None), (5, 5.0, None, None), (6, None, None, None)],
 )
 @pytest.mark.parametrize("how", [HUNG, record_of(Outcome.FAILURE, time=0.1), record_of(contacts=1, time=0.1)])
 def test_a_run_that_fails_at_once_makes_no_group_faster(
