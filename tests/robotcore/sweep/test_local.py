@@ -113,6 +113,13 @@ def test_a_run_that_hangs_is_given_up(app_file: AppFile) -> None:
     assert (record.path, record.is_failure) == (None, True)
 
 
+def test_what_a_run_that_hangs_has_started_ends_with_it(app_file: AppFile, tmp_path: Path) -> None:
+    note = tmp_path / "note"
+    sweep = sweep_of(app_file(f"os.system('sleep 60 & echo $! > {note}'); Event().wait()"), seeds=1)
+    _records(sweep, LocalEngine(1, wall_timeout_s=3.0))
+    _require_gone(int(note.read_text()))
+
+
 def test_a_run_without_an_end_tells_the_conditions_that_it_was_under(app_file: AppFile) -> None:
     request = RunRequest(app_file("os._exit(1)"), timeout_s=5.0, randomise=True)
     sweep = Sweep(request, worlds=("open",), seeds=(1,))
