@@ -29,7 +29,8 @@ def endings_of(series: Sequence[Series]) -> list[Ending]:
     common = [told for told, _ in total.most_common(MAX_ENDINGS)]
     rows = [Ending(told, total[told], tuple(tally[told] for tally in tallies)) for told in common]
     rest = tuple(sum(tally.values()) - sum(tally[told] for told in common) for tally in tallies)
-    return [*rows, Ending(f"in {len(total) - len(common)} other ways", sum(rest), rest)] if any(rest) else rows
+    ways = len(total) - len(common)
+    return [*rows, Ending(f"in {ways} other way{'s' * (ways > 1)}", sum(rest), rest)] if ways else rows
 
 
 def _told(record: Record) -> str:

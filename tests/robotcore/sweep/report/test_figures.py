@@ -105,3 +105,4 @@ def test_ways_to_fail_that_are_all_different_are_told_as_one() -> None:
     endings = endings_of(series_of(records))
     assert endings[0] == ("timeout, late", 2, (2,))
     assert endings[MAX_ENDINGS:] == [("in 9 other ways", 9, (9,))]
+    assert endings_of(series_of(records[: MAX_ENDINGS + 1]))[MAX_ENDINGS:] == [("in 1 other way", 1, (1,))]
