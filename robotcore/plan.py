@@ -81,7 +81,7 @@ class Plan:
         _require_rate(request.rate_hz)
         _require_positive("--timeout", request.timeout_s)
         backend = load_backend(request.backend)
-        judge = load_judge(request.judge) if request.judge else None
+        judge = None if request.judge is None else load_judge(request.judge)
         behaviour = configure(load_app(request.app), request.settings)  # last: what it imports later is beside it
         description = load_robot(request.robot)
         devices = needed_devices(description, behaviour.needs, behaviour.wants)
@@ -92,7 +92,8 @@ class Plan:
         backend.require_installed()
         robot = _lagging(description, world) if world and backend.needs_world else description
         setup = Setup(robot, world, devices, request.rate_hz, request.seed or 0, request.gui, request.options)
-        return cls(request, behaviour, judge or behaviour, backend, description, world, setup, drawn)
+        judge = behaviour if judge is None else judge
+        return cls(request, behaviour, judge, backend, description, world, setup, drawn)
 
 
 def drawn_for(request: RunRequest) -> Told:

@@ -92,6 +92,16 @@ def test_a_judge_is_taken_with_its_defaults(app: App) -> None:
         load_judge(app("judge", fields="bar: float"))
 
 
+def test_a_judge_without_a_name_is_not_the_app_itself(app: App) -> None:
+    with pytest.raises(UnknownNameError, match="unknown app ''"):
+        run(RunRequest(app("pupil"), world="open", judge=""))
+
+
+def test_a_judge_that_counts_as_nothing_judges_all_the_same(app: App) -> None:
+    judge = app("judge", "return False\n    def __len__(self):\n        return 0")
+    assert run(RunRequest(app("pupil"), world="open", judge=judge)).verified is False
+
+
 def test_a_judge_that_is_not_there_is_refused_before_the_app_is_loaded(app: App) -> None:
     with pytest.raises(UnknownNameError, match="Did you mean 'green-search'"):
         run(RunRequest(app("pupil"), judge="green-serch"))
