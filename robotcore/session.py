@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from robotcore.behaviour import Behaviour
@@ -63,13 +63,6 @@ class _Judgement:
     verified: bool | None = None
     contacts: int | None = None
     distance: float | None = None
-
-    @classmethod
-    def by(cls, truth: Truth, plan: Plan, outcome: Outcome) -> _Judgement:
-        verified = verdict(plan.judge, truth, plan.request.judge)
-        if verified is not None:
-            verified = verified and outcome is Outcome.SUCCESS
-        return cls(verified, truth.contacts, truth.distance_to_target)
 
 
 class _Execution:
@@ -149,7 +142,10 @@ class _Execution:
         """Ask the truth while the simulator lives; one that has died has no word."""
         try:
             if truth := self._truth_of(raw):
-                self._judgement = _Judgement.by(truth, self._plan, outcome)
+                self._judgement = _Judgement(None, truth.contacts, truth.distance_to_target)
+                said = verdict(self._plan.judge, truth, self._plan.request.judge)
+                verified = said and outcome is Outcome.SUCCESS
+                self._judgement = replace(self._judgement, verified=verified)
         except BehaviourError as error:  # the robot must still be closed
             self._late_failure = error
         except RobotcoreError:

@@ -18,6 +18,9 @@ from robotcore.errors import BackendError, RobotcoreError
 ResultT = TypeVar("ResultT")
 
 _STDERR = 2
+_START_S = 120.0
+"""A process that is not ready within this time hangs."""
+
 _FAREWELL_S = 1.0
 """A process that has closed its end of the pipe is gone within this time, or it is ended."""
 
@@ -89,6 +92,11 @@ class Child:
         self._end()  # where there is something to hear, it is the end: somebody's thread lived on, and ended it
         process = self._started()
         try:
+            if not process.connection.poll(_START_S):
+                self._end()
+                raise BackendError(
+                    f"the worker processes do not start within {_START_S:g} s. Does python -c 'import cv2' end?"
+                )
             process.connection.recv_bytes()
         except (EOFError, OSError) as error:
             how = _how(self._end(_FAREWELL_S))
@@ -128,11 +136,10 @@ class _Process:
             os.killpg(self._popen.pid, signal.SIGKILL)
 
     def end(self, farewell_s: float) -> int:
-        """End the process where it does not in this time; return its status."""
+        """End the process where it does not in this time, and what it has started; return its status."""
         with suppress(TimeoutExpired):
             self._popen.wait(farewell_s)
-        if self._popen.returncode is None:
-            self.kill()
+        self.kill()  # also where it is gone: its group lives on, and keeps its number, while one of the group does
         self.connection.close()
         return self._popen.wait()
 

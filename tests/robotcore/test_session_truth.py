@@ -57,9 +57,10 @@ def test_what_a_real_robot_cannot_know_is_null(perform: Runner) -> None:
 
 
 def test_a_judge_that_raises_is_the_apps_fault_and_the_robot_is_closed(perform: Runner, backend: RigBackend) -> None:
-    backend._prepare = lambda rig: setattr(rig, "truth", StillTruth(AHEAD))
+    backend._prepare = lambda rig: setattr(rig, "truth", StillTruth(AHEAD, contacts=2))
     result = perform(Confused(lambda _: Status.SUCCESS), RunRequest("app", world="open"))
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 5)
+    assert (result.verified, result.contacts) == (None, 2)
     assert result.reason == "Confused raised IndexError: no such witness"
     assert result.error
     assert isinstance(result.error.__cause__, IndexError)

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
+from subprocess import Popen
 from threading import Event, Lock, Thread, Timer
 
 import pytest
@@ -118,12 +119,43 @@ def test_a_python_that_cannot_start_is_told(child: Child, monkeypatch: pytest.Mo
         child.call(os.getpid, limit_s=30)
 
 
+def test_a_python_that_does_not_come_to_its_start_is_told(
+    child: Child, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (tmp_path / "cv2.py").write_text("import threading; threading.Event().wait()")
+    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
+    monkeypatch.setattr("robotcore.sweep.child._START_S", 3.0)
+    with pytest.raises(BackendError, match="do not start within 3 s"):
+        child.call(os.getpid, limit_s=30)
+
+
+def test_what_a_process_started_ends_with_it(child: Child, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "lives")
+    with pytest.raises(ChildDiedError, match="exit status 3"):
+        child.call(leave_a_reader_of, tmp_path / "lives", limit_s=30)
+    with pytest.raises(OSError, match="No such device or address"):
+        wait_until_nobody_reads(tmp_path / "lives")
+
+
 def raise_(error: Exception) -> None:
     raise error
 
 
 def end_soon() -> None:
     Timer(0.01, os._exit, (0,)).start()
+
+
+def leave_a_reader_of(fifo: Path) -> None:
+    Popen(["/bin/sh", "-c", 'exec sleep 60 < "$0"', str(fifo)])
+    os.open(fifo, os.O_WRONLY)
+    os._exit(3)
+
+
+def wait_until_nobody_reads(fifo: Path) -> None:
+    """Raise OSError once nobody reads; return, after a while, where somebody still does."""
+    for _ in range(100):
+        os.close(os.open(fifo, os.O_WRONLY | os.O_NONBLOCK))
+        Event().wait(0.02)
 
 
 def wait_for_ever() -> None:
