@@ -1,0 +1,119 @@
+from __future__ import annotations
+
+import io
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from drivers.mock import MockRobot
+from robotcore import Robot, Role
+from robotcore.cli.main import execute
+from robotcore.devices import Camera, Frame, Intrinsics, Range, RangeSensor
+from robotcore.drive import DifferentialDrive
+from robotcore.truth import Truth
+from robotcore.vision import Blob
+from tests.docs.listings import Exchange, code_in, exchanges, listings, rows
+
+PAGE = (Path(__file__).parents[2] / "docs" / "apps.md").read_text()
+LISTINGS = listings(PAGE)
+FILES = [each for each in LISTINGS if each.language == "python"]
+EXCHANGES = [each for listing in LISTINGS if listing.language == "console" for each in exchanges(listing.text)]
+PARTS = [code for row in rows(PAGE, "What a robot has") for code in code_in(row[0])]
+MISDEEDS = rows(PAGE, "What an app must not do")
+
+ODD = """
+import time
+from robotcore import Behaviour, Role, Status
+
+class Odd(Behaviour):
+    needs = frozenset({{Role.DRIVE, Role.CAMERA}})
+
+    def step(self, robot):
+        {deed}
+        return Status.RUNNING
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with the files of the page, where the commands are given."""
+    for file in FILES:
+        (tmp_path / file.file).write_text(file.text)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.stdin", io.StringIO())
+    return tmp_path
+
+
+def odd(folder: Path, deed: str) -> str:
+    """Write an app that does what is set as code in a cell; return its file."""
+    file = folder / "odd.py"
+    file.write_text(ODD.format(deed=code_in(deed)[0]))
+    return str(file)
+
+
+def test_every_listing_is_a_file_or_a_console() -> None:
+    assert {listing.language for listing in LISTINGS} == {"python", "console"}
+    assert all(file.file.endswith(".py") for file in FILES)
+    assert len(EXCHANGES) > len(FILES) > 3
+
+
+@pytest.mark.parametrize("exchange", EXCHANGES, ids=lambda each: each.command)
+def test_command_tells_what_the_page_says(exchange: Exchange, folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    program, *arguments = shlex.split(exchange.command)
+    if program == "robotcore":
+        execute(arguments)
+    else:
+        subprocess.run([sys.executable, "-m", program, "-p", "no:cacheprovider", *arguments], check=False)
+    told = "".join(capfd.readouterr())
+    assert exchange.is_answered_by(told), told
+
+
+@pytest.mark.parametrize("code", PARTS)
+def test_what_a_robot_has_is_there(code: str) -> None:
+    robot = MockRobot(range=1.0).layered
+    frame = robot.camera.read()
+    blob = Blob((160.0, 120.0), (150, 110, 20, 20), 400, 0.0, is_clipped=False)
+    exec(code, {"robot": robot, "frame": frame, "blob": blob, "Role": Role})  # noqa: S102  the page's own words
+
+
+@pytest.mark.parametrize(
+    "kind, not_for_apps",
+    [
+        (Robot, {"close", "stop", "truth"}),
+        (DifferentialDrive, {"track"}),
+        (RangeSensor, {"close"}),
+        (Camera, {"close"}),
+        (Range, {"point"}),
+        (Frame, set()),
+        (Intrinsics, set()),
+        (Blob, set()),
+        (Truth, set()),
+    ],
+)
+def test_page_leaves_nothing_out(kind: type, not_for_apps: set[str]) -> None:
+    named = {word for code in code_in(PAGE) for word in code.replace("(", ".").split(".")}
+    has = {name for name in dir(kind) if not name.startswith("_")}
+    assert has - not_for_apps - named == set()
+
+
+@pytest.mark.parametrize("row", [row for row in MISDEEDS if row[2]], ids=lambda row: row[0])
+def test_misdeed_ends_as_the_page_says(row: list[str], folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    deed, happens, status = row
+    assert execute(["run", odd(folder, deed), "--world", "open"]) == int(status)
+    assert code_in(happens)[0] in capfd.readouterr().err
+
+
+def test_sleep_takes_none_of_the_simulated_time(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (deed,) = (row[0] for row in MISDEEDS if "Simulated time stands still" in row[1])
+    assert execute(["run", odd(folder, deed), "--world", "open", "--timeout", "0.2"]) == 1
+    assert "not done after 0.2 s" in capfd.readouterr().out
+
+
+def test_endless_loop_ends_as_the_page_says(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    deed, happens = next(row[:2] for row in MISDEEDS if "`hung`" in row[1])
+    assert "`--wall-timeout`" in happens
+    execute(["sweep", odd(folder, deed), "--world", "open", "--seeds", "1", "--wall-timeout", "0.5"])
+    assert "hung" in capfd.readouterr().out
