@@ -66,7 +66,7 @@ def test_command_tells_what_the_page_says(exchange: Exchange, folder: Path, capf
     if program == "robotcore":
         execute(arguments)
     else:
-        subprocess.run([sys.executable, "-m", program, "-p", "no:cacheprovider", *arguments], check=False)
+        subprocess.run([sys.executable, "-m", program, *arguments], check=False)
     told = "".join(capfd.readouterr())
     assert exchange.is_answered_by(told), told
 
