@@ -1,21 +1,23 @@
 """The one place that puts the layers over a robot's devices, in this order.
 
-Sensors: driver → conditions → age → one sample a tick → app. Motors: app → safety → deadman → conditions → driver.
+Sensors: driver → conditions → faults → age → taps → one sample a tick → app. Motors: app → safety → deadman → faults →
+conditions → driver. Clock: backend → faults → one time a tick → app.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from robotcore.clock import AppClock, Clock, TickClock
-from robotcore.description import CameraDescription, Conditions, Drive, RangeSensorDescription, RobotDescription
-from robotcore.devices import Camera, Device, Display, Encoder, Motor, RangeSensor, SampleT
+from robotcore.description import CameraDescription, Conditions, RangeSensorDescription, RobotDescription
+from robotcore.devices import Camera, Device, RangeSensor
 from robotcore.errors import UnknownNameError, UnmetNeedError
 from robotcore.geometry import Pose
-from robotcore.layers.conditions import PERFECT, conditioned_camera, conditioned_motor, conditioned_range
-from robotcore.layers.devices import LayeredCamera, LayeredDisplay, LayeredEncoder, LayeredRangeSensor
-from robotcore.layers.readers import Fresh, OnceATick, Reader
+from robotcore.layers.age import Age
+from robotcore.layers.conditions import PERFECT, Conditioned
+from robotcore.layers.layer import Layer
+from robotcore.layers.stack import Stack, slept_by
 from robotcore.layers.wheels import GuardedDrive
 from robotcore.robot import Robot, Role
 from robotcore.safety import Latch, SafetyStage
@@ -58,23 +60,23 @@ def assemble(
     clock: Clock | None = None,
     conditions: Conditions = PERFECT,
     seed: int = 0,
+    faults: Sequence[Layer] = (),
+    taps: Sequence[Layer] = (),
 ) -> Assembled:
     """Put every layer over a robot that a backend opened; ``clock`` stands in for the backend's own.
 
-    The noise of the ``conditions`` belongs to the ``seed``.
+    The noise of the ``conditions`` belongs to the ``seed``. ``faults`` lie right above them; ``taps`` see each sample
+    as the app gets it, once.
     """
-    ticks = TickClock(clock or raw.clock)
+    ticks = TickClock(slept_by(clock or raw.clock, faults))
     latch = Latch()
-    layers = _SensorLayers(ticks, description.safety.max_age_s, latch, conditions, seed)
-    devices = {device.name: layers.over(device) for device in raw.devices.values()}
-    for sensor in description.devices:
-        device = devices.get(sensor.name)
-        if isinstance(sensor, _MOUNTED) and isinstance(device, (Camera, RangeSensor)):
-            device.mount = Pose(sensor.mount.x_m, sensor.mount.y_m, sensor.mount.yaw_rad)
+    conditioned = Conditioned(conditions, seed, description.drive)
+    stack = Stack(ticks, (conditioned, *faults, Age(ticks, description.safety.max_age_s, latch), *taps))
+    devices = {device.name: stack.over(device) for device in raw.devices.values()}
+    _mount(devices, description)
     guarded = None
     drive = description.drive
     if drive and drive.left in raw.devices and drive.right in raw.devices:
-        devices |= _conditioned_wheels(devices, drive, conditions)
         guarded = GuardedDrive.over(devices, description, drive, ticks, latch, rate_hz)
         devices |= guarded.motors
     app_clock = AppClock(ticks)
@@ -98,33 +100,9 @@ def _names_for(description: RobotDescription, role: Role) -> set[str]:
     return {name for name in wheels if name} | {sensor.name for sensor in description.range_sensors_ahead}
 
 
-@dataclass(frozen=True)
-class _SensorLayers:
-    """What every sensor is read through."""
-
-    clock: TickClock
-    max_age: float
-    latch: Latch
-    conditions: Conditions
-    seed: int
-
-    def over(self, device: Device) -> Device:
-        """Return a sensor or display under its layers, another device as it is."""
-        if isinstance(device, Camera):
-            return LayeredCamera(device, self._read(device, conditioned_camera(device, self.conditions, self.seed)))
-        if isinstance(device, RangeSensor):
-            return LayeredRangeSensor(device, self._read(device, conditioned_range(device, self.conditions, self.seed)))
-        if isinstance(device, Encoder):
-            return LayeredEncoder(device, self._read(device, device.read))
-        if isinstance(device, Display):
-            return LayeredDisplay(device)
-        return device
-
-    def _read(self, device: Device, read: Reader[SampleT]) -> OnceATick[SampleT]:
-        return OnceATick(self.clock, Fresh(device.name, self.clock, self.max_age, self.latch, read))
-
-
-def _conditioned_wheels(devices: Mapping[str, Device], drive: Drive, conditions: Conditions) -> dict[str, Device]:
-    gains = {drive.left: conditions.wheel_gain_left, drive.right: conditions.wheel_gain_right}
-    motors = {name: device for name, device in devices.items() if isinstance(device, Motor)}
-    return {name: conditioned_motor(motors[name], gain) for name, gain in gains.items() if name in motors}
+def _mount(devices: Mapping[str, Device], description: RobotDescription) -> None:
+    """Tell cameras and range sensors where they sit."""
+    for sensor in description.devices:
+        device = devices.get(sensor.name)
+        if isinstance(sensor, _MOUNTED) and isinstance(device, (Camera, RangeSensor)):
+            device.mount = Pose(sensor.mount.x_m, sensor.mount.y_m, sensor.mount.yaw_rad)

@@ -1,4 +1,4 @@
-"""A simulated device as the world's conditions have it. Where they are perfect, there is no layer at all."""
+"""Simulated devices as the world's conditions have them; where those are perfect, as they are."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from robotcore.description import Conditions
+from robotcore.description import Conditions, Drive
 from robotcore.devices import Camera, Frame, Image, Motor, Range, RangeSensor
+from robotcore.layers.layer import Layer
 from robotcore.layers.noise import Noise
 from robotcore.layers.readers import Reader
 
@@ -19,22 +20,28 @@ Effect = Callable[[Image, float], Image]
 """Makes of a picture, and of the time it was captured at, another picture."""
 
 
-def conditioned_camera(camera: Camera, conditions: Conditions, seed: int) -> Reader[Frame]:
-    """Return what reads the camera."""
-    effects = list(_effects(conditions, Noise(seed, camera.name, conditions.camera_noise)))
-    return Developed(camera.read, effects) if effects else camera.read
+class Conditioned(Layer):
+    """Every device as the conditions have it; their noise belongs to the ``seed``, their gains to the ``drive``."""
 
+    def __init__(self, conditions: Conditions, seed: int, drive: Drive | None) -> None:
+        self._conditions, self._seed = conditions, seed
+        wheels = (drive.left, drive.right) if drive else ()
+        self._gains = dict(zip(wheels, (conditions.wheel_gain_left, conditions.wheel_gain_right), strict=False))
 
-def conditioned_range(sensor: RangeSensor, conditions: Conditions, seed: int) -> Reader[Range]:
-    """Return what reads the range sensor: off by a bias and by noise."""
-    if not (conditions.range_bias_m or conditions.range_noise_m):
-        return sensor.read
-    return Erring(sensor, conditions.range_bias_m, Noise(seed, sensor.name, conditions.range_noise_m))
+    def camera(self, camera: Camera, read: Reader[Frame]) -> Reader[Frame]:
+        noise = Noise(self._seed, camera.name, self._conditions.camera_noise)
+        effects = list(_effects(self._conditions, noise))
+        return Developed(read, effects) if effects else read
 
+    def range_sensor(self, sensor: RangeSensor, read: Reader[Range]) -> Reader[Range]:
+        """Return what reads the range sensor: off by a bias and by noise."""
+        bias, sigma = self._conditions.range_bias_m, self._conditions.range_noise_m
+        return Erring(sensor, read, bias, Noise(self._seed, sensor.name, sigma)) if bias or sigma else read
 
-def conditioned_motor(motor: Motor, gain: float) -> Motor:
-    """Return the motor, whose wheel turns ``gain`` times as fast as it is told."""
-    return motor if gain == 1.0 else GainedMotor(motor, gain)
+    def motor(self, motor: Motor) -> Motor:
+        """Return the motor, whose wheel turns its gain times as fast as it is told."""
+        gain = self._gains.get(motor.name, 1.0)
+        return motor if gain == 1.0 else GainedMotor(motor, gain)
 
 
 class Developed:
@@ -55,11 +62,11 @@ class Developed:
 class Erring:
     """Distances that are off: never nearer than the sensor can tell; past its range, and where nothing is, ``inf``."""
 
-    def __init__(self, sensor: RangeSensor, bias: float, noise: Noise) -> None:
-        self._sensor, self._bias, self._noise = sensor, bias, noise
+    def __init__(self, sensor: RangeSensor, read: Reader[Range], bias: float, noise: Noise) -> None:
+        self._sensor, self._read, self._bias, self._noise = sensor, read, bias, noise
 
     def __call__(self) -> Range:
-        reading = self._sensor.read()
+        reading = self._read()
         distance = reading.distance + self._bias + self._noise.at(reading.time)
         if distance > self._sensor.max_range:
             return replace(reading, distance=math.inf, point=None)

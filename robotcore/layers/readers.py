@@ -1,4 +1,4 @@
-"""Layers over sensors, as functions on the way a sample takes."""
+"""How a sensor is read: functions on the way that a sample takes."""
 
 from __future__ import annotations
 
@@ -7,8 +7,6 @@ from typing import Generic
 
 from robotcore.clock import TickClock
 from robotcore.devices import SampleT
-from robotcore.errors import StaleSampleError
-from robotcore.safety import Latch
 
 Reader = Callable[[], SampleT]
 
@@ -31,17 +29,3 @@ class OnceATick(Generic[SampleT]):
             self._sample = self._read()
             self._tick = self._clock.tick
         return self._sample
-
-
-class Fresh(Generic[SampleT]):
-    """No sample older than ``limit`` seconds: StaleSampleError instead, which ends the run."""
-
-    def __init__(self, device: str, clock: TickClock, limit: float, latch: Latch, read: Reader[SampleT]) -> None:
-        self._device, self._clock, self._limit, self._latch, self._read = device, clock, limit, latch, read
-
-    def __call__(self) -> SampleT:
-        sample = self._read()
-        age = self._clock.now() - sample.time
-        if age > self._limit:
-            self._latch.trip(StaleSampleError(self._device, age, self._limit))
-        return sample

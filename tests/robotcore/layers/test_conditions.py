@@ -8,10 +8,12 @@ import pytest
 
 from robotcore.clock import SteppedClock
 from robotcore.description import Conditions
-from robotcore.devices import Image, Range
+from robotcore.devices import Image, Motor, Range
 from robotcore.errors import DeviceClosedError, InvalidCommandError
-from robotcore.layers.conditions import conditioned_camera, conditioned_motor, conditioned_range
-from tests.robotcore.fakes import EYE, NullCamera, NullMotor, NullRange, picture
+from robotcore.layers.conditions import Conditioned
+from tests.robotcore.fakes import EYE, ROVER, NullCamera, NullMotor, NullRange, picture
+
+DRIVE = ROVER.drive
 
 
 def clock() -> SteppedClock:
@@ -22,22 +24,24 @@ def seen(image: Image, seed: int = 1, **conditions: float) -> Image:
     """Return what becomes of a picture."""
     camera = NullCamera(clock())
     camera.image = image
-    return conditioned_camera(camera, Conditions(**conditions), seed)().image
+    return Conditioned(Conditions(**conditions), seed, DRIVE).camera(camera, camera.read)().image
 
 
 def heard(distance: float, seed: int = 1, **conditions: float) -> Range:
     sensor = NullRange(clock(), distance=distance)
-    return conditioned_range(sensor, Conditions(**conditions), seed)()
+    return Conditioned(Conditions(**conditions), seed, DRIVE).range_sensor(sensor, sensor.read)()
 
 
 class TestCamera:
     def test_where_it_is_perfect_it_is_the_drivers_own(self) -> None:
         camera = NullCamera(clock())
-        assert conditioned_camera(camera, Conditions(range_noise_m=0.1, wheel_gain_left=0.9), 1) == camera.read
+        others = Conditioned(Conditions(range_noise_m=0.1, wheel_gain_left=0.9), 1, DRIVE)
+        assert others.camera(camera, camera.read) == camera.read
 
     def test_time_and_number_stay_and_the_picture_is_read_only(self) -> None:
         camera = NullCamera(clock())
-        frame = conditioned_camera(camera, Conditions(camera_noise=3.0, camera_blur_px=1.0), 1)()
+        layer = Conditioned(Conditions(camera_noise=3.0, camera_blur_px=1.0), 1, DRIVE)
+        frame = layer.camera(camera, camera.read)()
         assert (frame.time, frame.sequence) == (0.0, 1)
         assert frame.image.shape == (EYE.height, EYE.width, 3)
         assert frame.image.dtype == np.uint8
@@ -82,7 +86,8 @@ class TestCamera:
 class TestRange:
     def test_where_it_is_perfect_it_is_the_drivers_own(self) -> None:
         sensor = NullRange(clock())
-        assert conditioned_range(sensor, Conditions(camera_noise=3.0), 1) == sensor.read
+        others = Conditioned(Conditions(camera_noise=3.0), 1, DRIVE)
+        assert others.range_sensor(sensor, sensor.read) == sensor.read
 
     def test_a_bias_moves_every_distance(self) -> None:
         assert heard(1.0, range_bias_m=0.05).distance == pytest.approx(1.05)
@@ -103,40 +108,48 @@ class TestRange:
     def test_the_point_stays_where_it_is_and_goes_where_nothing_is_heard(self) -> None:
         sensor = NullRange(clock())
         for bias, point in ((0.1, (1.0, 0.0, 0.0)), (1.0, None)):
-            told = conditioned_range(sensor, Conditions(range_bias_m=bias), 1)
+            told = Conditioned(Conditions(range_bias_m=bias), 1, DRIVE).range_sensor(sensor, sensor.read)
             sensor._newest = lambda: Range(1.5, 0.0, 4, (1.0, 0.0, 0.0))  # type: ignore[method-assign]
             assert (told().point, told().sequence) == (point, 4)
+
+
+def gained(motor: Motor, gain: float) -> Motor:
+    return Conditioned(Conditions(wheel_gain_left=gain), 1, DRIVE).motor(motor)
 
 
 class TestMotor:
     def test_where_it_is_perfect_it_is_the_drivers_own(self) -> None:
         motor = NullMotor("left_motor")
-        assert conditioned_motor(motor, 1.0) is motor
+        assert gained(motor, 1.0) is motor
+
+    def test_only_the_drives_wheels_have_gains(self) -> None:
+        arm = NullMotor("arm")
+        assert gained(arm, 0.9) is arm
 
     def test_the_wheel_turns_gain_times_as_fast_and_the_robot_does_not_know(self) -> None:
         motor = NullMotor("left_motor")
-        assert conditioned_motor(motor, 0.9).set_velocity(5.0) == 5.0
+        assert gained(motor, 0.9).set_velocity(5.0) == 5.0
         assert motor.sent == [4.5]
 
     def test_the_motors_limit_holds(self) -> None:
         motor = NullMotor("left_motor", 12.0)
-        assert conditioned_motor(motor, 1.07).set_velocity(20.0) == 12.0
+        assert gained(motor, 1.07).set_velocity(20.0) == 12.0
         assert motor.sent == [12.0]
 
     def test_a_stop_is_a_stop_and_what_is_no_number_too(self) -> None:
         motor = NullMotor("left_motor")
-        gained = conditioned_motor(motor, 0.9)
-        gained.stop()
+        wheel = gained(motor, 0.9)
+        wheel.stop()
         with pytest.raises(InvalidCommandError):
-            gained.set_velocity(math.nan)
+            wheel.set_velocity(math.nan)
         assert motor.sent == [0.0, 0.0]
 
     def test_closing_stops_and_closes_the_motor_once(self) -> None:
         motor = NullMotor("left_motor")
-        gained = conditioned_motor(motor, 0.9)
-        gained.close()
-        gained.close()
-        gained.stop()
+        wheel = gained(motor, 0.9)
+        wheel.close()
+        wheel.close()
+        wheel.stop()
         assert (motor.sent[-1], motor.releases) == (0.0, 1)
         with pytest.raises(DeviceClosedError):
-            gained.set_velocity(1.0)
+            wheel.set_velocity(1.0)

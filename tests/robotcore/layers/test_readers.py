@@ -7,7 +7,8 @@ import pytest
 from robotcore.clock import SteppedClock, TickClock
 from robotcore.devices import Range
 from robotcore.errors import DeviceError, StaleSampleError
-from robotcore.layers.readers import Fresh, OnceATick
+from robotcore.layers.age import Fresh
+from robotcore.layers.readers import OnceATick
 from robotcore.safety import Latch
 
 

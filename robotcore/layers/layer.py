@@ -1,0 +1,39 @@
+"""What a layer is: something that fits over any device of a robot."""
+
+from __future__ import annotations
+
+from robotcore.clock import Clock
+from robotcore.devices import Angle, Camera, Encoder, Frame, Motor, Range, RangeSensor, SampleT, Sensor
+from robotcore.layers.readers import Reader
+
+
+class Layer:
+    """Fits over the devices of a robot; what it does not change, it hands on as it is.
+
+    A sensor's layer is a function: ``read`` reads the sensor as the layers below give it. Override `sensor` for what is
+    the same for every sensor, and the kind's own method for what is not.
+    """
+
+    def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
+        """Return what reads any sensor through this layer."""
+        return read
+
+    def camera(self, camera: Camera, read: Reader[Frame]) -> Reader[Frame]:
+        """Return what reads a camera through this layer."""
+        return self.sensor(camera, read)
+
+    def range_sensor(self, sensor: RangeSensor, read: Reader[Range]) -> Reader[Range]:
+        """Return what reads a range sensor through this layer."""
+        return self.sensor(sensor, read)
+
+    def encoder(self, encoder: Encoder, read: Reader[Angle]) -> Reader[Angle]:
+        """Return what reads an encoder through this layer."""
+        return self.sensor(encoder, read)
+
+    def motor(self, motor: Motor) -> Motor:
+        """Return the motor as whoever is above commands it."""
+        return motor
+
+    def clock(self, clock: Clock) -> Clock:
+        """Return the clock as the loop is to sleep by it."""
+        return clock
