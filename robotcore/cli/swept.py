@@ -71,10 +71,10 @@ def _write_summary(results: Results, groups: Sequence[Group], failing: Sequence[
 
 
 def _write_findings(results: Results) -> None:
-    """Tell which conditions explain failures, or that none does."""
-    from robotcore.sweep.explain import explain, unexplained
+    """Tell which conditions explain failures, or why none is named."""
+    from robotcore.sweep.explain import explain
 
-    lines = [str(each) for each in explain(results.records())] or unexplained(results.records())
+    lines = explain(results.records()).lines
     if lines:
         click.echo("\nWhat failing runs have in common:")
     for line in lines:

@@ -10,7 +10,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from robotcore.description import WorldDescription, load_world, world_names
 from robotcore.sweep.agreement import agreements_of
-from robotcore.sweep.explain import explain, unexplained
+from robotcore.sweep.explain import explain, p_told
 from robotcore.sweep.record import Record
 from robotcore.sweep.report.colours import shades_of
 from robotcore.sweep.report.conditions import condition_plot
@@ -41,7 +41,13 @@ def page(
     environment = Environment(
         loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    environment.globals |= {"spread": Spread.of, "max_differing": MAX_DIFFERING, "few": FEW, "columns": COLUMNS}
+    environment.globals |= {
+        "spread": Spread.of,
+        "max_differing": MAX_DIFFERING,
+        "few": FEW,
+        "columns": COLUMNS,
+        "p_told": p_told,
+    }
     records = sorted(records, key=_place)
     series = series_of(records)
     groups = [each.group for each in series]
@@ -77,12 +83,12 @@ def _times(series: Sequence[Series]) -> dict[str, Any]:
 
 
 def _failing(records: Sequence[Record], series: Sequence[Series], folder: Path) -> dict[str, Any]:
-    findings = explain(records)
+    explanation = explain(records)
     return {
         "endings": endings_of(series),
-        "findings": [(finding, condition_plot(finding, records)) for finding in findings],
-        "unexplained": [] if findings else unexplained(records),
-        "failures": Failures.of(records, folder, findings),
+        "findings": [(finding, condition_plot(finding, records)) for finding in explanation.findings],
+        "silence": explanation.silence,
+        "failures": Failures.of(records, folder, explanation.findings),
     }
 
 

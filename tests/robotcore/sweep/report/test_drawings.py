@@ -132,7 +132,7 @@ def test_a_path_of_no_numbers_is_left_out() -> None:
 def test_the_side_on_which_runs_fail_is_marked(is_dark: bool, start: float, end: float) -> None:
     dark, bright = (failed, passed) if is_dark else (passed, failed)
     records = [make(conditions={"light": light}) for make, light in ((dark, 0.0), (bright, 1.0)) for _ in range(9)]
-    (finding,) = explain(records)
+    (finding,) = explain(records).findings
     root = _parsed(condition_plot(finding, records))
     (side,) = root.iter("rect")
     left, width = float(side.attrib["x"]), float(side.attrib["width"])
@@ -142,7 +142,7 @@ def test_the_side_on_which_runs_fail_is_marked(is_dark: bool, start: float, end:
 
 def test_runs_of_another_backend_are_not_drawn_beside_a_finding() -> None:
     records = [make(conditions={"light": light}) for make, light in ((failed, 0.0), (passed, 1.0)) for _ in range(9)]
-    (finding,) = explain(records)
+    (finding,) = explain(records).findings
     other = [passed(backend="pybullet", conditions={"light": 0.0})]
     assert condition_plot(finding, records + other) == condition_plot(finding, records)
 
@@ -151,7 +151,7 @@ def test_a_condition_in_words_is_not_drawn() -> None:
     records = [
         make(conditions={"floor": floor}) for make, floor in ((failed, "wood"), (passed, "tiles")) for _ in "123456789"
     ]
-    (finding, *_) = explain(records)
+    (finding, *_) = explain(records).findings
     assert condition_plot(finding, records) == ""
 
 

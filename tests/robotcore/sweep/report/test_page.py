@@ -210,7 +210,7 @@ def test_a_finding_of_one_backend_is_not_told_of_another(tmp_path: Path) -> None
 
 def test_where_no_condition_explains_failures_the_page_says_so(tmp_path: Path) -> None:
     page, _ = written([failed(conditions={"light": 1.0}), passed(conditions={"light": 2.0})], tmp_path)
-    assert "Nothing that chance does not explain as well (2 runs, 1 failing)." in page.words
+    assert "Too few runs to tell any condition from chance (2 runs, 1 failing)." in page.words
 
 
 @pytest.mark.parametrize("failing, is_open", [(FEW, True), (FEW + 1, False)])
