@@ -23,8 +23,8 @@ class RunResult:
     """One run, told in full; None is what the backend cannot know.
 
     ``verified`` is the simulator's word on ``outcome``; ``milestones`` maps each one reached to its time;
-    ``conditions`` are what the seed drew of light, looks, sensors and wheels, by name; ``error`` is what ended the run,
-    if an error did.
+    ``conditions`` are what the seed drew of light, looks, sensors and wheels, by name, and what the world's file fixes
+    of sensors and wheels; ``error`` is what ended the run, if an error did.
     """
 
     app: str

@@ -14,10 +14,12 @@ from robotcore.description import (
     RobotDescription,
     Told,
     WorldDescription,
+    conditions_told,
     draw_world,
     light_told,
     load_robot,
     load_world,
+    picture_told,
     randomise,
     require_start,
 )
@@ -58,7 +60,8 @@ class RunRequest:
 class Plan:
     """A request with everything it names found, checked, and fitting together.
 
-    ``drawn`` is what the seed made of the world's looks and conditions, by name.
+    ``drawn`` is what the seed made of the world's looks and conditions, by name, and which conditions the world's
+    file fixes.
     """
 
     request: RunRequest
@@ -147,18 +150,29 @@ def _require_randomisable(request: RunRequest, backend: Backend) -> None:
 def _world(
     request: RunRequest, backend: Backend, description: RobotDescription
 ) -> tuple[WorldDescription | None, Told]:
-    """Return the world, if there is to be one, and what the seed drew of its looks and conditions."""
+    """Return the world, if there is to be one, and what is told of its looks and conditions."""
     if not (request.world or backend.needs_world):
         return None, {}
     world = load_world(request.world or DEFAULT_WORLD)
+    drawn: Told = {}
     if request.seed is None:
         require_start(world, description)
-        return world, {}
-    world = draw_world(world, description, request.seed)
-    if not request.randomise:
-        return world, light_told(world.light)
-    world, drawn = randomise(world, request.seed)
-    return world, {**light_told(world.light), **drawn}
+    else:
+        world, drawn = _drawn(world, description, request.seed, is_randomised=request.randomise)
+    fixed = conditions_told(world.conditions) if backend.needs_world else {}
+    return world, {**fixed, **drawn}
+
+
+def _drawn(
+    world: WorldDescription, description: RobotDescription, seed: int, *, is_randomised: bool
+) -> tuple[WorldDescription, Told]:
+    """Return the world as the seed has it, and by name what was drawn."""
+    world = draw_world(world, description, seed)
+    drawn = light_told(world.light)
+    if is_randomised:
+        world, more = randomise(world, seed)
+        drawn |= more
+    return world, {**drawn, **picture_told(drawn)}
 
 
 def _lagging(description: RobotDescription, world: WorldDescription) -> RobotDescription:

@@ -9,7 +9,7 @@ from robotcore.description.loading import load_any, load_robot, load_world, robo
 from robotcore.description.passage import is_solvable
 from robotcore.description.placement import require_room, require_start
 from robotcore.description.randomisation import Randomisation
-from robotcore.description.randomising import Randomised, Told, light_told, randomise
+from robotcore.description.randomising import Randomised, Told, randomise
 from robotcore.description.robot import (
     AnyDevice,
     Body,
@@ -24,6 +24,7 @@ from robotcore.description.robot import (
     RobotDescription,
     Safety,
 )
+from robotcore.description.telling import conditions_told, light_told, picture_told
 from robotcore.description.texture import Texture
 from robotcore.description.world import (
     Ball,
@@ -65,6 +66,7 @@ __all__ = [
     "Variation",
     "Walls",
     "WorldDescription",
+    "conditions_told",
     "draw_world",
     "first_fault",
     "hue_degrees",
@@ -73,6 +75,7 @@ __all__ = [
     "load_any",
     "load_robot",
     "load_world",
+    "picture_told",
     "randomise",
     "require_room",
     "require_start",

@@ -27,11 +27,6 @@ class Randomised(NamedTuple):
     told: Told
 
 
-def light_told(light: Light) -> Told:
-    """Return by name what a seed draws of the light with every layout."""
-    return {f"light_{name}": getattr(light, name) for name in ("azimuth_rad", "elevation_rad", "brightness")}
-
-
 def randomise(world: WorldDescription, seed: int) -> Randomised:
     """Return a world in the conditions of a seed; what stands where does not change.
 

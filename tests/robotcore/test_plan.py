@@ -115,6 +115,22 @@ class TestRandomise:
         }
         assert plan(world="open").drawn == {}
 
+    def test_what_a_picture_gets_of_light_and_exposure_is_told_where_both_are_drawn(self) -> None:
+        told = plan(world="open", seed=7, randomise=True).drawn
+        light, exposure = told["light_brightness"], told["camera_exposure"]
+        assert isinstance(light, float)
+        assert isinstance(exposure, float)
+        assert told["picture_brightness"] == pytest.approx(light * exposure, abs=1e-4)
+
+    @pytest.mark.parametrize("seed", [None, 7])
+    def test_conditions_that_a_world_fixes_are_told(self, seed: int | None, tmp_path: Path) -> None:
+        told = plan(world=_yard(tmp_path), seed=seed).drawn
+        assert {name: told[name] for name in told if not name.startswith("light")} == YARD
+
+    def test_a_condition_that_is_drawn_is_told_instead_of_the_one_that_is_fixed(self, tmp_path: Path) -> None:
+        found = plan(world=_yard(tmp_path), seed=7, randomise=True)
+        assert found.drawn["wheel_lag_s"] == found.conditions.wheel_lag_s != YARD["wheel_lag_s"]
+
     def test_wheels_lag_in_the_simulator_and_not_in_the_description_that_the_layers_know(self) -> None:
         found = plan(world="open", seed=7, randomise=True)
         lags = {motor.name: motor.lag_s for motor in found.setup.robot.all_of(MotorDescription)}
@@ -132,12 +148,21 @@ class TestRandomise:
 
 
 def test_the_conditions_of_a_world_do_not_touch_a_robot_that_is_not_simulated(tmp_path: Path) -> None:
-    file = tmp_path / "yard.toml"
-    floor = 'name = "yard"\n[floor]\nlength_m = 4.0\nwidth_m = 4.0\n'
-    file.write_text(f"{floor}[conditions]\nwheel_gain_left = 0.9\nwheel_lag_s = 0.3\n")
-    found = plan(world=str(file))
+    found = plan(world=_yard(tmp_path))
     assert found.conditions == Conditions()
     assert found.setup.robot == ROVER
+    assert found.drawn == {}
+
+
+YARD = {"wheel_gain_left": 0.9, "wheel_lag_s": 0.3}
+
+
+def _yard(folder: Path) -> str:
+    """Write a world with conditions of its own; return its file."""
+    file = folder / "yard.toml"
+    conditions = "".join(f"{name} = {value}\n" for name, value in YARD.items())
+    file.write_text(f'name = "yard"\n[floor]\nlength_m = 4.0\nwidth_m = 4.0\n[conditions]\n{conditions}')
+    return str(file)
 
 
 class TestWorld:
