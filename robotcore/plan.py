@@ -160,7 +160,7 @@ def _world(
     else:
         world, drawn = _drawn(world, description, request.seed, is_randomised=request.randomise)
     fixed = conditions_told(world.conditions) if backend.needs_world else {}
-    return world, {**fixed, **drawn}
+    return world, {**drawn, **fixed}
 
 
 def _drawn(

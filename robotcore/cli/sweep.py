@@ -148,7 +148,12 @@ def _write_report(results: Results, directory: Path, line: str, bounds: list[Req
     from robotcore.sweep.ownfiles import is_own
     from robotcore.sweep.report import write_report
 
-    own = [load_world(name) for name in results.sweep.worlds if is_own(name)]
     return write_report(
-        list(results.records()), directory, results.directory, asked=line, worlds=own, requirements=bounds
+        list(results.records()),
+        directory,
+        results.directory,
+        asked=line,
+        worlds=[load_world(name) for name in results.sweep.worlds if is_own(name)],
+        requirements=bounds,
+        judge=results.sweep.request.judge,
     )

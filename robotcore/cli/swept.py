@@ -66,7 +66,7 @@ def _write_summary(results: Results, groups: Sequence[Group], failing: Sequence[
     from robotcore.sweep.summary import summary
     from robotcore.sweep.tables import FAILURES
 
-    write(summary(groups, failing, results.directory / FAILURES))
+    write(summary(results.sweep.request, groups, failing, results.directory / FAILURES))
     click.echo(f"\nThe results: {results.directory}")
 
 

@@ -98,7 +98,7 @@ class Results:
         """Write `tables.TABLE` and `tables.FAILURES`; not where they tell all by now."""
         if not are_younger(self.directory, self.directory / RESULTS):
             with self._keeping_what_is_done():
-                write_tables(self.directory, self.records)
+                write_tables(self.directory, self.records, self.sweep.request.judge)
 
     def _open(self) -> None:
         self.directory.mkdir(parents=True, exist_ok=True)

@@ -11,9 +11,11 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from robotcore.appfile import is_app_file
+from robotcore.plan import RunRequest
 from robotcore.sweep.record import Record
 from robotcore.sweep.statistics import Group
-from robotcore.sweep.words import COLUMNS, fault
+from robotcore.sweep.words import COLUMNS, fault, judge_told
 
 LONGEST = 20
 """So many failing runs are told one by one; a file has them all."""
@@ -23,9 +25,9 @@ _SHOWN = (*_TEXTS, "verified", "%", "95 %", "contacts", "median", "slowest")
 """As many as fit into 80 letters."""
 
 
-def summary(groups: Sequence[Group], failing: Sequence[Record], file: Path) -> RenderableType:
+def summary(request: RunRequest, groups: Sequence[Group], failing: Sequence[Record], file: Path) -> RenderableType:
     """Return the table, then the failing runs with their reasons and commands; ``file`` has every one of them."""
-    return Lines(_table(groups), *_failures(failing, file))
+    return Lines(_table(groups), *_judge(request, groups), *_failures(failing, file, request.judge))
 
 
 def _table(groups: Sequence[Group]) -> Table:
@@ -37,13 +39,19 @@ def _table(groups: Sequence[Group]) -> Table:
     return table
 
 
-def _failures(failing: Sequence[Record], file: Path) -> Iterator[Text]:
+def _judge(request: RunRequest, groups: Sequence[Group]) -> Iterator[Text]:
+    """Yield whose word it is, where it may be another's than that of an app that is installed."""
+    if request.judge or is_app_file(request.app):
+        yield Text(f"\nJudge: {judge_told(request.judge, groups)}")
+
+
+def _failures(failing: Sequence[Record], file: Path, judge: str | None) -> Iterator[Text]:
     if not failing:
         return
     yield Text(f"\n{len(failing)} failing run{'' if len(failing) == 1 else 's'}:", "bold")
     ordered = sorted(failing, key=lambda record: (record.result.backend, record.result.world, record.result.seed))
     for record in ordered[:LONGEST]:
-        yield Text(f"  {fault(record)}", "yellow")
+        yield Text(f"  {fault(record, judge)}", "yellow")
         yield Text(f"    {record.command}")
     if len(failing) > LONGEST:
         yield Text(f"  and {len(failing) - LONGEST} more: {file}")

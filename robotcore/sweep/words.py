@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from robotcore.outcome import Outcome, RunResult
 from robotcore.sweep.record import Record
@@ -51,17 +51,25 @@ COLUMNS: dict[str, Callable[[Group], str]] = {
 """What is told of a group; ``%`` and ``95 %`` are of the verified runs."""
 
 
-def ending(result: RunResult) -> str:
-    """Return how a run ended, and why."""
-    denied = "the simulator does not agree" if kind(result) == "not verified" else ""
+def judge_told(judge: str | None, groups: Iterable[Group]) -> str:
+    """Return whose word ``verified`` is: that of the app that was named for it, or the app's own, or nobody's."""
+    if judge:
+        return judge
+    return "nobody" if all(group.verified is None for group in groups) else "the app itself"
+
+
+def ending(result: RunResult, judge: str | None = None) -> str:
+    """Return how a run ended, and why; ``judge`` is the app that was named to judge it."""
+    who = "judge" if judge else "simulator"
+    denied = f"the {who} does not agree" if kind(result) == "not verified" else ""
     return ", ".join(part for part in (result.outcome.value, result.reason, denied) if part)
 
 
-def fault(record: Record) -> str:
-    """Return why a run is failing: how it ended, and what it touched."""
+def fault(record: Record, judge: str | None = None) -> str:
+    """Return why a run is failing: how it ended, and what it touched; ``judge`` is the app that was named for it."""
     contacts = record.result.contacts
     touched = f", {contacts} contact{'' if contacts == 1 else 's'}" if contacts else ""
-    return ending(record.result) + touched
+    return ending(record.result, judge) + touched
 
 
 def kind(result: RunResult) -> str:

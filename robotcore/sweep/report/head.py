@@ -31,13 +31,15 @@ class Head:
     asked: str
 
     @classmethod
-    def of(cls, records: Sequence[Record], asked: str, folder: Path) -> Head:
-        """Return the head of a page made now; the results are in ``folder``."""
+    def of(cls, records: Sequence[Record], asked: str, folder: Path, judge: str = "") -> Head:
+        """Return the head of a page made now; the results are in ``folder``, and ``judge`` says whose word counts."""
         results = [record.result for record in records]
         failing = [record.result for record in records if record.is_failure]
         said = sum(record.result.verified is None and not record.is_failure for record in records)
         causes = tuple(Counter(map(kind, failing)).most_common())
-        facts = tuple((term, told) for term, told in [*_facts(results), ("Results in", str(folder))] if told)
+        facts = tuple(
+            (term, told) for term, told in [("Judge", judge), *_facts(results), ("Results in", str(folder))] if told
+        )
         return cls(_names(results, lambda each: each.app), len(records), len(failing), said, causes, facts, asked)
 
 

@@ -22,7 +22,7 @@ from robotcore.sweep.report.series import Series, Spread, goal_of, milestones_of
 from robotcore.sweep.report.success import success_plot
 from robotcore.sweep.report.times import arrival_plot, milestone_plot
 from robotcore.sweep.requirements import Requirement, missed
-from robotcore.sweep.words import COLUMNS
+from robotcore.sweep.words import COLUMNS, judge_told
 
 MAX_DIFFERING = 30
 FEW = 8
@@ -35,6 +35,7 @@ def page(
     asked: str,
     worlds: Sequence[WorldDescription],
     requirements: Sequence[Requirement],
+    judge: str | None,
 ) -> str:
     """Return the page as HTML; in which order the runs came to an end does not matter."""
     loader = PackageLoader("robotcore.sweep.report")
@@ -52,7 +53,7 @@ def page(
     series = series_of(records)
     groups = [each.group for each in series]
     return environment.get_template("page.html.j2").render(
-        head=Head.of(records, asked, folder),
+        head=Head.of(records, asked, folder, judge_told(judge, groups) if groups else ""),
         groups=groups,
         series=series,
         success=success_plot(groups),
@@ -62,7 +63,7 @@ def page(
         maps=maps_of(series, _described(series, worlds)),
         colours=shades_of(["passing", "failing", *dict.fromkeys(each.style for each in series)]),
         **_times(series),
-        **_failing(records, series, folder),
+        **_failing(records, series, folder, judge),
     )
 
 
@@ -82,13 +83,13 @@ def _times(series: Sequence[Series]) -> dict[str, Any]:
     }
 
 
-def _failing(records: Sequence[Record], series: Sequence[Series], folder: Path) -> dict[str, Any]:
+def _failing(records: Sequence[Record], series: Sequence[Series], folder: Path, judge: str | None) -> dict[str, Any]:
     explanation = explain(records)
     return {
-        "endings": endings_of(series),
+        "endings": endings_of(series, judge),
         "findings": [(finding, condition_plot(finding, records)) for finding in explanation.findings],
         "silence": explanation.silence,
-        "failures": Failures.of(records, folder, explanation.findings),
+        "failures": Failures.of(records, folder, explanation.findings, judge),
     }
 
 

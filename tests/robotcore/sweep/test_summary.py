@@ -4,18 +4,20 @@ from pathlib import Path
 
 from rich.console import Console
 
-from robotcore import Outcome
+from robotcore import Outcome, RunRequest
 from robotcore.sweep import Record
 from robotcore.sweep.statistics import grouped
 from robotcore.sweep.summary import summary
 from tests.robotcore.sweep.conftest import record_of
 
+GREEN_SEARCH = RunRequest("green-search")
 
-def _lines(records: list[Record], width: int = 80) -> list[str]:
+
+def _lines(records: list[Record], width: int = 80, request: RunRequest = GREEN_SEARCH) -> list[str]:
     console = Console(width=width, highlight=False, markup=False)
     failing = [record for record in records if record.is_failure]
     with console.capture() as capture:
-        console.print(summary(grouped(records), failing, Path("failures.csv")))
+        console.print(summary(request, grouped(records), failing, Path("failures.csv")))
     return capture.get().splitlines()
 
 
@@ -43,3 +45,15 @@ def test_failing_runs_are_told_in_the_order_of_their_seeds() -> None:
     lines = _lines([record_of(Outcome.TIMEOUT, seed=seed, reason="late") for seed in (10, 9)])
     assert "2 failing runs:" in lines
     assert [line.split()[-1] for line in lines if "robotcore run" in line] == ["9", "10"]
+
+
+def test_whose_word_it_is_is_told_of_an_app_in_a_file_and_where_a_judge_was_named() -> None:
+    assert not any("Judge" in line for line in _lines([record_of()]))
+    assert "Judge: the app itself" in _lines([record_of()], request=RunRequest("kim.py"))
+    assert "Judge: nobody" in _lines([record_of(verified=None)], request=RunRequest("kim.py"))
+    assert "Judge: strict.py" in _lines([record_of()], request=RunRequest("green-search", judge="strict.py"))
+
+
+def test_a_judge_that_was_named_is_who_does_not_agree() -> None:
+    lines = _lines([record_of(verified=False)], request=RunRequest("kim.py", judge="green-search"))
+    assert "  success, the judge does not agree" in lines

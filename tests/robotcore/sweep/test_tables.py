@@ -51,9 +51,20 @@ def test_tables_have_a_column_for_each_milestone_and_failures_have_their_own(tmp
         results.write_tables()
     rows = _rows(tmp_path / "results.csv")
     assert [row["milestones.seen"] for row in rows] == ["1.5", ""]
-    assert list(rows[0])[-2:] == ["command", "picture"]
+    assert list(rows[0])[-3:] == ["fault", "command", "picture"]
     assert "path" not in rows[0]
     assert [row["seed"] for row in _rows(tmp_path / "failures.csv")] == ["2"]
+
+
+def test_why_a_run_is_failing_is_told_in_the_words_of_the_terminal(tmp_path: Path) -> None:
+    with Results(replace(SWEEP, request=replace(SWEEP.request, judge="green-search")), tmp_path) as results:
+        results.add(Ended(record_of(seed=1)))
+        results.add(Ended(record_of(seed=2, verified=False, contacts=1)))
+        results.write_tables()
+    assert [row["fault"] for row in _rows(tmp_path / "results.csv")] == [
+        "",
+        "success, the judge does not agree, 1 contact",
+    ]
 
 
 def test_tables_that_tell_all_are_left_alone_and_those_that_do_not_are_written_anew(tmp_path: Path) -> None:

@@ -124,6 +124,16 @@ def test_a_success_that_the_simulator_denies_says_so(tmp_path: Path) -> None:
     assert "1 not verified" in page.words
 
 
+@pytest.mark.parametrize(
+    "judge, verified, told", [(None, True, "the app itself"), (None, None, "nobody"), ("strict.py", False, "strict.py")]
+)
+def test_the_head_says_who_judged(judge: str | None, verified: bool | None, told: str, tmp_path: Path) -> None:
+    file = write_report([passed(verified=verified)], tmp_path / "report", tmp_path, judge=judge)
+    page = Page(file.read_text(encoding="utf-8"))
+    assert f"Judge{told}" in page.words
+    assert ("success, the judge does not agree" in page.words) == (verified is False)
+
+
 def test_backends_that_differ_are_told_apart(tmp_path: Path) -> None:
     records = [passed(seed=1), passed(seed=2), passed(seed=1, backend="pybullet"), failed(seed=2, backend="pybullet")]
     page, _ = written(records, tmp_path)
