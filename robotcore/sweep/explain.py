@@ -97,7 +97,7 @@ def _silence(strata: Sequence[Stratum], ranked: Sequence[Finding]) -> str:
         return f"{which} failed: nothing to compare with {told}"
     if not ranked:
         return f"no condition differs from run to run {told}"
-    if max(each.ways for each in mixed) * SIGNIFICANCE < 1:
+    if max(each.ways for each in mixed) < 1 / SIGNIFICANCE:
         return f"too few runs to tell any condition from chance {told}"
     nearest = ranked[0]
     near = f"{nearest.where} {nearest.place}, {nearest.shares} ({p_told(nearest.p)})"

@@ -13,7 +13,7 @@ SHUFFLES = 999
 """With the runs as they failed 1000 rows, which tell a chance of 5 % with a standard error of 0.7 %."""
 
 _CELLS = 1_000_000
-"""So many numbers are held at a time beside the shuffles themselves."""
+"""About so many numbers are counted at a time; all shuffles at once of a big sweep would fill the memory."""
 
 
 def shuffled(runs: int, failing: Ints, random: np.random.RandomState) -> Ints:

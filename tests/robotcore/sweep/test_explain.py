@@ -192,3 +192,10 @@ def test_where_nothing_is_found_no_cause_is_ruled_out_and_the_nearest_is_told() 
 def test_why_nothing_can_be_found_is_told(records: Sequence[Record], told: str) -> None:
     assert explain(records).silence == told
     assert explain(records).findings == ()
+
+
+def test_a_big_sweep_in_which_nothing_matters_says_so() -> None:
+    """So many runs fail in more ways than a float can hold."""
+    dice = random.Random(1)
+    records = [run(fails=at < 300, light=dice.random()) for at in range(3600)]
+    assert explain(records).silence.startswith("no condition can be told from chance (3600 runs, 300 failing); nearest")

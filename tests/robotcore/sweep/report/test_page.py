@@ -131,7 +131,7 @@ def test_the_head_says_who_judged(judge: str | None, verified: bool | None, told
     file = write_report([passed(verified=verified)], tmp_path / "report", tmp_path, judge=judge)
     page = Page(file.read_text(encoding="utf-8"))
     assert f"Judge{told}" in page.words
-    assert ("success, the judge does not agree" in page.words) == (verified is False)
+    assert page.words.count("success, the judge does not agree") == (2 if verified is False else 0)
 
 
 def test_backends_that_differ_are_told_apart(tmp_path: Path) -> None:
