@@ -1,4 +1,4 @@
-"""Signals that end a program, as an exception that no app swallows."""
+"""Signals that end a program: first as an exception that no app swallows, at last as the end that a shell expects."""
 
 from __future__ import annotations
 
@@ -12,6 +12,19 @@ from typing import Any, NoReturn
 from robotcore.errors import Interrupted
 
 LAST_SIGNAL = 3
+
+
+def die_of(number: int) -> NoReturn:
+    """End the process by a signal's default action, after all that there was to tidy up.
+
+    So whoever started it sees that it was interrupted: a loop in a shell ends too, which would go on after an exit
+    status (https://www.cons.org/cracauer/sigint.html). A shell tells it as 128 + ``number``, `subprocess` as
+    ``-number``. Where the signal does not end it, on Windows for one, it exits with 128 + ``number``.
+    """
+    if os.name == "posix":
+        signal.signal(number, signal.SIG_DFL)
+        signal.raise_signal(number)
+    os._exit(128 + number)
 
 
 class Interrupts:
@@ -69,7 +82,7 @@ class Interrupts:
         try:
             self._last_resort()
         finally:
-            os._exit(128 + number)
+            die_of(number)
 
 
 def _signals() -> list[int]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
-from typing import NoReturn
+from typing import NoReturn, TextIO
 
 import click
 
@@ -13,8 +13,11 @@ from robotcore.cli.failure import tell, tell_error, usage_fault
 from robotcore.cli.lazy import LazyGroup
 from robotcore.errors import Interrupted, RobotcoreError
 
-INTERRUPTED = 130
-"""128 + SIGINT."""
+SIGNALLED = 128
+"""A status above this one stands for the signal of the number that is left."""
+
+INTERRUPTED = SIGNALLED + 2
+"""By SIGINT."""
 
 UNWRITTEN = 1
 """The output could not be written."""
@@ -46,7 +49,10 @@ def run_app(name: str) -> NoReturn:
 
 
 def execute(arguments: Sequence[str]) -> int:
-    """Run one command; return its exit status. What can be expected is told in a line or two on stderr."""
+    """Run one command; return its exit status, 128 + n after the signal n.
+
+    What can be expected is told in a line or two on stderr.
+    """
     try:
         status: int | None = robotcore.main(list(arguments), "robotcore", standalone_mode=False)
     except click.ClickException as error:
@@ -64,11 +70,24 @@ def execute(arguments: Sequence[str]) -> int:
 
 
 def _exit(status: int) -> NoReturn:
-    """Exit, with what was written in safety; where it cannot be, the interpreter must not try again."""
-    try:
-        if sys.stdout:
-            sys.stdout.flush()
-    except OSError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    """Exit, or die of the signal that the status stands for, with what was written in safety."""
+    if not _flushed(sys.stdout):
         status = status or UNWRITTEN
+    _flushed(sys.stderr)
+    if status > SIGNALLED:
+        from robotcore.interrupts import die_of
+
+        die_of(status - SIGNALLED)
     sys.exit(status)
+
+
+def _flushed(stream: TextIO | None) -> bool:
+    """Return whether what was printed got out; where it cannot, the interpreter must not try again."""
+    if stream is None:
+        return True
+    try:
+        stream.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+        return False
+    return True

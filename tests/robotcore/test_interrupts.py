@@ -50,15 +50,15 @@ class TestInterrupts:
     def test_the_third_stops_the_motors_and_ends_the_process(self, monkeypatch: pytest.MonkeyPatch) -> None:
         ended: list[int | str] = []
 
-        def end(status: int) -> None:
-            ended.append(status)
+        def die(number: int) -> None:
+            ended.append(number)
             raise SystemExit
 
         def stop() -> None:
             signal.raise_signal(signal.SIGTERM)  # a fourth one cuts nothing short
             ended.append("stopped")
 
-        monkeypatch.setattr("robotcore.interrupts.os._exit", end)
+        monkeypatch.setattr("robotcore.interrupts.die_of", die)
         with Interrupts() as interrupts:
             interrupts.stop_with(stop)
             for _ in range(2):
@@ -67,7 +67,7 @@ class TestInterrupts:
             assert not ended
             with pytest.raises(SystemExit):
                 signal.raise_signal(signal.SIGTERM)
-        assert ended == ["stopped", 128 + signal.SIGTERM]
+        assert ended == ["stopped", signal.SIGTERM]
 
     def test_none_raises_while_it_is_held(self) -> None:
         with Interrupts() as interrupts:
@@ -97,6 +97,21 @@ class TestInterrupts:
         thread.start()
         thread.join()
         assert seen == [before]
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_a_process_dies_of_the_signal_whatever_was_done_about_it_before(number: signal.Signals) -> None:
+    before = f"signal.signal({number}, lambda *_: print('heard'))"
+    assert _status_of(f"import signal; from robotcore.interrupts import die_of; {before}; die_of({number})") == -number
+
+
+def test_a_signal_that_is_blocked_is_told_by_the_exit_status() -> None:
+    before = "signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTERM])"
+    assert _status_of(f"import signal; from robotcore.interrupts import die_of; {before}; die_of(15)") == 143
+
+
+def _status_of(code: str) -> int:
+    return subprocess.run([sys.executable, "-c", code], check=False).returncode
 
 
 @pytest.fixture

@@ -26,6 +26,7 @@ class Told(NamedTuple):
 
 
 Cli = Callable[..., Told]
+AppFile = Callable[[str], str]
 
 
 @pytest.fixture
@@ -40,7 +41,7 @@ def cli(capfd: pytest.CaptureFixture[str]) -> Cli:
 
 
 @pytest.fixture
-def app_file(tmp_path: Path) -> Callable[[str], str]:
+def app_file(tmp_path: Path) -> AppFile:
     """A file with an app whose third tick does what is asked for."""
 
     def write(deed: str) -> str:

@@ -1,6 +1,10 @@
 from __future__ import annotations
 
+import json
 import os
+import shlex
+import shutil
+import signal
 import subprocess
 import sys
 
@@ -8,7 +12,7 @@ import click
 import pytest
 
 from robotcore.cli.main import robotcore, run_app
-from tests.robotcore.cli.conftest import Cli
+from tests.robotcore.cli.conftest import AppFile, Cli
 
 HEAVY = ("numpy", "cv2", "pydantic", "rich")
 
@@ -71,6 +75,24 @@ def test_interrupted_outside_a_run_is_128_plus_sigint(cli: Cli, monkeypatch: pyt
 
     monkeypatch.setattr("robotcore.registry.backend_names", interrupted)
     assert cli("backends").status == 130
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_process_that_was_interrupted_dies_of_the_signal_with_all_told(app_file: AppFile, number: int) -> None:
+    command = [sys.executable, "-m", "robotcore", "run", app_file(f"os.kill(os.getpid(), {int(number)})"), "--json"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (-number, "")
+    assert json.loads(done.stdout)["exit_status"] == 128 + number
+
+
+@pytest.mark.skipif(not shutil.which("bash"), reason="there is no bash")
+def test_ctrl_c_ends_a_shells_loop_too(app_file: AppFile) -> None:
+    line = shlex.join([sys.executable, "-m", "robotcore", "run", app_file("os.killpg(0, signal.SIGINT)")])
+    loop = ["bash", "-c", f"for each in 1 2; do {line}; done; echo went on"]
+    done = subprocess.run(loop, start_new_session=True, capture_output=True, text=True, check=False)
+    assert done.returncode == -signal.SIGINT
+    assert done.stdout.count("interrupted by SIGINT") == 1
+    assert "went on" not in done.stdout
 
 
 def test_an_app_file_runs_itself_with_the_arguments_of_the_process(

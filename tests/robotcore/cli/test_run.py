@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +9,7 @@ import pytest
 
 from robotcore import RunRequest
 from robotcore.cli.run import command
-from tests.robotcore.cli.conftest import Cli
+from tests.robotcore.cli.conftest import AppFile, Cli
 
 KEYS = {
     *("app", "backend", "robot", "world", "seed", "outcome", "exit_status", "reason", "verified", "sim_time_s"),
@@ -91,7 +90,7 @@ def test_what_cannot_be_run_is_told_on_stderr_and_in_json(
     assert len(told.err.splitlines()) <= 2
 
 
-def test_an_app_that_raises_shows_its_traceback(cli: Cli, app_file: Callable[[str], str]) -> None:
+def test_an_app_that_raises_shows_its_traceback(cli: Cli, app_file: AppFile) -> None:
     told = cli("run", app_file("1 / 0"), "--json")
     assert (told.status, told.json["outcome"], told.json["ticks"]) == (5, "error", 3)
     assert "1 / 0" in told.err
@@ -106,7 +105,7 @@ def test_an_app_that_exits_when_it_is_imported_is_told(cli: Cli, tmp_path: Path)
     assert told.err.startswith(f"error: {app} ends its process when it is imported, by exit(). Put what it does")
 
 
-def test_an_app_that_exits_when_it_is_made_has_raised(cli: Cli, app_file: Callable[[str], str]) -> None:
+def test_an_app_that_exits_when_it_is_made_has_raised(cli: Cli, app_file: AppFile) -> None:
     app = Path(app_file("pass"))
     app.write_text(app.read_text() + "\n    def __init__(self):\n        exit(0)\n")
     told = cli("run", str(app))
@@ -114,14 +113,14 @@ def test_an_app_that_exits_when_it_is_made_has_raised(cli: Cli, app_file: Callab
     assert told.err.endswith("error: Odd raised SystemExit: 0\n")
 
 
-def test_a_velocity_that_is_no_number_is_a_safety_stop(cli: Cli, app_file: Callable[[str], str]) -> None:
+def test_a_velocity_that_is_no_number_is_a_safety_stop(cli: Cli, app_file: AppFile) -> None:
     told = cli("run", app_file("robot.drive.set_velocity(float('nan'), 0)"), "--json")
     assert (told.status, told.json["outcome"]) == (4, "stopped")
     assert "Traceback" not in told.err
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_the_run_with_its_line(cli: Cli, app_file: Callable[[str], str], number: signal.Signals) -> None:
+def test_a_signal_ends_the_run_with_its_line(cli: Cli, app_file: AppFile, number: signal.Signals) -> None:
     told = cli("run", app_file(f"os.kill(os.getpid(), {int(number)})"), "--json")
     assert told.status == 128 + number
     assert (told.json["outcome"], told.json["ticks"]) == ("interrupted", 3)
