@@ -22,7 +22,8 @@ class Outcome(str, Enum):
 class RunResult:
     """One run, told in full; None is what the backend cannot know.
 
-    ``verified`` is the simulator's word on ``outcome``; ``milestones`` maps each one reached to its time;
+    ``verified`` is the simulator's word on ``outcome``; ``judge`` is the app that was asked for it instead of this
+    one. ``exit_status`` is 0 for a success that is not disputed. ``milestones`` maps each one reached to its time;
     ``conditions`` are what the seed drew of light, looks, sensors and wheels, by name, and what the world's file fixes
     of sensors and wheels; ``error`` is what ended the run, if an error did.
     """
@@ -36,6 +37,7 @@ class RunResult:
     exit_status: int
     reason: str = ""
     verified: bool | None = None
+    judge: str | None = None
     sim_time_s: float = 0.0
     wall_time_s: float = 0.0
     ticks: int = 0
@@ -47,6 +49,11 @@ class RunResult:
     conditions: dict[str, float | str] = field(default_factory=dict)
     trace_sha256: str | None = None
     error: BaseException | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def is_disputed(self) -> bool:
+        """Whether the app says success, and the simulator or the judge does not agree."""
+        return self.outcome is Outcome.SUCCESS and self.verified is False
 
     def to_json(self) -> str:
         """Return the result as one line of JSON, without the exception itself."""

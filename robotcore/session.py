@@ -167,6 +167,7 @@ class _Execution:
         request, behaviour, loop = self._plan.request, self._plan.behaviour, self._loop
         said = str(error) if error else behaviour.reason or _default_reason(outcome, request, behaviour)
         late = self._late_failure
+        verified = False if error and self._judgement.verified else self._judgement.verified
         return RunResult(
             app=app_name(request.app),
             backend=self._plan.backend.name,
@@ -174,9 +175,10 @@ class _Execution:
             world=self._plan.world.name if self._plan.world else None,
             seed=request.seed,
             outcome=outcome,
-            exit_status=error.exit_status if error else _EXIT_STATUS[outcome],
+            exit_status=error.exit_status if error else int(outcome is not Outcome.SUCCESS or verified is False),
             reason=f"{said}; {late}" if late and late is not error else said,
-            verified=False if error and self._judgement.verified else self._judgement.verified,
+            verified=verified,
+            judge=app_name(request.judge) if request.judge else None,
             sim_time_s=round(self._sim_time, 6),
             wall_time_s=round(wall_time, 3),
             ticks=loop.trace.ticks if loop else 0,
@@ -189,9 +191,6 @@ class _Execution:
             trace_sha256=loop.trace.sha256 if loop else None,
             error=error,
         )
-
-
-_EXIT_STATUS = {Outcome.SUCCESS: 0, Outcome.FAILURE: 1, Outcome.TIMEOUT: 1}
 
 
 def _outcome_of(error: RobotcoreError | Interrupted) -> Outcome:

@@ -47,7 +47,8 @@ class Trace:
         state, asked = record.state, record.asked
         if state in self._awaited:
             self._awaited.discard(state)
-            self.milestones[str.__str__(state)] = record.time  # no member of an app's own enumeration
+            # no member of an app's own enumeration, nor what a sum of steps adds to a time
+            self.milestones[str.__str__(state)] = round(record.time, 6)
         command = b"\0" if asked is None else b"\2" + _COMMAND.pack(*asked)
         self._hash.update(state.encode() + b"\0" + command)
 

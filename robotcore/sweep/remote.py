@@ -66,7 +66,8 @@ def _as_asked(ended: Ended, request: RunRequest, placed: RunRequest) -> Ended:
     reason = ended.record.result.reason
     for asked, here in zip(_named(request), _named(placed), strict=True):
         reason = reason.replace(here, asked)
-    result = replace(ended.record.result, app=app_name(request.app), reason=reason)
+    judge = app_name(request.judge) if request.judge else None
+    result = replace(ended.record.result, app=app_name(request.app), judge=judge, reason=reason)
     return Ended(replace(ended.record, result=result, command=command_of(request)), ended.picture)
 
 

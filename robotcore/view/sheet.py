@@ -57,8 +57,8 @@ def draw(story: Story) -> Image:
 
 def _draw_title(canvas: Canvas, result: RunResult) -> None:
     canvas.text((_EDGE, 66), heading(result), INK, 25, bold=True)
-    outcome = result.outcome.value
-    width = canvas.text((_EDGE, 108), outcome, _OUTCOME_COLOURS.get(result.outcome, BAD), 17, bold=True)
+    colour = BAD if result.is_disputed else _OUTCOME_COLOURS.get(result.outcome, BAD)
+    width = canvas.text((_EDGE, 108), result.outcome.value, colour, 17, bold=True)
     canvas.text((_EDGE + width + 18, 108), ", ".join(measures(result)), FADED, 17)
 
 

@@ -10,12 +10,13 @@ from robotcore.errors import RobotcoreError
 from robotcore.outcome import Outcome, RunResult
 
 _STYLES = {Outcome.SUCCESS: "bold green", Outcome.INTERRUPTED: "bold yellow", Outcome.TIMEOUT: "bold yellow"}
-_VERDICTS = {True: "verified by the simulator", False: "the simulator does not agree"}
+_BAD = "bold red"
 
 
 def summary(result: RunResult) -> Text:
     """Return the outcome, what it was measured by, and the milestones, a line each."""
-    outcome = Text(result.outcome.value, _STYLES.get(result.outcome, "bold red"))
+    style = _BAD if result.is_disputed else _STYLES.get(result.outcome, _BAD)
+    outcome = Text(result.outcome.value, style)
     lines = [outcome + Text(f"  {heading(result)}"), Text("  " + ", ".join(measures(result)))]
     if result.milestones:
         lines.append(Text("  " + ", ".join(f"{name} at {time:.1f} s" for name, time in result.milestones.items())))
@@ -34,7 +35,8 @@ def heading(result: RunResult) -> str:
 def measures(result: RunResult) -> Iterator[str]:
     """Yield what the run was measured by, in words."""
     if result.outcome is Outcome.SUCCESS and result.verified is not None:
-        yield _VERDICTS[result.verified]
+        judge = "judge" if result.judge else "simulator"
+        yield f"verified by the {judge}" if result.verified else f"the {judge} does not agree"
     pace = result.sim_time_s / max(result.wall_time_s, 1e-3)
     yield f"{result.sim_time_s:.1f} s at {pace:.{0 if pace >= 10 else 1}f}x real time"
     if result.distance_to_target_m is not None:

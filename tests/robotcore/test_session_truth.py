@@ -29,19 +29,20 @@ class Confused(Deed):
 
 
 @pytest.mark.parametrize(
-    "status, twist, verified",
+    "status, twist, verified, exit_status",
     [
-        (Status.SUCCESS, Twist(0.0, 0.0), True),
-        (Status.SUCCESS, Twist(0.2, 0.0), False),
-        (Status.FAILURE, Twist(0.0, 0.0), False),
+        (Status.SUCCESS, Twist(0.0, 0.0), True, 0),
+        (Status.SUCCESS, Twist(0.2, 0.0), False, 1),
+        (Status.FAILURE, Twist(0.0, 0.0), False, 1),
     ],
 )
 def test_a_success_is_verified_by_what_the_simulator_knows(
-    perform: Runner, backend: RigBackend, status: Status, twist: Twist, verified: bool
+    perform: Runner, backend: RigBackend, status: Status, twist: Twist, verified: bool, exit_status: int
 ) -> None:
     backend._prepare = lambda rig: setattr(rig, "truth", StillTruth(AHEAD, twist, contacts=3))
     result = perform(Verifying(lambda _: status), RunRequest("app", world="open"))
-    assert (result.verified, result.contacts, result.world) == (verified, 3, "open")
+    assert (result.outcome.value, result.verified, result.exit_status) == (status.value, verified, exit_status)
+    assert (result.contacts, result.world) == (3, "open")
     assert result.distance_to_target_m is not None
 
 

@@ -77,3 +77,10 @@ def test_ticks_and_interventions_are_counted() -> None:
     for interventions in (0, 2, 1):
         trace.add(record("a", interventions=interventions))
     assert (trace.ticks, trace.interventions) == (3, 3)
+
+
+def test_milestones_are_told_without_what_a_sum_of_steps_adds_to_them() -> None:
+    trace = Trace(("seen",))
+    trace.add(record("seen")._replace(time=sum([0.05] * 529)))
+    assert sum([0.05] * 529) != 26.45
+    assert trace.milestones == {"seen": 26.45}

@@ -14,7 +14,7 @@ from tests.robotcore.cli.conftest import AppFile, Cli
 KEYS = {
     *("app", "backend", "robot", "world", "seed", "outcome", "exit_status", "reason", "verified", "sim_time_s"),
     *("wall_time_s", "ticks", "overruns", "contacts", "distance_to_target_m", "interventions", "milestones"),
-    *("conditions", "trace_sha256"),
+    *("judge", "conditions", "trace_sha256"),
 }
 SHORT = ("run", "avoid-obstacles", "--world", "open", "--set", "duration_s=0.5")
 
@@ -52,6 +52,19 @@ def test_without_json_the_outcome_comes_first(cli: Cli) -> None:
     told = cli(*SHORT)
     assert told.out.startswith("success  avoid-obstacles on kinematic, open\n")
     assert told.err == ""
+
+
+def test_a_success_that_the_simulator_does_not_see_is_not_one(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
+    judge = tmp_path / "judge.py"
+    app = Path(app_file("return Status.SUCCESS"))
+    judge.write_text(app.read_text() + "\n    def verify(self, truth):\n        return False\n")
+    told = cli("run", str(judge))
+    assert (told.status, told.err) == (1, "")
+    assert told.out.startswith("success  ")
+    assert "\n  the simulator does not agree, " in told.out
+    assert "\n  the judge does not agree, " in cli("run", str(app), "--judge", str(judge)).out
+    result = cli("run", str(app), "--judge", str(judge), "--json").json
+    assert [result[key] for key in ("outcome", "verified", "judge", "exit_status")] == ["success", False, str(judge), 1]
 
 
 def test_timeout_is_a_failure(cli: Cli) -> None:

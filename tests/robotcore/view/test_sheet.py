@@ -8,7 +8,7 @@ import pytest
 from robotcore.description import load_world
 from robotcore.devices import Image
 from robotcore.view.overhead import Chart
-from robotcore.view.palette import state_colours
+from robotcore.view.palette import BAD, GOOD, state_colours
 from robotcore.view.sheet import _EDGE, _MAP, _SIDE, _TOP, Story, draw
 from robotcore.view.track import Track
 
@@ -86,6 +86,17 @@ def test_the_last_picture_is_beside_the_map_in_colour_or_grey(story: Story, shap
     seen = np.full(shape, 77, np.uint8)
     image = draw(dataclasses.replace(story, seen=seen))
     assert colours_near(image, _SIDE + 40, _TOP + 40) == [(77, 77, 77)] * 25
+
+
+@pytest.mark.parametrize("verified, is_green", [(True, True), (None, True), (False, False)])
+def test_success_is_green_unless_the_simulator_does_not_agree(
+    story: Story, *, verified: bool | None, is_green: bool
+) -> None:
+    title = draw(dataclasses.replace(story, result=dataclasses.replace(story.result, verified=verified)))[80:_TOP]
+    assert ((title[..., ::-1] == GOOD).all(axis=2).any(), (title[..., ::-1] == BAD).all(axis=2).any()) == (
+        is_green,
+        not is_green,
+    )
 
 
 def test_without_a_camera_a_world_or_a_truth_there_is_still_a_sheet(story: Story) -> None:

@@ -9,11 +9,23 @@ from robotcore.view.summary import heading, measures, summary
 
 
 @pytest.mark.parametrize(
-    "verified, words",
-    [(True, "verified by the simulator"), (False, "the simulator does not agree")],
+    "verified, judge, words",
+    [
+        (True, None, "verified by the simulator"),
+        (False, None, "the simulator does not agree"),
+        (True, "green-search", "verified by the judge"),
+        (False, "green-search", "the judge does not agree"),
+    ],
 )
-def test_a_success_is_told_with_the_simulators_word(result: RunResult, *, verified: bool, words: str) -> None:
-    assert words in summary(dataclasses.replace(result, verified=verified)).plain
+def test_a_success_is_told_with_the_word_of_who_judges(
+    result: RunResult, *, verified: bool, judge: str | None, words: str
+) -> None:
+    assert words in summary(dataclasses.replace(result, verified=verified, judge=judge)).plain
+
+
+def test_a_success_that_is_disputed_is_not_green(result: RunResult) -> None:
+    agreed, disputed = (summary(dataclasses.replace(result, verified=verified)) for verified in (True, False))
+    assert ("green" in str(agreed.spans), "green" in str(disputed.spans)) == (True, False)
 
 
 def test_a_success_that_nobody_can_verify_is_told_without_a_verdict(result: RunResult) -> None:
