@@ -25,7 +25,11 @@ import signal
 from collections.abc import Sequence
 from difflib import get_close_matches
 from traceback import format_exception
+from types import TracebackType
 from typing import Any, ClassVar
+
+_CALLERS = {"robotcore", "importlib", "_frozen_importlib", "_frozen_importlib_external"}
+"""The packages by which an app comes to be called."""
 
 
 class _Portable(BaseException):
@@ -144,8 +148,13 @@ class BehaviourError(RobotcoreError):
 
     @property
     def traceback(self) -> str:
-        """The cause's traceback in words, which another process is told too; empty where there is no cause."""
-        return "".join(format_exception(self.__cause__)) if self.__cause__ else self._told_traceback
+        """The cause's traceback in words, from the app's own code on; empty where there is no cause.
+
+        Another process is told it too.
+        """
+        if (cause := self.__cause__) is None:
+            return self._told_traceback
+        return "".join(format_exception(type(cause), cause, _from_the_app_on(cause.__traceback__)))
 
     @classmethod
     def raised_by(cls, app: type, cause: BaseException) -> BehaviourError:
@@ -161,6 +170,13 @@ class Interrupted(_Portable):
     def __init__(self, signal_number: int) -> None:
         super().__init__(f"interrupted by {signal.Signals(signal_number).name}")
         self.exit_status = 128 + signal_number
+
+
+def _from_the_app_on(traceback: TracebackType | None) -> TracebackType | None:
+    """Return a traceback without its beginning, in which this framework imports or calls an app."""
+    while traceback and str(traceback.tb_frame.f_globals.get("__name__")).partition(".")[0] in _CALLERS:
+        traceback = traceback.tb_next
+    return traceback
 
 
 def _restored(kind: type[_Portable], args: tuple[Any, ...], state: dict[str, Any]) -> _Portable:

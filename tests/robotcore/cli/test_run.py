@@ -103,11 +103,20 @@ def test_what_cannot_be_run_is_told_on_stderr_and_in_json(
     assert len(told.err.splitlines()) <= 2
 
 
-def test_an_app_that_raises_shows_its_traceback(cli: Cli, app_file: AppFile) -> None:
+def test_an_app_that_raises_shows_its_own_part_of_the_traceback(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
     told = cli("run", app_file("1 / 0"), "--json")
     assert (told.status, told.json["outcome"], told.json["ticks"]) == (5, "error", 3)
-    assert "1 / 0" in told.err
+    assert told.err.startswith("Traceback (most recent call last):\n  File ")
+    assert [line for line in told.err.splitlines() if "File " in line] == [
+        f'  File "{tmp_path}/odd.py", line 13, in step'
+    ]
     assert told.err.splitlines()[-1] == "error: Odd raised ZeroDivisionError: division by zero"
+
+
+def test_a_traceback_goes_on_from_the_app_into_what_it_calls(cli: Cli, app_file: AppFile) -> None:
+    told = cli("run", app_file("robot.drive.set_velocity('fast', 0)"))
+    first, second = [line for line in told.err.splitlines() if "File " in line][:2]
+    assert ("odd.py" in first, "robotcore" in second) == (True, True)
 
 
 def test_an_app_that_exits_when_it_is_imported_is_told(cli: Cli, tmp_path: Path) -> None:
