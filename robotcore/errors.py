@@ -67,12 +67,22 @@ class UnknownNameError(UsageError, LookupError):
 
 
 class DescriptionError(UsageError):
-    """A description is wrong: the file, the key, the fault and the remedy, in one line."""
+    """A description is wrong: the file, the key, the fault and the remedy, in one line.
 
-    def __init__(self, file: str, key: str, fault: str, remedy: str) -> None:
+    What else is wrong with it, ``others``, has a line each.
+    """
+
+    def __init__(self, file: str, key: str, fault: str, remedy: str, others: Sequence[DescriptionError] = ()) -> None:
         where = f"{file}: {key}" if key else file
-        super().__init__(f"{where}: {fault}. {remedy}")
+        super().__init__("\n".join((f"{where}: {fault}. {remedy}", *map(str, others))))
         self.file, self.key, self.fault, self.remedy = file, key, fault, remedy
+        self.others = tuple(others)
+
+    @classmethod
+    def of_all(cls, file: str, faults: Sequence[tuple[str, str, str]]) -> DescriptionError:
+        """Return the error for all that is wrong with a file, at least one: key, fault and remedy of each."""
+        first, *others = faults
+        return cls(file, *first, others=[cls(file, *other) for other in others])
 
 
 class UnmetNeedError(UsageError):

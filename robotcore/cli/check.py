@@ -19,7 +19,7 @@ SECTIONS = ("conditions", "randomisation")
 def command(file: str) -> None:
     """Check a robot or a world FILE.
 
-    Says what it describes, or the first thing that is wrong with it and what would be right. A name will do too.
+    Says what it describes, or all that is wrong with it and what would be right. A name will do too.
     """
     from robotcore.description import RobotDescription, load_any
 
@@ -35,7 +35,8 @@ def _robot(robot: RobotDescription) -> str:
 
 
 def _world(world: WorldDescription) -> str:
-    counts = f"{_count(len(world.obstacles), 'obstacle')}, {_count(len(world.targets), 'target')}"
+    nothing = "" if world.targets else " (nothing to search for)"
+    counts = f"{_count(len(world.obstacles), 'obstacle')}, {_count(len(world.targets), 'target')}{nothing}"
     own = "".join(f", {section} of its own" for section in SECTIONS if section in world.model_fields_set)
     return f"the world {world.name!r}: {world.floor.length_m:g} m x {world.floor.width_m:g} m, {counts}{own}"
 

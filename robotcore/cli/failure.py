@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from robotcore.errors import BehaviourError, Interrupted, RobotcoreError
+from robotcore.errors import BehaviourError, DescriptionError, Interrupted, RobotcoreError
 
 
 def tell(fault: str) -> None:
@@ -13,10 +13,12 @@ def tell(fault: str) -> None:
 
 
 def tell_error(error: RobotcoreError | Interrupted) -> None:
-    """Say on stderr what was raised; where an app's own code did, after its traceback."""
+    """Say on stderr what was raised; where an app's own code did, after its traceback. Each fault of a file is one."""
     if isinstance(error, BehaviourError):
         click.echo(error.traceback, err=True, nl=False)
-    tell(str(error))
+    faults = str(error).split("\n") if isinstance(error, DescriptionError) else [str(error)]
+    for fault in faults:
+        tell(fault)
 
 
 def usage_fault(error: click.ClickException) -> str:

@@ -1,9 +1,9 @@
-"""What pydantic found wrong with a description, said in one line: the key, the fault and the remedy."""
+"""What pydantic found wrong with a description, a line for each: the key, the fault and the remedy."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic import BaseModel, ValidationError
@@ -45,15 +45,36 @@ class Fault(NamedTuple):
 
 def first_fault(error: ValidationError) -> tuple[str, str]:
     """Return the key of the first fault of a model, dotted, and what is wrong with it."""
-    found = _first(error)
+    ranks = {"extra_forbidden": 0, "missing": 2}  # a misspelt key before the key that is missing for it
+    found = min(error.errors(include_url=False), key=lambda fault: ranks.get(fault["type"], 1))
     return _key(found["loc"], {}), _message(found)
 
 
-def fault_of(
+def faults_of(
     error: ValidationError, model: type[BaseModel], data: Mapping[str, Any], sections: Sequence[str] = ()
-) -> Fault:
-    """Return what to say first of ``data`` that is no such model; ``sections`` may stand at its top too."""
-    found = _first(error)
+) -> list[Fault]:
+    """Return what to say of ``data`` that is no such model, in its order; ``sections`` may stand at its top too.
+
+    What only follows from another fault is left out: a key that is missing because it is misspelt, a list that is too
+    short because an item in it is wrong.
+    """
+    all_found = error.errors(include_url=False)
+    lists = {found["loc"][:-1] for found in all_found}
+    causes = [found for found in all_found if found["type"] != "too_short" or found["loc"] not in lists]
+    told = dict.fromkeys(_fault(found, model, data, sections) for found in causes)
+    return [fault for fault in told if not _is_misspelt(fault, told)]
+
+
+def _is_misspelt(missing: Fault, told: Iterable[Fault]) -> bool:
+    """Return whether one of the faults is another spelling of a key that is missing."""
+    *table, key = missing.key.split(".")
+    meant = f"Did you mean {key!r}?"
+    return missing.fault == _MESSAGES["missing"] and any(
+        other.key.split(".")[:-1] == table and other.remedy.endswith(meant) for other in told
+    )
+
+
+def _fault(found: ErrorDetails, model: type[BaseModel], data: Mapping[str, Any], sections: Sequence[str]) -> Fault:
     kind, loc, key, message = found["type"], found["loc"], _key(found["loc"], data), _message(found)
     if form := _form(model, found):
         return Fault(_key(_place(found), data), f"should be {form}, got {_told(found['input'])}", "Correct it")
@@ -97,12 +118,6 @@ def _unknown_kind(key: str, found: ErrorDetails) -> Fault:
         return Fault(key, "is missing", "Add it: it says what sort of thing this is")
     tag, known = str(found["ctx"]["tag"])[:LONGEST], re.findall(r"'(\w+)'", found["ctx"]["expected_tags"])
     return Fault(key, f"{tag!r} is unknown", suggestion(tag, known))
-
-
-def _first(error: ValidationError) -> ErrorDetails:
-    """Return the fault to speak of: a misspelt key before the key that is missing for it."""
-    ranks = {"extra_forbidden": 0, "missing": 2}
-    return min(error.errors(include_url=False), key=lambda fault: ranks.get(fault["type"], 1))
 
 
 def _key(loc: Sequence[str | int], data: Any) -> str:

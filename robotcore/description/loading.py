@@ -1,4 +1,4 @@
-"""Descriptions from files: shipped ones by name, a user's own by path; every fault in one line."""
+"""Descriptions from files: shipped ones by name, a user's own by path; every fault in a line."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pydantic import ValidationError
 
 from robotcore.description.base import Described
-from robotcore.description.faults import BACKENDS, fault_of
+from robotcore.description.faults import BACKENDS, faults_of
 from robotcore.description.placement import require_room
 from robotcore.description.robot import RobotDescription
 from robotcore.description.world import WorldDescription
@@ -89,7 +89,7 @@ def _validated(model: type[ModelT], file: str, table: Table, sections: Sequence[
     try:
         return model.model_validate(table, strict=True)
     except ValidationError as error:
-        raise DescriptionError(file, *fault_of(error, model, table, sections)) from error
+        raise DescriptionError.of_all(file, faults_of(error, model, table, sections)) from error
 
 
 def _require_kind(kind: str, file: str, table: Table) -> None:

@@ -22,14 +22,14 @@ def test_check_reads_a_users_own_file(cli: Cli, tmp_path: Path) -> None:
     file = tmp_path / "yard.toml"
     file.write_text('name = "yard"\n[floor]\nlength_m = 3.0\nwidth_m = 2.0\n')
     told = cli("check", str(file))
-    assert told.out == f"{file}: OK, the world 'yard': 3 m x 2 m, 0 obstacles, 0 targets\n"
+    assert told.out == f"{file}: OK, the world 'yard': 3 m x 2 m, 0 obstacles, 0 targets (nothing to search for)\n"
 
 
 def test_check_says_which_sections_a_world_has_of_its_own(cli: Cli, tmp_path: Path) -> None:
     file = tmp_path / "yard.toml"
     floor = 'name = "yard"\n[floor]\nlength_m = 3.0\nwidth_m = 2.0\n'
     file.write_text(f"{floor}[conditions]\ncamera_noise = 3.0\n[randomisation]\npatterns = false\n")
-    assert cli("check", str(file)).out.endswith("0 targets, conditions of its own, randomisation of its own\n")
+    assert cli("check", str(file)).out.endswith(", conditions of its own, randomisation of its own\n")
 
 
 def test_check_tells_a_fault_in_one_line(cli: Cli, tmp_path: Path) -> None:
@@ -39,6 +39,17 @@ def test_check_tells_a_fault_in_one_line(cli: Cli, tmp_path: Path) -> None:
     assert (told.status, told.out) == (2, "")
     assert told.err.startswith(f"error: {file}: floor.length_m: ")
     assert len(told.err.splitlines()) == 1
+
+
+@pytest.mark.parametrize("command", [("check",), ("run", "green-search", "--world")])
+def test_all_faults_of_a_file_are_told_a_line_each(cli: Cli, tmp_path: Path, command: tuple[str, ...]) -> None:
+    file = tmp_path / "yard.toml"
+    file.write_text('name = "Yard"\n[floor]\nlength_m = -3.0\n[flor]\n')
+    told = cli(*command, str(file))
+    assert (told.status, told.out) == (2, "")
+    assert [line.removeprefix(f"error: {file}: ").split(":")[0] for line in told.err.splitlines()] == [
+        *("name", "floor.length_m", "floor.width_m", "flor")
+    ]
 
 
 def test_export_writes_urdf(cli: Cli, tmp_path: Path) -> None:

@@ -17,14 +17,21 @@ ARENA = SHIPPED.joinpath("worlds", "arena.toml").read_text(encoding="utf-8")
 
 def told(tmp_path: Path, content: str | bytes) -> str:
     """Return the one line that is said about a file with this content, from the key on."""
+    (error,) = errors(tmp_path, content)
+    line = str(error)
+    assert line.startswith(f"{error.file}: ")
+    assert "\n" not in line
+    return line.removeprefix(f"{error.file}: ")
+
+
+def errors(tmp_path: Path, content: str | bytes) -> list[DescriptionError]:
+    """Return all that is said about a file with this content, the first with no line for the others."""
     file = tmp_path / "my.toml"
     file.write_bytes(content if isinstance(content, bytes) else content.encode())
     with pytest.raises(DescriptionError) as caught:
         load_any(str(file))
-    line = str(caught.value)
-    assert line.startswith(f"{file}: ")
-    assert "\n" not in line
-    return line.removeprefix(f"{file}: ")
+    error = caught.value
+    return [DescriptionError(error.file, error.key, error.fault, error.remedy), *error.others]
 
 
 def changed(text: str, old: str, new: str) -> str:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.robotcore.description.files import ARENA, ROVER, changed, told
+from tests.robotcore.description.files import ARENA, ROVER, changed, errors, told
 
 COLOUR = "[red, green, blue] from 0 to 255, or the name of a colour"
 
@@ -185,7 +185,7 @@ def test_a_fault_of_a_robot_is_told_in_one_line(tmp_path: Path, old: str, new: s
         ),
         (
             'name = "arena"',
-            '"a\\nb" = 1',
+            'name = "arena"\n"a\\nb" = 1',
             (
                 "'a\\nb': is unknown. Correct it or take it out. There are: conditions, floor, "
                 "light, name, obstacles, randomisation, start, summary, targets, variation, walls."
@@ -259,3 +259,24 @@ def test_an_unknown_key_at_the_top_may_have_the_name_of_a_device_kind(tmp_path: 
 def test_an_unknown_key_may_have_the_name_of_the_kind_that_it_stands_in(tmp_path: Path) -> None:
     line = told(tmp_path, changed(ROVER, 'kind = "camera"', 'kind = "camera"\ncamera = 1'))
     assert line.startswith("devices[eye].camera: is unknown")
+
+
+@pytest.mark.parametrize(
+    "old, new, keys",
+    [
+        ("width_m = 0.185", "width = 0.185", ["body.width"]),
+        ("width_m = 0.185", "breite = 0.185", ["body.width_m", "body.breite"]),
+        ("[60, 65, 75]", "[256, -1, 75]", ["body.colour[#1]", "body.colour[#2]"]),
+        ("[60, 65, 75]", "[]", ["body.colour"]),
+    ],
+    ids=["misspelt", "missing", "items", "short"],
+)
+def test_every_fault_is_told_once_and_none_that_follows_from_another(
+    tmp_path: Path, old: str, new: str, keys: list[str]
+) -> None:
+    assert [error.key for error in errors(tmp_path, changed(ROVER, old, new))] == keys
+
+
+def test_all_things_that_stand_in_each_other_are_told(tmp_path: Path) -> None:
+    world = changed(changed(ARENA, "x_m = 1.35", "x_m = 1.95"), "x_m = -1.4", "x_m = -0.5")
+    assert [error.key for error in errors(tmp_path, world)] == ["targets[ball]", "start"]
