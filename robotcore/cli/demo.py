@@ -30,10 +30,7 @@ def command(seed: int, picture: Path, *, gui: bool) -> int:
     arguments = ["run", "green-search", "--backend", backend, "--seed", str(seed), "--picture", str(picture)]
     arguments += ["--gui"] if gui else []
     click.echo(f"{why}\n$ robotcore {' '.join(arguments)}")
-    status = execute(arguments)
-    if status == 0:
-        click.echo(f"The run, seen from above: {picture}")
-    return status
+    return execute(arguments)
 
 
 def chosen_backend() -> tuple[str, str]:

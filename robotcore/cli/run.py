@@ -49,15 +49,18 @@ def command(picture: Path | None, *, as_json: bool, **asked: Any) -> int:
         with printing_apart(as_json=as_json):
             result = _run(asked, recorder)
         interrupts.hold()
+        drawn = None
         if picture and recorder:
-            result = _with_picture(result, recorder, picture)
-        return _told(result, as_json=as_json)
+            result, drawn = _with_picture(result, recorder, picture)
+        return _told(result, drawn, as_json=as_json)
 
 
-def _told(result: RunResult, *, as_json: bool) -> int:
+def _told(result: RunResult, drawn: Path | None, *, as_json: bool) -> int:
     """Tell how the run ended, and return its exit status, whether or not somebody can hear it."""
     try:
         tell_result(result, as_json=as_json)
+        if drawn:
+            click.echo(f"The picture: {drawn}", err=as_json)
     except BrokenPipeError:
         return result.exit_status or 1
     except OSError as error:
@@ -66,14 +69,16 @@ def _told(result: RunResult, *, as_json: bool) -> int:
     return result.exit_status
 
 
-def _with_picture(result: RunResult, recorder: PictureRecorder, picture: Path) -> RunResult:
-    """Save the picture; a run whose picture could not be written has not done all that was asked of it."""
+def _with_picture(result: RunResult, recorder: PictureRecorder, picture: Path) -> tuple[RunResult, Path | None]:
+    """Save the picture; return where it is, if a run began, and the result.
+
+    A run whose picture could not be written has not done all that was asked of it.
+    """
     try:
-        recorder.save(picture)
+        return result, picture if recorder.save(picture) else None
     except UsageError as error:
         tell(str(error))
-        return replace(result, exit_status=result.exit_status or 1, reason=result.reason or str(error))
-    return result
+        return replace(result, exit_status=result.exit_status or 1, reason=result.reason or str(error)), None
 
 
 def _recorder(picture: Path | None) -> PictureRecorder | None:

@@ -12,7 +12,7 @@ from robotcore.cli.answering import AnsweringCommand
 from robotcore.cli.output import printing_apart
 from robotcore.cli.requested import requested
 from robotcore.cli.swept import tell_kept, tell_sweep
-from robotcore.cli.values import names
+from robotcore.cli.values import count, names
 from robotcore.errors import Interrupted, UsageError
 
 if TYPE_CHECKING:
@@ -40,7 +40,9 @@ class _SweepCommand(AnsweringCommand):
 @click.option("--world", "worlds", type=names, default="arena", show_default=True, help="One or more, by commas.")
 @click.option("--seeds", default="1-20", show_default=True, help="Draw the worlds from these: 1-200, or 1,5,9-12.")
 @requested
-@click.option("--jobs", type=click.IntRange(1), help="Runs at a time; as many as there are cores where it is left out.")
+@click.option(
+    "--jobs", metavar="N", type=count, help="Runs at a time; as many as there are cores where it is left out."
+)
 @click.option(
     "--wall-timeout",
     "wall_timeout_s",

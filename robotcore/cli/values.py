@@ -13,6 +13,13 @@ def pair(value: str) -> tuple[str, str]:
     return key, what
 
 
+def count(value: str) -> int:
+    """Return a whole number from 1 on."""
+    if not value.strip().isdecimal() or not int(value):
+        raise click.BadParameter(f"{value!r} is no count; take a whole number from 1 on")
+    return int(value)
+
+
 def names(value: str) -> tuple[str, ...]:
     """Return the names between commas, in order, each once."""
     found = tuple(dict.fromkeys(name for part in value.split(",") if (name := part.strip())))

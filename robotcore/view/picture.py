@@ -44,17 +44,18 @@ class PictureRecorder:
         _, encoded = cv2.imencode(".png", draw(self._story))
         return encoded.tobytes()
 
-    def save(self, file: Path) -> None:
-        """Draw the run as a PNG; nothing where no run began. UsageError says why it cannot be written."""
+    def save(self, file: Path) -> bool:
+        """Draw the run as a PNG; return whether one began. UsageError says why it cannot be written."""
         content = self.png()
         if content is None:
-            return
+            return False
         try:
             file.write_bytes(content)
         except OSError as error:
             with suppress(OSError):
                 _forget(file)
             raise _unwritable(file, error) from error
+        return True
 
 
 def _forget(file: Path) -> None:

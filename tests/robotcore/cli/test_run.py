@@ -175,10 +175,15 @@ def test_every_field_of_a_request_can_be_asked_for() -> None:
 
 def test_picture_is_a_png_of_the_run(cli: Cli, tmp_path: Path) -> None:
     file = tmp_path / "run.png"
-    assert cli(*SHORT, "--picture", str(file)).status == 0
+    assert cli(*SHORT, "--picture", str(file)).out.endswith(f"\nThe picture: {file}\n")
     picture = cv2.imread(str(file))
     assert picture is not None
     assert picture.shape == (1000, 1600, 3)
+
+
+def test_where_the_picture_is_does_not_get_into_the_json(cli: Cli, tmp_path: Path) -> None:
+    told = cli(*SHORT, "--picture", str(tmp_path / "run.png"), "--json")
+    assert (told.json["exit_status"], told.err) == (0, f"The picture: {tmp_path / 'run.png'}\n")
 
 
 @pytest.mark.parametrize("name", ["missing/run.png", "run.jpg", "folder.png"])
@@ -194,7 +199,7 @@ def test_picture_that_cannot_be_written_is_refused_before_the_run(
 
 def test_a_run_that_did_not_begin_leaves_no_picture(cli: Cli, tmp_path: Path) -> None:
     file = tmp_path / "run.png"
-    cli("run", "green-serch", "--picture", str(file))
+    assert "picture" not in cli("run", "green-serch", "--picture", str(file)).out
     assert not file.exists()
 
 
