@@ -39,8 +39,8 @@ if TYPE_CHECKING:
 def command(picture: Path | None, *, as_json: bool, **asked: Any) -> int:
     """Run APP on a backend; tell how it ended.
 
-    Exit status: 0 success, 1 failure or timeout, 2 wrong usage, 3 a device or backend failed, 4 the safety stage
-    stopped it, 5 the app raised, 128 + the signal's number when interrupted.
+    Exit status: 0 success, 1 failure, timeout or a success that the simulator does not see, 2 wrong usage, 3 a device
+    or backend failed, 4 the safety stage stopped it, 5 the app raised, 128 + the signal's number when interrupted.
     """
     from robotcore.interrupts import Interrupts
 

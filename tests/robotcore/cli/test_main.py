@@ -85,6 +85,16 @@ def test_a_process_that_was_interrupted_dies_of_the_signal_with_all_told(app_fil
     assert json.loads(done.stdout)["exit_status"] == 128 + number
 
 
+def test_what_an_app_has_half_written_is_not_lost_with_the_process(app_file: AppFile) -> None:
+    halves = "import sys; sys.stdout.write('half'); sys.stderr.write('half')"
+    deed = f"{halves}; os.kill(os.getpid(), {signal.SIGTERM:d})"
+    command = [sys.executable, "-m", "robotcore", "run", app_file(deed)]
+    buffered = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    done = subprocess.run(command, env=buffered, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (-signal.SIGTERM, "half")
+    assert done.stdout.startswith("half")
+
+
 @pytest.mark.skipif(not shutil.which("bash"), reason="there is no bash")
 def test_ctrl_c_ends_a_shells_loop_too(app_file: AppFile) -> None:
     line = shlex.join([sys.executable, "-m", "robotcore", "run", app_file("os.killpg(0, signal.SIGINT)")])
