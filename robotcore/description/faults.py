@@ -164,6 +164,8 @@ def _message(found: ErrorDetails) -> str:
 
 
 def _told(value: Any) -> str:
+    if value is None:
+        return "nothing"
     if isinstance(value, dict):
         return "a table"
     if isinstance(value, bool):

@@ -1,4 +1,4 @@
-"""What the results of a sweep depend on, as digests: the code, the libraries, the user's files, what was asked."""
+"""What the results of a sweep depend on: what was asked, the code, the user's files, the libraries."""
 
 from __future__ import annotations
 
@@ -21,39 +21,59 @@ from robotcore.sweep.spec import Sweep
 
 LIBRARIES = ("numpy", "cv2")
 PYTHON = "python"
+Parts = dict[str, dict[str, Any]]
+
 _SOURCES = {".py", ".toml"}
 _DRIVERS = "drivers"
 _PAGE = "robotcore/sweep/report"
 """Made from results; a change in it changes none."""
 
 
-def digest(sweep: Sweep) -> str:
-    """Return a digest of everything that could change a result."""
+def parts(sweep: Sweep) -> Parts:
+    """Return everything that could change a result, ready for JSON: ``asked``, ``code``, ``files``, ``libraries``.
+
+    The seeds do not count: a run knows nothing of the others. Code and files are told by their digests.
+    """
     told = {
-        "asked": asked(sweep),
-        "code": code_digest(sweep.apps, sweep.backends),
+        "asked": _asked(sweep),
+        "code": _code_digests(sweep.apps, sweep.backends),
         "files": {str(file): _sha256(content) for file, content in own_files(sweep).items()},
         "libraries": libraries(sweep.backends),
     }
-    return _sha256(json.dumps(told, sort_keys=True, default=str).encode())
+    ready: Parts = json.loads(json.dumps(told, sort_keys=True, default=str))
+    return ready
 
 
-def asked(sweep: Sweep) -> dict[str, Any]:
-    """Return what was asked for, ready for JSON."""
-    request = {name: value for name, value in asdict(sweep.request).items() if name not in ("backend", "world", "seed")}
-    return {**request, "backends": sweep.backends, "worlds": sweep.worlds, "seeds": sweep.seeds}
+def digest(told: Parts) -> str:
+    """Return a digest of what `parts` told."""
+    return _sha256(json.dumps(told, sort_keys=True).encode())
 
 
 def code_digest(apps: Iterable[str], backends: Iterable[str]) -> str:
-    """Return a digest of the sources of robotcore, of the backends, and of those apps that have a name.
+    """Return a digest of the sources of robotcore, of the backends, and of those apps that have a name."""
+    return _sha256("".join(_code_digests(apps, backends).values()).encode())
+
+
+def _asked(sweep: Sweep) -> dict[str, Any]:
+    """Return what was asked for, each setting and option by itself; in which order backends and worlds, is all one."""
+    told: dict[str, Any] = {name: ", ".join(sorted(getattr(sweep, name))) for name in ("backends", "worlds")}
+    for name, value in asdict(sweep.request).items():
+        if isinstance(value, Mapping):
+            told |= {f"{name}.{key}": each for key, each in value.items()}
+        elif name not in ("backend", "world", "seed"):
+            told[name] = value
+    return told
+
+
+def _code_digests(apps: Iterable[str], backends: Iterable[str]) -> dict[str, str]:
+    """Return the digests of packages by their names, in the order of these.
 
     Whole packages count: a line that changes nothing is taken for one that might. Of robotcore's own drivers each is
     a package by itself: none knows another.
     """
     modules = [type(load_backend(backend)).__module__ for backend in backends]
     modules += [load_app(app).__module__ for app in apps if not is_app_file(app)]
-    packages = {"robotcore", *map(_package, modules)}
-    return _sha256("".join(_package_digest(package) for package in sorted(packages)).encode())
+    return {package: _package_digest(package) for package in sorted({"robotcore", *map(_package, modules)})}
 
 
 def libraries(backends: Iterable[str]) -> dict[str, str]:

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass, fields
-from typing import Any
+import re
+from dataclasses import dataclass
+from typing import Any, get_type_hints
 
+from pydantic import ConfigDict, ValidationError, create_model
+
+from robotcore.description import first_fault
 from robotcore.outcome import Outcome, RunResult
 
 TruePath = tuple[tuple[float, float, float], ...]
@@ -35,29 +39,39 @@ class Record:
     def to_json(self) -> str:
         """Return the keys of the result, then ``command``, ``path`` and ``picture``, as one line of JSON.
 
-        JSON has no NaN and no infinity: such a number becomes null, such a point of the path is left out.
+        JSON has no NaN and no infinity: such a number becomes null, such a point of the path is left out. What is no
+        Unicode is told by its escapes.
         """
         told = json.loads(self.result.to_json(), parse_constant=lambda _: None)
         path = self.path and [point for point in self.path if all(map(math.isfinite, point))]
         told.update(command=self.command, path=path, picture=self.picture)
-        return json.dumps(told, allow_nan=False)
+        line = json.dumps(told, allow_nan=False, ensure_ascii=False)
+        return _SURROGATE.sub(lambda found: rf"\\u{ord(found[0]):x}", line)
 
     @classmethod
     def from_json(cls, line: str | bytes) -> Record:
-        """Return the record that `to_json` told; ValueError where the line, of bytes in UTF-8, is none."""
+        """Return the record that `to_json` told; ValueError, in plain words, where the line is none."""
         try:
-            told = json.loads(line)
-            return cls(_result(told), _path(told["path"]), told["command"], told["picture"])
-        except json.JSONDecodeError as error:
-            raise ValueError(f"no record of a run: {error.msg} in column {error.colno}") from error
-        except (KeyError, TypeError, ValueError) as error:
-            raise ValueError(f"no record of a run: {error!r}") from error
+            told = vars(_Line.model_validate_json(line.strip()))
+        except ValidationError as error:
+            raise ValueError(f"no record of a run: {_fault(error)}") from error
+        return cls(
+            path=told.pop("path"), command=told.pop("command"), picture=told.pop("picture"), result=RunResult(**told)
+        )
 
 
-def _path(points: list[list[float]] | None) -> TruePath | None:
-    return None if points is None else tuple((t, x, y) for t, x, y in points)
+_SURROGATE = re.compile("[\ud800-\udfff]")
+
+_hints = get_type_hints(RunResult) | get_type_hints(Record)
+_required: dict[str, Any] = {name: (kind, ...) for name, kind in _hints.items() if name not in ("result", "error")}
+_Line = create_model("_Line", __config__=ConfigDict(strict=True, allow_inf_nan=False), **_required)
+"""A line: the fields of both, but for what is no JSON, each of them there."""
 
 
-def _result(told: dict[str, Any]) -> RunResult:
-    known = {each.name: told[each.name] for each in fields(RunResult) if each.name in told}
-    return RunResult(**{**known, "outcome": Outcome(known["outcome"])})
+def _fault(error: ValidationError) -> str:
+    first = error.errors(include_url=False)[0]
+    if first["type"] == "json_invalid":
+        column = first["msg"].rpartition(" ")[2]
+        return f"it is no JSON from column {column} on" if int(column) else "the line is empty"
+    key, fault = first_fault(error)
+    return f"{key} {fault}" if key else "it is no JSON object"

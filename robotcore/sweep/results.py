@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import errno
-import json
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from datetime import datetime, timezone
 from functools import cached_property
@@ -15,27 +14,31 @@ from types import TracebackType
 from robotcore.catalogue import app_name
 from robotcore.errors import UsageError
 from robotcore.plan import RunRequest
-from robotcore.sweep.command import command_of
-from robotcore.sweep.fingerprint import asked, digest
+from robotcore.sweep.fingerprint import Parts, digest, parts
 from robotcore.sweep.journal import Journal
+from robotcore.sweep.kept import Run, Wanted, kept
+from robotcore.sweep.manifest import SPEC, manifest, require_same, write_manifest
 from robotcore.sweep.record import Record
-from robotcore.sweep.replacing import replacing, unfinished
+from robotcore.sweep.replacing import unfinished
+from robotcore.sweep.seeds import seeds_told
 from robotcore.sweep.spec import Sweep
-from robotcore.sweep.tables import are_younger, write_tables
+from robotcore.sweep.tables import FAILURES, TABLE, are_younger, write_tables
 from robotcore.sweep.worker import Ended
 
-RESULTS, SPEC, PICTURES = "results.jsonl", "sweep.json", "failures"
+RESULTS, PICTURES = "results.jsonl", "failures"
 _FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
 class Results:
     """The results of one sweep in one folder; while entered, this process alone adds to them.
 
+    The folder may have those of other seeds too, which are left alone.
+
     A run is on the disk before the next one is taken, so that whatever ends the sweep loses none that was done.
     """
 
     def __init__(self, sweep: Sweep, directory: Path | None = None, *, fresh: bool = False) -> None:
-        """``directory`` is ``sweeps/<app>-<digest>`` where it is None; ``fresh`` forgets what is there."""
+        """``directory`` is ``sweeps/<app>-<digest>`` where it is None; ``fresh`` forgets what is there, all of it."""
         self.sweep, self._fresh = sweep, fresh
         self._asked_for = directory
         self._journal: Journal | None = None
@@ -43,11 +46,15 @@ class Results:
     @cached_property
     def directory(self) -> Path:
         """The folder."""
-        return self._asked_for or Path("sweeps") / f"{_short_name(self.sweep)}-{self._digest[:8]}"
+        return self._asked_for or Path("sweeps") / f"{_short_name(self.sweep)}-{digest(self._parts)[:8]}"
 
     @cached_property
-    def _digest(self) -> str:
-        return digest(self.sweep)
+    def _parts(self) -> Parts:
+        return parts(self.sweep)
+
+    @cached_property
+    def _wanted(self) -> Wanted:
+        return Wanted(self.sweep)
 
     def __enter__(self) -> Results:
         try:
@@ -73,18 +80,14 @@ class Results:
         return f"the same command{' without --fresh' if self._fresh else ''} goes on"
 
     def records(self) -> Iterator[Record]:
-        """Yield what is done, in the order in which it was."""
+        """Yield what is done of the runs that are asked for, in the order in which they were."""
         file = self.directory / RESULTS
-        if not file.exists():
-            return
-        with file.open("rb") as lines:
-            for number, line in enumerate(lines, 1):
-                yield _record(line, f"{file}, line {number}")
+        return kept(file, self._wanted) if file.exists() else iter(())
 
     def missing(self) -> list[RunRequest]:
         """Return the runs that are still to do."""
-        done = {record.command for record in self.records()}
-        return [request for request in self.sweep.requests() if command_of(request) not in done]
+        done = set(map(Run.of, self.records()))
+        return [request for request in self.sweep.requests() if self._wanted.run_of(request) not in done]
 
     def add(self, ended: Ended) -> Record:
         """Keep one run, its picture first; return its record. UsageError where the disk does not take it."""
@@ -118,22 +121,20 @@ class Results:
             raise UsageError(f"{self.directory} holds something that is no sweep. Name a new folder with --out")
 
     def _take(self) -> None:
-        """Let the folder, which nobody else writes to by now, be that of this sweep; refuse another sweep's."""
-        spec = self.directory / SPEC
+        """Let the folder, which nobody else writes to by now, be that of this sweep; refuse what has other results."""
+        spec, told = self.directory / SPEC, manifest(self._parts, seeds_told(self.sweep.seeds))
         if self._fresh:
             self._forget()
-        if self._fresh or not spec.exists():
-            self._write_spec(spec)
-        elif _digest_in(spec) != self._digest:
-            raise UsageError(
-                f"{self.directory} holds another sweep: something else was asked for then, or code or descriptions "
-                "have changed since. Name another folder, or run it anew with --fresh"
-            )
+        elif spec.exists():
+            require_same(self.directory, self._parts)
+        if not spec.exists() or spec.read_bytes() != told.encode():
+            self._drop_tables()
+            write_manifest(self.directory, told)
 
-    def _write_spec(self, spec: Path) -> None:
-        told = json.dumps({"digest": self._digest, **asked(self.sweep)}, default=str, indent=2)
-        with replacing(spec) as file:
-            file.write(told + "\n")
+    def _drop_tables(self) -> None:
+        """Drop the tables, which tell of what was asked for until now."""
+        for name in (TABLE, FAILURES):
+            (self.directory / name).unlink(missing_ok=True)
 
     def _close(self) -> None:
         if self._journal:
@@ -180,20 +181,6 @@ def _short_name(sweep: Sweep) -> str:
     return Path(app_name(sweep.request.app).partition(":")[0]).stem
 
 
-def _record(line: bytes, where: str) -> Record:
-    try:
-        return Record.from_json(line)
-    except ValueError as error:
-        raise UsageError(f"{where}: {error}. Delete this line, and that run alone is run again") from error
-
-
 def _is_kept(file: Path) -> bool:
     """Return whether a file holds results."""
     return file.name == RESULTS and file.stat().st_size > 0
-
-
-def _digest_in(spec: Path) -> str | None:
-    """Return the digest of the sweep whose folder it is; None where somebody has spoilt the file."""
-    with suppress(ValueError, KeyError, TypeError):
-        return str(json.loads(spec.read_text(encoding="utf-8"))["digest"])
-    return None

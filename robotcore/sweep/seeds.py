@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from itertools import chain
 
 from robotcore.errors import UsageError
@@ -19,6 +20,17 @@ def seeds_of(text: str) -> tuple[int, ...]:
     if sum(map(len, ranges)) > MAX_SEEDS:
         raise UsageError(f"--seeds {text}: more than {MAX_SEEDS:,} seeds. Take fewer, in several sweeps if need be")
     return tuple(dict.fromkeys(chain.from_iterable(ranges)))
+
+
+def seeds_told(seeds: Sequence[int]) -> str:
+    """Return how seeds are written: what `seeds_of` takes."""
+    ranges: list[list[int]] = []
+    for seed in seeds:
+        if ranges and seed == ranges[-1][-1] + 1:
+            ranges[-1][1:] = [seed]
+        else:
+            ranges.append([seed])
+    return ",".join("-".join(map(str, ends)) for ends in ranges)
 
 
 def _range(text: str, part: str) -> range:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from apps.green_search import GreenSearch
-from robotcore.sweep import fingerprint
+from robotcore.sweep import Sweep, fingerprint
 from robotcore.sweep.fingerprint import code_digest, libraries
 from robotcore.sweep.ownfiles import own_files
 from tests.robotcore.sweep.conftest import AppFile, sweep_of
@@ -22,6 +22,10 @@ from apps.green_search import GreenSearch
 class Reflex(GreenSearch):
     ...
 """
+
+
+def _digest(sweep: Sweep) -> str:
+    return fingerprint.digest(fingerprint.parts(sweep))
 
 
 @pytest.fixture
@@ -71,9 +75,9 @@ def test_a_judge_counts_with_what_is_beside_it(app_file: AppFile, tmp_path: Path
     sweep = sweep_of(app_file())
     judged = replace(sweep, request=replace(sweep.request, judge=f"{judge}:Strict"))
     assert set(own_files(judged)) - set(own_files(sweep)) == {judge, judge.with_name("helper.py")}
-    before = fingerprint.digest(judged)
+    before = _digest(judged)
     judge.write_text("LIMIT = 2\n")
-    assert len({before, fingerprint.digest(judged), fingerprint.digest(sweep)}) == 3
+    assert len({before, _digest(judged), _digest(sweep)}) == 3
 
 
 def test_libraries_count_also_where_python_does_not_know_who_brought_them(monkeypatch: pytest.MonkeyPatch) -> None:

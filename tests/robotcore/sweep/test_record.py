@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from dataclasses import replace
 
 import pytest
@@ -30,10 +31,45 @@ def test_numbers_that_json_does_not_have_are_unknown_and_their_points_left_out()
     assert (told["path"], told["distance_to_target_m"]) == ([[0.0, 1.0, 2.0]], None)
 
 
-@pytest.mark.parametrize("line", ["", "{", "[]", "{}", '{"path": null, "command": "x"}', '{"path": [[1, 2]]}'])
-def test_what_is_no_record_is_a_value_error(line: str) -> None:
-    with pytest.raises(ValueError, match=r"."):
+def _line(**changes: object) -> str:
+    return json.dumps({**json.loads(record_of().to_json()), **changes})
+
+
+def _line_without(key: str) -> str:
+    return json.dumps({name: value for name, value in json.loads(_line()).items() if name != key})
+
+
+@pytest.mark.parametrize(
+    "line, fault",
+    [
+        ("", "the line is empty"),
+        ('{"app": "green-se', "it is no JSON from column 17 on"),
+        ('{"app": "green-search", "bac": 1,\n', "it is no JSON from column 33 on"),
+        (b'{"app": "caf\xe9"}\n', "it is no JSON from column 13 on"),
+        ("[]", "it is no JSON object"),
+        ("{}", "app is missing"),
+        (_line_without("path"), "path is missing"),
+        (_line(verified="maybe"), "verified should be true or false, got 'maybe'"),
+        (_line(verified=1), "verified should be true or false, got 1"),
+        (_line(seed="3"), "seed should be a whole number, got '3'"),
+        (_line(sim_time_s=math.nan), "sim_time_s should be a finite number, got nan"),
+        (_line(path=[[1, 2]]), "path[#1][#3] is missing"),
+        (_line(milestones={"seen": None}), "milestones.seen should be a valid number, got nothing"),
+        (
+            _line(outcome="won"),
+            "outcome should be 'success', 'failure', 'timeout', 'stopped', 'interrupted' or 'error', got 'won'",
+        ),
+    ],
+)
+def test_what_is_no_record_is_told_in_plain_words(line: str | bytes, fault: str) -> None:
+    with pytest.raises(ValueError, match=f"^no record of a run: {re.escape(fault)}$"):
         Record.from_json(line)
+
+
+def test_a_reason_that_is_no_unicode_is_kept_with_its_bytes() -> None:
+    assert Record.from_json(record_of(reason="no caf\udce9 \U0001f600").to_json()).result.reason == (
+        "no caf\\udce9 \U0001f600"
+    )
 
 
 @pytest.mark.parametrize(
