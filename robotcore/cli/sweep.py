@@ -12,8 +12,8 @@ from robotcore.cli.answering import AnsweringCommand
 from robotcore.cli.output import printing_apart
 from robotcore.cli.requested import requested
 from robotcore.cli.swept import tell_kept, tell_sweep
-from robotcore.cli.values import count, names
-from robotcore.errors import Interrupted, UsageError
+from robotcore.cli.values import Folder, count, names
+from robotcore.errors import BackendError, Interrupted, UsageError
 
 if TYPE_CHECKING:
     from robotcore.plan import RunRequest
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from robotcore.sweep.engine import Engine
     from robotcore.sweep.requirements import Requirement
 
-FOLDER = click.Path(path_type=Path, file_okay=False)
+FOLDER = Folder()
 
 
 class _SweepCommand(AnsweringCommand):
@@ -95,9 +95,9 @@ def command(
     results = Results(sweep, out, fresh=fresh)
     with printing_apart(as_json=as_json):
         rehearse(sweep)
-        interrupted = _run(results, engine, is_quiet=as_json)
-    page = _write_report(results, report, line, bounds) if report and not interrupted else None
-    status = tell_sweep(results, bounds, interrupted, as_json=as_json)
+        ended_by = _run(results, engine, is_quiet=as_json)
+    page = _write_report(results, report, line, bounds) if report and not ended_by else None
+    status = tell_sweep(results, bounds, ended_by, as_json=as_json)
     if page:
         click.echo(f"The report: {page}", err=as_json)
     return status
@@ -124,8 +124,8 @@ def _engine(cluster: str | None, jobs: int | None, wall_timeout_s: float | None)
     return ClusterEngine(cluster, wall_timeout_s)
 
 
-def _run(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | None:
-    """Run what is missing; return what interrupted it, if anything did."""
+def _run(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | BackendError | None:
+    """Run what is missing; return what kept it from its end, if anything did."""
     from robotcore.interrupts import Interrupts
     from robotcore.sweep.execution import execute
     from robotcore.sweep.progress import SweepProgress
@@ -138,7 +138,7 @@ def _run(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | N
                     tell_kept(results, len(failing))
                 with SweepProgress(len(results.sweep), len(failing), sum(failing)) as progress:
                     execute(results, engine, progress.show)
-        except Interrupted as error:
+        except (Interrupted, BackendError) as error:
             return error
         finally:
             interrupts.hold()

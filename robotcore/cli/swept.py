@@ -10,9 +10,10 @@ import click
 
 from robotcore.cli.failure import tell
 from robotcore.cli.output import write, write_json
+from robotcore.errors import Interrupted
 
 if TYPE_CHECKING:
-    from robotcore.errors import Interrupted
+    from robotcore.errors import BackendError
     from robotcore.sweep.record import Record
     from robotcore.sweep.requirements import Requirement
     from robotcore.sweep.results import Results
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
 
 MISSED = 1
 """Some --require was not kept."""
+
+DIGITS = 6
+"""So many digits after the point are told in JSON."""
 
 
 def tell_kept(results: Results, done: int) -> None:
@@ -32,34 +36,63 @@ def tell_kept(results: Results, done: int) -> None:
 
 
 def tell_sweep(
-    results: Results, requirements: Sequence[Requirement], interrupted: Interrupted | None, *, as_json: bool
+    results: Results,
+    requirements: Sequence[Requirement],
+    ended_by: Interrupted | BackendError | None,
+    *,
+    as_json: bool,
 ) -> int:
-    """Tell what a sweep reached; return its exit status. One that was interrupted is held to no requirement."""
-    from robotcore.sweep.requirements import missed
+    """Tell what a sweep reached; return its exit status. One that came to no end is held to no requirement."""
+    from robotcore.sweep.requirements import kept, missed
     from robotcore.sweep.statistics import grouped
 
     groups = grouped(results.records())
     failing = [record for record in results.records() if record.is_failure]
-    misses = [] if interrupted else missed(requirements, groups)
-    status = interrupted.exit_status if interrupted else MISSED if misses else 0
+    held_to = [] if ended_by else requirements
+    misses = missed(held_to, groups)
+    status = ended_by.exit_status if ended_by else MISSED if misses else 0
     if as_json:
-        write_json({**_told(results, groups, failing), "missed": misses, "exit_status": status})
+        write_json({**_told(results, groups, failing), "missed": misses, **_error(ended_by), "exit_status": status})
     elif groups:
         _write_summary(results, groups, failing)
         _write_findings(results)
-    _tell_ending(results, groups, misses, interrupted)
+        _write_kept(kept(held_to, groups))
+    _tell_ending(results, groups, misses, ended_by)
     return status
 
 
 def _told(results: Results, groups: Sequence[Group], failing: Sequence[Record]) -> dict[str, Any]:
+    from robotcore.sweep.seeds import seeds_told
+
+    sweep = results.sweep
     return {
-        "app": results.sweep.request.app,
+        "app": sweep.request.app,
+        "judge": sweep.request.judge,
+        "backends": sweep.backends,
+        "worlds": sweep.worlds,
+        "seeds": seeds_told(sweep.seeds),
         "directory": str(results.directory),
-        "runs": len(results.sweep),
+        "runs": len(sweep),
         "done": sum(group.runs for group in groups),
         "failing": len(failing),
-        "groups": [{**asdict(group), "verified_95": group.verified_95} for group in groups],
+        "groups": [_group_told(group) for group in groups],
     }
+
+
+def _group_told(group: Group) -> dict[str, Any]:
+    shares = {name: getattr(group, name) for name in ("verified_share", "verified_95", "success_share")}
+    return {key: _rounded(value) for key, value in {**asdict(group), **shares}.items()}
+
+
+def _rounded(value: Any) -> Any:
+    """Return a number without the digits that the arithmetic of binary fractions adds."""
+    if isinstance(value, tuple):
+        return [_rounded(each) for each in value]
+    return round(value, DIGITS) if isinstance(value, float) else value
+
+
+def _error(ended_by: Interrupted | BackendError | None) -> dict[str, str]:
+    return {} if ended_by is None or isinstance(ended_by, Interrupted) else {"error": str(ended_by)}
 
 
 def _write_summary(results: Results, groups: Sequence[Group], failing: Sequence[Record]) -> None:
@@ -81,11 +114,21 @@ def _write_findings(results: Results) -> None:
         click.echo(f"  {line}")
 
 
+def _write_kept(requirements: Sequence[Requirement]) -> None:
+    if requirements:
+        click.echo(f"\nKept everywhere: {', '.join(map(str, requirements))}")
+
+
 def _tell_ending(
-    results: Results, groups: Sequence[Group], misses: Sequence[str], interrupted: Interrupted | None
+    results: Results,
+    groups: Sequence[Group],
+    misses: Sequence[str],
+    ended_by: Interrupted | BackendError | None,
 ) -> None:
     for miss in misses:
         tell(miss)
-    if interrupted:
+    if isinstance(ended_by, Interrupted):
         done = sum(group.runs for group in groups)
-        click.echo(f"{interrupted}: {done} of {len(results.sweep)} runs are kept; {results.how_to_go_on}.", err=True)
+        click.echo(f"{ended_by}: {done} of {len(results.sweep)} runs are kept; {results.how_to_go_on}.", err=True)
+    elif ended_by:
+        tell(str(ended_by))

@@ -2,7 +2,22 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Any
+
 import click
+
+
+class Folder(click.Path):
+    """A folder by its name; an empty one, such as a variable of the shell's that nobody has set, is none."""
+
+    def __init__(self) -> None:
+        super().__init__(path_type=Path, file_okay=False)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not str(value):
+            self.fail("the name is empty. Name a folder, or leave the option out", param, ctx)
+        return super().convert(value, param, ctx)
 
 
 def pair(value: str) -> tuple[str, str]:

@@ -9,6 +9,7 @@ from concurrent.futures import CancelledError
 from dataclasses import dataclass
 from typing import Any
 
+from robotcore.clock import MonotonicClock
 from robotcore.errors import BackendError, RobotcoreError
 from robotcore.plan import RunRequest
 from robotcore.sweep.engine import imported, patience
@@ -20,6 +21,9 @@ from robotcore.sweep.worker import Ended, unfinished
 
 ANSWER_S = 10
 """A scheduler that does not answer for so long is not there."""
+
+DESERTED_S = 60.0
+"""A cluster that has no worker for so long is given up: those that restart are back by then."""
 
 _AHEAD = 2
 """Runs handed out for each thread of a worker, so that none waits for its next."""
@@ -41,7 +45,7 @@ class ClusterEngine:
                 future: Future = client.submit(perform_there, request, kit, limit, pure=False)
                 return future
 
-            for request, future in completed(submit, requests, lambda: max(_AHEAD, _AHEAD * _threads(client))):
+            for request, future in completed(submit, requests, _Crew(client, self.address).width):
                 yield self._ended(request, future)
 
     def _connected(self) -> Any:  # distributed is imported where it is used, and leaves much untyped
@@ -77,9 +81,7 @@ class ClusterEngine:
         except BackendError as error:
             raise BackendError(f"{error}. What is done is kept; the same command goes on") from error
         except (CancelledError, OSError) as error:  # a run's own OSError comes back as its record
-            raise BackendError(
-                f"the scheduler at {self.address} is gone. What is done is kept; the same command goes on"
-            ) from error
+            raise _gone(self.address) from error
         except Exception as error:  # noqa: BLE001  whatever a vendor's library raises costs this run alone
             return unfinished(request, RobotcoreError(f"{type(error).__name__}: {error}"))
         return ended
@@ -90,6 +92,32 @@ def _knock(door: tuple[str, int]) -> None:
     socket.create_connection(door, timeout=ANSWER_S).close()
 
 
-def _threads(client: Any) -> int:
-    threads: dict[str, int] = client.nthreads()
-    return sum(threads.values())
+class _Crew:
+    """The workers of a cluster, which come and go."""
+
+    def __init__(self, client: Any, address: str) -> None:
+        self._client, self._address = client, address
+        self._clock, self._last_seen = MonotonicClock(), 0.0
+
+    def width(self) -> int:
+        """Return how many runs keep them busy; BackendError where there has been no worker for `DESERTED_S`."""
+        now, threads = self._clock.now(), self._threads()
+        if threads:
+            self._last_seen = now
+        elif now - self._last_seen > DESERTED_S:
+            raise BackendError(
+                f"the cluster at {self._address} has had no workers for {DESERTED_S:g} s. What is done is kept; start "
+                f"some (dask worker {self._address} --nthreads 1), and the same command goes on"
+            )
+        return _AHEAD * max(threads, 1)
+
+    def _threads(self) -> int:
+        try:
+            threads: dict[str, int] = self._client.nthreads()
+        except Exception as error:  # of Dask, of its network library, of the system: nobody answers
+            raise _gone(self._address) from error
+        return sum(threads.values())
+
+
+def _gone(address: str) -> BackendError:
+    return BackendError(f"the scheduler at {address} is gone. What is done is kept; the same command goes on")

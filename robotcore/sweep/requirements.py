@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -77,6 +78,11 @@ def missed(requirements: Sequence[Requirement], groups: Sequence[Group]) -> list
     ]
 
 
+def kept(requirements: Sequence[Requirement], groups: Sequence[Group]) -> list[Requirement]:
+    """Return the requirements that every group keeps."""
+    return [each for each in requirements if all(map(each.is_kept_by, groups))]
+
+
 def _bound(text: str, measure: str, number: str) -> float:
     try:
         bound = float(number)
@@ -84,6 +90,6 @@ def _bound(text: str, measure: str, number: str) -> float:
         raise UsageError(f"--require {text!r}: {number!r} is no number. {_EXAMPLE}") from None
     if measure in _SHARES and not 0 <= bound <= 1:
         raise UsageError(f"--require {text!r}: {measure} is a share from 0 to 1; write 97 % as 0.97")
-    if not bound >= 0:
-        raise UsageError(f"--require {text!r}: the bound must be 0 or more")
+    if not 0 <= bound < math.inf:
+        raise UsageError(f"--require {text!r}: the bound must be a number from 0 on")
     return bound

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from itertools import islice
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from typing import Any, Protocol, TypeVar
 
 TaskT = TypeVar("TaskT")
+
+LOOK_S = 1.0
+"""So often somebody looks how many tasks there may be now."""
 
 
 class Future(Protocol):
@@ -20,7 +23,10 @@ class Future(Protocol):
 def completed(
     submit: Callable[[TaskT], Future], tasks: Iterable[TaskT], width: Callable[[], int]
 ) -> Iterator[tuple[TaskT, Future]]:
-    """Yield each task with its future as it ends; at most ``width()`` of them are under way."""
+    """Yield each task with its future as it ends; at most ``width()`` of them are under way.
+
+    ``width`` is asked again whenever one has ended and every `LOOK_S` seconds; what it raises ends the waiting.
+    """
     ended: SimpleQueue[tuple[TaskT, Future]] = SimpleQueue()
     waiting, under_way = iter(tasks), 0
 
@@ -33,5 +39,9 @@ def completed(
             under_way += 1
         if not under_way:
             return
-        yield ended.get()
+        try:
+            done = ended.get(timeout=LOOK_S)
+        except Empty:
+            continue
         under_way -= 1
+        yield done

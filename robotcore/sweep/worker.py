@@ -62,41 +62,50 @@ def attempt(child: Child, request: RunRequest, limit_s: float) -> Ended:
 
     Raises BackendError where no process can be had.
     """
+    from robotcore.clock import MonotonicClock
     from robotcore.errors import BackendError, RobotcoreError
     from robotcore.sweep.child import ChildDiedError, ChildHungError
 
+    wall = MonotonicClock()
     try:
         return child.call(_perform_or_end, request, limit_s=limit_s)
     except ChildDiedError as error:
-        return unfinished(request, BackendError(f"the worker process died: {error}"))
+        return unfinished(request, BackendError(f"the worker process died: {error}"), wall.now())
     except ChildHungError as error:
-        return unfinished(request, BackendError(f"hung: {error}"))
+        return unfinished(request, BackendError(f"hung: {error}"), wall.now())
     except BackendError:
         raise
     except RobotcoreError as error:  # what came back cannot be read
-        return unfinished(request, error)
+        return unfinished(request, error, wall.now())
 
 
 def _perform_or_end(request: RunRequest) -> Ended:
     """Run; a process that was told to end in the middle of it does so. What a library raises costs this run alone."""
+    from robotcore.clock import MonotonicClock
     from robotcore.errors import RobotcoreError
     from robotcore.outcome import Outcome
 
+    wall = MonotonicClock()
     try:
         ended = perform(request)
     except Exception as error:  # noqa: BLE001  whatever the app or a vendor's library raises
-        return unfinished(request, RobotcoreError(f"{type(error).__name__}: {error}"))
+        return unfinished(request, RobotcoreError(f"{type(error).__name__}: {error}"), wall.now())
     if ended.record.result.outcome is Outcome.INTERRUPTED:
         os._exit(ended.record.result.exit_status)
     return ended
 
 
-def unfinished(request: RunRequest, error: RobotcoreError) -> Ended:
-    """Tell of a run whose process did not live to tell of it."""
+def unfinished(request: RunRequest, error: RobotcoreError, wall_time_s: float = 0.0) -> Ended:
+    """Tell of a run whose process did not live to tell of it, and how long that took, where somebody knows.
+
+    Where a judge was asked for, it has verified nothing.
+    """
     from robotcore.sweep.command import command_of
     from robotcore.sweep.record import Record
 
-    return Ended(Record(_unstarted(request, error), None, command_of(request)))
+    verified = False if request.judge else None
+    result = replace(_unstarted(request, error), verified=verified, wall_time_s=round(wall_time_s, 3))
+    return Ended(Record(result, None, command_of(request)))
 
 
 def _unstarted(request: RunRequest, error: RobotcoreError) -> RunResult:

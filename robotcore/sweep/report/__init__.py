@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -37,23 +37,29 @@ def write_report(
     from robotcore.sweep.report.page import page
 
     html = page(records, folder, asked, worlds, requirements, judge)
-    with _writing(directory), replacing(directory / PAGE, errors="replace") as file:
-        file.write(html)
+    with _writing(directory):
+        directory.mkdir(parents=True, exist_ok=True)
+        with replacing(directory / PAGE, errors="replace") as file:
+            file.write(html)
     return directory / PAGE
 
 
 def require_ready(directory: Path) -> None:
-    """Raise, before a long sweep and not after it, where a report could not be written.
+    """Raise, before a long sweep and not after it, where a report could not be written; leave no new folder behind.
 
     BackendMissingError where Jinja2 is missing, UsageError where the folder cannot be written.
     """
     if find_spec("jinja2") is None:
         raise BackendMissingError("--report needs Jinja2, which is not installed. pip install 'robotcore[sweep]'")
+    made = [folder for folder in (directory, *directory.parents) if not folder.exists()]
     with _writing(directory):
         directory.mkdir(parents=True, exist_ok=True)
         probe = unfinished(directory / PAGE)
         probe.touch()
         probe.unlink()
+    with suppress(OSError):  # where somebody else has put something there meanwhile
+        for folder in made:
+            folder.rmdir()
 
 
 @contextmanager

@@ -5,6 +5,8 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -13,8 +15,9 @@ import pytest
 
 from robotcore import Outcome, RunRequest
 from robotcore.cli.sweep import command
-from robotcore.errors import BackendMissingError
-from robotcore.sweep import Record
+from robotcore.errors import BackendError, BackendMissingError
+from robotcore.sweep import Record, Sweep
+from robotcore.sweep.worker import Ended, perform
 from tests.robotcore.cli.conftest import Cli
 
 SHORT = ("sweep", "avoid-obstacles", "--world", "open", "--set", "duration_s=0.2")
@@ -43,6 +46,50 @@ def test_json_is_one_line(cli: Cli, asked: list[RunRequest]) -> None:
     assert told.json["directory"] == "here"
     (group,) = told.json["groups"]
     assert (group["backend"], group["world"], group["verified"], group["contacts"]) == ("kinematic", "open", None, 0)
+    assert (group["verified_share"], group["success_share"]) == (None, 1.0)
+
+
+def test_json_repeats_what_was_asked_for(cli: Cli, asked: list[RunRequest]) -> None:
+    arguments = ("sweep", "green-search", "--timeout", "0.1", "--judge", "green-search", "--world", "open,arena")
+    told = cli(*arguments, "--seeds", "5,1-2", "--json").json
+    assert (told["app"], told["judge"], told["seeds"]) == ("green-search", "green-search", "5,1-2")
+    assert (told["backends"], told["worlds"]) == (["kinematic"], ["open", "arena"])
+
+
+def test_json_has_no_more_digits_than_make_sense(
+    cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    times = iter((26.4, 26.500000000000007))
+    monkeypatch.setattr("tests.robotcore.cli.conftest.perform", lambda request: _passing(request, next(times)))
+    (group,) = cli(*SHORT, "--seeds", "1-2", "--json").json["groups"]
+    assert group["median_time_s"] == 26.45
+    assert group["verified_95"] == [0.34238, 1.0]
+
+
+def _passing(request: RunRequest, time: float) -> Ended:
+    ended = perform(request)
+    result = replace(ended.record.result, sim_time_s=time, verified=True)
+    return Ended(replace(ended.record, result=result))
+
+
+def test_what_a_cluster_that_fails_has_reached_is_told_beside_the_error(
+    cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def perform_one(_: object, sweep: Sweep, missing: Iterable[RunRequest]) -> Iterator[Ended]:
+        yield perform(next(iter(missing)))
+        raise BackendError("the scheduler is gone")
+
+    monkeypatch.setattr("robotcore.sweep.local.LocalEngine.perform", perform_one)
+    arguments = (*SHORT, "--seeds", "1-2", "--require", "success>=1")
+    told = cli(*arguments, "--out", "here", "--json")
+    assert (told.json["error"], told.json["done"], told.json["runs"]) == ("the scheduler is gone", 1, 2)
+    assert (told.status, told.json["exit_status"], told.json["missed"]) == (3, 3, [])
+    assert told.err == "error: the scheduler is gone\n"
+    told = cli(*arguments, "--out", "there", "--report", "page")
+    assert (told.status, told.err) == (3, "error: the scheduler is gone\n")
+    assert "\nkinematic  open        ?/1 " in told.out
+    assert "Kept" not in told.out
+    assert not Path("page").exists()
 
 
 def test_the_folder_has_the_record_of_each_run(cli: Cli, asked: list[RunRequest]) -> None:
@@ -70,7 +117,9 @@ def test_a_requirement_that_is_missed_is_exit_1_with_got_and_required(cli: Cli, 
     told = cli(*arguments, "--require", "verified>=0.5", "--require", "contacts<=0")
     assert told.status == 1
     assert told.err == "error: kinematic, open: verified is 0, required verified>=0.5\n"
-    assert cli(*arguments, "--require", "contacts<=0").status == 0
+    told = cli(*arguments, "--require", "contacts<=0", "--require", "verified>=0")
+    assert told.status == 0
+    assert told.out.endswith("\nKept everywhere: contacts<=0, verified>=0\n")
 
 
 @pytest.mark.parametrize(
@@ -88,6 +137,9 @@ def test_a_requirement_that_is_missed_is_exit_1_with_got_and_required(cli: Cli, 
         (["green-search", "--jobs", "a"], 2, "'a' is no count; take a whole number from 1 on"),
         (["green-search", "--jobs", "2", "--cluster", "tcp://lab:8786"], 2, "--jobs is for this machine"),
         (["green-search", "--rate", "nan"], 2, "--rate"),
+        (["green-search", "--out", ""], 2, "--out': the name is empty"),
+        (["green-search", "--report", ""], 2, "--report': the name is empty"),
+        (["green-serch", "--report", "new/page"], 2, "Did you mean 'green-search'?"),
     ],
 )
 def test_what_cannot_be_run_is_refused_before_anything_is(

@@ -41,6 +41,15 @@ def test_what_is_kept_is_told_before_the_rest_is_run(cli: Cli, asked: list[RunRe
     assert len(asked) == 4
 
 
+def test_more_seeds_go_on_and_fewer_are_shown_at_once(cli: Cli, asked: list[RunRequest]) -> None:
+    cli(*SHORT, "--seeds", "1-2")
+    told = cli(*SHORT, "--seeds", "1-3", "--json").json
+    assert [request.seed for request in asked] == [1, 2, 3]
+    assert (told["runs"], told["done"]) == (3, 3)
+    told = cli(*SHORT, "--seeds", "3", "--json").json
+    assert (told["runs"], told["done"], told["groups"][0]["runs"], len(asked)) == (1, 1, 1, 3)
+
+
 def test_how_to_go_on_after_an_interrupt_does_not_forget_what_was_done_afresh(
     cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch
 ) -> None:

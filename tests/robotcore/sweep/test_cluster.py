@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -51,10 +52,15 @@ def _awaited(process: subprocess.Popen[str], words: str) -> str:
 
 
 @pytest.fixture
-def scheduler(tmp_path: Path) -> Iterator[str]:
+def scheduler_process(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
     arguments = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--no-show")
     with _ended(_dask("scheduler", *arguments, home=tmp_path)) as process:
-        yield _awaited(process, "Scheduler at:").split()[-1]
+        yield process
+
+
+@pytest.fixture
+def scheduler(scheduler_process: subprocess.Popen[str]) -> str:
+    return _awaited(scheduler_process, "Scheduler at:").split()[-1]
 
 
 @pytest.fixture
@@ -199,6 +205,31 @@ def test_a_worker_that_joins_later_with_other_code_ends_the_sweep_by_its_address
 def test_a_cluster_without_workers_is_refused(scheduler: str) -> None:
     with pytest.raises(BackendError, match=f"has no workers. Start some: dask worker {scheduler}"):
         _told(ClusterEngine(scheduler), sweep_of("green-search"))
+
+
+def test_a_cluster_whose_workers_are_gone_is_given_up(
+    scheduler: str, workers: list[subprocess.Popen[str]], app_file: AppFile, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("robotcore.sweep.cluster.DESERTED_S", 2.0)
+    ended = ClusterEngine(scheduler).perform(sweep := sweep_of(app_file(), seeds=50), sweep.requests())
+    assert next(ended).record.result.outcome is Outcome.SUCCESS
+    for worker in workers:
+        os.killpg(worker.pid, signal.SIGKILL)
+    gone = f"the cluster at {scheduler} has had no workers for 2 s. What is done is kept; start some (dask worker"
+    with pytest.raises(BackendError, match=f"^{re.escape(gone)}"):
+        list(ended)
+
+
+@pytest.mark.usefixtures("workers")
+def test_a_scheduler_that_is_gone_is_told(
+    scheduler_process: subprocess.Popen[str], scheduler: str, app_file: AppFile
+) -> None:
+    ended = ClusterEngine(scheduler).perform(sweep := sweep_of(app_file(), seeds=50), sweep.requests())
+    assert next(ended).record.result.outcome is Outcome.SUCCESS
+    os.killpg(scheduler_process.pid, signal.SIGKILL)
+    gone = f"the scheduler at {scheduler} is gone. What is done is kept; the same command goes on"
+    with pytest.raises(BackendError, match=f"^{re.escape(gone)}$"):
+        list(ended)
 
 
 def test_no_scheduler_is_told_with_what_starts_one() -> None:

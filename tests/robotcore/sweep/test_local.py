@@ -111,6 +111,17 @@ def test_a_run_that_hangs_is_given_up(app_file: AppFile) -> None:
     (record,) = _records(sweep, LocalEngine(1, wall_timeout_s=3.0)).values()
     assert record.result.reason == "hung: no end after 3 s of wall time"
     assert (record.path, record.is_failure) == (None, True)
+    assert record.result.wall_time_s >= 3.0
+
+
+@pytest.mark.parametrize("judge, verified", [("green-search", False), (None, None)])
+def test_a_run_that_died_is_not_verified_where_somebody_judges(
+    app_file: AppFile, judge: str | None, *, verified: bool | None
+) -> None:
+    sweep = Sweep(RunRequest(app_file("os._exit(1)"), timeout_s=5.0, judge=judge), worlds=("open",), seeds=(1,))
+    (record,) = _records(sweep, LocalEngine(1)).values()
+    assert (record.result.outcome, record.result.verified) == (Outcome.ERROR, verified)
+    assert record.result.wall_time_s > 0.0
 
 
 def test_what_a_run_that_hangs_has_started_ends_with_it(app_file: AppFile, tmp_path: Path) -> None:

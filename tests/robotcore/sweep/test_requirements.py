@@ -68,8 +68,10 @@ def test_each_group_that_misses_has_its_line() -> None:
         ("verified>=97", "write 97 % as 0.97"),
         ("verified>=97%", "'97%' is no number"),
         ("verified>=nan", "from 0 to 1"),
-        ("contacts<=-1", "0 or more"),
-        ("contacts<=nan", "0 or more"),
+        ("contacts<=-1", "a number from 0 on"),
+        ("contacts<=nan", "a number from 0 on"),
+        ("median_time_s<=inf", "a number from 0 on"),
+        ("slowest_time_s<=1e999", "a number from 0 on"),
     ],
 )
 def test_a_wrong_expression_is_answered_with_the_right_form(text: str, fault: str) -> None:
