@@ -45,8 +45,9 @@ class ClusterEngine:
                 future: Future = client.submit(perform_there, request, kit, limit, pure=False)
                 return future
 
-            for request, future in completed(submit, requests, _Crew(client, self.address).width):
-                yield self._ended(request, future)
+            crew = _Crew(client, self.address)
+            for request, future in completed(submit, requests, crew.width):
+                yield self._ended(request, future, crew)
 
     def _connected(self) -> Any:  # distributed is imported where it is used, and leaves much untyped
         distributed = imported("distributed", "cluster")
@@ -71,11 +72,11 @@ class ClusterEngine:
             if fault:
                 raise BackendError(refusal(worker, fault))
 
-    def _ended(self, request: RunRequest, future: Future) -> Ended:
+    def _ended(self, request: RunRequest, future: Future, crew: _Crew) -> Ended:
         from distributed import KilledWorker
 
         try:
-            ended: Ended = future.result()
+            return crew.result_of(future)
         except KilledWorker:
             return unfinished(request, BackendError("every worker that tried it died"))
         except BackendError as error:
@@ -84,7 +85,6 @@ class ClusterEngine:
             raise _gone(self.address) from error
         except Exception as error:  # noqa: BLE001  whatever a vendor's library raises costs this run alone
             return unfinished(request, RobotcoreError(f"{type(error).__name__}: {error}"))
-        return ended
 
 
 def _knock(door: tuple[str, int]) -> None:
@@ -111,6 +111,12 @@ class _Crew:
             )
         return _AHEAD * max(threads, 1)
 
+    def result_of(self, future: Any) -> Ended:
+        """Return what a run came to; where the worker that has its result dies, it is run again, and waited for."""
+        while (ended := _awaited(future)) is None:
+            self.width()
+        return ended
+
     def _threads(self) -> int:
         try:
             threads: dict[str, int] = self._client.nthreads()
@@ -121,3 +127,16 @@ class _Crew:
 
 def _gone(address: str) -> BackendError:
     return BackendError(f"the scheduler at {address} is gone. What is done is kept; the same command goes on")
+
+
+def _awaited(future: Any) -> Ended | None:
+    """Return what a run came to; None where nobody has it within `ANSWER_S` seconds."""
+    from distributed import TimeoutError as AwaitedTooLongError
+
+    try:
+        ended: Ended = future.result(timeout=ANSWER_S)
+    except AwaitedTooLongError:
+        if future.status == "error":  # the run's own
+            raise
+        return None
+    return ended

@@ -20,7 +20,7 @@ from robotcore.sweep.command import command_of
 from robotcore.sweep.engine import Engine
 from tests.robotcore.sweep.conftest import AppFile, sweep_of
 
-pytest.importorskip("distributed")
+distributed = pytest.importorskip("distributed")
 
 
 def _dask(*arguments: str, home: Path) -> subprocess.Popen[str]:
@@ -207,17 +207,26 @@ def test_a_cluster_without_workers_is_refused(scheduler: str) -> None:
         _told(ClusterEngine(scheduler), sweep_of("green-search"))
 
 
-def test_a_cluster_whose_workers_are_gone_is_given_up(
+def test_a_cluster_whose_workers_are_gone_with_their_results_is_given_up(
     scheduler: str, workers: list[subprocess.Popen[str]], app_file: AppFile, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("robotcore.sweep.cluster.DESERTED_S", 2.0)
+    monkeypatch.setattr("robotcore.sweep.cluster.ANSWER_S", 3.0)
     ended = ClusterEngine(scheduler).perform(sweep := sweep_of(app_file(), seeds=50), sweep.requests())
     assert next(ended).record.result.outcome is Outcome.SUCCESS
+    _await_idle(scheduler)
     for worker in workers:
         os.killpg(worker.pid, signal.SIGKILL)
     gone = f"the cluster at {scheduler} has had no workers for 2 s. What is done is kept; start some (dask worker"
     with pytest.raises(BackendError, match=f"^{re.escape(gone)}"):
         list(ended)
+
+
+def _await_idle(scheduler: str) -> None:
+    """Wait until all that was handed out is done; nobody has fetched it yet."""
+    with distributed.Client(scheduler, set_as_default=False) as client:
+        while any(client.processing().values()):
+            pass
 
 
 @pytest.mark.usefixtures("workers")
