@@ -10,10 +10,9 @@ import click
 
 from robotcore.cli.failure import tell
 from robotcore.cli.output import write, write_json
-from robotcore.errors import Interrupted
+from robotcore.errors import BackendError, Interrupted
 
 if TYPE_CHECKING:
-    from robotcore.errors import BackendError
     from robotcore.sweep.record import Record
     from robotcore.sweep.requirements import Requirement
     from robotcore.sweep.results import Results
@@ -92,7 +91,7 @@ def _rounded(value: Any) -> Any:
 
 
 def _error(ended_by: Interrupted | BackendError | None) -> dict[str, str]:
-    return {} if ended_by is None or isinstance(ended_by, Interrupted) else {"error": str(ended_by)}
+    return {"error": str(ended_by)} if isinstance(ended_by, BackendError) else {}
 
 
 def _write_summary(results: Results, groups: Sequence[Group], failing: Sequence[Record]) -> None:

@@ -56,6 +56,12 @@ def test_json_repeats_what_was_asked_for(cli: Cli, asked: list[RunRequest]) -> N
     assert (told["backends"], told["worlds"]) == (["kinematic"], ["open", "arena"])
 
 
+def test_the_guide_explains_every_key(cli: Cli, asked: list[RunRequest]) -> None:
+    told = cli(*SHORT, "--seeds", "1", "--json").json
+    guide = (Path(__file__).parents[3] / "docs" / "sweeps.md").read_text(encoding="utf-8")
+    assert [key for key in (*told, *told["groups"][0]) if f"`{key}`" not in guide] == []
+
+
 def test_json_has_no_more_digits_than_make_sense(
     cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch
 ) -> None:
