@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from importlib.metadata import version
-from itertools import groupby
 from pathlib import Path
 
 from robotcore.outcome import RunResult
 from robotcore.sweep.record import Record
+from robotcore.sweep.seeds import seeds_told
 from robotcore.sweep.words import kind
 
 
@@ -43,18 +43,11 @@ class Head:
         return cls(_names(results, lambda each: each.app), len(records), len(failing), said, causes, facts, asked)
 
 
-def ranges(numbers: Iterable[int]) -> str:
-    """Return whole numbers in short, such as ``1–20, 23``."""
-    runs = groupby(enumerate(sorted(set(numbers))), key=lambda at: at[1] - at[0])
-    spans = ([number for _, number in run] for _, run in runs)
-    return ", ".join(f"{span[0]}–{span[-1]}" if len(span) > 1 else f"{span[0]}" for span in spans)
-
-
 def _facts(results: Sequence[RunResult]) -> Iterable[tuple[str, str]]:
     yield "Robot", _names(results, lambda each: each.robot)
     yield "Backends", _names(results, lambda each: each.backend)
     yield "Worlds", _names(results, lambda each: each.world)
-    yield "Seeds", ranges(each.seed for each in results if each.seed is not None)
+    yield "Seeds", seeds_told(sorted({each.seed for each in results if each.seed is not None}))
     yield "Robot's time", _duration(sum(each.sim_time_s for each in results))
     yield "Computing time", _duration(sum(each.wall_time_s for each in results))
     yield "robotcore", version("robotcore")

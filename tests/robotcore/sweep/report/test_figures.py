@@ -2,12 +2,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import pytest
-
 from robotcore.outcome import Outcome
 from robotcore.sweep.agreement import agreements_of
 from robotcore.sweep.report.endings import MAX_ENDINGS, endings_of
-from robotcore.sweep.report.head import Head, ranges
+from robotcore.sweep.report.head import Head
 from robotcore.sweep.report.series import goal_of, milestones_of, series_of
 from robotcore.sweep.statistics import grouped
 from tests.robotcore.sweep.report.samples import failed, passed
@@ -71,11 +69,9 @@ def test_backends_that_share_no_run_are_not_compared() -> None:
     assert agreements_of([passed(seed=1), passed(seed=2, backend="pybullet")]) == []
 
 
-@pytest.mark.parametrize(
-    "numbers, told", [([], ""), ([4], "4"), ([3, 1, 2, 9, 7, 8, 8], "1–3, 7–9"), ([1, 3, 5], "1, 3, 5")]
-)
-def test_seeds_are_told_in_short(numbers: list[int], told: str) -> None:
-    assert ranges(numbers) == told
+def test_seeds_are_told_as_they_are_written() -> None:
+    head = Head.of([passed(seed=seed) for seed in (3, 1, 2, 9, 7, 8, 8)], asked="", folder=Path("here"))
+    assert dict(head.facts)["Seeds"] == "1-3,7-9"
 
 
 def test_the_head_leaves_out_what_there_is_not() -> None:
