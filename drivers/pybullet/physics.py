@@ -82,8 +82,11 @@ class Touches:
 
     def look(self) -> None:
         """Note what is touched after a step. Bullet also lists what is near; its distance says so."""
+        points = self._contact_points(bodyA=self._body, linkIndexA=-1)
+        if not (points or self._touched):  # as nearly always; what comes below would take longer than Bullet's answer
+            return
         gaps: dict[int, float] = {}
-        for _, _, thing, _, _, _, _, _, gap, *_ in self._contact_points(bodyA=self._body, linkIndexA=-1):
+        for _, _, thing, _, _, _, _, _, gap, *_ in points:
             if thing in self._things:
                 gaps[thing] = min(gap, gaps.get(thing, gap))
         begun = {thing for thing, gap in gaps.items() if gap <= 0} - self._touched
