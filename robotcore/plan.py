@@ -24,6 +24,7 @@ from robotcore.description import (
     require_start,
 )
 from robotcore.errors import UsageError
+from robotcore.faults import PlannedFault, plan_faults
 from robotcore.judging import load_judge
 from robotcore.layers import needed_devices
 from robotcore.safety import stopping_distance
@@ -38,7 +39,8 @@ class RunRequest:
     """What to run, on what. Without a seed, a world stands as its file has it.
 
     ``randomise`` draws by the seed not only where things stand, but also how everything looks and works. ``judge`` is
-    the app whose ``verify`` judges the end of the run; without one, the app's own does.
+    the app whose ``verify`` judges the end of the run; without one, the app's own does. ``faults`` are specs of what is
+    to fail on purpose.
     """
 
     app: str
@@ -54,6 +56,7 @@ class RunRequest:
     realtime: bool = False
     randomise: bool = False
     judge: str | None = None
+    faults: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -72,6 +75,7 @@ class Plan:
     world: WorldDescription | None
     setup: Setup
     drawn: Told = field(default_factory=dict)
+    faults: tuple[PlannedFault, ...] = ()
 
     @property
     def conditions(self) -> Conditions:
@@ -88,6 +92,7 @@ class Plan:
         behaviour = configure(load_app(request.app), request.settings)  # last: what it imports later is beside it
         description = load_robot(request.robot)
         devices = needed_devices(description, behaviour.needs, behaviour.wants)
+        faults = plan_faults(request.faults, description, devices)
         _require_room_to_stop(behaviour, description)
         _require_window(request, backend)
         _require_randomisable(request, backend)
@@ -96,7 +101,7 @@ class Plan:
         robot = _lagging(description, world) if world and backend.needs_world else description
         setup = Setup(robot, world, devices, request.rate_hz, request.seed or 0, request.gui, request.options)
         judge = behaviour if judge is None else judge
-        return cls(request, behaviour, judge, backend, description, world, setup, drawn)
+        return cls(request, behaviour, judge, backend, description, world, setup, drawn, faults)
 
 
 def drawn_for(request: RunRequest) -> Told:

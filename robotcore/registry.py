@@ -10,6 +10,7 @@ from robotcore.errors import BackendMissingError, UnknownNameError, UsageError
 
 BACKENDS = "robotcore.backends"
 APPS = "robotcore.apps"
+FAULTS = "robotcore.faults"
 
 
 def backend_names() -> list[str]:
@@ -20,6 +21,11 @@ def backend_names() -> list[str]:
 def app_names() -> list[str]:
     """Return the names of all apps."""
     return sorted(_points(APPS))
+
+
+def fault_names() -> list[str]:
+    """Return the names of all faults: an effect, and behind a dot what it is on where several have that effect."""
+    return sorted(_points(FAULTS))
 
 
 def load_registered(kind: str, group: str, name: str) -> Any:

@@ -127,7 +127,9 @@ class _Execution:
 
     def _assembled(self, raw: Robot) -> Assembled:
         plan, clock = self._plan, self._clock_for(raw)
-        return assemble(raw, plan.description, plan.request.rate_hz, clock, plan.conditions, plan.setup.seed)
+        seed, rate_hz = plan.setup.seed, plan.request.rate_hz
+        faults = [fault.layer(clock, seed) for fault in plan.faults]
+        return assemble(raw, plan.description, rate_hz, clock, plan.conditions, seed, faults)
 
     def _clock_for(self, raw: Robot) -> Clock:
         is_paced = self._plan.request.realtime or self._plan.request.gui
@@ -188,6 +190,7 @@ class _Execution:
             interventions=loop.trace.interventions if loop else 0,
             milestones=dict(loop.trace.milestones) if loop else {},
             conditions=self._plan.drawn,
+            faults=[str(fault.spec) for fault in self._plan.faults],
             trace_sha256=loop.trace.sha256 if loop else None,
             error=error,
         )

@@ -51,4 +51,5 @@ def _unstarted(asked: Mapping[str, Any], error: RobotcoreError | Interrupted) ->
         outcome=Outcome.INTERRUPTED if isinstance(error, Interrupted) else Outcome.ERROR,
         exit_status=error.exit_status,
         reason=str(error),
+        faults=list(asked.get("faults") or ()),
     )

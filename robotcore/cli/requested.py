@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from robotcore.cli.values import pair
+from robotcore.cli.values import faults, pair
 
 Command = Callable[..., Any]
 
@@ -32,6 +32,14 @@ _OPTIONS = (
         "--judge",
         metavar="APP",
         help="Let this app's verify judge the end of a run, instead of APP's own: a name, or a file.",
+    ),
+    click.option(
+        "--fault",
+        "faults",
+        metavar="SPEC",
+        multiple=True,
+        callback=faults,
+        help='Let something fail: "camera drop=0.2 after=5", or a .toml file; see `robotcore faults`.',
     ),
     click.option("--set", "settings", metavar="KEY=VALUE", type=pair, multiple=True, help="A setting of the app."),
     click.option(

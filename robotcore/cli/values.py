@@ -7,6 +7,8 @@ from typing import Any
 
 import click
 
+from robotcore.errors import UsageError
+
 
 class Folder(click.Path):
     """A folder by its name; an empty one, such as a variable of the shell's that nobody has set, is none."""
@@ -41,3 +43,15 @@ def names(value: str) -> tuple[str, ...]:
     if not found:
         raise click.BadParameter("name one or more, separated by commas")
     return found
+
+
+def faults(_context: click.Context, _parameter: click.Parameter, values: tuple[str, ...]) -> tuple[str, ...]:
+    """Return specs of faults in their canonical form, those of a file in its place."""
+    if not values:
+        return ()
+    from robotcore.faults.file import specs_in
+
+    try:
+        return specs_in(values)
+    except UsageError as error:
+        raise click.BadParameter(str(error)) from error

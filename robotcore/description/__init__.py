@@ -5,7 +5,7 @@ from robotcore.description.conditions import Conditions
 from robotcore.description.drawing import draw_world
 from robotcore.description.faults import first_fault
 from robotcore.description.light import Light
-from robotcore.description.loading import load_any, load_robot, load_world, robot_names, world_names
+from robotcore.description.loading import load_any, load_robot, load_world, read_table, robot_names, world_names
 from robotcore.description.passage import is_solvable
 from robotcore.description.placement import require_room, require_start
 from robotcore.description.randomisation import Randomisation
@@ -77,6 +77,7 @@ __all__ = [
     "load_world",
     "picture_told",
     "randomise",
+    "read_table",
     "require_room",
     "require_start",
     "robot_names",

@@ -28,6 +28,7 @@ _MESSAGES = {
     "model_attributes_type": "should be a table",
     "dict_type": "should be a table",
     "tuple_type": "should be a list",
+    "float_parsing": "should be a number",
     "bool_type": "should be true or false",
     "int_type": "should be a whole number",
     "string_type": "should be a string in quotes",

@@ -56,6 +56,11 @@ def load_world(name_or_file: str) -> WorldDescription:
     return _world(*_read(name_or_file, "world"))
 
 
+def read_table(file: str) -> Table:
+    """Return what is in a TOML file of the user's, its lists as tuples; what cannot be read is told by its name."""
+    return _parsed(file, _content(Path(file)))
+
+
 def load_any(name_or_file: str) -> RobotDescription | WorldDescription:
     """Return the robot or the world that a file describes; a shipped one by its name too."""
     file, table = _read(name_or_file, *KINDS)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -12,6 +10,7 @@ from robotcore.description import Conditions, Drive
 from robotcore.devices import Camera, Frame, Image, Motor, Range, RangeSensor
 from robotcore.layers.layer import Layer
 from robotcore.layers.noise import Noise
+from robotcore.layers.over import MotorOver, reading_of
 from robotcore.layers.readers import Reader
 
 PERFECT = Conditions()
@@ -67,28 +66,18 @@ class Erring:
 
     def __call__(self) -> Range:
         reading = self._read()
-        distance = reading.distance + self._bias + self._noise.at(reading.time)
-        if distance > self._sensor.max_range:
-            return replace(reading, distance=math.inf, point=None)
-        return replace(reading, distance=max(distance, self._sensor.min_range))
+        return reading_of(self._sensor, reading, reading.distance + self._bias + self._noise.at(reading.time))
 
 
-class GainedMotor(Motor):
+class GainedMotor(MotorOver):
     """A motor that turns its gain times as fast as it is told, up to its limit, and does not know."""
 
     def __init__(self, inner: Motor, gain: float) -> None:
-        super().__init__(inner.name, inner.max_velocity)
-        self._inner, self._gain = inner, gain
-
-    def stop(self) -> None:
-        if not self._is_closed:
-            self._inner.stop()
+        super().__init__(inner)
+        self._gain = gain
 
     def _apply(self, rad_s: float) -> None:
         self._inner.set_velocity(self._gain * rad_s)
-
-    def _release(self) -> None:
-        self._inner.close()
 
 
 def _effects(conditions: Conditions, noise: Noise) -> Iterator[Effect]:
@@ -98,7 +87,7 @@ def _effects(conditions: Conditions, noise: Noise) -> Iterator[Effect]:
     if (conditions.camera_exposure, conditions.camera_warmth) != (1.0, 0.0):
         yield _response(conditions)
     if conditions.camera_noise:
-        yield _grain(noise)
+        yield grain(noise)
 
 
 def _blur(sigma: float) -> Effect:
@@ -117,10 +106,11 @@ def _response(conditions: Conditions) -> Effect:
     return lambda image, _time: np.asarray(cv2.LUT(image, table), dtype=np.uint8)
 
 
-def _grain(noise: Noise) -> Effect:
+def grain(noise: Noise) -> Effect:
+    """Return what adds noise to a picture; it ends at black and at white."""
     import cv2
 
-    def grain(image: Image, time: float) -> Image:
+    def grainy(image: Image, time: float) -> Image:
         return np.asarray(cv2.add(image, noise.over(image.shape, time), dtype=cv2.CV_8U), dtype=np.uint8)
 
-    return grain
+    return grainy

@@ -48,7 +48,12 @@ class Noise:
         return np.rint(_before_rounding(self._sigma) * generator.standard_normal(length)).astype(np.int16)
 
     def _random_at(self, time: float) -> Random:
-        return Random(f"{self._key}:{round(1e6 * time)}")
+        return random_at(self._key, time)
+
+
+def random_at(key: str, time: float) -> Random:
+    """Return what draws for an instant, to the microsecond; the same for the same ``key``."""
+    return Random(f"{key}:{round(1e6 * time)}")
 
 
 def _before_rounding(sigma: float) -> float:

@@ -9,7 +9,13 @@ from typing import Any
 
 from robotcore.plan import RunRequest
 
-_OPTIONS = {"rate_hz": "--rate", "timeout_s": "--timeout", "settings": "--set", "options": "--option"}
+_OPTIONS = {
+    "rate_hz": "--rate",
+    "timeout_s": "--timeout",
+    "settings": "--set",
+    "options": "--option",
+    "faults": "--fault",
+}
 """The options that are not called what the field of the request is called."""
 
 
@@ -33,5 +39,8 @@ def _words(option: str, value: Any) -> Iterator[str]:
     elif isinstance(value, Mapping):
         for key, item in value.items():
             yield from (option, f"{key}={item}")
+    elif isinstance(value, tuple):
+        for item in value:
+            yield from (option, item)
     else:
         yield from (option, repr(value).removesuffix(".0") if isinstance(value, float) else str(value))

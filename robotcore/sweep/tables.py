@@ -72,4 +72,4 @@ def _harmless(value: Any) -> Any:
 def _columns(key: str, item: Any) -> list[tuple[str, Any]]:
     if isinstance(item, dict):
         return [(f"{key}.{name}", value) for name, value in item.items()]
-    return [(key, item)]
+    return [(key, "; ".join(item) if isinstance(item, list) else item)]

@@ -123,6 +123,7 @@ def _unstarted(request: RunRequest, error: RobotcoreError) -> RunResult:
         exit_status=error.exit_status,
         reason=str(error),
         conditions=_drawn(request),
+        faults=list(request.faults),
     )
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from rich.text import Text
 
 from robotcore.errors import RobotcoreError
+from robotcore.faults.spec import Spec
 from robotcore.outcome import Outcome, RunResult
 
 _STYLES = {Outcome.SUCCESS: "bold green", Outcome.INTERRUPTED: "bold yellow", Outcome.TIMEOUT: "bold yellow"}
@@ -20,6 +21,7 @@ def summary(result: RunResult) -> Text:
     lines = [outcome + Text(f"  {heading(result)}"), Text("  " + ", ".join(measures(result)))]
     if result.milestones:
         lines.append(Text("  " + ", ".join(f"{name} at {time:.1f} s" for name, time in result.milestones.items())))
+    lines += [Text(f"  {line}") for line in faults(result)]
     if result.reason and not isinstance(result.error, RobotcoreError):
         lines.append(Text(f"  {result.reason}"))
     return Text("\n").join(lines)
@@ -45,3 +47,10 @@ def measures(result: RunResult) -> Iterator[str]:
         yield f"{result.contacts} contact{'' if result.contacts == 1 else 's'}"
     if result.overruns:
         yield f"{result.overruns} overruns"
+
+
+def faults(result: RunResult) -> Iterator[str]:
+    """Yield which faults on purpose there were, and which the run did not live to see."""
+    for what, is_seen in (("with faults", True), ("ended before", False)):
+        if told := [text for text in result.faults if (Spec.parse(text).after_s <= result.sim_time_s) is is_seen]:
+            yield f"{what}: {'; '.join(told)}"

@@ -1,0 +1,63 @@
+"""``robotcore faults``: what can be made to fail, on what, and how it is written."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from robotcore.cli.output import as_json, write_json, write_table
+
+_COMMON = "Every fault takes after=SECONDS, from when, and lasts=SECONDS, for how long, on the robot's clock."
+
+if TYPE_CHECKING:
+    from robotcore.faults.form import Parameter
+
+
+@click.command("faults")
+@as_json
+def command(*, as_json: bool) -> None:
+    """List the faults that --fault knows, and what each is on."""
+    from robotcore.registry import fault_names
+
+    faults = [_told(name) for name in fault_names()]
+    if as_json:
+        write_json(faults)
+    else:
+        write_table(("fault", "on", "parameters", "example", "what it does"), map(_row, faults))
+        click.echo(f"\n{_COMMON}")
+
+
+def _told(name: str) -> dict[str, Any]:
+    from robotcore.errors import BackendMissingError
+    from robotcore.faults.catalogue import effect_of, load_fault
+    from robotcore.faults.form import parameters_of
+    from robotcore.faults.targets import ROLES
+
+    effect = effect_of(name)
+    try:
+        fault = load_fault(name)
+    except BackendMissingError as error:
+        return {"name": effect, "on": [], "parameters": [], "example": "", "summary": str(error)}
+    return {
+        "name": effect,
+        "on": [role for kind, role in ROLES.items() if kind in fault.on],
+        "parameters": [_parameter(each) for each in parameters_of(effect, fault)],
+        "example": fault.example,
+        "summary": (fault.__doc__ or "").strip().partition("\n")[0],
+    }
+
+
+def _parameter(parameter: Parameter) -> dict[str, Any]:
+    return {
+        "name": parameter.name,
+        "unit": parameter.unit,
+        "limits": parameter.limits,
+        "required": parameter.is_required,
+    }
+
+
+def _row(fault: dict[str, Any]) -> tuple[str, ...]:
+    own = (each for each in fault["parameters"] if each["name"] not in ("after", "lasts"))
+    parameters = "\n".join(f"{each['name']}: {each['unit']}, {each['limits']}" for each in own)
+    return fault["name"], ", ".join(fault["on"]), parameters, fault["example"], fault["summary"]

@@ -1,0 +1,38 @@
+"""Faults by name: an effect, and what it is on."""
+
+from __future__ import annotations
+
+from robotcore.errors import BackendMissingError, UnknownNameError
+from robotcore.faults.fault import Fault, Kind
+from robotcore.registry import FAULTS, fault_names, load_registered
+
+
+def effects() -> list[str]:
+    """Return the names of all effects, each once."""
+    return sorted({effect_of(name) for name in fault_names()})
+
+
+def effect_of(name: str) -> str:
+    """Return the effect that a registered name is for: what stands behind its dot tells two of one effect apart."""
+    return name.partition(".")[0]
+
+
+def load_fault(name: str) -> type[Fault]:
+    """Return the fault of a registered name."""
+    found = load_registered("fault", FAULTS, name)
+    if not (isinstance(found, type) and issubclass(found, Fault)):
+        raise BackendMissingError(f"the fault {name!r} leads to {found!r}, which is no robotcore.faults.Fault")
+    return found
+
+
+def faults_called(effect: str) -> list[type[Fault]]:
+    """Return what has this effect: one fault, or one for each of several kinds of device."""
+    names = [name for name in fault_names() if effect_of(name) == effect]
+    if not names:
+        raise UnknownNameError("effect", effect, effects())
+    return [load_fault(name) for name in names]
+
+
+def effects_on(kind: Kind) -> list[str]:
+    """Return the effects that there are on a kind of device."""
+    return sorted({effect_of(name) for name in fault_names() if kind in load_fault(name).on})

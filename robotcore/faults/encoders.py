@@ -1,0 +1,54 @@
+"""Encoders that do not count all of what their wheels turn."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from robotcore.devices import Angle, Encoder
+from robotcore.faults.eager import EagerLayer
+from robotcore.faults.fault import Fault, Kind
+from robotcore.faults.occasion import Occasion
+from robotcore.layers.readers import Reader
+
+Share = Annotated[float, Field(ge=0, le=1, description="share")]
+
+
+class Slip(Fault):
+    """Misses this share of what its wheel turns."""
+
+    on: ClassVar = frozenset({Kind.ENCODER})
+    example: ClassVar = "encoders slip=0.1"
+
+    value: Share
+
+    def layer(self, occasion: Occasion) -> Slipping:
+        return Slipping(self, self.value)
+
+
+class Slipping(EagerLayer):
+    """Takes a ``share`` away from what wheels turn while ``fault`` is there."""
+
+    def __init__(self, fault: Fault, share: float) -> None:
+        super().__init__()
+        self._fault, self._share = fault, share
+
+    def encoder(self, encoder: Encoder, read: Reader[Angle]) -> Reader[Angle]:
+        return self.polled(_Missing(read, self._fault, self._share))
+
+
+class _Missing:
+    """Reads an angle without what was missed of it."""
+
+    def __init__(self, read: Reader[Angle], fault: Fault, share: float) -> None:
+        self._read, self._fault, self._share = read, fault, share
+        self._last = self._missed = 0.0
+
+    def __call__(self) -> Angle:
+        sample = self._read()
+        if self._fault.is_on(sample.time):
+            self._missed += self._share * (sample.angle - self._last)
+        self._last = sample.angle
+        return replace(sample, angle=sample.angle - self._missed)

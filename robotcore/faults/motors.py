@@ -1,0 +1,109 @@
+"""Motors that do not turn as they are told, and do not know. A stop is a stop whatever the fault."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from robotcore.clock import Clock
+from robotcore.devices import Motor
+from robotcore.faults.clocks import EndingTicks
+from robotcore.faults.fault import Fault, Kind
+from robotcore.faults.occasion import Occasion
+from robotcore.layers.layer import Layer
+from robotcore.layers.over import MotorOver
+from robotcore.safety.patience import PatientLock
+
+Gain = Annotated[float, Field(ge=0, le=1, description="gain")]
+
+_MOTORS = frozenset({Kind.MOTOR})
+
+
+class Dead(Fault):
+    """Does not turn."""
+
+    on: ClassVar = _MOTORS
+    example: ClassVar = "right_motor dead after=10"
+
+    def layer(self, occasion: Occasion) -> Turning:
+        return Turning(self, occasion.clock, 0.0)
+
+
+class Weak(Fault):
+    """Turns this many times as fast as it is told."""
+
+    on: ClassVar = _MOTORS
+    example: ClassVar = "left_motor weak=0.6"
+
+    value: Gain
+
+    def layer(self, occasion: Occasion) -> Turning:
+        return Turning(self, occasion.clock, self.value)
+
+
+class Reversed(Fault):
+    """Turns the wrong way, as one whose wires were swapped."""
+
+    on: ClassVar = _MOTORS
+    example: ClassVar = "left_motor reversed"
+
+    def layer(self, occasion: Occasion) -> Turning:
+        return Turning(self, occasion.clock, -1.0)
+
+
+class Turning(Layer):
+    """Turns motors ``gain`` times as fast as they are told while ``fault`` is there.
+
+    Where it comes or goes while a command lives, the command is told anew at the end of the tick.
+    """
+
+    def __init__(self, fault: Fault, clock: Clock, gain: float) -> None:
+        self._fault, self._clock, self._gain = fault, clock, gain
+        self._motors: list[FaultyMotor] = []
+
+    def motor(self, motor: Motor) -> Motor:
+        faulty = FaultyMotor(motor, self._gain_now)
+        self._motors.append(faulty)
+        return faulty
+
+    def clock(self, clock: Clock) -> Clock:
+        return EndingTicks(clock, self._end_tick)
+
+    def _gain_now(self) -> float:
+        return self._gain if self._fault.is_on(self._clock.now()) else 1.0
+
+    def _end_tick(self) -> None:
+        for motor in self._motors:
+            motor.renew()
+
+
+class FaultyMotor(MotorOver):
+    """A motor that turns ``gain()`` times as fast as it is told; a deadman may stop it from another thread."""
+
+    def __init__(self, inner: Motor, gain: Callable[[], float]) -> None:
+        super().__init__(inner)
+        self._gain = gain
+        self._asked = self._told = 0.0
+        self._lock = PatientLock()
+
+    def stop(self) -> None:
+        with self._lock.patiently():
+            self._asked = self._told = 0.0
+            super().stop()
+
+    def renew(self) -> None:
+        """Tell the motor what it was told last where the gain has changed since."""
+        with self._lock:
+            if self._gain() * self._asked != self._told:
+                self._tell()
+
+    def _apply(self, rad_s: float) -> None:
+        with self._lock:
+            self._asked = rad_s
+            self._tell()
+
+    def _tell(self) -> None:
+        self._told = self._gain() * self._asked
+        self._inner.set_velocity(self._told)
