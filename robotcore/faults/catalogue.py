@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 from robotcore.errors import BackendMissingError, UnknownNameError
 from robotcore.faults.fault import Fault, Kind
 from robotcore.registry import FAULTS, fault_names, load_registered
@@ -18,10 +20,12 @@ def effect_of(name: str) -> str:
 
 
 def load_fault(name: str) -> type[Fault]:
-    """Return the fault of a registered name."""
+    """Return the fault of a registered name; BackendMissingError where it cannot be loaded, or is none."""
     found = load_registered("fault", FAULTS, name)
     if not (isinstance(found, type) and issubclass(found, Fault)):
-        raise BackendMissingError(f"the fault {name!r} leads to {found!r}, which is no robotcore.faults.Fault")
+        raise BackendMissingError(
+            f"the fault {name!r} is no class that inherits robotcore.faults.Fault. Mend its entry point"
+        )
     return found
 
 
@@ -34,5 +38,11 @@ def faults_called(effect: str) -> list[type[Fault]]:
 
 
 def effects_on(kind: Kind) -> list[str]:
-    """Return the effects that there are on a kind of device."""
-    return sorted({effect_of(name) for name in fault_names() if kind in load_fault(name).on})
+    """Return the effects that there are on a kind of device; what cannot be loaded has none."""
+    return sorted({effect_of(name) for name in fault_names() if kind in _kinds_of(name)})
+
+
+def _kinds_of(name: str) -> frozenset[Kind]:
+    with suppress(BackendMissingError):
+        return load_fault(name).on
+    return frozenset()

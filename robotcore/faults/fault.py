@@ -46,8 +46,8 @@ class Fault(Described):
     so many, or to the end.
     """
 
-    on: ClassVar[frozenset[Kind]]
-    example: ClassVar[str]
+    on: ClassVar[frozenset[Kind]] = frozenset()
+    example: ClassVar[str] = ""
 
     after: Moment = 0.0
     lasts: Duration | None = None

@@ -32,7 +32,7 @@ class Drop(Fault):
 
 
 class NoEcho(Drop):
-    """Loses each echo with this probability: there is no new sample, and no ``inf``."""
+    """Loses each echo with this probability: no new sample, never inf."""
 
     on: ClassVar = frozenset({Kind.RANGE})
     example: ClassVar = "range no_echo=0.5"

@@ -79,3 +79,4 @@ def test_an_app_in_a_file_is_loaded_from_it(tmp_path: Path) -> None:
 def test_groups_are_those_of_the_installed_project() -> None:
     assert {point.name for point in entry_points(group=registry.BACKENDS)} >= {"kinematic", "mock", "pybullet"}
     assert {point.name for point in entry_points(group=registry.APPS)} >= {"green-search", "mark-green"}
+    assert {point.name for point in entry_points(group=registry.FAULTS)} >= {"drop", "noise.camera", "stall"}

@@ -58,8 +58,9 @@ def test_worlds_tell_their_size_and_what_is_in_them(cli: Cli) -> None:
     assert (worlds["clutter"]["obstacles"], worlds["clutter"]["targets"]) == (12, 1)
 
 
-@pytest.mark.parametrize("name", ["apps", "backends", "robots", "worlds"])
+@pytest.mark.parametrize("name", ["apps", "backends", "faults", "robots", "worlds"])
 def test_a_table_has_a_row_for_each_that_json_has(cli: Cli, name: str) -> None:
+    names = [each["name"] for each in json.loads(cli(name, "--json").out)]
     table = cli(name).out.splitlines()
-    for each in json.loads(cli(name, "--json").out):
-        assert sum(line.startswith(f"{each['name']} ") for line in table) == 1
+    for each in names:
+        assert sum(line.startswith(f"{each} ") for line in table) == names.count(each)

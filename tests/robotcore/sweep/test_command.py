@@ -23,6 +23,7 @@ def test_only_what_is_not_the_default_is_said() -> None:
         {"settings": {"speed_m_s": 0.3, "name": "a b'c"}, "options": {"note": "$HOME; rm"}},
         {"app": "my apps/odd.py:Odd", "gui": True, "realtime": True},
         {"app": "odd.py", "judge": "my apps/judge.py:Strict"},
+        {"faults": ("camera drop=0.2 after=5", "loop stall=0.3")},
     ],
 )
 def test_the_command_line_reads_back_the_same_request(asked: dict[str, Any]) -> None:

@@ -55,3 +55,13 @@ def test_the_heading_names_world_and_seed_only_where_there_are_any(result: RunRe
 
 def test_milestones_are_told_with_their_times(result: RunResult) -> None:
     assert "search at 0.0 s, seen at 0.5 s, approach at 1.0 s, arrived at 1.5 s" in summary(result).plain
+
+
+def test_faults_on_purpose_are_told_apart_from_those_that_never_began(result: RunResult) -> None:
+    faults = ["camera drop=0.2 after=5", "left_motor weak=0.6", "camera freeze after=60"]
+    lines = summary(dataclasses.replace(result, faults=faults, sim_time_s=5.0)).plain.splitlines()
+    assert lines[-2:] == [
+        "  with faults: camera drop=0.2 after=5; left_motor weak=0.6",
+        "  ended before: camera freeze after=60",
+    ]
+    assert "fault" not in summary(result).plain
