@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 from pydantic import Field
 
@@ -22,8 +22,8 @@ Distance = Annotated[float, Field(gt=0, le=100, description="metres")]
 class RangeNoise(Fault):
     """Adds normal noise of this deviation to each distance."""
 
-    on: ClassVar = frozenset({Kind.RANGE})
-    example: ClassVar = "range noise=0.05"
+    on = frozenset({Kind.RANGE})
+    example = "range noise=0.05"
 
     value: Deviation
 
@@ -38,8 +38,8 @@ class RangeNoise(Fault):
 class Stuck(Fault):
     """Always tells this distance, as if it were new; past its range, that nothing is there."""
 
-    on: ClassVar = frozenset({Kind.RANGE})
-    example: ClassVar = "range stuck=1.5 after=5"
+    on = frozenset({Kind.RANGE})
+    example = "range stuck=1.5 after=5"
 
     value: Distance
 
@@ -50,8 +50,8 @@ class Stuck(Fault):
 class Spikes(Fault):
     """Tells, with this probability, a distance drawn anywhere within its range."""
 
-    on: ClassVar = frozenset({Kind.RANGE})
-    example: ClassVar = "range spikes=0.1"
+    on = frozenset({Kind.RANGE})
+    example = "range spikes=0.1"
 
     value: Probability
 

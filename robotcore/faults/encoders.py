@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 from pydantic import Field
 
@@ -19,8 +19,8 @@ Share = Annotated[float, Field(ge=0, le=1, description="share")]
 class Slip(Fault):
     """Misses this share of what its wheel turns."""
 
-    on: ClassVar = frozenset({Kind.ENCODER})
-    example: ClassVar = "encoders slip=0.1"
+    on = frozenset({Kind.ENCODER})
+    example = "encoders slip=0.1"
 
     value: Share
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import BeforeValidator, Field, ValidationError
 
 from robotcore.description import Described, read_table
 from robotcore.description.faults import fault_of
@@ -31,25 +31,8 @@ def _word(value: Any) -> str:
 Word = Annotated[str, BeforeValidator(_word)]
 
 
-class _Written(Described):
-    """A fault in a file; whatever else stands there is a parameter."""
-
-    model_config = ConfigDict(extra="allow", frozen=True)
-    __pydantic_extra__: dict[str, Word]
-
-    target: str
-    effect: str
-    value: Word | None = None
-
-    @property
-    def text(self) -> str:
-        value = "" if self.value is None else f"={self.value}"
-        rest = [f"{key}={word}" for key, word in self.__pydantic_extra__.items()]
-        return " ".join([self.target, f"{self.effect}{value}", *rest])
-
-
 class _File(Described):
-    fault: Annotated[tuple[_Written, ...], Field(min_length=1, description="one or more tables: [[fault]]")]
+    fault: Annotated[tuple[dict[str, Word], ...], Field(min_length=1, description="one or more tables: [[fault]]")]
 
 
 def specs_in(texts: Iterable[str]) -> tuple[str, ...]:
@@ -67,14 +50,19 @@ def _is_file(text: str) -> bool:
 def _read(file: str) -> list[Spec]:
     table = read_table(file)
     try:
-        written = _File.model_validate(table, strict=True).fault
+        faults = _File.model_validate(table, strict=True).fault
     except ValidationError as error:
         raise DescriptionError(file, *fault_of(error, _File, table)) from error
-    return [_spec(fault, f"{file}: fault[#{number}]") for number, fault in enumerate(written, start=1)]
+    return [_spec(dict(words), file, f"fault[#{number}]") for number, words in enumerate(faults, start=1)]
 
 
-def _spec(fault: _Written, place: str) -> Spec:
+def _spec(words: dict[str, str], file: str, place: str) -> Spec:
+    for key in ("target", "effect"):
+        if key not in words:
+            raise DescriptionError(file, f"{place}.{key}", "is missing", "Add it")
+    target, effect, value = words.pop("target"), words.pop("effect"), words.pop("value", None)
+    first = effect if value is None else f"{effect}={value}"
     try:
-        return Spec.parse(fault.text)
+        return Spec.parse(" ".join([target, first, *(f"{key}={word}" for key, word in words.items())]))
     except UsageError as error:
-        raise UsageError(f"{place}: {error}") from error
+        raise UsageError(f"{file}: {place}: {error}") from error

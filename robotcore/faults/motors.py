@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 from pydantic import Field
 
@@ -24,8 +24,8 @@ _MOTORS = frozenset({Kind.MOTOR})
 class Dead(Fault):
     """Does not turn."""
 
-    on: ClassVar = _MOTORS
-    example: ClassVar = "right_motor dead after=10"
+    on = _MOTORS
+    example = "right_motor dead after=10"
 
     def layer(self, occasion: Occasion) -> Turning:
         return Turning(self, occasion.clock, 0.0)
@@ -34,8 +34,8 @@ class Dead(Fault):
 class Weak(Fault):
     """Turns this many times as fast as it is told."""
 
-    on: ClassVar = _MOTORS
-    example: ClassVar = "left_motor weak=0.6"
+    on = _MOTORS
+    example = "left_motor weak=0.6"
 
     value: Gain
 
@@ -46,8 +46,8 @@ class Weak(Fault):
 class Reversed(Fault):
     """Turns the wrong way, as one whose wires were swapped."""
 
-    on: ClassVar = _MOTORS
-    example: ClassVar = "left_motor reversed"
+    on = _MOTORS
+    example = "left_motor reversed"
 
     def layer(self, occasion: Occasion) -> Turning:
         return Turning(self, occasion.clock, -1.0)

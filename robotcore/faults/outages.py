@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import inf
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 from pydantic import Field, model_validator
 
@@ -36,8 +36,8 @@ class Outage(Fault):
 class Stall(Outage):
     """Holds the loop up for so long; time goes on without a tick, and the deadman cuts."""
 
-    on: ClassVar = frozenset({Kind.LOOP})
-    example: ClassVar = "loop stall=0.3 after=5 every=10"
+    on = frozenset({Kind.LOOP})
+    example = "loop stall=0.3 after=5 every=10"
 
     value: Pause
 
@@ -48,8 +48,8 @@ class Stall(Outage):
 class Lost(Outage):
     """Cuts every motor and sensor off for so long; a stop is tried all the same."""
 
-    on: ClassVar = frozenset({Kind.CONNECTION})
-    example: ClassVar = "connection lost=2 after=10"
+    on = frozenset({Kind.CONNECTION})
+    example = "connection lost=2 after=10"
 
     def layer(self, occasion: Occasion) -> CutOff:
         return CutOff(self, occasion.clock)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 from pydantic import Field
 
@@ -19,8 +19,8 @@ GreyLevels = Annotated[float, Field(gt=0, le=64, description="grey levels")]
 class CameraNoise(Fault):
     """Adds normal noise of this deviation to each pixel."""
 
-    on: ClassVar = frozenset({Kind.CAMERA})
-    example: ClassVar = "camera noise=20 after=5"
+    on = frozenset({Kind.CAMERA})
+    example = "camera noise=20 after=5"
 
     value: GreyLevels
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from math import inf
-from typing import Annotated, ClassVar, Generic
+from typing import Annotated, Generic
 
 from pydantic import Field
 
@@ -22,8 +22,8 @@ Latency = Annotated[float, Field(gt=0, le=5, description="seconds")]
 class Drop(Fault):
     """Loses each sample with this probability; the last one stays, and ages."""
 
-    on: ClassVar = SENSORS
-    example: ClassVar = "camera drop=0.2 after=5"
+    on = SENSORS
+    example = "camera drop=0.2 after=5"
 
     value: Probability
 
@@ -34,15 +34,15 @@ class Drop(Fault):
 class NoEcho(Drop):
     """Loses each echo with this probability: no new sample, never inf."""
 
-    on: ClassVar = frozenset({Kind.RANGE})
-    example: ClassVar = "range no_echo=0.5"
+    on = frozenset({Kind.RANGE})
+    example = "range no_echo=0.5"
 
 
 class Freeze(Fault):
     """Gives no new sample; the last one stays, and ages."""
 
-    on: ClassVar = SENSORS
-    example: ClassVar = "camera freeze after=5 lasts=0.5"
+    on = SENSORS
+    example = "camera freeze after=5 lasts=0.5"
 
     def layer(self, occasion: Occasion) -> LostSamples:
         return LostSamples(self, occasion, 1.0)
@@ -54,8 +54,8 @@ class Delay(Fault):
     Time never runs backwards: what was given stays until something newer has come.
     """
 
-    on: ClassVar = SENSORS
-    example: ClassVar = "camera delay=0.2"
+    on = SENSORS
+    example = "camera delay=0.2"
 
     value: Latency
 

@@ -42,7 +42,7 @@ def test_a_file_stands_for_what_is_in_it_among_the_others(file: Path) -> None:
     "old, new, told",
     [
         ('effect = "drop"', "", "fault[#1].effect: is missing. Add it"),
-        ('"camera"', "3", "fault[#1].target: should be a string in quotes, got 3"),
+        ('"camera"', "3", "fault[#1]: '3.0 drop=0.2 after=5.0': '3.0' is no name. Write TARGET"),
         ("value = 0.20", "value = true", "fault[#1].value: is neither a number nor a word. Write a number, or"),
         ("value = 0.20", "value = nan", "fault[#1].value: is neither a number nor a word. Write a number, or"),
         ("lasts = 1.5", "lasts = [1.5]", "fault[#2].lasts: is neither a number nor a word"),

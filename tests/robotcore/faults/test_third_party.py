@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable
 from dataclasses import replace
 from importlib.metadata import EntryPoint
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 import pytest
 from pydantic import Field
@@ -31,8 +31,8 @@ class Bias(Fault):
     A wall that is not where it seems.
     """
 
-    on: ClassVar = frozenset({Kind.RANGE})
-    example: ClassVar = "range bias=0.1"
+    on = frozenset({Kind.RANGE})
+    example = "range bias=0.1"
 
     value: Annotated[float, Field(ge=-1, le=1, description="metres")]
     mode: str = "plain"
