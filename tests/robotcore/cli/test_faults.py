@@ -6,7 +6,9 @@ import pytest
 
 from robotcore import RunRequest
 from robotcore.description import load_robot
+from robotcore.errors import BackendError
 from robotcore.faults import plan_faults
+from robotcore.sweep.worker import unfinished
 from tests.robotcore.cli.conftest import Cli
 
 SHORT = ("avoid-obstacles", "--world", "open", "--set", "duration_s=0.5")
@@ -45,6 +47,16 @@ def test_a_wrong_fault_is_refused_before_anything_runs(
     assert lines[1] in second
     assert list(tmp_path.iterdir()) == []
     assert cli(command, *SHORT, "--fault", spec, "--json").json["exit_status"] == 2
+
+
+def test_a_run_that_does_not_begin_answers_with_the_faults_it_was_asked_for(cli: Cli) -> None:
+    told = cli("run", "avoid-obstacles", "--world", "nowhere", "--fault", "range  drop=0.50", "--json")
+    assert (told.status, told.json["faults"]) == (2, ["range drop=0.5"])
+
+
+def test_a_run_that_never_came_back_is_told_with_its_faults() -> None:
+    request = RunRequest("avoid-obstacles", world="open", faults=("range drop=0.5",))
+    assert unfinished(request, BackendError("died")).record.result.faults == ["range drop=0.5"]
 
 
 def test_a_sweep_has_them_in_every_run_its_command_and_its_table(

@@ -1,12 +1,13 @@
 from __future__ import annotations
 
 import math
-from threading import Event, Thread
+from threading import Thread
 
 import pytest
 
 from robotcore.errors import DeviceClosedError, DeviceError, InvalidCommandError
 from robotcore.faults.motors import FaultyMotor
+from robotcore.safety.patience import PATIENCE_S
 from tests.robotcore.fakes import NullMotor
 from tests.robotcore.faults.rigs import TICK_S, faulty
 
@@ -85,25 +86,19 @@ def test_a_motor_that_breaks_when_its_fault_begins_is_told() -> None:
         rig.sleep(TICK_S)
 
 
-def test_a_stop_from_another_thread_counts_where_the_motor_was_about_to_be_told_anew() -> None:
+def test_a_stop_from_another_thread_counts_where_the_motor_is_just_being_told_anew() -> None:
     """A deadman on a real clock stops from a thread of its own."""
-    motor, asked_for, go_on = NullMotor("left_motor"), Event(), Event()
-    gains = iter((1.0, 0.5, 0.5))
+    motor, gains = NullMotor("left_motor"), iter((1.0, 0.5, 0.5))
+    weak = FaultyMotor(motor, lambda: next(gains))
+    weak.set_velocity(4.0)
+    stopping = Thread(target=weak.stop)
 
-    def gain() -> float:
-        if (now := next(gains)) == 0.5 and not asked_for.is_set():
-            asked_for.set()
-            go_on.wait(5.0)
-        return now
+    def stop_meanwhile(rad_s: float) -> None:
+        if rad_s == 2.0:
+            stopping.start()
+            stopping.join(PATIENCE_S / 2)
 
-    faulty_one = FaultyMotor(motor, gain)
-    faulty_one.set_velocity(4.0)
-    renewing = Thread(target=faulty_one.renew)
-    renewing.start()
-    asked_for.wait(5.0)
-    stopping = Thread(target=faulty_one.stop)
-    stopping.start()
-    go_on.set()
-    renewing.join(5.0)
-    stopping.join(5.0)
-    assert motor.sent[-1] == 0.0
+    motor.on_command = stop_meanwhile
+    weak.renew()
+    stopping.join()
+    assert motor.sent == [4.0, 2.0, 0.0]

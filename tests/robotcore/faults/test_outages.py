@@ -19,8 +19,8 @@ class TestStall:
         assert _tick_times("loop stall=0.3 after=0.1", 5) == pytest.approx([0.0, 0.05, 0.1, 0.4, 0.45])
 
     def test_again_and_again_until_it_ends(self) -> None:
-        times = _tick_times("loop stall=0.1 after=0.1 every=0.2 lasts=0.4", 8)
-        assert times == pytest.approx([0.0, 0.05, 0.1, 0.2, 0.25, 0.3, 0.4, 0.45])
+        times = _tick_times("loop stall=0.1 after=0.1 every=0.2 lasts=0.4", 10)
+        assert times == pytest.approx([0.0, 0.05, 0.1, 0.2, 0.25, 0.3, 0.4, 0.45, 0.5, 0.55])
 
     def test_a_stall_is_not_missed_between_two_ticks(self) -> None:
         assert _tick_times("loop stall=0.1 after=0.06", 4) == pytest.approx([0.0, 0.05, 0.1, 0.2])
