@@ -1,0 +1,75 @@
+from __future__ import annotations
+
+import shlex
+from importlib.metadata import EntryPoint
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from robotcore import registry
+from robotcore.cli.main import execute
+from robotcore.description import load_robot
+from robotcore.faults import Kind, plan_faults
+from robotcore.faults.catalogue import load_fault
+from robotcore.faults.file import specs_in
+from robotcore.faults.form import parameters_of
+from robotcore.faults.targets import ROLES
+from robotcore.registry import fault_names
+from tests.docs.listings import Exchange, code_in, exchanges, listings, rows
+from tests.robotcore.fakes import picture
+from tests.robotcore.faults.rigs import faulty
+
+PAGE = (Path(__file__).parents[2] / "docs" / "faults.md").read_text()
+LISTINGS = listings(PAGE)
+EXCHANGES = [each for listing in LISTINGS if listing.language == "console" for each in exchanges(listing.text)]
+FILES = [each.text for each in LISTINGS if each.language == "toml"]
+ROVER = load_robot("rover")
+
+
+@pytest.mark.parametrize("exchange", EXCHANGES, ids=lambda each: each.command)
+def test_command_tells_what_the_page_says(exchange: Exchange, capfd: pytest.CaptureFixture[str]) -> None:
+    execute(shlex.split(exchange.command)[1:])
+    out, err = capfd.readouterr()
+    assert exchange.is_answered_by(f"{err}\n{out}"), err + out
+
+
+def test_file_is_what_it_stands_for(tmp_path: Path) -> None:
+    file = tmp_path / "faults.toml"
+    file.write_text(FILES[0])
+    assert specs_in([str(file)]) == ("camera drop=0.2 after=5", "left_motor weak=0.6")
+
+
+def test_commands_at_the_top_are_understood() -> None:
+    shell = next(each.text for each in LISTINGS if each.language == "sh")
+    words = [shlex.split(line) for line in shell.splitlines()]
+    specs = [after for line in words for word, after in pairwise(line) if word == "--fault"]
+    assert len(plan_faults(specs, ROVER, [device.name for device in ROVER.devices])) == 3
+
+
+def test_table_has_every_effect_with_its_unit_and_what_it_is_on() -> None:
+    told = {(code_in(row[0])[0], tuple(code_in(row[1]))) for row in rows(PAGE, "What there is")}
+    assert told == {_written(name) for name in fault_names()}
+
+
+def test_fault_of_ones_own_works(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    source = next(each for each in LISTINGS if each.language == "python")
+    (tmp_path / source.file).write_text(source.text)
+    monkeypatch.syspath_prepend(tmp_path)
+    points = {**registry._points(registry.FAULTS), "fog": EntryPoint("fog", "fog:Fog", registry.FAULTS)}
+    monkeypatch.setattr(registry, "_points", lambda _: points)
+    rig = faulty("camera fog=0.5 after=0.05")
+    rig.eye.image = picture((20, 180, 220))
+    shown = []
+    for _ in range(2):
+        shown.append(np.unique(rig.robot.camera.read().image).tolist())
+        rig.sleep(0.05)
+    assert shown == [[20, 180, 220], [100, 180, 200]]
+
+
+def _written(name: str) -> tuple[str, tuple[str, ...]]:
+    effect, fault = name.partition(".")[0], load_fault(name)
+    (first, *_) = parameters_of(effect, fault)
+    roles = tuple(ROLES[kind] for kind in Kind if kind in fault.on)
+    return first.form if first.name == effect else effect, roles
