@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from contextlib import suppress
 
 from robotcore.errors import BackendMissingError, UnknownNameError
@@ -40,6 +41,12 @@ def faults_called(effect: str) -> list[type[Fault]]:
 def effects_on(kind: Kind) -> list[str]:
     """Return the effects that there are on a kind of device; what cannot be loaded has none."""
     return sorted({effect_of(name) for name in fault_names() if kind in _kinds_of(name)})
+
+
+def modules_of(specs: Iterable[str]) -> list[str]:
+    """Return the modules whose code specs run; those of a spec that is none are left out, it runs nothing."""
+    names = {word.partition("=")[0].replace("-", "_") for spec in specs for word in spec.split()[1:2]}
+    return sorted(load_fault(name).__module__ for name in fault_names() if effect_of(name) in names)
 
 
 def _kinds_of(name: str) -> frozenset[Kind]:

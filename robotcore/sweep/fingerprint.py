@@ -16,6 +16,7 @@ from typing import Any
 
 from robotcore.appfile import is_app_file
 from robotcore.catalogue import load_app, load_backend
+from robotcore.faults.catalogue import modules_of
 from robotcore.sweep.ownfiles import own_files
 from robotcore.sweep.spec import Sweep
 
@@ -36,7 +37,7 @@ def parts(sweep: Sweep) -> Parts:
     """
     told = {
         "asked": _asked(sweep),
-        "code": _code_digests(sweep.apps, sweep.backends),
+        "code": _code_digests(sweep.apps, sweep.backends, sweep.request.faults),
         "files": {str(file): _sha256(content) for file, content in own_files(sweep).items()},
         "libraries": libraries(sweep.backends),
     }
@@ -65,7 +66,7 @@ def _asked(sweep: Sweep) -> dict[str, Any]:
     return told
 
 
-def _code_digests(apps: Iterable[str], backends: Iterable[str]) -> dict[str, str]:
+def _code_digests(apps: Iterable[str], backends: Iterable[str], faults: Iterable[str] = ()) -> dict[str, str]:
     """Return the digests of packages by their names, in the order of these.
 
     Whole packages count: a line that changes nothing is taken for one that might. Of robotcore's own drivers each is
@@ -73,7 +74,8 @@ def _code_digests(apps: Iterable[str], backends: Iterable[str]) -> dict[str, str
     """
     modules = [type(load_backend(backend)).__module__ for backend in backends]
     modules += [load_app(app).__module__ for app in apps if not is_app_file(app)]
-    return {package: _package_digest(package) for package in sorted({"robotcore", *map(_package, modules)})}
+    packages = {"robotcore", *map(_package, [*modules, *modules_of(faults)])}
+    return {package: _package_digest(package) for package in sorted(packages)}
 
 
 def libraries(backends: Iterable[str]) -> dict[str, str]:

@@ -19,6 +19,7 @@ from robotcore.faults import Fault, Kind, Occasion, plan_faults
 from robotcore.faults.catalogue import load_fault
 from robotcore.layers.layer import Layer
 from robotcore.layers.readers import Reader
+from robotcore.sweep.fingerprint import code_digest
 from tests.robotcore.fakes import ROVER
 from tests.robotcore.faults.rigs import faulty
 
@@ -82,6 +83,13 @@ def test_an_effect_of_ours_may_be_had_on_another_kind_of_device(register: Regist
     names = {"nose", "left_motor"}
     weak = plan_faults(["range weak=-0.5", "left_motor weak=0.5"], ROVER, names)
     assert [type(planned.fault).__name__ for planned in weak] == ["Bias", "Weak"]
+
+
+def test_its_code_counts_for_the_results_of_a_sweep(register: Register) -> None:
+    register("bias", f"{__name__}:Bias")
+    ours, without = (code_digest((), (), faults) for faults in (["range drop=0.1", "range"], ()))
+    assert ours == without
+    assert code_digest((), (), ["range bias=0.1"]) != without
 
 
 def test_it_is_listed(register: Register, capsys: pytest.CaptureFixture[str]) -> None:
