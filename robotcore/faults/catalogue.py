@@ -31,11 +31,14 @@ def load_fault(name: str) -> type[Fault]:
 
 
 def faults_called(effect: str) -> list[type[Fault]]:
-    """Return what has this effect: one fault, or one for each of several kinds of device."""
+    """Return what has this effect: one fault, or one for each of several kinds of device.
+
+    Raises UnknownNameError, with the nearest name; UsageError where no fault at all is registered.
+    """
     names = [name for name in fault_names() if effect_of(name) == effect]
-    if not names:
-        raise UnknownNameError("effect", effect, effects())
-    return [load_fault(name) for name in names]
+    if not names and (known := effects()):
+        raise UnknownNameError("effect", effect, known)
+    return [load_fault(name) for name in names or [effect]]
 
 
 def effects_on(kind: Kind) -> list[str]:

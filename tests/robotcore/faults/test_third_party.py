@@ -85,6 +85,12 @@ def test_an_effect_of_ours_may_be_had_on_another_kind_of_device(register: Regist
     assert [type(planned.fault).__name__ for planned in weak] == ["Bias", "Weak"]
 
 
+def test_an_installation_from_before_there_were_faults_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(registry, "_points", lambda _: {})
+    with pytest.raises(UsageError, match=r"no fault is registered. Install the project first: pip install -e ."):
+        plan_faults(["range drop=0.1"], ROVER, {"nose"})
+
+
 def test_its_code_counts_for_the_results_of_a_sweep(register: Register) -> None:
     register("bias", f"{__name__}:Bias")
     ours, without = (code_digest((), (), faults) for faults in (["range drop=0.1", "range"], ()))
