@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field, ValidationError
 
 from robotcore.description import Described, read_table
-from robotcore.description.faults import fault_of
+from robotcore.description.faults import faults_of
 from robotcore.errors import DescriptionError, UsageError
 from robotcore.faults.spec import Spec
 
@@ -52,7 +52,7 @@ def _read(file: str) -> list[Spec]:
     try:
         faults = _File.model_validate(table, strict=True).fault
     except ValidationError as error:
-        raise DescriptionError(file, *fault_of(error, _File, table)) from error
+        raise DescriptionError.of_all(file, faults_of(error, _File, table)) from error
     return [_spec(dict(words), file, f"fault[#{number}]") for number, words in enumerate(faults, start=1)]
 
 

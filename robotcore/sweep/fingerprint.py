@@ -50,9 +50,9 @@ def digest(told: Parts) -> str:
     return _sha256(json.dumps(told, sort_keys=True).encode())
 
 
-def code_digest(apps: Iterable[str], backends: Iterable[str]) -> str:
-    """Return a digest of the sources of robotcore, of the backends, and of those apps that have a name."""
-    return _sha256("".join(_code_digests(apps, backends).values()).encode())
+def code_digest(apps: Iterable[str], backends: Iterable[str], faults: Iterable[str] = ()) -> str:
+    """Return a digest of the sources of robotcore, of the backends and faults, and of those apps that have a name."""
+    return _sha256("".join(_code_digests(apps, backends, faults).values()).encode())
 
 
 def _asked(sweep: Sweep) -> dict[str, Any]:
@@ -66,7 +66,7 @@ def _asked(sweep: Sweep) -> dict[str, Any]:
     return told
 
 
-def _code_digests(apps: Iterable[str], backends: Iterable[str], faults: Iterable[str] = ()) -> dict[str, str]:
+def _code_digests(apps: Iterable[str], backends: Iterable[str], faults: Iterable[str]) -> dict[str, str]:
     """Return the digests of packages by their names, in the order of these.
 
     Whole packages count: a line that changes nothing is taken for one that might. Of robotcore's own drivers each is
