@@ -46,8 +46,8 @@ def check(*texts: str) -> None:
         plan_faults(specs_in(texts), ROVER, NAMES)
     except UsageError as error:
         lines = str(error).splitlines()  # a file has a line for each of its faults
-        assert lines  # noqa: PT017  both ends are right: it is a fault, or says why not
-        assert all(map(str.strip, lines))  # noqa: PT017
+        assert lines
+        assert all(map(str.strip, lines))
 
 
 @QUICK
