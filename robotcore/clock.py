@@ -177,23 +177,17 @@ class FollowingClock(MonotonicClock):
         return self._source() - self._zero
 
 
-class PacedClock(Clock):
-    """A stepped clock held back to real time; where the machine is too slow, it is delayed."""
+class ClockOver(Clock):
+    """Another clock's time."""
 
     def __init__(self, source: Clock) -> None:
         self._source = source
-        self._wall = MonotonicClock()
-        self._delay = 0.0
 
     def now(self) -> float:
         return self._source.now()
 
     def sleep_until(self, deadline: float) -> bool:
-        self._source.sleep_until(deadline)
-        is_on_time = self._wall.sleep_until(deadline + self._delay)
-        if not is_on_time:
-            self._delay = self._wall.now() - deadline
-        return is_on_time
+        return self._source.sleep_until(deadline)
 
     def call_at(self, deadline: float, callback: Callback) -> None:
         self._source.call_at(deadline, callback)
@@ -202,11 +196,27 @@ class PacedClock(Clock):
         self._source.close()
 
 
-class TickClock(Clock):
+class PacedClock(ClockOver):
+    """A stepped clock held back to real time; where the machine is too slow, it is delayed."""
+
+    def __init__(self, source: Clock) -> None:
+        super().__init__(source)
+        self._wall = MonotonicClock()
+        self._delay = 0.0
+
+    def sleep_until(self, deadline: float) -> bool:
+        self._source.sleep_until(deadline)
+        is_on_time = self._wall.sleep_until(deadline + self._delay)
+        if not is_on_time:
+            self._delay = self._wall.now() - deadline
+        return is_on_time
+
+
+class TickClock(ClockOver):
     """The clock a loop ticks: it stands still within a tick, and a sleep begins the next one."""
 
     def __init__(self, source: Clock) -> None:
-        self._source = source
+        super().__init__(source)
         self._now = source.now()
         self.tick = 0
 
@@ -218,12 +228,6 @@ class TickClock(Clock):
         self._now = self._source.now()
         self.tick += 1
         return is_ahead
-
-    def call_at(self, deadline: float, callback: Callback) -> None:
-        self._source.call_at(deadline, callback)
-
-    def close(self) -> None:
-        self._source.close()
 
 
 class AppClock(Clock):

@@ -7,7 +7,7 @@ from dataclasses import MISSING
 from robotcore.appfile import app_path, is_app_file
 from robotcore.behaviour import Behaviour
 from robotcore.catalogue import load_app
-from robotcore.errors import BehaviourError, RobotcoreError, UsageError
+from robotcore.errors import BehaviourError, RobotcoreError, UnknownNameError, UsageError
 from robotcore.settings import configure, settings_of
 from robotcore.siblings import import_beside
 from robotcore.truth import Truth
@@ -15,7 +15,10 @@ from robotcore.truth import Truth
 
 def load_judge(name: str) -> Behaviour:
     """Return the app that is to judge, with its default settings; UsageError where it would judge nothing."""
-    judge = load_app(name)
+    try:
+        judge = load_app(name)
+    except UnknownNameError as error:
+        raise UsageError(f"--judge: {error}") from error
     if judge.verify is Behaviour.verify:
         raise UsageError(
             f"--judge {name}: it has no verify, so it judges nothing. Name an app that has one, such as green-search"

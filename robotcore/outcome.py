@@ -53,9 +53,16 @@ class RunResult:
     error: BaseException | None = field(default=None, repr=False, compare=False)
 
     @property
-    def is_disputed(self) -> bool:
-        """Whether the app says success, and the simulator or the judge does not agree."""
-        return self.outcome is Outcome.SUCCESS and self.verified is False
+    def verifier(self) -> str:
+        """Whose word ``verified`` is."""
+        return "judge" if self.judge else "simulator"
+
+    @property
+    def dispute(self) -> str:
+        """Who does not agree with an app that says success, in words; empty where nobody disagrees."""
+        if self.outcome is Outcome.SUCCESS and self.verified is False:
+            return f"the {self.verifier} does not agree"
+        return ""
 
     def to_json(self) -> str:
         """Return the result as one line of JSON, without the exception itself."""

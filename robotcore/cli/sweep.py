@@ -157,5 +157,4 @@ def _write_report(results: Results, directory: Path, line: str, bounds: list[Req
         asked=line,
         worlds=[load_world(name) for name in results.sweep.worlds if is_own(name)],
         requirements=bounds,
-        judge=results.sweep.request.judge,
     )

@@ -4,27 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from robotcore.clock import Callback, Clock
+from robotcore.clock import Clock, ClockOver
 from robotcore.faults.fault import ROUNDING_S
-
-
-class ClockOver(Clock):
-    """Another clock's time."""
-
-    def __init__(self, source: Clock) -> None:
-        self._source = source
-
-    def now(self) -> float:
-        return self._source.now()
-
-    def sleep_until(self, deadline: float) -> bool:
-        return self._source.sleep_until(deadline)
-
-    def call_at(self, deadline: float, callback: Callback) -> None:
-        self._source.call_at(deadline, callback)
-
-    def close(self) -> None:
-        self._source.close()
 
 
 class EndingTicks(ClockOver):

@@ -16,7 +16,7 @@ PATIENCE = 10.0
 
 
 class Engine(Protocol):
-    """Carries out runs, in any order; closing the generator stops those that are under way."""
+    """Carries out runs, in any order; closing the generator hands out no more of them."""
 
     def perform(self, sweep: Sweep, requests: Iterable[RunRequest]) -> Generator[Ended, None, None]:
         """Yield each run as it ends. One that dies or hangs ends as an error; it keeps no other from running."""

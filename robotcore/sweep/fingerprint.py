@@ -50,7 +50,7 @@ def digest(told: Parts) -> str:
     return _sha256(json.dumps(told, sort_keys=True).encode())
 
 
-def code_digest(apps: Iterable[str], backends: Iterable[str], faults: Iterable[str] = ()) -> str:
+def code_digest(apps: Iterable[str], backends: Iterable[str], faults: Iterable[str]) -> str:
     """Return a digest of the sources of robotcore, of the backends and faults, and of those apps that have a name."""
     return _sha256("".join(_code_digests(apps, backends, faults).values()).encode())
 

@@ -23,6 +23,7 @@ class Kit:
 
     apps: tuple[str, ...]
     backends: tuple[str, ...]
+    faults: tuple[str, ...]
     versions: Mapping[str, str]
     code: str
     home: Path
@@ -31,20 +32,22 @@ class Kit:
     @classmethod
     def of(cls, sweep: Sweep) -> Kit:
         """Return the kit of a sweep that was checked."""
-        apps, backends = sweep.apps, sweep.backends
-        return cls(apps, backends, _versions(backends), code_digest(apps, backends), Path.cwd(), own_files(sweep))
+        named = sweep.apps, sweep.backends, sweep.request.faults
+        return cls(*named, _versions(sweep.backends), code_digest(*named), Path.cwd(), own_files(sweep))
 
     def mismatch(self) -> str | None:
         """Return why this process cannot run what the kit is for; None where it can."""
         try:
-            found, code = _versions(self.backends), code_digest(self.apps, self.backends)
+            found, code = _versions(self.backends), code_digest(self.apps, self.backends, self.faults)
         except RobotcoreError as error:
             return str(error)
         for name, wanted in self.versions.items():
             if (has := found.get(name, "none")) != wanted:
                 return f"{name}: it has {has}, here is {wanted}. {_remedy(name, wanted)}, and start it again"
         if code != self.code:
-            return "its robotcore, drivers or apps are not those that are here. Install the same, and start it again"
+            return (
+                "its robotcore, drivers, apps or faults are not those from here. Install the same, and start it again"
+            )
         return None
 
     @property

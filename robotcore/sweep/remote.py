@@ -8,6 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import Lock
 
+from robotcore.appfile import app_path
 from robotcore.catalogue import app_name
 from robotcore.errors import BackendError, RobotcoreError
 from robotcore.plan import RunRequest
@@ -73,7 +74,7 @@ def _as_asked(ended: Ended, request: RunRequest, placed: RunRequest) -> Ended:
 
 def _named(request: RunRequest) -> list[str]:
     """Return what a request names that may be files, an app's without the class in it."""
-    apps = [name.partition(":")[0] for name in (request.app, request.judge) if name]
+    apps = [str(app_path(name)) for name in (request.app, request.judge) if name]
     return [*apps, request.robot, *filter(None, [request.world])]
 
 

@@ -11,6 +11,7 @@ from functools import cached_property
 from pathlib import Path
 from types import TracebackType
 
+from robotcore.appfile import app_path
 from robotcore.catalogue import app_name
 from robotcore.errors import UsageError
 from robotcore.plan import RunRequest
@@ -101,7 +102,7 @@ class Results:
         """Write `tables.TABLE` and `tables.FAILURES`; not where they tell all by now."""
         if not are_younger(self.directory, self.directory / RESULTS):
             with self._keeping_what_is_done():
-                write_tables(self.directory, self.records, self.sweep.request.judge)
+                write_tables(self.directory, self.records)
 
     def _open(self) -> None:
         self.directory.mkdir(parents=True, exist_ok=True)
@@ -178,7 +179,7 @@ class Results:
 
 def _short_name(sweep: Sweep) -> str:
     """Return the app's name, or its file's without the ending."""
-    return Path(app_name(sweep.request.app).partition(":")[0]).stem
+    return app_path(app_name(sweep.request.app)).stem
 
 
 def _is_kept(file: Path) -> bool:

@@ -27,7 +27,7 @@ _SHOWN = (*_TEXTS, "verified", "%", "95 %", "contacts", "median", "slowest")
 
 def summary(request: RunRequest, groups: Sequence[Group], failing: Sequence[Record], file: Path) -> RenderableType:
     """Return the table, then the failing runs with their reasons and commands; ``file`` has every one of them."""
-    return Lines(_table(groups), *_judge(request, groups), *_failures(failing, file, request.judge))
+    return Lines(_table(groups), *_judge(request, groups), *_failures(failing, file))
 
 
 def _table(groups: Sequence[Group]) -> Table:
@@ -45,13 +45,13 @@ def _judge(request: RunRequest, groups: Sequence[Group]) -> Iterator[Text]:
         yield Text(f"\nJudge: {judge_told(request.judge, groups)}")
 
 
-def _failures(failing: Sequence[Record], file: Path, judge: str | None) -> Iterator[Text]:
+def _failures(failing: Sequence[Record], file: Path) -> Iterator[Text]:
     if not failing:
         return
     yield Text(f"\n{len(failing)} failing run{'' if len(failing) == 1 else 's'}:", "bold")
     ordered = sorted(failing, key=lambda record: (record.result.backend, record.result.world, record.result.seed))
     for record in ordered[:LONGEST]:
-        yield Text(f"  {fault(record, judge)}", "yellow")
+        yield Text(f"  {fault(record)}", "yellow")
         yield Text(f"    {record.command}")
     if len(failing) > LONGEST:
         yield Text(f"  and {len(failing) - LONGEST} more: {file}")

@@ -19,14 +19,11 @@ _LAST = ("fault", "command", "picture")
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 
-def write_tables(directory: Path, records: Callable[[], Iterable[Record]], judge: str | None = None) -> None:
-    """Write both tables, with the same columns; ``records`` yields all of them anew each time.
-
-    ``judge`` is the app that was named to judge the runs.
-    """
+def write_tables(directory: Path, records: Callable[[], Iterable[Record]]) -> None:
+    """Write both tables, with the same columns; ``records`` yields all of them anew each time."""
     columns = columns_of(records())
-    write_csv(directory / TABLE, columns, records(), judge)
-    write_csv(directory / FAILURES, columns, (record for record in records() if record.is_failure), judge)
+    write_csv(directory / TABLE, columns, records())
+    write_csv(directory / FAILURES, columns, (record for record in records() if record.is_failure))
 
 
 def are_younger(directory: Path, source: Path) -> bool:
@@ -41,21 +38,21 @@ def columns_of(records: Iterable[Record]) -> list[str]:
     return sorted(columns, key=lambda column: column in _LAST)
 
 
-def write_csv(file: Path, columns: Sequence[str], records: Iterable[Record], judge: str | None = None) -> None:
+def write_csv(file: Path, columns: Sequence[str], records: Iterable[Record]) -> None:
     """Write a row for each record; what is no Unicode is told by its escapes."""
     with replacing(file, newline="", errors="backslashreplace") as table:
         writer = csv.DictWriter(table, columns)
         writer.writeheader()
-        writer.writerows(_cells(record, judge) for record in records)
+        writer.writerows(map(_cells, records))
 
 
 def _changed_ns(file: Path) -> int:
     return file.stat().st_mtime_ns
 
 
-def _cells(record: Record, judge: str | None = None) -> dict[str, Any]:
+def _cells(record: Record) -> dict[str, Any]:
     result = {each.name: getattr(record.result, each.name) for each in fields(record.result) if each.name != "error"}
-    why = fault(record, judge) if record.is_failure else ""
+    why = fault(record) if record.is_failure else ""
     more = {"outcome": record.result.outcome.value, "fault": why, "command": record.command, "picture": record.picture}
     told = {**result, **more}
     return {column: _harmless(value) for key, item in told.items() for column, value in _columns(key, item)}

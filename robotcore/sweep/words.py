@@ -58,22 +58,20 @@ def judge_told(judge: str | None, groups: Iterable[Group]) -> str:
     return "nobody" if all(group.verified is None for group in groups) else "the app itself"
 
 
-def ending(result: RunResult, judge: str | None = None) -> str:
-    """Return how a run ended, and why; ``judge`` is the app that was named to judge it."""
-    who = "judge" if judge else "simulator"
-    denied = f"the {who} does not agree" if kind(result) == "not verified" else ""
-    return ", ".join(part for part in (result.outcome.value, result.reason, denied) if part)
+def ending(result: RunResult) -> str:
+    """Return how a run ended, and why."""
+    return ", ".join(part for part in (result.outcome.value, result.reason, result.dispute) if part)
 
 
-def fault(record: Record, judge: str | None = None) -> str:
-    """Return why a run is failing: how it ended, and what it touched; ``judge`` is the app that was named for it."""
+def fault(record: Record) -> str:
+    """Return why a run is failing: how it ended, and what it touched."""
     contacts = record.result.contacts
     touched = f", {contacts} contact{'' if contacts == 1 else 's'}" if contacts else ""
-    return ending(record.result, judge) + touched
+    return ending(record.result) + touched
 
 
 def kind(result: RunResult) -> str:
     """Return in a word or two what a failing run is counted as."""
     if result.outcome is not Outcome.SUCCESS:
         return str(result.outcome.value)
-    return "not verified" if result.verified is False else "contact"
+    return "not verified" if result.dispute else "contact"

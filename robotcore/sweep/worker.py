@@ -103,8 +103,7 @@ def unfinished(request: RunRequest, error: RobotcoreError, wall_time_s: float = 
     from robotcore.sweep.command import command_of
     from robotcore.sweep.record import Record
 
-    verified = False if request.judge else None
-    result = replace(_unstarted(request, error), verified=verified, wall_time_s=round(wall_time_s, 3))
+    result = replace(_unstarted(request, error), wall_time_s=round(wall_time_s, 3))
     return Ended(Record(result, None, command_of(request)))
 
 
@@ -122,6 +121,8 @@ def _unstarted(request: RunRequest, error: RobotcoreError) -> RunResult:
         outcome=Outcome.ERROR,
         exit_status=error.exit_status,
         reason=str(error),
+        verified=False if request.judge else None,
+        judge=app_name(request.judge) if request.judge else None,
         conditions=_drawn(request),
         faults=list(request.faults),
     )

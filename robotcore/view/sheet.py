@@ -57,7 +57,7 @@ def draw(story: Story) -> Image:
 
 def _draw_title(canvas: Canvas, result: RunResult) -> None:
     canvas.text((_EDGE, 66), heading(result), INK, 25, bold=True)
-    colour = BAD if result.is_disputed else _OUTCOME_COLOURS.get(result.outcome, BAD)
+    colour = BAD if result.dispute else _OUTCOME_COLOURS.get(result.outcome, BAD)
     width = canvas.text((_EDGE, 108), result.outcome.value, colour, 17, bold=True)
     canvas.text((_EDGE + width + 18, 108), ", ".join(measures(result)), FADED, 17)
 

@@ -16,7 +16,7 @@ _BAD = "bold red"
 
 def summary(result: RunResult) -> Text:
     """Return the outcome, what it was measured by, and the milestones, a line each."""
-    style = _BAD if result.is_disputed else _STYLES.get(result.outcome, _BAD)
+    style = _BAD if result.dispute else _STYLES.get(result.outcome, _BAD)
     outcome = Text(result.outcome.value, style)
     lines = [outcome + Text(f"  {heading(result)}"), Text("  " + ", ".join(measures(result)))]
     if result.milestones:
@@ -37,8 +37,7 @@ def heading(result: RunResult) -> str:
 def measures(result: RunResult) -> Iterator[str]:
     """Yield what the run was measured by, in words."""
     if result.outcome is Outcome.SUCCESS and result.verified is not None:
-        judge = "judge" if result.judge else "simulator"
-        yield f"verified by the {judge}" if result.verified else f"the {judge} does not agree"
+        yield result.dispute or f"verified by the {result.verifier}"
     pace = result.sim_time_s / max(result.wall_time_s, 1e-3)
     yield f"{result.sim_time_s:.1f} s at {pace:.{0 if pace >= 10 else 1}f}x real time"
     if result.distance_to_target_m is not None:

@@ -24,19 +24,17 @@ def write_report(
     asked: str = "",
     worlds: Sequence[WorldDescription] = (),
     requirements: Sequence[Requirement] = (),
-    judge: str | None = None,
 ) -> Path:
     """Write ``directory/index.html`` and return its path.
 
     ``folder`` is the sweep's, which a record's picture is relative to; ``asked`` is the command of the sweep;
-    ``worlds`` are those that are not shipped; ``requirements`` are told with what was got; ``judge`` is the app
-    that was named to judge the runs. Raises BackendMissingError where Jinja2 is missing and UsageError where the page
-    cannot be written.
+    ``worlds`` are those that are not shipped; ``requirements`` are told with what was got. Raises
+    BackendMissingError where Jinja2 is missing and UsageError where the page cannot be written.
     """
     require_ready(directory)
     from robotcore.sweep.report.page import page
 
-    html = page(records, folder, asked, worlds, requirements, judge)
+    html = page(records, folder, asked, worlds, requirements)
     with _writing(directory):
         directory.mkdir(parents=True, exist_ok=True)
         with replacing(directory / PAGE, errors="replace") as file:

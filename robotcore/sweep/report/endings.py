@@ -22,9 +22,9 @@ class Ending(NamedTuple):
     counts: tuple[int, ...]
 
 
-def endings_of(series: Sequence[Series], judge: str | None = None) -> list[Ending]:
-    """Return the ways in which runs fail, the most frequent first; ``judge`` is the app that was named for it."""
-    tallies = [Counter(_told(record, judge) for record in each.records if record.is_failure) for each in series]
+def endings_of(series: Sequence[Series]) -> list[Ending]:
+    """Return the ways in which runs fail, the most frequent first."""
+    tallies = [Counter(_told(record) for record in each.records if record.is_failure) for each in series]
     total: Counter[str] = sum(tallies, Counter())
     common = [told for told, _ in total.most_common(MAX_ENDINGS)]
     rows = [Ending(told, total[told], tuple(tally[told] for tally in tallies)) for told in common]
@@ -33,7 +33,7 @@ def endings_of(series: Sequence[Series], judge: str | None = None) -> list[Endin
     return [*rows, Ending(f"in {ways} other way{'s' * (ways > 1)}", sum(rest), rest)] if ways else rows
 
 
-def _told(record: Record, judge: str | None) -> str:
+def _told(record: Record) -> str:
     """Return how a run ended; or that it touched something, where it succeeded but for that."""
     told = kind(record.result)
-    return told if told == "contact" else ending(record.result, judge)
+    return told if told == "contact" else ending(record.result)

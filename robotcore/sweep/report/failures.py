@@ -45,17 +45,17 @@ class Failure:
     file: str = ""
 
     @classmethod
-    def brief(cls, record: Record, judge: str | None) -> Failure:
-        """Return what fits into a list; ``judge`` is the app that was named to judge the run."""
+    def brief(cls, record: Record) -> Failure:
+        """Return what fits into a list."""
         result = record.result
         place = _place(record)
         title = place if result.seed is None else f"{place} · seed {result.seed}"
-        return cls(place, title, fault(record, judge), tuple(_facts(result)), record.command)
+        return cls(place, title, fault(record), tuple(_facts(result)), record.command)
 
     @classmethod
-    def full(cls, record: Record, folder: Path, findings: Sequence[Finding], judge: str | None) -> Failure:
+    def full(cls, record: Record, folder: Path, findings: Sequence[Finding]) -> Failure:
         """Return all; the picture is looked for in the sweep's ``folder``."""
-        brief = cls.brief(record, judge)
+        brief = cls.brief(record)
         here = {each.condition: each.where for each in findings if each.place == Place.of(record)}
         full = replace(brief, conditions=_conditions(record.result.conditions, here))
         picture = embedded(folder / record.picture) if record.picture else ""
@@ -80,17 +80,17 @@ class Failures:
     untold: int
 
     @classmethod
-    def of(cls, records: Sequence[Record], folder: Path, findings: Sequence[Finding], judge: str | None) -> Failures:
+    def of(cls, records: Sequence[Record], folder: Path, findings: Sequence[Finding]) -> Failures:
         """Return the failing ones of some records, which are sorted by their places."""
         failing = [record for record in records if record.is_failure]
         chosen = set(thinned(range(len(failing)), MAX_TOLD))
-        full = [Failure.full(failing[at], folder, findings, judge) for at in sorted(chosen)]
+        full = [Failure.full(failing[at], folder, findings) for at in sorted(chosen)]
         others = [record for at, record in enumerate(failing) if at not in chosen]
         runs = Counter(map(_place, failing))
         told = tuple(
             Told(place, runs[place], tuple(some)) for place, some in groupby(full, key=lambda each: each.place)
         )
-        listed = tuple(Failure.brief(record, judge) for record in others[:MAX_LISTED])
+        listed = tuple(map(Failure.brief, others[:MAX_LISTED]))
         return cls(len(failing), told, listed, len(others) - len(listed))
 
 

@@ -35,7 +35,6 @@ def page(
     asked: str,
     worlds: Sequence[WorldDescription],
     requirements: Sequence[Requirement],
-    judge: str | None,
 ) -> str:
     """Return the page as HTML; in which order the runs came to an end does not matter."""
     loader = PackageLoader("robotcore.sweep.report")
@@ -53,7 +52,7 @@ def page(
     series = series_of(records)
     groups = [each.group for each in series]
     return environment.get_template("page.html.j2").render(
-        head=Head.of(records, asked, folder, judge_told(judge, groups) if groups else ""),
+        head=Head.of(records, asked, folder, judge_told(records[0].result.judge, groups) if records else ""),
         groups=groups,
         series=series,
         success=success_plot(groups),
@@ -63,7 +62,7 @@ def page(
         maps=maps_of(series, _described(series, worlds)),
         colours=shades_of(["passing", "failing", *dict.fromkeys(each.style for each in series)]),
         **_times(series),
-        **_failing(records, series, folder, judge),
+        **_failing(records, series, folder),
     )
 
 
@@ -83,13 +82,13 @@ def _times(series: Sequence[Series]) -> dict[str, Any]:
     }
 
 
-def _failing(records: Sequence[Record], series: Sequence[Series], folder: Path, judge: str | None) -> dict[str, Any]:
+def _failing(records: Sequence[Record], series: Sequence[Series], folder: Path) -> dict[str, Any]:
     explanation = explain(records)
     return {
-        "endings": endings_of(series, judge),
+        "endings": endings_of(series),
         "findings": [(finding, condition_plot(finding, records)) for finding in explanation.findings],
         "silence": explanation.silence,
-        "failures": Failures.of(records, folder, explanation.findings, judge),
+        "failures": Failures.of(records, folder, explanation.findings),
     }
 
 

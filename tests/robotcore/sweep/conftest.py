@@ -56,10 +56,12 @@ def record_of(
     seed: int = 1,
     time: float = 10.0,
     reason: str = "",
+    judge: str | None = None,
 ) -> Record:
     result = RunResult(
         *("green-search", "kinematic", "rover", world, seed, outcome, 0, reason),
         verified=verified,
+        judge=judge,
         sim_time_s=time,
         contacts=contacts,
     )

@@ -47,10 +47,10 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 
 def test_a_module_beside_the_folder_of_the_app_counts(package: Path) -> None:
-    before = code_digest(["reflex"], ())
+    before = code_digest(["reflex"], (), ())
     (package / "gains.py").write_text("GAIN = 2\n")
     fingerprint._package_digest.cache_clear()
-    assert code_digest(["reflex"], ()) != before
+    assert code_digest(["reflex"], (), ()) != before
 
 
 @pytest.mark.parametrize(

@@ -120,7 +120,8 @@ def test_a_run_that_died_is_not_verified_where_somebody_judges(
 ) -> None:
     sweep = Sweep(RunRequest(app_file("os._exit(1)"), timeout_s=5.0, judge=judge), worlds=("open",), seeds=(1,))
     (record,) = _records(sweep, LocalEngine(1)).values()
-    assert (record.result.outcome, record.result.verified) == (Outcome.ERROR, verified)
+    result = record.result
+    assert (result.outcome, result.verified, result.judge) == (Outcome.ERROR, verified, judge)
     assert record.result.wall_time_s > 0.0
 
 

@@ -55,5 +55,5 @@ def test_whose_word_it_is_is_told_of_an_app_in_a_file_and_where_a_judge_was_name
 
 
 def test_a_judge_that_was_named_is_who_does_not_agree() -> None:
-    lines = _lines([record_of(verified=False)], request=RunRequest("kim.py", judge="green-search"))
+    lines = _lines([record_of(verified=False, judge="green-search")])
     assert "  success, the judge does not agree" in lines

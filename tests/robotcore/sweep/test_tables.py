@@ -57,9 +57,9 @@ def test_tables_have_a_column_for_each_milestone_and_failures_have_their_own(tmp
 
 
 def test_why_a_run_is_failing_is_told_in_the_words_of_the_terminal(tmp_path: Path) -> None:
-    with Results(replace(SWEEP, request=replace(SWEEP.request, judge="green-search")), tmp_path) as results:
+    with Results(SWEEP, tmp_path) as results:
         results.add(Ended(record_of(seed=1)))
-        results.add(Ended(record_of(seed=2, verified=False, contacts=1)))
+        results.add(Ended(record_of(seed=2, verified=False, contacts=1, judge="green-search")))
         results.write_tables()
     assert [row["fault"] for row in _rows(tmp_path / "results.csv")] == [
         "",

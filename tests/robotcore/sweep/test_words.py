@@ -33,6 +33,6 @@ def test_a_fault_says_outcome_reason_and_touches() -> None:
     assert fault(record_of(Outcome.ERROR, reason="the wheel fell off")) == "error, the wheel fell off"
     assert fault(record_of(verified=False)) == "success, the simulator does not agree"
     assert fault(record_of(verified=False, reason="there")) == "success, there, the simulator does not agree"
-    assert fault(record_of(verified=False), "green-search") == "success, the judge does not agree"
+    assert fault(record_of(verified=False, judge="green-search")) == "success, the judge does not agree"
     assert fault(record_of(contacts=1)) == "success, 1 contact"
     assert fault(record_of(Outcome.TIMEOUT, reason="late", contacts=2)) == "timeout, late, 2 contacts"

@@ -127,7 +127,7 @@ def test_a_success_that_the_simulator_denies_says_so(tmp_path: Path) -> None:
     "judge, verified, told", [(None, True, "the app itself"), (None, None, "nobody"), ("strict.py", False, "strict.py")]
 )
 def test_the_head_says_who_judged(judge: str | None, verified: bool | None, told: str, tmp_path: Path) -> None:
-    file = write_report([passed(verified=verified)], tmp_path / "report", tmp_path, judge=judge)
+    file = write_report([passed(verified=verified, judge=judge)], tmp_path / "report", tmp_path)
     page = Page(file.read_text(encoding="utf-8"))
     assert f"Judge{told}" in page.words
     assert page.words.count("success, the judge does not agree") == (2 if verified is False else 0)
