@@ -46,7 +46,7 @@ class Kit:
                 return f"{name}: it has {has}, here is {wanted}. {_remedy(name, wanted)}, and start it again"
         if code != self.code:
             return (
-                "its robotcore, drivers, apps or faults are not those from here. Install the same, and start it again"
+                "its robotcore, drivers, apps or faults are not ours. Install the same, and start it again"
             )
         return None
 

@@ -103,5 +103,5 @@ def test_a_judge_that_counts_as_nothing_judges_all_the_same(app: App) -> None:
 
 
 def test_a_judge_that_is_not_there_is_refused_before_the_app_is_loaded(app: App) -> None:
-    with pytest.raises(UsageError, match="--judge: .*Did you mean 'green-search'"):
+    with pytest.raises(UsageError, match=r"--judge: .*Did you mean 'green-search'"):
         run(RunRequest(app("pupil"), judge="green-serch"))
