@@ -15,6 +15,7 @@ from robotcore.errors import BehaviourError, Interrupted, RobotcoreError, Safety
 from robotcore.interrupts import Interrupts
 from robotcore.judging import verdict
 from robotcore.layers import Assembled, assemble
+from robotcore.layers.layer import Layer
 from robotcore.loop import Loop
 from robotcore.outcome import Outcome, RunResult
 from robotcore.plan import Plan, RunRequest
@@ -45,15 +46,15 @@ class Observer(Protocol):
     def end(self, result: RunResult) -> None: ...
 
 
-def run(request: RunRequest, observers: Sequence[Observer] = ()) -> RunResult:
-    """Run an app and tell how it ended.
+def run(request: RunRequest, observers: Sequence[Observer] = (), taps: Sequence[Layer] = ()) -> RunResult:
+    """Run an app and tell how it ended; ``taps`` are layers that see all that goes to the app and comes from it.
 
     Raises UsageError and BackendMissingError before anything is opened. What happens from then on is in the result,
     and every motor is stopped.
     """
     plan = Plan.of(request)
     with Interrupts() as interrupts:
-        return _Execution(plan, observers, interrupts).result()
+        return _Execution(plan, observers, taps, interrupts).result()
 
 
 @dataclass(frozen=True)
@@ -68,8 +69,10 @@ class _Judgement:
 class _Execution:
     """One run from opening to closing."""
 
-    def __init__(self, plan: Plan, observers: Sequence[Observer], interrupts: Interrupts) -> None:
-        self._plan, self._observers, self._interrupts = plan, observers, interrupts
+    def __init__(
+        self, plan: Plan, observers: Sequence[Observer], taps: Sequence[Layer], interrupts: Interrupts
+    ) -> None:
+        self._plan, self._observers, self._taps, self._interrupts = plan, observers, taps, interrupts
         self._loop: Loop | None = None
         self._sim_time = 0.0
         self._judgement = _Judgement()
@@ -129,7 +132,7 @@ class _Execution:
         plan, clock = self._plan, self._clock_for(raw)
         seed, rate_hz = plan.setup.seed, plan.request.rate_hz
         faults = [fault.layer(clock, seed) for fault in plan.faults]
-        return assemble(raw, plan.description, rate_hz, clock, plan.conditions, seed, faults)
+        return assemble(raw, plan.description, rate_hz, clock, plan.conditions, seed, faults, self._taps)
 
     def _clock_for(self, raw: Robot) -> Clock:
         is_paced = self._plan.request.realtime or self._plan.request.gui

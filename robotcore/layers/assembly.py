@@ -1,7 +1,7 @@
 """The one place that puts the layers over a robot's devices, in this order.
 
-Sensors: driver → conditions → faults → age → taps → one sample a tick → app. Motors: app → safety → deadman → faults →
-conditions → driver. Clock: backend → faults → one time a tick → app.
+Sensors: driver → conditions → faults → taps → age → one sample a tick → app. Motors: app → taps → safety → deadman →
+faults → conditions → driver. Clock: backend → faults → one time a tick → app.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from robotcore.layers.layer import Layer
 from robotcore.layers.stack import Stack, slept_by
 from robotcore.layers.wheels import GuardedDrive
 from robotcore.robot import Robot, Role
-from robotcore.safety import Latch, SafetyStage
+from robotcore.safety import Latch, Stage
 
 _KINDS = {Role.CAMERA: "camera", Role.RANGE: "range_sensor", Role.DISPLAY: "display"}
 _MOUNTED = (CameraDescription, RangeSensorDescription)
@@ -33,7 +33,7 @@ class Assembled:
     robot: Robot
     clock: TickClock
     latch: Latch
-    stage: SafetyStage | None
+    stage: Stage | None
 
 
 def needed_devices(description: RobotDescription, needs: Iterable[Role], wants: Iterable[Role] = ()) -> frozenset[str]:
@@ -65,19 +65,19 @@ def assemble(
 ) -> Assembled:
     """Put every layer over a robot that a backend opened; ``clock`` stands in for the backend's own.
 
-    The noise of the ``conditions`` belongs to the ``seed``. ``faults`` lie right above them; ``taps`` see each sample
-    as the app gets it, once.
+    The noise of the ``conditions`` belongs to the ``seed``. ``faults`` lie right above them; above these, ``taps`` see
+    each sample once, and each command as the app gives it.
     """
     ticks = TickClock(slept_by(clock or raw.clock, faults))
     latch = Latch()
     conditioned = Conditioned(conditions, seed, description.drive)
-    stack = Stack(ticks, (conditioned, *faults, Age(ticks, description.safety.max_age_s, latch), *taps))
+    stack = Stack(ticks, (conditioned, *faults, *taps, Age(ticks, description.safety.max_age_s, latch)))
     devices = {device.name: stack.over(device) for device in raw.devices.values()}
     _mount(devices, description)
     guarded = None
     drive = description.drive
     if drive and drive.left in raw.devices and drive.right in raw.devices:
-        guarded = GuardedDrive.over(devices, description, drive, ticks, latch, rate_hz)
+        guarded = GuardedDrive.over(devices, description, drive, ticks, latch, rate_hz, stack.layers)
         devices |= guarded.motors
     app_clock = AppClock(ticks)
     robot = Robot(raw.name, app_clock, devices.values(), drive=guarded.drive if guarded else None, release=raw.close)

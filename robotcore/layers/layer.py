@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from robotcore.clock import Clock
-from robotcore.devices import Angle, Camera, Encoder, Frame, Motor, Range, RangeSensor, SampleT, Sensor
+from robotcore.devices import Angle, Camera, Display, Encoder, Frame, Motor, Range, RangeSensor, SampleT, Sensor
+from robotcore.drive import Wheels
 from robotcore.layers.readers import Reader
+from robotcore.safety import Stage
 
 
 class Layer:
@@ -33,6 +37,18 @@ class Layer:
     def motor(self, motor: Motor) -> Motor:
         """Return the motor as whoever is above commands it."""
         return motor
+
+    def display(self, display: Display) -> Display:
+        """Return the display as whoever is above shows pictures on it."""
+        return display
+
+    def stage(self, stage: Stage) -> Stage:
+        """Return what takes the commands of the drive."""
+        return stage
+
+    def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
+        """Return what reads the angles of the wheels, in radians, by which the drive knows its pose."""
+        return read
 
     def clock(self, clock: Clock) -> Clock:
         """Return the clock as the loop is to sleep by it."""

@@ -32,7 +32,7 @@ class Stack:
             case Motor():
                 return reduce(lambda motor, layer: layer.motor(motor), self.layers, device)
             case Display():
-                return LayeredDisplay(device)
+                return LayeredDisplay(reduce(lambda display, layer: layer.display(display), self.layers, device))
         return device
 
     def _read(

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import reduce
+from typing import cast
 
 from robotcore.clock import Clock
 from robotcore.description import Drive, RobotDescription
 from robotcore.devices import Device, Encoder, Motor, RangeSensor
 from robotcore.drive import CommandedWheels, DifferentialDrive, Odometry, Wheels
+from robotcore.layers.layer import Layer
 from robotcore.safety import (
     AccelerationLimit,
     DistanceAhead,
@@ -16,6 +19,7 @@ from robotcore.safety import (
     RangeGuard,
     Rule,
     SafetyStage,
+    Stage,
     VelocityLimit,
 )
 
@@ -27,7 +31,7 @@ class WheelMotor(Motor):
     scale both.
     """
 
-    def __init__(self, inner: Motor, stage: SafetyStage, *, is_left: bool) -> None:
+    def __init__(self, inner: Motor, stage: Stage, *, is_left: bool) -> None:
         super().__init__(inner.name, inner.max_velocity)
         self._inner, self._stage, self._is_left = inner, stage, is_left
 
@@ -58,7 +62,7 @@ class GuardedDrive:
     """A drive with the stage that its commands pass; ``motors`` stand before the driver's own."""
 
     drive: DifferentialDrive
-    stage: SafetyStage
+    stage: Stage
     motors: dict[str, Device]
 
     @classmethod
@@ -70,12 +74,13 @@ class GuardedDrive:
         clock: Clock,
         latch: Latch,
         rate_hz: float,
+        layers: Sequence[Layer],
     ) -> GuardedDrive:
-        """Build the drive that ``description`` tells of over the devices that are open."""
+        """Build the drive that ``description`` tells of over the devices that are open, ``layers`` over its stage."""
         left, right = _motor(devices, drive.left), _motor(devices, drive.right)
         limit = min(left.max_velocity, right.max_velocity)
         commanded = CommandedWheels(clock)
-        stage = SafetyStage(
+        bare = SafetyStage(
             clock,
             left,
             right,
@@ -84,7 +89,9 @@ class GuardedDrive:
             latch,
             commanded.turn_at,
         )
-        odometry = Odometry(drive.geometry, _encoder_angles(devices, drive) or commanded.angles)
+        stage = reduce(lambda stage, layer: layer.stage(stage), layers, cast("Stage", bare))
+        angles = _encoder_angles(devices, drive) or commanded.angles
+        odometry = Odometry(drive.geometry, reduce(lambda read, layer: layer.angles(read), layers, angles))
         motors: dict[str, Device] = {
             left.name: WheelMotor(left, stage, is_left=True),
             right.name: WheelMotor(right, stage, is_left=False),

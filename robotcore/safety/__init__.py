@@ -3,7 +3,7 @@
 from robotcore.safety.deadman import Deadman
 from robotcore.safety.latch import Latch
 from robotcore.safety.rules import AccelerationLimit, DistanceAhead, RangeGuard, Rule, VelocityLimit, stopping_distance
-from robotcore.safety.stage import Commit, Intervention, SafetyStage
+from robotcore.safety.stage import Commit, Intervention, SafetyStage, Stage
 
 __all__ = [
     "AccelerationLimit",
@@ -15,6 +15,7 @@ __all__ = [
     "RangeGuard",
     "Rule",
     "SafetyStage",
+    "Stage",
     "VelocityLimit",
     "stopping_distance",
 ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from robotcore.clock import Clock
 from robotcore.devices import Motor, invalid_velocity
@@ -34,6 +34,16 @@ class Commit(NamedTuple):
     asked: Wheels | None
     sent: Wheels | None
     interventions: tuple[Intervention, ...]
+
+
+class Stage(Protocol):
+    """What the commands of a drive pass: the safety stage, or a layer over it."""
+
+    @property
+    def asked(self) -> Wheels: ...
+    def ask(self, wheels: Wheels) -> Wheels: ...
+    def stop(self) -> None: ...
+    def commit(self) -> Commit: ...
 
 
 class SafetyStage:

@@ -45,9 +45,7 @@ class Kit:
             if (has := found.get(name, "none")) != wanted:
                 return f"{name}: it has {has}, here is {wanted}. {_remedy(name, wanted)}, and start it again"
         if code != self.code:
-            return (
-                "its robotcore, drivers, apps or faults are not ours. Install the same, and start it again"
-            )
+            return "its robotcore, drivers, apps or faults are not ours. Install the same, and start it again"
         return None
 
     @property

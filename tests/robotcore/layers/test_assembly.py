@@ -1,13 +1,19 @@
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import pytest
 
 from robotcore.clock import PacedClock
 from robotcore.description import Conditions, load_robot
-from robotcore.devices import Camera, Device, RangeSensor
+from robotcore.devices import Camera, Device, Display, Range, RangeSensor
+from robotcore.drive import Wheels
 from robotcore.errors import DeviceClosedError, DeviceGroupError, StaleSampleError, UnmetNeedError
 from robotcore.layers import assemble, needed_devices
+from robotcore.layers.layer import Layer
+from robotcore.layers.readers import Reader
 from robotcore.robot import Robot, Role
+from robotcore.safety import Stage
 from tests.robotcore.fakes import ROVER, UNHURRIED, NullEncoder, NullMotor, Rig, picture
 
 WHEELS = {"left_motor", "right_motor", "left_encoder", "right_encoder"}
@@ -224,6 +230,51 @@ def test_another_clock_may_stand_in_for_the_backends() -> None:
     rig = Rig()
     assembled = assemble(rig.raw, ROVER, 20, paced := PacedClock(rig.clock))
     assert assembled.clock._source is paced
+
+
+class Spy(Layer):
+    """Notes what passes it."""
+
+    def __init__(self) -> None:
+        self.seen: list[object] = []
+
+    def range_sensor(self, sensor: RangeSensor, read: Reader[Range]) -> Reader[Range]:
+        def noting() -> Range:
+            self.seen.append(sensor.name)
+            return read()
+
+        return noting
+
+    def display(self, display: Display) -> Display:
+        self.seen.append(display.name)
+        return display
+
+    def stage(self, stage: Stage) -> Stage:
+        ask = stage.ask
+        stage.ask = lambda wheels: self.seen.append(wheels) or ask(wheels)  # type: ignore[method-assign,func-returns-value]
+        return stage
+
+    def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
+        return lambda: Wheels(2.0, 2.0)
+
+
+class TestTaps:
+    def test_sees_what_the_app_asks_for_before_any_rule(self) -> None:
+        rig, spy = Rig(), Spy()
+        robot = assemble(rig.raw, ROVER, 20, taps=[spy]).robot
+        assert robot.drive.set_wheels(12.0, 6.0) == (3.0, 1.5)
+        assert spy.seen == ["screen", (12.0, 6.0), "nose"]
+
+    def test_sees_a_sample_that_is_then_refused_for_its_age(self) -> None:
+        rig, spy = Rig(), Spy()
+        rig.nose.age = 5.0
+        with pytest.raises(StaleSampleError):
+            assemble(rig.raw, ROVER, 20, taps=[spy]).robot.range.read()
+        assert "nose" in spy.seen
+
+    def test_may_stand_in_for_the_angles_of_the_wheels(self) -> None:
+        robot = assemble(Rig().raw, ROVER, 20, taps=[Spy()]).robot
+        assert robot.drive.pose == pytest.approx((0.065, 0.0, 0.0))
 
 
 def test_the_app_does_not_get_the_truth() -> None:
