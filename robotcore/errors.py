@@ -12,7 +12,9 @@
     │   └── DeviceGroupError                 several failed at once
     ├── SafetyStop                           the safety stage ended the run: exit 4
     │   ├── InvalidCommandError (ValueError) a velocity that is no number
-    │   └── StaleSampleError (TimeoutError)  a needed sample is too old
+    │   ├── StaleSampleError (TimeoutError)  a needed sample is too old
+    │   ├── WatchdogError (TimeoutError)     the app has not come back
+    │   └── EmergencyStopError               somebody pressed the e-stop
     └── BehaviourError                       the app raised: exit 5
     Interrupted (BaseException)              a signal ended the run: exit 128 + its number
 
@@ -126,17 +128,22 @@ class DeviceGroupError(DeviceError):
 
 
 class SafetyStop(RobotcoreError):  # noqa: N818  the field's word: it ends a run, it is no bug
-    """The safety stage ended the run; every motor is stopped."""
+    """The safety stage ended the run; every motor is stopped. ``cause`` names the rule, as interventions do."""
 
     exit_status = 4
+    cause: ClassVar[str] = "safety stop"
 
 
 class InvalidCommandError(SafetyStop, ValueError):
     """A velocity that is NaN or infinite was asked for."""
 
+    cause = "invalid command"
+
 
 class StaleSampleError(SafetyStop, TimeoutError):
     """A sample that was needed is older than its limit."""
+
+    cause = "stale sample"
 
     def __init__(self, device: str, age: float, limit: float) -> None:
         super().__init__(
@@ -144,6 +151,21 @@ class StaleSampleError(SafetyStop, TimeoutError):
             "is the device still connected?"
         )
         self.device, self.age, self.limit = device, age, limit
+
+
+class WatchdogError(SafetyStop, TimeoutError):
+    """The app, or what watches its run, has not come back."""
+
+    cause = "watchdog"
+
+
+class EmergencyStopError(SafetyStop):
+    """Somebody pressed the e-stop."""
+
+    cause = "e-stop"
+
+    def __init__(self, how: str) -> None:
+        super().__init__(f"e-stop: {how}")
 
 
 class BehaviourError(RobotcoreError):

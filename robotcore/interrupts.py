@@ -1,7 +1,8 @@
-"""Signals that end a program: first as an exception that no app swallows, at last as the end that a shell expects."""
+"""Signals that end or suspend a program: as an exception that no app swallows, at last as what a shell expects."""
 
 from __future__ import annotations
 
+import ctypes
 import os
 import signal
 import threading
@@ -12,6 +13,16 @@ from typing import Any, NoReturn
 from robotcore.errors import Interrupted
 
 LAST_SIGNAL = 3
+
+RECALL: int = getattr(signal, "SIGURG", signal.SIGINT)
+"""It interrupts a call that waits, and does nothing where nobody hears it."""
+
+ENDING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)]
+SUSPEND: int | None = getattr(signal, "SIGTSTP", None)
+
+
+class Recalled(BaseException):
+    """Raised where the program is, by whoever has latched: the latch knows why the run ends."""
 
 
 def die_of(number: int) -> NoReturn:
@@ -30,33 +41,68 @@ def die_of(number: int) -> NoReturn:
 class Interrupts:
     """While entered, a signal raises Interrupted where the program is; after `hold` none does.
 
-    So nothing cuts short the stopping of the motors. A hang-up that the program was started to ignore (``nohup``) is
-    left alone. Does nothing outside the main thread, where Python delivers no signals.
+    So nothing cuts short the stopping of the motors. A signal that the program was started to ignore (``nohup``) is
+    left alone. Hears nothing outside the main thread, where Python delivers no signals. ``raised`` is the last one.
+
+    A request to suspend the program (Ctrl-Z) waits for the next `check` where `suspend_with` says what comes first.
     """
 
     def __init__(self) -> None:
+        self._thread = threading.get_ident()
         self._is_held = False
-        self._raised: Interrupted | None = None
-        self._last_resort: Callable[[], None] = lambda: None
+        self.raised: Interrupted | None = None
+        self._last_resort: Callable[[], object] = lambda: None
         self._count = 0
         self._before: dict[int, Any] = {}
+        self._suspension = 0
+        self._before_suspension: Callable[[], object] | None = None
+        self._after_suspension: Callable[[], object] = lambda: None
+
+    @property
+    def are_heard(self) -> bool:
+        """Whether this was entered in the main thread."""
+        return bool(self._before)
 
     def hold(self) -> None:
         """From here on no signal raises: the robot is being closed."""
         self._is_held = True
+        self._before_suspension = None
+        if not self.are_heard:
+            _raise_in(self._thread, None)
 
-    def stop_with(self, last_resort: Callable[[], None]) -> None:
+    def stop_with(self, last_resort: Callable[[], object]) -> None:
         """Let the third signal call this and end the process at once: an app may swallow what is raised."""
         self._last_resort = last_resort
 
+    def suspend_with(self, before: Callable[[], object], after: Callable[[], object] = lambda: None) -> None:
+        """Call ``before`` ere the program is suspended, at a `check`, and ``after`` when it goes on."""
+        self._before_suspension, self._after_suspension = before, after
+
     def check(self) -> None:
-        """Raise again what an app has swallowed with a bare ``except``."""
-        if self._raised:
-            raise self._raised
+        """Raise again what an app has swallowed with a bare ``except``; be suspended where that was asked for."""
+        if self.raised:
+            raise self.raised
+        if number := self._suspension:
+            self._suspension = 0
+            self._suspend(number)
+
+    def recall(self) -> None:
+        """Raise Recalled in the thread that entered this, wherever it is, unless it holds; to be called from another.
+
+        Outside the main thread a call that waits cannot be interrupted: it is raised when that returns.
+        """
+        if self._is_held:
+            return
+        if self.are_heard:
+            signal.pthread_kill(self._thread, RECALL)
+        else:
+            _raise_in(self._thread, Recalled)
 
     def __enter__(self) -> Interrupts:
         if threading.current_thread() is threading.main_thread():
-            self._before = {number: signal.signal(number, self._raise) for number in _signals()}
+            handlers = {**dict.fromkeys(ENDING, self._raise), RECALL: self._come_back, SUSPEND: self._hear_suspension}
+            heard = {number: handler for number, handler in handlers.items() if number and _is_to_be_heard(number)}
+            self._before = {number: signal.signal(number, handler) for number, handler in heard.items()}
         return self
 
     def __exit__(
@@ -72,10 +118,32 @@ class Interrupts:
         if self._is_held:
             return
         self._count += 1
+        self.raised = Interrupted(number)
         if self._count == LAST_SIGNAL:
             self._end(number)
-        self._raised = Interrupted(number)
-        raise self._raised
+        raise self.raised
+
+    def _come_back(self, number: int, frame: FrameType | None) -> None:
+        if not self._is_held:
+            raise Recalled
+
+    def _hear_suspension(self, number: int, frame: FrameType | None) -> None:
+        if self._before_suspension:
+            self._suspension = number
+        else:
+            self._suspend(number)
+
+    def _suspend(self, number: int) -> None:
+        """Suspend the program, or let whoever heard the signal before do so."""
+        if self._before_suspension:
+            self._before_suspension()
+        if callable(outer := self._before[number]):
+            outer(number, None)
+        else:
+            own = signal.signal(number, signal.SIG_DFL)
+            signal.raise_signal(number)  # and here the program goes on, when somebody lets it
+            signal.signal(number, own)
+        self._after_suspension()
 
     def _end(self, number: int) -> NoReturn:
         self._is_held = True
@@ -85,9 +153,12 @@ class Interrupts:
             die_of(number)
 
 
-def _signals() -> list[int]:
-    """Return the signals to hear, as many as this system has."""
-    numbers: list[int] = [signal.SIGINT, signal.SIGTERM]
-    if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
-        numbers.append(signal.SIGHUP)
-    return numbers
+def _raise_in(thread: int, kind: type[BaseException] | None) -> None:
+    """Let an exception be raised in a thread when it next comes to Python's own code; None takes that back."""
+    wanted = None if kind is None else ctypes.py_object(kind)
+    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), wanted)
+
+
+def _is_to_be_heard(number: int) -> bool:
+    """Return whether to hear a signal: one that the program was started to ignore is left alone, but for two."""
+    return number in (signal.SIGINT, signal.SIGTERM) or signal.getsignal(number) is not signal.SIG_IGN

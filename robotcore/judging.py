@@ -2,15 +2,41 @@
 
 from __future__ import annotations
 
-from dataclasses import MISSING
+from dataclasses import MISSING, dataclass, replace
 
 from robotcore.appfile import app_path, is_app_file
 from robotcore.behaviour import Behaviour
 from robotcore.catalogue import load_app
 from robotcore.errors import BehaviourError, RobotcoreError, UnknownNameError, UsageError
+from robotcore.outcome import Outcome
 from robotcore.settings import configure, settings_of
 from robotcore.siblings import import_beside
 from robotcore.truth import Truth
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What the truth says at the end; None is what nobody knows. ``failure`` is what the judge's own code raised."""
+
+    verified: bool | None = None
+    contacts: int | None = None
+    distance: float | None = None
+    failure: BehaviourError | None = None
+
+
+def judged(judge: Behaviour, truth: Truth | None, outcome: Outcome, name: str | None) -> Judgement:
+    """Return the judgement of a run that ended so; a simulator that has died has no word."""
+    if truth is None:
+        return Judgement()
+    try:
+        measured = Judgement(None, truth.contacts, truth.distance_to_target)
+        try:
+            said = verdict(judge, truth, name)
+        except BehaviourError as error:
+            return replace(measured, failure=error)
+        return replace(measured, verified=said and outcome is Outcome.SUCCESS)
+    except (RobotcoreError, OSError, EOFError):
+        return Judgement()
 
 
 def load_judge(name: str) -> Behaviour:

@@ -6,9 +6,10 @@ from collections.abc import Callable, Sequence
 
 from robotcore.behaviour import Behaviour, Status
 from robotcore.errors import BehaviourError, Interrupted, RobotcoreError, UsageError
+from robotcore.interrupts import Recalled
 from robotcore.layers import Assembled
 from robotcore.outcome import Outcome
-from robotcore.safety import Commit
+from robotcore.safety import Commit, Stay
 from robotcore.trace import TickRecord, Trace
 
 TickObserver = Callable[[TickRecord], None]
@@ -17,7 +18,10 @@ _IDLE = Commit(None, None, ())
 
 
 class Loop:
-    """Runs a behaviour on a robot until it ends, or until ``timeout`` seconds of the robot's time."""
+    """Runs a behaviour on a robot until it ends, or until ``timeout`` seconds of the robot's time.
+
+    ``stepping`` and ``watching`` are what a watchdog is told of the app's step and of the observers.
+    """
 
     def __init__(
         self,
@@ -26,9 +30,12 @@ class Loop:
         rate_hz: float,
         timeout: float,
         observers: Sequence[TickObserver] = (),
+        stepping: Stay | None = None,
+        watching: Stay | None = None,
     ) -> None:
         self.robot, self._clock = assembled.robot, assembled.clock
-        self._latch, self._stage = assembled.latch, assembled.stage
+        self._latch, self._stage, self._where = assembled.latch, assembled.stage, assembled.where
+        self._stepping, self._watching = stepping, watching
         self._drive = assembled.robot.drive if assembled.stage else None
         self.behaviour = behaviour
         self.trace = Trace(behaviour.milestones)
@@ -37,9 +44,27 @@ class Loop:
         self._timeout = timeout
         self._observers = tuple(observers)
         self._next = self._clock.now()
+        self._is_latch_noted = False
+
+    @property
+    def time(self) -> float:
+        """The robot's time at the last tick, in seconds."""
+        return self._clock.now()
 
     def run(self) -> Outcome:
-        """Tick until the end; return how it ended. The wheels then stand."""
+        """Tick until the end; return how it ended. The wheels then stand.
+
+        Raises what the latch has, whatever else is raised: the one is why the other came.
+        """
+        try:
+            return self._run()
+        except BaseException:
+            if self._latch.error and not self._is_latch_noted:
+                self._note(_IDLE)
+            self._latch.check()
+            raise
+
+    def _run(self) -> Outcome:
         while True:
             status = self.tick()
             if status is not Status.RUNNING:
@@ -52,6 +77,8 @@ class Loop:
 
     def tick(self) -> Status:
         """Decide once, guard and commit what was decided, and note it; a tick that fails is noted too."""
+        self._latch.check()
+        self._where.ticks += 1
         if self._drive:
             self._drive.track()
         commit = _IDLE
@@ -70,18 +97,27 @@ class Loop:
             self._stage.stop()
 
     def _note(self, commit: Commit) -> None:
-        record = TickRecord(self._clock.tick, self._clock.now(), self.behaviour.state, *commit)
+        """Tell what a tick came to. A latch that trips between two ticks is told as the one that did not come."""
+        self._where.begin(self._watching)
+        if self._latch.error and not self._is_latch_noted:
+            commit = self._with_latch(commit)
+        record = TickRecord(self.trace.ticks, self._clock.now(), self.behaviour.state, *commit)
         self.trace.add(record)
         for observe in self._observers:
             observe(record)
 
+    def _with_latch(self, commit: Commit) -> Commit:
+        self._is_latch_noted = True
+        return commit._replace(interventions=(*commit.interventions, *self._latch.interventions(self._clock.now())))
+
     def _decide(self) -> Status:
         app = type(self.behaviour)
+        self._where.begin(self._stepping)
         try:
             status = self.behaviour.step(self.robot)
         except UsageError as error:
             raise BehaviourError.raised_by(app, error) from error
-        except (RobotcoreError, Interrupted):
+        except (RobotcoreError, Interrupted, Recalled):
             raise
         except BaseException as error:
             self._latch.check()

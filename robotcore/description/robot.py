@@ -83,12 +83,17 @@ class Drive(Described):
 
 
 class Safety(Described):
-    """When the safety stage steps in; see `robotcore.safety`."""
+    """When the safety stage steps in; see `robotcore.safety`.
+
+    ``watchdog_s`` is how long an app's step may take, ``answer_s`` how long a device or a simulator may let wait.
+    """
 
     stop_distance_m: Metres = 0.10
     deceleration_m_s2: PositiveFloat = 0.5
     lease_ticks: Annotated[float, Field(ge=1, le=10)] = 2.5
     max_age_s: PositiveFloat = 1.0
+    watchdog_s: Annotated[float, Field(ge=0.2, le=3600)] = 3.0
+    answer_s: Annotated[float, Field(ge=0.2, le=3600)] = 1.0
 
 
 class Mount(Described):

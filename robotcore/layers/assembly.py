@@ -1,7 +1,7 @@
 """The one place that puts the layers over a robot's devices, in this order.
 
-Sensors: driver → conditions → faults → taps → age → one sample a tick → app. Motors: app → taps → safety → deadman →
-faults → conditions → driver. Clock: backend → faults → one time a tick → app.
+Sensors: driver → watched → conditions → faults → taps → age → one sample a tick → app. Motors: app → taps → safety →
+deadman → faults → conditions → watched → driver. Clock: backend → watched → faults → one time a tick → app.
 """
 
 from __future__ import annotations
@@ -11,16 +11,18 @@ from dataclasses import dataclass
 
 from robotcore.clock import AppClock, Clock, TickClock
 from robotcore.description import CameraDescription, Conditions, RangeSensorDescription, RobotDescription
-from robotcore.devices import Camera, Device, RangeSensor
+from robotcore.devices import Camera, Device, Motor, RangeSensor
 from robotcore.errors import UnknownNameError, UnmetNeedError
 from robotcore.geometry import Pose
 from robotcore.layers.age import Age
 from robotcore.layers.conditions import PERFECT, Conditioned
 from robotcore.layers.layer import Layer
+from robotcore.layers.lone import LoneMotor
 from robotcore.layers.stack import Stack, slept_by
+from robotcore.layers.watched import Watched
 from robotcore.layers.wheels import GuardedDrive
 from robotcore.robot import Robot, Role
-from robotcore.safety import Latch, Stage
+from robotcore.safety import Brakes, Latch, Stage, Whereabouts
 
 _KINDS = {Role.CAMERA: "camera", Role.RANGE: "range_sensor", Role.DISPLAY: "display"}
 _MOUNTED = (CameraDescription, RangeSensorDescription)
@@ -28,12 +30,18 @@ _MOUNTED = (CameraDescription, RangeSensorDescription)
 
 @dataclass(frozen=True)
 class Assembled:
-    """A robot as an app gets it, the clock that its loop ticks, the latch that ends its run, its drive's stage."""
+    """A robot as an app gets it, and what its run needs besides.
+
+    The clock that its loop ticks, the latch that ends its run, its drive's stage, the brakes on every motor, and what a
+    watchdog looks at.
+    """
 
     robot: Robot
     clock: TickClock
     latch: Latch
     stage: Stage | None
+    brakes: Brakes
+    where: Whereabouts
 
 
 def needed_devices(description: RobotDescription, needs: Iterable[Role], wants: Iterable[Role] = ()) -> frozenset[str]:
@@ -68,20 +76,27 @@ def assemble(
     The noise of the ``conditions`` belongs to the ``seed``. ``faults`` lie right above them; above these, ``taps`` see
     each sample once, and each command as the app gives it.
     """
-    ticks = TickClock(slept_by(clock or raw.clock, faults))
-    latch = Latch()
+    safety, where, latch = description.safety, Whereabouts(), Latch()
+    watched = Watched(where, safety.answer_s, raw.name)
+    ticks = TickClock(slept_by(clock or raw.clock, (watched, *faults)))
     conditioned = Conditioned(conditions, seed, description.drive)
-    stack = Stack(ticks, (conditioned, *faults, *taps, Age(ticks, description.safety.max_age_s, latch)))
+    stack = Stack(ticks, (watched, conditioned, *faults, *taps, Age(ticks, safety.max_age_s, latch)))
     devices = {device.name: stack.over(device) for device in raw.devices.values()}
     _mount(devices, description)
+    motors = {name: device for name, device in devices.items() if isinstance(device, Motor)}
+    brakes = Brakes.on(*motors.values())
+    latch.call(brakes.apply_apart)
     guarded = None
     drive = description.drive
-    if drive and drive.left in raw.devices and drive.right in raw.devices:
-        guarded = GuardedDrive.over(devices, description, drive, ticks, latch, rate_hz, stack.layers)
+    if drive and drive.left in motors and drive.right in motors:
+        guarded = GuardedDrive.over(devices, description, drive, ticks, latch, rate_hz, stack.layers, brakes)
         devices |= guarded.motors
+    alone = [motor for name, motor in motors.items() if guarded is None or name not in guarded.motors]
+    lease = safety.lease_ticks / rate_hz
+    devices |= {motor.name: LoneMotor(motor, ticks, lease, latch, brakes.of(motor)) for motor in alone}
     app_clock = AppClock(ticks)
     robot = Robot(raw.name, app_clock, devices.values(), drive=guarded.drive if guarded else None, release=raw.close)
-    return Assembled(robot, ticks, latch, guarded.stage if guarded else None)
+    return Assembled(robot, ticks, latch, guarded.stage if guarded else None, brakes, where)
 
 
 def _role(name: Role | str) -> Role:

@@ -14,6 +14,7 @@ from robotcore.drive import CommandedWheels, DifferentialDrive, Odometry, Wheels
 from robotcore.layers.layer import Layer
 from robotcore.safety import (
     AccelerationLimit,
+    Brakes,
     DistanceAhead,
     Latch,
     RangeGuard,
@@ -75,8 +76,12 @@ class GuardedDrive:
         latch: Latch,
         rate_hz: float,
         layers: Sequence[Layer],
+        brakes: Brakes,
     ) -> GuardedDrive:
-        """Build the drive that ``description`` tells of over the devices that are open, ``layers`` over its stage."""
+        """Build the drive that ``description`` tells of over the devices that are open, ``layers`` over its stage.
+
+        ``brakes`` are those on the robot's motors.
+        """
         left, right = _motor(devices, drive.left), _motor(devices, drive.right)
         limit = min(left.max_velocity, right.max_velocity)
         commanded = CommandedWheels(clock)
@@ -88,6 +93,7 @@ class GuardedDrive:
             description.safety.lease_ticks / rate_hz,
             latch,
             commanded.turn_at,
+            brakes.of(left, right),
         )
         stage = reduce(lambda stage, layer: layer.stage(stage), layers, cast("Stage", bare))
         angles = _encoder_angles(devices, drive) or commanded.angles

@@ -1,21 +1,32 @@
 """The safety stage: what stands between every command and the motors, the same on every backend."""
 
+from robotcore.safety.brakes import Brakes
 from robotcore.safety.deadman import Deadman
+from robotcore.safety.emergency import EmergencyStop
+from robotcore.safety.intervention import REST, Intervention
 from robotcore.safety.latch import Latch
 from robotcore.safety.rules import AccelerationLimit, DistanceAhead, RangeGuard, Rule, VelocityLimit, stopping_distance
-from robotcore.safety.stage import Commit, Intervention, SafetyStage, Stage
+from robotcore.safety.stage import Commit, SafetyStage, Stage
+from robotcore.safety.watchdog import Watchdog
+from robotcore.safety.whereabouts import Stay, Whereabouts
 
 __all__ = [
+    "REST",
     "AccelerationLimit",
+    "Brakes",
     "Commit",
     "Deadman",
     "DistanceAhead",
+    "EmergencyStop",
     "Intervention",
     "Latch",
     "RangeGuard",
     "Rule",
     "SafetyStage",
     "Stage",
+    "Stay",
     "VelocityLimit",
+    "Watchdog",
+    "Whereabouts",
     "stopping_distance",
 ]

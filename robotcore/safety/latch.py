@@ -2,23 +2,55 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from threading import RLock
 from typing import NoReturn
 
-from robotcore.errors import SafetyStop
+from robotcore.errors import RobotcoreError, SafetyStop
+from robotcore.safety.intervention import REST, Intervention
 
 
 class Latch:
-    """Keeps the first safety stop and raises it at every `check` from then on."""
+    """Keeps the first error that it is set to, and raises it at every `check` from then on; any thread may set it.
+
+    ``driven`` is what the wheels were told when it tripped, rad/s; ``untold`` what was cut before, and no tick tells.
+    """
 
     def __init__(self) -> None:
-        self._stop: SafetyStop | None = None
+        self.error: RobotcoreError | None = None
+        self.driven = REST
+        self.untold: Sequence[Intervention] = ()
+        self._lock = RLock()
+        self._calls: list[Callable[[], object]] = []
 
-    def trip(self, stop: SafetyStop) -> NoReturn:
+    @property
+    def cause(self) -> str:
+        """What tripped it, as interventions name it. Only a watchdog latches the failure of a device or a backend."""
+        return self.error.cause if isinstance(self.error, SafetyStop) else "watchdog"
+
+    def interventions(self, now: float) -> tuple[Intervention, ...]:
+        """Return what a trace is to tell of it."""
+        return (*self.untold, Intervention(now, self.cause, self.driven, REST))
+
+    def call(self, stop: Callable[[], object]) -> None:
+        """Call this when the latch trips, after those that asked before: at once, in the thread that trips it."""
+        self._calls.append(stop)
+
+    def set(self, error: RobotcoreError) -> None:
+        """Latch, and have everything stopped. A stop that fails is told when it fails again at closing."""
+        with self._lock:
+            is_first, self.error = self.error is None, self.error or error
+        for stop in self._calls if is_first else ():
+            with suppress(RobotcoreError):
+                stop()
+
+    def trip(self, error: RobotcoreError) -> NoReturn:
         """Latch, and raise what ended the run first."""
-        self._stop = self._stop or stop
-        raise self._stop
+        self.set(error)
+        raise self.error or error
 
     def check(self) -> None:
         """Raise what ended the run, if something did."""
-        if self._stop:
-            raise self._stop
+        if self.error:
+            raise self.error

@@ -4,28 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 from robotcore.clock import Clock
 from robotcore.devices import Motor, invalid_velocity
 from robotcore.drive import Wheels
+from robotcore.safety.brakes import Brakes
 from robotcore.safety.deadman import Deadman
+from robotcore.safety.intervention import REST, Intervention
 from robotcore.safety.latch import Latch
 from robotcore.safety.patience import PatientLock
 from robotcore.safety.rules import Rule
-
-REST = Wheels(0.0, 0.0)
-
-
-@dataclass(frozen=True, slots=True)
-class Intervention:
-    """The stage changed a command: when, by which rule, and what became of it."""
-
-    time: float
-    cause: str
-    asked: Wheels
-    sent: Wheels
 
 
 class Commit(NamedTuple):
@@ -51,7 +40,7 @@ class SafetyStage:
 
     ``clock`` is the loop's, which stands still within a tick; the deadman's lease runs on it too, and a clock may cut
     from a thread of its own. ``latch`` ends the run for good. ``on_sent`` hears of each velocity that the wheels are
-    told, and when.
+    told, and when. ``brakes`` are those on the two motors.
     """
 
     def __init__(
@@ -63,6 +52,7 @@ class SafetyStage:
         lease: float,
         latch: Latch | None = None,
         on_sent: Callable[[Wheels, float], None] | None = None,
+        brakes: Brakes | None = None,
     ) -> None:
         self._clock = clock
         self._left, self._right = left, right
@@ -76,6 +66,8 @@ class SafetyStage:
         self._halts = 0
         self._changes: list[Intervention] = []
         self._cuts: list[Intervention] = []
+        self._brakes = brakes or Brakes.on(left, right)
+        self._latch.call(self._cut_off)
 
     def ask(self, wheels: Wheels) -> Wheels:
         """Take a command for this tick, instead of an earlier one; return what will be sent.
@@ -85,21 +77,21 @@ class SafetyStage:
         self._latch.check()
         for motor, velocity in ((self._left, wheels.left), (self._right, wheels.right)):
             if not math.isfinite(velocity):
-                try:
-                    self.stop()
-                finally:
-                    self._latch.trip(invalid_velocity(motor.name, velocity))
+                self._latch.trip(invalid_velocity(motor.name, velocity))
         self._guarded = self._guard(wheels)
         self._asked = wheels
         return self._guarded
 
     def stop(self) -> None:
-        """Stop both motors now, past every rule; zero is then this tick's command."""
+        """Stop both motors now, past every rule; zero is then this tick's command.
+
+        The lease ends when they were stopped: where a stop hangs or fails, the deadman is the next to try.
+        """
         with self._lock.patiently():
             self._asked = self._guarded = REST
             self._changes.clear()
-            self._deadman.rest()
             self._halt(self._clock.now())
+            self._deadman.rest()
 
     @property
     def asked(self) -> Wheels:
@@ -128,12 +120,13 @@ class SafetyStage:
         return self._tell(lessened)
 
     def _send(self, wheels: Wheels) -> Wheels:
-        """Send a command. Its lease begins before the first motor turns."""
+        """Send a command. Its lease begins before the first motor turns, and ends after the last one stands."""
+        if wheels != REST:
+            self._deadman.renew(self._clock.now())
+        sent = self._tell(wheels)
         if wheels == REST:
             self._deadman.rest()
-        else:
-            self._deadman.renew(self._clock.now())
-        return self._tell(wheels)
+        return sent
 
     def _tell(self, wheels: Wheels) -> Wheels:
         """Tell the motors, and return what they say they do; where one fails, or was stopped meanwhile, stop both."""
@@ -143,7 +136,7 @@ class SafetyStage:
         except Exception:
             self._halt(self._clock.now())
             raise
-        if self._halts != halts:
+        if self._halts != halts or self._latch.error:
             self._halt(self._clock.now())
             return REST
         self._note(sent, self._clock.now())
@@ -163,14 +156,16 @@ class SafetyStage:
         self._cuts.append(Intervention(expiry, "deadman", self._sent, REST))
         self._halt(expiry)
 
+    def _cut_off(self) -> None:
+        """Stop for good: the latch has tripped."""
+        self._latch.driven, self._latch.untold, self._cuts = self._sent, self._cuts, []
+        self.stop()
+
     def _halt(self, now: float) -> None:
-        """Stop each motor on its own: one that fails does not keep the other from stopping."""
+        """Stop each motor on its own."""
         self._halts += 1
         self._note(REST, now)
-        try:
-            self._left.stop()
-        finally:
-            self._right.stop()
+        self._brakes.apply()
 
     def _note(self, wheels: Wheels, now: float) -> None:
         self._sent = wheels

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from robotcore import session
+from robotcore import execution
 from robotcore.behaviour import Status
 from robotcore.clock import Clock, PacedClock
 from robotcore.errors import (
@@ -154,7 +154,7 @@ def test_simulated_time_is_held_to_real_time_only_where_it_is_asked_for(
             super().__init__(source)
             paced.append(source)
 
-    monkeypatch.setattr(session, "PacedClock", Noting)
+    monkeypatch.setattr(execution, "PacedClock", Noting)
     perform(then(lambda _: Status.SUCCESS))
     assert paced == []
     perform(then(lambda _: Status.SUCCESS), RunRequest("app", realtime=True))

@@ -1,0 +1,193 @@
+"""One run, from opening to closing, and every way out of it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from functools import partial
+
+from robotcore.account import Ending, outcome_of, told
+from robotcore.clock import Clock, MonotonicClock, PacedClock
+from robotcore.errors import BackendError, DeviceClosedError, DeviceError, Interrupted, RobotcoreError
+from robotcore.interrupts import Interrupts, Recalled
+from robotcore.judging import Judgement, judged
+from robotcore.layers import Assembled, assemble
+from robotcore.layers.layer import Layer
+from robotcore.loop import Loop
+from robotcore.observer import Observer, Run
+from robotcore.outcome import Outcome, RunResult
+from robotcore.overdue import closing, stepping, watching
+from robotcore.plan import Plan
+from robotcore.robot import Robot
+from robotcore.safety import EmergencyStop, Watchdog
+from robotcore.safety.errand import Errand
+from robotcore.truth import Truth
+
+FAREWELL_S = 0.3
+"""When a process must end, closing what hangs, and each of those who want to hear of it, get this long."""
+
+
+class Execution:
+    """A run that is to be."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        observers: Sequence[Observer],
+        taps: Sequence[Layer],
+        interrupts: Interrupts,
+        last_words: Callable[[RunResult], object],
+        patience: float,
+    ) -> None:
+        self._plan, self._observers, self._taps, self._interrupts = plan, observers, taps, interrupts
+        self._last_words, self._patience = last_words, patience
+        self._wall = MonotonicClock()
+        self._assembled: Assembled | None = None
+        self._loop: Loop | None = None
+        self._judgement = Judgement()
+        self._late_failure: RobotcoreError | None = None
+        self._is_unanswered = False
+
+    def result(self) -> RunResult:
+        """Run to the end, whichever it is, and tell the observers too."""
+        error: RobotcoreError | Interrupted | None = None
+        try:
+            outcome = self._run_and_close()
+        except (RobotcoreError, Interrupted) as caught:
+            error, outcome = caught, outcome_of(caught)
+        except BaseException as bug:
+            self._tell(self._told(RobotcoreError(f"{type(bug).__name__}: {bug}"), Outcome.ERROR))
+            raise
+        if self._late_failure and error is None:
+            error, outcome = self._late_failure, Outcome.ERROR
+        result = self._told(error, outcome)
+        if failures := self._tell(result):
+            raise failures[0]
+        return result
+
+    def _run_and_close(self) -> Outcome:
+        raw = robot = self._plan.backend.open(self._plan.setup)
+        outcome = Outcome.ERROR
+        watchdog: Watchdog | None = None
+        try:
+            self._assembled = assembled = self._assemble(raw)
+            robot = assembled.robot
+            watchdog = Watchdog(assembled.where, self._bite, self._end_hard, self._patience)
+            watchdog.start()
+            outcome = self._run(assembled, self._truth_of(raw))
+        except Recalled:  # between the loop and here
+            assert self._assembled
+            self._assembled.latch.check()
+            raise
+        finally:
+            try:
+                self._interrupts.hold()
+                self._stop(raw)
+                self._judge(raw, outcome)
+            finally:  # even where a signal came just before the hold
+                self._interrupts.hold()
+                self._close(robot)
+                if watchdog:
+                    watchdog.close()
+        return outcome
+
+    def _run(self, assembled: Assembled, truth: Truth | None) -> Outcome:
+        plan, safety = self._plan, self._plan.description.safety
+        stop = EmergencyStop(assembled.latch)
+        self._loop = Loop(
+            assembled,
+            plan.behaviour,
+            plan.request.rate_hz,
+            plan.request.timeout_s,
+            [*(observer.tick for observer in self._observers), lambda _: self._interrupts.check()],
+            stepping(plan.behaviour, safety.watchdog_s),
+            watching(safety.watchdog_s),
+        )
+        self._interrupts.stop_with(self._last_resort)
+        self._interrupts.suspend_with(assembled.robot.stop)
+        run = Run(plan.request, plan.behaviour, plan.description, plan.world, assembled.robot, truth, stop)
+        for observer in self._observers:
+            observer.begin(run)
+        return self._loop.run()
+
+    def _assemble(self, raw: Robot) -> Assembled:
+        plan, clock = self._plan, self._clock_for(raw)
+        seed, rate_hz = plan.setup.seed, plan.request.rate_hz
+        faults = [fault.layer(clock, seed) for fault in plan.faults]
+        return assemble(raw, plan.description, rate_hz, clock, plan.conditions, seed, faults, self._taps)
+
+    def _clock_for(self, raw: Robot) -> Clock:
+        is_paced = self._plan.request.realtime or self._plan.request.gui
+        return PacedClock(raw.clock) if is_paced and self._plan.backend.is_lockstep else raw.clock
+
+    def _truth_of(self, raw: Robot) -> Truth | None:
+        if raw.truth is None or self._plan.world is None:
+            return None
+        return Truth(raw.truth, self._plan.description, self._plan.world)
+
+    def _stop(self, raw: Robot) -> None:
+        """Stop the motors before anything else runs, and let nothing move any more, whatever threads an app has left.
+
+        A stop that fails is told when it fails again at closing.
+        """
+        if self._assembled:
+            self._assembled.where.begin(closing(self._plan.backend.name))
+            self._assembled.latch.set(DeviceClosedError(raw.name))
+            self._assembled.brakes.apply_apart()
+
+    def _judge(self, raw: Robot, outcome: Outcome) -> None:
+        """Ask the truth while the simulator lives; one that has died has no word."""
+        if not self._is_unanswered:
+            plan = self._plan
+            self._judgement = judged(plan.judge, self._truth_of(raw), outcome, plan.request.judge)
+            self._late_failure = self._judgement.failure
+
+    def _close(self, robot: Robot) -> None:
+        """Close the robot; one that does not answer is not waited for."""
+        is_hung = self._is_unanswered or (self._assembled and self._assembled.brakes.are_hung)
+        try:
+            if is_hung:
+                Errand("close", robot.close).is_done_within(FAREWELL_S)
+            else:
+                robot.close()
+        except RobotcoreError as failure:
+            self._late_failure = failure
+
+    def _bite(self, error: RobotcoreError) -> None:
+        """Stop what moves, for the loop's thread does not come back, and call it."""
+        assert self._assembled
+        self._is_unanswered = isinstance(error, (BackendError, DeviceError))
+        self._assembled.latch.set(error)
+        self._interrupts.recall()
+
+    def _end_hard(self, error: RobotcoreError) -> None:
+        """End the process, which nothing else ends; but not one whose main thread has other things to do."""
+        if self._interrupts.are_heard:
+            self._farewell(error)
+            os._exit(error.exit_status)
+
+    def _last_resort(self) -> None:
+        assert self._assembled
+        self._assembled.brakes.apply_apart()
+        if self._interrupts.raised:
+            self._farewell(self._interrupts.raised)
+
+    def _farewell(self, error: RobotcoreError | Interrupted) -> None:
+        """Tell everyone how the run ends, while there is still somebody to tell it."""
+        result = self._told(error, outcome_of(error))
+        for hear in (partial(self._tell, result), partial(self._last_words, result)):
+            Errand("farewell", hear).is_done_within(FAREWELL_S)
+
+    def _tell(self, result: RunResult) -> list[Exception]:
+        """Tell every observer the end, each on its own; return what was raised."""
+        failures = []
+        for observer in self._observers:
+            try:
+                observer.end(result)
+            except Exception as failure:  # noqa: BLE001, PERF203  the others are to hear it too
+                failures.append(failure)
+        return failures
+
+    def _told(self, error: RobotcoreError | Interrupted | None, outcome: Outcome) -> RunResult:
+        ending = Ending(outcome, error, self._late_failure)
+        return told(self._plan, self._loop, self._judgement, ending, self._wall.now())

@@ -1,0 +1,101 @@
+"""The layer right over the driver, which notes when the program is in it: for the watchdog."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import FrameType
+from typing import ParamSpec, TypeVar
+
+from robotcore.clock import Clock, ClockOver
+from robotcore.devices import Motor, SampleT, Sensor
+from robotcore.errors import BackendError, DeviceError, RobotcoreError
+from robotcore.layers.layer import Layer
+from robotcore.layers.over import MotorOver
+from robotcore.layers.readers import Reader
+from robotcore.safety import Stay, Whereabouts
+
+GRACE_S = 0.3
+"""So that a simulator that hangs is named within two seconds also where nothing brings the program back."""
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+_ADVICE = "Is it still running and connected? Where it is only slow, raise safety.answer_s in the robot's description"
+
+
+@dataclass(frozen=True)
+class Watched(Layer):
+    """Notes each call of a driver, and each sleep.
+
+    ``answer_s`` is how long one may take, ``robot`` the robot's name.
+    """
+
+    where: Whereabouts
+    answer_s: float
+    robot: str
+
+    def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
+        during, stay = self.where.during, self._stay_in(sensor.name)
+        return lambda: during(stay, read)
+
+    def motor(self, motor: Motor) -> Motor:
+        return _WatchedMotor(motor, self.where, self._stay_in(motor.name))
+
+    def clock(self, clock: Clock) -> Clock:
+        return _WatchedClock(clock, self.where, Stay(self.answer_s, self._unpassed, GRACE_S))
+
+    def _stay_in(self, device: str) -> Stay:
+        def unanswered(seconds: float, _frame: FrameType | None) -> RobotcoreError:
+            return DeviceError(device, f"has not answered for {seconds:.1f} s. {_ADVICE}")
+
+        return Stay(self.answer_s, unanswered, GRACE_S)
+
+    def _unpassed(self, seconds: float, _frame: FrameType | None) -> RobotcoreError:
+        return BackendError(
+            f"the backend of {self.robot!r} has not answered for {seconds:.1f} s, while time was to pass. {_ADVICE}"
+        )
+
+
+class _WatchedMotor(MotorOver):
+    """A motor of a driver."""
+
+    def __init__(self, inner: Motor, where: Whereabouts, stay: Stay) -> None:
+        super().__init__(inner)
+        self._where, self._stay = where, stay
+
+    def set_velocity(self, rad_s: float) -> float:
+        return self._where.during(self._stay, self._inner.set_velocity, rad_s)
+
+    def stop(self) -> None:
+        self._where.during(self._stay, self._inner.stop)
+
+    def _apply(self, rad_s: float) -> None:
+        self.set_velocity(rad_s)
+
+
+class _WatchedClock(ClockOver):
+    """A backend's clock. A sleep may take as long as it was to take, and then as long as any call."""
+
+    def __init__(self, source: Clock, where: Whereabouts, stay: Stay) -> None:
+        super().__init__(source)
+        self._where, self._stay = where, stay
+        self._last = 0.0
+
+    def now(self) -> float:
+        self._last = now = self._where.during(self._stay, _attempt, self._source.now)
+        return now
+
+    def sleep_until(self, deadline: float) -> bool:
+        stay = self._stay._replace(limit_s=self._stay.limit_s + max(0.0, deadline - self._last))
+        return self._where.during(stay, _attempt, self._source.sleep_until, deadline)
+
+
+def _attempt(function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
+    """Call a backend's clock; a connection that broke, and that the driver has not translated, is a BackendError."""
+    try:
+        return function(*args, **kwargs)
+    except RobotcoreError:
+        raise
+    except (OSError, EOFError) as error:
+        raise BackendError(f"time does not pass any more: {type(error).__name__}: {error}. {_ADVICE}") from error

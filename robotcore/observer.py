@@ -1,0 +1,42 @@
+"""Who looks at a run, and what there is to see."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from robotcore.behaviour import Behaviour
+from robotcore.description import RobotDescription, WorldDescription
+from robotcore.outcome import RunResult
+from robotcore.plan import RunRequest
+from robotcore.robot import Robot
+from robotcore.safety import EmergencyStop
+from robotcore.trace import TickRecord
+from robotcore.truth import Truth
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run as an observer sees it. Reading a device here would steer the run: look at ``latest`` instead.
+
+    ``emergency`` stops it, from any thread.
+    """
+
+    request: RunRequest
+    behaviour: Behaviour
+    description: RobotDescription
+    world: WorldDescription | None
+    robot: Robot
+    truth: Truth | None
+    emergency: EmergencyStop
+
+
+class Observer(Protocol):
+    """Looks at a run: from its first tick, at each, and at its result.
+
+    Where the process ends itself, because an app or a driver does not come back, `end` is called from another thread.
+    """
+
+    def begin(self, run: Run) -> None: ...
+    def tick(self, record: TickRecord) -> None: ...
+    def end(self, result: RunResult) -> None: ...

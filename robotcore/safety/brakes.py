@@ -1,0 +1,96 @@
+"""How motors are stopped: each on its own, whatever becomes of the others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from threading import get_ident
+
+from robotcore.clock import MonotonicClock
+from robotcore.devices import Motor
+from robotcore.errors import DeviceError
+from robotcore.safety.errand import Errand
+
+STOP_S = 0.2
+"""A motor whose stop takes longer is given up, though its stop goes on."""
+
+
+class Brake:
+    """Stops one motor. While one stop is under way no other is begun."""
+
+    def __init__(self, motor: Motor) -> None:
+        self.motor = motor
+        self._errand: Errand | None = None
+
+    @property
+    def is_hung(self) -> bool:
+        """Whether a stop that was begun has not come back."""
+        return self._errand is not None and self._errand.is_under_way
+
+    def apply(self) -> None:
+        """Stop the motor here and now, unless a stop hangs already."""
+        if self.is_hung:
+            raise self._hung()
+        self.motor.stop()
+
+    def begin(self) -> None:
+        """Stop the motor in a thread of its own."""
+        if not self.is_hung:
+            self._errand = Errand(f"stop {self.motor.name}", self.motor.stop)
+
+    def failure(self, limit_s: float) -> Exception | None:
+        """Return what became of a stop that was begun, within the time there is."""
+        if self._errand is None or self._errand.is_done_within(limit_s):
+            return self._errand.failure if self._errand else None
+        return self._hung()
+
+    def _hung(self) -> DeviceError:
+        return DeviceError(self.motor.name, f"has not stopped within {STOP_S:g} s; cut its power where it still turns")
+
+
+class Brakes:
+    """Stops motors, each on its own.
+
+    The thread that made this stops them one after the other: the watchdog looks after it. From any other thread each is
+    stopped in a thread of its own, so that one that hangs does not hold up the others.
+    """
+
+    def __init__(self, brakes: Iterable[Brake]) -> None:
+        self._brakes = tuple(brakes)
+        self._home = get_ident()
+
+    @classmethod
+    def on(cls, *motors: Motor) -> Brakes:
+        """Return brakes for these motors."""
+        return cls(map(Brake, motors))
+
+    def of(self, *motors: Motor) -> Brakes:
+        """Return the same brakes for some of the motors alone."""
+        return Brakes(brake for brake in self._brakes if brake.motor in motors)
+
+    @property
+    def are_hung(self) -> bool:
+        """Whether a stop has not come back."""
+        return any(brake.is_hung for brake in self._brakes)
+
+    def apply(self) -> None:
+        """Stop every motor; raise the first failure when all were tried."""
+        failures = self._in_turn() if get_ident() == self._home else self.apply_apart()
+        if failures:
+            raise failures[0]
+
+    def apply_apart(self) -> list[Exception]:
+        """Stop every motor in a thread of its own; return what failed, within `STOP_S`."""
+        for brake in self._brakes:
+            brake.begin()
+        wall = MonotonicClock()
+        failures = [brake.failure(max(0.0, STOP_S - wall.now())) for brake in self._brakes]
+        return [failure for failure in failures if failure]
+
+    def _in_turn(self) -> list[Exception]:
+        failures = []
+        for brake in self._brakes:
+            try:
+                brake.apply()
+            except Exception as failure:  # noqa: BLE001, PERF203  one that fails must not keep the others from stopping
+                failures.append(failure)
+        return failures
