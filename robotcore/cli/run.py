@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from contextlib import ExitStack, closing
+from collections.abc import Callable
+from contextlib import ExitStack, closing, redirect_stdout
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +18,7 @@ from robotcore.cli.requested import requested
 from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
+    from robotcore.interrupts import Interrupts
     from robotcore.outcome import RunResult
     from robotcore.session import Observer
     from robotcore.view.picture import PictureRecorder
@@ -46,8 +48,9 @@ def command(picture: Path | None, *, as_json: bool, **asked: Any) -> int:
 
     with Interrupts() as interrupts:
         recorder = _recorder(picture)
+        last_words = _last_words(as_json=as_json)
         with printing_apart(as_json=as_json):
-            result = _run(asked, recorder)
+            result = _run(asked, recorder, interrupts, last_words)
         interrupts.hold()
         drawn = None
         if picture and recorder:
@@ -91,16 +94,35 @@ def _recorder(picture: Path | None) -> PictureRecorder | None:
     return PictureRecorder()
 
 
-def _run(asked: dict[str, Any], recorder: PictureRecorder | None) -> RunResult:
+def _run(
+    asked: dict[str, Any],
+    recorder: PictureRecorder | None,
+    interrupts: Interrupts,
+    last_words: Callable[[RunResult], None],
+) -> RunResult:
+    from robotcore.cli.keys import HINT, SpaceBar, can_listen
     from robotcore.session import RunRequest, run
 
     with ExitStack() as stack:
         observers: list[Observer] = [recorder] if recorder else []
+        if has_keys := can_listen():
+            observers.append(stack.enter_context(closing(SpaceBar(interrupts))))
         if sys.stderr and sys.stderr.isatty():
             from robotcore.view.progress import Progress
 
-            observers.append(stack.enter_context(closing(Progress())))
-        return run(RunRequest(**_requested(**asked)), observers)
+            observers.append(stack.enter_context(closing(Progress(hint=HINT if has_keys else ""))))
+        return run(RunRequest(**_requested(**asked)), observers, last_words=last_words)
+
+
+def _last_words(*, as_json: bool) -> Callable[[RunResult], None]:
+    """Return what tells the end of a process that ends itself; standard output is what it is now."""
+    stdout = sys.stdout
+
+    def tell_the_last(result: RunResult) -> None:
+        with redirect_stdout(stdout):
+            tell_result(result, as_json=as_json)
+
+    return tell_the_last
 
 
 def _requested(host: str | None, port: str | None, **asked: Any) -> dict[str, Any]:

@@ -83,11 +83,12 @@ class _WatchedClock(ClockOver):
         self._last = 0.0
 
     def now(self) -> float:
-        self._last = now = self._where.during(self._stay, _attempt, self._source.now)
+        self._last = now = self._where.during(self._stay, self._source.now)
         return now
 
     def sleep_until(self, deadline: float) -> bool:
-        stay = self._stay._replace(limit_s=self._stay.limit_s + max(0.0, deadline - self._last))
+        limit, error, grace = self._stay
+        stay = Stay(limit + max(0.0, deadline - self._last), error, grace)
         return self._where.during(stay, _attempt, self._source.sleep_until, deadline)
 
 

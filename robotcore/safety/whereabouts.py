@@ -28,7 +28,7 @@ class Stay(NamedTuple):
 class Whereabouts:
     """What the thread that made this is doing, and which driver's call it is in.
 
-    ``moves`` grows with each change of ``doing``, ``calls`` with each change of ``call``: where they stand still, so
+    ``moves`` grows with each change of ``doing``, ``calls`` with each call that is begun: where they stand still, so
     does the thread. ``ticks`` are those that were begun.
     """
 
@@ -55,4 +55,3 @@ class Whereabouts:
             return function(*args, **kwargs)
         finally:
             self.call = before
-            self.calls += 1

@@ -21,10 +21,11 @@ REFRESH_HZ = 10
 class Progress:
     """An observer: state, range, time and its pace, on stderr, gone when it is closed.
 
-    A tick only leaves its record; a thread draws the newest one ten times a second.
+    A tick only leaves its record; a thread draws the newest one ten times a second. ``hint`` stands at its end.
     """
 
-    def __init__(self, console: Console | None = None) -> None:
+    def __init__(self, console: Console | None = None, hint: str = "") -> None:
+        self._hint = hint
         self._spinner = Spinner("dots")
         self._wall = MonotonicClock()
         self._run: Run | None = None
@@ -59,6 +60,7 @@ class Progress:
                 _range_of(self._run),
                 f"{record.time:.1f} s",
                 f"{pace:.1f}x real time",
+                self._hint,
             )
         return line
 

@@ -151,7 +151,7 @@ def test_a_signal_ends_the_run_with_its_line(cli: Cli, app_file: AppFile, number
 
 
 def test_a_signal_before_the_run_has_its_line_too(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("robotcore.session.run", lambda *_: signal.raise_signal(signal.SIGTERM))
+    monkeypatch.setattr("robotcore.session.run", lambda *_, **__: signal.raise_signal(signal.SIGTERM))
     told = cli(*SHORT, "--json")
     assert told.status == 143
     assert (told.json["outcome"], told.json["app"]) == ("interrupted", "avoid-obstacles")
@@ -221,7 +221,7 @@ def _requests(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     """Return where the requests will be found; none of them is run."""
     requests: list[Any] = []
 
-    def keep(request: RunRequest, observers: object) -> None:
+    def keep(request: RunRequest, *_: object, **__: object) -> None:
         requests.append(request)
         raise KeyboardInterrupt
 

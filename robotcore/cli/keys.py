@@ -1,0 +1,117 @@
+"""The e-stop in the terminal: the space bar."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from select import select
+from threading import Event, RLock, Thread
+from typing import Any
+
+from robotcore.interrupts import Interrupts
+from robotcore.observer import Run
+from robotcore.outcome import RunResult
+from robotcore.trace import TickRecord
+
+KEY = b" "
+HINT = "space: stop"
+PRESSED = "the space bar was pressed in the terminal"
+BUFFER = 64
+LOOK_S = 0.1
+"""How often to look whether there is still somebody to listen for, and whether the terminal is ours."""
+
+
+def can_listen() -> bool:
+    """Return whether somebody can press keys: standard input is a terminal, and this job is in front of it."""
+    if os.name != "posix" or sys.stdin is None or sys.stdin.closed or not sys.stdin.isatty():
+        return False
+    return _is_in_front(sys.stdin.fileno())
+
+
+class SpaceBar:
+    """An observer: while a run lasts, the space bar is its e-stop; the terminal is then put back as it was.
+
+    A key comes at once and is not shown (``cbreak``). The program may be suspended and go on, in front or behind; in
+    the background it leaves the terminal alone, for its keys are somebody else's.
+    """
+
+    def __init__(self, interrupts: Interrupts) -> None:
+        self._terminal = sys.stdin.fileno()
+        self._before: list[Any] | None = None
+        self._lock = RLock()
+        self._run: Run | None = None
+        self._is_over = Event()
+        self._thread = Thread(target=self._listen, name="space bar", daemon=True)
+        interrupts.suspend_with(self._put_back, self._take)
+
+    def begin(self, run: Run) -> None:
+        self._run = run
+        self._take()
+        self._thread.start()
+
+    def tick(self, record: TickRecord) -> None:
+        """Keys come between ticks too."""
+
+    def end(self, result: RunResult) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Listen no more, and put the terminal back. May be called again."""
+        self._is_over.set()
+        self._put_back()
+        if self._thread.is_alive():
+            self._thread.join()
+
+    def _listen(self) -> None:
+        with suppress(OSError):  # a terminal that is gone
+            while not self._is_over.is_set():
+                if KEY in self._pressed() and self._run:
+                    self._run.emergency.press(PRESSED)
+
+    def _pressed(self) -> bytes:
+        """Return the keys that were pressed, after a short while at most."""
+        if not _is_in_front(self._terminal):
+            self._is_over.wait(LOOK_S)
+            return b""
+        self._take()
+        is_there, _, _ = select([self._terminal], [], [], LOOK_S)
+        return os.read(self._terminal, BUFFER) if is_there and not self._is_over.is_set() else b""
+
+    def _take(self) -> None:
+        """Let keys come at once, where the terminal is ours."""
+        import termios
+        import tty
+
+        with self._lock, suppress(termios.error):
+            if self._before is None and not self._is_over.is_set() and _is_in_front(self._terminal):
+                before = termios.tcgetattr(self._terminal)
+                tty.setcbreak(self._terminal, termios.TCSANOW)
+                self._before = before
+
+    def _put_back(self) -> None:
+        """Make the terminal again what it was."""
+        import termios
+
+        with self._lock, suppress(termios.error), _unstopped():
+            before, self._before = self._before, None
+            if before is not None:
+                termios.tcsetattr(self._terminal, termios.TCSADRAIN, before)
+
+
+def _is_in_front(terminal: int) -> bool:
+    with suppress(OSError):  # it is no terminal of ours
+        return os.tcgetpgrp(terminal) == os.getpgrp()
+    return False
+
+
+@contextmanager
+def _unstopped() -> Iterator[None]:
+    """Let a job in the background set the terminal too, which would else stop it."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTTOU])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
