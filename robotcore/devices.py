@@ -135,7 +135,7 @@ class Device:
         except RobotcoreError:
             raise
         except Exception as error:
-            raise DeviceError(self.name, f"{type(error).__name__}: {error}") from error
+            raise DeviceError(self.name, f"{type(error).__name__}: {error}".removesuffix(": ")) from error
 
 
 class Motor(Device, ABC):

@@ -23,7 +23,7 @@ from robotcore.safety import EmergencyStop, Watchdog
 from robotcore.safety.errand import Errand
 from robotcore.truth import Truth
 
-FAREWELL_S = 0.3
+FAREWELL_S = 0.2
 """When a process must end, closing what hangs, and each of those who want to hear of it, get this long."""
 
 
@@ -128,19 +128,21 @@ class Execution:
     def _stop(self, raw: Robot) -> None:
         """Stop the motors before anything else runs, and let nothing move any more, whatever threads an app has left.
 
-        A stop that fails is told when it fails again at closing.
+        A stop that fails is told when it fails again at closing; one that hangs, now.
         """
-        if self._assembled:
-            self._assembled.where.begin(closing(self._plan.backend.name))
-            self._assembled.latch.set(DeviceClosedError(raw.name))
-            self._assembled.brakes.apply_apart()
+        if assembled := self._assembled:
+            assembled.where.begin(closing(self._plan.backend.name))
+            assembled.latch.set(DeviceClosedError(raw.name))
+            failures = assembled.brakes.apply_apart()
+            if assembled.brakes.are_hung and not self._is_unanswered:
+                self._late_failure = next((each for each in failures if isinstance(each, DeviceError)), None)
 
     def _judge(self, raw: Robot, outcome: Outcome) -> None:
         """Ask the truth while the simulator lives; one that has died has no word."""
         if not self._is_unanswered:
             plan = self._plan
             self._judgement = judged(plan.judge, self._truth_of(raw), outcome, plan.request.judge)
-            self._late_failure = self._judgement.failure
+            self._late_failure = self._late_failure or self._judgement.failure
 
     def _close(self, robot: Robot) -> None:
         """Close the robot; one that does not answer is not waited for."""

@@ -99,4 +99,5 @@ def _attempt(function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
     except RobotcoreError:
         raise
     except (OSError, EOFError) as error:
-        raise BackendError(f"time does not pass any more: {type(error).__name__}: {error}. {_ADVICE}") from error
+        fault = f"{type(error).__name__}: {error}".removesuffix(": ")
+        raise BackendError(f"the backend lets no time pass any more: {fault}. Is the simulator still running?") from error

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from threading import get_ident
 
 from robotcore.clock import MonotonicClock
@@ -32,16 +32,12 @@ class Brake:
             raise self._hung()
         self.motor.stop()
 
-    def begin(self) -> None:
-        """Stop the motor in a thread of its own."""
-        if not self.is_hung:
-            self._errand = Errand(f"stop {self.motor.name}", self.motor.stop)
-
-    def failure(self, limit_s: float) -> Exception | None:
-        """Return what became of a stop that was begun, within the time there is."""
-        if self._errand is None or self._errand.is_done_within(limit_s):
-            return self._errand.failure if self._errand else None
-        return self._hung()
+    def begin(self) -> Callable[[float], Exception | None]:
+        """Stop the motor in a thread of its own; return what tells how that failed, after so many seconds at most."""
+        if self.is_hung:
+            return lambda _: self._hung()
+        self._errand = errand = Errand(f"stop {self.motor.name}", self.motor.stop)
+        return lambda limit_s: errand.failure if errand.is_done_within(limit_s) else self._hung()
 
     def _hung(self) -> DeviceError:
         return DeviceError(self.motor.name, f"has not stopped within {STOP_S:g} s; cut its power where it still turns")
@@ -80,10 +76,9 @@ class Brakes:
 
     def apply_apart(self) -> list[Exception]:
         """Stop every motor in a thread of its own; return what failed, within `STOP_S`."""
-        for brake in self._brakes:
-            brake.begin()
+        begun = [brake.begin() for brake in self._brakes]
         wall = MonotonicClock()
-        failures = [brake.failure(max(0.0, STOP_S - wall.now())) for brake in self._brakes]
+        failures = [failure_within(max(0.0, STOP_S - wall.now())) for failure_within in begun]
         return [failure for failure in failures if failure]
 
     def _in_turn(self) -> list[Exception]:

@@ -1,0 +1,118 @@
+"""A robot in real time whose motors note every command, when it came, in a file that outlives the process."""
+
+from __future__ import annotations
+
+import os
+from time import monotonic
+
+import numpy as np
+
+from robotcore.backend import Backend, Setup
+from robotcore.clock import Clock, MonotonicClock
+from robotcore.description import (
+    AnyDevice,
+    CameraDescription,
+    Described,
+    EncoderDescription,
+    MotorDescription,
+    RangeSensorDescription,
+)
+from robotcore.devices import Angle, Camera, Device, Encoder, Frame, Motor, Range, RangeSensor
+from robotcore.display import MemoryDisplay
+from robotcore.errors import DeviceError
+from robotcore.robot import Robot
+
+FAR_M = 1.5
+
+
+class WitnessOptions(Described):
+    """The file for what is noted, and when the camera is lost, if it is."""
+
+    log: str
+    lost_after_s: float = float("inf")
+
+
+class Log:
+    """Lines of an event, a value and the machine's monotonic time, which other processes have too."""
+
+    def __init__(self, file: str) -> None:
+        self._file = os.open(file, os.O_WRONLY | os.O_APPEND | os.O_CREAT)
+
+    def note(self, event: str, value: float = 0.0) -> None:
+        os.write(self._file, f"{event} {value} {monotonic():.6f}\n".encode())
+
+
+class WitnessBackend(Backend):
+    """Opens robots that are nothing but their notes."""
+
+    name = "witness"
+    summary = "notes every command, in real time"
+
+    def open(self, setup: Setup) -> Robot:
+        options = setup.options_as(WitnessOptions)
+        clock, log = MonotonicClock(), Log(options.log)
+        devices = [_opened(description, clock, log, options.lost_after_s) for description in setup.chosen]
+        return Robot(setup.robot.name, clock, devices)
+
+
+class WitnessMotor(Motor):
+    """Notes what it is told."""
+
+    def __init__(self, description: MotorDescription, log: Log) -> None:
+        super().__init__(description.name, description.max_velocity_rad_s)
+        self._log = log
+
+    def _apply(self, rad_s: float) -> None:
+        self._log.note(self.name, rad_s)
+
+
+class WitnessRange(RangeSensor):
+    """Sees nothing near."""
+
+    def __init__(self, told: RangeSensorDescription, clock: Clock) -> None:
+        super().__init__(told.name, min_range=told.min_range_m, max_range=told.max_range_m, cone=told.cone_rad)
+        self._clock = clock
+
+    def _newest(self) -> Range:
+        return Range(FAR_M, self._clock.now(), 0)
+
+
+class WitnessCamera(Camera):
+    """Sees black; fails when its time has come, and notes that."""
+
+    def __init__(self, description: CameraDescription, clock: Clock, log: Log, lost_after_s: float) -> None:
+        super().__init__(description.name, description.intrinsics)
+        self._clock, self._log, self._lost_after_s = clock, log, lost_after_s
+        self._image = np.zeros((description.height_px, description.width_px, 3), np.uint8)
+        self._image.flags.writeable = False
+
+    def _newest(self) -> Frame:
+        now = self._clock.now()
+        if now > self._lost_after_s:
+            self._log.note("event")
+            raise DeviceError(self.name, "the cable is out")
+        return Frame(self._image, now, 0)
+
+
+class WitnessEncoder(Encoder):
+    """Never turns."""
+
+    def __init__(self, description: EncoderDescription, clock: Clock) -> None:
+        super().__init__(description.name)
+        self._clock = clock
+
+    def _newest(self) -> Angle:
+        return Angle(0.0, self._clock.now(), 0)
+
+
+def _opened(description: AnyDevice, clock: Clock, log: Log, lost_after_s: float) -> Device:
+    match description:
+        case MotorDescription():
+            return WitnessMotor(description, log)
+        case RangeSensorDescription():
+            return WitnessRange(description, clock)
+        case CameraDescription():
+            return WitnessCamera(description, clock, log, lost_after_s)
+        case EncoderDescription():
+            return WitnessEncoder(description, clock)
+    return MemoryDisplay(description.name)

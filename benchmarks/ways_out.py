@@ -1,0 +1,109 @@
+"""Every way out of a run stops the motors: how surely, and how soon.
+
+    python -m benchmarks.ways_out --trials 200 --simulators 50
+
+Each trial is a process of its own: the command line runs an app on a robot in real time, whose motors note each command
+and when it came. At a random moment, while it drives, it is really signalled, raises, hangs (waits, burns, or swallows
+whatever is raised), or its camera fails. The time is that from the event, for a hang from the moment since which the
+app has not come back, to the stop of the last motor. Then simulators in processes of their own, half of which are
+killed in the middle of a run, and half of which are suspended. Exit status 1 where a motor had no stop, or a bound is
+broken.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import signal
+import statistics
+import sys
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from random import Random
+from tempfile import TemporaryDirectory
+from typing import TypeVar
+
+from benchmarks.report import machine, print_table
+from benchmarks.ways.trials import Ended, going_wrong, orphaned, register, signalled
+
+HANG_BOUND_S, NAMED_BOUND_S = 0.150, 2.0
+
+ResultT = TypeVar("ResultT")
+Trial = Callable[..., Ended]
+
+KINDS: dict[str, tuple[Trial, int]] = {
+    "interrupted (SIGINT)": (partial(signalled, number=signal.SIGINT), -signal.SIGINT),
+    "terminated (SIGTERM)": (partial(signalled, number=signal.SIGTERM), -signal.SIGTERM),
+    "hung up (SIGHUP)": (partial(signalled, number=signal.SIGHUP), -signal.SIGHUP),
+    "raises": (partial(going_wrong, way="raises"), 5),
+    "hangs": (partial(going_wrong, way="hangs"), 4),
+    "loses its camera": (partial(going_wrong, way="loses its camera"), 3),
+}
+"""The ways, and the exit status that each must have, as `subprocess` tells it."""
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--trials", type=int, default=200)
+    parser.add_argument("--simulators", type=int, default=50)
+    parser.add_argument("--seed", type=int, default=1)
+    asked = parser.parse_args()
+    random = Random(asked.seed)
+    print(machine())
+    is_good = _print_ways(asked.trials, random)
+    print()
+    return int(not (_print_simulators(asked.simulators, random) and is_good))
+
+
+def _print_ways(trials: int, random: Random) -> bool:
+    ended: dict[str, list[Ended]] = {kind: [] for kind in KINDS}
+    for index in range(trials):
+        kind = list(KINDS)[index % len(KINDS)]
+        ended[kind].append(_in_a_directory(partial(KINDS[kind][0], random=random)))
+    print_table(
+        ("way out", "every motor stopped", "exit status as said", "ms to the last stop: median", "worst"),
+        [(kind, *_told(results, KINDS[kind][1])) for kind, results in ended.items() if results],
+    )
+    results = [result for each in ended.values() for result in each]
+    print(f"\n{sum(result.is_stopped for result in results)} of {trials} runs stopped every motor")
+    worst_hang = max((result.delay_s for result in ended["hangs"]), default=0.0)
+    return all(result.is_stopped for result in results) and worst_hang <= HANG_BOUND_S
+
+
+def _told(results: list[Ended], status: int) -> tuple[str, ...]:
+    delays = [result.delay_s * 1e3 for result in results]
+    stopped, as_said = sum(r.is_stopped for r in results), sum(r.status == status for r in results)
+    count = len(results)
+    return f"{stopped}/{count}", f"{as_said}/{count}", f"{statistics.median(delays):.0f}", f"{max(delays):.0f}"
+
+
+def _print_simulators(count: int, random: Random) -> bool:
+    rows, is_good = [], True
+    for what, number in (("killed", signal.SIGKILL), ("suspended", signal.SIGSTOP)):
+        ended = [_in_a_directory(partial(orphaned, random=random, number=number)) for _ in range(count // 2)]
+        delays = [delay for _, delay, _ in ended]
+        named = sum(status == 3 and delay <= NAMED_BOUND_S and _is_named(said) for status, delay, said in ended)
+        hung = sum(status is None for status, _, _ in ended)
+        middle, worst = f"{statistics.median(delays):.2f}", f"{max(delays):.2f}"
+        rows.append((what, f"{named}/{len(ended)}", str(hung), middle, worst))
+        is_good = is_good and named == len(ended)
+    columns = ("simulator", f"named error within {NAMED_BOUND_S:g} s", "hangs", "s to the end: median", "worst")
+    print_table(columns, rows)
+    return is_good
+
+
+def _is_named(said: str) -> bool:
+    """Return whether the answer names what failed."""
+    told = json.loads(said) if said else {}
+    return any(name in told.get("reason", "") for name in ("_motor", "_encoder", "nose", "eye", "backend"))
+
+
+def _in_a_directory(trial: Callable[[Path], ResultT]) -> ResultT:
+    with TemporaryDirectory() as directory:
+        register(Path(directory))
+        return trial(Path(directory))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
