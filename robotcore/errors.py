@@ -6,7 +6,8 @@
     │   ├── DescriptionError                 a robot or world file is wrong
     │   └── UnmetNeedError                   the robot lacks what the app needs
     ├── BackendError (RuntimeError)          a backend cannot work: exit 3
-    │   └── BackendMissingError (ImportError)  it is not installed
+    │   ├── BackendMissingError (ImportError)  it is not installed
+    │   └── GuardianError                    nobody would stop the motors if this process could not
     ├── DeviceError (OSError)                a device failed: exit 3
     │   ├── DeviceClosedError                it was used after it was closed
     │   └── DeviceGroupError                 several failed at once
@@ -99,6 +100,10 @@ class BackendError(RobotcoreError, RuntimeError):
 
 class BackendMissingError(BackendError, ImportError):
     """A backend's own library is not installed; the message says how to get it."""
+
+
+class GuardianError(BackendError):
+    """The guardian process is gone, or cannot do its work; nothing moves without it."""
 
 
 class DeviceError(RobotcoreError, OSError):

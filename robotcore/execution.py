@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack, suppress
 from functools import partial
 
 from robotcore.account import Ending, outcome_of, told
 from robotcore.clock import Clock, MonotonicClock, PacedClock
 from robotcore.errors import BackendError, DeviceClosedError, DeviceError, Interrupted, RobotcoreError
+from robotcore.guardian.guarding import guarded
 from robotcore.interrupts import Interrupts, Recalled
 from robotcore.judging import Judgement, judged
 from robotcore.layers import Assembled, assemble
@@ -27,6 +29,10 @@ FAREWELL_S = 0.2
 """When a process must end, closing what hangs, and each of those who want to hear of it, get this long."""
 
 
+class _UnansweredError(Exception):
+    """A robot cannot be closed; why has been told already."""
+
+
 class Execution:
     """A run that is to be."""
 
@@ -43,6 +49,7 @@ class Execution:
         self._last_words, self._patience = last_words, patience
         self._wall = MonotonicClock()
         self._assembled: Assembled | None = None
+        self._guard = ExitStack()
         self._loop: Loop | None = None
         self._judgement = Judgement()
         self._late_failure: RobotcoreError | None = None
@@ -114,7 +121,8 @@ class Execution:
         plan, clock = self._plan, self._clock_for(raw)
         seed, rate_hz = plan.setup.seed, plan.request.rate_hz
         faults = [fault.layer(clock, seed) for fault in plan.faults]
-        return assemble(raw, plan.description, rate_hz, clock, plan.conditions, seed, faults, self._taps)
+        guard = guarded(raw, plan.description.safety.lease_ticks / rate_hz, self._guard)
+        return assemble(raw, plan.description, rate_hz, clock, plan.conditions, seed, faults, self._taps, guard)
 
     def _clock_for(self, raw: Robot) -> Clock:
         is_paced = self._plan.request.realtime or self._plan.request.gui
@@ -145,15 +153,21 @@ class Execution:
             self._late_failure = self._late_failure or self._judgement.failure
 
     def _close(self, robot: Robot) -> None:
-        """Close the robot; one that does not answer is not waited for."""
-        is_hung = self._is_unanswered or (self._assembled and self._assembled.brakes.are_hung)
+        """Close the robot; a guardian stops what cannot be closed."""
         try:
-            if is_hung:
-                Errand("close", robot.close).is_done_within(FAREWELL_S)
-            else:
-                robot.close()
+            with suppress(_UnansweredError), self._guard:
+                self._let_go(robot)
         except RobotcoreError as failure:
             self._late_failure = failure
+
+    def _let_go(self, robot: Robot) -> None:
+        """Close the robot; one that does not answer is not waited for."""
+        if not (self._is_unanswered or (self._assembled and self._assembled.brakes.are_hung)):
+            robot.close()
+            return
+        errand = Errand("close", robot.close)
+        if not errand.is_done_within(FAREWELL_S) or errand.failure:
+            raise _UnansweredError
 
     def _bite(self, error: RobotcoreError) -> None:
         """Stop what moves, for the loop's thread does not come back, and call it."""

@@ -11,6 +11,7 @@ from robotcore.clock import Clock
 from robotcore.devices import Camera, Device, Display, Motor, RangeSensor
 from robotcore.drive import DifferentialDrive
 from robotcore.errors import DeviceGroupError, UnknownNameError, UnmetNeedError
+from robotcore.guardian import CutoffSpec
 from robotcore.truth import TruthSource
 
 
@@ -26,7 +27,8 @@ class Role(str, Enum):
 class Robot:
     """An open robot. Leaving it, for whatever reason, stops every motor first.
 
-    A role is filled by the first device of its kind. ``truth`` is what a simulator knows besides.
+    A role is filled by the first device of its kind. ``truth`` is what a simulator knows besides. ``cutoffs`` are how
+    another process can stop the motors where this one can not; a run starts none where there are none.
     """
 
     def __init__(
@@ -38,11 +40,13 @@ class Robot:
         drive: DifferentialDrive | None = None,
         truth: TruthSource | None = None,
         release: Callable[[], None] | None = None,
+        cutoffs: Iterable[CutoffSpec] = (),
     ) -> None:
         self.name = name
         self.clock = clock
         self.devices = {device.name: device for device in devices}
         self.truth = truth
+        self.cutoffs = tuple(cutoffs)
         self._drive = drive
         self._release = release
         self._camera = next((d for d in self.devices.values() if isinstance(d, Camera)), None)

@@ -1,7 +1,7 @@
 """The one place that puts the layers over a robot's devices, in this order.
 
 Sensors: driver → watched → conditions → faults → taps → age → one sample a tick → app. Motors: app → taps → safety →
-deadman → faults → conditions → watched → driver. Clock: backend → watched → faults → one time a tick → app.
+deadman → faults → conditions → guard → watched → driver. Clock: backend → watched → faults → one time a tick → app.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from robotcore.robot import Robot, Role
 from robotcore.safety import Brakes, Latch, Stage, Whereabouts
 
 _KINDS = {Role.CAMERA: "camera", Role.RANGE: "range_sensor", Role.DISPLAY: "display"}
+_UNGUARDED = Layer()
 _MOUNTED = (CameraDescription, RangeSensorDescription)
 
 
@@ -70,17 +71,18 @@ def assemble(
     seed: int = 0,
     faults: Sequence[Layer] = (),
     taps: Sequence[Layer] = (),
+    guard: Layer = _UNGUARDED,
 ) -> Assembled:
     """Put every layer over a robot that a backend opened; ``clock`` stands in for the backend's own.
 
     The noise of the ``conditions`` belongs to the ``seed``. ``faults`` lie right above them; above these, ``taps`` see
-    each sample once, and each command as the app gives it.
+    each sample once, and each command as the app gives it. ``guard``, below them all, sees what motors are told.
     """
     safety, where, latch = description.safety, Whereabouts(), Latch()
     watched = Watched(where, safety.answer_s, raw.name)
     ticks = TickClock(slept_by(clock or raw.clock, (watched, *faults)))
     conditioned = Conditioned(conditions, seed, description.drive)
-    stack = Stack(ticks, (watched, conditioned, *faults, *taps, Age(ticks, safety.max_age_s, latch)))
+    stack = Stack(ticks, (watched, guard, conditioned, *faults, *taps, Age(ticks, safety.max_age_s, latch)))
     devices = {device.name: stack.over(device) for device in raw.devices.values()}
     _mount(devices, description)
     motors = {name: device for name, device in devices.items() if isinstance(device, Motor)}

@@ -1,0 +1,98 @@
+"""A cutoff at work in a thread of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from queue import SimpleQueue
+from threading import Event, Thread
+from typing import Literal
+
+from robotcore.clock import Clock
+from robotcore.guardian.cutoff import Cutoff, CutoffSpec
+from robotcore.guardian.link import Report
+
+Deed = Literal["open", "arm", "stop", "close"]
+"""What a cutoff can be asked for."""
+
+RETRYING_S = 0.5
+"""So long a stop that fails is tried again."""
+
+_PAUSE_S = 0.02
+
+
+class Hand:
+    """Works one cutoff, so that one that fails or hangs holds up no other. Its thread waits ready for a stop."""
+
+    def __init__(self, spec: CutoffSpec, clock: Clock) -> None:
+        self.device = spec.device
+        self._spec, self._clock = spec, clock
+        self._cutoff: Cutoff | None = None
+        self._tasks = SimpleQueue[_Task]()
+        Thread(target=self._work, name=spec.device, daemon=True).start()
+
+    def ask(self, deed: Deed) -> _Task:
+        """Have a deed done after those that were asked for before."""
+        task = _Task(getattr(self, f"_{deed}"))
+        self._tasks.put(task)
+        return task
+
+    def _open(self) -> None:
+        self._cutoff = self._spec.make()
+        self._cutoff.open()
+
+    def _arm(self) -> None:
+        self._opened.arm()
+
+    def _stop(self) -> None:
+        """Stop; again where it fails, for a while."""
+        end = self._clock.now() + RETRYING_S
+        while self._clock.now() < end:
+            with suppress(Exception):
+                self._opened.stop()
+                return
+            self._clock.sleep_until(self._clock.now() + _PAUSE_S)
+        self._opened.stop()
+
+    def _close(self) -> None:
+        if self._cutoff:
+            self._cutoff.close()
+
+    @property
+    def _opened(self) -> Cutoff:
+        assert self._cutoff, "open comes first"
+        return self._cutoff
+
+    def _work(self) -> None:
+        while True:
+            self._tasks.get().do()
+
+
+class _Task:
+    """A deed that was asked for, and what became of it."""
+
+    def __init__(self, deed: Callable[[], None]) -> None:
+        self._deed = deed
+        self._is_over = Event()
+        self._fault: str | None = None
+
+    def do(self) -> None:
+        try:
+            self._deed()
+        except Exception as error:  # noqa: BLE001  whatever a driver or its vendor's library raises
+            self._fault = f"{type(error).__name__}: {error}"
+        self._is_over.set()
+
+    def fault_within(self, seconds: float) -> str | None:
+        """Return what went wrong, None where nothing did; a deed that is not done in this time hangs."""
+        return self._fault if self._is_over.wait(max(0.0, seconds)) else "does not answer"
+
+
+def together(hands: Sequence[Hand], deed: Deed, limit: float, clock: Clock) -> Report:
+    """Have all hands do a deed at once, and tell within ``limit`` seconds what became of it."""
+    tasks = [hand.ask(deed) for hand in hands]
+    end = clock.now() + limit
+    faults = [task.fault_within(end - clock.now()) for task in tasks]
+    done = tuple(hand.device for hand, fault in zip(hands, faults, strict=True) if not fault)
+    failed = tuple(f"{hand.device}: {fault}" for hand, fault in zip(hands, faults, strict=True) if fault)
+    return Report(deed, done, failed)
