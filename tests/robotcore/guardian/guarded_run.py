@@ -1,0 +1,142 @@
+"""A run for something to happen to it: ``python -m tests.robotcore.guardian.guarded_run APP DIARY [MANNER]``."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+import signal
+import sys
+import warnings
+from pathlib import Path
+from unittest.mock import patch
+
+from robotcore.backend import Backend
+from robotcore.behaviour import Behaviour, Status
+from robotcore.devices import Motor
+from robotcore.robot import Robot
+from robotcore.session import Observer, Run, RunRequest, RunResult, run
+from robotcore.trace import TickRecord
+from tests.robotcore.fakes import Deed
+from tests.robotcore.guardian.diary import Diary
+from tests.robotcore.guardian.recording import RecordingBackend, RecordingMotor
+
+HOLD_US = 800_000
+
+
+class App(Deed):
+    """Drives; from its third tick on it does the deed."""
+
+    ticks = 0
+
+    def step(self, robot: Robot) -> Status:
+        self.ticks += 1
+        robot.drive.set_wheels(2.0, 2.0)
+        if self.ticks == 3:
+            tell("moving")
+        return super().step(robot) if self.ticks >= 3 else Status.RUNNING
+
+
+class Causes:
+    """Keeps why commands were changed."""
+
+    def __init__(self) -> None:
+        self.causes: list[str] = []
+
+    def begin(self, run: Run) -> None: ...
+
+    def tick(self, record: TickRecord) -> None:
+        self.causes += [each.cause for each in record.interventions]
+
+    def end(self, result: RunResult) -> None: ...
+
+
+def tell(line: str) -> None:
+    sys.stdout.write(f"{line}\n")
+    sys.stdout.flush()
+
+
+class Deeds:
+    """What apps do once they drive."""
+
+    def __init__(self, diary: Diary) -> None:
+        self._diary = diary
+        self._ticks = 0
+
+    def drives(self, robot: Robot) -> Status:
+        return Status.RUNNING
+
+    def ends(self, robot: Robot) -> Status:
+        self._ticks += 1
+        return Status.SUCCESS if self._ticks == 5 else Status.RUNNING
+
+    def rests(self, robot: Robot) -> Status:
+        robot.drive.stop()
+        return Status.RUNNING
+
+    def grips(self, robot: Robot) -> Status:
+        """Leave the drive alone, and turn a motor that is not of it."""
+        robot.drive.stop()
+        gripper = robot["gripper"]
+        assert isinstance(gripper, Motor)
+        gripper.set_velocity(1.0)
+        return Status.RUNNING
+
+    def sticks(self, robot: Robot) -> Status:
+        RecordingMotor.are_stuck = True
+        return Status.SUCCESS
+
+    def crashes(self, robot: Robot) -> Status:
+        signal.signal(signal.SIGABRT, signal.SIG_DFL)
+        os.abort()
+
+    def exits(self, robot: Robot) -> Status:
+        os._exit(0)
+
+    def forks(self, robot: Robot) -> Status:
+        """Leave a copy of this process behind, which lives on until it is told to end."""
+        if self._ticks == 0:
+            self._copy()
+        self._ticks += 1
+        return Status.RUNNING
+
+    def holds(self, robot: Robot) -> Status:
+        """Hold the interpreter lock twice, as a vendor's call may; drive on in between and after it, and end."""
+        self._ticks += 1
+        if self._ticks in (1, 10):
+            self._diary.note("hold")
+            ctypes.PyDLL(None).usleep(HOLD_US)
+            self._diary.note("let go")
+        return Status.SUCCESS if self._ticks == 20 else Status.RUNNING
+
+    def _copy(self) -> None:
+        warnings.simplefilter("ignore", DeprecationWarning)  # of forks of a process that has threads
+        if os.fork() == 0:
+            self._diary.note("copied")
+            sys.stdin.read()  # until whoever started us closes it
+            os._exit(0)
+
+
+def run_on(backend: Backend, app: Behaviour, observer: Observer, timeout_s: float = 60.0) -> RunResult:
+    """Run an app on a backend that no entry point names."""
+    with (
+        patch("robotcore.plan.load_backend", lambda _: backend),
+        patch("robotcore.plan.load_app", lambda _: object),
+        patch("robotcore.plan.configure", lambda *_: app),
+    ):
+        return run(RunRequest("app", timeout_s=timeout_s), [observer])
+
+
+def main() -> int:
+    """Run the app that the command line names; print what became of it, and why commands were changed."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # whatever those who run the tests have ignored
+    app, file, *manner = sys.argv[1:]
+    causes = Causes()
+    result = run_on(RecordingBackend(Path(file), *manner), App(getattr(Deeds(Diary(file)), app)), causes)
+    tell(json.dumps({**json.loads(result.to_json()), "causes": causes.causes}))
+    return result.exit_status
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,55 @@
+"""A robot whose motors only note what they are told, and whose cutoffs note what the guardian does."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+
+from robotcore.backend import Backend, Setup
+from robotcore.clock import MonotonicClock
+from robotcore.devices import Motor
+from robotcore.guardian import CutoffSpec
+from robotcore.robot import Robot
+from tests.robotcore.guardian.diary import Diary
+
+MOTORS = ("left_motor", "right_motor", "gripper")
+
+
+class RecordingMotor(Motor):
+    """Notes whether it turns; no motor can be stopped any more where they ``are_stuck``."""
+
+    are_stuck = False
+
+    def __init__(self, name: str, diary: Diary) -> None:
+        super().__init__(name, 12.0)
+        self._diary = diary
+
+    def _apply(self, rad_s: float) -> None:
+        if self.are_stuck and not rad_s:
+            threading.Event().wait()
+        self._diary.note(f"{'turn' if rad_s else 'stand'} {self.name}")
+
+
+class RecordingBackend(Backend):
+    """Opens the motors of any robot, and one more; its clock is the machine's own."""
+
+    name = "recording"
+    summary = "motors that note what they are told"
+
+    def __init__(self, diary: Path, manner: str = "good") -> None:
+        self._file, self._manner = diary, manner
+
+    def open(self, setup: Setup) -> Robot:
+        diary = Diary(self._file)
+        return Robot(
+            "recorder",
+            MonotonicClock(),
+            [RecordingMotor(name, diary) for name in MOTORS],
+            release=diary.close,
+            cutoffs=[cutoff(self._file, name, self._manner) for name in MOTORS],
+        )
+
+
+def cutoff(diary: Path, device: str = "left_motor", manner: str = "good") -> CutoffSpec:
+    parameters = {"diary": str(diary), "device": device, "manner": manner}
+    return CutoffSpec(device, "tests.robotcore.guardian.recorder:Recorder", parameters)
