@@ -40,15 +40,16 @@ class Slipping(EagerLayer):
 
 
 class _Missing:
-    """Reads an angle without what was missed of it."""
+    """Reads an angle without what was missed of it: of each turn that began while the fault was there."""
 
     def __init__(self, read: Reader[Angle], fault: Fault, share: float) -> None:
         self._read, self._fault, self._share = read, fault, share
-        self._last = self._missed = 0.0
+        self._last = Angle(0.0, 0.0, 0)
+        self._missed = 0.0
 
     def __call__(self) -> Angle:
-        sample = self._read()
-        if self._fault.is_on(sample.time):
-            self._missed += self._share * (sample.angle - self._last)
-        self._last = sample.angle
+        sample, last = self._read(), self._last
+        if self._fault.is_on(last.time):
+            self._missed += self._share * (sample.angle - last.angle)
+        self._last = sample
         return replace(sample, angle=sample.angle - self._missed)

@@ -86,7 +86,7 @@ class TestSlip:
         for _ in range(6):
             angles.append(odometer.angle)
             odometer.turn(1.0)
-        assert angles == pytest.approx([0.0, 1.0, 1.75, 2.5, 3.5, 4.5])
+        assert angles == pytest.approx([0.0, 1.0, 2.0, 2.75, 3.5, 4.5])
 
     def test_it_is_the_same_whether_or_not_somebody_reads(self) -> None:
         odometer = Odometer("encoders slip=0.25 after=0.1 lasts=0.1")
