@@ -86,10 +86,12 @@ class FaultyMotor(MotorOver):
         super().__init__(inner)
         self._gain = gain
         self._asked = self._told = 0.0
+        self._stops = 0
         self._lock = PatientLock()
 
     def stop(self) -> None:
         with self._lock.patiently():
+            self._stops += 1
             self._asked = self._told = 0.0
             super().stop()
 
@@ -105,5 +107,9 @@ class FaultyMotor(MotorOver):
             self._tell()
 
     def _tell(self) -> None:
+        """Tell the motor; where it was stopped meanwhile, past a lock that nobody let go, stop it again."""
+        stops = self._stops
         self._told = self._gain() * self._asked
         self._inner.set_velocity(self._told)
+        if self._stops != stops:
+            self.stop()

@@ -86,6 +86,23 @@ def test_a_motor_that_breaks_when_its_fault_begins_is_told() -> None:
         rig.sleep(TICK_S)
 
 
+def test_a_stop_that_could_not_wait_for_a_call_that_hangs_is_sent_again_after_it() -> None:
+    motor, gains = NullMotor("left_motor"), iter((1.0, 0.5, 0.5))
+    weak = FaultyMotor(motor, lambda: next(gains))
+    weak.set_velocity(4.0)
+    stopping = Thread(target=weak.stop)
+
+    def hang_until_stopped(rad_s: float) -> None:
+        if rad_s == 2.0:
+            stopping.start()
+            stopping.join()
+
+    motor.on_command = hang_until_stopped
+    weak.renew()
+    assert motor.told == [4.0, 2.0, 0.0, 0.0]
+    assert motor.sent[-1] == 0.0
+
+
 def test_a_stop_from_another_thread_counts_where_the_motor_is_just_being_told_anew() -> None:
     """A deadman on a real clock stops from a thread of its own."""
     motor, gains = NullMotor("left_motor"), iter((1.0, 0.5, 0.5))
