@@ -112,7 +112,7 @@ class Execution:
         )
         self._interrupts.stop_with(self._last_resort)
         self._interrupts.suspend_with(assembled.robot.stop)
-        run = Run(plan.request, plan.behaviour, plan.description, plan.world, assembled.robot, truth, stop)
+        run = Run(plan.request, plan.behaviour, plan.description, plan.world, assembled.robot, truth, stop, plan.faults)
         for observer in self._observers:
             observer.begin(run)
         return self._loop.run()

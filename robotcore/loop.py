@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 
 from robotcore.behaviour import Behaviour, Status
-from robotcore.errors import BehaviourError, Interrupted, RobotcoreError, UsageError
+from robotcore.errors import BehaviourError, DeviceError, Interrupted, RobotcoreError, UsageError
 from robotcore.interrupts import Recalled
 from robotcore.layers import Assembled
 from robotcore.outcome import Outcome
@@ -80,7 +81,8 @@ class Loop:
         self._latch.check()
         self._where.ticks += 1
         if self._drive:
-            self._drive.track()
+            with suppress(DeviceError):  # whoever drives or asks for the pose is told
+                self._drive.track()
         commit = _IDLE
         try:
             status = self._decide()

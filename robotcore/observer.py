@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 from robotcore.behaviour import Behaviour
 from robotcore.description import RobotDescription, WorldDescription
+from robotcore.faults import PlannedFault
 from robotcore.outcome import RunResult
 from robotcore.plan import RunRequest
 from robotcore.robot import Robot
@@ -19,7 +21,8 @@ from robotcore.truth import Truth
 class Run:
     """A run as an observer sees it. Reading a device here would steer the run: look at ``latest`` instead.
 
-    ``emergency`` stops it, from any thread.
+    ``emergency`` stops it, from any thread. ``faults`` are those on purpose; each says by `is_on` whether it is there at
+    a time.
     """
 
     request: RunRequest
@@ -29,6 +32,7 @@ class Run:
     robot: Robot
     truth: Truth | None
     emergency: EmergencyStop
+    faults: Sequence[PlannedFault] = ()
 
 
 class Observer(Protocol):

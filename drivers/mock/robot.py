@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 from drivers.mock.backend import MockBackend
@@ -21,6 +21,7 @@ from robotcore.description import (
 from robotcore.devices import Image
 from robotcore.drive import Wheels
 from robotcore.errors import UnmetNeedError
+from robotcore.faults import plan_faults
 from robotcore.layers import Assembled, assemble, needed_devices
 from robotcore.loop import Loop
 from robotcore.robot import Robot
@@ -32,6 +33,7 @@ class MockRobot:
 
     ``range`` and ``camera`` script the first device of their kind, ``readings`` any sensor by its name. ``robot`` is
     a description, or the name or the file of one. What the app does not need is not opened, as in a real run.
+    ``faults`` are what is to fail on purpose, as ``--fault`` has it; their chance belongs to the ``seed``.
 
     >>> robot = MockRobot(range=[1.0, 0.2])
     >>> robot.layered.range.read().distance
@@ -49,9 +51,12 @@ class MockRobot:
         camera: Script | None = None,
         readings: Mapping[str, Script] | None = None,
         rate_hz: float = 20.0,
+        faults: Sequence[str] = (),
+        seed: int = 0,
     ) -> None:
         self.description = load_robot(robot) if isinstance(robot, str) else robot
         self.rate_hz = rate_hz
+        self._faults, self._seed = tuple(faults), seed
         self.ticks: list[TickRecord] = []
         self.wheels: list[Wheels] = []
         self._scripts = dict(readings or {})
@@ -106,7 +111,10 @@ class MockRobot:
 
     @cached_property
     def _assembled(self) -> Assembled:
-        return assemble(self._raw, self.description, self.rate_hz)
+        raw, seed = self._raw, self._seed
+        planned = plan_faults(self._faults, self.description, raw.devices)
+        faults = [fault.layer(raw.clock, seed) for fault in planned]
+        return assemble(raw, self.description, self.rate_hz, seed=seed, faults=faults)
 
     def _script_first(self, kind: type[Described], script: Script | None) -> None:
         if script is None:

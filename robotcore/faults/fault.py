@@ -27,6 +27,7 @@ class Kind(str, Enum):
     RANGE = "range sensor"
     ENCODER = "encoder"
     MOTOR = "motor"
+    DISPLAY = "display"
     LOOP = "loop"
     CONNECTION = "connection"
 

@@ -11,7 +11,7 @@ from robotcore.layers.noise import Noise, random_at
 
 @dataclass(frozen=True)
 class Occasion:
-    """One fault of a run; ``position`` tells it from the run's other faults.
+    """One fault of a run, as it was ``written``; ``position`` tells it from the run's other faults.
 
     What is drawn belongs to the seed, the fault, the device and the instant: it comes out the same in every run, and
     reading more or less often changes nothing.
@@ -20,6 +20,7 @@ class Occasion:
     clock: Clock
     seed: int
     position: int
+    written: str = ""
 
     def random_at(self, device: str, time: float) -> Random:
         """Return what draws for a device at an instant."""

@@ -1,14 +1,14 @@
-"""What fails for a while, once or again and again: the loop, the connection to the robot."""
+"""What fails for a while, once or again and again: the loop, a device, the connection to all of them."""
 
 from __future__ import annotations
 
-from math import inf
+from math import floor, inf
 from typing import Annotated
 
 from pydantic import Field, model_validator
 
 from robotcore.clock import Clock
-from robotcore.devices import Motor, SampleT, Sensor
+from robotcore.devices import Display, Image, Motor, SampleT, Sensor
 from robotcore.errors import DeviceError
 from robotcore.faults.clocks import Stalling
 from robotcore.faults.fault import ROUNDING_S, Duration, Fault, Kind
@@ -27,10 +27,21 @@ class Outage(Fault):
     every: Duration | None = None
 
     @model_validator(mode="after")
-    def _has_an_end(self) -> Outage:
+    def _fits_together(self) -> Outage:
+        if self.every is None and self.lasts is not None:
+            raise ValueError(
+                f"lasts={self.lasts:g} is for how long it may begin again; say with every=SECONDS how often, "
+                f"or leave it out: it fails for {self.value:g} seconds"
+            )
         if self.every is not None and self.every <= self.value:
             raise ValueError(f"every={self.every:g} comes before the end of {self.value:g} seconds; take it longer")
         return self
+
+    def is_on(self, time: float) -> bool:
+        """Return whether one of the outages is there at a time."""
+        since = time + ROUNDING_S - self.after
+        began = floor(since / self.every) * self.every if self.every else 0.0
+        return since >= 0 and began < (self.lasts or inf) - ROUNDING_S and since - began < self.value
 
 
 class Stall(Outage):
@@ -46,19 +57,13 @@ class Stall(Outage):
 
 
 class Lost(Outage):
-    """Cuts every motor and sensor off for so long; a stop is tried all the same."""
+    """Cuts devices off for so long: whatever is asked of them fails; a stop is tried all the same."""
 
-    on = frozenset({Kind.CONNECTION})
+    on = frozenset(Kind) - {Kind.LOOP}
     example = "connection lost=2 after=10"
 
     def layer(self, occasion: Occasion) -> CutOff:
-        return CutOff(self, occasion.clock)
-
-    def is_out(self, time: float) -> bool:
-        """Return whether nothing can be reached at a time."""
-        since = time + ROUNDING_S - self.after
-        began = since - since % self.every if self.every else 0.0
-        return since >= 0 and began < (self.lasts or inf) and since - began < self.value
+        return CutOff(self, occasion)
 
 
 class StalledLoop(Layer):
@@ -73,10 +78,10 @@ class StalledLoop(Layer):
 
 
 class CutOff(Layer):
-    """Lets no sample and no command through while the connection is lost."""
+    """Lets no sample, no command and no picture through while the connection is lost."""
 
-    def __init__(self, fault: Lost, clock: Clock) -> None:
-        self._fault, self._clock = fault, clock
+    def __init__(self, fault: Lost, occasion: Occasion) -> None:
+        self._fault, self._occasion = fault, occasion
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
         def reached() -> SampleT:
@@ -86,15 +91,18 @@ class CutOff(Layer):
         return reached
 
     def motor(self, motor: Motor) -> Motor:
-        return _Distant(motor, self)
+        return _DistantMotor(motor, self)
+
+    def display(self, display: Display) -> Display:
+        return _DistantDisplay(display, self)
 
     def require(self, device: str) -> None:
-        """Raise DeviceError by the device's name while it cannot be reached."""
-        if self._fault.is_out(self._clock.now()):
-            raise DeviceError(device, "the connection is lost, by a fault on purpose")
+        """Raise DeviceError by the device's name and the fault while it cannot be reached."""
+        if self._fault.is_on(self._occasion.clock.now()):
+            raise DeviceError(device, f'the connection is lost, by the fault "{self._occasion.written}"')
 
 
-class _Distant(MotorOver):
+class _DistantMotor(MotorOver):
     """A motor that may not be reached."""
 
     def __init__(self, inner: Motor, connection: CutOff) -> None:
@@ -104,3 +112,18 @@ class _Distant(MotorOver):
     def _apply(self, rad_s: float) -> None:
         self._connection.require(self.name)
         self._inner.set_velocity(rad_s)
+
+
+class _DistantDisplay(Display):
+    """A display that may not be reached."""
+
+    def __init__(self, inner: Display, connection: CutOff) -> None:
+        super().__init__(inner.name)
+        self._inner, self._connection = inner, connection
+
+    def _show(self, image: Image) -> None:
+        self._connection.require(self.name)
+        self._inner.show(image)
+
+    def _release(self) -> None:
+        self._inner.close()

@@ -31,7 +31,12 @@ class PlannedFault:
 
     def layer(self, clock: Clock, seed: int) -> Layer:
         """Return the layer over the target's devices, for one run."""
-        return Selected(self.fault.layer(Occasion(clock, seed, self.position)), self.target.devices)
+        occasion = Occasion(clock, seed, self.position, str(self.spec))
+        return Selected(self.fault.layer(occasion), self.target.devices)
+
+    def is_on(self, time: float) -> bool:
+        """Return whether the fault is there at a time on the robot's clock."""
+        return self.fault.is_on(time)
 
 
 def plan_faults(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from robotcore.clock import Clock
-from robotcore.devices import Angle, Camera, Encoder, Frame, Motor, Range, RangeSensor
+from robotcore.devices import Angle, Camera, Display, Encoder, Frame, Motor, Range, RangeSensor
 from robotcore.layers.layer import Layer
 from robotcore.layers.readers import Reader
 
@@ -27,6 +27,9 @@ class Selected(Layer):
 
     def motor(self, motor: Motor) -> Motor:
         return self._layer.motor(motor) if motor.name in self._names else motor
+
+    def display(self, display: Display) -> Display:
+        return self._layer.display(display) if display.name in self._names else display
 
     def clock(self, clock: Clock) -> Clock:
         return self._layer.clock(clock)

@@ -14,16 +14,18 @@ _KINDS = {
     "range_sensor": Kind.RANGE,
     "encoder": Kind.ENCODER,
     "motor": Kind.MOTOR,
+    "display": Kind.DISPLAY,
 }
-"""By the kinds of a description; a display cannot fail."""
+"""By the kinds of a description."""
 
-_FIRST_OF = {"camera": Kind.CAMERA, "range": Kind.RANGE}
+_FIRST_OF = {"camera": Kind.CAMERA, "range": Kind.RANGE, "display": Kind.DISPLAY}
 
 ROLES = {
     Kind.CAMERA: "camera",
     Kind.RANGE: "range",
     Kind.ENCODER: "encoders",
     Kind.MOTOR: "drive",
+    Kind.DISPLAY: "display",
     Kind.LOOP: "loop",
     Kind.CONNECTION: "connection",
 }
@@ -49,8 +51,7 @@ def find_target(name: str, description: RobotDescription, opened: Collection[str
 
 def targets_of(description: RobotDescription, opened: Collection[str]) -> dict[str, Target]:
     """Return what can fail of a robot whose devices of these names are open, by what it is called in a spec."""
-    kinds = {each.name: _KINDS[each.kind] for each in description.devices if each.kind in _KINDS}
-    devices = {name: kind for name, kind in kinds.items() if name in opened}
+    devices = {each.name: _KINDS[each.kind] for each in description.devices if each.name in opened}
     return {
         "loop": Target(Kind.LOOP, frozenset()),
         "connection": Target(Kind.CONNECTION, frozenset(devices)),

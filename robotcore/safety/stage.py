@@ -64,6 +64,7 @@ class SafetyStage:
         self._asked: Wheels | None = None
         self._guarded = self._sent = self._judged_after = REST
         self._halts = 0
+        self._is_stopped = False
         self._changes: list[Intervention] = []
         self._cuts: list[Intervention] = []
         self._brakes = brakes or Brakes.on(left, right)
@@ -79,7 +80,7 @@ class SafetyStage:
             if not math.isfinite(velocity):
                 self._latch.trip(invalid_velocity(motor.name, velocity))
         self._guarded = self._guard(wheels)
-        self._asked = wheels
+        self._asked, self._is_stopped = wheels, False
         return self._guarded
 
     def stop(self) -> None:
@@ -90,7 +91,9 @@ class SafetyStage:
         with self._lock.patiently():
             self._asked = self._guarded = REST
             self._changes.clear()
+            self._is_stopped = False
             self._halt(self._clock.now())
+            self._is_stopped = True
             self._deadman.rest()
 
     @property
@@ -103,11 +106,15 @@ class SafetyStage:
         self._latch.check()
         with self._lock:
             asked, self._asked = self._asked, None
-            sent = self._hold_back() if asked is None else self._send(self._still_guarded(asked))
+            sent = self._hold_back() if asked is None else self._carried_out(asked)
             changes = (*self._cuts, *self._changes)
             self._cuts.clear()
             self._changes.clear()
             return Commit(asked, sent, changes)
+
+    def _carried_out(self, asked: Wheels) -> Wheels:
+        """Send a command; a stop of this tick was sent when it was asked for."""
+        return REST if self._is_stopped else self._send(self._still_guarded(asked))
 
     def _still_guarded(self, asked: Wheels) -> Wheels:
         """Return what the rules made of a command; they are asked again where it was cut short since."""

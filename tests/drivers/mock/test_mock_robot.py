@@ -49,6 +49,24 @@ class Marking(Behaviour):
         return Status.RUNNING
 
 
+@dataclass
+class Patient(Behaviour):
+    """Drives on; stands while a device fails."""
+
+    failures: list[str] = field(default_factory=list)
+
+    needs = frozenset({Role.DRIVE, Role.RANGE})
+
+    def step(self, robot: Robot) -> Status:
+        try:
+            robot.range.read()
+            robot.drive.set_velocity(0.05, 0.0)
+        except DeviceError as failure:
+            self.failures.append(str(failure))
+            robot.drive.stop()
+        return Status.RUNNING
+
+
 class Undeclared(Behaviour):
     """Reads a camera that it does not say it needs."""
 
@@ -246,3 +264,32 @@ def test_mock_runs_from_the_command_line_too() -> None:
     assert result.outcome.value == "success"
     assert result.verified is None
     assert result.ticks == 11
+
+
+class TestFaults:
+    def test_a_fault_on_purpose_is_one_line(self) -> None:
+        robot = MockRobot(range=[1.0, 0.9, 0.8], faults=["range freeze after=0.05"])
+        app = Ahead()
+        robot.run(app, ticks=3)
+        assert app.seen == [1.0, 1.0, 1.0]
+
+    def test_chance_belongs_to_the_seed(self) -> None:
+        def seen(seed: int) -> list[float]:
+            app = Ahead()
+            script = [1 + tick / 100 for tick in range(15)]
+            MockRobot(range=script, faults=["range drop=0.5"], seed=seed).run(app, ticks=15)
+            return app.seen
+
+        assert seen(1) == seen(1) != seen(2)
+
+    def test_a_wrong_one_is_refused(self) -> None:
+        with pytest.raises(UsageError, match=r"unknown effect 'dorp'. Did you mean 'drop'"):
+            MockRobot(faults=["range dorp=1"]).run(Ahead())
+
+    def test_an_app_lives_through_a_lost_connection_and_drives_on(self) -> None:
+        robot, app = MockRobot(range=1.0, faults=["connection lost=0.2 after=0.1"]), Patient()
+        assert robot.run(app, ticks=10) is Status.RUNNING
+        assert len(app.failures) == 4
+        assert app.failures[0] == 'nose: the connection is lost, by the fault "connection lost=0.2 after=0.1"'
+        assert [wheels.left > 0 for wheels in robot.wheels] == [True] * 2 + [False] * 4 + [True] * 4
+        assert [tick.sent for tick in robot.ticks[2:6]] == [(0.0, 0.0)] * 4

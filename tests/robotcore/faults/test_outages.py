@@ -1,14 +1,17 @@
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import pytest
 
 from robotcore.behaviour import Status
 from robotcore.clock import MonotonicClock, PacedClock, SteppedClock
 from robotcore.errors import DeviceError
 from robotcore.faults.clocks import Stalling
+from robotcore.faults.outages import Lost
 from robotcore.loop import Loop
 from robotcore.robot import Robot
-from tests.robotcore.fakes import Deed
+from tests.robotcore.fakes import Deed, picture
 from tests.robotcore.faults.rigs import TICK_S, faulty
 
 NEVER = float("inf")
@@ -63,14 +66,22 @@ class TestLost:
         robot = rig.robot
         robot.camera.read()
         rig.sleep(TICK_S)
-        for device, use in (("eye", robot.camera.read), ("nose", robot.range.read)):
-            with pytest.raises(DeviceError, match=f"{device}: the connection is lost"):
+        uses: dict[str, Callable[[], object]] = {
+            "eye": robot.camera.read,
+            "nose": robot.range.read,
+            "screen": lambda: robot.display.show(picture()),
+        }
+        for device, use in uses.items():
+            fault = 'by the fault "connection lost=0.1 after=0.05"'
+            with pytest.raises(DeviceError, match=f"{device}: the connection is lost, {fault}"):
                 use()
         robot.drive.set_velocity(-0.1, 0.0)
         with pytest.raises(DeviceError, match="left_motor: the connection is lost"):
             rig.commit()
         rig.sleep(0.1)
         assert robot.range.read().time == robot.camera.read().time == pytest.approx(0.15)
+        robot.display.show(picture())
+        assert rig.screen.picture is not None
         robot.drive.set_velocity(-0.1, 0.0)
         rig.commit()
         assert rig.wheels[0] < 0
@@ -85,8 +96,9 @@ class TestLost:
         rig.robot.close()
         assert (rig.left.releases, rig.right.releases) == (1, 1)
 
-    def test_again_and_again_until_it_ends(self) -> None:
-        rig = faulty("connection lost=0.1 after=0.05 every=0.2 lasts=0.3")
+    @pytest.mark.parametrize("lasts", [0.3, 0.4])
+    def test_again_and_again_until_it_ends(self, lasts: float) -> None:
+        rig = faulty(f"connection lost=0.1 after=0.05 every=0.2 lasts={lasts}")
         lost = []
         for _ in range(12):
             try:
@@ -96,6 +108,19 @@ class TestLost:
                 lost.append(1)
             rig.sleep(TICK_S)
         assert lost == [0, 1, 1, 0, 0, 1, 1, 0, 0, 0, 0, 0]
+
+    @pytest.mark.parametrize("after, every, times", [(0.1, 0.3, 7), (0.05, 0.7, 100)])
+    def test_each_outage_is_as_long_as_the_first(self, after: float, every: float, times: int) -> None:
+        fault = Lost(value=0.1, after=after, every=every, lasts=times * every)
+        on = [tick for tick in range(3000) if fault.is_on(tick / 20)]
+        begun = [round(20 * (after + turn * every)) for turn in range(times)]
+        assert on == [tick for first in begun for tick in (first, first + 1)]
+
+    def test_a_single_device_can_be_cut_off(self) -> None:
+        robot = faulty("camera lost=1").robot
+        with pytest.raises(DeviceError, match='eye: the connection is lost, by the fault "camera lost=1"'):
+            robot.camera.read()
+        assert robot.range.read()
 
     def test_a_device_that_is_read_in_every_tick_comes_back_too(self) -> None:
         rig = faulty("connection lost=0.1 after=0.05", "range drop=0")

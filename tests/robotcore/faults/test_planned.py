@@ -26,7 +26,7 @@ EVERYTHING = frozenset(device.name for device in ROVER.devices)
         ("encoders drop=0.1", Kind.ENCODER, {"left_encoder", "right_encoder"}),
         ("drive dead", Kind.MOTOR, {"left_motor", "right_motor"}),
         ("loop stall=0.1", Kind.LOOP, set()),
-        ("connection lost=1", Kind.CONNECTION, EVERYTHING - {"screen"}),
+        ("connection lost=1", Kind.CONNECTION, EVERYTHING),
     ],
 )
 def test_a_target_is_a_device_or_a_role_or_the_loop_or_the_connection(spec: str, kind: Kind, devices: set[str]) -> None:
@@ -53,7 +53,12 @@ def test_a_robot_without_encoders_has_none_to_fail() -> None:
     "spec, fault, form",
     [
         ("eyes drop=0.2", "unknown target 'eyes'. Did you mean 'eye'?", "robotcore faults lists"),
-        ("screen drop=0.2", "unknown target 'screen'", "robotcore faults lists"),
+        ("screen drop=0.2", "drop is for camera or range or encoders; on a display there are: lost", "camera drop="),
+        (
+            "connection lost=2 lasts=1",
+            "lasts=1 is for how long it may begin again; say with every=SECONDS how often, or leave",
+            "lost=",
+        ),
         ("camera dorp=0.2", "unknown effect 'dorp'. Did you mean 'drop'?", "robotcore faults lists"),
         ("camera drop=0.2 aftr=5", "unknown parameter 'aftr'. Did you mean 'after'?", "camera drop=PROBABILITY"),
         ("camera drop=0.2 value=0.3", "unknown parameter 'value'", "camera drop=PROBABILITY"),
@@ -70,7 +75,11 @@ def test_a_robot_without_encoders_has_none_to_fail() -> None:
             "drop is for camera or range or encoders; on a motor there are: dead, ",
             "camera drop=",
         ),
-        ("camera stall=1", "stall is for loop; on a camera there are: delay, drop, freeze, noise", "loop stall=0.3"),
+        (
+            "camera stall=1",
+            "stall is for loop; on a camera there are: delay, drop, freeze, lost, noise",
+            "loop stall=0.3",
+        ),
         ("loop stall=2 every=1", "every=1 comes before the end of 2 seconds; take it longer", "[every=SECONDS]"),
         ("loop stall=1000", "stall should be at most 60", "loop stall=SECONDS"),
     ],
@@ -87,7 +96,9 @@ def test_what_the_robot_has_and_the_app_does_not_open_is_told_so() -> None:
     assert "nose" in told
 
 
-def _refused(spec: str, fault: str, robot: RobotDescription = ROVER, opened: frozenset[str] = DRIVING | {"eye"}) -> str:
+def _refused(
+    spec: str, fault: str, robot: RobotDescription = ROVER, opened: frozenset[str] = DRIVING | {"eye", "screen"}
+) -> str:
     opened = DRIVING if "opens no" in fault else opened
     with pytest.raises(UsageError, match=re.escape(fault)) as raised:
         plan_faults([spec], robot, opened)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from robotcore import Outcome, RunRequest, RunResult
@@ -109,3 +111,53 @@ def test_a_stall_that_is_longer_than_the_lease_is_cut_by_the_deadman() -> None:
     assert stalled.overruns == 2
     assert stalled.interventions >= plain.interventions + 1
     assert stalled.ticks < plain.ticks
+
+
+LIVING_ON = """
+from robotcore import Behaviour, Role, Status
+from robotcore.errors import DeviceError
+
+class LivingOn(Behaviour):
+    needs = frozenset({Role.DRIVE, Role.RANGE})
+
+    def step(self, robot):
+        try:
+            is_there = robot.drive.pose.x > 0.3
+            robot.drive.set_velocity(0.2, 0.0)
+        except DeviceError:
+            STOP
+            self.state = "waiting"
+            return Status.RUNNING
+        self.state = "driving"
+        return Status.SUCCESS if is_there else Status.RUNNING
+"""
+
+
+def live_on(folder: Path, stop: str, *faults: str) -> RunResult:
+    app = folder / "living_on.py"
+    app.write_text(LIVING_ON.replace("STOP", stop))
+    return run(RunRequest(str(app), world="open", timeout_s=5.0, faults=faults))
+
+
+def test_an_app_that_stops_lives_through_a_lost_connection(wheels: Wheels, tmp_path: Path) -> None:
+    plain = live_on(tmp_path, "robot.drive.stop()")
+    result = live_on(tmp_path, "robot.drive.stop()", "connection lost=1 after=0.5")
+    assert (result.outcome, result.reason) == (Outcome.SUCCESS, "")
+    assert plain.sim_time_s + 0.9 < result.sim_time_s < plain.sim_time_s + 1.3
+    assert wheels == {"left_motor": 0.0, "right_motor": 0.0}
+
+
+def test_an_encoder_that_fails_is_told_to_an_app_that_asks_for_the_pose(tmp_path: Path) -> None:
+    result = live_on(tmp_path, "raise", "left_encoder lost=1 after=0.5")
+    assert result.exit_status == 3
+    assert result.reason == 'left_encoder: the connection is lost, by the fault "left_encoder lost=1 after=0.5"'
+
+
+@pytest.mark.parametrize("instead", ["pass", "robot.drive.stop(); robot['left_motor'].set_velocity(1.0)"])
+def test_where_a_wheel_may_still_turn_or_is_to_turn_a_lost_connection_ends_the_run(
+    wheels: Wheels, tmp_path: Path, instead: str
+) -> None:
+    result = live_on(tmp_path, instead, "connection lost=1 after=0.5")
+    assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
+    assert result.reason.endswith('the connection is lost, by the fault "connection lost=1 after=0.5"')
+    assert wheels == {"left_motor": 0.0, "right_motor": 0.0}

@@ -120,5 +120,5 @@ def test_one_that_is_broken_is_told_and_hides_no_other(
     told = capsys.readouterr().out
     assert "broken" in told
     assert "camera drop=0.2 after=5" in told
-    with pytest.raises(UsageError, match="on a motor there are: dead, reversed, weak"):
+    with pytest.raises(UsageError, match="on a motor there are: dead, lost, reversed, weak"):
         plan_faults(["left_motor drop=1"], ROVER, {"left_motor"})

@@ -74,6 +74,31 @@ class TestCommit:
         assert bench.stage.commit() == ((3.0, 4.0), (3.0, 4.0), ())
         assert bench.sent == [(3.0, 4.0)]
 
+    def test_a_stop_is_sent_once(self) -> None:
+        bench = Bench()
+        bench.stage.ask(Wheels(1.0, 2.0))
+        bench.stage.commit()
+        bench.stage.stop()
+        assert bench.stage.commit() == ((0.0, 0.0), (0.0, 0.0), ())
+        assert bench.sent == [(1.0, 2.0), (0.0, 0.0)]
+
+    def test_a_stop_that_failed_is_sent_again(self) -> None:
+        bench = Bench()
+        bench.stage.ask(Wheels(1.0, 2.0))
+        bench.stage.commit()
+        bench.left.is_broken = True
+        with pytest.raises(DeviceError):
+            bench.stage.stop()
+        with pytest.raises(DeviceError, match="left: no current"):
+            bench.stage.commit()
+
+    def test_a_command_after_a_stop_counts(self) -> None:
+        bench = Bench()
+        bench.stage.stop()
+        bench.stage.ask(Wheels(1.0, 2.0))
+        bench.stage.commit()
+        assert bench.sent[-1] == (1.0, 2.0)
+
     def test_a_tick_without_a_command_sends_nothing(self) -> None:
         bench = Bench()
         bench.stage.ask(Wheels(1.0, 1.0))
