@@ -15,7 +15,8 @@
     │   ├── InvalidCommandError (ValueError) a velocity that is no number
     │   ├── StaleSampleError (TimeoutError)  a needed sample is too old
     │   ├── WatchdogError (TimeoutError)     the app has not come back
-    │   └── EmergencyStopError               somebody pressed the e-stop
+    │   ├── EmergencyStopError               somebody pressed the e-stop
+    │   └── WheelFaultError                  a wheel does not do what it is told
     └── BehaviourError                       the app raised: exit 5
     Interrupted (BaseException)              a signal ended the run: exit 128 + its number
 
@@ -171,6 +172,18 @@ class EmergencyStopError(SafetyStop):
 
     def __init__(self, how: str) -> None:
         super().__init__(f"e-stop: {how}")
+
+
+class WheelFaultError(SafetyStop):
+    """Wheels do not turn as they are told, by their encoders; each is told of in words."""
+
+    cause = "wheel fault"
+
+    def __init__(self, faults: Sequence[str]) -> None:
+        super().__init__(
+            f"{', '.join(faults)}, by its encoder. Look whether the wheel is blocked, its motor without power "
+            "or its wires swapped; safety.follow_s in the robot's description has the patience"
+        )
 
 
 class BehaviourError(RobotcoreError):

@@ -94,6 +94,7 @@ class Safety(Described):
     max_age_s: PositiveFloat = 1.0
     watchdog_s: Annotated[float, Field(ge=0.2, le=3600)] = 3.0
     answer_s: Annotated[float, Field(ge=0.2, le=3600)] = 1.0
+    follow_s: PositiveFloat = 1.5
 
 
 class Mount(Described):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from typing import cast
 
 from robotcore.clock import Clock
-from robotcore.description import Drive, RobotDescription
+from robotcore.description import Drive, EncoderDescription, RobotDescription
 from robotcore.devices import Device, Encoder, Motor, RangeSensor
 from robotcore.drive import CommandedWheels, DifferentialDrive, Odometry, Wheels
 from robotcore.layers.layer import Layer
@@ -22,6 +23,7 @@ from robotcore.safety import (
     SafetyStage,
     Stage,
     VelocityLimit,
+    WheelsFollow,
 )
 
 
@@ -85,19 +87,22 @@ class GuardedDrive:
         left, right = _motor(devices, drive.left), _motor(devices, drive.right)
         limit = min(left.max_velocity, right.max_velocity)
         commanded = CommandedWheels(clock)
+        counted = _encoder_angles(devices, drive)
+        follow = [_following(description, drive, clock, latch, commanded.angles, counted)] if counted else []
+        ahead = _sensors_ahead(devices, description)
         bare = SafetyStage(
             clock,
             left,
             right,
-            tuple(_rules(_sensors_ahead(devices, description), clock, description, drive, limit, rate_hz)),
+            (*follow, *_rules(ahead, clock, description, drive, limit, rate_hz)),
             description.safety.lease_ticks / rate_hz,
             latch,
             commanded.turn_at,
             brakes.of(left, right),
         )
         stage = reduce(lambda stage, layer: layer.stage(stage), layers, cast("Stage", bare))
-        angles = _encoder_angles(devices, drive) or commanded.angles
-        odometry = Odometry(drive.geometry, reduce(lambda read, layer: layer.angles(read), layers, angles))
+        angles = reduce(lambda read, layer: layer.angles(read), layers, counted or commanded.angles)
+        odometry = Odometry(drive.geometry, angles)
         motors: dict[str, Device] = {
             left.name: WheelMotor(left, stage, is_left=True),
             right.name: WheelMotor(right, stage, is_left=False),
@@ -134,6 +139,23 @@ def _encoder_angles(devices: Mapping[str, Device], drive: Drive) -> Callable[[],
     if isinstance(left, Encoder) and isinstance(right, Encoder):
         return lambda: Wheels(left.read().angle, right.read().angle)
     return None
+
+
+def _following(
+    description: RobotDescription,
+    drive: Drive,
+    clock: Clock,
+    latch: Latch,
+    told: Callable[[], Wheels],
+    turned: Callable[[], Wheels],
+) -> WheelsFollow:
+    encoders = (
+        each
+        for each in description.all_of(EncoderDescription)
+        if each.name in (drive.left_encoder, drive.right_encoder)
+    )
+    count = max(math.tau / each.counts_per_turn for each in encoders)
+    return WheelsFollow(clock, latch, told, turned, (drive.left, drive.right), description.safety.follow_s, count)
 
 
 def _motor(devices: Mapping[str, Device], name: str) -> Motor:

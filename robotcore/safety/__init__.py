@@ -3,6 +3,7 @@
 from robotcore.safety.brakes import Brakes
 from robotcore.safety.deadman import Deadman
 from robotcore.safety.emergency import EmergencyStop
+from robotcore.safety.following import WheelsFollow
 from robotcore.safety.intervention import REST, Intervention
 from robotcore.safety.latch import Latch
 from robotcore.safety.rules import AccelerationLimit, DistanceAhead, RangeGuard, Rule, VelocityLimit, stopping_distance
@@ -27,6 +28,7 @@ __all__ = [
     "Stay",
     "VelocityLimit",
     "Watchdog",
+    "WheelsFollow",
     "Whereabouts",
     "stopping_distance",
 ]

@@ -89,6 +89,20 @@ def test_in_bullet_a_motor_that_fails_takes_the_robot_elsewhere(spec: str) -> No
     assert in_bullet(spec).distance_to_target_m != in_bullet().distance_to_target_m
 
 
+@pytest.mark.parametrize("backend", ["kinematic", "pybullet"])
+@pytest.mark.parametrize("effect", ["dead", "reversed", "weak=0.1"])
+def test_a_wheel_that_does_not_follow_ends_the_run_by_its_motors_name(
+    wheels: Wheels, backend: str, effect: str
+) -> None:
+    if backend == "pybullet":
+        pytest.importorskip("pybullet")
+    result = search(f"left_motor {effect} after=1", backend=backend, timeout_s=30.0)
+    assert (result.outcome, result.exit_status) == (Outcome.STOPPED, 4)
+    assert result.reason.startswith("left_motor was told to turn ")
+    assert "right_motor" not in result.reason
+    assert set(wheels.values()) <= {0.0}
+
+
 def test_every_effect_is_run_here() -> None:
     names = {spec.split()[1].partition("=")[0] for spec in SPECS}
     assert names == {name.partition(".")[0] for name in fault_names()}
