@@ -181,8 +181,8 @@ class WheelFaultError(SafetyStop):
 
     def __init__(self, faults: Sequence[str]) -> None:
         super().__init__(
-            f"{', '.join(faults)}, by its encoder. Look whether the wheel is blocked, its motor without power "
-            "or its wires swapped; safety.follow_s in the robot's description has the patience"
+            f"{', '.join(faults)}. Look whether the wheel is blocked, the motor has no power or its wires are swapped, "
+            "or the encoder is broken; safety.follow_s in the robot's description has the patience"
         )
 
 

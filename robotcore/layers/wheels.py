@@ -149,13 +149,11 @@ def _following(
     told: Callable[[], Wheels],
     turned: Callable[[], Wheels],
 ) -> WheelsFollow:
-    encoders = (
-        each
-        for each in description.all_of(EncoderDescription)
-        if each.name in (drive.left_encoder, drive.right_encoder)
-    )
-    count = max(math.tau / each.counts_per_turn for each in encoders)
-    return WheelsFollow(clock, latch, told, turned, (drive.left, drive.right), description.safety.follow_s, count)
+    motors, encoders = (drive.left, drive.right), (drive.left_encoder or "", drive.right_encoder or "")
+    counts = [
+        math.tau / each.counts_per_turn for each in description.all_of(EncoderDescription) if each.name in encoders
+    ]
+    return WheelsFollow(clock, latch, told, turned, motors, encoders, description.safety.follow_s, max(counts))
 
 
 def _motor(devices: Mapping[str, Device], name: str) -> Motor:

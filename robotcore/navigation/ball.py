@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from robotcore.geometry import Pose
+from robotcore.navigation.past import Past
 from robotcore.robot import Robot, Role
 from robotcore.vision import Blob, ColourDetector, marked
 
@@ -27,10 +28,12 @@ class BallTracker:
         self.lost_for = 0.0
         self.is_in_sight = False
         self._seen_at = 0.0
+        self._past = Past()
         self._detector = ColourDetector(hue, min_area=KEPT_PX)
 
     def look(self, robot: Robot, pose: Pose) -> Blob | None:
         """Return the largest patch of the hue, if there is one, and note where its ball lies; show what was found."""
+        self._past.note(robot.clock.now(), pose)
         frame = robot.camera.read()
         blobs = self._detector.find(frame.image, robot.camera.intrinsics)[:1]
         if robot.has(Role.DISPLAY):
@@ -40,7 +43,7 @@ class BallTracker:
         self.lost_for = 0.0 if blob else robot.clock.now() - self._seen_at
         self.is_in_sight = blob is not None and blob.area >= SEEN_PX
         if blob and (self.is_in_sight or self.place is None):
-            self.place = self._place_of(blob, robot, pose)
+            self.place = self._place_of(blob, robot, self._past.at(frame.time))
         return blob
 
     def forget(self) -> None:
@@ -48,7 +51,10 @@ class BallTracker:
         self.place = None
 
     def _place_of(self, blob: Blob, robot: Robot, pose: Pose) -> Point:
-        """Return where the ball lies: by its size, and by its echo where that agrees or the ball fills the picture."""
+        """Return where a ball lies that is seen from ``pose``.
+
+        By its size, and by its echo where that agrees or the ball fills the picture.
+        """
         away = self.radius * robot.camera.intrinsics.focal_length / blob.radius
         echo = robot.range.read().distance + self.radius
         is_heard = abs(blob.bearing) < robot.range.cone / 2

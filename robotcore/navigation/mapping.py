@@ -6,6 +6,7 @@ from robotcore.geometry import Pose
 from robotcore.navigation.coverage import Coverage
 from robotcore.navigation.grid import OccupancyGrid
 from robotcore.navigation.ground import Ground
+from robotcore.navigation.past import Past
 from robotcore.robot import Robot
 
 NEWS = 0.01
@@ -25,24 +26,33 @@ class Map:
         self.grid = OccupancyGrid(centre=(pose.x, pose.y))
         self.coverage = Coverage(self.grid)
         self.ground = Ground(self.grid, reach)
+        self._past = Past()
         self._heard: tuple[float, ...] | None = None
+        self._seen: tuple[float, ...] | None = None
 
     def is_left_at(self, pose: Pose) -> bool:
         """Return whether the robot leaves the map."""
         return not self.grid.is_within(pose.x, pose.y, BORDER_M)
 
     def observe(self, robot: Robot, pose: Pose) -> None:
-        """Take in what the robot hears, where it stands and where it looks.
+        """Take in what the robot heard, where it stands and where it looked, each from where it then was.
 
         A reading that repeats the last one, from the same place, is no new evidence.
         """
-        reading = (*pose, robot.range.read().distance)
-        if not self._heard or any(abs(a - b) > NEWS for a, b in zip(reading, self._heard, strict=True)):
-            self._heard = reading
-            self._take_in(robot, pose)
-
-    def _take_in(self, robot: Robot, pose: Pose) -> None:
+        self._past.note(robot.clock.now(), pose)
         sensor, camera = robot.range, robot.camera
-        self.grid.add_range(pose.moved(sensor.mount), sensor.read().distance, sensor.max_range, sensor.cone)
-        self.grid.add_free_disc(pose.x, pose.y, robot.drive.reach, robot.drive.geometry.track / 2)
-        self.coverage.add_view(pose.moved(camera.mount), camera.intrinsics.horizontal_fov)
+        reading = sensor.read()
+        there, looked_from = self._past.at(reading.time), self._past.at(camera.read().time)
+        heard, seen = (*there, reading.distance), (*pose, *looked_from)
+        is_heard, is_seen = _is_news(heard, self._heard), _is_news(seen, self._seen)
+        if is_heard:
+            self._heard = heard
+            self.grid.add_range(there.moved(sensor.mount), reading.distance, sensor.max_range, sensor.cone)
+        if is_heard or is_seen:
+            self._seen = seen
+            self.grid.add_free_disc(pose.x, pose.y, robot.drive.reach, robot.drive.geometry.track / 2)
+            self.coverage.add_view(looked_from.moved(camera.mount), camera.intrinsics.horizontal_fov)
+
+
+def _is_news(found: tuple[float, ...], last: tuple[float, ...] | None) -> bool:
+    return last is None or any(abs(a - b) > NEWS for a, b in zip(found, last, strict=True))

@@ -25,7 +25,7 @@ class WheelsFollow:
 
     A wheel is judged by what it was told and what it turned while it was driven one way, for ``patience`` seconds and
     for an angle worth the name. ``told`` and ``turned`` return both wheels' angles in rad; ``count`` is what the
-    coarser encoder counts, in rad; ``motors`` are the names of the left and the right one.
+    coarser encoder counts, in rad; ``motors`` and ``encoders`` are the names of the left and the right one.
     """
 
     cause = "wheel fault"
@@ -37,12 +37,13 @@ class WheelsFollow:
         told: Callable[[], Wheels],
         turned: Callable[[], Wheels],
         motors: tuple[str, str],
+        encoders: tuple[str, str],
         patience: float,
         count: float = 0.0,
     ) -> None:
         self._clock, self._latch, self._told, self._turned = clock, latch, told, turned
         enough = max(ENOUGH_RAD, ENOUGH_COUNTS * count)
-        self._wheels = [_Followed(motor, patience, enough) for motor in motors]
+        self._wheels = [_Followed(*names, patience, enough) for names in zip(motors, encoders, strict=True)]
 
     def __call__(self, asked: Wheels, last: Wheels) -> Wheels:
         now, told, turned = self._clock.now(), self._told(), self._turned()
@@ -55,8 +56,8 @@ class WheelsFollow:
 class _Followed:
     """One wheel, and since when it has been driven the way it is."""
 
-    def __init__(self, motor: str, patience: float, enough: float) -> None:
-        self._motor, self._patience, self._enough = motor, patience, enough
+    def __init__(self, motor: str, encoder: str, patience: float, enough: float) -> None:
+        self._motor, self._encoder, self._patience, self._enough = motor, encoder, patience, enough
         self._begin(0.0, 0.0, 0.0, 0.0)
 
     def judged(self, now: float, velocity: float, told: float, turned: float) -> str:
@@ -71,7 +72,8 @@ class _Followed:
         self._begin(now, sense, told, turned)
         if done * sense >= FOLLOWING * abs(asked):
             return ""
-        return f"{self._motor} was told to turn {asked:.1f} rad in {passed:.1f} s and turned {done:.1f} rad"
+        told_it = f"{self._motor} was told to turn {asked:.1f} rad in {passed:.1f} s"
+        return f"{told_it} and turned {done:.1f} rad by {self._encoder}"
 
     def _begin(self, now: float, sense: float, told: float, turned: float) -> None:
         self._since, self._sense, self._told, self._turned = now, sense, told, turned

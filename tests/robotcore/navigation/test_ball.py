@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from robotcore.devices import Image
+from robotcore.devices import Frame, Image
 from robotcore.geometry import Pose
 from robotcore.navigation import BallTracker
 from tests.robotcore.fakes import EYE, Rig, picture
@@ -105,3 +105,11 @@ def test_what_was_found_is_shown_with_its_mark(rig: Rig, tracker: BallTracker) -
 def test_a_robot_without_a_display_can_track_too(tracker: BallTracker) -> None:
     rig = Rig(names=("nose", "eye"))
     assert tracker.look(rig.robot, POSE) is None
+
+
+def test_a_picture_that_comes_late_shows_it_from_where_it_was_taken(rig: Rig, tracker: BallTracker) -> None:
+    tracker.look(rig.robot, POSE)
+    rig.sleep(0.1)
+    rig.eye._newest = lambda: Frame(ball(4, 8, 6), 0.0, 1)  # type: ignore[method-assign]
+    tracker.look(rig.robot, Pose(3.0, 3.0, 0.0))
+    assert place_of(tracker) == pytest.approx((RADIUS * EYE.focal_length / 3, EYE.bearing(6.5)))

@@ -2,9 +2,10 @@ from __future__ import annotations
 
 import pytest
 
+from robotcore.devices import Frame
 from robotcore.geometry import Pose
 from robotcore.navigation.mapping import Map
-from tests.robotcore.fakes import Rig
+from tests.robotcore.fakes import Rig, picture
 from tests.robotcore.navigation.places import HERE, REACH
 
 
@@ -46,3 +47,30 @@ def test_the_same_reading_from_another_heading_is_evidence(rig: Rig, known: Map)
 def test_a_robot_leaves_its_map_before_it_is_at_the_border(known: Map) -> None:
     assert not known.is_left_at(Pose(5.0, 0.0, 0.0))
     assert known.is_left_at(Pose(0.0, -5.7, 0.0))
+
+
+def test_a_reading_that_comes_late_is_evidence_from_where_it_was_taken(rig: Rig, known: Map) -> None:
+    known.observe(rig.robot, HERE)
+    once = known.grid.evidence.copy()
+    rig.sleep(0.1)
+    rig.nose.age = 0.1
+    known.observe(rig.robot, Pose(0.0, 0.0, 1.0))
+    assert (known.grid.evidence == once).all()
+    rig.sleep(0.1)
+    rig.nose.distance = 0.5
+    known.observe(rig.robot, Pose(0.0, 0.0, 2.0))
+    at = Pose(0.0, 0.0, 1.0).moved(rig.robot.range.mount).to_world(0.5, 0.0)
+    assert known.grid.taken[known.grid.cell_of(*at)]
+
+
+def test_what_a_late_picture_shows_was_looked_at_from_where_it_was_taken(rig: Rig, known: Map) -> None:
+    known.observe(rig.robot, HERE)
+    rig.eye._newest = lambda: Frame(picture(), 0.0, 0)  # type: ignore[method-assign]
+    rig.sleep(0.1)
+    behind = Pose(HERE.x, HERE.y, HERE.heading + 3.0)
+    known.observe(rig.robot, behind)
+    assert not known.coverage.looked_at[known.grid.cell_of(*behind.to_world(0.6, 0.0))]
+    rig.eye._newest = lambda: Frame(picture(), 0.1, 1)  # type: ignore[method-assign]
+    rig.sleep(0.1)
+    known.observe(rig.robot, behind)
+    assert known.coverage.looked_at[known.grid.cell_of(*behind.to_world(0.6, 0.0))]

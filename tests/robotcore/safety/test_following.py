@@ -26,7 +26,8 @@ class Bench:
         self._count = count
         motors = ("left_motor", "right_motor")
         angles = lambda: Wheels(*self.told), lambda: Wheels(*map(self._counted, self.turned))
-        self._rule = WheelsFollow(self.clock, self.latch, *angles, motors, patience=1.5, count=count)
+        encoders = ("left_encoder", "right_encoder")
+        self._rule = WheelsFollow(self.clock, self.latch, *angles, motors, encoders, patience=1.5, count=count)
 
     def drive(self, left: float, right: float, seconds: float = TICK_S) -> None:
         for _ in range(round(seconds / TICK_S)):
@@ -45,8 +46,8 @@ class Bench:
 @pytest.mark.parametrize(
     "share, told",
     [
-        (0.0, "left_motor was told to turn 6.0 rad in 1.5 s and turned 0.0 rad, by its encoder"),
-        (-1.0, "left_motor was told to turn 6.0 rad in 1.5 s and turned -6.0 rad, by its encoder"),
+        (0.0, "left_motor was told to turn 6.0 rad in 1.5 s and turned 0.0 rad by left_encoder"),
+        (-1.0, "left_motor was told to turn 6.0 rad in 1.5 s and turned -6.0 rad by left_encoder"),
         (0.2, "turned 1.2 rad"),
     ],
 )
