@@ -53,7 +53,7 @@ def told(plan: Plan, loop: Loop | None, judgement: Judgement, ending: Ending, wa
         interventions=loop.trace.interventions if loop else 0,
         milestones=dict(loop.trace.milestones) if loop else {},
         conditions=plan.drawn,
-        faults=[str(fault.spec) for fault in plan.faults],
+        faults=[str(fault) for fault in plan.faults],
         trace_sha256=loop.trace.sha256 if loop else None,
         error=error,
     )

@@ -21,8 +21,8 @@ from robotcore.truth import Truth
 class Run:
     """A run as an observer sees it. Reading a device here would steer the run: look at ``latest`` instead.
 
-    ``emergency`` stops it, from any thread. ``faults`` are those on purpose; each says by `is_on` whether it is there at
-    a time.
+    ``emergency`` stops it, from any thread. ``faults`` are those on purpose; each says by `is_on` whether
+    it is there at a time.
     """
 
     request: RunRequest

@@ -162,7 +162,7 @@ class CameraDescription(Described):
     mount: Mount
     width_px: Annotated[int, Field(ge=16, le=4096)]
     height_px: Annotated[int, Field(ge=16, le=4096)]
-    horizontal_fov_rad: Annotated[float, Field(gt=0, lt=math.pi)]
+    horizontal_fov_rad: Annotated[float, Field(ge=0.01, lt=math.pi)]
 
     @property
     def intrinsics(self) -> Intrinsics:

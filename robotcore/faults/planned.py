@@ -29,9 +29,13 @@ class PlannedFault:
     target: Target
     position: int
 
+    def __str__(self) -> str:
+        """As it is written, in its canonical form."""
+        return str(self.spec)
+
     def layer(self, clock: Clock, seed: int) -> Layer:
         """Return the layer over the target's devices, for one run."""
-        occasion = Occasion(clock, seed, self.position, str(self.spec))
+        occasion = Occasion(clock, seed, self.position, str(self))
         return Selected(self.fault.layer(occasion), self.target.devices)
 
     def is_on(self, time: float) -> bool:

@@ -19,7 +19,7 @@ REFRESH_HZ = 10
 
 
 class Progress:
-    """An observer: state, range, time and its pace, on stderr, gone when it is closed.
+    """An observer: state, range, time and its pace, and which faults are there; on stderr, gone when it is closed.
 
     A tick only leaves its record; a thread draws the newest one ten times a second. ``hint`` stands at its end.
     """
@@ -60,9 +60,15 @@ class Progress:
                 _range_of(self._run),
                 f"{record.time:.1f} s",
                 f"{pace:.1f}x real time",
+                _faults_at(self._run, record.time),
                 self._hint,
             )
         return line
+
+
+def _faults_at(run: Run, time: float) -> str:
+    """Return the faults on purpose that are there at a time, as they are written."""
+    return "; ".join(str(fault) for fault in run.faults if fault.is_on(time))
 
 
 def _range_of(run: Run) -> str:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import runpy
 import shlex
 from importlib.metadata import EntryPoint
 from itertools import pairwise
@@ -23,13 +24,24 @@ from tests.robotcore.faults.rigs import faulty
 
 PAGE = (Path(__file__).parents[2] / "docs" / "faults.md").read_text()
 LISTINGS = listings(PAGE)
+SOURCES = {each.file: each.text for each in LISTINGS if each.language == "python"}
 EXCHANGES = [each for listing in LISTINGS if listing.language == "console" for each in exchanges(listing.text)]
 FILES = [each.text for each in LISTINGS if each.language == "toml"]
 ROVER = load_robot("rover")
 
 
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with the files of the page, where the commands are given."""
+    for name, text in SOURCES.items():
+        (tmp_path / name).write_text(text)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    return tmp_path
+
+
 @pytest.mark.parametrize("exchange", EXCHANGES, ids=lambda each: each.command)
-def test_command_tells_what_the_page_says(exchange: Exchange, capfd: pytest.CaptureFixture[str]) -> None:
+def test_command_tells_what_the_page_says(exchange: Exchange, folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     execute(shlex.split(exchange.command)[1:])
     out, err = capfd.readouterr()
     assert exchange.is_answered_by(f"{err}\n{out}"), err + out
@@ -53,10 +65,12 @@ def test_table_has_every_effect_with_its_unit_and_what_it_is_on() -> None:
     assert told == {_written(name) for name in fault_names()}
 
 
-def test_fault_of_ones_own_works(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    source = next(each for each in LISTINGS if each.language == "python")
-    (tmp_path / source.file).write_text(source.text)
-    monkeypatch.syspath_prepend(tmp_path)
+def test_test_of_an_app_passes(folder: Path) -> None:
+    found = runpy.run_path(str(folder / "test_patient.py"))
+    found["test_stands_while_the_connection_is_lost_and_drives_on"]()
+
+
+def test_fault_of_ones_own_works(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
     points = {**registry._points(registry.FAULTS), "fog": EntryPoint("fog", "fog:Fog", registry.FAULTS)}
     monkeypatch.setattr(registry, "_points", lambda _: points)
     rig = faulty("camera fog=0.5 after=0.05")

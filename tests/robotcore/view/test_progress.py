@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import io
 import math
+from dataclasses import replace
 
 import pytest
 from rich.console import Console
@@ -19,7 +20,7 @@ class Painted(Progress):
     """Draws its line at each tick too, and keeps what was on it."""
 
     def __init__(self) -> None:
-        self.console = Console(file=io.StringIO(), force_terminal=True, width=120)
+        self.console = Console(file=io.StringIO(), force_terminal=True, width=160)
         self.lines: list[str] = []
         super().__init__(self.console)
 
@@ -45,6 +46,13 @@ def test_the_line_tells_the_range_that_was_read(monkeypatch: pytest.MonkeyPatch,
     progress = Painted()
     run(REQUEST, [progress])
     assert words in progress.lines[-1]
+
+
+def test_the_line_tells_the_faults_that_are_there() -> None:
+    progress = Painted()
+    fault = "range noise=0.01 after=0.2 lasts=0.2"
+    run(replace(REQUEST, faults=(fault,)), [progress])
+    assert [fault in line for line in progress.lines] == [4 <= tick < 8 for tick in range(11)]
 
 
 def test_nothing_is_left_running_when_the_run_raises() -> None:

@@ -1,0 +1,114 @@
+"""Whatever robot and world can be read can be run: to an end, or to an error that says what to do."""
+
+from __future__ import annotations
+
+import re
+from importlib import resources
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+
+from robotcore import RunRequest, run
+from robotcore.description import load_any
+from robotcore.errors import UsageError
+
+SHIPPED = resources.files("robotcore.description")
+ROBOT = SHIPPED.joinpath("robots", "rover.toml").read_text(encoding="utf-8")
+WORLDS = [SHIPPED.joinpath("worlds", f"{name}.toml").read_text(encoding="utf-8") for name in ("arena", "open")]
+NUMBER = re.compile(r"(?<=[= \[])-?\d+(?:\.\d+)?(?=[,\] \n])")
+NUMBERS = [
+    "0",
+    "0.0",
+    "1e-300",
+    "1e-9",
+    "0.001",
+    "0.5",
+    "1",
+    "3.14",
+    "16",
+    "100.0",
+    "1000",
+    "1e6",
+    "1e300",
+    "-1",
+    "-0.5",
+]
+QUICK = settings(
+    deadline=None,
+    derandomize=True,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
+)
+
+keys = st.sampled_from(
+    ["name", "body", "floor", "drive", "devices", "kind", "start", "x_m", "texture", "mock", '"a b"']
+)
+values = st.recursive(
+    st.one_of(st.booleans(), st.integers(), st.floats(), st.sampled_from(["motor", "camera", "box", "ball", ""])),
+    lambda inner: st.one_of(st.lists(inner, max_size=3), st.dictionaries(keys, inner, max_size=4)),
+    max_leaves=12,
+)
+
+
+@st.composite
+def other_numbers(draw: st.DrawFn, texts: st.SearchStrategy[str]) -> str:
+    """Return a description with up to three of its numbers changed, by a little or altogether."""
+    text = draw(texts)
+    for _ in range(draw(st.integers(0, 3))):
+        found = draw(st.sampled_from(list(NUMBER.finditer(text))))
+        scaled = f"{float(found[0]) * draw(st.sampled_from([0.1, 0.9, 1.1, 3.0, -1.0]))!r}"
+        text = text[: found.start()] + draw(st.sampled_from([scaled, *NUMBERS])) + text[found.end() :]
+    return text
+
+
+def toml(value: object) -> str:
+    """Return a value as TOML has it, tables inline."""
+    match value:
+        case bool():
+            return str(value).lower()
+        case dict():
+            return "{" + ", ".join(f"{key} = {toml(item)}" for key, item in value.items()) + "}"
+        case list():
+            return "[" + ", ".join(map(toml, value)) + "]"
+        case str():
+            return f'"{value}"'
+    return repr(value)
+
+
+def files(folder: Path, robot: str, world: str) -> dict[str, str]:
+    (folder / "robot.toml").write_text(robot)
+    (folder / "world.toml").write_text(world)
+    return {"robot": str(folder / "robot.toml"), "world": str(folder / "world.toml")}
+
+
+@pytest.mark.parametrize("backend", ["kinematic", "mock", "pybullet"])
+@settings(QUICK, max_examples=60)
+@given(
+    robot=other_numbers(st.just(ROBOT)),
+    world=other_numbers(st.sampled_from(WORLDS)),
+    seed=st.one_of(st.none(), st.integers(0, 9)),
+    app=st.sampled_from(["avoid-obstacles", "green-search"]),
+)
+@example(robot=ROBOT.replace("1.0821", "1e-300"), world=WORLDS[0], seed=None, app="green-search")
+def test_what_can_be_read_can_be_run(
+    tmp_path: Path, backend: str, robot: str, world: str, seed: int | None, app: str
+) -> None:
+    if backend == "pybullet":
+        pytest.importorskip("pybullet")
+    try:
+        result = run(RunRequest(app, backend, seed=seed, timeout_s=0.15, **files(tmp_path, robot, world)))
+    except UsageError:
+        return
+    assert result.error is None, result.reason
+
+
+@settings(QUICK, max_examples=100)
+@given(tree=st.dictionaries(keys, values, max_size=6))
+def test_any_tree_is_a_description_or_is_told_in_lines(tmp_path: Path, tree: dict[str, object]) -> None:
+    file = tmp_path / "tree.toml"
+    file.write_text("\n".join(f"{key} = {toml(value)}" for key, value in tree.items()))
+    try:
+        load_any(str(file))
+    except UsageError as error:
+        assert all(map(str.strip, str(error).splitlines()))  # noqa: PT017  both ends are right
