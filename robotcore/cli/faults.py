@@ -8,7 +8,9 @@ import click
 
 from robotcore.cli.output import as_json, write_json, write_table
 
-_COMMON = "Every fault takes after=SECONDS, from when, and lasts=SECONDS, for how long, on the robot's clock."
+_COMMON = """\
+Every fault takes after=SECONDS, from when, and lasts=SECONDS, for how long, on the robot's clock.
+Beside every=SECONDS, lasts is for how long it may come again."""
 
 if TYPE_CHECKING:
     from robotcore.faults.form import Parameter

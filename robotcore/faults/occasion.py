@@ -20,7 +20,7 @@ class Occasion:
     clock: Clock
     seed: int
     position: int
-    written: str = ""
+    written: str
 
     def random_at(self, device: str, time: float) -> Random:
         """Return what draws for a device at an instant."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, example, given, settings
@@ -76,7 +77,7 @@ def toml(value: object) -> str:
     return repr(value)
 
 
-def files(folder: Path, robot: str, world: str) -> dict[str, str]:
+def files(folder: Path, robot: str, world: str) -> dict[str, Any]:
     (folder / "robot.toml").write_text(robot)
     (folder / "world.toml").write_text(world)
     return {"robot": str(folder / "robot.toml"), "world": str(folder / "world.toml")}
