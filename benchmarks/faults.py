@@ -4,7 +4,7 @@
 
 Each fault is on its own and of a moderate strength. A run is well where the simulator verifies its success without a
 contact, or where it was stopped (exit status 3 or 4) for a reason that names the part that failed. The others are told
-one by one. Exit status 1 where a fault has more of them than it must: a sensor that lies cannot be told from the world.
+one by one. Exit status 1 where a fault has more of them than it must: a sensor that lies is none that anyone can tell.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ NAMING = (3, 4)
 
 @dataclass(frozen=True)
 class Case:
-    """A fault, and the share of runs that it may spoil unnoticed: none, but where a sensor lies."""
+    """A fault, and the share of runs that it may spoil unnoticed: none, but where a sensor lies or is late."""
 
     spec: str
     unnoticed: float = 0.0
@@ -52,8 +52,8 @@ CASES = (
     Case("range lost=1 after=5"),
     Case("encoders drop=0.2"),
     Case("encoders freeze after=5"),
-    Case("encoders delay=0.1"),
-    Case("encoders slip=0.05", unnoticed=0.2),
+    Case("encoders delay=0.1", unnoticed=0.1),
+    Case("encoders slip=0.05", unnoticed=0.4),
     Case("left_encoder slip=1 after=5"),
     Case("left_motor weak=0.7"),
     Case("left_motor dead after=5"),
@@ -146,8 +146,9 @@ def _has_succeeded(record: Record) -> bool:
 
 
 def _names(record: Record, devices: frozenset[str]) -> bool:
-    """Return whether the run was stopped for a reason that has the name of one of the devices in it."""
-    return record.result.exit_status in NAMING and any(name in record.result.reason for name in devices)
+    """Return whether the run was stopped, touching nothing, for a reason with the name of one of the devices in it."""
+    result = record.result
+    return result.exit_status in NAMING and not result.contacts and any(name in result.reason for name in devices)
 
 
 def _devices_of(spec: str) -> frozenset[str]:

@@ -73,7 +73,7 @@ class _Followed:
         if done * sense >= FOLLOWING * abs(asked):
             return ""
         told_it = f"{self._motor} was told to turn {asked:.1f} rad in {passed:.1f} s"
-        return f"{told_it} and turned {done:.1f} rad by {self._encoder}"
+        return f"{told_it} and turned {round(done, 1) + 0.0} rad by {self._encoder}"  # no -0.0
 
     def _begin(self, now: float, sense: float, told: float, turned: float) -> None:
         self._since, self._sense, self._told, self._turned = now, sense, told, turned
