@@ -111,7 +111,7 @@ class Execution:
             watching(safety.watchdog_s),
         )
         self._interrupts.stop_with(self._last_resort)
-        self._interrupts.suspend_with(assembled.robot.stop)
+        self._interrupts.suspend_with(assembled.robot.stop, is_to_wait=True)
         run = Run(plan.request, plan.behaviour, plan.description, plan.world, assembled.robot, truth, stop, plan.faults)
         for observer in self._observers:
             observer.begin(run)

@@ -44,7 +44,7 @@ class Interrupts:
     So nothing cuts short the stopping of the motors. A signal that the program was started to ignore (``nohup``) is
     left alone. Hears nothing outside the main thread, where Python delivers no signals. ``raised`` is the last one.
 
-    A request to suspend the program (Ctrl-Z) waits for the next `check` where `suspend_with` says what comes first.
+    A request to suspend the program (Ctrl-Z) is met at once, or at the next `check`, as `suspend_with` has it.
     """
 
     def __init__(self) -> None:
@@ -55,7 +55,8 @@ class Interrupts:
         self._count = 0
         self._before: dict[int, Any] = {}
         self._suspension = 0
-        self._before_suspension: Callable[[], object] | None = None
+        self._is_to_wait = False
+        self._before_suspension: Callable[[], object] = lambda: None
         self._after_suspension: Callable[[], object] = lambda: None
 
     @property
@@ -66,7 +67,7 @@ class Interrupts:
     def hold(self) -> None:
         """From here on no signal raises: the robot is being closed."""
         self._is_held = True
-        self._before_suspension = None
+        self._is_to_wait = False
         if not self.are_heard:
             _raise_in(self._thread, None)
 
@@ -74,9 +75,15 @@ class Interrupts:
         """Let the third signal call this and end the process at once: an app may swallow what is raised."""
         self._last_resort = last_resort
 
-    def suspend_with(self, before: Callable[[], object], after: Callable[[], object] = lambda: None) -> None:
-        """Call ``before`` ere the program is suspended, at a `check`, and ``after`` when it goes on."""
-        self._before_suspension, self._after_suspension = before, after
+    def suspend_with(
+        self,
+        before: Callable[[], object],
+        after: Callable[[], object] = lambda: None,
+        *,
+        is_to_wait: bool = False,
+    ) -> None:
+        """Call ``before`` ere the program is suspended, at a `check` where that ``is_to_wait``, and ``after`` later."""
+        self._before_suspension, self._after_suspension, self._is_to_wait = before, after, is_to_wait
 
     def check(self) -> None:
         """Raise again what an app has swallowed with a bare ``except``; be suspended where that was asked for."""
@@ -128,15 +135,14 @@ class Interrupts:
             raise Recalled
 
     def _hear_suspension(self, number: int, frame: FrameType | None) -> None:
-        if self._before_suspension:
+        if self._is_to_wait:
             self._suspension = number
-        else:
+        elif not self._is_held:  # the robot is closed first
             self._suspend(number)
 
     def _suspend(self, number: int) -> None:
         """Suspend the program, or let whoever heard the signal before do so."""
-        if self._before_suspension:
-            self._before_suspension()
+        self._before_suspension()
         if callable(outer := self._before[number]):
             outer(number, None)
         else:

@@ -100,4 +100,4 @@ def _attempt(function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         raise
     except (OSError, EOFError) as error:
         fault = f"{type(error).__name__}: {error}".removesuffix(": ")
-        raise BackendError(f"the backend lets no time pass any more: {fault}. Is the simulator still running?") from error
+        raise BackendError(f"the backend lets no time pass: {fault}. Is the simulator still running?") from error

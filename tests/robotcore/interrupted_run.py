@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import json
 import signal
 import sys
@@ -11,8 +12,9 @@ from unittest.mock import patch
 
 from robotcore.behaviour import Status
 from robotcore.robot import Robot
-from robotcore.session import RunRequest, run
+from robotcore.session import RunRequest, RunResult, run
 from tests.robotcore.fakes import Deed, RigBackend
+from tests.robotcore.runs import Watcher
 
 
 class App(Deed):
@@ -64,20 +66,49 @@ def deaf(robot: Robot) -> None:
         threading.Event().wait(0.3)
 
 
+def impervious(robot: Robot) -> None:
+    """Swallow whatever is raised, for ever."""
+    while True:
+        with suppress(BaseException):
+            threading.Event().wait()
+
+
+def beyond_python(robot: Robot) -> None:
+    """Wait in somebody's C code, which no signal interrupts: for a lock that the thread has itself."""
+    threads, mutex = ctypes.CDLL(None), ctypes.create_string_buffer(256)
+    threads.pthread_mutex_init(mutex, None)
+    threads.pthread_mutex_lock(mutex)
+    threads.pthread_mutex_lock(mutex)
+
+
+class Saying(Watcher):
+    """Says that it was told the end."""
+
+    def end(self, result: RunResult) -> None:
+        tell("observed")
+
+
+DEEDS = (ordinary, slow, hung, waiting, swallowing, deaf, impervious, beyond_python)
+
+
 def main() -> int:
     """Run the app that the command line names; print what was left of it."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    deed = {each.__name__: each for each in (ordinary, slow, hung, waiting, swallowing, deaf)}[sys.argv[1]]
+    deed = {each.__name__: each for each in DEEDS}[sys.argv[1]]
     backend = RigBackend()
+
+    def tell_all(result: RunResult) -> None:
+        rig = backend.rig
+        told = {"wheels": rig.wheels, "releases": [rig.left.releases, rig.right.releases]}
+        tell(json.dumps({**json.loads(result.to_json()), **told}))
+
     with (
         patch("robotcore.plan.load_backend", lambda _: backend),
         patch("robotcore.plan.load_app", lambda _: object),
         patch("robotcore.plan.configure", lambda *_: App(deed)),
     ):
-        result = run(RunRequest("app", timeout_s=1e9))
-    rig = backend.rig
-    told = {"wheels": rig.wheels, "releases": [rig.left.releases, rig.right.releases]}
-    tell(json.dumps({**json.loads(result.to_json()), **told}))
+        result = run(RunRequest("app", timeout_s=1e9), [Saying()], last_words=tell_all)
+    tell_all(result)
     return result.exit_status
 
 

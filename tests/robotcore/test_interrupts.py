@@ -13,9 +13,9 @@ from typing import Any
 import pytest
 
 from robotcore.errors import Interrupted
-from robotcore.interrupts import Interrupts
+from robotcore.interrupts import RECALL, Interrupts, Recalled
 
-SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
+SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT]
 
 RUN = Path(__file__).with_name("interrupted_run.py")
 
@@ -27,6 +27,7 @@ def _own_handlers() -> Iterator[None]:
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    signal.signal(signal.SIGQUIT, signal.SIG_DFL)
     yield
     for number, handler in before.items():
         signal.signal(number, handler)
@@ -80,10 +81,30 @@ class TestInterrupts:
             assert [signal.getsignal(number) for number in SIGNALS] != before
         assert [signal.getsignal(number) for number in SIGNALS] == before
 
-    def test_a_hang_up_that_was_ignored_stays_ignored(self) -> None:
-        signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    @pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGQUIT])
+    def test_one_that_was_ignored_stays_ignored(self, number: signal.Signals) -> None:
+        signal.signal(number, signal.SIG_IGN)
         with Interrupts():
-            signal.raise_signal(signal.SIGHUP)
+            signal.raise_signal(number)
+
+    def test_a_recall_from_another_thread_interrupts_what_waits(self) -> None:
+        with Interrupts() as interrupts:
+            timer = threading.Timer(0.05, interrupts.recall)
+            timer.start()
+            with pytest.raises(Recalled):
+                threading.Event().wait(30)
+            timer.join()
+
+    def test_a_recall_that_comes_too_late_raises_nothing(self) -> None:
+        with Interrupts() as interrupts:
+            interrupts.hold()
+            signal.raise_signal(RECALL)
+            interrupts.recall()
+
+    def test_a_recall_that_nobody_hears_does_nothing(self) -> None:
+        with Interrupts():
+            pass
+        signal.raise_signal(RECALL)
 
     def test_outside_the_main_thread_it_leaves_signals_alone(self) -> None:
         before = signal.getsignal(signal.SIGINT)
@@ -127,7 +148,7 @@ def interrupted() -> Iterator[Callable[[str, signal.Signals], tuple[int, dict[st
         assert process.stdout.readline() == "moving\n"
         process.send_signal(number)
         told, _ = process.communicate(timeout=60)
-        return process.returncode, json.loads(told)
+        return process.returncode, json.loads(told.splitlines()[-1])
 
     yield run
     for process in processes:
@@ -135,7 +156,7 @@ def interrupted() -> Iterator[Callable[[str, signal.Signals], tuple[int, dict[st
         process.communicate()
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGQUIT])
 @pytest.mark.parametrize("app", ["ordinary", "slow", "hung", "waiting", "swallowing", "deaf"])
 def test_a_signal_stops_the_motors_and_ends_the_run(
     interrupted: Callable[[str, signal.Signals], tuple[int, dict[str, Any]]], app: str, number: signal.Signals
@@ -146,3 +167,30 @@ def test_a_signal_stops_the_motors_and_ends_the_run(
     assert told["reason"] == f"interrupted by {number.name}"
     assert told["wheels"] == [0.0, 0.0]
     assert told["releases"] == [1, 1]
+
+
+@pytest.mark.parametrize("app", ["impervious", "beyond_python"])
+def test_an_app_that_never_comes_back_ends_with_its_process_after_all_is_stopped_and_told(app: str) -> None:
+    command = [sys.executable, "-m", "tests.robotcore.interrupted_run", app]
+    ended = subprocess.run(command, cwd=RUN.parents[2], capture_output=True, text=True, timeout=60, check=False)
+    moving, observed, told = ended.stdout.splitlines()
+    assert (moving, observed) == ("moving", "observed")
+    assert ended.returncode == 4
+    assert json.loads(told)["reason"].startswith("App has not come back from step")
+    assert json.loads(told)["wheels"] == [0.0, 0.0]
+
+
+def test_the_third_signal_ends_the_process_when_all_is_stopped_and_told() -> None:
+    command = [sys.executable, "-m", "tests.robotcore.interrupted_run", "impervious"]
+    with subprocess.Popen(command, cwd=RUN.parents[2], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout
+        assert process.stdout.readline() == "moving\n"
+        while process.poll() is None:
+            process.send_signal(signal.SIGTERM)
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(0.1)
+        observed, told = process.stdout.read().splitlines()
+    assert process.returncode == -signal.SIGTERM
+    assert observed == "observed"
+    assert json.loads(told)["wheels"] == [0.0, 0.0]
+    assert json.loads(told)["outcome"] == "interrupted"

@@ -1,0 +1,87 @@
+"""A simulator in another process that dies, or falls silent, in the middle of a run."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from robotcore.behaviour import Status
+from robotcore.outcome import Outcome, RunResult
+from robotcore.plan import RunRequest
+from robotcore.robot import Robot
+from robotcore.session import run
+from tests.faraway.backend import FarawayBackend, register
+from tests.robotcore.fakes import Deed
+
+ROOT = Path(__file__).parents[2]
+NAMED = ("left_motor", "right_motor", "left_encoder", "right_encoder", "nose", "backend")
+
+
+@pytest.fixture
+def server() -> Iterator[subprocess.Popen[str]]:
+    command = [sys.executable, "-m", "tests.faraway.server"]
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
+        yield process
+        process.kill()
+
+
+def port_of(server: subprocess.Popen[str]) -> str:
+    assert server.stdout
+    return server.stdout.readline().strip()
+
+
+@pytest.fixture
+def backend(monkeypatch: pytest.MonkeyPatch) -> FarawayBackend:
+    faraway = FarawayBackend()
+    monkeypatch.setattr("robotcore.plan.load_backend", lambda _: faraway)
+    return faraway
+
+
+def lost(server: subprocess.Popen[str], monkeypatch: pytest.MonkeyPatch, number: int) -> RunResult:
+    """Run an app that drives, while the server is sent a signal in the fifth tick."""
+    ticks: list[int] = []
+
+    def drive(robot: Robot) -> Status:
+        ticks.append(1)
+        robot.drive.set_velocity(0.1, 0.0)
+        if len(ticks) == 5:
+            server.send_signal(number)
+        return Status.RUNNING
+
+    monkeypatch.setattr("robotcore.plan.load_app", type)
+    monkeypatch.setattr("robotcore.plan.configure", lambda *_: Deed(drive))
+    return run(RunRequest("an_app", options={"port": port_of(server)}))
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
+def test_the_end_has_a_name_and_every_motor_was_told_to_stop(
+    server: subprocess.Popen[str], backend: FarawayBackend, monkeypatch: pytest.MonkeyPatch, number: signal.Signals
+) -> None:
+    result = lost(server, monkeypatch, number)
+    server.kill()  # what waits for an answer learns that there is none
+    assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
+    assert any(name in result.reason.partition(";")[0] for name in NAMED)
+    assert result.verified is None
+    last = {what[1]: what[2] for what in backend.wire.asked if what[0] == "turn"}
+    assert last == {"left_motor": 0.0, "right_motor": 0.0}
+
+
+def test_it_is_found_as_an_installed_backend_is_and_comes_to_the_same_decisions(
+    server: subprocess.Popen[str], tmp_path: Path
+) -> None:
+    register(tmp_path)
+    path = os.pathsep.join([str(tmp_path), str(ROOT)])
+    run_it = [sys.executable, "-m", "robotcore", "run", "green-search", "--world", "open", "--timeout", "2", "--json"]
+    digests = []
+    for arguments in (["--backend", "faraway", "--port", port_of(server)], ["--backend", "kinematic"]):
+        env = {**os.environ, "PYTHONPATH": path}
+        told = subprocess.run([*run_it, *arguments], env=env, capture_output=True, text=True, check=False)
+        digests.append(json.loads(told.stdout)["trace_sha256"])
+    assert digests[0] == digests[1]

@@ -1,0 +1,45 @@
+"""What a shell does with one job in its terminal: ``python -m tests.robotcore.cli.shell front|behind COMMAND…``.
+
+Prints ``stopped`` when the job is; for each byte that then comes through descriptor `CONTROL` it lets the job go on, in
+front. At the job's end it prints ``exited`` and the status.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+
+TERMINAL, CONTROL = 0, int(os.environ.get("CONTROL", "3"))
+
+
+def main(place: str, *command: str) -> None:
+    signal.signal(signal.SIGTTOU, signal.SIG_IGN)
+
+    def begin() -> None:
+        os.setpgid(0, 0)
+        if place == "front":
+            os.tcsetpgrp(TERMINAL, os.getpid())
+        signal.signal(signal.SIGTTOU, signal.SIG_DFL)
+
+    job = subprocess.Popen(command, preexec_fn=begin)  # noqa: PLW1509  there are no threads here
+    while True:
+        _, status = os.waitpid(job.pid, os.WUNTRACED)
+        os.tcsetpgrp(TERMINAL, os.getpgrp())
+        if not os.WIFSTOPPED(status):
+            break
+        say("stopped")
+        os.read(CONTROL, 1)
+        os.tcsetpgrp(TERMINAL, job.pid)
+        os.kill(job.pid, signal.SIGCONT)
+    say(f"exited {os.waitstatus_to_exitcode(status)}")
+
+
+def say(line: str) -> None:
+    sys.stdout.write(f"{line}\n")
+    sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

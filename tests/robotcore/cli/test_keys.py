@@ -1,0 +1,185 @@
+"""The e-stop in a terminal: on a real pty, in a job of a real session."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import subprocess
+import sys
+import termios
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from robotcore.cli import keys
+
+ROOT = Path(__file__).parents[3]
+DRIVE = ("avoid-obstacles", "--realtime", "--set", "duration_s=60", "--world", "open")
+PATIENCE_S = 60.0
+IMPERVIOUS = """
+from contextlib import suppress
+from threading import Event
+from robotcore import Behaviour, Role, Status
+
+class Impervious(Behaviour):
+    needs = frozenset({Role.DRIVE})
+
+    def step(self, robot):
+        while robot.clock.now() > 0.5:
+            with suppress(BaseException):
+                Event().wait()
+        return Status.RUNNING
+"""
+
+
+class Terminal:
+    """A terminal, and a shell in it that runs one job."""
+
+    def __init__(self) -> None:
+        self.master, self.slave = os.openpty()
+        self.before = termios.tcgetattr(self.slave)
+        self._control, self._go_on = os.pipe()
+        self._shell: subprocess.Popen[str] | None = None
+        self.shown = b""
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def run(self, *arguments: str, place: str = "front") -> None:
+        command = [sys.executable, "-m", "tests.robotcore.cli.shell", place]
+        job = [sys.executable, "-m", "robotcore", "run", *arguments, "--json"]
+        self._shell = subprocess.Popen(
+            [*command, *job],
+            cwd=ROOT,
+            stdin=self.slave,
+            stdout=subprocess.PIPE,
+            stderr=self.slave,
+            text=True,
+            start_new_session=True,
+            preexec_fn=self._be_controlled,  # noqa: PLW1509  it calls nothing that takes a lock
+            pass_fds=[self._control],
+            env={**os.environ, "CONTROL": str(self._control)},
+        )
+
+    def type(self, key: bytes) -> None:
+        os.write(self.master, key)
+
+    def go_on(self) -> None:
+        os.write(self._go_on, b"!")
+
+    def hear(self) -> str:
+        assert self._shell
+        assert self._shell.stdout
+        return self._shell.stdout.readline().strip()
+
+    @property
+    def is_raw(self) -> bool:
+        """Whether keys come at once."""
+        return not termios.tcgetattr(self.slave)[3] & termios.ICANON
+
+    @property
+    def is_as_it_was(self) -> bool:
+        return termios.tcgetattr(self.slave) == self.before
+
+    def close(self) -> None:
+        if self._shell:
+            self._shell.kill()  # and the job in front is hung up
+            self._shell.communicate()
+        os.close(self.slave)
+        self._reader.join(PATIENCE_S)
+        for each in (self.master, self._control, self._go_on):
+            os.close(each)
+
+    def _be_controlled(self) -> None:
+        fcntl.ioctl(self.slave, termios.TIOCSCTTY, 0)
+
+    def _read(self) -> None:
+        with suppress(OSError):
+            while shown := os.read(self.master, 4096):
+                self.shown += shown
+
+
+@pytest.fixture
+def terminal() -> Iterator[Terminal]:
+    each = Terminal()
+    yield each
+    each.close()
+
+
+def wait_for(is_so: Callable[[], bool]) -> None:
+    patience = threading.Event()
+    for _ in range(round(PATIENCE_S / 0.02)):
+        if is_so():
+            return
+        patience.wait(0.02)
+    pytest.fail("it has not come to that")
+
+
+def ended(terminal: Terminal) -> tuple[dict[str, Any], str]:
+    """Return what the job told, and how it exited."""
+    return json.loads(terminal.hear()), terminal.hear()
+
+
+def test_the_space_bar_stops_the_run(terminal: Terminal) -> None:
+    terminal.run(*DRIVE)
+    wait_for(lambda: terminal.is_raw)
+    wait_for(lambda: b"space: stop" in terminal.shown)
+    terminal.type(b"x ")
+    told, exited = ended(terminal)
+    assert (told["outcome"], exited) == ("stopped", "exited 4")
+    assert told["reason"] == "e-stop: the space bar was pressed in the terminal"
+    assert terminal.is_as_it_was
+
+
+def test_other_keys_do_nothing_and_ctrl_c_is_what_it_was(terminal: Terminal) -> None:
+    terminal.run(*DRIVE)
+    wait_for(lambda: terminal.is_raw)
+    terminal.type(b"stop!\n")
+    terminal.type(b"\x03")
+    told, exited = ended(terminal)
+    assert (told["outcome"], exited) == ("interrupted", "exited -2")
+    assert terminal.is_as_it_was
+
+
+def test_the_terminal_is_put_back_by_a_process_that_ends_itself(terminal: Terminal, tmp_path: Path) -> None:
+    app = tmp_path / "impervious.py"
+    app.write_text(IMPERVIOUS)
+    terminal.run(str(app))
+    told, exited = ended(terminal)
+    assert (told["outcome"], exited) == ("stopped", "exited 4")
+    assert terminal.is_as_it_was
+
+
+def test_suspended_it_leaves_the_terminal_to_the_shell_and_takes_it_again(terminal: Terminal) -> None:
+    terminal.run(*DRIVE)
+    wait_for(lambda: terminal.is_raw)
+    terminal.type(b"\x1a")
+    assert terminal.hear() == "stopped"
+    assert terminal.is_as_it_was
+    terminal.go_on()
+    wait_for(lambda: terminal.is_raw)
+    terminal.type(b" ")
+    told, exited = ended(terminal)
+    assert (told["outcome"], exited) == ("stopped", "exited 4")
+    assert terminal.is_as_it_was
+
+
+def test_in_the_background_it_leaves_the_terminal_alone(terminal: Terminal) -> None:
+    terminal.run("avoid-obstacles", "--realtime", "--timeout", "1", place="behind")
+    terminal.type(b"  \n")
+    told, exited = ended(terminal)
+    assert (told["outcome"], exited) == ("timeout", "exited 1")
+    assert terminal.is_as_it_was
+
+
+def test_where_standard_input_is_no_terminal_nobody_can_press(monkeypatch: pytest.MonkeyPatch) -> None:
+    with Path(os.devnull).open() as nothing:
+        monkeypatch.setattr(sys, "stdin", nothing)
+        assert not keys.can_listen()
+    assert not keys.can_listen()
+    monkeypatch.setattr(sys, "stdin", None)
+    assert not keys.can_listen()

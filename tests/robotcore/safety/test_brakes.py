@@ -1,0 +1,93 @@
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+
+import pytest
+
+from robotcore.errors import DeviceError
+from robotcore.safety import Brakes
+from tests.robotcore.fakes import NullMotor
+
+
+class HungMotor(NullMotor):
+    """A motor that does not come back from being told anything, until it is let go."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.let_go = threading.Event()
+        self.on_command = lambda _: self.let_go.wait()
+
+
+@pytest.fixture
+def hung() -> Iterator[HungMotor]:
+    motor = HungMotor("left_motor")
+    yield motor
+    motor.let_go.set()
+
+
+def test_stops_every_motor() -> None:
+    left, right = NullMotor("left_motor"), NullMotor("right_motor")
+    Brakes.on(left, right).apply()
+    assert (left.sent, right.sent) == ([0.0], [0.0])
+
+
+def test_one_that_fails_keeps_the_other_from_nothing_and_is_told() -> None:
+    left, right = NullMotor("left_motor"), NullMotor("right_motor")
+    left.is_broken = True
+    with pytest.raises(DeviceError, match="left_motor: no current"):
+        Brakes.on(left, right).apply()
+    assert right.sent == [0.0]
+
+
+def test_one_that_hangs_holds_up_nobody_who_stops_them_apart(hung: HungMotor) -> None:
+    right = NullMotor("right_motor")
+    brakes = Brakes.on(hung, right)
+    (failure,) = brakes.apply_apart()
+    assert "left_motor: has not stopped within 0.2 s" in str(failure)
+    assert right.sent == [0.0]
+    assert brakes.are_hung
+
+
+def test_from_another_thread_they_are_stopped_apart(hung: HungMotor) -> None:
+    right = NullMotor("right_motor")
+    brakes, raised = Brakes.on(hung, right), []
+
+    def stop() -> None:
+        try:
+            brakes.apply()
+        except DeviceError as error:
+            raised.append(error.device)
+
+    thread = threading.Thread(target=stop)
+    thread.start()
+    thread.join()
+    assert raised == ["left_motor"]
+    assert right.sent == [0.0]
+
+
+def test_a_stop_that_hangs_is_not_begun_again_and_is_told_at_once(hung: HungMotor) -> None:
+    brakes = Brakes.on(hung)
+    brakes.apply_apart()
+    assert brakes.apply_apart()
+    with pytest.raises(DeviceError, match="has not stopped"):
+        brakes.apply()
+    assert hung.told == [0.0]
+
+
+def test_one_that_comes_back_can_be_stopped_again(hung: HungMotor) -> None:
+    brakes = Brakes.on(hung)
+    brakes.apply_apart()
+    hung.let_go.set()
+    while brakes.are_hung:
+        pass
+    assert not brakes.apply_apart()
+    assert hung.sent == [0.0, 0.0]
+
+
+def test_some_of_them_share_what_is_known_of_all(hung: HungMotor) -> None:
+    right = NullMotor("right_motor")
+    brakes = Brakes.on(hung, right)
+    brakes.apply_apart()
+    assert brakes.of(hung).are_hung
+    assert not brakes.of(right).are_hung

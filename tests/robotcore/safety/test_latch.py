@@ -1,0 +1,85 @@
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from robotcore.drive import Wheels
+from robotcore.errors import BackendError, DeviceError, EmergencyStopError, InvalidCommandError, SafetyStop
+from robotcore.safety import REST, EmergencyStop, Latch
+from tests.robotcore.fakes import Rig
+
+
+def test_keeps_the_first_error_whoever_else_trips_it() -> None:
+    latch = Latch()
+    latch.set(EmergencyStopError("first"))
+    with pytest.raises(EmergencyStopError, match="first"):
+        latch.trip(InvalidCommandError("second"))
+    with pytest.raises(EmergencyStopError, match="first"):
+        latch.check()
+
+
+def test_stops_everything_once_whatever_fails() -> None:
+    latch, calls = Latch(), []
+
+    def fail() -> None:
+        calls.append("fails")
+        raise DeviceError("left_motor", "no current")
+
+    latch.call(fail)
+    latch.call(lambda: calls.append("stops"))
+    latch.set(EmergencyStopError("now"))
+    latch.set(EmergencyStopError("again"))
+    assert calls == ["fails", "stops"]
+
+
+@pytest.mark.parametrize(
+    "error, cause",
+    [
+        (EmergencyStopError("pressed"), "e-stop"),
+        (InvalidCommandError("NaN"), "invalid command"),
+        (SafetyStop("so"), "safety stop"),
+        (BackendError("hung"), "watchdog"),
+    ],
+)
+def test_names_its_cause_as_interventions_do(error: SafetyStop, cause: str) -> None:
+    latch = Latch()
+    latch.set(error)
+    (intervention,) = latch.interventions(1.5)
+    assert (intervention.time, intervention.cause, intervention.sent) == (1.5, cause, REST)
+
+
+class TestEmergencyStop:
+    def test_stops_the_motors_from_any_thread_before_it_returns(self) -> None:
+        rig = Rig()
+        rig.robot.drive.set_wheels(2.0, 2.0)
+        rig.commit()
+        assert rig.wheels == (2.0, 2.0)
+        thread = threading.Thread(target=EmergencyStop(rig.assembled.latch).press, args=("the button",))
+        thread.start()
+        thread.join()
+        assert rig.wheels == (0.0, 0.0)
+        assert rig.assembled.latch.driven == Wheels(2.0, 2.0)
+
+    def test_no_command_gets_past_it(self) -> None:
+        rig = Rig()
+        EmergencyStop(rig.assembled.latch).press("the button")
+        for command in (lambda: rig.robot.drive.set_wheels(1.0, 1.0), rig.commit):
+            with pytest.raises(EmergencyStopError, match="e-stop: the button"):
+                command()
+        assert rig.wheels == (0.0, 0.0)
+
+    def test_pressed_in_the_middle_of_a_commit_it_wins(self) -> None:
+        rig = Rig()
+        stop = EmergencyStop(rig.assembled.latch)
+        rig.robot.drive.set_wheels(2.0, 2.0)
+
+        def press(rad_s: float) -> None:
+            if rad_s:
+                thread = threading.Thread(target=stop.press, args=("the button",))
+                thread.start()
+                thread.join(10)
+
+        rig.left.on_command = press
+        rig.commit()
+        assert rig.wheels == (0.0, 0.0)

@@ -1,0 +1,313 @@
+"""Whatever ends a run, every motor is stopped, each on its own, and the end has a name."""
+
+from __future__ import annotations
+
+import math
+import signal
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import robotcore.description
+from robotcore.behaviour import Status
+from robotcore.devices import Motor
+from robotcore.errors import BehaviourError, DeviceClosedError, DeviceError, WatchdogError
+from robotcore.outcome import Outcome, RunResult
+from robotcore.plan import RunRequest
+from robotcore.robot import Robot
+from robotcore.safety import REST
+from robotcore.session import Run
+from robotcore.trace import TickRecord
+from tests.robotcore.fakes import Deed, Rig, RigBackend
+from tests.robotcore.runs import Runner, Watcher, driving, raising, then
+
+HASTY = "watchdog_s = 0.4\nanswer_s = 0.3\n"
+
+
+@pytest.fixture
+def hasty(tmp_path: Path) -> RunRequest:
+    """Ask for a run of a robot whose watchdog does not wait for long."""
+    rover = Path(robotcore.description.__file__).with_name("robots") / "rover.toml"
+    file = tmp_path / "hasty.toml"
+    file.write_text(rover.read_text().replace("max_age_s = 1.0\n", f"max_age_s = 1.0\n{HASTY}"))
+    return RunRequest("an_app", robot=str(file))
+
+
+@pytest.fixture
+def gate() -> Iterator[threading.Event]:
+    """What hangs waits for this; the test lets it go at its end."""
+    event = threading.Event()
+    yield event
+    event.set()
+
+
+def ended_by(watcher: Watcher) -> str:
+    """Return the cause of the last intervention in the last record."""
+    records: list[TickRecord] = [told for what, told in watcher.heard if what == "tick"]
+    last = records[-1].interventions[-1]
+    assert last.sent == REST
+    return last.cause
+
+
+class TestHanging:
+    @pytest.mark.parametrize("is_burning", [False, True])
+    def test_an_app_that_does_not_come_back_is_stopped_by_name(
+        self, perform: Runner, backend: RigBackend, hasty: RunRequest, gate: threading.Event, *, is_burning: bool
+    ) -> None:
+        def hang(robot: Robot) -> None:
+            while is_burning:
+                pass
+            gate.wait()
+
+        watcher = Watcher()
+        result = perform(then(hang), hasty, observers=[watcher])
+        assert isinstance(result.error, WatchdogError)
+        assert (result.outcome, result.exit_status) == (Outcome.STOPPED, 4)
+        assert result.reason.startswith("Deed has not come back from step for 0.")
+        assert "in 'start'" in result.reason
+        assert backend.rig.wheels == (0.0, 0.0)
+        assert ended_by(watcher) == "watchdog"
+        assert result.interventions >= 1
+
+    def test_an_app_that_swallows_it_once_ends_all_the_same(
+        self, perform: Runner, hasty: RunRequest, gate: threading.Event
+    ) -> None:
+        def swallow(robot: Robot) -> None:
+            try:
+                gate.wait()
+            except BaseException:  # noqa: BLE001  some apps do
+                return
+
+        assert isinstance(perform(then(swallow), hasty).error, WatchdogError)
+
+    def test_a_sensor_that_hangs_is_named(
+        self, perform: Runner, backend: RigBackend, hasty: RunRequest, gate: threading.Event
+    ) -> None:
+        def hang(robot: Robot) -> None:
+            backend.rig.nose._newest = gate.wait  # type: ignore[method-assign, assignment]
+
+        result = perform(then(hang), hasty)
+        assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
+        assert result.reason.startswith("nose: has not answered for 0.")
+        assert backend.rig.wheels == (0.0, 0.0)
+        assert backend.rig.left.releases == 1
+
+    def test_a_simulator_that_lets_no_time_pass_is_named(
+        self, perform: Runner, backend: RigBackend, hasty: RunRequest, gate: threading.Event
+    ) -> None:
+        def hang(robot: Robot) -> None:
+            backend.rig.clock._advance = lambda _: gate.wait()  # type: ignore[assignment]
+
+        watcher = Watcher()
+        result = perform(then(hang), hasty, observers=[watcher])
+        assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
+        assert result.reason.startswith("the backend of 'rig' has not answered for 0.")
+        assert ended_by(watcher) == "watchdog"
+        assert backend.rig.wheels == (0.0, 0.0)
+
+    def test_a_motor_that_hangs_keeps_the_other_from_nothing(
+        self, perform: Runner, backend: RigBackend, hasty: RunRequest, gate: threading.Event
+    ) -> None:
+        def hang(robot: Robot) -> None:
+            backend.rig.left.on_command = lambda _: gate.wait()
+
+        result = perform(then(hang), hasty)
+        assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
+        assert result.reason.startswith("left_motor: has not answered for 0.")
+        assert backend.rig.right.sent[-1] == 0.0
+
+    def test_a_stop_that_hangs_at_the_end_is_told_and_keeps_the_other_from_nothing(
+        self, perform: Runner, backend: RigBackend, hasty: RunRequest, gate: threading.Event
+    ) -> None:
+        def hang(robot: Robot) -> None:
+            backend.rig.left.on_command = lambda _: gate.wait()
+            raise ValueError
+
+        result = perform(then(hang), hasty)
+        assert (result.outcome, result.exit_status) == (Outcome.ERROR, 5)
+        assert "left_motor: has not stopped within 0.2 s" in result.reason
+        assert backend.rig.right.sent[-1] == 0.0
+
+    def test_an_observer_that_hangs_is_told_where(
+        self, perform: Runner, backend: RigBackend, hasty: RunRequest, gate: threading.Event
+    ) -> None:
+        class Hung(Watcher):
+            def tick(self, record: TickRecord) -> None:
+                if record.tick == 3:
+                    gate.wait()
+
+        result = perform(then(lambda _: None), hasty, observers=[Hung()])
+        assert isinstance(result.error, WatchdogError)
+        assert result.reason.startswith("what looks at the run has not come back for")
+        assert backend.rig.wheels == (0.0, 0.0)
+
+    def test_a_run_outside_the_main_thread_is_brought_back_from_pythons_own_code(
+        self, perform: Runner, backend: RigBackend, hasty: RunRequest
+    ) -> None:
+        def burn(robot: Robot) -> None:
+            while True:
+                pass
+
+        results: list[RunResult] = []
+        thread = threading.Thread(target=lambda: results.append(perform(then(burn), hasty)))
+        thread.start()
+        thread.join(60)
+        (result,) = results
+        assert isinstance(result.error, WatchdogError)
+        assert backend.rig.wheels == (0.0, 0.0)
+
+
+class TestEmergencyStop:
+    class Button(Watcher):
+        """Presses at the third tick, as somebody in another room would."""
+
+        def begin(self, run: Run) -> None:
+            self.run = run
+
+        def tick(self, record: TickRecord) -> None:
+            super().tick(record)
+            if record.tick == 3:
+                thread = threading.Thread(target=self.run.emergency.press, args=("the button was pressed",))
+                thread.start()
+                thread.join()
+
+    def test_ends_the_run_as_stopped(self, perform: Runner, backend: RigBackend) -> None:
+        button = self.Button()
+        result = perform(then(driving), observers=[button])
+        assert (result.outcome, result.exit_status) == (Outcome.STOPPED, 4)
+        assert result.reason == "e-stop: the button was pressed"
+        assert ended_by(button) == "e-stop"
+        assert backend.rig.wheels == (0.0, 0.0)
+        assert result.ticks == 5
+
+    def test_no_app_gets_on_by_swallowing_it(self, perform: Runner, backend: RigBackend) -> None:
+        def deaf(robot: Robot) -> None:
+            try:
+                driving(robot)
+            except BaseException:  # noqa: BLE001  some apps do
+                return
+
+        assert perform(then(deaf), observers=[self.Button()]).outcome is Outcome.STOPPED
+        assert backend.rig.wheels == (0.0, 0.0)
+
+
+class TestLatches:
+    def test_no_number_is_an_intervention(self, perform: Runner) -> None:
+        watcher = Watcher()
+        result = perform(then(lambda robot: driving(robot, math.nan)), observers=[watcher])
+        assert (result.outcome, ended_by(watcher)) == (Outcome.STOPPED, "invalid command")
+
+    def test_a_stale_sample_is_an_intervention_and_stops_at_once(self, perform: Runner, backend: RigBackend) -> None:
+        stood: list[Any] = []
+
+        def age(robot: Robot) -> Status:
+            if robot.clock.now() < 0.1:
+                driving(robot)
+                return Status.RUNNING
+            backend.rig.nose.age = 2.0
+            try:
+                robot.range.read()
+            finally:
+                stood.append(backend.rig.wheels)
+            return Status.SUCCESS
+
+        watcher = Watcher()
+        result = perform(Deed(age), observers=[watcher])
+        assert (result.outcome, ended_by(watcher)) == (Outcome.STOPPED, "stale sample")
+        assert stood == [(0.0, 0.0)]
+
+
+@pytest.mark.parametrize("kind", [SystemExit, KeyboardInterrupt, GeneratorExit, RecursionError, MemoryError])
+def test_whatever_an_app_raises_ends_its_run(perform: Runner, backend: RigBackend, kind: type[BaseException]) -> None:
+    result = perform(raising(kind("so")))
+    assert isinstance(result.error, BehaviourError)
+    assert result.exit_status == 5
+    assert backend.rig.wheels == (0.0, 0.0)
+
+
+def test_an_apps_threads_move_nothing_when_the_run_has_ended(perform: Runner, backend: RigBackend) -> None:
+    kept: list[Robot] = []
+
+    def keep(robot: Robot) -> Status:
+        kept.append(robot)
+        return Status.SUCCESS
+
+    assert perform(then(keep)).outcome is Outcome.SUCCESS
+    (robot,) = kept
+    motor = robot["left_motor"]
+    assert isinstance(motor, Motor)
+    for command in (
+        lambda: robot.drive.set_velocity(1.0, 0.0),
+        lambda: robot.drive.set_wheels(1.0, 1.0),
+        lambda: motor.set_velocity(1.0),
+    ):
+        with pytest.raises(DeviceClosedError):
+            command()
+    robot.drive.stop()
+    assert backend.rig.wheels == (0.0, 0.0)
+
+
+class TestObservers:
+    def test_one_that_raises_stops_the_motors_and_keeps_the_others_from_nothing(
+        self, perform: Runner, backend: RigBackend
+    ) -> None:
+        class Broken(Watcher):
+            def tick(self, record: TickRecord) -> None:
+                if record.tick == 2:
+                    raise ZeroDivisionError
+
+        watcher = Watcher()
+        with pytest.raises(ZeroDivisionError):
+            perform(then(driving), observers=[Broken(), watcher])
+        assert backend.rig.wheels == (0.0, 0.0)
+        assert backend.rig.left.releases == 1
+        (result,) = [told for what, told in watcher.heard if what == "end"]
+        assert result.reason == "ZeroDivisionError: "
+
+    def test_one_that_raises_at_the_end_keeps_the_others_from_hearing_nothing(self, perform: Runner) -> None:
+        class Broken(Watcher):
+            def end(self, result: RunResult) -> None:
+                raise ZeroDivisionError
+
+        watcher = Watcher()
+        with pytest.raises(ZeroDivisionError):
+            perform(then(lambda _: Status.SUCCESS), observers=[Broken(), watcher])
+        assert [what for what, _ in watcher.heard][-1] == "end"
+
+
+def test_the_motors_stand_before_the_program_is_suspended(perform: Runner, backend: RigBackend) -> None:
+    stood: list[Any] = []
+    held: list[int] = []
+    before = signal.signal(signal.SIGTSTP, lambda *_: stood.append(backend.rig.wheels))
+
+    def press(robot: Robot) -> None:
+        signal.raise_signal(signal.SIGTSTP)
+        held.append(len(stood))
+
+    try:
+        result = perform(then(press), RunRequest("an_app", timeout_s=0.2))
+    finally:
+        signal.signal(signal.SIGTSTP, before)
+    assert set(stood) == {(0.0, 0.0)}
+    assert held == list(range(len(stood))), "it waits for the end of the tick"
+    assert result.outcome is Outcome.TIMEOUT
+
+
+def test_a_truth_that_has_died_has_no_word(perform: Runner, backend: RigBackend) -> None:
+    class Dead:
+        def __getattr__(self, name: str) -> Any:
+            raise ConnectionResetError
+
+    def kill(rig: Rig) -> None:
+        rig.truth = Dead()
+
+    backend._prepare = kill
+    result = perform(then(lambda _: Status.SUCCESS), RunRequest("an_app", world="open"))
+    assert (result.outcome, result.verified) == (Outcome.SUCCESS, None)
+
+
+def test_a_device_error_is_one(perform: Runner) -> None:
+    assert isinstance(perform(raising(DeviceError("eye", "gone"))).error, DeviceError)
