@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from types import FrameType
-from typing import ParamSpec, TypeVar
 
 from robotcore.clock import Clock, ClockOver
 from robotcore.devices import Motor, SampleT, Sensor
@@ -17,9 +16,6 @@ from robotcore.safety import Stay, Whereabouts
 
 GRACE_S = 0.3
 """So that a simulator that hangs is named within two seconds also where nothing brings the program back."""
-
-P = ParamSpec("P")
-T = TypeVar("T")
 
 _ADVICE = "Is it still running and connected? Where it is only slow, raise safety.answer_s in the robot's description"
 
@@ -36,8 +32,7 @@ class Watched(Layer):
     robot: str
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        during, stay = self.where.during, self._stay_in(sensor.name)
-        return lambda: during(stay, read)
+        return partial(self.where.asking, self._stay_in(sensor.name), read)
 
     def motor(self, motor: Motor) -> Motor:
         return _WatchedMotor(motor, self.where, self._stay_in(motor.name))
@@ -65,17 +60,20 @@ class _WatchedMotor(MotorOver):
         self._where, self._stay = where, stay
 
     def set_velocity(self, rad_s: float) -> float:
-        return self._where.during(self._stay, self._inner.set_velocity, rad_s)
+        return self._where.telling(self._stay, self._inner.set_velocity, rad_s)
 
     def stop(self) -> None:
-        self._where.during(self._stay, self._inner.stop)
+        self._where.asking(self._stay, self._inner.stop)
 
     def _apply(self, rad_s: float) -> None:
         self.set_velocity(rad_s)
 
 
 class _WatchedClock(ClockOver):
-    """A backend's clock. A sleep may take as long as it was to take, and then as long as any call."""
+    """A backend's clock. A sleep may take as long as it was to take, and then as long as any call.
+
+    A connection that breaks while time is to pass, and that the driver has not translated, is a BackendError.
+    """
 
     def __init__(self, source: Clock, where: Whereabouts, stay: Stay) -> None:
         super().__init__(source)
@@ -83,21 +81,16 @@ class _WatchedClock(ClockOver):
         self._last = 0.0
 
     def now(self) -> float:
-        self._last = now = self._where.during(self._stay, self._source.now)
+        self._last = now = self._where.asking(self._stay, self._source.now)
         return now
 
     def sleep_until(self, deadline: float) -> bool:
         limit, error, grace = self._stay
         stay = Stay(limit + max(0.0, deadline - self._last), error, grace)
-        return self._where.during(stay, _attempt, self._source.sleep_until, deadline)
-
-
-def _attempt(function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
-    """Call a backend's clock; a connection that broke, and that the driver has not translated, is a BackendError."""
-    try:
-        return function(*args, **kwargs)
-    except RobotcoreError:
-        raise
-    except (OSError, EOFError) as error:
-        fault = f"{type(error).__name__}: {error}".removesuffix(": ")
-        raise BackendError(f"the backend lets no time pass: {fault}. Is the simulator still running?") from error
+        try:
+            return self._where.telling(stay, self._source.sleep_until, deadline)
+        except RobotcoreError:
+            raise
+        except (OSError, EOFError) as broken:
+            fault = f"{type(broken).__name__}: {broken}".removesuffix(": ")
+            raise BackendError(f"the backend lets no time pass: {fault}. Is the simulator still running?") from broken

@@ -19,6 +19,10 @@ if TYPE_CHECKING:
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
+PATIENCE = 10.0
+"""So many times as long as in a single run may an app or a simulator let wait: nothing real moves here, and a machine
+whose cores are all busy must not decide results."""
+
 
 class Ended(NamedTuple):
     """A run that has ended; ``picture`` is the PNG of a failing one."""
@@ -49,7 +53,7 @@ def perform(request: RunRequest) -> Ended:
 
     path, picture = PathRecorder(), PictureRecorder()
     try:
-        result = run(request, [path, picture])
+        result = run(request, [path, picture], patience=PATIENCE)
     except RobotcoreError as error:
         result = _unstarted(request, error)
     # An app's own objects may not fit through a pipe; the words of its exception are in the reason.

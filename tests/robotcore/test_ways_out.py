@@ -228,25 +228,29 @@ def test_whatever_an_app_raises_ends_its_run(perform: Runner, backend: RigBacken
     assert backend.rig.wheels == (0.0, 0.0)
 
 
-def test_an_apps_threads_move_nothing_when_the_run_has_ended(perform: Runner, backend: RigBackend) -> None:
-    kept: list[Robot] = []
+def test_an_apps_threads_move_nothing_from_the_end_of_the_run_on(perform: Runner, backend: RigBackend) -> None:
+    refused: list[str] = []
 
-    def keep(robot: Robot) -> Status:
+    def command(robot: Robot) -> None:
+        motor = robot["left_motor"]
+        assert isinstance(motor, Motor)
+        for drive in (robot.drive.set_velocity, robot.drive.set_wheels):
+            with pytest.raises(DeviceClosedError):
+                drive(-0.1, -0.1)
+        with pytest.raises(DeviceClosedError):
+            motor.set_velocity(-1.0)
+        refused.append("all")
+
+    def end(robot: Robot) -> Status:
+        backend.rig.right._release = lambda: command(robot)  # type: ignore[method-assign]
         kept.append(robot)
         return Status.SUCCESS
 
-    assert perform(then(keep)).outcome is Outcome.SUCCESS
-    (robot,) = kept
-    motor = robot["left_motor"]
-    assert isinstance(motor, Motor)
-    for command in (
-        lambda: robot.drive.set_velocity(1.0, 0.0),
-        lambda: robot.drive.set_wheels(1.0, 1.0),
-        lambda: motor.set_velocity(1.0),
-    ):
-        with pytest.raises(DeviceClosedError):
-            command()
-    robot.drive.stop()
+    kept: list[Robot] = []
+    assert perform(then(end)).outcome is Outcome.SUCCESS
+    command(kept[0])
+    kept[0].drive.stop()
+    assert refused == ["all", "all"]
     assert backend.rig.wheels == (0.0, 0.0)
 
 

@@ -86,6 +86,22 @@ def test_an_e_stop_in_the_middle_of_a_command_wins(bench: Bench) -> None:
     assert bench.inner.sent[-1] == 0.0
 
 
+def test_an_e_stop_between_the_check_and_the_command_wins(bench: Bench) -> None:
+    stop = EmergencyStop(bench.assembled.latch)
+
+    class Pressing(float):
+        """A velocity at which somebody presses the e-stop when it is looked at."""
+
+        def __eq__(self, other: object) -> bool:
+            stop.press("the button")
+            return False
+
+        __hash__ = float.__hash__
+
+    assert bench.gripper.set_velocity(Pressing(2.0)) == 0.0
+    assert bench.inner.sent[-1] == 0.0
+
+
 def test_zero_is_a_stop(bench: Bench) -> None:
     bench.gripper.set_velocity(2.0)
     assert bench.gripper.set_velocity(0.0) == 0.0

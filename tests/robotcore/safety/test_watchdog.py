@@ -30,7 +30,7 @@ class Bench:
             self.watchdog._look(0.05)
 
     def pass_time_in_the_eye(self, seconds: float) -> None:
-        self.where.during(EYE, self.pass_time, seconds)
+        self.where.telling(EYE, self.pass_time, seconds)
 
 
 @pytest.fixture
