@@ -50,6 +50,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
     random = Random(asked.seed)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # under nohup, no trial could be hung up
     print(machine())
     is_good = _print_ways(asked.trials, random)
     print()
