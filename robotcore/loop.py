@@ -46,6 +46,7 @@ class Loop:
         self._observers = tuple(observers)
         self._next = self._clock.now()
         self._is_latch_noted = False
+        self._noted = -1
 
     @property
     def time(self) -> float:
@@ -103,7 +104,9 @@ class Loop:
         self._where.begin(self._watching)
         if self._latch.error and not self._is_latch_noted:
             commit = self._with_latch(commit)
-        record = TickRecord(self.trace.ticks, self._clock.now(), self.behaviour.state, *commit)
+        tick = self._clock.tick + (self._clock.tick == self._noted)
+        self._noted = tick
+        record = TickRecord(tick, self._clock.now(), self.behaviour.state, *commit)
         self.trace.add(record)
         for observe in self._observers:
             observe(record)

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 @click.option("--realtime", is_flag=True, help="Hold simulated time to the pace of real time.")
 @click.option("--json", "as_json", is_flag=True, help="Print one line of JSON at the end, and nothing else.")
 def command(picture: Path | None, *, as_json: bool, **asked: Any) -> int:
-    """Run APP on a backend; tell how it ended.
+    """Run APP on a backend; tell how it ended. In front of a terminal, the space bar is the e-stop.
 
     Exit status: 0 success, 1 failure, timeout or a success that the simulator does not see, 2 wrong usage, 3 a device
     or backend failed, 4 the safety stage stopped it, 5 the app raised, 128 + the signal's number when interrupted.

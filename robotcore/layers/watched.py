@@ -17,6 +17,9 @@ from robotcore.safety import Stay, Whereabouts
 GRACE_S = 0.3
 """So that a simulator that hangs is named within two seconds also where nothing brings the program back."""
 
+SHORT_S = 0.06
+"""A sleep of a tick at 20 Hz, which matters little beside what an answer may take."""
+
 _ADVICE = "Is it still running and connected? Where it is only slow, raise safety.answer_s in the robot's description"
 
 
@@ -85,8 +88,9 @@ class _WatchedClock(ClockOver):
         return now
 
     def sleep_until(self, deadline: float) -> bool:
-        limit, error, grace = self._stay
-        stay = Stay(limit + max(0.0, deadline - self._last), error, grace)
+        ahead, stay = deadline - self._last, self._stay
+        if ahead > SHORT_S:
+            stay = stay._replace(limit_s=stay.limit_s + ahead)
         try:
             return self._where.telling(stay, self._source.sleep_until, deadline)
         except RobotcoreError:

@@ -1,0 +1,40 @@
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from robotcore.description import load_robot
+from robotcore.errors import EmergencyStopError
+from robotcore.outcome import Outcome
+from robotcore.trace import TickRecord
+from tests.docs.listings import listings
+
+PAGE = (Path(__file__).parents[2] / "docs" / "safety.md").read_text()
+
+
+def test_the_button_on_the_page_stops_the_run() -> None:
+    (listing,) = [each.text for each in listings(PAGE) if "class BenchButton" in each.text]
+    found: dict[str, Any] = {}
+    exec(listing, found)  # noqa: S102
+    button = SimpleNamespace(when_pressed=None)
+
+    def press(_: object, record: TickRecord) -> None:
+        if record.tick == 3:
+            button.when_pressed()
+
+    found["BenchButton"].tick = press
+    result = found["watched"](button)
+    assert isinstance(result.error, EmergencyStopError)
+    assert (result.outcome, result.exit_status) == (Outcome.STOPPED, 4)
+    assert result.reason == "e-stop: the button on the bench was pressed"
+    assert button.when_pressed is None
+
+
+def test_the_defaults_on_the_page_are_those_of_a_robot() -> None:
+    safety = load_robot("rover").safety
+    for key in ("stop_distance_m", "deceleration_m_s2", "lease_ticks", "watchdog_s", "answer_s"):
+        default = getattr(safety, key)
+        assert f"`{key}` {default:g}" in PAGE or f"`{key}` {default:.2f}" in PAGE or f"`{key}` {default:.1f}" in PAGE, (
+            key
+        )
