@@ -62,6 +62,9 @@ class Execution:
             outcome = self._run_and_close()
         except (RobotcoreError, Interrupted) as caught:
             error, outcome = caught, outcome_of(caught)
+        except Recalled:  # too late for the loop to tell why
+            error = self._latched
+            outcome = outcome_of(error)
         except BaseException as bug:
             self._tell(self._told(RobotcoreError(f"{type(bug).__name__}: {bug}"), Outcome.ERROR))
             raise
@@ -82,10 +85,6 @@ class Execution:
             watchdog = Watchdog(assembled.where, self._bite, self._end_hard, self._patience)
             watchdog.start()
             outcome = self._run(assembled, self._truth_of(raw))
-        except Recalled:  # between the loop and here
-            assert self._assembled
-            self._assembled.latch.check()
-            raise
         finally:
             try:
                 self._interrupts.hold()
@@ -168,6 +167,12 @@ class Execution:
         errand = Errand("close", robot.close)
         if not errand.is_done_within(FAREWELL_S) or errand.failure:
             raise _UnansweredError
+
+    @property
+    def _latched(self) -> RobotcoreError:
+        assert self._assembled
+        assert self._assembled.latch.error
+        return self._assembled.latch.error
 
     def _bite(self, error: RobotcoreError) -> None:
         """Stop what moves, for the loop's thread does not come back, and call it."""

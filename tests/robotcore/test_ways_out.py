@@ -15,6 +15,8 @@ import robotcore.description
 from robotcore.behaviour import Status
 from robotcore.devices import Motor
 from robotcore.errors import BehaviourError, DeviceClosedError, DeviceError, WatchdogError
+from robotcore.interrupts import Interrupts
+from robotcore.layers import Assembled, assemble
 from robotcore.outcome import Outcome, RunResult
 from robotcore.plan import RunRequest
 from robotcore.robot import Robot
@@ -158,6 +160,30 @@ class TestHanging:
         (result,) = results
         assert isinstance(result.error, WatchdogError)
         assert backend.rig.wheels == (0.0, 0.0)
+
+
+def test_a_recall_in_the_last_moment_ends_the_run_by_what_was_latched(
+    perform: Runner, backend: RigBackend, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hold, last_moment = Interrupts.hold, iter([WatchdogError("not back")])
+
+    def hold_too_late(interrupts: Interrupts) -> None:
+        for error in last_moment:
+            runs[0].latch.set(error)
+            interrupts.recall()
+        hold(interrupts)
+
+    runs: list[Assembled] = []
+
+    def keep(*parts: Any) -> Assembled:
+        runs.append(assemble(*parts))
+        return runs[0]
+
+    monkeypatch.setattr("robotcore.execution.assemble", keep)
+    monkeypatch.setattr(Interrupts, "hold", hold_too_late)
+    result = perform(then(lambda _: Status.SUCCESS))
+    assert (result.outcome, result.reason) == (Outcome.STOPPED, "not back")
+    assert backend.rig.left.releases == 1
 
 
 class TestEmergencyStop:

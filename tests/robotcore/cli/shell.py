@@ -6,15 +6,18 @@ front. At the job's end it prints ``exited`` and the status.
 
 from __future__ import annotations
 
+import fcntl
 import os
 import signal
 import subprocess
 import sys
+import termios
 
 TERMINAL, CONTROL = 0, int(os.environ.get("CONTROL", "3"))
 
 
 def main(place: str, *command: str) -> None:
+    fcntl.ioctl(TERMINAL, termios.TIOCSCTTY, 0)
     signal.signal(signal.SIGTTOU, signal.SIG_IGN)
 
     def begin() -> None:

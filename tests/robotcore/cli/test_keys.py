@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 import subprocess
@@ -60,7 +59,6 @@ class Terminal:
             stderr=self.slave,
             text=True,
             start_new_session=True,
-            preexec_fn=self._be_controlled,  # noqa: PLW1509  it calls nothing that takes a lock
             pass_fds=[self._control],
             env={**os.environ, "CONTROL": str(self._control)},
         )
@@ -93,9 +91,6 @@ class Terminal:
         self._reader.join(PATIENCE_S)
         for each in (self.master, self._control, self._go_on):
             os.close(each)
-
-    def _be_controlled(self) -> None:
-        fcntl.ioctl(self.slave, termios.TIOCSCTTY, 0)
 
     def _read(self) -> None:
         with suppress(OSError):
