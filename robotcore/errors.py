@@ -4,6 +4,7 @@
     ├── UsageError (ValueError)              what was asked for cannot be: exit 2
     │   ├── UnknownNameError (LookupError)   no backend, app, robot, world, key of that name
     │   ├── DescriptionError                 a robot or world file is wrong
+    │   ├── RecordingError                   a recording cannot be written, read or replayed
     │   └── UnmetNeedError                   the robot lacks what the app needs
     ├── BackendError (RuntimeError)          a backend cannot work: exit 3
     │   ├── BackendMissingError (ImportError)  it is not installed
@@ -87,6 +88,13 @@ class DescriptionError(UsageError):
         """Return the error for all that is wrong with a file, at least one: key, fault and remedy of each."""
         first, *others = faults
         return cls(file, *first, others=[cls(file, *other) for other in others])
+
+
+class RecordingError(UsageError):
+    """A recording cannot be written, read or replayed: the file, what is wrong with it, the remedy."""
+
+    def __init__(self, file: object, fault: str, remedy: str) -> None:
+        super().__init__(f"{file}: {fault}. {remedy}")
 
 
 class UnmetNeedError(UsageError):

@@ -1,0 +1,132 @@
+"""What a recording tells of a run, in memory: all that steered its decisions, and what was decided.
+
+Times are seconds on the robot's clock, velocities rad/s, angles rad. Every number is the very double of the run.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from robotcore import errors
+from robotcore.devices import Angle, Frame, Range
+from robotcore.drive import Wheels
+from robotcore.errors import Interrupted, RobotcoreError
+from robotcore.geometry import Pose
+from robotcore.safety import Intervention
+
+Recorded = Range | Angle | Frame
+"""A sample as it is in a recording."""
+
+Value = float | int | str | bool | None
+
+
+class SampleKey(NamedTuple):
+    """Which sample of a recording: the ``number``-th, from zero, that a device gave. What was shown counts as given."""
+
+    device: str
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class Raised:
+    """An error of ours in words: the name of its class in `robotcore.errors`, its message, what it says of itself.
+
+    >>> from robotcore.errors import DeviceError
+    >>> Raised.of(DeviceError("nose", "no echo")).again().device
+    'nose'
+    """
+
+    kind: str
+    message: str
+    attributes: dict[str, Value] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, error: RobotcoreError | Interrupted) -> Raised:
+        """Return an error in words; a kind that an app has made of ours is told as ours."""
+        kind, _, state = error.__reduce__()[1]
+        told = {name: value for name, value in state.items() if isinstance(value, Value)}
+        return cls(kind.__name__, str(error), told)
+
+    def again(self) -> RobotcoreError | Interrupted:
+        """Return the error, to be raised once more; a kind that this version does not know is a RobotcoreError."""
+        kind = getattr(errors, self.kind, RobotcoreError)
+        error: RobotcoreError | Interrupted = kind.__new__(kind)
+        error.args = (self.message,)
+        error.__dict__.update({"failures": (), "others": (), **self.attributes})
+        return error
+
+
+@dataclass(frozen=True, slots=True)
+class Read:
+    """A device was read: it gave a sample, or it raised.
+
+    ``number`` says which sample of the device it was; None where its picture was dropped, or is not what the app saw.
+    """
+
+    device: str
+    sequence: int | None = None
+    time: float | None = None
+    number: int | None = None
+    error: Raised | None = None
+
+    @property
+    def key(self) -> SampleKey | None:
+        """Under which the recording has the sample."""
+        return None if self.number is None else SampleKey(self.device, self.number)
+
+
+@dataclass(frozen=True, slots=True)
+class Ask:
+    """A command of the app and what it was answered, or what it raised; ``asked`` is None where it was a stop."""
+
+    asked: Wheels | None
+    given: Wheels | None = None
+    error: Raised | None = None
+
+    @property
+    def is_stop(self) -> bool:
+        return self.asked is None
+
+
+@dataclass(frozen=True, slots=True)
+class Turned:
+    """The angles of the wheels were read for odometry, or reading them raised."""
+
+    angles: Wheels | None
+    error: Raised | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Tick:
+    """One tick: what the app was given, in the order of each kind, and what it decided.
+
+    ``standing`` is what the stage said was being asked of the wheels, each time that an app which commands one wheel
+    alone needed it. ``pose`` is the odometry's, None without a drive. ``asked``, ``sent`` and ``interventions`` are
+    those of the tick's commit. ``shown`` are the pictures that the app showed. ``error`` ended the run in this tick,
+    wherever in it.
+    """
+
+    number: int
+    time: float
+    state: str
+    reads: tuple[Read, ...] = ()
+    asks: tuple[Ask, ...] = ()
+    turned: tuple[Turned, ...] = ()
+    standing: tuple[Wheels, ...] = ()
+    pose: Pose | None = None
+    asked: Wheels | None = None
+    sent: Wheels | None = None
+    interventions: tuple[Intervention, ...] = ()
+    shown: tuple[SampleKey, ...] = ()
+    error: Raised | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Glimpse:
+    """What the simulator knew after a tick: the true pose, and how many touches there had been. Never replayed."""
+
+    tick: int
+    time: float
+    pose: Pose
+    contacts: int

@@ -1,0 +1,55 @@
+"""A recording read back, whatever it was read from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from robotcore.description import RobotDescription, WorldDescription
+from robotcore.outcome import RunResult
+from robotcore.plan import RunRequest
+from robotcore.recording.events import Glimpse, Recorded, SampleKey, Tick
+
+
+@dataclass(frozen=True)
+class Metadata:
+    """What was run, on what: enough to run or replay it without any file of the user's but the app's.
+
+    ``request`` is what was asked for; ``settings`` all settings of the app as they were. ``description`` and ``world``
+    are as the run had them, drawn and randomised. ``devices`` are the names of those that were open. ``platform`` tells
+    versions and machine, on which digests depend. ``source`` is the text of an app that was a user's own file.
+    """
+
+    request: RunRequest
+    description: RobotDescription
+    world: WorldDescription | None
+    devices: tuple[str, ...]
+    is_stepped: bool
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    platform: Mapping[str, str] = field(default_factory=dict)
+    source: str | None = None
+    started: str = ""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A run as it was recorded.
+
+    ``samples`` has what each device gave, a Frame too for what was shown on a display: as the run had it, but for
+    pictures that were compressed. It may read them when asked, and then raises RecordingError where the file fails.
+    ``truth`` is empty where no simulator vouched for it. ``result`` is None where the file ends before the run did.
+    """
+
+    metadata: Metadata
+    ticks: Sequence[Tick]
+    samples: Mapping[SampleKey, Recorded]
+    result: RunResult | None = None
+    truth: Sequence[Glimpse] = ()
+    is_cut: bool = False
+    why_not: str = ""
+
+    @property
+    def is_replayable(self) -> bool:
+        """Whether it holds all that steered the run, up to its last tick; ``why_not`` says what is missing."""
+        return not self.why_not
