@@ -61,7 +61,7 @@ class Raised:
 class Read:
     """A device was read: it gave a sample, or it raised.
 
-    ``number`` says which sample of the device it was; None where its picture was dropped, or is not what the app saw.
+    ``number`` says which sample of the device it was; None where its picture was dropped.
     """
 
     device: str
@@ -80,7 +80,7 @@ class Read:
 class Ask:
     """A command of the app and what it was answered, or what it raised; ``asked`` is None where it was a stop."""
 
-    asked: Wheels | None
+    asked: Wheels | None = None
     given: Wheels | None = None
     error: Raised | None = None
 
@@ -93,7 +93,7 @@ class Ask:
 class Turned:
     """The angles of the wheels were read for odometry, or reading them raised."""
 
-    angles: Wheels | None
+    angles: Wheels | None = None
     error: Raised | None = None
 
 

@@ -1,0 +1,52 @@
+"""What the JSON channels hold, as JSON Schema, in the part of it that Foxglove knows: objects, arrays, plain types.
+
+What was not, is left out of a message; a number that is not finite is a string.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+Schema = dict[str, Any]
+
+_NUMBER: Schema = {"type": "number"}
+_WHOLE: Schema = {"type": "integer"}
+_TEXT: Schema = {"type": "string"}
+
+
+def _object(title: str = "", **properties: Schema) -> Schema:
+    named = {"title": f"robotcore.{title}"} if title else {}
+    return {**named, "type": "object", "properties": properties}
+
+
+def _list(items: Schema) -> Schema:
+    return {"type": "array", "items": items}
+
+
+_WHEELS = _object(left=_NUMBER, right=_NUMBER)
+_POSE = _object(x=_NUMBER, y=_NUMBER, heading=_NUMBER)
+_ERROR = _object(kind=_TEXT, message=_TEXT, attributes=_object())
+_READ = _object(device=_TEXT, sequence=_WHOLE, time=_NUMBER, number=_WHOLE, error=_ERROR)
+_INTERVENTION = _object(time=_NUMBER, cause=_TEXT, asked=_WHEELS, sent=_WHEELS)
+
+TICK = _object(
+    "Tick",
+    number=_WHOLE,
+    time=_NUMBER,
+    state=_TEXT,
+    reads=_list(_READ),
+    asks=_list(_object(asked=_WHEELS, given=_WHEELS, error=_ERROR)),
+    turned=_list(_object(angles=_WHEELS, error=_ERROR)),
+    standing=_list(_WHEELS),
+    pose=_POSE,
+    asked=_WHEELS,
+    sent=_WHEELS,
+    interventions=_list(_INTERVENTION),
+    shown=_list(_object(device=_TEXT, number=_WHOLE)),
+    error=_ERROR,
+)
+RANGE = _object("Range", distance=_NUMBER, time=_NUMBER, sequence=_WHOLE, point=_list(_NUMBER))
+ANGLE = _object("Angle", angle=_NUMBER, time=_NUMBER, sequence=_WHOLE)
+TRUTH = _object("Truth", tick=_WHOLE, time=_NUMBER, pose=_POSE, contacts=_WHOLE)
+RUN = _object("Run", request=_object(), devices=_list(_TEXT), started=_TEXT)
+RESULT = _object("Result", outcome=_TEXT, reason=_TEXT, exit_status=_WHOLE, ticks=_WHOLE)

@@ -1,0 +1,88 @@
+"""A run told in lines, for a log beside the pictures: what began, and what was over."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from enum import Enum
+from typing import NamedTuple
+
+from robotcore.outcome import RunResult
+from robotcore.recording.events import Tick
+
+
+class Level(Enum):
+    """How much a line should worry; the names are those of foxglove.Log."""
+
+    Info = 2
+    Warning = 3
+    Error = 4
+
+
+class Line(NamedTuple):
+    """What happened, and how much it should worry."""
+
+    level: Level
+    text: str
+
+
+class Story:
+    """Tells of ticks in turn; what lasts is told when it begins and when it is over, not in every tick."""
+
+    def __init__(self, milestones: Iterable[str]) -> None:
+        self._awaited = set(milestones)
+        self._faults: dict[str, str] = {}
+        self._causes: set[str] = set()
+        self._dropped = 0
+
+    def of(self, tick: Tick) -> Iterator[Line]:
+        """Yield what is new in a tick."""
+        if tick.state in self._awaited:
+            self._awaited.discard(tick.state)
+            yield Line(Level.Info, f"milestone: {tick.state}")
+        yield from self._changed_faults(tick)
+        yield from self._changed_causes(tick)
+        yield from self._drops(tick)
+        if tick.error:
+            yield Line(Level.Error, f"{tick.error.kind}: {tick.error.message}")
+
+    def _changed_faults(self, tick: Tick) -> Iterator[Line]:
+        failed = {read.device: read.error.message for read in tick.reads if read.error}
+        for device, message in failed.items():
+            if self._faults.get(device) != message:
+                yield Line(Level.Error, message)
+        for device in [name for name in self._faults if name not in failed]:
+            if any(read.device == device for read in tick.reads):
+                yield Line(Level.Info, f"{device}: gives samples again")
+            else:
+                failed[device] = self._faults[device]
+        self._faults = failed
+
+    def _changed_causes(self, tick: Tick) -> Iterator[Line]:
+        causes = {each.cause for each in tick.interventions}
+        for each in tick.interventions:
+            if each.cause not in self._causes:
+                self._causes.add(each.cause)
+                yield Line(Level.Warning, f"{each.cause}: {_wheels(each.asked)} became {_wheels(each.sent)}")
+        for cause in sorted(self._causes - causes):
+            yield Line(Level.Info, f"{cause}: lets go")
+        self._causes = causes
+
+    def _drops(self, tick: Tick) -> Iterator[Line]:
+        before, self._dropped = self._dropped, self._dropped + len(dropped_in(tick))
+        if self._dropped and not before:
+            yield Line(Level.Warning, "pictures are dropped: they come faster than they can be written")
+
+
+def dropped_in(tick: Tick) -> list[str]:
+    """Return the devices whose samples a tick was given, and the recording was not."""
+    return [read.device for read in tick.reads if read.number is None and not read.error]
+
+
+def last_line(result: RunResult) -> Line:
+    """Return how the run ended."""
+    text = f"{result.outcome.value}, {result.ticks} ticks" + (f": {result.reason}" if result.reason else "")
+    return Line(Level.Error if result.exit_status else Level.Info, text)
+
+
+def _wheels(wheels: tuple[float, float]) -> str:
+    return "({:.2f}, {:.2f}) rad/s".format(*wheels)
