@@ -1,6 +1,11 @@
 """Runs on file: a layer and an observer that record, and what is read back."""
 
+from __future__ import annotations
+
+from pathlib import Path
+
 from robotcore.recording.events import Ask, Glimpse, Raised, Read, Recorded, SampleKey, Tick, Turned
+from robotcore.recording.extra import require_extra
 from robotcore.recording.recording import Metadata, Recording
 
 __all__ = [
@@ -14,4 +19,16 @@ __all__ = [
     "SampleKey",
     "Tick",
     "Turned",
+    "read",
 ]
+
+
+def read(path: Path) -> Recording:
+    """Return what was recorded in a file: all, or what came before it was cut or damaged.
+
+    Raises BackendMissingError where the extra is not installed, and RecordingError where there is no recording.
+    """
+    require_extra()
+    from robotcore.recording.reading import read_file
+
+    return read_file(path)

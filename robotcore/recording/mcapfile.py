@@ -33,11 +33,14 @@ class McapFile:
         options = MCAPWriteOptions(chunk_size=CHUNK_BYTES, compression_level=1, compression_threads=0)
         self._writer = foxglove.open_mcap(self._sink, context=self.context, writer_options=options)
 
-    def json(self, topic: str, schema: Mapping[str, Any]) -> Callable[[bytes, int], None]:
+    def json(
+        self, topic: str, schema: Mapping[str, Any], metadata: Mapping[str, str] | None = None
+    ) -> Callable[[bytes, int], None]:
         """Return what logs JSON on a new channel: the message, and its time in ns."""
         from foxglove import Channel
 
-        channel = Channel(topic, schema=dict(schema), message_encoding="json", context=self.context)
+        told = dict(metadata or {})
+        channel = Channel(topic, schema=dict(schema), message_encoding="json", context=self.context, metadata=told)
         return lambda content, at: channel.log(content, log_time=at)
 
     def attach(self, name: str, media_type: str, content: bytes) -> None:

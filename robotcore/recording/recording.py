@@ -11,6 +11,9 @@ from robotcore.outcome import RunResult
 from robotcore.plan import RunRequest
 from robotcore.recording.events import Glimpse, Recorded, SampleKey, Tick
 
+FORMAT = 1
+"""Of the files that this version writes; it reads those up to it."""
+
 
 @dataclass(frozen=True)
 class Metadata:
@@ -18,18 +21,20 @@ class Metadata:
 
     ``request`` is what was asked for; ``settings`` all settings of the app as they were. ``description`` and ``world``
     are as the run had them, drawn and randomised. ``devices`` are the names of those that were open. ``platform`` tells
-    versions and machine, on which digests depend. ``source`` is the text of an app that was a user's own file.
+    versions and machine, on which digests depend. ``source`` is the text of an app that was a user's own file;
+    ``started`` the time of day, ISO 8601.
     """
 
     request: RunRequest
     description: RobotDescription
-    world: WorldDescription | None
-    devices: tuple[str, ...]
     is_stepped: bool
+    world: WorldDescription | None = None
+    devices: tuple[str, ...] = ()
     settings: Mapping[str, Any] = field(default_factory=dict)
     platform: Mapping[str, str] = field(default_factory=dict)
     source: str | None = None
     started: str = ""
+    format: int = FORMAT
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from functools import cache, singledispatch
 from numbers import Integral, Real
 from typing import Any, TypeVar, cast
 
-from pydantic import TypeAdapter
+from pydantic import BaseModel, TypeAdapter
 
 T = TypeVar("T")
 
@@ -62,6 +62,11 @@ def _number(value: Real) -> float | str:
 @plain.register
 def _named(value: Mapping) -> dict[str, Any]:  # type: ignore[type-arg]
     return {str(key): plain(each) for key, each in value.items()}
+
+
+@plain.register
+def _described(value: BaseModel) -> dict[str, Any]:
+    return _named(value.model_dump())
 
 
 @plain.register(tuple)

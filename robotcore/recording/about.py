@@ -1,0 +1,53 @@
+"""What a run was: told by the run itself, kept in its recording."""
+
+from __future__ import annotations
+
+import platform
+from contextlib import suppress
+from dataclasses import fields, is_dataclass
+from datetime import datetime, timezone
+from importlib.metadata import version
+from typing import Any
+
+from robotcore.appfile import app_path, is_app_file
+from robotcore.behaviour import Behaviour
+from robotcore.catalogue import load_backend
+from robotcore.recording.recording import Metadata
+from robotcore.session import Run
+from robotcore.sweep.fingerprint import libraries
+
+
+def metadata_of(run: Run) -> Metadata:
+    """Return what is told of a run before its first tick."""
+    request = run.request
+    return Metadata(
+        request=request,
+        description=run.description,
+        is_stepped=load_backend(request.backend).is_lockstep,
+        world=run.world,
+        devices=tuple(run.robot.devices),
+        settings=_settings(run.behaviour),
+        platform=_platform(request.backend),
+        source=_source(request.app),
+        started=datetime.now(timezone.utc).isoformat(timespec="seconds"),
+    )
+
+
+def _settings(behaviour: Behaviour) -> dict[str, Any]:
+    if not is_dataclass(behaviour):
+        return {}
+    return {field.name: getattr(behaviour, field.name, None) for field in fields(behaviour) if field.init}
+
+
+def _platform(backend: str) -> dict[str, str]:
+    """Return all that the bits of a run depend on: machine, system, libraries."""
+    machine = {"machine": platform.machine(), "system": platform.system(), "libc": " ".join(platform.libc_ver())}
+    return {"robotcore": version("robotcore"), **machine, **libraries([backend])}
+
+
+def _source(app: str) -> str | None:
+    """Return the text of an app that is a user's own file, as it is now."""
+    if is_app_file(app):
+        with suppress(OSError, UnicodeDecodeError):
+            return app_path(app).read_text(encoding="utf-8")
+    return None

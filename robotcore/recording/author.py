@@ -1,0 +1,178 @@
+"""Turns what was noted into messages, on the thread that writes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+from robotcore.description import CameraDescription, RangeSensorDescription, RobotDescription
+from robotcore.devices import Frame
+from robotcore.drive import DifferentialGeometry, Odometry, Wheels
+from robotcore.geometry import Pose
+from robotcore.outcome import RunResult
+from robotcore.recording import channels
+from robotcore.recording.channels import writer_for
+from robotcore.recording.events import Glimpse, Raised, Tick, Turned
+from robotcore.recording.frames import BODY, ODOMETRY, TRUE, mounted, moving, nanoseconds, optical, planar, timestamp
+from robotcore.recording.mcapfile import McapFile
+from robotcore.recording.recording import Metadata
+from robotcore.recording.schemas import RESULT, RUN, TICK, TRUTH
+from robotcore.recording.story import Line, Story, last_line
+from robotcore.recording.tap import Notes
+from robotcore.recording.wire import plain, to_json
+from robotcore.session import Run
+from robotcore.trace import TickRecord
+
+if TYPE_CHECKING:
+    from foxglove.messages import FrameTransform
+
+
+TICK_BYTES = 4096
+"""What a tick without pictures holds on to, about."""
+
+
+class Entry(NamedTuple):
+    """A tick as it is handed over by the control thread."""
+
+    record: TickRecord
+    notes: Notes
+    glimpse: Glimpse | None
+    error: Raised | None
+
+    @property
+    def size(self) -> int:
+        """About how many bytes it holds on to."""
+        pictures = (sample.image.nbytes for _, sample in self.notes.samples if isinstance(sample, Frame))
+        return TICK_BYTES + sum(pictures)
+
+
+class Author:
+    """Writes one run into a file: what it was, its ticks, how it ended."""
+
+    def __init__(self, file: McapFile, run: Run, about: Metadata, *, is_jpeg: bool) -> None:
+        from foxglove.channels import FrameTransformsChannel, LogChannel, PoseInFrameChannel
+
+        self._file = file
+        self._write = {
+            name: write
+            for name, device in run.robot.devices.items()
+            if (write := writer_for(file, device, is_jpeg=is_jpeg))
+        }
+        self._ticks = file.json(channels.TICKS, TICK)
+        self._truth = file.json(channels.TRUTH, TRUTH) if run.truth else None
+        self._log = LogChannel(channels.LOG, context=file.context)
+        self._pose = PoseInFrameChannel(channels.POSE, context=file.context)
+        self._transforms = FrameTransformsChannel(channels.TRANSFORMS, context=file.context)
+        self._path = Path(about.description.drive.geometry) if about.description.drive else None
+        self._story = Story(run.behaviour.milestones)
+        self._now = 0.0
+        self._begin(about)
+
+    def write(self, entry: Entry) -> None:
+        """Write a tick, after the samples it was given: where a tick is, they are."""
+        self._now = entry.record.time
+        for key, sample in entry.notes.samples:
+            self._write[key.device](sample, self._now)
+        tick = self._tick(entry)
+        self._ticks(to_json(tick), nanoseconds(self._now))
+        self._tell(self._story.of(tick))
+        if tick.pose:
+            self._place(tick.pose)
+        if entry.glimpse and self._truth:
+            self._truth(to_json(entry.glimpse), nanoseconds(self._now))
+            self._transform(TRUE, f"{BODY}_true", entry.glimpse.pose)
+
+    def end(self, result: RunResult) -> None:
+        """Write how the run ended."""
+        self._tell([last_line(result)])
+        self._file.json(channels.RESULT, RESULT)(result.to_json().encode(), nanoseconds(self._now))
+        self._file.note("robotcore.result", {"outcome": result.outcome.value, "reason": result.reason})
+
+    def _begin(self, about: Metadata) -> None:
+        from foxglove.messages import FrameTransforms
+
+        self._file.json(channels.RUN, RUN)(to_json(about), 0)
+        self._file.note("robotcore.run", _in_words(about))
+        self._file.attach("robot.json", "application/json", _readable(about.description))
+        if about.world:
+            self._file.attach("world.json", "application/json", _readable(about.world))
+        if about.source is not None:
+            self._file.attach("app.py", "text/x-python", about.source.encode())
+        self._transforms.log(FrameTransforms(transforms=list(_mounts(about.description))), log_time=0)
+        self._file.flush()
+
+    def _tick(self, entry: Entry) -> Tick:
+        record, notes = entry.record, entry.notes
+        return Tick(
+            number=record.tick,
+            time=record.time,
+            state=record.state,
+            reads=tuple(notes.reads),
+            asks=tuple(notes.asks),
+            turned=tuple(notes.turned),
+            standing=tuple(notes.standing),
+            pose=self._path.after(notes.turned) if self._path and notes.turned else None,
+            asked=record.asked,
+            sent=record.sent,
+            interventions=record.interventions,
+            shown=tuple(notes.shown),
+            error=entry.error,
+        )
+
+    def _place(self, pose: Pose) -> None:
+        from foxglove.messages import PoseInFrame
+
+        told = PoseInFrame(timestamp=timestamp(self._now), frame_id=ODOMETRY, pose=planar(pose))
+        self._pose.log(told, log_time=nanoseconds(self._now))
+        self._transform(ODOMETRY, BODY, pose)
+
+    def _transform(self, parent: str, child: str, pose: Pose) -> None:
+        from foxglove.messages import FrameTransforms
+
+        transforms = FrameTransforms(transforms=[moving(parent, child, pose, self._now)])
+        self._transforms.log(transforms, log_time=nanoseconds(self._now))
+
+    def _tell(self, lines: Iterable[Line]) -> None:
+        from foxglove.messages import Log, LogLevel
+
+        for level, text in lines:
+            told = Log(
+                timestamp=timestamp(self._now), level=getattr(LogLevel, level.name), message=text, name="robotcore"
+            )
+            self._log.log(told, log_time=nanoseconds(self._now))
+
+
+class Path:
+    """Where the wheels' angles took the robot: the drive's own odometry, over the angles that it read."""
+
+    def __init__(self, geometry: DifferentialGeometry) -> None:
+        self._angles = Wheels(0.0, 0.0)
+        self._odometry = Odometry(geometry, lambda: self._angles)
+        self._pose = Pose(0.0, 0.0, 0.0)
+
+    def after(self, turned: Iterable[Turned]) -> Pose:
+        """Return the pose after what the odometry read in a tick."""
+        for each in turned:
+            if each.angles:
+                self._angles = each.angles
+                self._pose = self._odometry.pose()
+        return self._pose
+
+
+def _mounts(description: RobotDescription) -> Iterator[FrameTransform]:
+    for device in description.devices:
+        if isinstance(device, (CameraDescription, RangeSensorDescription)):
+            yield mounted(device.name, device.mount)
+        if isinstance(device, CameraDescription):
+            yield optical(device.name)
+
+
+def _in_words(about: Metadata) -> dict[str, str]:
+    """Return what people look for first."""
+    request = plain(about.request)
+    return {name: value if isinstance(value, str) else json.dumps(value) for name, value in request.items()}
+
+
+def _readable(described: object) -> bytes:
+    return json.dumps(plain(described), indent=2).encode()

@@ -1,0 +1,67 @@
+"""The fields of a protobuf message, for want of a whole library: pictures are the only ones that are read back.
+
+The encoding: https://protobuf.dev/programming-guides/encoding/. The messages: RawImage.proto and CompressedImage.proto
+in https://github.com/foxglove/foxglove-sdk/tree/main/schemas/proto/foxglove.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import cv2
+import numpy as np
+
+from robotcore.devices import Image
+
+VARINT, FIXED64, BYTES, FIXED32 = 0, 1, 2, 5
+_WIDTH, _HEIGHT, _ENCODING, _DATA = 2, 3, 4, 6
+_JPEG = 2
+_CHANNELS = {b"bgr8": 3, b"mono8": 1}
+
+
+def raw_image(message: bytes) -> Image:
+    """Return the picture in a RawImage, read-only; ValueError where there is none."""
+    told = dict(fields(message))
+    width, height = (int.from_bytes(told[field], "little") for field in (_WIDTH, _HEIGHT))
+    channels = _CHANNELS[bytes(told[_ENCODING])]
+    shape = (height, width, channels) if channels > 1 else (height, width)
+    return np.frombuffer(told[_DATA], np.uint8).reshape(shape)
+
+
+def compressed_image(message: bytes) -> Image:
+    """Return the picture in a CompressedImage, read-only; ValueError where there is none."""
+    image = cv2.imdecode(np.frombuffer(dict(fields(message))[_JPEG], np.uint8), cv2.IMREAD_UNCHANGED)
+    if image is None:
+        raise ValueError("it holds no JPEG")
+    image.flags.writeable = False
+    return np.asarray(image, np.uint8)
+
+
+def fields(message: bytes) -> Iterator[tuple[int, memoryview]]:
+    """Yield the number and the bytes of each field, whatever its type; ValueError where the message is cut."""
+    left = memoryview(message)
+    while left:
+        tag, left = _varint(left)
+        length, left = _length(tag & 7, left)
+        if length > len(left):
+            raise ValueError("a message ends too early")
+        yield tag >> 3, left[:length]
+        left = left[length:]
+
+
+def _length(kind: int, left: memoryview) -> tuple[int, memoryview]:
+    """Return how many bytes a field of a kind has, and what they begin."""
+    if kind == BYTES:
+        return _varint(left)
+    if kind == VARINT:
+        return len(left) - len(_varint(left)[1]), left
+    return {FIXED32: 4, FIXED64: 8}[kind], left
+
+
+def _varint(left: memoryview) -> tuple[int, memoryview]:
+    value = 0
+    for at, byte in enumerate(left[:10]):
+        value |= (byte & 0x7F) << 7 * at
+        if byte < 0x80:
+            return value, left[at + 1 :]
+    raise ValueError("a message ends within a number")

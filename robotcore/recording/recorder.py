@@ -1,0 +1,119 @@
+"""Records a run while it lasts: a layer that notes, an observer that hands over, a thread that writes."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from contextlib import suppress
+from pathlib import Path
+
+from robotcore.clock import MonotonicClock
+from robotcore.errors import Interrupted, RecordingError, RobotcoreError
+from robotcore.outcome import RunResult
+from robotcore.recording.about import metadata_of
+from robotcore.recording.author import Author, Entry
+from robotcore.recording.backlog import ROOM_BYTES, Backlog
+from robotcore.recording.events import Glimpse, Raised
+from robotcore.recording.mcapfile import McapFile
+from robotcore.recording.recording import Metadata
+from robotcore.recording.tap import Tap
+from robotcore.session import Run
+from robotcore.trace import TickRecord
+
+FLUSH_S = 0.5
+"""What is lost at most where the process is killed: this, and what the disk takes."""
+
+ENDING_S = 60.0
+"""A disk that hangs keeps a run from ending no longer than this."""
+
+
+class Recorder:
+    """An observer that writes an ``.mcap`` file: ``session.run(request, [recorder], [recorder.tap])``.
+
+    Simulated time waits for the disk. A real robot never does: pictures are left out (``dropped``) where they come
+    faster than they can be written. What goes wrong with the file ends the recording, not the run: see ``fault``.
+    """
+
+    def __init__(self, path: Path, *, is_jpeg: bool = False, room: int = ROOM_BYTES) -> None:
+        self.fault: RobotcoreError | None = None
+        self.has_begun = False
+        self._path, self._is_jpeg = path, is_jpeg
+        self._backlog: Backlog[Entry] = Backlog(room)
+        self._is_stepped = False
+        self.tap = Tap(lambda: self._is_stepped or self._backlog.has_room())
+        self._run: Run | None = None
+        self._result: RunResult | None = None
+        self._outer: BaseException | None = None
+        self._thread: threading.Thread | None = None
+
+    @property
+    def dropped(self) -> int:
+        """How many pictures were left out."""
+        return self.tap.dropped
+
+    def begin(self, run: Run) -> None:
+        about = metadata_of(run)
+        self._run, self._is_stepped, self._outer = run, about.is_stepped, sys.exc_info()[1]
+        try:
+            file = McapFile(self._path)
+        except RobotcoreError as fault:
+            self._give_up(fault)
+            return
+        self.has_begun = True
+        self._thread = threading.Thread(target=self._write, args=(file, run, about), name="recorder", daemon=True)
+        self._thread.start()
+
+    def tick(self, record: TickRecord) -> None:
+        entry = Entry(record, self.tap.take(), self._glimpse(record), self._raised())
+        self._backlog.put(entry, entry.size, waits=self._is_stepped)
+
+    def end(self, result: RunResult) -> None:
+        self._result = result
+        self._backlog.end()
+        if self._thread:
+            self._thread.join(ENDING_S)
+            if self._thread.is_alive():
+                self._give_up(RecordingError(self._path, "the disk takes no more", "Take another one"))
+
+    def _raised(self) -> Raised | None:
+        """Return what is ending the run in this tick: the loop notes a tick while that passes by."""
+        error = sys.exc_info()[1]
+        if error is self._outer or not isinstance(error, (RobotcoreError, Interrupted)):
+            return None
+        return Raised.of(error)
+
+    def _glimpse(self, record: TickRecord) -> Glimpse | None:
+        """Return what the simulator knows; one that has died knows nothing."""
+        if self._run and (truth := self._run.truth):
+            with suppress(RobotcoreError):
+                return Glimpse(record.tick, record.time, truth.pose, truth.contacts)
+        return None
+
+    def _write(self, file: McapFile, run: Run, about: Metadata) -> None:
+        try:
+            self._write_all(file, Author(file, run, about, is_jpeg=self._is_jpeg))
+            file.close()
+        except RecordingError as fault:
+            self._give_up(fault)
+        except Exception as error:  # noqa: BLE001  a fault of the recording is never one of the run
+            self._give_up(RecordingError(self._path, f"{type(error).__name__}: {error}", "Report it as a bug"))
+        finally:
+            with suppress(RecordingError):
+                file.close()
+
+    def _write_all(self, file: McapFile, author: Author) -> None:
+        clock = MonotonicClock()
+        flushed = clock.now()
+        while not self._backlog.is_over:
+            if entry := self._backlog.get(flushed + FLUSH_S - clock.now()):
+                author.write(entry)
+            if clock.now() - flushed >= FLUSH_S:
+                file.flush()
+                flushed = clock.now()
+        if self._result:
+            author.end(self._result)
+            file.flush()
+
+    def _give_up(self, fault: RobotcoreError) -> None:
+        self.fault = self.fault or fault
+        self._backlog.end()

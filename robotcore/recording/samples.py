@@ -1,0 +1,66 @@
+"""The samples of a recording: numbers are at hand, pictures are read when they are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from mcap.records import Message
+
+from robotcore.devices import Frame, Image
+from robotcore.errors import RecordingError
+from robotcore.recording.chunks import DAMAGE, ChunkedFile, Place
+from robotcore.recording.events import Recorded, SampleKey
+
+CHUNKS_KEPT = 4
+"""Unpacked; pictures are mostly asked for in the order in which they were taken."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """Where a picture is: which message of which channel in a chunk; ``unpack`` makes it a picture again.
+
+    ``time`` and ``sequence`` are those of its Frame.
+    """
+
+    place: Place
+    channel: int
+    message: int
+    unpack: Callable[[bytes], Image]
+    time: float
+    sequence: int
+
+
+class FileSamples(Mapping[SampleKey, Recorded]):
+    """Samples by their key; a picture that cannot be read is a RecordingError."""
+
+    def __init__(
+        self, path: Path, numbers: Mapping[SampleKey, Recorded], pictures: Mapping[SampleKey, Picture]
+    ) -> None:
+        self._path, self._numbers, self._pictures = path, numbers, pictures
+        self._messages = lru_cache(CHUNKS_KEPT)(self._read)
+
+    def __getitem__(self, key: SampleKey) -> Recorded:
+        if key in self._numbers:
+            return self._numbers[key]
+        picture = self._pictures[key]
+        messages = self._messages(picture.place)
+        try:
+            image = picture.unpack(messages[picture.channel, picture.message])
+        except DAMAGE as error:
+            fault = f"picture {key.number} of {key.device} is none"
+            raise RecordingError(self._path, fault, "Record the run again") from error
+        return Frame(image, picture.time, picture.sequence)
+
+    def __iter__(self) -> Iterator[SampleKey]:
+        yield from self._numbers
+        yield from self._pictures
+
+    def __len__(self) -> int:
+        return len(self._numbers) + len(self._pictures)
+
+    def _read(self, place: Place) -> dict[tuple[int, int], bytes]:
+        records = ChunkedFile(self._path).again(place)
+        return {(each.channel_id, each.sequence): each.data for each in records if isinstance(each, Message)}
