@@ -14,12 +14,14 @@ import click
 from robotcore.cli.ending import RunCommand, tell_result
 from robotcore.cli.failure import tell
 from robotcore.cli.output import printing_apart
+from robotcore.cli.recorded import recorder_for, with_recording
 from robotcore.cli.requested import requested
 from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
     from robotcore.interrupts import Interrupts
     from robotcore.outcome import RunResult
+    from robotcore.recording.recorder import Recorder
     from robotcore.session import Observer
     from robotcore.view.picture import PictureRecorder
 
@@ -35,10 +37,16 @@ if TYPE_CHECKING:
 @click.option(
     "--picture", metavar="FILE", type=click.Path(path_type=Path), help="Draw the run, seen from above, as a PNG."
 )
+@click.option(
+    "--record", metavar="FILE", type=click.Path(path_type=Path), help="Record the run as an .mcap file, for Foxglove."
+)
+@click.option(
+    "--record-jpeg", is_flag=True, help="Record the camera as JPEG: a smaller file, which cannot be replayed."
+)
 @click.option("--gui", is_flag=True, help="Open the simulator's window, at the pace of real time.")
 @click.option("--realtime", is_flag=True, help="Hold simulated time to the pace of real time.")
 @click.option("--json", "as_json", is_flag=True, help="Print one line of JSON at the end, and nothing else.")
-def command(picture: Path | None, *, as_json: bool, **asked: Any) -> int:
+def command(picture: Path | None, record: Path | None, *, record_jpeg: bool, as_json: bool, **asked: Any) -> int:
     """Run APP on a backend; tell how it ended. In front of a terminal, the space bar is the e-stop.
 
     Exit status: 0 success, 1 failure, timeout or a success that the simulator does not see, 2 wrong usage, 3 a device
@@ -47,23 +55,27 @@ def command(picture: Path | None, *, as_json: bool, **asked: Any) -> int:
     from robotcore.interrupts import Interrupts
 
     with Interrupts() as interrupts:
-        recorder = _recorder(picture)
+        drawer, recorder = _drawer(picture), recorder_for(record, is_jpeg=record_jpeg)
         last_words = _last_words(as_json=as_json)
         with printing_apart(as_json=as_json):
-            result = _run(asked, recorder, interrupts, last_words)
+            result = _run(asked, drawer, recorder, interrupts, last_words)
         interrupts.hold()
-        drawn = None
-        if picture and recorder:
-            result, drawn = _with_picture(result, recorder, picture)
-        return _told(result, drawn, as_json=as_json)
+        made = []
+        if picture and drawer:
+            result, drawn = _with_picture(result, drawer, picture)
+            made += [f"The picture: {drawn}"] if drawn else []
+        if recorder:
+            result, recorded = with_recording(result, recorder)
+            made += [recorded] if recorded else []
+        return _told(result, made, as_json=as_json)
 
 
-def _told(result: RunResult, drawn: Path | None, *, as_json: bool) -> int:
-    """Tell how the run ended, and return its exit status, whether or not somebody can hear it."""
+def _told(result: RunResult, made: list[str], *, as_json: bool) -> int:
+    """Tell how the run ended and what it left; return its exit status, whether or not somebody can hear it."""
     try:
         tell_result(result, as_json=as_json)
-        if drawn:
-            click.echo(f"The picture: {drawn}", err=as_json)
+        for line in made:
+            click.echo(line, err=as_json)
     except BrokenPipeError:
         return result.exit_status or 1
     except OSError as error:
@@ -72,19 +84,19 @@ def _told(result: RunResult, drawn: Path | None, *, as_json: bool) -> int:
     return result.exit_status
 
 
-def _with_picture(result: RunResult, recorder: PictureRecorder, picture: Path) -> tuple[RunResult, Path | None]:
+def _with_picture(result: RunResult, drawer: PictureRecorder, picture: Path) -> tuple[RunResult, Path | None]:
     """Save the picture; return where it is, if a run began, and the result.
 
     A run whose picture could not be written has not done all that was asked of it.
     """
     try:
-        return result, picture if recorder.save(picture) else None
+        return result, picture if drawer.save(picture) else None
     except UsageError as error:
         tell(str(error))
         return replace(result, exit_status=result.exit_status or 1, reason=result.reason or str(error)), None
 
 
-def _recorder(picture: Path | None) -> PictureRecorder | None:
+def _drawer(picture: Path | None) -> PictureRecorder | None:
     """Return what watches the run for its picture; refuse now a file that could not be written then."""
     if picture is None:
         return None
@@ -96,7 +108,8 @@ def _recorder(picture: Path | None) -> PictureRecorder | None:
 
 def _run(
     asked: dict[str, Any],
-    recorder: PictureRecorder | None,
+    drawer: PictureRecorder | None,
+    recorder: Recorder | None,
     interrupts: Interrupts,
     last_words: Callable[[RunResult], None],
 ) -> RunResult:
@@ -104,14 +117,15 @@ def _run(
     from robotcore.session import RunRequest, run
 
     with ExitStack() as stack:
-        observers: list[Observer] = [recorder] if recorder else []
+        observers: list[Observer] = [each for each in (recorder, drawer) if each]
         if has_keys := can_listen():
             observers.append(stack.enter_context(closing(SpaceBar(interrupts))))
         if sys.stderr and sys.stderr.isatty():
             from robotcore.view.progress import Progress
 
             observers.append(stack.enter_context(closing(Progress(hint=HINT if has_keys else ""))))
-        return run(RunRequest(**_requested(**asked)), observers, last_words=last_words)
+        taps = [recorder.tap] if recorder else []
+        return run(RunRequest(**_requested(**asked)), observers, taps, last_words=last_words)
 
 
 def _last_words(*, as_json: bool) -> Callable[[RunResult], None]:

@@ -58,23 +58,26 @@ class McapFile:
         self._try(self._writer.flush)
 
     def close(self) -> None:
-        """Write the index, and close. May be called after a fault."""
+        """Write the index, and close. May be called again."""
         try:
             self._try(self._writer.close)
         finally:
             self._sink.close()
 
     def _try(self, write: Callable[[], None]) -> None:
-        """The library tells a fault of the file in words of its own, and some not before the next flush."""
         try:
             write()
         except Exception as error:
-            fault = self._sink.fault or error
-            raise RecordingError(self._path, getattr(fault, "strerror", None) or str(fault), ROOM) from error
+            raise RecordingError(self._path, f"it cannot be written: {error}", ROOM) from error
+        if fault := self._sink.fault:
+            raise RecordingError(self._path, str(fault.strerror), ROOM) from fault
 
 
 class _Sink:
-    """The file as the library writes to it; keeps the first fault."""
+    """The file as the library writes to it.
+
+    It keeps the first fault to itself, and takes no more: the library would tell of it on stderr, once a message.
+    """
 
     def __init__(self, path: Path) -> None:
         try:
@@ -82,21 +85,26 @@ class _Sink:
         except OSError as error:
             raise unwritable(path, error) from error
         self.fault: OSError | None = None
+        self._at = 0
 
     def write(self, data: bytes | bytearray) -> int:
         try:
             self._write_all(memoryview(data))
         except OSError as error:
-            self.fault = self.fault or error
-            raise
+            self.fault = error
+        self._at += len(data)
         return len(data)
 
     def _write_all(self, left: memoryview) -> None:
-        while left:
+        while left and not self.fault:
             left = left[self._file.write(left) or 0 :]
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
-        return self._file.seek(offset, whence)
+        """Go there; the library only ever goes back to what it wrote. After a fault it is still told where it was."""
+        self._at = offset + (self._at if whence == os.SEEK_CUR else 0)
+        if not self.fault:
+            self._file.seek(self._at)
+        return self._at
 
     def flush(self) -> None:
         """Nothing is held back here."""
@@ -111,6 +119,8 @@ def require_recordable(path: Path) -> None:
     if path.suffix.lower() != ".mcap":
         raise RecordingError(path, "a recording is an .mcap file", "Give it that ending")
     existed = path.exists()
+    if existed and not path.is_file():
+        raise RecordingError(path, "it is there, and no file", "Name another one")
     try:
         with path.open("ab"):
             pass

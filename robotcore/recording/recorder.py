@@ -37,7 +37,7 @@ class Recorder:
     def __init__(self, path: Path, *, is_jpeg: bool = False, room: int = ROOM_BYTES) -> None:
         self.fault: RobotcoreError | None = None
         self.has_begun = False
-        self._path, self._is_jpeg = path, is_jpeg
+        self.path, self._is_jpeg = path, is_jpeg
         self._backlog: Backlog[Entry] = Backlog(room)
         self._is_stepped = False
         self.tap = Tap(lambda: self._is_stepped or self._backlog.has_room())
@@ -55,7 +55,7 @@ class Recorder:
         about = metadata_of(run)
         self._run, self._is_stepped, self._outer = run, about.is_stepped, sys.exc_info()[1]
         try:
-            file = McapFile(self._path)
+            file = McapFile(self.path)
         except RobotcoreError as fault:
             self._give_up(fault)
             return
@@ -73,7 +73,7 @@ class Recorder:
         if self._thread:
             self._thread.join(ENDING_S)
             if self._thread.is_alive():
-                self._give_up(RecordingError(self._path, "the disk takes no more", "Take another one"))
+                self._give_up(RecordingError(self.path, "the disk takes no more", "Take another one"))
 
     def _raised(self) -> Raised | None:
         """Return what is ending the run in this tick: the loop notes a tick while that passes by."""
@@ -95,8 +95,8 @@ class Recorder:
             file.close()
         except RecordingError as fault:
             self._give_up(fault)
-        except Exception as error:  # noqa: BLE001  a fault of the recording is never one of the run
-            self._give_up(RecordingError(self._path, f"{type(error).__name__}: {error}", "Report it as a bug"))
+        except BaseException as error:  # noqa: BLE001  a library's panic too: nobody must go on waiting for this thread
+            self._give_up(RecordingError(self.path, f"{type(error).__name__}: {error}", "Report it as a bug"))
         finally:
             with suppress(RecordingError):
                 file.close()

@@ -1,0 +1,41 @@
+"""How a command records a run, and tells what became of the recording."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from robotcore.cli.failure import tell
+from robotcore.errors import UsageError
+
+if TYPE_CHECKING:
+    from robotcore.outcome import RunResult
+    from robotcore.recording.recorder import Recorder
+
+
+def recorder_for(file: Path | None, *, is_jpeg: bool) -> Recorder | None:
+    """Return what records the run into a file; refuse now one that could not be written then."""
+    if file is None and is_jpeg:
+        raise UsageError("--record-jpeg says how to record, and nothing is recorded. Add --record FILE.mcap")
+    if file is None:
+        return None
+    from robotcore.recording.mcapfile import require_recordable
+    from robotcore.recording.recorder import Recorder
+
+    require_recordable(file)
+    return Recorder(file, is_jpeg=is_jpeg)
+
+
+def with_recording(result: RunResult, recorder: Recorder) -> tuple[RunResult, str]:
+    """Return the result, and a line on the recording if there is one.
+
+    A run whose recording is not whole has not done all that was asked of it.
+    """
+    if fault := recorder.fault:
+        tell(f"the recording is not whole: {fault}")
+        return replace(result, exit_status=result.exit_status or 1, reason=result.reason or str(fault)), ""
+    if not recorder.has_begun:
+        return result, ""
+    lost = f", {recorder.dropped} picture(s) dropped: it cannot be replayed" if recorder.dropped else ""
+    return result, f"The recording: {recorder.path}{lost}"
