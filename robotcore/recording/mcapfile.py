@@ -85,7 +85,7 @@ class _Sink:
         except OSError as error:
             raise unwritable(path, error) from error
         self.fault: OSError | None = None
-        self._at = 0
+        self._at = self._end = 0
 
     def write(self, data: bytes | bytearray) -> int:
         try:
@@ -93,6 +93,7 @@ class _Sink:
         except OSError as error:
             self.fault = error
         self._at += len(data)
+        self._end = max(self._end, self._at)
         return len(data)
 
     def _write_all(self, left: memoryview) -> None:
@@ -100,8 +101,8 @@ class _Sink:
             left = left[self._file.write(left) or 0 :]
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
-        """Go there; the library only ever goes back to what it wrote. After a fault it is still told where it was."""
-        self._at = offset + (self._at if whence == os.SEEK_CUR else 0)
+        """Go back to what was written, and return. After a fault the library is told where it would be."""
+        self._at = offset + {os.SEEK_SET: 0, os.SEEK_CUR: self._at, os.SEEK_END: self._end}[whence]
         if not self.fault:
             self._file.seek(self._at)
         return self._at
