@@ -54,6 +54,10 @@ class FileSamples(Mapping[SampleKey, Recorded]):
             raise RecordingError(self._path, fault, "Record the run again") from error
         return Frame(image, picture.time, picture.sequence)
 
+    def __contains__(self, key: object) -> bool:
+        """Whether there is such a sample; no picture is read for it."""
+        return key in self._numbers or key in self._pictures
+
     def __iter__(self) -> Iterator[SampleKey]:
         yield from self._numbers
         yield from self._pictures

@@ -1,0 +1,86 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from robotcore.devices import Camera, Frame
+from robotcore.errors import DeviceError
+from robotcore.geometry import Pose
+from robotcore.layers.layer import Layer
+from robotcore.layers.readers import Reader
+from robotcore.outcome import RunResult
+from robotcore.recording import Recording, read
+from robotcore.recording.recorder import Recorder
+from robotcore.recording.tap import Notes, Tap
+from robotcore.session import Run, RunRequest, run
+from robotcore.trace import TickRecord
+from tests.robotcore.recording import unruly
+
+UNRULY = str(Path(unruly.__file__))
+
+
+class Witness:
+    """Sees what the recorder sees, and keeps it in memory."""
+
+    def __init__(self) -> None:
+        self.tap = Tap(lambda: True)
+        self.ticks: list[tuple[TickRecord, Notes]] = []
+        self.poses: list[Pose] = []
+        self.result: RunResult | None = None
+
+    def begin(self, run: Run) -> None:
+        self.run = run
+
+    def tick(self, record: TickRecord) -> None:
+        self.ticks.append((record, self.tap.take()))
+        self.poses.append(self.run.robot.drive._odometry._pose)
+
+    def end(self, result: RunResult) -> None:
+        self.result = result
+
+
+class Blinking(Layer):
+    """A camera that fails at every fourth read."""
+
+    reads = 0
+
+    def camera(self, camera: Camera, read: Reader[Frame]) -> Reader[Frame]:
+        def blinking() -> Frame:
+            self.reads += 1
+            if self.reads % 4 == 0:
+                raise DeviceError(camera.name, "no picture came")
+            return read()
+
+        return blinking
+
+
+class Recorded:
+    """A run that was recorded: its file, what it holds, and the witness."""
+
+    def __init__(self, file: Path, witness: Witness, recorder: Recorder) -> None:
+        self.file, self.witness, self.recorder = file, witness, recorder
+
+    @property
+    def recording(self) -> Recording:
+        return read(self.file)
+
+
+def record(file: Path, *below: Layer, is_jpeg: bool = False, app: str = UNRULY, **asked: Any) -> Recorded:
+    """Run the unruly app, or another, and record it."""
+    recorder, witness = Recorder(file, is_jpeg=is_jpeg), Witness()
+    run(RunRequest(app, **{"seed": 3, **asked}), [recorder, witness], [*below, recorder.tap, witness.tap])
+    return Recorded(file, witness, recorder)
+
+
+@pytest.fixture(scope="session")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
+    """A run that ended well, with a camera that fails now and then."""
+    file = tmp_path_factory.mktemp("recorded") / "run.mcap"
+    return record(file, Blinking(), settings={"ticks": 30})
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / "run.mcap"

@@ -1,0 +1,132 @@
+from __future__ import annotations
+
+import random
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from robotcore.devices import Frame
+from robotcore.errors import RecordingError
+from robotcore.recording import Recording, read
+from robotcore.recording.chunks import MAGIC, ChunkedFile
+from tests.robotcore.recording.conftest import Recorded, record
+from tests.robotcore.recording.test_wire import bits
+
+
+def holds_nothing_that_was_not(part: Recording, whole: Recording) -> None:
+    """Fail where a recording is no beginning of another one, or makes a sample up."""
+    assert bits(tuple(part.ticks)) == bits(tuple(whole.ticks[: len(part.ticks)]))
+    for key in part.samples:
+        try:
+            sample = part.samples[key]
+        except RecordingError:
+            continue
+        expected = whole.samples[key]
+        if isinstance(sample, Frame):
+            assert isinstance(expected, Frame)
+            assert sample.image.tobytes() == expected.image.tobytes()
+            assert (sample.time, sample.sequence) == (expected.time, expected.sequence)
+        else:
+            assert bits(sample) == bits(expected)
+
+
+def reads_or_says_why_not(file: Path, whole: Recording) -> Recording | None:
+    try:
+        part = read(file)
+    except RecordingError:
+        return None
+    holds_nothing_that_was_not(part, whole)
+    return part
+
+
+@pytest.fixture(scope="module")
+def short(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
+    """A small file, for what is done to it many times."""
+    return record(tmp_path_factory.mktemp("short") / "run.mcap", is_jpeg=True)
+
+
+def test_a_file_cut_after_any_chunk_holds_the_ticks_until_there(recorded: Recorded, file: Path) -> None:
+    whole, content = recorded.recording, recorded.file.read_bytes()
+    ends = [place.offset + place.length for place, _ in ChunkedFile(recorded.file).chunks()]
+    lengths = []
+    for end in ends:
+        file.write_bytes(content[:end])
+        part = read(file)
+        holds_nothing_that_was_not(part, whole)
+        assert part.is_cut
+        lengths.append(len(part.ticks))
+    assert lengths == sorted(lengths)
+    assert lengths[-1] == len(whole.ticks)
+    assert len(set(lengths)) > 3
+
+
+def test_what_was_cut_but_has_ticks_can_still_be_replayed(recorded: Recorded, file: Path) -> None:
+    content = recorded.file.read_bytes()
+    file.write_bytes(content[: len(content) // 2])
+    part = read(file)
+    assert (part.is_cut, part.result, part.why_not) == (True, None, "")
+    assert 0 < len(part.ticks) < 30
+    assert all(read.key in part.samples for tick in part.ticks for read in tick.reads if read.key)
+
+
+def test_a_file_cut_at_any_byte_opens_or_says_why_not(short: Recorded, file: Path) -> None:
+    whole, content = short.recording, short.file.read_bytes()
+    for length in sorted(random.Random(7).sample(range(len(content)), 150)):
+        file.write_bytes(content[:length])
+        if part := reads_or_says_why_not(file, whole):
+            assert part.is_cut
+
+
+@given(st.data())
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_flipped_bytes_never_make_anything_up(short: Recorded, file: Path, data: st.DataObject) -> None:
+    content = bytearray(short.file.read_bytes())
+    for at in data.draw(st.lists(st.integers(0, len(content) - 1), min_size=1, max_size=3)):
+        content[at] ^= data.draw(st.integers(1, 255))
+    file.write_bytes(content)
+    reads_or_says_why_not(file, short.recording)
+
+
+def test_a_flipped_byte_in_a_picture_ends_the_recording_before_it(recorded: Recorded, file: Path) -> None:
+    content = bytearray(recorded.file.read_bytes())
+    places = [place for place, _ in ChunkedFile(recorded.file).chunks()]
+    content[places[3].offset + places[3].length // 2] ^= 1
+    file.write_bytes(content)
+    part = read(file)
+    holds_nothing_that_was_not(part, recorded.recording)
+    assert part.is_cut
+    assert 0 < len(part.ticks) < len(recorded.recording.ticks)
+
+
+def test_a_chunk_taken_out_of_the_middle_leaves_no_gap(recorded: Recorded, file: Path) -> None:
+    content = bytearray(recorded.file.read_bytes())
+    places = [place for place, _ in ChunkedFile(recorded.file).chunks()]
+    before, out = places[2], places[3]
+    end_before, end = before.offset + before.length, out.offset + out.length
+    del content[end_before:end]
+    file.write_bytes(content)
+    part = reads_or_says_why_not(file, recorded.recording)
+    assert part
+    assert part.is_cut
+
+
+@pytest.mark.parametrize("content", [b"", b"PNG", MAGIC, MAGIC + b"\x06" + b"\xff" * 8, MAGIC + bytes(99)])
+def test_what_is_no_recording_is_refused_by_name(file: Path, content: bytes) -> None:
+    file.write_bytes(content)
+    with pytest.raises(RecordingError, match=r"run\.mcap: it (is no MCAP file|holds no run)\. Name"):
+        read(file)
+
+
+def test_a_file_that_is_not_there_is_told(file: Path) -> None:
+    with pytest.raises(RecordingError, match=r"run\.mcap: No such file or directory\. Name a recording"):
+        read(file)
+
+
+def test_a_file_that_changes_after_it_was_opened_gives_no_other_pictures(file: Path) -> None:
+    recording = record(file).recording
+    key = next(key for key in recording.samples if key.device == "eye")
+    file.write_bytes(MAGIC + bytes(file.stat().st_size))
+    with pytest.raises(RecordingError, match="has changed since it was opened"):
+        recording.samples[key]

@@ -1,0 +1,139 @@
+"""How a recording ends where its process or its disk does."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from robotcore.errors import BackendMissingError, RecordingError
+from robotcore.recording import read
+from robotcore.recording.mcapfile import require_recordable
+from robotcore.recording.recorder import Recorder
+from robotcore.session import RunRequest, run
+from tests.robotcore.recording.conftest import UNRULY, record
+
+COMMAND = [sys.executable, "-m", "tests.robotcore.recording.recording_run"]
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / "run.mcap"
+
+
+def test_a_killed_process_leaves_all_but_the_last_moment(file: Path) -> None:
+    with subprocess.Popen([*COMMAND, str(file)], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout
+        told = ["0.0"]
+        while float(told[-1]) < 1.5:
+            told.append(process.stdout.readline())
+        process.send_signal(signal.SIGKILL)
+        told += process.stdout.read().split()
+    recording = read(file)
+    assert recording.is_cut
+    assert recording.is_replayable
+    assert float(told[-1]) - recording.ticks[-1].time < 1.2
+
+
+def test_an_interrupted_run_ends_its_recording_properly(file: Path) -> None:
+    with subprocess.Popen([*COMMAND, str(file)], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout
+        for _ in range(5):
+            process.stdout.readline()
+        process.send_signal(signal.SIGTERM)
+        told = process.stdout.read().split()
+    assert told[-2:] == ["interrupted", "None"]
+    recording = read(file)
+    assert not recording.is_cut
+    assert recording.result
+    assert recording.result.exit_status == 143
+
+
+@pytest.mark.parametrize("limit", [100, 5_000, 20_000])
+def test_a_full_disk_ends_the_recording_in_one_line_and_not_the_run(file: Path, limit: int) -> None:
+    done = subprocess.run([*COMMAND, str(file), str(limit)], capture_output=True, text=True, check=True, timeout=100)
+    outcome, fault = done.stdout.splitlines()[-2:]
+    assert outcome == "success"
+    assert fault == f"{file}: File too large. Make room, or name a file elsewhere"
+    assert done.stderr == ""
+    assert file.stat().st_size <= limit
+
+
+def test_a_folder_that_is_gone_by_then_is_told_and_the_run_goes_on(tmp_path: Path) -> None:
+    recorded = Recorder(tmp_path / "gone" / "run.mcap")
+    assert run(RunRequest(UNRULY), [recorded], [recorded.tap]).ticks == 8
+    assert str(recorded.fault).endswith(
+        "No such file or directory. Name a file that can be written, where there is room"
+    )
+
+
+def test_a_fault_of_the_writer_itself_ends_the_recording_and_not_the_run(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def failing(*_: object) -> None:
+        raise TypeError("a bug")
+
+    monkeypatch.setattr("robotcore.recording.author.to_json", failing)
+    recorder = Recorder(file)
+    assert run(RunRequest(UNRULY), [recorder], [recorder.tap]).ticks == 8
+    assert "TypeError: a bug" in str(recorder.fault)
+
+
+def test_simulated_time_waits_for_a_disk_that_is_too_slow(file: Path) -> None:
+    recorder = Recorder(file, room=1)
+    run(RunRequest(UNRULY), [recorder], [recorder.tap])
+    assert recorder.dropped == 0
+    assert read(file).is_replayable
+
+
+def test_a_real_robot_does_not_wait_but_loses_pictures_and_says_so(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.kinematic.backend.KinematicBackend.is_lockstep", False)
+    recorder = Recorder(file, room=0)
+    result = run(RunRequest(UNRULY), [recorder], [recorder.tap])
+    recording = read(file)
+    assert len(recording.ticks) == result.ticks == 8
+    assert recorder.dropped == 16  # the camera's and those shown
+    assert recording.why_not == "8 picture(s) were dropped: the disk was too slow"
+    assert all(each.device != "eye" for each in recording.samples)
+
+
+def test_a_recording_takes_the_place_of_what_was_there(file: Path) -> None:
+    file.write_bytes(b"x" * 10**6)
+    require_recordable(file)
+    assert file.stat().st_size == 10**6
+    assert not record(file).recording.is_cut
+    assert file.stat().st_size < 10**6
+
+
+@pytest.mark.parametrize(
+    "name, spoil, fault",
+    [
+        ("run.txt", lambda _: None, "a recording is an .mcap file"),
+        ("gone/run.mcap", lambda _: None, "No such file or directory"),
+        ("run.mcap", Path.mkdir, "it is there, and no file"),
+    ],
+)
+def test_a_file_that_could_not_be_written_is_refused_before_the_run(
+    tmp_path: Path, name: str, spoil: Callable[[Path], None], fault: str
+) -> None:
+    spoil(tmp_path / name)
+    with pytest.raises(RecordingError, match=fault):
+        require_recordable(tmp_path / name)
+
+
+def test_a_file_that_can_be_written_is_not_made_by_asking(file: Path) -> None:
+    require_recordable(file)
+    assert not file.exists()
+
+
+@pytest.mark.parametrize("ask", [require_recordable, read])
+def test_without_the_extra_it_is_named(
+    file: Path, monkeypatch: pytest.MonkeyPatch, ask: Callable[[Path], object]
+) -> None:
+    monkeypatch.setattr("robotcore.recording.extra.find_spec", lambda _: None)
+    with pytest.raises(BackendMissingError, match=r"need foxglove and mcap\. pip install 'robotcore\[record\]'"):
+        ask(file)

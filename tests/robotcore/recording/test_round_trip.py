@@ -1,0 +1,138 @@
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from robotcore.devices import Frame
+from robotcore.errors import DeviceError, InvalidCommandError
+from robotcore.recording import SampleKey
+from robotcore.session import RunRequest, run
+from tests.robotcore.recording.conftest import UNRULY, Recorded, record
+from tests.robotcore.recording.test_wire import bits
+
+
+def test_ticks_come_back_to_the_bit(recorded: Recorded) -> None:
+    ticks, seen = recorded.recording.ticks, recorded.witness.ticks
+    assert len(ticks) == len(seen) == 30
+    for tick, (told, notes) in zip(ticks, seen, strict=True):
+        assert bits((tick.number, tick.time, tick.state, tick.asked, tick.sent)) == bits(tuple(told)[:5])
+        assert bits(tick.interventions) == bits(told.interventions)
+        for kind in ("reads", "asks", "turned", "standing", "shown"):
+            assert bits(getattr(tick, kind)) == bits(tuple(getattr(notes, kind))), kind
+
+
+def test_every_sample_comes_back_as_it_was(recorded: Recorded) -> None:
+    samples = recorded.recording.samples
+    kept = [each for _, notes in recorded.witness.ticks for each in notes.samples if each[0].device != "screen"]
+    assert {key for key in samples if key.device != "screen"} == {key for key, _ in kept}
+    for key, sample in kept:
+        again = samples[key]
+        if isinstance(sample, Frame):
+            assert isinstance(again, Frame)
+            assert np.array_equal(again.image, sample.image)
+            assert not again.image.flags.writeable
+            assert (again.time, again.sequence) == (sample.time, sample.sequence)
+        else:
+            assert bits(again) == bits(sample)
+
+
+def test_every_read_of_a_tick_finds_its_sample_or_its_error(recorded: Recorded) -> None:
+    recording = recorded.recording
+    for read in (read for tick in recording.ticks for read in tick.reads):
+        assert bool(read.error) == (read.key is None)
+        if read.key:
+            sample = recording.samples[read.key]
+            assert (sample.time, sample.sequence) == (read.time, read.sequence)
+
+
+def test_a_device_that_failed_fails_again_in_the_same_words(recorded: Recorded) -> None:
+    failed = [read.error for tick in recorded.recording.ticks for read in tick.reads if read.error]
+    assert failed
+    again = failed[0].again()
+    assert isinstance(again, DeviceError)
+    assert again.device == "eye"
+    assert str(again).startswith("eye: ")
+
+
+def test_the_pose_is_the_odometry_s(recorded: Recorded) -> None:
+    assert bits(tuple(tick.pose for tick in recorded.recording.ticks)) == bits(tuple(recorded.witness.poses))
+    assert len(set(recorded.witness.poses)) > 20
+
+
+def test_the_run_is_told_in_full(recorded: Recorded) -> None:
+    told, run = recorded.recording.metadata, recorded.witness.run
+    assert told.request == run.request
+    assert (told.description, told.world) == (run.description, run.world)
+    assert told.devices == tuple(run.robot.devices)
+    assert told.settings == {"end": "success", "ticks": 30}
+    assert told.source == Path(UNRULY).read_text()
+    assert told.is_stepped
+    assert {"python", "numpy", "machine"} <= set(told.platform)
+
+
+def test_the_end_is_told_and_the_whole_can_be_replayed(recorded: Recorded) -> None:
+    recording, result = recorded.recording, recorded.witness.result
+    assert result
+    assert recording.result == replace(result, error=None)
+    assert (recording.is_cut, recording.is_replayable, recording.why_not) == (False, True, "")
+
+
+def test_the_simulator_s_truth_is_kept_beside_the_ticks(recorded: Recorded) -> None:
+    recording = recorded.recording
+    assert [glimpse.tick for glimpse in recording.truth] == [tick.number for tick in recording.ticks]
+    assert recording.truth[-1].pose != recording.truth[0].pose
+
+
+def test_what_was_shown_can_be_looked_at(recorded: Recorded) -> None:
+    recording = recorded.recording
+    tick = next(tick for tick in recording.ticks if tick.shown)
+    shown = recording.samples[tick.shown[0]]
+    assert isinstance(shown, Frame)
+    assert shown.time == tick.time
+    assert shown.image.ndim == 2
+
+
+@pytest.mark.parametrize("end, kind", [("nan", "InvalidCommandError"), ("swallowed", "InvalidCommandError")])
+def test_a_command_that_is_no_number_is_kept_with_its_answer(file: Path, end: str, kind: str) -> None:
+    last = record(file, settings={"end": end}).recording.ticks[-1]
+    assert last.error
+    assert last.error.kind == kind
+    ask = last.asks[-1]
+    assert ask.asked
+    assert not all(map(math.isfinite, ask.asked))
+    assert ask.error
+    assert isinstance(ask.error.again(), InvalidCommandError)
+
+
+def test_an_app_that_raises_leaves_its_traceback(file: Path) -> None:
+    error = record(file, settings={"end": "crash"}).recording.ticks[-1].error
+    assert error
+    assert error.kind == "BehaviourError"
+    assert "in _end" in str(error.attributes["_told_traceback"])
+
+
+def test_a_run_within_somebody_s_except_has_no_error_of_theirs(file: Path) -> None:
+    try:
+        int("")
+    except ValueError:
+        recording = record(file).recording
+    assert [tick.error for tick in recording.ticks] == [None] * 8
+
+
+def test_recording_changes_nothing_that_is_decided(file: Path) -> None:
+    alone = run(RunRequest(UNRULY, seed=3))
+    result = record(file).witness.result
+    assert result
+    assert result.trace_sha256 == alone.trace_sha256
+
+
+def test_a_jpeg_recording_is_smaller_and_says_that_it_cannot_be_replayed(file: Path) -> None:
+    recording = record(file, is_jpeg=True).recording
+    assert recording.why_not == "eye: JPEG is not what the app saw"
+    frame = recording.samples[SampleKey("eye", 0)]
+    assert isinstance(frame, Frame)
+    assert frame.image.shape == (240, 320, 3)

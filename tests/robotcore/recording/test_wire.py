@@ -1,0 +1,89 @@
+from __future__ import annotations
+
+import json
+import struct
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from robotcore.devices import Angle, Range
+from robotcore.drive import Wheels
+from robotcore.geometry import Pose
+from robotcore.recording import Ask, Glimpse, Raised, Read, SampleKey, Tick, Turned
+from robotcore.recording.wire import from_json, plain, to_json
+from robotcore.safety import Intervention
+
+doubles = st.floats()
+names = st.text(max_size=8)
+counts = st.integers(0, 2**53)
+wheels = st.builds(Wheels, doubles, doubles)
+keys = st.builds(SampleKey, names, counts)
+raised = st.builds(Raised, names, names, st.dictionaries(names, st.floats(allow_nan=False, allow_infinity=False)))
+reads = st.builds(Read, names, st.none() | counts, st.none() | doubles, st.none() | counts, st.none() | raised)
+asks = st.builds(Ask, st.none() | wheels, st.none() | wheels, st.none() | raised)
+interventions = st.builds(Intervention, doubles, names, wheels, wheels)
+
+
+def several(of: st.SearchStrategy[Any]) -> st.SearchStrategy[tuple[Any, ...]]:
+    return st.lists(of, max_size=3).map(tuple)
+
+
+ticks = st.builds(
+    Tick,
+    number=counts,
+    time=doubles,
+    state=names,
+    reads=several(reads),
+    asks=several(asks),
+    turned=several(st.builds(Turned, st.none() | wheels, st.none() | raised)),
+    standing=several(wheels),
+    pose=st.none() | st.builds(Pose, doubles, doubles, doubles),
+    asked=st.none() | wheels,
+    sent=st.none() | wheels,
+    interventions=several(interventions),
+    shown=several(keys),
+    error=st.none() | raised,
+)
+points = st.none() | st.tuples(doubles, doubles, doubles)
+events = (
+    ticks
+    | st.builds(Glimpse, counts, doubles, st.builds(Pose, doubles, doubles, doubles), counts)
+    | st.builds(Range, doubles, doubles, counts, points)
+    | st.builds(Angle, doubles, doubles, counts)
+)
+
+
+@given(events)
+def test_an_event_comes_back_with_the_very_doubles(event: Any) -> None:
+    again = from_json(type(event), to_json(event))
+    assert type(again) is type(event)
+    assert bits(again) == bits(event)
+
+
+def bits(value: Any) -> Any:
+    """Return a value in which each double is its bytes; every nan is the same."""
+    if isinstance(value, float):
+        return b"nan" if value != value else struct.pack("<d", value)  # noqa: PLR0124
+    if hasattr(value, "__dataclass_fields__"):
+        return [type(value), *(bits(getattr(value, name)) for name in value.__dataclass_fields__)]
+    if isinstance(value, dict):
+        return {name: bits(each) for name, each in value.items()}
+    return [type(value), *map(bits, value)] if isinstance(value, tuple) else value
+
+
+def test_what_is_no_number_travels_as_a_string_so_that_the_json_is_one_that_all_read() -> None:
+    told = json.loads(to_json(Wheels(float("inf"), float("nan"))), parse_constant=pytest.fail)
+    assert told == {"left": "inf", "right": "nan"}
+
+
+def test_numpy_numbers_and_members_of_enumerations_are_told_as_what_they_are() -> None:
+    assert plain([np.float64(0.1), np.int64(3), np.bool_(True).item()]) == [0.1, 3, True]
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b"[]", b'{"number": "x"}', b'{"number": 1, "time": [], "state": ""}'])
+def test_what_is_no_tick_is_refused(content: bytes) -> None:
+    with pytest.raises(ValueError):  # noqa: PT011  pydantic's, or json's
+        from_json(Tick, content)
