@@ -105,7 +105,7 @@ class Recorder:
         clock = MonotonicClock()
         flushed = clock.now()
         while not self._backlog.is_over:
-            if entry := self._backlog.get(flushed + FLUSH_S - clock.now()):
+            if entry := self._backlog.get():
                 author.write(entry)
             if clock.now() - flushed >= FLUSH_S:
                 file.flush()

@@ -9,7 +9,7 @@ def test_entries_come_out_in_their_order() -> None:
     backlog: Backlog[int] = Backlog()
     for entry in range(3):
         backlog.put(entry, 1, waits=False)
-    assert [backlog.get(0.0) for _ in range(4)] == [0, 1, 2, None]
+    assert [backlog.get() for _ in range(4)] == [0, 1, 2, None]
 
 
 def test_there_is_no_room_while_too_much_waits_but_nothing_is_refused() -> None:
@@ -19,7 +19,7 @@ def test_there_is_no_room_while_too_much_waits_but_nothing_is_refused() -> None:
     backlog.put(2, 9, waits=False)
     assert not backlog.has_room()
     backlog.put(3, 9, waits=False)
-    assert [backlog.get(0.0) for _ in range(3)] == [1, 2, 3]
+    assert [backlog.get() for _ in range(3)] == [1, 2, 3]
     assert backlog.has_room()
 
 
@@ -30,7 +30,7 @@ def test_who_waits_for_room_goes_on_when_there_is_some() -> None:
     while not backlog._entries:
         pass
     assert putting.is_alive()
-    assert backlog.get(5.0) == 1
+    assert backlog.get() == 1
     putting.join(20.0)
     assert not putting.is_alive()
 
@@ -43,6 +43,6 @@ def test_an_end_lets_go_of_who_waits_for_room_and_takes_no_more() -> None:
     putting.join(20.0)
     assert not putting.is_alive()
     backlog.put(2, 1, waits=True)
-    rest = [backlog.get(0.0), backlog.get(0.0)]
+    rest = [backlog.get(), backlog.get()]
     assert 2 not in rest
     assert backlog.is_over
