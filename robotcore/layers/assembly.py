@@ -79,6 +79,8 @@ def assemble(
     each sample once, and each command as the app gives it. ``guard``, below them all, sees what motors are told.
     """
     safety, where, latch = description.safety, Whereabouts(), Latch()
+    for tap in taps:
+        tap.latch(latch)
     watched = Watched(where, safety.answer_s, raw.name)
     ticks = TickClock(slept_by(clock or raw.clock, (watched, *faults)))
     conditioned = Conditioned(conditions, seed, description.drive)

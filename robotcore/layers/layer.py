@@ -8,7 +8,7 @@ from robotcore.clock import Clock
 from robotcore.devices import Angle, Camera, Display, Encoder, Frame, Motor, Range, RangeSensor, SampleT, Sensor
 from robotcore.drive import Wheels
 from robotcore.layers.readers import Reader
-from robotcore.safety import Stage
+from robotcore.safety import Latch, Stage
 
 
 class Layer:
@@ -53,3 +53,6 @@ class Layer:
     def clock(self, clock: Clock) -> Clock:
         """Return the clock as the loop is to sleep by it."""
         return clock
+
+    def latch(self, latch: Latch) -> None:
+        """Learn what ends the run for good; told once, before anything is read."""

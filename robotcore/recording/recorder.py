@@ -64,7 +64,7 @@ class Recorder:
         self._thread.start()
 
     def tick(self, record: TickRecord) -> None:
-        entry = Entry(record, self.tap.take(), self._glimpse(record), self._raised())
+        entry = Entry(record, self.tap.take(), self._glimpse(record), self._raised(record))
         self._backlog.put(entry, entry.size, waits=self._is_stepped)
 
     def end(self, result: RunResult) -> None:
@@ -75,9 +75,12 @@ class Recorder:
             if self._thread.is_alive():
                 self._give_up(RecordingError(self.path, "the disk takes no more", "Take another one"))
 
-    def _raised(self) -> Raised | None:
-        """Return what is ending the run in this tick: the loop notes a tick while that passes by."""
-        error = sys.exc_info()[1]
+    def _raised(self, record: TickRecord) -> Raised | None:
+        """Return what is ending the run in this tick: the loop notes a tick while that passes by.
+
+        What has latched is why the run ends, whatever else is raised.
+        """
+        error = self.tap.latched(record.interventions) or sys.exc_info()[1]
         if error is self._outer or not isinstance(error, (RobotcoreError, Interrupted)):
             return None
         return Raised.of(error)

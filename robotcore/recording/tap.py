@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Generic
 
@@ -12,7 +12,7 @@ from robotcore.errors import RobotcoreError
 from robotcore.layers.layer import Layer
 from robotcore.layers.readers import Reader
 from robotcore.recording.events import Ask, Raised, Read, SampleKey, Turned
-from robotcore.safety import Commit, Stage
+from robotcore.safety import Commit, Intervention, Latch, Stage
 
 
 @dataclass(slots=True)
@@ -34,6 +34,15 @@ class Tap(Layer):
         self.notes = Notes()
         self.dropped = 0
         self._has_room = has_room
+        self._latch: Latch | None = None
+
+    def latched(self, told: Iterable[Intervention]) -> RobotcoreError | None:
+        """Return what ends the run for good, if that is among the interventions that are told."""
+        latch = self._latch
+        return latch.error if latch and latch.error and latch.cause in {each.cause for each in told} else None
+
+    def latch(self, latch: Latch) -> None:
+        self._latch = latch
 
     def take(self) -> Notes:
         """Return what was noted since it was last taken."""

@@ -9,8 +9,11 @@ import pytest
 
 from robotcore.devices import Frame
 from robotcore.errors import DeviceError, InvalidCommandError
-from robotcore.recording import SampleKey
-from robotcore.session import RunRequest, run
+from robotcore.outcome import Outcome, RunResult
+from robotcore.recording import Raised, SampleKey, read
+from robotcore.recording.recorder import Recorder
+from robotcore.session import Run, RunRequest, run
+from robotcore.trace import TickRecord
 from tests.robotcore.recording.conftest import UNRULY, Recorded, record
 from tests.robotcore.recording.test_wire import bits
 
@@ -42,11 +45,11 @@ def test_every_sample_comes_back_as_it_was(recorded: Recorded) -> None:
 
 def test_every_read_of_a_tick_finds_its_sample_or_its_error(recorded: Recorded) -> None:
     recording = recorded.recording
-    for read in (read for tick in recording.ticks for read in tick.reads):
-        assert bool(read.error) == (read.key is None)
-        if read.key:
-            sample = recording.samples[read.key]
-            assert (sample.time, sample.sequence) == (read.time, read.sequence)
+    for each in (each for tick in recording.ticks for each in tick.reads):
+        assert bool(each.error) == (each.key is None)
+        if each.key:
+            sample = recording.samples[each.key]
+            assert (sample.time, sample.sequence) == (each.time, each.sequence)
 
 
 def test_a_device_that_failed_fails_again_in_the_same_words(recorded: Recorded) -> None:
@@ -106,6 +109,30 @@ def test_a_command_that_is_no_number_is_kept_with_its_answer(file: Path, end: st
     assert not all(map(math.isfinite, ask.asked))
     assert ask.error
     assert isinstance(ask.error.again(), InvalidCommandError)
+
+
+class Button:
+    """Presses the e-stop in the third tick."""
+
+    def begin(self, run: Run) -> None:
+        self._press = run.emergency.press
+
+    def tick(self, record: TickRecord) -> None:
+        if record.tick == 2:
+            self._press("the red button was pressed")
+
+    def end(self, result: RunResult) -> None: ...
+
+
+def test_an_e_stop_is_the_error_of_the_last_tick(file: Path) -> None:
+    recorder = Recorder(file)
+    run(RunRequest(UNRULY), [Button(), recorder], [recorder.tap])
+    recording = read(file)
+    errors = [tick.error for tick in recording.ticks]
+    assert errors[:-1] == [None] * (len(errors) - 1)
+    assert errors[-1] == Raised("EmergencyStopError", "e-stop: the red button was pressed")
+    assert recording.result
+    assert recording.result.outcome is Outcome.STOPPED
 
 
 def test_an_app_that_raises_leaves_its_traceback(file: Path) -> None:
