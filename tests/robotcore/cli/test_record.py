@@ -1,0 +1,70 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from robotcore.recording import read
+from tests.robotcore.cli.conftest import Cli
+
+SHORT = ("run", "avoid-obstacles", "--world", "open", "--set", "duration_s=0.5")
+
+
+def test_a_run_is_recorded_and_says_where(cli: Cli, tmp_path: Path) -> None:
+    file = tmp_path / "run.mcap"
+    told = cli(*SHORT, "--record", str(file))
+    assert told.status == 0
+    assert told.out.endswith(f"The recording: {file}\n")
+    recording = read(file)
+    assert recording.is_replayable
+    assert recording.metadata.settings == {"duration_s": 0.5, "near_m": 0.4}
+
+
+def test_with_json_the_file_is_named_apart(cli: Cli, tmp_path: Path) -> None:
+    told = cli(*SHORT, "--record", str(tmp_path / "run.mcap"), "--json")
+    assert told.json["outcome"] == "success"
+    assert "The recording: " in told.err
+
+
+def test_record_jpeg_is_recorded_as_jpeg(cli: Cli, tmp_path: Path) -> None:
+    file = tmp_path / "run.mcap"
+    assert cli("run", "green-search", "--timeout", "0.2", "--record", str(file), "--record-jpeg").status == 1
+    assert "JPEG" in read(file).why_not
+
+
+@pytest.mark.parametrize(
+    "arguments, fault",
+    [
+        (("--record", "run.bag"), "run.bag: a recording is an .mcap file. Give it that ending"),
+        (("--record", "gone/run.mcap"), "gone/run.mcap: No such file or directory"),
+        (("--record-jpeg",), "--record-jpeg says how to record, and nothing is recorded. Add --record FILE.mcap"),
+    ],
+)
+def test_what_could_not_be_recorded_is_refused_before_the_run(
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], fault: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    told = cli(*SHORT, *arguments)
+    assert (told.status, told.out) == (2, "")
+    assert fault in told.err
+
+
+def test_a_recording_that_is_not_whole_is_a_failure_that_is_told(
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("robotcore.recording.mcapfile._Sink._write_all", full)
+    told = cli(*SHORT, "--record", str(tmp_path / "run.mcap"), "--json")
+    assert told.status == told.json["exit_status"] == 1
+    assert told.json["outcome"] == "success"
+    assert "No space left on device. Make room" in told.json["reason"]
+    assert told.err.count("\n") == 1
+
+
+def test_a_run_that_did_not_begin_leaves_no_recording(cli: Cli, tmp_path: Path) -> None:
+    told = cli("run", "green-search", "--robot", "nobody", "--record", str(tmp_path / "run.mcap"))
+    assert told.status == 2
+    assert not (tmp_path / "run.mcap").exists()
+    assert "recording" not in told.out

@@ -1,0 +1,99 @@
+"""What others find in a file: by the library's own reader, as Foxglove does."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+
+import pytest
+from mcap.reader import make_reader
+
+from robotcore.recording.frames import nanoseconds, quaternion
+from robotcore.recording.protobuf import compressed_image, fields, raw_image
+from robotcore.recording.schemas import ANGLE, RANGE, RESULT, RUN, TICK, TRUTH, Schema
+from tests.robotcore.recording.conftest import Recorded
+
+SCHEMAS = {
+    "/eye": "foxglove.RawImage",
+    "/eye/calibration": "foxglove.CameraCalibration",
+    "/log": "foxglove.Log",
+    "/left_encoder": "robotcore.Angle",
+    "/nose": "robotcore.Range",
+    "/nose/scan": "foxglove.LaserScan",
+    "/pose": "foxglove.PoseInFrame",
+    "/result": "robotcore.Result",
+    "/right_encoder": "robotcore.Angle",
+    "/run": "robotcore.Run",
+    "/screen": "foxglove.CompressedImage",
+    "/tf": "foxglove.FrameTransforms",
+    "/ticks": "robotcore.Tick",
+    "/truth": "robotcore.Truth",
+}
+
+
+def test_every_channel_has_the_schema_by_which_foxglove_shows_it(recorded: Recorded) -> None:
+    with recorded.file.open("rb") as file:
+        found = {
+            channel.topic: schema.name
+            for schema, channel, _ in make_reader(file, validate_crcs=True).iter_messages()
+            if schema
+        }
+    assert found == SCHEMAS
+
+
+def test_a_picture_that_was_read_again_is_stored_once(recorded: Recorded) -> None:
+    with recorded.file.open("rb") as file:
+        counts = Counter(channel.topic for _, channel, _ in make_reader(file).iter_messages())
+    kept = {key for _, notes in recorded.witness.ticks for key, _ in notes.samples if key.device == "eye"}
+    assert counts["/eye"] == len(kept) < counts["/ticks"]
+
+
+def test_descriptions_and_a_user_s_app_are_attached_and_the_request_is_in_the_metadata(recorded: Recorded) -> None:
+    with recorded.file.open("rb") as file:
+        attached = {each.name: each.data for each in make_reader(file).iter_attachments()}
+    assert set(attached) == {"robot.json", "world.json", "app.py"}
+    assert json.loads(attached["robot.json"])["name"] == "rover"
+    with recorded.file.open("rb") as file:
+        noted = {each.name: each.metadata for each in make_reader(file).iter_metadata()}
+    assert noted["robotcore.run"]["backend"] == "kinematic"
+    assert noted["robotcore.result"]["outcome"] == "success"
+
+
+@pytest.mark.parametrize("schema", [TICK, RANGE, ANGLE, TRUTH, RUN, RESULT], ids=lambda schema: schema["title"])
+def test_a_schema_has_only_what_foxglove_knows_of_json_schema(schema: Schema) -> None:
+    assert schema["type"] == "object"
+    for each in schema["properties"].values():
+        if each["type"] == "array":
+            assert each["items"]["type"] in {"number", "object", "string"}
+        elif each["type"] == "object":
+            test_a_schema_has_only_what_foxglove_knows_of_json_schema(each)
+        else:
+            assert each["type"] in {"number", "integer", "string"}
+
+
+def test_the_optical_frame_looks_ahead() -> None:
+    """Its z is the camera's x: ahead; its x the camera's -y: to the right."""
+    turn = quaternion(-math.pi / 2, 0.0, -math.pi / 2)
+    again = fields(turn.encode())
+    x, y, z, w = (number_of(value) for _, value in again)
+    ahead = (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y))
+    right = (1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y))
+    assert ahead == pytest.approx((1, 0, 0))
+    assert right == pytest.approx((0, -1, 0))
+
+
+def number_of(value: memoryview) -> float:
+    return float(memoryview(bytes(value)).cast("d")[0])
+
+
+@pytest.mark.parametrize("seconds, whole", [(0.05, 50_000_000), (-1.0, 0), (math.nan, 0), (math.inf, 0)])
+def test_times_that_foxglove_does_not_know_are_its_beginning(seconds: float, whole: int) -> None:
+    assert nanoseconds(seconds) == whole
+
+
+@pytest.mark.parametrize("message", [b"", b"\x32\x7fx", b"\xff" * 12, b"\x12\x03abc", b"\x13"])
+def test_what_is_no_picture_is_refused(message: bytes) -> None:
+    for unpack in (raw_image, compressed_image):
+        with pytest.raises((ValueError, LookupError)):
+            unpack(message)
