@@ -1,0 +1,29 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.docs.listings import CODE, listings, rows
+from tests.robotcore.recording.test_foxglove import SCHEMAS
+
+PAGE = (Path(__file__).parents[2] / "docs" / "recording.md").read_text()
+
+
+def test_the_listing_records_a_run_and_reads_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (listing,) = (each.text for each in listings(PAGE) if each.language == "python")
+    exec(compile(listing, "recording.md", "exec"), {})  # noqa: S102  the page's own
+    told = capsys.readouterr().out.splitlines()
+    assert told[0].startswith("2.0 ")
+    assert any(line.startswith("nose Range(") for line in told[1:])
+
+
+def test_the_table_names_every_channel_and_its_schema() -> None:
+    told = [(CODE.findall(channels), CODE.findall(schema)) for channels, schema, _ in rows(PAGE, "Look at it")]
+    assert {channel for channels, _ in told for channel in channels} == set(SCHEMAS)
+    for channels, schemas in told:
+        named = [schema for schema in schemas if "." in schema]
+        assert not named or {SCHEMAS[channel] for channel in channels} <= set(named)
