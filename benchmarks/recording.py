@@ -122,7 +122,11 @@ def _tell_kills(file: Path, kills: int, moments: random.Random) -> float:
     missing = list(_missing_s(file, kills, moments))
     opened = [each for each in missing if each is not None]
     rows = [
-        ("files that open, and can be replayed up to their end", f"{len(opened)} of {kills}", f"{kills} of {kills}"),
+        (
+            "files that open, and can be replayed up to where they end",
+            f"{len(opened)} of {kills}",
+            f"{kills} of {kills}",
+        ),
         ("missing at the end, median, s", f"{statistics.median(opened):.2f}", ""),
         ("missing at the end, worst, s", f"{max(opened):.2f}", f"≤ {LOST_BOUND_S:g}"),
     ]
@@ -135,9 +139,12 @@ def _missing_s(file: Path, kills: int, moments: random.Random) -> Iterator[float
         last = _killed_at(file, moments.uniform(0.5, 3.0))
         try:
             recording = read(file)
-            yield last - recording.ticks[-1].time if recording.is_replayable else None
         except RecordingError:
             yield None
+        else:
+            ticks = recording.ticks
+            assert recording.is_replayable or not ticks, recording.why_not
+            yield last - (ticks[-1].time if ticks else 0.0)
 
 
 def _killed_at(file: Path, moment: float) -> float:

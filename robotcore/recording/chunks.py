@@ -23,7 +23,7 @@ from zstandard import ZstdError
 from robotcore.errors import RecordingError
 
 MAGIC = b"\x89MCAP0\r\n"
-DAMAGE = (McapError, ZstdError, struct.error, ValueError, LookupError, RecursionError)
+DAMAGE = (McapError, ZstdError, struct.error, ValueError, LookupError, OverflowError, RecursionError)
 """What comes of bytes that are not what was written."""
 
 _RECORD = struct.Struct("<BQ")

@@ -14,6 +14,9 @@ from robotcore.recording.chunks import MAGIC, ChunkedFile
 from tests.robotcore.recording.conftest import Recorded, record
 from tests.robotcore.recording.test_wire import bits
 
+HUGE = MAGIC + b"\x06" + (56).to_bytes(8, "little") + bytes(32) + b"\xff" * 8 + bytes(16)
+"""A chunk that claims to hold more than any memory."""
+
 
 def holds_nothing_that_was_not(part: Recording, whole: Recording) -> None:
     """Fail where a recording is no beginning of another one, or makes a sample up."""
@@ -112,7 +115,7 @@ def test_a_chunk_taken_out_of_the_middle_leaves_no_gap(recorded: Recorded, file:
     assert part.is_cut
 
 
-@pytest.mark.parametrize("content", [b"", b"PNG", MAGIC, MAGIC + b"\x06" + b"\xff" * 8, MAGIC + bytes(99)])
+@pytest.mark.parametrize("content", [b"", b"PNG", MAGIC, MAGIC + b"\x06" + b"\xff" * 8, MAGIC + bytes(99), HUGE])
 def test_what_is_no_recording_is_refused_by_name(file: Path, content: bytes) -> None:
     file.write_bytes(content)
     with pytest.raises(RecordingError, match=r"run\.mcap: it (is no MCAP file|holds no run)\. Name"):
