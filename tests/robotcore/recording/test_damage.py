@@ -115,7 +115,9 @@ def test_a_chunk_taken_out_of_the_middle_leaves_no_gap(recorded: Recorded, file:
     assert part.is_cut
 
 
-@pytest.mark.parametrize("content", [b"", b"PNG", MAGIC, MAGIC + b"\x06" + b"\xff" * 8, MAGIC + bytes(99), HUGE])
+@pytest.mark.parametrize(
+    "content", [b"", b"PNG", MAGIC, MAGIC + b"\x06" + b"\xff" * 8, MAGIC + bytes(99), HUGE], ids=range(6)
+)
 def test_what_is_no_recording_is_refused_by_name(file: Path, content: bytes) -> None:
     file.write_bytes(content)
     with pytest.raises(RecordingError, match=r"run\.mcap: it (is no MCAP file|holds no run)\. Name"):
