@@ -11,7 +11,7 @@ from typing import Any, ClassVar, TypeVar
 
 from pydantic import ValidationError
 
-from robotcore.description import Described, RobotDescription, WorldDescription, first_fault
+from robotcore.description import Described, RobotDescription, WorldDescription, first_fault, load_robot
 from robotcore.errors import BackendMissingError, UnknownNameError, UsageError
 from robotcore.robot import Robot
 
@@ -76,6 +76,13 @@ class Backend(ABC):
 
         Raises BackendMissingError, DeviceError or DeviceGroupError; what was opened by then is closed again.
         """
+
+    def described(self, robot: str, options: Mapping[str, Any]) -> RobotDescription:
+        """Return the robot to open, by name or from its file; a backend that brings its own returns that.
+
+        ``options`` are the user's. Raises UsageError where there is none.
+        """
+        return load_robot(robot)
 
     @property
     def remedy(self) -> str:

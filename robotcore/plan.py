@@ -90,7 +90,7 @@ class Plan:
         backend = load_backend(request.backend)
         judge = None if request.judge is None else load_judge(request.judge)
         behaviour = configure(load_app(request.app), request.settings)  # last: what it imports later is beside it
-        description = load_robot(request.robot)
+        description = backend.described(request.robot, request.options)
         devices = needed_devices(description, behaviour.needs, behaviour.wants)
         faults = plan_faults(request.faults, description, devices)
         _require_room_to_stop(behaviour, description)
