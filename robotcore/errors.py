@@ -8,10 +8,12 @@
     │   └── UnmetNeedError                   the robot lacks what the app needs
     ├── BackendError (RuntimeError)          a backend cannot work: exit 3
     │   ├── BackendMissingError (ImportError)  it is not installed
-    │   └── GuardianError                    nobody would stop the motors if this process could not
+    │   ├── GuardianError                    nobody would stop the motors if this process could not
+    │   └── RecordingEndedError (EOFError)   a replay came to the end of its recording
     ├── DeviceError (OSError)                a device failed: exit 3
     │   ├── DeviceClosedError                it was used after it was closed
     │   └── DeviceGroupError                 several failed at once
+    ├── DeviationError                       a replay does otherwise than its recording: exit 1
     ├── SafetyStop                           the safety stage ended the run: exit 4
     │   ├── InvalidCommandError (ValueError) a velocity that is no number
     │   ├── StaleSampleError (TimeoutError)  a needed sample is too old
@@ -113,6 +115,17 @@ class BackendMissingError(BackendError, ImportError):
 
 class GuardianError(BackendError):
     """The guardian process is gone, or cannot do its work; nothing moves without it."""
+
+
+class RecordingEndedError(BackendError, EOFError):
+    """A replay came to the end of its recording, and the app would have gone on."""
+
+    def __init__(self, ticks: int, time: float) -> None:
+        super().__init__(f"the recording ends here, after {ticks} ticks, at {time:g} s; the app would have gone on")
+
+
+class DeviationError(RobotcoreError):
+    """A replay does otherwise than its recording."""
 
 
 class DeviceError(RobotcoreError, OSError):

@@ -27,7 +27,7 @@ def metadata_of(run: Run) -> Metadata:
         world=run.world,
         devices=tuple(run.robot.devices),
         settings=_settings(run.behaviour),
-        platform=_platform(request.backend),
+        platform=platform_of(request.backend),
         source=_source(request.app),
         started=datetime.now(timezone.utc).isoformat(timespec="seconds"),
     )
@@ -39,7 +39,7 @@ def _settings(behaviour: Behaviour) -> dict[str, Any]:
     return {field.name: getattr(behaviour, field.name, None) for field in fields(behaviour) if field.init}
 
 
-def _platform(backend: str) -> dict[str, str]:
+def platform_of(backend: str) -> dict[str, str]:
     """Return all that the bits of a run depend on: machine, system, libraries."""
     machine = {"machine": platform.machine(), "system": platform.system(), "libc": " ".join(platform.libc_ver())}
     return {"robotcore": version("robotcore"), **machine, **libraries([backend])}

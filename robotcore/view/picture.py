@@ -39,23 +39,31 @@ class PictureRecorder:
 
     def png(self) -> bytes | None:
         """Draw the run; return the PNG, or None where no run began."""
-        if self._story is None:
-            return None
-        _, encoded = cv2.imencode(".png", draw(self._story))
-        return encoded.tobytes()
+        return None if self._story is None else png_of(self._story)
 
     def save(self, file: Path) -> bool:
         """Draw the run as a PNG; return whether one began. UsageError says why it cannot be written."""
         content = self.png()
         if content is None:
             return False
-        try:
-            file.write_bytes(content)
-        except OSError as error:
-            with suppress(OSError):
-                _forget(file)
-            raise _unwritable(file, error) from error
+        save_png(content, file)
         return True
+
+
+def png_of(story: Story) -> bytes:
+    """Draw a run; return the PNG."""
+    _, encoded = cv2.imencode(".png", draw(story))
+    return encoded.tobytes()
+
+
+def save_png(content: bytes, file: Path) -> None:
+    """Write a picture. UsageError says why it cannot be written; no half of it is left behind."""
+    try:
+        file.write_bytes(content)
+    except OSError as error:
+        with suppress(OSError):
+            _forget(file)
+        raise _unwritable(file, error) from error
 
 
 def _forget(file: Path) -> None:

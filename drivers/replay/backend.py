@@ -1,0 +1,115 @@
+"""The replay backend: a recorded run, served back to an app."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import InstanceOf
+
+from drivers.replay.clock import ReplayClock
+from drivers.replay.devices import ReplayCamera, ReplayDisplay, ReplayEncoder, ReplayMotor, ReplayRangeSensor
+from drivers.replay.reel import Reel
+from robotcore.backend import Backend, Setup
+from robotcore.description import (
+    CameraDescription,
+    Described,
+    DisplayDescription,
+    MotorDescription,
+    RangeSensorDescription,
+    RobotDescription,
+)
+from robotcore.devices import Device
+from robotcore.errors import UnmetNeedError, UsageError
+from robotcore.plan import RunRequest
+from robotcore.recording import Recording, read
+from robotcore.robot import Robot
+
+
+class ReplayOptions(Described):
+    """``file`` is the recording; in a program, ``recording`` is one that was read already."""
+
+    file: Path | None = None
+    recording: InstanceOf[Recording] | None = None
+
+
+class ReplayBackend(Backend):
+    """Opens the robot of a recording. Its sensors give what they gave; its motors turn nothing.
+
+    The robot is described in the recording. It vouches for nothing: nobody knows where else the robot would have gone.
+    """
+
+    name = "replay"
+    summary = "a recorded run, served back to an app: --option file=RUN.mcap"
+    modules = ("mcap",)
+
+    def __init__(self) -> None:
+        self._read: Recording | None = None
+
+    @property
+    def remedy(self) -> str:
+        return "pip install 'robotcore[record]'"
+
+    def described(self, robot: str, options: Mapping[str, Any]) -> RobotDescription:
+        """Return the recorded robot; UsageError where another one is asked for."""
+        recorded = self._recording(options).metadata
+        if robot not in (RunRequest.robot, recorded.request.robot, recorded.description.name):
+            raise UsageError(
+                f"--robot {robot}: a replay has the robot of its recording, {recorded.description.name!r}. "
+                "Leave --robot out"
+            )
+        return recorded.description
+
+    def open(self, setup: Setup) -> Robot:
+        setup.options_as(ReplayOptions)
+        recording = self._recording(setup.options)
+        _require_rate(setup, recording)
+        _require_recorded(setup, recording)
+        clock = ReplayClock([tick.time for tick in recording.ticks])
+        return Robot(setup.robot.name, clock, _devices(setup, recording, clock))
+
+    def _recording(self, options: Mapping[str, Any]) -> Recording:
+        """Return the recording that the options name; it is read once."""
+        if isinstance(given := options.get("recording"), Recording):
+            return given
+        if "file" not in options:
+            raise UsageError("the backend 'replay' needs a recording. Name its file: --option file=RUN.mcap")
+        self._read = self._read or read(Path(options["file"]))
+        return self._read
+
+
+def _devices(setup: Setup, recording: Recording, clock: ReplayClock) -> Iterator[Device]:
+    for device in setup.chosen:
+        name = device.name
+        if isinstance(device, MotorDescription):
+            yield ReplayMotor(device)
+        elif isinstance(device, RangeSensorDescription):
+            yield ReplayRangeSensor(device, Reel(name, recording, clock))
+        elif isinstance(device, CameraDescription):
+            yield ReplayCamera(device, Reel(name, recording, clock))
+        elif isinstance(device, DisplayDescription):
+            yield ReplayDisplay(name)
+        else:
+            yield ReplayEncoder(name, Reel(name, recording, clock))
+
+
+def _require_rate(setup: Setup, recording: Recording) -> None:
+    recorded = recording.metadata.request.rate_hz
+    if setup.rate_hz != recorded:
+        raise UsageError(
+            f"--rate {setup.rate_hz:g}: the run was recorded at {recorded:g} Hz, and so it is replayed. "
+            f"Take --rate {recorded:g}"
+        )
+
+
+def _require_recorded(setup: Setup, recording: Recording) -> None:
+    """Raise UnmetNeedError where a sensor is to be opened that the recorded run had not opened."""
+    sensors = {device.name for device in setup.chosen if device.kind not in ("motor", "display")}
+    opened = recording.metadata.devices
+    if missing := sorted(sensors.difference(opened)):
+        names, app = ", ".join(missing), recording.metadata.request.app
+        raise UnmetNeedError(
+            f"the recording has no samples of {names}: its run, of {app!r}, had opened {', '.join(opened)}. "
+            f"Record a run of an app that needs {names} too"
+        )

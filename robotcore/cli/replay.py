@@ -1,0 +1,77 @@
+"""``robotcore replay``: a recorded run, decided once more."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from robotcore.cli.answering import AnsweringCommand
+from robotcore.cli.output import printing_apart, write_json
+from robotcore.cli.values import pair
+
+if TYPE_CHECKING:
+    from robotcore.recording import Recording
+    from robotcore.replay import Rehearsed, Replayed
+
+
+@click.command("replay", cls=AnsweringCommand)
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--app", metavar="APP", help="Let another app decide on the recorded samples: a name, or a file.")
+@click.option("--set", "settings", metavar="KEY=VALUE", type=pair, multiple=True, help="Another setting of the app.")
+@click.option("--picture", metavar="FILE", type=click.Path(path_type=Path), help="Draw the replay as a PNG.")
+@click.option("--json", "as_json", is_flag=True, help="Print one line of JSON instead.")
+def command(
+    file: Path, app: str | None, settings: tuple[tuple[str, str], ...], picture: Path | None, *, as_json: bool
+) -> int:
+    """Give the app of a recording FILE what it was given, and hold it to each decision; the first other one is told.
+
+    With --app or --set, what another app, or the same one otherwise set, would have decided on the recorded samples.
+
+    Exit status: 0 all is equal, or another app came to its end; 1 something differs; else as `robotcore run`.
+    """
+    from robotcore.recording import read
+    from robotcore.view.picture import require_writable
+
+    if picture:
+        require_writable(picture)
+    recording = read(file)
+    with printing_apart(as_json=as_json):
+        came_out = _run(recording, file, app, dict(settings))
+    if as_json:
+        write_json({"file": str(file), **came_out.to_dict()})
+    else:
+        _tell(came_out)
+    if picture:
+        _draw(recording, came_out, picture)
+        click.echo(f"The picture: {picture}", err=as_json)
+    return came_out.exit_status
+
+
+def _run(recording: Recording, file: Path, app: str | None, settings: dict[str, str]) -> Replayed | Rehearsed:
+    from robotcore.replay import rehearse, replay
+
+    if app or settings:
+        return rehearse(recording, app, settings, file=file)
+    return replay(recording, file)
+
+
+def _tell(came_out: Replayed | Rehearsed) -> None:
+    from robotcore.cli.failure import tell_error
+    from robotcore.cli.output import write
+    from robotcore.errors import DeviationError, Interrupted, RecordingEndedError, RobotcoreError
+    from robotcore.replay.words import told
+
+    write(told(came_out))
+    error = came_out.result.error
+    is_told = isinstance(error, (DeviationError, RecordingEndedError)) or not came_out.exit_status
+    if isinstance(error, (RobotcoreError, Interrupted)) and not is_told:
+        tell_error(error)
+
+
+def _draw(recording: Recording, came_out: Replayed | Rehearsed, picture: Path) -> None:
+    from robotcore.view.picture import png_of, save_png
+    from robotcore.view.recorded import story_of
+
+    save_png(png_of(story_of(recording, came_out.states, came_out.result)), picture)

@@ -1,0 +1,55 @@
+"""What a recording has for one tick, handed out in its order."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TypeVar
+
+from robotcore.drive import Wheels
+from robotcore.errors import Interrupted
+from robotcore.recording import Ask, Raised, Tick, Turned
+from robotcore.safety.stage import REST
+
+CueT = TypeVar("CueT")
+
+
+class Cues:
+    """The asks, the angles and the standing commands of a tick. Of the last two, the last one stays."""
+
+    def __init__(self, tick: Tick) -> None:
+        self.tick = tick
+        self.asks = deque(tick.asks)
+        self._turned, self._standing = deque(tick.turned), deque(tick.standing)
+        self._devices = {read.device for read in tick.reads}
+
+    @property
+    def is_cut_short(self) -> bool:
+        """Whether a signal ended the run in this tick: what the recording lacks of it tells nothing."""
+        return self.tick.error is not None and self.tick.error.kind == Interrupted.__name__
+
+    def was_read(self, device: str) -> bool:
+        """Return whether the recorded run read the device in this tick."""
+        return device in self._devices
+
+    def came_from_below(self, error: Raised) -> bool:
+        """Return whether a device or the stage raised this to the app, which could have caught it."""
+        tick = self.tick
+        return any(error in [each.error for each in given] for given in (tick.reads, tick.asks, tick.turned))
+
+    def next_ask(self) -> Ask | None:
+        """Return the next command that the recorded run gave, if there is one left."""
+        return self.asks.popleft() if self.asks else None
+
+    def next_turned(self) -> Turned | None:
+        """Return the angles of the wheels; None where the recorded run had no drive."""
+        return _next(self._turned)
+
+    def next_standing(self) -> Wheels:
+        """Return what was being asked of the wheels, for an app that commands one alone."""
+        return _next(self._standing) or REST
+
+
+def _next(left: deque[CueT]) -> CueT | None:
+    if len(left) > 1:
+        return left.popleft()
+    return left[0] if left else None

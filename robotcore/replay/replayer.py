@@ -1,0 +1,82 @@
+"""What holds an app to a recording: over the devices that serve its samples, and at each tick."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from robotcore.devices import SampleT, Sensor
+from robotcore.drive import Wheels
+from robotcore.layers.layer import Layer
+from robotcore.layers.readers import Reader
+from robotcore.outcome import RunResult
+from robotcore.recording import Recording
+from robotcore.replay.likeness import Likeness
+from robotcore.replay.script import Script
+from robotcore.replay.stage import ReplayedStage
+from robotcore.safety import Latch, Stage
+from robotcore.session import Run
+from robotcore.trace import TickRecord
+
+
+class Replayer(Layer):
+    """A tap and an observer in one. It ends the replay at the first tick that differs, with DeviationError.
+
+    Samples come from the devices below; what the safety stage answered, and the angles of the wheels, come from here.
+    """
+
+    def __init__(self, recording: Recording, likeness: Likeness) -> None:
+        self.script = Script(recording)
+        self._likeness = likeness
+        self._latch = Latch()
+        self._stage: ReplayedStage | None = None
+
+    def latch(self, latch: Latch) -> None:
+        self._latch = latch
+
+    def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
+        """Return what reads the sensor where the recorded run has read it too."""
+
+        def reader() -> SampleT:
+            self.script.check()
+            if not self.script.cues.was_read(sensor.name):
+                self.script.lack(f"what is read of {sensor.name}", "not read in this tick", "read")
+            return read()
+
+        return reader
+
+    def stage(self, stage: Stage) -> Stage:
+        self._stage = ReplayedStage(self.script, self._likeness, self._latch)
+        return self._stage
+
+    def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
+        """Return what reads the recorded angles."""
+
+        def reader() -> Wheels:
+            if self._stage:
+                self._stage.begin_tick()
+            turned = self.script.cues.next_turned()
+            if turned and turned.error:
+                raise turned.error.again()
+            return turned.angles if turned and turned.angles else read()
+
+        return reader
+
+    def begin(self, run: Run) -> None:
+        """Nothing is compared before the first tick."""
+
+    def tick(self, record: TickRecord) -> None:
+        """Hold a tick to the recorded one. Where the app has just raised something new, `ending` tells."""
+        script, tick = self.script, self.script.cues.tick
+        if self._stage:
+            self._stage.end_tick()
+        script.check()
+        if script.cues.is_cut_short:
+            script.end()
+        if self._stage and not self._stage.is_committed and tick.error is None:
+            return
+        if record.state != tick.state:
+            script.deviate("the state", repr(tick.state), repr(record.state))
+        script.go_on(record)
+
+    def end(self, result: RunResult) -> None:
+        """Leave the end to `ending`."""

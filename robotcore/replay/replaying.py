@@ -1,0 +1,78 @@
+"""A recorded run, decided once more by the same app."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from robotcore.errors import Interrupted, RecordingError
+from robotcore.outcome import RunResult
+from robotcore.plan import RunRequest
+from robotcore.recording import Recording
+from robotcore.replay.ending import hold_end
+from robotcore.replay.likeness import ACROSS_PLATFORMS, Likeness
+from robotcore.replay.platforms import differences
+from robotcore.replay.replayer import Replayer
+from robotcore.replay.verdict import Replayed
+from robotcore.session import Observer, run
+
+BACKEND = "replay"
+
+
+def replay(recording: Recording, file: Path | str = "", observers: Sequence[Observer] = ()) -> Replayed:
+    """Run the recorded app on what it was given then, and hold each tick to the recorded one.
+
+    ``file`` is what messages call the recording. Raises RecordingError where it does not hold all that steered its
+    run, and what keeps the app from being run at all.
+    """
+    require_ticks(recording, file)
+    if not recording.is_replayable:
+        raise RecordingError(
+            file or "the recording",
+            f"it cannot be replayed: {recording.why_not}",
+            "robotcore replay FILE --app APP runs an app on what it has",
+        )
+    platform = differences(recording.metadata.platform, BACKEND)
+    likeness = Likeness(ACROSS_PLATFORMS if platform else 0.0)
+    replayer = Replayer(recording, likeness)
+    result = run(request_for(recording), [replayer, *observers], [replayer])
+    if result.error and not isinstance(result.error, Interrupted) and not result.ticks:
+        raise result.error
+    if not isinstance(result.error, Interrupted):
+        hold_end(replayer.script, result)
+    return _told(replayer, likeness, replace(result, backend=recording.metadata.request.backend), platform)
+
+
+def require_ticks(recording: Recording, file: Path | str) -> None:
+    """Raise RecordingError where a recording has no tick to be replayed."""
+    if not recording.ticks:
+        raise RecordingError(file or "the recording", "it ends before the first tick", "Record a run that begins")
+
+
+def request_for(recording: Recording) -> RunRequest:
+    """Return the request that runs the recorded app, with its recorded settings, on its recording."""
+    recorded = recording.metadata.request
+    return RunRequest(
+        app=recorded.app,
+        backend=BACKEND,
+        seed=recorded.seed,
+        rate_hz=recorded.rate_hz,
+        timeout_s=recorded.timeout_s,
+        settings=recorded.settings,
+        options={"recording": recording},
+    )
+
+
+def _told(replayer: Replayer, likeness: Likeness, result: RunResult, platform: Sequence[str]) -> Replayed:
+    script = replayer.script
+    return Replayed(
+        recording=script.recording,
+        result=result,
+        ticks=script.compared,
+        deviation=script.deviation,
+        is_exact=likeness.is_exact,
+        largest_difference=likeness.largest,
+        trace_sha256=script.trace.sha256,
+        platform=tuple(platform),
+    )

@@ -1,0 +1,42 @@
+"""A recorded run in one picture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from robotcore.devices import Frame, Image
+from robotcore.outcome import RunResult
+from robotcore.recording import Recording, SampleKey
+from robotcore.recording.ended import result_of
+from robotcore.recording.path import odometry_path, true_path
+from robotcore.view.sheet import Story
+from robotcore.view.track import Footstep, Track
+
+
+def story_of(recording: Recording, states: Sequence[str] | None = None, result: RunResult | None = None) -> Story:
+    """Return what a picture tells of a recording: the true path where a simulator told it, else the odometry's.
+
+    ``states`` and ``result`` are those of a replay, which may end before its recording.
+    """
+    about, path = recording.metadata, true_path(recording) or odometry_path(recording)
+    track = Track()
+    told = [tick.state for tick in recording.ticks] if states is None else states
+    for tick, state in zip(recording.ticks, told, strict=False):
+        if tick.number in path:
+            track.steps.append(Footstep(tick.time, state, path[tick.number]))
+    return Story(about.description, about.world, track, last_seen(recording), result or result_of(recording))
+
+
+def last_seen(recording: Recording) -> Image | None:
+    """Return the picture that was shown last, else the one that was read last."""
+    shown = (key for tick in reversed(recording.ticks) for key in reversed(tick.shown))
+    read = (each.key for tick in reversed(recording.ticks) for each in reversed(tick.reads))
+    for keys in (shown, read):
+        if frame := next(filter(None, (_frame(recording, key) for key in keys)), None):
+            return frame.image
+    return None
+
+
+def _frame(recording: Recording, key: SampleKey | None) -> Frame | None:
+    sample = recording.samples.get(key) if key else None
+    return sample if isinstance(sample, Frame) else None

@@ -1,0 +1,73 @@
+"""A run recorded in memory: what a replay is given, without a file."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from robotcore.drive import Odometry, Wheels
+from robotcore.errors import Interrupted, RobotcoreError
+from robotcore.outcome import RunResult
+from robotcore.recording import Glimpse, Metadata, Raised, Recorded, Recording, SampleKey, Tick
+from robotcore.recording.about import metadata_of
+from robotcore.recording.tap import Tap
+from robotcore.session import Run, RunRequest, run
+from robotcore.trace import TickRecord
+
+
+class Memory:
+    """An observer that keeps what its tap notes."""
+
+    def __init__(self) -> None:
+        self.tap = Tap(lambda: True)
+        self.ticks: list[Tick] = []
+        self.samples: dict[SampleKey, Recorded] = {}
+        self.truth: list[Glimpse] = []
+        self.about: Metadata | None = None
+        self.result: RunResult | None = None
+        self._run: Run | None = None
+
+    def begin(self, run: Run) -> None:
+        self._run, self.about = run, metadata_of(run)
+        self._angles = Wheels(0.0, 0.0)
+        drive = run.description.drive
+        self._odometry = Odometry(drive.geometry, lambda: self._angles) if drive else None
+
+    def tick(self, record: TickRecord) -> None:
+        notes, error = self.tap.take(), sys.exc_info()[1]
+        self.samples |= dict(notes.samples)  # type: ignore[arg-type]  # samples of ours are recorded ones
+        for turned in notes.turned:
+            self._angles = turned.angles or self._angles
+        told: dict[str, Any] = {"reads": notes.reads, "asks": notes.asks, "turned": notes.turned}
+        told |= {"standing": notes.standing, "shown": notes.shown}
+        self.ticks.append(
+            Tick(
+                record.tick,
+                record.time,
+                record.state,
+                **{name: tuple(each) for name, each in told.items()},
+                pose=self._odometry.pose() if self._odometry and notes.turned else None,
+                asked=record.asked,
+                sent=record.sent,
+                interventions=record.interventions,
+                error=Raised.of(error) if isinstance(error, (RobotcoreError, Interrupted)) else None,
+            )
+        )
+        if self._run and self._run.truth:
+            truth = self._run.truth
+            self.truth.append(Glimpse(record.tick, record.time, truth.pose, truth.contacts))
+
+    def end(self, result: RunResult) -> None:
+        self.result = result
+
+    @property
+    def recording(self) -> Recording:
+        assert self.about, "a run has begun"
+        return Recording(self.about, self.ticks, self.samples, self.result, self.truth)
+
+
+def recorded(app: str = "green-search", **asked: Any) -> Recording:
+    """Run an app, and return its recording."""
+    memory = Memory()
+    run(RunRequest(app, **asked), [memory], [memory.tap])
+    return memory.recording
