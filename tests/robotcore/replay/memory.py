@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from typing import Any
 
 from robotcore.drive import Odometry, Wheels
@@ -71,3 +72,9 @@ def recorded(app: str = "green-search", **asked: Any) -> Recording:
     memory = Memory()
     run(RunRequest(app, **asked), [memory], [memory.tap])
     return memory.recording
+
+
+def changed(recording: Recording, number: int, **what: Any) -> Recording:
+    """Return the recording with one tick of it changed."""
+    ticks = [replace(tick, **what) if tick.number == number else tick for tick in recording.ticks]
+    return replace(recording, ticks=ticks)

@@ -1,0 +1,162 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from robotcore.errors import Interrupted, RecordingError
+from robotcore.outcome import Outcome, RunResult
+from robotcore.recording import Raised, Recording
+from robotcore.replay import replay
+from tests.robotcore.replay.memory import changed, recorded
+
+APPS = str(Path(__file__).parent / "recorded_apps.py")
+DEEDS = [
+    "succeed",
+    "fail",
+    "go_on",
+    "divide",
+    "command_nan",
+    "swallow_nan",
+    "rename_nan",
+    "stop_and_go",
+    "command_one_wheel",
+]
+
+
+def ending(deed: str = "succeed", **asked: Any) -> Recording:
+    settings = {"deed": deed, "speed": 0.35}
+    return recorded(f"{APPS}:Ending", settings=settings, **{"seed": 3, "timeout_s": 6.0, **asked})
+
+
+def require_equal(recording: Recording) -> None:
+    replayed, result = replay(recording), result_of(recording)
+    assert replayed.deviation is None
+    assert (replayed.ticks, replayed.is_exact) == (len(recording.ticks), True)
+    assert replayed.trace_sha256 == result.trace_sha256
+    assert replayed.exit_status == 0
+    if not replayed.ended_by:
+        assert replayed.result.outcome is result.outcome
+
+
+def result_of(recording: Recording) -> RunResult:
+    assert recording.result
+    return recording.result
+
+
+@pytest.mark.parametrize("deed", DEEDS)
+def test_run_is_replayed_to_the_bit_however_it_ended(deed: str) -> None:
+    require_equal(ending(deed))
+
+
+@pytest.mark.parametrize("backend", ["kinematic", "pybullet"])
+@pytest.mark.parametrize(
+    "faults",
+    [
+        ("camera drop=0.3", "range noise=0.1"),
+        ("nose freeze after=0.3",),
+        ("connection lost=0.5 after=0.6",),
+        ("left_motor dead after=0.4",),
+        ("loop stall=0.3 every=0.7",),
+        ("encoders slip=0.3", "camera delay=0.2"),
+    ],
+)
+def test_faults_are_replayed_too(backend: str, faults: tuple[str, ...]) -> None:
+    if backend == "pybullet":
+        pytest.importorskip("pybullet")
+    recording = recorded(f"{APPS}:Seldom", backend=backend, seed=5, timeout_s=4.0, faults=faults)
+    require_equal(recording)
+
+
+def test_seeded_main_job_is_replayed_to_the_bit() -> None:
+    require_equal(recorded("green-search", seed=7, timeout_s=8.0))
+
+
+def test_robot_without_a_drive_is_replayed_and_addresses_of_objects_do_not_count() -> None:
+    recording = recorded(f"{APPS}:Watching", robot="lookout", world="open", seed=3)
+    assert "0x" in result_of(recording).reason
+    require_equal(recording)
+
+
+def test_recording_that_a_signal_ended_in_a_tick_is_replayed_up_to_the_tick_before() -> None:
+    whole = ending("go_on")
+    ticks = whole.ticks[:20]
+    result = replace(result_of(whole), outcome=Outcome.INTERRUPTED, reason="interrupted by SIGTERM", ticks=20)
+    cut = changed(replace(whole, ticks=ticks, result=result), 19, asks=(), error=Raised.of(Interrupted(15)))
+    replayed = replay(cut)
+    assert (replayed.deviation, replayed.ticks, replayed.exit_status) == (None, 19, 0)
+    assert replayed.ended_by == "interrupted by SIGTERM"
+
+
+def test_signal_between_ticks_ends_the_replay_after_the_last_one() -> None:
+    whole = ending("go_on")
+    result = replace(result_of(whole), outcome=Outcome.INTERRUPTED, reason="interrupted by SIGINT", ticks=20)
+    replayed = replay(replace(whole, ticks=whole.ticks[:20], result=result))
+    assert (replayed.deviation, replayed.ticks, replayed.ended_by) == (None, 20, "interrupted by SIGINT")
+
+
+def test_recording_that_was_cut_is_replayed_up_to_its_last_tick() -> None:
+    whole = ending("go_on")
+    replayed = replay(replace(whole, ticks=whole.ticks[:20], result=None, is_cut=True))
+    assert (replayed.deviation, replayed.ticks, replayed.ended_by) == (None, 20, "the file ends there")
+
+
+def test_simulator_that_died_ends_the_replay_where_it_ended_the_run() -> None:
+    whole = ending("go_on")
+    result = replace(result_of(whole), outcome=Outcome.ERROR, reason="the simulator has died", ticks=20)
+    replayed = replay(replace(whole, ticks=whole.ticks[:20], result=result))
+    assert (replayed.deviation, replayed.ended_by) == (None, "the simulator has died")
+
+
+def test_recording_that_lacks_something_is_refused_with_the_reason() -> None:
+    with pytest.raises(RecordingError, match=r"run\.mcap: it cannot be replayed: eye: JPEG"):
+        replay(replace(ending(), why_not="eye: JPEG is not what the app saw"), "run.mcap")
+
+
+def test_recording_without_a_tick_is_refused() -> None:
+    with pytest.raises(RecordingError, match="before the first tick"):
+        replay(replace(ending(), ticks=[]))
+
+
+def test_digest_that_is_not_of_these_ticks_is_told() -> None:
+    recording = ending()
+    forged = replace(recording, result=replace(result_of(recording), trace_sha256="0" * 64))
+    replayed = replay(forged)
+    assert (replayed.deviation, replayed.is_equal, replayed.exit_status) == (None, False, 1)
+
+
+def test_on_another_machine_a_small_difference_is_let_pass_and_told() -> None:
+    recording = elsewhere(nudged(ending(), 3, 1e-12))
+    replayed = replay(recording)
+    assert (replayed.deviation, replayed.is_exact, replayed.exit_status) == (None, False, 0)
+    assert 0 < replayed.largest_difference < 1e-11
+    assert any("numpy" in line for line in replayed.platform)
+
+
+def test_on_another_machine_a_large_difference_is_a_deviation() -> None:
+    deviation = replay(elsewhere(nudged(ending(), 3, 1e-6))).deviation
+    assert deviation
+    assert deviation.tick == 3
+
+
+def test_on_this_machine_the_smallest_difference_is_a_deviation() -> None:
+    deviation = replay(nudged(ending(), 3, 1e-15)).deviation
+    assert deviation
+    assert deviation.tick == 3
+
+
+def nudged(recording: Recording, number: int, by: float) -> Recording:
+    """Return the recording with a command that is a little faster."""
+    tick = recording.ticks[number]
+    (ask,) = tick.asks
+    assert ask.asked
+    asked = ask.asked._replace(left=ask.asked.left + by)
+    assert asked != ask.asked
+    return changed(recording, number, asks=(replace(ask, asked=asked),), asked=asked)
+
+
+def elsewhere(recording: Recording) -> Recording:
+    platform = {**recording.metadata.platform, "machine": "riscv64", "numpy": "1.24.0"}
+    return replace(recording, metadata=replace(recording.metadata, platform=platform))
