@@ -26,7 +26,21 @@ UNWRITTEN = 1
 @click.group(
     cls=LazyGroup,
     package="robotcore.cli",
-    names=("run", "sweep", "replay", "demo", "apps", "backends", "faults", "robots", "worlds", "check", "export"),
+    names=(
+        "run",
+        "sweep",
+        "replay",
+        "compare",
+        "info",
+        "demo",
+        "apps",
+        "backends",
+        "faults",
+        "robots",
+        "worlds",
+        "check",
+        "export",
+    ),
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"]},
 )

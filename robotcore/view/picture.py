@@ -52,8 +52,13 @@ class PictureRecorder:
 
 def png_of(story: Story) -> bytes:
     """Draw a run; return the PNG."""
-    _, encoded = cv2.imencode(".png", draw(story))
-    return encoded.tobytes()
+    return encoded(draw(story))
+
+
+def encoded(image: Image) -> bytes:
+    """Return a picture as PNG."""
+    _, png = cv2.imencode(".png", image)
+    return png.tobytes()
 
 
 def save_png(content: bytes, file: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from robotcore.description import Floor, WorldDescription
 from robotcore.devices import Frame, Image
 from robotcore.outcome import RunResult
 from robotcore.recording import Recording, SampleKey
@@ -11,6 +12,9 @@ from robotcore.recording.ended import result_of
 from robotcore.recording.path import odometry_path, true_path
 from robotcore.view.sheet import Story
 from robotcore.view.track import Footstep, Track
+
+_ROOM_M = 0.5
+"""Around a path in an unknown place."""
 
 
 def story_of(recording: Recording, states: Sequence[str] | None = None, result: RunResult | None = None) -> Story:
@@ -24,7 +28,9 @@ def story_of(recording: Recording, states: Sequence[str] | None = None, result: 
     for tick, state in zip(recording.ticks, told, strict=False):
         if tick.number in path:
             track.steps.append(Footstep(tick.time, state, path[tick.number]))
-    return Story(about.description, about.world, track, last_seen(recording), result or result_of(recording))
+    return Story(
+        about.description, world_of(recording, track), track, last_seen(recording), result or result_of(recording)
+    )
 
 
 def last_seen(recording: Recording) -> Image | None:
@@ -40,3 +46,12 @@ def last_seen(recording: Recording) -> Image | None:
 def _frame(recording: Recording, key: SampleKey | None) -> Frame | None:
     sample = recording.samples.get(key) if key else None
     return sample if isinstance(sample, Frame) else None
+
+
+def world_of(recording: Recording, track: Track) -> WorldDescription:
+    """Return the recorded world; where none was described, a floor that the track fits on."""
+    if world := recording.metadata.world:
+        return world
+    reach = max((max(abs(step.pose.x), abs(step.pose.y)) for step in track.steps), default=0.0)
+    side = 2 * (reach + _ROOM_M)
+    return WorldDescription(name="floor", floor=Floor(length_m=side, width_m=side))

@@ -1,0 +1,41 @@
+"""``robotcore compare``: two recordings side by side."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from robotcore.cli.answering import AnsweringCommand
+from robotcore.cli.output import write, write_json
+
+
+@click.command("compare", cls=AnsweringCommand)
+@click.argument("first", type=click.Path(path_type=Path))
+@click.argument("second", type=click.Path(path_type=Path))
+@click.option("--picture", metavar="FILE", type=click.Path(path_type=Path), help="Draw both paths as a PNG.")
+@click.option("--json", "as_json", is_flag=True, help="Print one line of JSON instead.")
+def command(first: Path, second: Path, picture: Path | None, *, as_json: bool) -> int:
+    """Lay two recordings side by side: milestones, outcome, paths, and where they part.
+
+    Exit status: 0 the same milestones in the same order and the same outcome, 1 else.
+    """
+    from robotcore.comparison import Comparison, Side
+    from robotcore.comparison.words import told
+    from robotcore.recording import read
+    from robotcore.view.picture import require_writable
+
+    if picture:
+        require_writable(picture)
+    comparison = Comparison(Side(str(first), read(first)), Side(str(second), read(second)))
+    if as_json:
+        write_json(comparison.to_dict())
+    else:
+        write(told(comparison))
+    if picture:
+        from robotcore.view.compared import draw_comparison
+        from robotcore.view.picture import encoded, save_png
+
+        save_png(encoded(draw_comparison(comparison)), picture)
+        click.echo(f"The picture: {picture}", err=as_json)
+    return comparison.exit_status

@@ -1,0 +1,72 @@
+"""``robotcore info``: what a recording holds, and the same for other tools."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from robotcore.cli.answering import AnsweringCommand
+from robotcore.cli.output import write, write_json
+from robotcore.errors import UsageError
+
+if TYPE_CHECKING:
+    from robotcore.recording import Recording
+
+_FILE = click.Path(path_type=Path)
+
+
+@click.command("info", cls=AnsweringCommand)
+@click.argument("file", type=_FILE)
+@click.option("--picture", metavar="FILE", type=_FILE, help="Draw the run, seen from above, as a PNG.")
+@click.option("--csv", "table", metavar="FILE_OR_FOLDER", type=_FILE, help="Write a row a tick, for pandas or Excel.")
+@click.option("--video", metavar="FILE", type=_FILE, help="Film what was shown, or seen, as an .mp4.")
+@click.option("--device", metavar="NAME", help="Film this camera or display.")
+@click.option("--json", "as_json", is_flag=True, help="Print one line of JSON instead.")
+def command(
+    file: Path, picture: Path | None, table: Path | None, video: Path | None, device: str | None, *, as_json: bool
+) -> None:
+    """Tell what a recording FILE holds: the run, its devices, its end; whether it is whole and can be replayed."""
+    from robotcore.recording import read
+
+    if device and not video:
+        raise UsageError("--device names whose pictures are filmed. Add --video FILE.mp4")
+    recording = read(file)
+    if as_json:
+        from robotcore.recording.contents import contents_of
+
+        write_json({"file": str(file), "bytes": file.stat().st_size, **contents_of(recording)})
+    else:
+        from robotcore.view.contents import contents
+
+        write(contents(recording, file))
+    for what, made in (
+        ("picture", picture and _draw(recording, picture)),
+        ("table", table and _tabulate(recording, table, file.stem)),
+        ("film", video and _film(recording, video, device)),
+    ):
+        if made:
+            click.echo(f"The {what}: {made}", err=as_json)
+
+
+def _draw(recording: Recording, picture: Path) -> Path:
+    from robotcore.view.picture import png_of, require_writable, save_png
+    from robotcore.view.recorded import story_of
+
+    require_writable(picture)
+    save_png(png_of(story_of(recording)), picture)
+    return picture
+
+
+def _tabulate(recording: Recording, where: Path, name: str) -> Path:
+    from robotcore.recording.csvfile import write_csv
+
+    return write_csv(recording, where, name)
+
+
+def _film(recording: Recording, video: Path, device: str | None) -> Path:
+    from robotcore.view.video import write_video
+
+    write_video(recording, video, device)
+    return video

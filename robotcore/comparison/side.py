@@ -1,0 +1,113 @@
+"""One of two recordings that are compared: what it is measured by."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from robotcore.geometry import Pose
+from robotcore.outcome import RunResult
+from robotcore.recording import Recording
+from robotcore.recording.ended import result_of
+from robotcore.recording.path import Path, length_of, odometry_path, true_path
+from robotcore.trace import TickRecord, Trace
+
+_DIGITS = 4
+"""A tenth of a millimetre."""
+
+
+@dataclass(frozen=True)
+class Side:
+    """A recording and what it is called; lengths in metres, poses in the world, rates in Hz."""
+
+    name: str
+    recording: Recording
+
+    @cached_property
+    def result(self) -> RunResult:
+        """How it ended; of a file that was cut, what is known."""
+        return result_of(self.recording)
+
+    @property
+    def outcome(self) -> str:
+        """What the run came to; of a file that was cut, that."""
+        return self.result.outcome.value if self.recording.result else "cut"
+
+    def milestones(self, others: Collection[str]) -> dict[str, float]:
+        """Return when each milestone was reached; a file that was cut knows none, so it is looked for ``others``."""
+        if self.recording.result:
+            return self.result.milestones
+        trace = Trace(tuple(others))
+        for tick in self.recording.ticks:
+            trace.add(TickRecord(tick.number, tick.time, tick.state, None, None, ()))
+        return trace.milestones
+
+    @cached_property
+    def odometry(self) -> Path:
+        """Where the wheels took the robot."""
+        return odometry_path(self.recording)
+
+    @cached_property
+    def truth(self) -> Path:
+        """Where it was, where a simulator tells."""
+        return true_path(self.recording)
+
+    @property
+    def path(self) -> list[Pose]:
+        """The true path, else the odometry's."""
+        return list((self.truth or self.odometry).values())
+
+    @property
+    def rate_hz(self) -> float | None:
+        """How many ticks a second there were, on the robot's clock."""
+        ticks = self.recording.ticks
+        passed = ticks[-1].time - ticks[0].time if ticks else 0.0
+        return (len(ticks) - 1) / passed if passed > 0 else None
+
+    @property
+    def interventions(self) -> int:
+        return sum(len(tick.interventions) for tick in self.recording.ticks)
+
+    @property
+    def drift(self) -> float | None:
+        """How far the odometry is from the truth in the end."""
+        both = self.truth.keys() & self.odometry.keys()
+        if not both:
+            return None
+        last = max(both)
+        return self.truth[last].distance_to(*self.odometry[last][:2])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what JSON tells of it; null is what nobody knows."""
+        result = self.result
+        return {
+            "file": self.name,
+            "app": result.app,
+            "backend": result.backend,
+            "robot": result.robot,
+            "world": result.world,
+            "seed": result.seed,
+            "outcome": self.outcome,
+            "verified": result.verified,
+            "reason": result.reason,
+            "time_s": result.sim_time_s,
+            "ticks": len(self.recording.ticks),
+            "odometry_m": _length(self.odometry),
+            "truth_m": _length(self.truth),
+            "final_odometry": _last(self.odometry),
+            "final_truth": _last(self.truth),
+            "drift_m": None if self.drift is None else round(self.drift, _DIGITS),
+            "interventions": self.interventions,
+            "rate_hz": None if self.rate_hz is None else round(self.rate_hz, _DIGITS),
+            "overruns": result.overruns,
+        }
+
+
+def _length(path: Path) -> float | None:
+    return round(length_of(path.values()), _DIGITS) if path else None
+
+
+def _last(path: Path) -> list[float] | None:
+    return [round(number, _DIGITS) for number in path[max(path)]] if path else None

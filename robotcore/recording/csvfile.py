@@ -1,0 +1,81 @@
+"""A recording as a table for pandas or a spreadsheet: a row a tick."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from robotcore.devices import Angle, Range
+from robotcore.errors import RecordingError
+from robotcore.recording.contents import last_reads
+from robotcore.recording.events import Read, Tick
+from robotcore.recording.path import true_path
+from robotcore.recording.recording import Recording
+
+_POSE = ("x_m", "y_m", "heading_rad")
+_UNITS = {"range_sensor": "m", "encoder": "rad"}
+
+
+def write_csv(recording: Recording, where: Path, name: str) -> Path:
+    """Write the table to a file, or into a folder under ``name``; return the file.
+
+    What a tick has none of is empty. Raises RecordingError where it cannot be written.
+    """
+    file = where / f"{name}.csv" if where.is_dir() else where
+    try:
+        with file.open("w", newline="", encoding="utf-8") as stream:
+            writer = csv.writer(stream)
+            writer.writerow(_columns(recording))
+            writer.writerows(_rows(recording))
+    except OSError as error:
+        raise RecordingError(
+            file, str(error.strerror), "Name a file that can be written, where there is room"
+        ) from error
+    return file
+
+
+def _columns(recording: Recording) -> list[str]:
+    wheels = [f"{what}_{side}_rad_s" for what in ("asked", "sent") for side in ("left", "right")]
+    true = [f"true_{name}" for name in _POSE] if recording.truth else []
+    devices = [column for name, unit in _sensors(recording) for column in (f"{name}_{unit}", f"{name}_time_s")]
+    return ["tick", "time_s", "state", *wheels, *_POSE, *true, *devices, "interventions", "error"]
+
+
+def _rows(recording: Recording) -> Iterator[list[Any]]:
+    truth, sensors = true_path(recording), list(_sensors(recording))
+    for tick in recording.ticks:
+        true = list(truth.get(tick.number) or _nothing(3)) if truth else []
+        reads = last_reads(tick)
+        samples = [cell for name, _ in sensors for cell in _sample(recording, reads.get(name))]
+        causes = " ".join(each.cause for each in tick.interventions)
+        yield [tick.number, tick.time, tick.state, *_decided(tick), *true, *samples, causes, _error(tick)]
+
+
+def _sensors(recording: Recording) -> Iterator[tuple[str, str]]:
+    """Yield the name of each open sensor, and the unit of what it reads; a picture is told by its number."""
+    for device in recording.metadata.description.devices:
+        if device.name in recording.metadata.devices and device.kind in (*_UNITS, "camera"):
+            yield device.name, _UNITS.get(device.kind, "sequence")
+
+
+def _decided(tick: Tick) -> list[Any]:
+    return [*(tick.asked or _nothing(2)), *(tick.sent or _nothing(2)), *(tick.pose or _nothing(3))]
+
+
+def _sample(recording: Recording, read: Read | None) -> tuple[Any, Any]:
+    if read is None:
+        return "", ""
+    sample = None if read.key is None else recording.samples.get(read.key)
+    if isinstance(sample, Range):
+        return sample.distance, read.time
+    return (sample.angle if isinstance(sample, Angle) else read.sequence), read.time
+
+
+def _error(tick: Tick) -> str:
+    return tick.error.message if tick.error else ""
+
+
+def _nothing(cells: int) -> list[str]:
+    return [""] * cells

@@ -1,0 +1,71 @@
+"""What a recording holds, in a few lines and a table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from rich import box
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from robotcore.recording import Recording
+from robotcore.recording.contents import devices_of, duration_of, interventions_of, rate_of
+from robotcore.recording.ended import result_of
+from robotcore.view.summary import heading, summary
+
+_UNITS = ("bytes", "kB", "MB", "GB")
+
+
+def contents(recording: Recording, file: Path) -> RenderableType:
+    """Return what is told of a recording."""
+    title = Text(f"{file.name}", "bold") + Text(f"  {', '.join(_state(recording, file))}")
+    about = [Text(f"  {line}") for line in _about(recording)]
+    return Group(title, *about, Text(), _ending(recording), Text(), _devices(recording))
+
+
+def _state(recording: Recording, file: Path) -> Iterator[str]:
+    yield _size(file.stat().st_size)
+    yield "cut" if recording.is_cut else "whole"
+    yield "replayable" if recording.is_replayable else f"not replayable: {recording.why_not}"
+
+
+def _about(recording: Recording) -> Iterator[str]:
+    about, result = recording.metadata, result_of(recording)
+    yield f"{heading(result)}, robot {result.robot}, begun {about.started}"
+    if settings := about.request.settings:
+        yield "set: " + ", ".join(f"{name}={value}" for name, value in settings.items())
+    rate = rate_of(recording)
+    pace = f" at {rate:.2f} Hz" if rate else ""
+    yield f"{len(recording.ticks)} ticks{pace} in {duration_of(recording):.2f} s, {result.overruns} overruns"
+    if causes := interventions_of(recording):
+        yield "interventions: " + ", ".join(f"{cause} {count}" for cause, count in causes.items())
+    yield "on " + ", ".join(f"{name} {value}" for name, value in about.platform.items())
+
+
+def _ending(recording: Recording) -> RenderableType:
+    if recording.result:
+        return summary(recording.result)
+    return Text("cut", "bold red") + Text("  the file ends before its run did; all that is here came before")
+
+
+def _devices(recording: Recording) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, header_style="bold")
+    for title in ("device", "kind", "samples", "a second", "reads", "errors"):
+        is_name = title in ("device", "kind")
+        table.add_column(title, style="cyan" if title == "device" else "", justify="left" if is_name else "right")
+    for each in devices_of(recording):
+        rate = "" if each.rate_hz is None else f"{each.rate_hz:.2f}"
+        counts = (str(each.samples), rate, str(each.reads), str(each.errors))
+        is_sensor = each.kind != "motor"
+        table.add_row(each.name, each.kind.replace("_", " "), *(counts if is_sensor else [""] * 4))
+    return table
+
+
+def _size(count: float) -> str:
+    for unit in _UNITS[:-1]:
+        if count < 1000:
+            return f"{count:.3g} {unit}"
+        count /= 1000
+    return f"{count:.3g} {_UNITS[-1]}"

@@ -1,0 +1,95 @@
+"""The pictures of a recording as a film, at the pace of the run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from robotcore.devices import Frame, Image
+from robotcore.errors import RecordingError, UsageError
+from robotcore.recording import Recording, SampleKey
+from robotcore.view.canvas import Canvas
+from robotcore.view.palette import INK, PAPER
+
+WIDTH = 640
+_STRIP = 36
+
+
+def write_video(recording: Recording, file: Path, device: str | None = None) -> None:
+    """Write an ``.mp4`` of what a device saw or showed, a display's pictures before a camera's; state and time below.
+
+    Raises UsageError where there is no such device, no picture, or where it cannot be written.
+    """
+    name = device or _device(recording)
+    scenes = list(_scenes(recording, name))
+    if not scenes:
+        raise UsageError(f"--video: the recording has no picture of {name}. robotcore info FILE tells what it has")
+    rate = recording.metadata.request.rate_hz
+    size = _size(_picture(recording, scenes[0][2]))
+    writer = cv2.VideoWriter(str(file), cv2.VideoWriter.fourcc(*"mp4v"), rate, (size[0], size[1] + _STRIP))
+    try:
+        if not writer.isOpened():
+            raise RecordingError(file, "the film cannot be written", "Name an .mp4 file that can be written")
+        for picture in _film(recording, scenes, rate, size):
+            writer.write(picture)
+    finally:
+        writer.release()
+
+
+def _device(recording: Recording) -> str:
+    """Return the first display that something was shown on, else the first camera."""
+    shown = (key.device for tick in recording.ticks for key in tick.shown)
+    described = recording.metadata.description.devices
+    cameras = (each.name for each in described if each.kind == "camera" and each.name in recording.metadata.devices)
+    for names in (shown, cameras):
+        if name := next(names, None):
+            return name
+    raise UsageError("--video: the run had neither a camera nor a display open")
+
+
+Scene = tuple[float, str, SampleKey]
+"""When a picture was seen, in which state, and which one."""
+
+
+def _scenes(recording: Recording, device: str) -> Iterator[Scene]:
+    """Yield one a tick, from the first picture on; without a new one, the last picture stays."""
+    last: SampleKey | None = None
+    for tick in recording.ticks:
+        read = [read.key for read in tick.reads if read.key and read.device == device]
+        shown = [key for key in tick.shown if key.device == device]
+        last = next(iter((*reversed(shown), *reversed(read))), last)
+        if last:
+            yield tick.time, tick.state, last
+
+
+def _film(recording: Recording, scenes: Sequence[Scene], rate: float, size: tuple[int, int]) -> Iterator[Image]:
+    """Yield what was to be seen at each picture of the film, however late the run's ticks came."""
+    at, end = 0, scenes[-1][0]
+    for index in range(round((end - scenes[0][0]) * rate) + 1):
+        now = scenes[0][0] + index / rate
+        while at + 1 < len(scenes) and scenes[at + 1][0] <= now + 0.5 / rate:
+            at += 1
+        yield _annotated(_picture(recording, scenes[at][2]), scenes[at], size)
+
+
+def _picture(recording: Recording, key: SampleKey) -> Image:
+    frame = recording.samples[key]
+    assert isinstance(frame, Frame), "cameras and displays have frames"
+    return frame.image
+
+
+def _size(image: Image) -> tuple[int, int]:
+    """Return width and height, even numbers both."""
+    height, width = image.shape[:2]
+    return WIDTH, 2 * round(WIDTH * height / width / 2)
+
+
+def _annotated(image: Image, scene: Scene, size: tuple[int, int]) -> Image:
+    colour = image if image.ndim == 3 else cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
+    time, state, _ = scene
+    strip = Canvas(size[0], _STRIP, PAPER)
+    strip.text((12, 25), f"{time:.2f} s  {state}", INK, 13)
+    return np.vstack((cv2.resize(colour, size, interpolation=cv2.INTER_LINEAR), strip.image()))
