@@ -17,13 +17,14 @@ RecordedT = TypeVar("RecordedT", Range, Frame, Angle)
 class Reel(Generic[RecordedT]):
     """Gives back what one sensor gave, or raises what it raised, read by read of a tick; the last read stays.
 
-    In a tick without a read of it, it gives the newest sample from before, which keeps its time.
+    In a tick without a read of it, or whose sample was dropped, it gives the newest from before, which keeps its time.
     """
 
     def __init__(self, device: str, recording: Recording, clock: ReplayClock) -> None:
         self._device, self._samples, self._clock = device, recording.samples, clock
         self._reads = [_reads_of(device, tick.reads) for tick in recording.ticks]
-        self._given = [(at, read.key) for at, reads in enumerate(self._reads) for read in reads if read.key]
+        keys = ((at, read.key) for at, reads in enumerate(self._reads) for read in reads if read.key)
+        self._given = [(at, key) for at, key in keys if key in self._samples]
         self._tick, self._count = -1, 0
 
     def __call__(self) -> RecordedT:
@@ -31,8 +32,8 @@ class Reel(Generic[RecordedT]):
         read = self._next()
         if read and read.error:
             raise read.error.again()
-        key = read.key if read and read.key else self._newest_key()
-        return cast("RecordedT", self._samples[key])
+        key = read.key if read else None
+        return cast("RecordedT", self._samples[key if key and key in self._samples else self._newest_key()])
 
     def _next(self) -> Read | None:
         """Return the recorded read whose turn it is in this tick, if there is one."""

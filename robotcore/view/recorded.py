@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from robotcore.description import Floor, WorldDescription
 from robotcore.devices import Frame, Image
@@ -28,9 +29,9 @@ def story_of(recording: Recording, states: Sequence[str] | None = None, result: 
     for tick, state in zip(recording.ticks, told, strict=False):
         if tick.number in path:
             track.steps.append(Footstep(tick.time, state, path[tick.number]))
-    return Story(
-        about.description, world_of(recording, track), track, last_seen(recording), result or result_of(recording)
-    )
+    recorded = result_of(recording)
+    ended = replace(result, world=recorded.world) if result else recorded
+    return Story(about.description, world_of(recording, track), track, last_seen(recording), ended)
 
 
 def last_seen(recording: Recording) -> Image | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import islice
 from pathlib import Path
 
 import cv2
@@ -24,7 +25,7 @@ def write_video(recording: Recording, file: Path, device: str | None = None) -> 
     Raises UsageError where there is no such device, no picture, or where it cannot be written.
     """
     name = device or _device(recording)
-    scenes = list(_scenes(recording, name))
+    scenes = list(_scenes(recording, name)) if name in _with_pictures(recording) else []
     if not scenes:
         raise UsageError(f"--video: the recording has no picture of {name}. robotcore info FILE tells what it has")
     rate = recording.metadata.request.rate_hz
@@ -42,12 +43,15 @@ def write_video(recording: Recording, file: Path, device: str | None = None) -> 
 def _device(recording: Recording) -> str:
     """Return the first display that something was shown on, else the first camera."""
     shown = (key.device for tick in recording.ticks for key in tick.shown)
-    described = recording.metadata.description.devices
-    cameras = (each.name for each in described if each.kind == "camera" and each.name in recording.metadata.devices)
-    for names in (shown, cameras):
-        if name := next(names, None):
-            return name
+    for name in (*islice(shown, 1), *_with_pictures(recording)):
+        return name
     raise UsageError("--video: the run had neither a camera nor a display open")
+
+
+def _with_pictures(recording: Recording) -> list[str]:
+    """Return the cameras that were open, then the displays."""
+    opened = [each for each in recording.metadata.description.devices if each.name in recording.metadata.devices]
+    return [each.name for kind in ("camera", "display") for each in opened if each.kind == kind]
 
 
 Scene = tuple[float, str, SampleKey]
@@ -58,9 +62,8 @@ def _scenes(recording: Recording, device: str) -> Iterator[Scene]:
     """Yield one a tick, from the first picture on; without a new one, the last picture stays."""
     last: SampleKey | None = None
     for tick in recording.ticks:
-        read = [read.key for read in tick.reads if read.key and read.device == device]
-        shown = [key for key in tick.shown if key.device == device]
-        last = next(iter((*reversed(shown), *reversed(read))), last)
+        keys = (*reversed(tick.shown), *(read.key for read in reversed(tick.reads) if read.key))
+        last = next((key for key in keys if key.device == device and key in recording.samples), last)
         if last:
             yield tick.time, tick.state, last
 

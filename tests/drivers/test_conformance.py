@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import cache
 from typing import Any, ClassVar
 
 from drivers.kinematic.backend import KinematicBackend
 from drivers.mock import LOST
 from drivers.mock.backend import MockBackend
 from drivers.pybullet.backend import PyBulletBackend
+from drivers.replay.backend import ReplayBackend
 from robotcore.backend import Setup
+from robotcore.recording import Recording
 from robotcore.registry import backend_names
 from robotcore.robot import Robot
 from robotcore.testing import Capability, ConformanceSuite
+from tests.robotcore.replay.memory import recorded
 
 EVERY_ECHO = "every ray that is cast is answered"
 NO_HARDWARE = "there is no hardware to wait for"
@@ -45,6 +50,25 @@ class TestMock(ConformanceSuite):
         return LOST if self.is_lost else 1.0
 
 
+class TestReplay(ConformanceSuite):
+    backend = ReplayBackend
+    lacks: ClassVar = {
+        Capability.WORLD: "it shows the world that was recorded",
+        Capability.MOTION: "nothing moves; what its motors are told is the replay's business",
+        Capability.LOST_ECHO: "the recording says which echoes were lost",
+        Capability.SLOW_HARDWARE: NO_HARDWARE,
+    }
+
+    def open(self, setup: Setup) -> Robot:
+        return super().open(replace(setup, options={"recording": _search(), **setup.options}))
+
+
+@cache
+def _search() -> Recording:
+    """A run that read every sensor in each tick."""
+    return recorded("green-search", seed=7, timeout_s=6.0)
+
+
 def test_every_backend_is_tried() -> None:
-    suites = (TestKinematic, TestPyBullet, TestMock)
+    suites = (TestKinematic, TestPyBullet, TestMock, TestReplay)
     assert sorted(suite.backend.name for suite in suites) == backend_names()

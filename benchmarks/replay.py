@@ -1,0 +1,145 @@
+"""Whether recorded runs are replayed to the bit, whatever they ran on and however they ended.
+
+    python -m benchmarks.replay --runs 100 --seed 1
+
+Each run is drawn from the seed: app, backend, world, faults, what disturbs it. It is recorded to a file, read back, and
+replayed. Every deviation is told with the run that it is of. Exit status 1 where one run is not equal.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import sys
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from benchmarks.replayed.disturbances import Disturbance, EmergencyStop, SignalBetween, SignalInTick
+from benchmarks.report import machine, print_table
+from robotcore.clock import MonotonicClock
+from robotcore.plan import RunRequest
+from robotcore.recording import read
+from robotcore.recording.recorder import Recorder
+from robotcore.replay import Replayed, replay
+from robotcore.session import run
+
+CLUMSY = str(Path(__file__).parent / "replayed" / "clumsy_search.py")
+FAULTS = (
+    "camera drop=0.3",
+    "camera delay=0.2",
+    "camera noise=20",
+    "nose freeze after=2 lasts=0.6",
+    "nose freeze after=3",
+    "range noise=0.05",
+    "range spikes=0.1",
+    "range no_echo=0.3",
+    "left_motor weak=0.6",
+    "right_motor dead after=3",
+    "encoders slip=0.1",
+    "loop stall=0.3 every=1.5",
+    "connection lost=2 after=3",
+)
+DISTURBANCES = (EmergencyStop, SignalBetween, SignalInTick)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A run that was recorded and replayed; times in seconds."""
+
+    request: RunRequest
+    replayed: Replayed
+    recording_s: float
+    replay_s: float
+
+    @property
+    def ending(self) -> str:
+        """How it ended, and by what."""
+        result = self.replayed.recording.result
+        assert result, "a run that is recorded here is recorded to its end"
+        last = self.replayed.recording.ticks[-1].error
+        return f"{result.outcome.value}, {last.kind}" if last else result.outcome.value
+
+    @property
+    def is_bit_equal(self) -> bool:
+        return self.replayed.is_equal and self.replayed.is_exact
+
+
+def main() -> int:
+    """Record and replay every run, and print how many were equal."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--runs", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--backends", default="kinematic,pybullet")
+    asked = parser.parse_args()
+    draw = random.Random(asked.seed)
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "run.mcap"
+        cases = [_case(*_drawn(draw, asked.backends.split(",")), file) for _ in range(asked.runs)]
+    print(machine())
+    print_table(("backend", "ended by", "runs", "faults", "interventions", "ticks", "bit-equal"), _rows(cases))
+    equal = sum(case.is_bit_equal for case in cases)
+    pace = sum(case.recording_s for case in cases) / sum(case.replay_s for case in cases)
+    print(f"{equal} of {len(cases)} bit-equal; a replay takes 1/{pace:.1f} of the time of its run")
+    for case in cases:
+        if not case.is_bit_equal:
+            print(f"differs: {case.request}\n{case.replayed.deviation}")
+    return int(equal != len(cases))
+
+
+def _drawn(draw: random.Random, backends: list[str]) -> tuple[RunRequest, Disturbance | None]:
+    app = draw.choice(("green-search", "green-search", "avoid-obstacles", "mark-green", CLUMSY))
+    backend, seed, timeout_s = draw.choice(backends), draw.randrange(1000), draw.uniform(4, 12)
+    if app == "mark-green":
+        return RunRequest(app, backend, "lookout", "open", seed, timeout_s=timeout_s), None
+    settings = {"by": draw.choice(("raise", "nan")), "at": draw.randrange(10, 80)} if app == CLUMSY else {}
+    possible = [fault for fault in FAULTS if app != "avoid-obstacles" or not fault.startswith("camera")]
+    faults = tuple(draw.sample(possible, draw.randrange(3)))
+    disturbance = draw.choice(DISTURBANCES)(draw.randrange(5, 80)) if draw.random() < 0.3 else None
+    world = draw.choice(("arena", "clutter", "occluded"))
+    is_randomised = draw.random() < 0.3
+    request = RunRequest(
+        app,
+        backend,
+        world=world,
+        seed=seed,
+        timeout_s=timeout_s,
+        settings=settings,
+        randomise=is_randomised,
+        faults=faults,
+    )
+    return request, disturbance
+
+
+def _case(request: RunRequest, disturbance: Disturbance | None, file: Path) -> Case:
+    clock, recorder = MonotonicClock(), Recorder(file)
+    others = [disturbance] if disturbance else []
+    run(request, [recorder, *others], [*others, recorder.tap])
+    if recorder.fault:
+        raise recorder.fault
+    recorded = clock.now()
+    replayed = replay(read(file), file)
+    return Case(request, replayed, recorded, clock.now() - recorded)
+
+
+def _rows(cases: list[Case]) -> Iterator[tuple[str, ...]]:
+    groups: dict[tuple[str, str], list[Case]] = defaultdict(list)
+    for case in cases:
+        groups[case.request.backend, case.ending].append(case)
+    for (backend, ending), group in sorted(groups.items()):
+        ticks = [tick for case in group for tick in case.replayed.recording.ticks]
+        yield (
+            backend,
+            ending,
+            str(len(group)),
+            str(sum(bool(case.request.faults) for case in group)),
+            str(sum(len(tick.interventions) for tick in ticks)),
+            str(len(ticks)),
+            f"{sum(case.is_bit_equal for case in group)}/{len(group)}",
+        )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

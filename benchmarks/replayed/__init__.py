@@ -1,0 +1,1 @@
+"""What happens to the runs that are recorded to be replayed."""

@@ -1,0 +1,27 @@
+"""An app that fails on purpose: it raises, commands what is no number, or gives up, in a tick that is set."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from apps.green_search import GreenSearch
+from robotcore.behaviour import Status
+from robotcore.robot import Robot
+
+
+@dataclass
+class ClumsySearch(GreenSearch):
+    """Searches as green-search does, until tick ``at``."""
+
+    at: int = 50
+    by: str = "raise"
+
+    def step(self, robot: Robot) -> Status:
+        self._left = getattr(self, "_left", self.at) - 1
+        if self._left >= 0:
+            return super().step(robot)
+        if self.by == "raise":
+            raise ArithmeticError(f"no more, at {robot.clock.now():g} s")
+        robot.drive.set_wheels(math.nan, 1.0)
+        return Status.RUNNING

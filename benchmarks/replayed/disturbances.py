@@ -1,0 +1,69 @@
+"""What comes from outside: an emergency stop, a signal between ticks, a signal in the middle of one."""
+
+from __future__ import annotations
+
+import signal
+from contextlib import suppress
+
+from robotcore.devices import SampleT, Sensor
+from robotcore.errors import SafetyStop
+from robotcore.layers.layer import Layer
+from robotcore.layers.readers import Reader
+from robotcore.outcome import RunResult
+from robotcore.safety import Latch
+from robotcore.session import Run
+from robotcore.trace import TickRecord
+
+
+class Disturbance(Layer):
+    """A tap and an observer in one: from tick ``at`` on, what a subclass does."""
+
+    def __init__(self, at: int) -> None:
+        self.at = at
+        self.now = 0
+
+    def begin(self, run: Run) -> None:
+        """It comes later."""
+
+    def tick(self, record: TickRecord) -> None:
+        self.now = record.tick + 1
+
+    def end(self, result: RunResult) -> None:
+        """It has come, or the run was over before."""
+
+
+class EmergencyStop(Disturbance):
+    """Somebody presses the button while the app is at work."""
+
+    def latch(self, latch: Latch) -> None:
+        self._latch = latch
+
+    def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
+        def reader() -> SampleT:
+            if self.now >= self.at:
+                with suppress(SafetyStop):
+                    self._latch.trip(SafetyStop("the emergency stop was pressed"))
+            return read()
+
+        return reader
+
+
+class SignalInTick(Disturbance):
+    """A signal comes while the app is at work."""
+
+    def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
+        def reader() -> SampleT:
+            if self.now == self.at:
+                signal.raise_signal(signal.SIGTERM)
+            return read()
+
+        return reader
+
+
+class SignalBetween(Disturbance):
+    """A signal comes after a tick."""
+
+    def tick(self, record: TickRecord) -> None:
+        super().tick(record)
+        if self.now == self.at:
+            signal.raise_signal(signal.SIGINT)

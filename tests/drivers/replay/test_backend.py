@@ -1,0 +1,128 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from drivers.replay.backend import ReplayBackend
+from robotcore.backend import Setup
+from robotcore.description import load_robot
+from robotcore.devices import Range, RangeSensor
+from robotcore.errors import DeviceError, UnmetNeedError, UsageError
+from robotcore.outcome import Outcome
+from robotcore.plan import RunRequest
+from robotcore.recording import Metadata, Raised, Read, Recording, SampleKey, Tick
+from robotcore.robot import Robot
+from robotcore.session import run
+
+ROVER = load_robot("rover")
+EVERY = tuple(device.name for device in ROVER.devices)
+FIRST, SECOND = Range(0.1 + 0.2, 0.0, 4), Range(float("inf"), 0.1, 5)
+FAILED = Read("nose", error=Raised.of(DeviceError("nose", "no echo")))
+READS = [
+    (),
+    (Read("nose", 4, 0.0, 0),),
+    (),
+    (FAILED, Read("nose", 5, 0.1, 1)),
+    (FAILED,),
+]
+
+
+def recording(devices: tuple[str, ...] = EVERY, reads: list[Any] | None = None) -> Recording:
+    ticks = [Tick(at, at / 20, "search", given) for at, given in enumerate(READS if reads is None else reads)]
+    samples = {SampleKey("nose", 0): FIRST, SampleKey("nose", 1): SECOND}
+    about = Metadata(RunRequest("green-search"), ROVER, is_stepped=True, devices=devices)
+    return Recording(about, ticks, samples)
+
+
+def opened(recorded: Recording, *devices: str, **more: Any) -> Robot:
+    return ReplayBackend().open(Setup(ROVER, None, frozenset(devices), options={"recording": recorded}, **more))
+
+
+def nose_at(tick: int) -> tuple[Robot, RangeSensor]:
+    robot = opened(recording(), "nose")
+    for _ in range(tick):
+        robot.clock.sleep_until(robot.clock.now() + 0.05)
+    return robot, robot.range
+
+
+def test_sample_is_given_back_to_the_bit() -> None:
+    _, nose = nose_at(1)
+    assert nose.read() == FIRST
+
+
+def test_before_the_first_sample_the_device_fails() -> None:
+    _, nose = nose_at(0)
+    with pytest.raises(DeviceError, match="nose: the recording has no sample of it by 0 s"):
+        nose.read()
+
+
+def test_where_nobody_had_read_it_the_newest_sample_from_before_is_given() -> None:
+    _, nose = nose_at(2)
+    assert nose.read() is FIRST
+
+
+def test_reads_of_a_tick_come_in_their_order_and_the_last_one_stays() -> None:
+    _, nose = nose_at(3)
+    with pytest.raises(DeviceError, match="nose: no echo"):
+        nose.read()
+    assert [nose.read(), nose.read()] == [SECOND, SECOND]
+
+
+def test_error_that_was_raised_is_raised_again() -> None:
+    _, nose = nose_at(4)
+    for _ in range(2):
+        with pytest.raises(DeviceError, match="nose: no echo"):
+            nose.read()
+
+
+def test_in_place_of_a_sample_that_was_dropped_the_newest_from_before_is_given() -> None:
+    dropped = Read("nose", 7, 0.05, None)
+    robot = opened(recording(reads=[(Read("nose", 4, 0.0, 0),), (dropped,), (Read("nose", 8, 0.1, 9),)]), "nose")
+    for _ in range(2):
+        robot.clock.sleep_until(robot.clock.now() + 0.05)
+        assert robot.range.read() is FIRST
+
+
+def test_sensor_that_was_not_recorded_is_refused_by_name() -> None:
+    with pytest.raises(UnmetNeedError, match=r"no samples of eye: its run, of 'green-search', had opened nose"):
+        opened(recording(("nose",)), "eye", "nose")
+
+
+def test_motors_and_displays_need_no_recording() -> None:
+    with opened(recording(("nose",)), "left_motor", "screen") as robot:
+        assert set(robot.devices) == {"left_motor", "screen"}
+
+
+def test_another_rate_is_refused_with_the_right_one() -> None:
+    with pytest.raises(UsageError, match="recorded at 20 Hz"):
+        opened(recording(), "nose", rate_hz=10.0)
+
+
+def test_another_robot_is_refused() -> None:
+    with pytest.raises(UsageError, match="--robot lookout: a replay has the robot of its recording, 'rover'"):
+        ReplayBackend().described("lookout", {"recording": recording()})
+
+
+def test_file_is_asked_for() -> None:
+    with pytest.raises(UsageError, match="--option file="):
+        ReplayBackend().described("rover", {})
+
+
+def test_text_in_place_of_a_recording_is_refused() -> None:
+    with pytest.raises(UsageError, match="option recording"):
+        ReplayBackend().open(Setup(ROVER, None, frozenset(), options={"recording": "run.mcap"}))
+
+
+def test_recorded_robot_is_described_by_the_recording() -> None:
+    own = ROVER.model_copy(update={"name": "own"})
+    recorded = recording()
+    recorded = replace(recorded, metadata=replace(recorded.metadata, description=own))
+    assert ReplayBackend().described("rover", {"recording": recorded}) is own
+
+
+def test_any_app_runs_on_it_until_the_recording_ends() -> None:
+    steady = [(Read("nose", 4, 0.0, 0),)] * 5
+    result = run(RunRequest("avoid-obstacles", "replay", options={"recording": recording(reads=steady)}))
+    assert (result.outcome, result.exit_status, result.verified) == (Outcome.ERROR, 3, None)

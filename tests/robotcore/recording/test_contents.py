@@ -1,0 +1,103 @@
+from __future__ import annotations
+
+import csv
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import pytest
+
+from robotcore.errors import RecordingError, UsageError
+from robotcore.recording import Raised, Read, Recording
+from robotcore.recording.contents import contents_of, devices_of
+from robotcore.recording.csvfile import write_csv
+from robotcore.view.video import write_video
+from tests.robotcore.replay.memory import changed, recorded
+
+
+@pytest.fixture(scope="module")
+def search() -> Recording:
+    return recorded("green-search", seed=7, timeout_s=2.0)
+
+
+def test_devices_are_counted_with_samples_reads_and_errors(search: Recording) -> None:
+    failed = Read("nose", error=Raised("DeviceError", "nose: gone"))
+    devices = {each.name: each for each in devices_of(changed(search, 5, reads=(failed,)))}
+    nose, eye, screen, motor = (devices[name] for name in ("nose", "eye", "screen", "left_motor"))
+    assert (nose.samples, nose.reads, nose.errors) == (40, 40, 1)
+    assert eye.samples == 40
+    assert eye.rate_hz == pytest.approx(39 / 2.0)
+    assert screen.samples == 41
+    assert (motor.samples, motor.rate_hz) == (0, None)
+
+
+def test_sample_that_is_read_again_counts_once(search: Recording) -> None:
+    again = tuple(read for read in search.ticks[4].reads if read.device == "eye")
+    eye = next(each for each in devices_of(changed(search, 5, reads=again)) if each.name == "eye")
+    assert (eye.samples, eye.reads) == (40, 41)
+
+
+def test_cut_recording_says_so_and_has_no_outcome(search: Recording) -> None:
+    told = contents_of(replace(search, result=None, is_cut=True, why_not="2 sample(s) are missing"))
+    assert (told["whole"], told["outcome"], told["replayable"]) == (False, None, False)
+    assert told["why_not"] == "2 sample(s) are missing"
+
+
+def test_recording_without_a_tick_is_told_too(search: Recording) -> None:
+    told = contents_of(replace(search, ticks=[], result=None, is_cut=True))
+    assert (told["ticks"], told["rate_hz"], told["duration_s"]) == (0, None, 0.0)
+
+
+def test_table_has_a_row_a_tick_and_every_digit(search: Recording, tmp_path: Path) -> None:
+    file = write_csv(search, tmp_path, "run")
+    assert file == tmp_path / "run.csv"
+    with file.open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert len(rows) == len(search.ticks)
+    tick, row = search.ticks[7], rows[7]
+    assert tick.asked
+    assert (int(row["tick"]), float(row["time_s"]), row["state"]) == (7, tick.time, tick.state)
+    assert (float(row["asked_left_rad_s"]), float(row["asked_right_rad_s"])) == tick.asked
+    assert float(row["true_x_m"]) == search.truth[7].pose.x
+    nose = next(read for read in tick.reads if read.device == "nose")
+    assert nose.key
+    assert float(row["nose_m"]) == search.samples[nose.key].distance  # type: ignore[union-attr]  # it is a Range
+    assert (float(row["nose_time_s"]), row["eye_sequence"]) == (nose.time, "7")
+
+
+def test_what_a_tick_has_none_of_is_empty(search: Recording, tmp_path: Path) -> None:
+    bare = changed(search, 7, reads=(), asked=None, sent=None, pose=None)
+    rows = list(csv.DictReader(write_csv(bare, tmp_path / "t.csv", "").read_text().splitlines()))
+    assert {rows[7][name] for name in ("nose_m", "eye_sequence", "asked_left_rad_s", "sent_left_rad_s", "x_m")} == {""}
+
+
+def test_table_that_cannot_be_written_is_told_by_its_file(search: Recording, tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match=r"none/run\.csv: No such file"):
+        write_csv(search, tmp_path / "none" / "run.csv", "run")
+
+
+def test_film_lasts_as_long_as_the_run(search: Recording, tmp_path: Path) -> None:
+    write_video(search, tmp_path / "run.mp4")
+    film = cv2.VideoCapture(str(tmp_path / "run.mp4"))
+    assert film.get(cv2.CAP_PROP_FPS) == pytest.approx(20)
+    assert film.get(cv2.CAP_PROP_FRAME_COUNT) == len(search.ticks)
+    film.release()
+
+
+def test_late_ticks_hold_the_picture_so_that_the_pace_is_real(search: Recording, tmp_path: Path) -> None:
+    late = replace(search, ticks=[replace(tick, time=2 * tick.time) for tick in search.ticks])
+    write_video(late, tmp_path / "run.mp4", "eye")
+    film = cv2.VideoCapture(str(tmp_path / "run.mp4"))
+    assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 2 * len(search.ticks) - 1
+    film.release()
+
+
+@pytest.mark.parametrize("device", ["nose", "nobody"])
+def test_device_without_pictures_makes_no_film(search: Recording, tmp_path: Path, device: str) -> None:
+    with pytest.raises(UsageError, match=f"no picture of {device}"):
+        write_video(search, tmp_path / "run.mp4", device)
+
+
+def test_film_that_cannot_be_written_is_told(search: Recording, tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match="the film cannot be written"):
+        write_video(search, tmp_path / "none" / "run.mp4")
