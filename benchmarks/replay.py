@@ -17,7 +17,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from benchmarks.replayed.disturbances import Disturbance, EmergencyStop, SignalBetween, SignalInTick
+from benchmarks.replayed.disturbances import (
+    Disturbance,
+    EmergencyStop,
+    EmergencyStopInTick,
+    SignalBetween,
+    SignalInTick,
+)
 from benchmarks.report import machine, print_table
 from robotcore.clock import MonotonicClock
 from robotcore.plan import RunRequest
@@ -42,7 +48,7 @@ FAULTS = (
     "loop stall=0.3 every=1.5",
     "connection lost=2 after=3",
 )
-DISTURBANCES = (EmergencyStop, SignalBetween, SignalInTick)
+DISTURBANCES = (EmergencyStop, EmergencyStopInTick, SignalBetween, SignalInTick)
 
 
 @dataclass(frozen=True)

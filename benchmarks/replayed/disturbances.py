@@ -1,16 +1,13 @@
-"""What comes from outside: an emergency stop, a signal between ticks, a signal in the middle of one."""
+"""What comes from outside: an e-stop or a signal, between two ticks or in the middle of one."""
 
 from __future__ import annotations
 
 import signal
-from contextlib import suppress
 
 from robotcore.devices import SampleT, Sensor
-from robotcore.errors import SafetyStop
 from robotcore.layers.layer import Layer
 from robotcore.layers.readers import Reader
 from robotcore.outcome import RunResult
-from robotcore.safety import Latch
 from robotcore.session import Run
 from robotcore.trace import TickRecord
 
@@ -33,16 +30,27 @@ class Disturbance(Layer):
 
 
 class EmergencyStop(Disturbance):
+    """Somebody presses the button between two ticks."""
+
+    def begin(self, run: Run) -> None:
+        self._button = run.emergency
+
+    def tick(self, record: TickRecord) -> None:
+        super().tick(record)
+        if self.now == self.at:
+            self._button.press("the button was pressed")
+
+
+class EmergencyStopInTick(EmergencyStop):
     """Somebody presses the button while the app is at work."""
 
-    def latch(self, latch: Latch) -> None:
-        self._latch = latch
+    def tick(self, record: TickRecord) -> None:
+        self.now = record.tick + 1
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
         def reader() -> SampleT:
             if self.now >= self.at:
-                with suppress(SafetyStop):
-                    self._latch.trip(SafetyStop("the emergency stop was pressed"))
+                self._button.press("the button was pressed")
             return read()
 
         return reader

@@ -6,9 +6,9 @@ from collections import deque
 from typing import TypeVar
 
 from robotcore.drive import Wheels
-from robotcore.errors import Interrupted
+from robotcore.errors import EmergencyStopError, Interrupted, RobotcoreError, WatchdogError
 from robotcore.recording import Ask, Raised, Tick, Turned
-from robotcore.safety.stage import REST
+from robotcore.safety.intervention import REST
 
 CueT = TypeVar("CueT")
 
@@ -24,8 +24,23 @@ class Cues:
 
     @property
     def is_cut_short(self) -> bool:
-        """Whether a signal ended the run in this tick: what the recording lacks of it tells nothing."""
-        return self.tick.error is not None and self.tick.error.kind == Interrupted.__name__
+        """Whether a signal or a watchdog ended the run in this tick: what the recording lacks of it tells nothing."""
+        is_signalled = self.tick.error is not None and self.tick.error.kind == Interrupted.__name__
+        return is_signalled or any(each.cause == WatchdogError.cause for each in self.tick.interventions)
+
+    @property
+    def ended_before(self) -> RobotcoreError | None:
+        """What was latched between two ticks, an e-stop for one; this is then the tick that did not come."""
+        tick = self.tick
+        has_begun = tick.reads or tick.asks or tick.turned or not tick.interventions
+        error = None if has_begun or tick.error is None else tick.error.again()
+        return error if isinstance(error, RobotcoreError) and not self.is_cut_short else None
+
+    @property
+    def pressed(self) -> RobotcoreError | None:
+        """The e-stop that was pressed in this tick, whenever in it: nothing but the drive's answers tells when."""
+        error = self.tick.error.again() if self.tick.error else None
+        return error if isinstance(error, EmergencyStopError) else None
 
     def was_read(self, device: str) -> bool:
         """Return whether the recorded run read the device in this tick."""

@@ -12,7 +12,7 @@ from robotcore.outcome import RunResult
 from robotcore.recording import Recording
 from robotcore.replay.likeness import Likeness
 from robotcore.replay.script import Script
-from robotcore.replay.stage import ReplayedStage
+from robotcore.replay.stage import ReplayedStage, again
 from robotcore.safety import Latch, Stage
 from robotcore.session import Run
 from robotcore.trace import TickRecord
@@ -38,6 +38,7 @@ class Replayer(Layer):
 
         def reader() -> SampleT:
             self.script.check()
+            self._press()
             if not self.script.cues.was_read(sensor.name):
                 self.script.lack(f"what is read of {sensor.name}", "not read in this tick", "read")
             return read()
@@ -54,9 +55,10 @@ class Replayer(Layer):
         def reader() -> Wheels:
             if self._stage:
                 self._stage.begin_tick()
+            self._press()
             turned = self.script.cues.next_turned()
             if turned and turned.error:
-                raise turned.error.again()
+                again(turned.error, self._latch)
             return turned.angles if turned and turned.angles else read()
 
         return reader
@@ -72,11 +74,20 @@ class Replayer(Layer):
         script.check()
         if script.cues.is_cut_short:
             script.end()
-        if self._stage and not self._stage.is_committed and tick.error is None:
-            return
+        if self._stage and not self._stage.is_committed:
+            if tick.error is None:
+                return
+            self._stage.require_all()
         if record.state != tick.state:
             script.deviate("the state", repr(tick.state), repr(record.state))
         script.go_on(record)
+        if error := script.cues.ended_before:
+            self._latch.set(error)
+
+    def _press(self) -> None:
+        """Press the e-stop where it was pressed."""
+        if error := self.script.cues.pressed:
+            self._latch.set(error)
 
     def end(self, result: RunResult) -> None:
         """Leave the end to `ending`."""

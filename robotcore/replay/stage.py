@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NoReturn
+
 from robotcore.drive import Wheels
 from robotcore.errors import BehaviourError, SafetyStop
 from robotcore.recording import Ask, Raised
@@ -9,7 +11,7 @@ from robotcore.replay.deviation import wheels_told
 from robotcore.replay.likeness import Likeness
 from robotcore.replay.script import Script
 from robotcore.safety import Commit, Latch
-from robotcore.safety.stage import REST
+from robotcore.safety.intervention import REST
 
 _NONE = "no command"
 
@@ -40,10 +42,9 @@ class ReplayedStage:
         return self._script.cues.next_standing()
 
     def ask(self, wheels: Wheels) -> Wheels:
-        self._latch.check()
         answered = self._answered(wheels)
         if answered.error:
-            self._raise(answered.error)
+            again(answered.error, self._latch)
         self._asked = wheels
         return answered.given or wheels
 
@@ -52,21 +53,25 @@ class ReplayedStage:
             return
         self._asked = REST
         if error := self._answered(None).error:
-            self._raise(error)
+            again(error, self._latch)
 
     def commit(self) -> Commit:
         script, tick = self._script, self._script.cues.tick
         script.check()
         if script.cues.is_cut_short:
             script.end()
-        if left := script.cues.asks:
-            script.deviate("the command", wheels_told(left[0].asked), _NONE)
+        self.require_all()
         if tick.error:
             self._fail(tick.error)
         if not self._is_alike(tick.asked, self._asked):
             script.deviate("the command of the tick", wheels_told(tick.asked), wheels_told(self._asked))
         self.is_committed = True
         return Commit(self._asked, tick.sent, tick.interventions)
+
+    def require_all(self) -> None:
+        """Deviate where the recorded run gave a command more in this tick."""
+        if left := self._script.cues.asks:
+            self._script.deviate("the command", wheels_told(left[0].asked), _NONE)
 
     def _answered(self, wheels: Wheels | None) -> Ask:
         """Return the recorded command that this one is like; None is a stop."""
@@ -78,17 +83,17 @@ class ReplayedStage:
             self._script.deviate("the command", wheels_told(recorded.asked), wheels_told(wheels))
         return recorded
 
-    def _fail(self, recorded: Raised) -> None:
+    def _fail(self, recorded: Raised) -> NoReturn:
         """Raise what ended the recorded run at the end of this tick; it is a deviation where its app raised it."""
         is_apps = recorded.kind == BehaviourError.__name__ or self._script.cues.came_from_below(recorded)
-        error = recorded.again()
-        if is_apps and not isinstance(error, SafetyStop):
+        if is_apps and not isinstance(recorded.again(), SafetyStop):
             self._script.deviate("the end", f"raised {recorded.kind}: {recorded.message}", "the app goes on")
-        raise error
+        again(recorded, self._latch)
 
-    def _raise(self, recorded: Raised) -> None:
-        """Raise it again; a safety stop latches."""
-        error = recorded.again()
-        if isinstance(error, SafetyStop):
-            self._latch.trip(error)
-        raise error
+
+def again(recorded: Raised, latch: Latch) -> NoReturn:
+    """Raise what was raised in the recording; a safety stop latches."""
+    error = recorded.again()
+    if isinstance(error, SafetyStop):
+        latch.trip(error)
+    raise error

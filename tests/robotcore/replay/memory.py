@@ -67,10 +67,11 @@ class Memory:
         return Recording(self.about, self.ticks, self.samples, self.result, self.truth)
 
 
-def recorded(app: str = "green-search", **asked: Any) -> Recording:
-    """Run an app, and return its recording."""
+def recorded(app: str = "green-search", *, disturbed_by: Any = None, **asked: Any) -> Recording:
+    """Run an app, and return its recording; what disturbs the run is an observer and a tap below the recording one."""
     memory = Memory()
-    run(RunRequest(app, **asked), [memory], [memory.tap])
+    others = [disturbed_by] if disturbed_by else []
+    run(RunRequest(app, **asked), [memory, *others], [*others, memory.tap])
     return memory.recording
 
 

@@ -6,10 +6,19 @@ from typing import Any
 
 import pytest
 
+from benchmarks.replayed.disturbances import (
+    Disturbance,
+    EmergencyStop,
+    EmergencyStopInTick,
+    SignalBetween,
+    SignalInTick,
+)
+from robotcore.drive import Wheels
 from robotcore.errors import Interrupted, RecordingError
 from robotcore.outcome import Outcome, RunResult
 from robotcore.recording import Raised, Recording
 from robotcore.replay import replay
+from robotcore.safety import Intervention
 from tests.robotcore.replay.memory import changed, recorded
 
 APPS = str(Path(__file__).parent / "recorded_apps.py")
@@ -160,3 +169,28 @@ def nudged(recording: Recording, number: int, by: float) -> Recording:
 def elsewhere(recording: Recording) -> Recording:
     platform = {**recording.metadata.platform, "machine": "riscv64", "numpy": "1.24.0"}
     return replace(recording, metadata=replace(recording.metadata, platform=platform))
+
+
+@pytest.mark.parametrize("kind", [EmergencyStop, EmergencyStopInTick, SignalBetween, SignalInTick])
+@pytest.mark.parametrize("app", ["avoid-obstacles", f"{APPS}:Watching", f"{APPS}:Seldom"])
+def test_stop_or_signal_from_outside_ends_the_replay_in_the_tick_where_it_ended_the_run(
+    kind: type[Disturbance], app: str
+) -> None:
+    recording = recorded(app, disturbed_by=kind(6), seed=2, timeout_s=2.0)
+    assert result_of(recording).outcome in (Outcome.STOPPED, Outcome.INTERRUPTED)
+    replayed = replay(recording)
+    cut_short = kind is SignalInTick and len(recording.ticks) == 7
+    assert (replayed.deviation, replayed.ticks) == (None, len(recording.ticks) - cut_short)
+    assert replayed.exit_status == 0
+    if kind in (EmergencyStop, EmergencyStopInTick):
+        assert (replayed.result.outcome, replayed.result.reason) == (Outcome.STOPPED, result_of(recording).reason)
+        assert replayed.trace_sha256 == result_of(recording).trace_sha256
+
+
+def test_app_that_hung_is_replayed_up_to_the_tick_before() -> None:
+    whole = ending("go_on")
+    cut = Intervention(1.0, "watchdog", Wheels(1.0, 1.0), Wheels(0.0, 0.0))
+    result = replace(result_of(whole), outcome=Outcome.STOPPED, reason="Ending has not come back", ticks=20)
+    hung = changed(replace(whole, ticks=whole.ticks[:20], result=result), 19, asks=(), interventions=(cut,))
+    replayed = replay(hung)
+    assert (replayed.deviation, replayed.ticks, replayed.ended_by) == (None, 19, "Ending has not come back")
