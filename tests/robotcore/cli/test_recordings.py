@@ -92,7 +92,9 @@ def test_another_setting_is_rehearsed_and_drawn(cli: Cli, search: Path, tmp_path
     assert told.status == 0
     assert "they part in tick" in told.out
     assert "ticks differ" in told.out
-    assert cv2.imread(str(picture)).shape == (1000, 1600, 3)
+    drawn = cv2.imread(str(picture))
+    assert drawn is not None
+    assert drawn.shape == (1000, 1600, 3)
 
 
 def test_app_that_needs_another_sensor_is_refused_by_its_name(cli: Cli, brief: Path) -> None:
