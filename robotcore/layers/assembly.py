@@ -83,8 +83,6 @@ def assemble(
         tap.latch(latch)
     watched = Watched(where, safety.answer_s, raw.name)
     ticks = TickClock(slept_by(clock or raw.clock, (watched, *faults)))
-    for tap in taps:
-        tap.latch(latch)
     conditioned = Conditioned(conditions, seed, description.drive)
     stack = Stack(ticks, (watched, guard, conditioned, *faults, *taps, Age(ticks, safety.max_age_s, latch)))
     devices = {device.name: stack.over(device) for device in raw.devices.values()}

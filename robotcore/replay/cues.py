@@ -38,9 +38,14 @@ class Cues:
 
     @property
     def pressed(self) -> RobotcoreError | None:
-        """The e-stop that was pressed in this tick, whenever in it: nothing but the drive's answers tells when."""
-        error = self.tick.error.again() if self.tick.error else None
+        """The e-stop that was pressed before the end of this tick; nothing but the drive's answers tells when."""
+        error = self.tick.error.again() if self.tick.error and not self.was_committed else None
         return error if isinstance(error, EmergencyStopError) else None
+
+    @property
+    def was_committed(self) -> bool:
+        """Whether a command was sent at the end of this tick; an error of it has come after that."""
+        return self.tick.asked is not None or self.tick.sent is not None
 
     def was_read(self, device: str) -> bool:
         """Return whether the recorded run read the device in this tick."""

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import NoReturn
 
 from robotcore.drive import Wheels
-from robotcore.errors import BehaviourError, SafetyStop
+from robotcore.errors import BehaviourError, RobotcoreError, SafetyStop
 from robotcore.recording import Ask, Raised
 from robotcore.replay.deviation import wheels_told
 from robotcore.replay.likeness import Likeness
@@ -61,11 +62,14 @@ class ReplayedStage:
         if script.cues.is_cut_short:
             script.end()
         self.require_all()
-        if tick.error:
+        if tick.error and not script.cues.was_committed:
             self._fail(tick.error)
         if not self._is_alike(tick.asked, self._asked):
             script.deviate("the command of the tick", wheels_told(tick.asked), wheels_told(self._asked))
         self.is_committed = True
+        if tick.error:
+            with suppress(RobotcoreError):
+                again(tick.error, self._latch)
         return Commit(self._asked, tick.sent, tick.interventions)
 
     def require_all(self) -> None:

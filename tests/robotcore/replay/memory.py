@@ -35,7 +35,7 @@ class Memory:
         self._odometry = Odometry(drive.geometry, lambda: self._angles) if drive else None
 
     def tick(self, record: TickRecord) -> None:
-        notes, error = self.tap.take(), sys.exc_info()[1]
+        notes, error = self.tap.take(), self.tap.latched(record.interventions) or sys.exc_info()[1]
         self.samples |= dict(notes.samples)  # type: ignore[arg-type]  # samples of ours are recorded ones
         for turned in notes.turned:
             self._angles = turned.angles or self._angles

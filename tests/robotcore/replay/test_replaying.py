@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,11 +15,12 @@ from benchmarks.replayed.disturbances import (
     SignalInTick,
 )
 from robotcore.drive import Wheels
-from robotcore.errors import Interrupted, RecordingError
+from robotcore.errors import EmergencyStopError, Interrupted, RecordingError
 from robotcore.outcome import Outcome, RunResult
-from robotcore.recording import Raised, Recording
+from robotcore.recording import Raised, Recording, Tick
 from robotcore.replay import replay
 from robotcore.safety import Intervention
+from robotcore.trace import TickRecord, Trace
 from tests.robotcore.replay.memory import changed, recorded
 
 APPS = str(Path(__file__).parent / "recorded_apps.py")
@@ -185,6 +187,24 @@ def test_stop_or_signal_from_outside_ends_the_replay_in_the_tick_where_it_ended_
     if kind in (EmergencyStop, EmergencyStopInTick):
         assert (replayed.result.outcome, replayed.result.reason) == (Outcome.STOPPED, result_of(recording).reason)
         assert replayed.trace_sha256 == result_of(recording).trace_sha256
+
+
+def test_stop_that_was_pressed_after_the_commands_of_a_tick_were_sent_leaves_them_as_they_were() -> None:
+    whole = ending("go_on")
+    pressed = Raised.of(EmergencyStopError("the button was pressed"))
+    cut = Intervention(1.0, "e-stop", Wheels(1.0, 1.0), Wheels(0.0, 0.0))
+    result = replace(result_of(whole), outcome=Outcome.STOPPED, ticks=20, trace_sha256=digest(whole.ticks[:20]))
+    late = changed(replace(whole, ticks=whole.ticks[:20], result=result), 19, error=pressed, interventions=(cut,))
+    replayed = replay(late)
+    assert (replayed.deviation, replayed.ticks, replayed.exit_status) == (None, 20, 0)
+    assert (replayed.result.outcome, replayed.result.ticks) == (Outcome.STOPPED, 20)
+
+
+def digest(ticks: Sequence[Tick]) -> str:
+    trace = Trace(())
+    for tick in ticks:
+        trace.add(TickRecord(tick.number, tick.time, tick.state, tick.asked, tick.sent, ()))
+    return trace.sha256
 
 
 def test_app_that_hung_is_replayed_up_to_the_tick_before() -> None:
