@@ -24,7 +24,7 @@ def ended_from_outside(recording: Recording) -> str:
     """Say what ended the recording and cannot be repeated: a signal, a dead simulator, a cut; empty if nothing."""
     result, last = recording.result, recording.ticks[-1]
     if result is None:
-        return "the file ends there"
+        return "the file was cut"
     is_of_the_last_tick = last.error is not None and not Cues(last).is_cut_short
     is_of_the_app = result.outcome in (Outcome.SUCCESS, Outcome.FAILURE, Outcome.TIMEOUT)
     return "" if is_of_the_last_tick or is_of_the_app else result.reason

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from robotcore.appfile import app_path, is_app_file
 from robotcore.errors import Interrupted, RecordingError
 from robotcore.outcome import RunResult
 from robotcore.plan import RunRequest
@@ -33,6 +34,7 @@ def replay(recording: Recording, file: Path | str = "", observers: Sequence[Obse
             f"it cannot be replayed: {recording.why_not}",
             "robotcore replay FILE --app APP runs an app on what it has",
         )
+    _require_app(recording, file)
     platform = differences(recording.metadata.platform, BACKEND)
     likeness = Likeness(ACROSS_PLATFORMS if platform else 0.0)
     replayer = Replayer(recording, likeness)
@@ -48,6 +50,14 @@ def require_ticks(recording: Recording, file: Path | str) -> None:
     """Raise RecordingError where a recording has no tick to be replayed."""
     if not recording.ticks:
         raise RecordingError(file or "the recording", "it ends before the first tick", "Record a run that begins")
+
+
+def _require_app(recording: Recording, file: Path | str) -> None:
+    """Raise RecordingError where the app was a file that is not there any more."""
+    app = recording.metadata.request.app
+    if is_app_file(app) and not app_path(app).is_file():
+        remedy = "Replay it from the folder it was run in, or name its app: --app FILE.py"
+        raise RecordingError(file or "the recording", f"its app, {app}, is not here", remedy)
 
 
 def request_for(recording: Recording) -> RunRequest:

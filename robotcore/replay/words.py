@@ -46,7 +46,7 @@ def _findings(replayed: Replayed) -> Iterator[str]:
         yield f"{replayed.ticks} ticks, {replayed.recording.ticks[-1].time:.2f} s"
         yield from _digest(replayed)
         if replayed.ended_by:
-            yield f"the recording ends there: {replayed.ended_by}"
+            yield f"the recording ends here: {replayed.ended_by}"
     if replayed.platform:
         yield f"recorded elsewhere: {'; '.join(replayed.platform)}"
 
@@ -74,7 +74,7 @@ def _differences(rehearsed: Rehearsed) -> Iterator[str]:
     if parting := rehearsed.parting:
         yield f"they part in tick {parting.tick}, at {parting.time:g} s: {parting.what}"
         yield f"  recorded: {parting.recorded}"
-        yield f"  {rehearsed.result.app}: {parting.rehearsed}"
+        yield f"  {_name(rehearsed)}: {parting.rehearsed}"
         yield f"{rehearsed.differing} of {rehearsed.ticks} ticks differ"
     else:
         yield f"all of {rehearsed.ticks} ticks are equal"
@@ -85,7 +85,7 @@ def _differences(rehearsed: Rehearsed) -> Iterator[str]:
 def _table(rehearsed: Rehearsed, recorded: RunResult) -> Table:
     other = rehearsed.result
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, header_style="bold")
-    for title in ("", "recorded", other.app):
+    for title in ("", "recorded", _name(rehearsed)):
         table.add_column(title, style="" if title else "cyan")
     for name in dict.fromkeys((*recorded.milestones, *other.milestones)):
         table.add_row(name, _at(recorded, name), _at(other, name))
@@ -93,6 +93,12 @@ def _table(rehearsed: Rehearsed, recorded: RunResult) -> Table:
     table.add_row("outcome", recorded.outcome.value, ended)
     table.add_row("time", f"{recorded.sim_time_s:.2f} s", f"{other.sim_time_s:.2f} s")
     return table
+
+
+def _name(rehearsed: Rehearsed) -> str:
+    """Return what to call the other app beside the recorded one."""
+    app = rehearsed.result.app
+    return "now" if app == result_of(rehearsed.recording).app else app
 
 
 def _at(result: RunResult, milestone: str) -> str:

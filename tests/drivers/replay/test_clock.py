@@ -59,3 +59,10 @@ def test_closed_clock_has_forgotten_its_calls() -> None:
     clock.close()
     clock.sleep_until(0.1)
     assert not made
+
+
+def test_time_that_is_a_little_past_the_deadline_is_the_deadline() -> None:
+    clock = ReplayClock([0.0, 0.05, 0.1, 3 * 0.05])
+    assert 3 * 0.05 > 0.15
+    clock.sleep_until(0.15)
+    assert clock.tick == 3

@@ -60,6 +60,15 @@ def test_own_app_that_has_changed_since_is_told_where(cli: Cli, app_file: AppFil
     assert cli("replay", file, "--json").json["deviation"]["tick"] == 2
 
 
+def test_own_app_that_is_gone_is_named_with_what_to_do(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
+    app, file = app_file("pass"), str(tmp_path / "own.mcap")
+    cli("run", app, "--timeout", "1", "--record", file)
+    Path(app).unlink()
+    told = cli("replay", file)
+    assert told.status == 2
+    assert f"own.mcap: its app, {app}, is not here. Replay it from the folder it was run in" in told.err
+
+
 def test_own_app_that_raises_now_is_told_with_its_traceback(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
     app, file = app_file("pass"), str(tmp_path / "own.mcap")
     cli("run", app, "--timeout", "1", "--record", file)
@@ -83,7 +92,7 @@ def test_run_that_a_signal_ended_says_so(cli: Cli, app_file: AppFile, tmp_path: 
     app_file("pass")
     told = cli("replay", file)
     assert told.status == 0
-    assert "the recording ends there: interrupted by SIGTERM" in told.out
+    assert "the recording ends here: interrupted by SIGTERM" in told.out
 
 
 def test_another_setting_is_rehearsed_and_drawn(cli: Cli, search: Path, tmp_path: Path) -> None:

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -81,6 +82,23 @@ def test_faults_are_replayed_too(backend: str, faults: tuple[str, ...]) -> None:
     require_equal(recording)
 
 
+def test_encoders_that_grow_stale_between_ticks_stop_the_replay_too() -> None:
+    recording = ending("go_on", faults=("encoders freeze after=0.5",))
+    assert recording.ticks[-1].turned[0].error
+    require_equal(recording)
+
+
+def test_robot_without_encoders_knows_its_pose_by_the_recorded_angles(tmp_path: Path) -> None:
+    robot = tmp_path / "blind.toml"
+    rover = resources.files("robotcore.description").joinpath("robots/rover.toml").read_text()
+    parts = [part for part in rover.split("\n\n") if 'kind = "encoder"' not in part]
+    robot.write_text("\n".join(line for line in "\n\n".join(parts).split("\n") if "_encoder =" not in line))
+    recording = ending("command_one_wheel", robot=str(robot))
+    assert "left_encoder" not in recording.metadata.devices
+    robot.unlink()
+    require_equal(recording)
+
+
 def test_seeded_main_job_is_replayed_to_the_bit() -> None:
     require_equal(recorded("green-search", seed=7, timeout_s=8.0))
 
@@ -111,7 +129,7 @@ def test_signal_between_ticks_ends_the_replay_after_the_last_one() -> None:
 def test_recording_that_was_cut_is_replayed_up_to_its_last_tick() -> None:
     whole = ending("go_on")
     replayed = replay(replace(whole, ticks=whole.ticks[:20], result=None, is_cut=True))
-    assert (replayed.deviation, replayed.ticks, replayed.ended_by) == (None, 20, "the file ends there")
+    assert (replayed.deviation, replayed.ticks, replayed.ended_by) == (None, 20, "the file was cut")
 
 
 def test_simulator_that_died_ends_the_replay_where_it_ended_the_run() -> None:
