@@ -16,7 +16,9 @@ from robotcore.cli.output import write, write_json
 @click.option("--picture", metavar="FILE", type=click.Path(path_type=Path), help="Draw both paths as a PNG.")
 @click.option("--json", "as_json", is_flag=True, help="Print one line of JSON instead.")
 def command(first: Path, second: Path, picture: Path | None, *, as_json: bool) -> int:
-    """Lay two recordings side by side: milestones, outcome, paths, and where they part.
+    """Lay two recordings side by side.
+
+    Their milestones, outcomes, paths and loops, and where they part.
 
     Exit status: 0 the same milestones in the same order and the same outcome, 1 else.
     """

@@ -27,7 +27,10 @@ _FILE = click.Path(path_type=Path)
 def command(
     file: Path, picture: Path | None, table: Path | None, video: Path | None, device: str | None, *, as_json: bool
 ) -> None:
-    """Tell what a recording FILE holds: the run, its devices, its end; whether it is whole and can be replayed."""
+    """Tell what a recording FILE holds.
+
+    The run, its devices and its end, whether it is whole and can be replayed; and the same as a table or a film.
+    """
     from robotcore.recording import read
 
     if device and not video:

@@ -25,7 +25,9 @@ if TYPE_CHECKING:
 def command(
     file: Path, app: str | None, settings: tuple[tuple[str, str], ...], picture: Path | None, *, as_json: bool
 ) -> int:
-    """Give the app of a recording FILE what it was given, and hold it to each decision; the first other one is told.
+    """Hold the app of a recording FILE to each decision.
+
+    It is given what it was given then; the first thing that it does otherwise is told.
 
     With --app or --set, what another app, or the same one otherwise set, would have decided on the recorded samples.
 
