@@ -27,16 +27,16 @@ class Brake:
         return self._errand is not None and self._errand.is_under_way
 
     def apply(self) -> None:
-        """Stop the motor here and now, unless a stop hangs already."""
-        if self.is_hung:
+        """Stop the motor here and now, after a stop that is under way, unless that hangs."""
+        if self._errand and not self._errand.is_done_within(STOP_S):
             raise self._hung()
         self.motor.stop()
 
     def begin(self) -> Callable[[float], Exception | None]:
         """Stop the motor in a thread of its own; return what tells how that failed, after so many seconds at most."""
-        if self.is_hung:
-            return lambda _: self._hung()
-        self._errand = errand = Errand(f"stop {self.motor.name}", self.motor.stop)
+        errand = self._errand
+        if errand is None or not errand.is_under_way:
+            self._errand = errand = Errand(f"stop {self.motor.name}", self.motor.stop)
         return lambda limit_s: errand.failure if errand.is_done_within(limit_s) else self._hung()
 
     def _hung(self) -> DeviceError:

@@ -202,19 +202,12 @@ def test_a_report_is_written_of_all_that_is_there(
     assert (directory, pictures, told["worlds"]) == (Path("page"), Path("here"), [])
     line = "robotcore sweep avoid-obstacles --world open --set duration_s=0.2 --seeds 1-2 --out here --report page"
     assert told["asked"] == line
-    assert told["judge"] is None
 
 
 def test_a_report_is_given_the_requirements(cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch) -> None:
     told = _report(monkeypatch)
     cli(*SHORT, "--seeds", "1", "--out", "here", "--report", "page", "--require", "contacts<=0")
     assert [str(each) for each in told["requirements"]] == ["contacts<=0"]
-
-
-def test_a_report_is_given_the_judge(cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch) -> None:
-    told = _report(monkeypatch)
-    cli(*SHORT, "--seeds", "1", "--out", "here", "--report", "page", "--judge", "green-search")
-    assert told["judge"] == "green-search"
 
 
 def test_a_report_that_cannot_be_written_is_told_before_the_sweep(

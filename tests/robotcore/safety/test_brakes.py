@@ -7,6 +7,7 @@ import pytest
 
 from robotcore.errors import DeviceError
 from robotcore.safety import Brakes
+from robotcore.safety.brakes import Brake
 from tests.robotcore.fakes import NullMotor
 
 
@@ -47,6 +48,15 @@ def test_one_that_hangs_holds_up_nobody_who_stops_them_apart(hung: HungMotor) ->
     assert "left_motor: has not stopped within 0.2 s" in str(failure)
     assert right.sent == [0.0]
     assert brakes.are_hung
+
+
+def test_a_stop_that_is_under_way_is_waited_for(hung: HungMotor) -> None:
+    brake = Brake(hung)
+    tell = brake.begin()
+    threading.Timer(0.02, hung.let_go.set).start()
+    brake.apply()
+    assert tell(0.0) is None
+    assert hung.sent == [0.0, 0.0]
 
 
 def test_from_another_thread_they_are_stopped_apart(hung: HungMotor) -> None:
