@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from threading import RLock
 from typing import Annotated
 
 from pydantic import Field
@@ -14,7 +15,7 @@ from robotcore.faults.fault import Fault, Kind
 from robotcore.faults.occasion import Occasion
 from robotcore.layers.layer import Layer
 from robotcore.layers.over import MotorOver
-from robotcore.safety.patience import PatientLock
+from robotcore.safety.patience import Patiently
 
 Gain = Annotated[float, Field(ge=0, le=1, description="gain")]
 
@@ -87,10 +88,10 @@ class FaultyMotor(MotorOver):
         self._gain = gain
         self._asked = self._told = 0.0
         self._stops = 0
-        self._lock = PatientLock()
+        self._lock = RLock()
 
     def stop(self) -> None:
-        with self._lock.patiently():
+        with Patiently(self._lock):
             self._stops += 1
             self._asked = self._told = 0.0
             super().stop()

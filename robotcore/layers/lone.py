@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from threading import RLock
 
 from robotcore.clock import Clock
 from robotcore.devices import Motor, invalid_velocity
 from robotcore.layers.over import MotorOver
 from robotcore.safety import Brakes, Deadman, Latch
-from robotcore.safety.patience import PatientLock
+from robotcore.safety.patience import Patiently
 
 
 class LoneMotor(MotorOver):
@@ -20,7 +21,7 @@ class LoneMotor(MotorOver):
     def __init__(self, inner: Motor, clock: Clock, lease: float, latch: Latch, brakes: Brakes) -> None:
         super().__init__(inner)
         self._clock, self._latch, self._brakes = clock, latch, brakes
-        self._lock = PatientLock()
+        self._lock = RLock()
         self._deadman = Deadman(clock, lease, self._cut, self._lock)
         self._halts = 0
         latch.call(self.stop)
@@ -46,7 +47,7 @@ class LoneMotor(MotorOver):
         """Stop at once. Where that hangs or fails, the deadman is the next to try."""
         if self._is_closed:
             return
-        with self._lock.patiently():
+        with Patiently(self._lock):
             self._halt()
             self._deadman.rest()
 

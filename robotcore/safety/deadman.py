@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from threading import RLock
 
 from robotcore.clock import Clock
-from robotcore.safety.patience import PatientLock
+from robotcore.safety.patience import Patiently
 
 MIN_LEASE_S = 0.1
 
@@ -17,7 +18,7 @@ class Deadman:
     of its own: whoever renews or rests holds ``lock``; the cut waits for it, but not for ever.
     """
 
-    def __init__(self, clock: Clock, lease: float, cut: Callable[[float], None], lock: PatientLock) -> None:
+    def __init__(self, clock: Clock, lease: float, cut: Callable[[float], None], lock: RLock) -> None:
         self.lease = max(lease, MIN_LEASE_S)
         self._clock = clock
         self._cut = cut
@@ -40,7 +41,7 @@ class Deadman:
         self._clock.call_at(expiry, lambda: self._check(expiry))
 
     def _check(self, called_at: float) -> None:
-        with self._lock.patiently():
+        with Patiently(self._lock):
             self._is_waiting = False
             if self._expiry is None:
                 return

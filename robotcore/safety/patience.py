@@ -1,32 +1,23 @@
-"""A lock for those who stop motors: they wait for it, but not for ever."""
+"""How those who stop motors wait for a lock: not for ever."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from threading import RLock
 
 PATIENCE_S = 0.05
 
 
-class PatientLock:
-    """A lock that `patiently` goes ahead without, where whoever holds it hangs in a vendor's call."""
+class Patiently:
+    """Holds a lock while entered, if it can be had soon; does without where its owner hangs in a vendor's call."""
 
-    def __init__(self) -> None:
-        self._lock = RLock()
+    __slots__ = ("_is_held", "_lock")
+
+    def __init__(self, lock: RLock) -> None:
+        self._lock = lock
 
     def __enter__(self) -> None:
-        self._lock.acquire()
+        self._is_held = self._lock.acquire(timeout=PATIENCE_S)
 
     def __exit__(self, *_: object) -> None:
-        self._lock.release()
-
-    @contextmanager
-    def patiently(self) -> Iterator[None]:
-        """Hold the lock if it can be had soon."""
-        is_held = self._lock.acquire(timeout=PATIENCE_S)
-        try:
-            yield
-        finally:
-            if is_held:
-                self._lock.release()
+        if self._is_held:
+            self._lock.release()

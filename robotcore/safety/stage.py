@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from threading import RLock
 from typing import NamedTuple, Protocol
 
 from robotcore.clock import Clock
@@ -13,7 +14,7 @@ from robotcore.safety.brakes import Brakes
 from robotcore.safety.deadman import Deadman
 from robotcore.safety.intervention import REST, Intervention
 from robotcore.safety.latch import Latch
-from robotcore.safety.patience import PatientLock
+from robotcore.safety.patience import Patiently
 from robotcore.safety.rules import Rule
 
 
@@ -59,11 +60,11 @@ class SafetyStage:
         self._rules = tuple(rules)
         self._latch = latch or Latch()
         self._on_sent = on_sent
-        self._lock = PatientLock()
+        self._lock = RLock()
         self._deadman = Deadman(clock, lease, self._cut, self._lock)
         self._asked: Wheels | None = None
         self._guarded = self._sent = self._judged_after = REST
-        self._halts = 0
+        self._halts = self._halts_before = 0
         self._is_stopped = False
         self._changes: list[Intervention] = []
         self._cuts: list[Intervention] = []
@@ -88,7 +89,7 @@ class SafetyStage:
 
         The lease ends when they were stopped: where a stop hangs or fails, the deadman is the next to try.
         """
-        with self._lock.patiently():
+        with Patiently(self._lock):
             self._asked = self._guarded = REST
             self._changes.clear()
             self._is_stopped = False
@@ -105,6 +106,7 @@ class SafetyStage:
         """Send this tick's command and begin a new lease; without one, guard again what is still being driven."""
         self._latch.check()
         with self._lock:
+            self._halts_before = self._halts
             asked, self._asked = self._asked, None
             sent = self._hold_back() if asked is None else self._carried_out(asked)
             changes = (*self._cuts, *self._changes)
@@ -136,18 +138,23 @@ class SafetyStage:
         return sent
 
     def _tell(self, wheels: Wheels) -> Wheels:
-        """Tell the motors, and return what they say they do; where one fails, or was stopped meanwhile, stop both."""
-        halts = self._halts
-        try:
-            sent = Wheels(self._left.set_velocity(wheels.left), self._right.set_velocity(wheels.right))
-        except Exception:
-            self._halt(self._clock.now())
-            raise
-        if self._halts != halts or self._latch.error:
-            self._halt(self._clock.now())
-            return REST
-        self._note(sent, self._clock.now())
-        return sent
+        """Tell the motors, and return what they say they do; where one fails, or a stop came meanwhile, stop both."""
+        if not self._is_overtaken:
+            try:
+                sent = Wheels(self._left.set_velocity(wheels.left), self._right.set_velocity(wheels.right))
+            except Exception:
+                self._halt(self._clock.now())
+                raise
+            if not self._is_overtaken:
+                self._note(sent, self._clock.now())
+                return sent
+        self._halt(self._clock.now())
+        return REST
+
+    @property
+    def _is_overtaken(self) -> bool:
+        """Whether a stop came since the commit began: past its lock, where the rules or a motor took their time."""
+        return self._halts != self._halts_before or self._latch.error is not None
 
     def _guard(self, wheels: Wheels) -> Wheels:
         self._changes.clear()

@@ -1,10 +1,11 @@
 from __future__ import annotations
 
+from threading import RLock
+
 import pytest
 
 from robotcore.clock import SteppedClock
 from robotcore.safety import Deadman
-from robotcore.safety.patience import PatientLock
 
 
 class Bench:
@@ -13,7 +14,7 @@ class Bench:
     def __init__(self, lease: float = 0.125) -> None:
         self.clock = SteppedClock(20, lambda _: None)
         self.cuts: list[tuple[float, float]] = []
-        self.deadman = Deadman(self.clock, lease, self._cut, PatientLock())
+        self.deadman = Deadman(self.clock, lease, self._cut, RLock())
 
     def _cut(self, expiry: float) -> None:
         self.cuts.append((expiry, self.clock.now()))

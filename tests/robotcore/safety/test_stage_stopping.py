@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 
 import pytest
@@ -15,31 +15,50 @@ from robotcore.safety import Latch, SafetyStage
 from tests.robotcore.fakes import NullMotor
 
 
-class Pressing:
-    """A rule in whose middle somebody presses the e-stop."""
+class Meanwhile:
+    """A rule in whose middle something happens, in a thread of its own; it halves a command."""
 
-    cause = "pressing"
+    cause = "meanwhile"
 
-    def __init__(self, latch: Latch) -> None:
-        self._latch = latch
-        self.is_pressed = False
+    def __init__(self) -> None:
+        self.deed: Callable[[], object] | None = None
 
     def __call__(self, asked: Wheels, last: Wheels) -> Wheels:
-        if not self.is_pressed:
+        if self.deed is None:
             return asked
-        self._latch.set(EmergencyStopError("now"))
+        deed = threading.Thread(target=self.deed)
+        deed.start()
+        deed.join()
         return Wheels(asked.left / 2, asked.right / 2)
 
 
-def test_an_e_stop_between_the_check_and_the_command_wins() -> None:
-    latch, left, right = Latch(), NullMotor("left"), NullMotor("right")
-    rule = Pressing(latch)
-    stage = SafetyStage(TickClock(SteppedClock(20, lambda _: None)), left, right, [rule], 0.125, latch)
-    stage.ask(Wheels(2.0, 2.0))
-    stage.commit()
-    rule.is_pressed = True
-    stage.commit()
-    assert (left.sent[-1], right.sent[-1]) == (0.0, 0.0)
+class Bench:
+    """A stage that drives both motors at 2 rad/s, and a rule in whose middle something may happen."""
+
+    def __init__(self) -> None:
+        self.latch, self.left, self.right, self.rule = Latch(), NullMotor("left"), NullMotor("right"), Meanwhile()
+        clock = TickClock(SteppedClock(20, lambda _: None))
+        self.stage = SafetyStage(clock, self.left, self.right, [self.rule], 0.125, self.latch)
+        self.stage.ask(Wheels(2.0, 2.0))
+        self.stage.commit()
+
+
+def test_an_e_stop_in_the_middle_of_a_commit_lets_no_command_pass() -> None:
+    bench = Bench()
+    bench.rule.deed = lambda: bench.latch.set(EmergencyStopError("now"))
+    assert bench.stage.commit().sent == (0.0, 0.0)
+    for motor in (bench.left, bench.right):
+        assert motor.sent[0] == 2.0
+        assert set(motor.sent[1:]) == {0.0}
+
+
+def test_a_stop_that_does_not_wait_for_a_commit_any_longer_wins() -> None:
+    bench = Bench()
+    bench.rule.deed = bench.stage.stop
+    assert bench.stage.commit().sent == (0.0, 0.0)
+    for motor in (bench.left, bench.right):
+        assert motor.sent[0] == 2.0
+        assert set(motor.sent[1:]) == {0.0}
 
 
 @pytest.fixture
