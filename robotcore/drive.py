@@ -130,6 +130,8 @@ class CommandedWheels:
         return self._angles_at(self._clock.now())
 
     def _angles_at(self, now: float) -> Wheels:
+        if now == self._since:
+            return self._angle
         passed, self._since = now - self._since, now
         (left, right), velocity = self._angle, self._velocity
         self._angle = Wheels(left + velocity.left * passed, right + velocity.right * passed)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 
 from robotcore.behaviour import Behaviour, Status
+from robotcore.drive import DifferentialDrive
 from robotcore.errors import BehaviourError, DeviceError, Interrupted, RobotcoreError, UsageError
 from robotcore.interrupts import Recalled
 from robotcore.layers import Assembled
@@ -82,8 +82,7 @@ class Loop:
         self._latch.check()
         self._where.ticks += 1
         if self._drive:
-            with suppress(DeviceError):  # whoever drives or asks for the pose is told
-                self._drive.track()
+            self._track(self._drive)
         commit = _IDLE
         try:
             status = self._decide()
@@ -98,6 +97,14 @@ class Loop:
         """Stop the wheels."""
         if self._stage:
             self._stage.stop()
+
+    @staticmethod
+    def _track(drive: DifferentialDrive) -> None:
+        """Let the drive take in what the wheels turned; of what fails, whoever drives or asks for the pose is told."""
+        try:  # noqa: SIM105  `suppress` takes ten times as long, at each tick
+            drive.track()
+        except DeviceError:
+            pass
 
     def _note(self, commit: Commit) -> None:
         """Tell what a tick came to. A latch that trips between two ticks is told as the one that did not come."""
