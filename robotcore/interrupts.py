@@ -147,8 +147,10 @@ class Interrupts:
             outer(number, None)
         else:
             own = signal.signal(number, signal.SIG_DFL)
-            signal.raise_signal(number)  # and here the program goes on, when somebody lets it
-            signal.signal(number, own)
+            try:
+                signal.raise_signal(number)  # and here the program goes on, when somebody lets it
+            finally:  # perhaps to hear that it is to end
+                signal.signal(number, own)
         self._after_suspension()
 
     def _end(self, number: int) -> NoReturn:
