@@ -18,15 +18,19 @@ from robotcore.layers.layer import Layer
 from robotcore.loop import Loop
 from robotcore.observer import Observer, Run
 from robotcore.outcome import Outcome, RunResult
-from robotcore.overdue import closing, stepping, watching
+from robotcore.overdue import SIMULATED, closing, judging, opening, stepping, watching
 from robotcore.plan import Plan
 from robotcore.robot import Robot
-from robotcore.safety import EmergencyStop, Watchdog
+from robotcore.safety import EmergencyStop, Watchdog, Whereabouts
 from robotcore.safety.errand import Errand
 from robotcore.truth import Truth
 
 FAREWELL_S = 0.2
 """When a process must end, closing what hangs, and each of those who want to hear of it, get this long."""
+
+
+WAKING_S = 0.3
+"""A sensor that was suspended too has a new sample after this."""
 
 
 class _UnansweredError(Exception):
@@ -46,8 +50,11 @@ class Execution:
         patience: float,
     ) -> None:
         self._plan, self._observers, self._taps, self._interrupts = plan, observers, taps, interrupts
-        self._last_words, self._patience = last_words, patience
-        self._wall = MonotonicClock()
+        self._last_words = last_words
+        self._wall, self._where = MonotonicClock(), Whereabouts()
+        patience *= SIMULATED if plan.request.gui else 1.0
+        self._watchdog = Watchdog(self._where, self._bite, self._end_hard, patience)
+        self._bitten: RobotcoreError | None = None
         self._assembled: Assembled | None = None
         self._guard = ExitStack()
         self._loop: Loop | None = None
@@ -59,11 +66,11 @@ class Execution:
         """Run to the end, whichever it is, and tell the observers too."""
         error: RobotcoreError | Interrupted | None = None
         try:
-            outcome = self._run_and_close()
+            outcome = self._watched()
         except (RobotcoreError, Interrupted) as caught:
             error, outcome = caught, outcome_of(caught)
         except Recalled:  # too late for the loop to tell why
-            error = self._latched
+            error = self._why_recalled
             outcome = outcome_of(error)
         except BaseException as bug:
             self._tell(self._told(RobotcoreError(f"{type(bug).__name__}: {bug}"), Outcome.ERROR))
@@ -75,15 +82,19 @@ class Execution:
             raise failures[0]
         return result
 
+    def _watched(self) -> Outcome:
+        self._watchdog.start()
+        try:
+            return self._run_and_close()
+        finally:
+            self._watchdog.close()
+
     def _run_and_close(self) -> Outcome:
-        raw = robot = self._plan.backend.open(self._plan.setup)
+        raw = robot = self._opened()
         outcome = Outcome.ERROR
-        watchdog: Watchdog | None = None
         try:
             self._assembled = assembled = self._assemble(raw)
             robot = assembled.robot
-            watchdog = Watchdog(assembled.where, self._bite, self._end_hard, self._patience)
-            watchdog.start()
             outcome = self._run(assembled, self._truth_of(raw))
         finally:
             try:
@@ -93,9 +104,14 @@ class Execution:
             finally:  # even where a signal came just before the hold
                 self._interrupts.hold()
                 self._close(robot)
-                if watchdog:
-                    watchdog.close()
         return outcome
+
+    def _opened(self) -> Robot:
+        plan = self._plan
+        self._where.begin(opening(plan.backend.name))
+        raw = plan.backend.open(plan.setup)
+        self._where.begin(None)
+        return raw
 
     def _run(self, assembled: Assembled, truth: Truth | None) -> Outcome:
         plan, safety = self._plan, self._plan.description.safety
@@ -107,21 +123,27 @@ class Execution:
             plan.request.timeout_s,
             [*(observer.tick for observer in self._observers), lambda _: self._interrupts.check()],
             stepping(plan.behaviour, safety.watchdog_s),
-            watching(safety.watchdog_s),
+            watching(safety.watchdog_s * (SIMULATED if plan.backend.is_lockstep else 1.0)),
         )
         self._interrupts.stop_with(self._last_resort)
-        self._interrupts.suspend_with(assembled.robot.stop, is_to_wait=True)
+        self._interrupts.suspend_with(assembled.robot.stop, self._let_sensors_wake, is_to_wait=True)
         run = Run(plan.request, plan.behaviour, plan.description, plan.world, assembled.robot, truth, stop, plan.faults)
         for observer in self._observers:
             observer.begin(run)
         return self._loop.run()
+
+    def _let_sensors_wake(self) -> None:
+        """Wait until what is polled has something newer than from before the suspension, which would be stale."""
+        self._wall.sleep_until(self._wall.now() + WAKING_S)
 
     def _assemble(self, raw: Robot) -> Assembled:
         plan, clock = self._plan, self._clock_for(raw)
         seed, rate_hz = plan.setup.seed, plan.request.rate_hz
         faults = [fault.layer(clock, seed) for fault in plan.faults]
         guard = guarded(raw, plan.description.safety.lease_ticks / rate_hz, self._guard)
-        return assemble(raw, plan.description, rate_hz, clock, plan.conditions, seed, faults, self._taps, guard)
+        return assemble(
+            raw, plan.description, rate_hz, clock, plan.conditions, seed, faults, self._taps, guard, self._where
+        )
 
     def _clock_for(self, raw: Robot) -> Clock:
         is_paced = self._plan.request.realtime or self._plan.request.gui
@@ -138,7 +160,7 @@ class Execution:
         A stop that fails is told when it fails again at closing; one that hangs, now.
         """
         if assembled := self._assembled:
-            assembled.where.begin(closing(self._plan.backend.name))
+            self._where.begin(closing(self._plan.backend.name))
             assembled.latch.set(DeviceClosedError(raw.name))
             failures = assembled.brakes.apply_apart()
             if assembled.brakes.are_hung and not self._is_unanswered:
@@ -148,11 +170,13 @@ class Execution:
         """Ask the truth while the simulator lives; one that has died has no word."""
         if not self._is_unanswered:
             plan = self._plan
+            self._where.begin(judging(plan.judge, plan.backend.name))
             self._judgement = judged(plan.judge, self._truth_of(raw), outcome, plan.request.judge)
             self._late_failure = self._late_failure or self._judgement.failure
 
     def _close(self, robot: Robot) -> None:
         """Close the robot; a guardian stops what cannot be closed."""
+        self._where.begin(closing(self._plan.backend.name))
         try:
             with suppress(_UnansweredError), self._guard:
                 self._let_go(robot)
@@ -169,16 +193,18 @@ class Execution:
             raise _UnansweredError
 
     @property
-    def _latched(self) -> RobotcoreError:
-        assert self._assembled
-        assert self._assembled.latch.error
-        return self._assembled.latch.error
+    def _why_recalled(self) -> RobotcoreError:
+        """What latched first, where something was there to latch."""
+        error = (self._assembled and self._assembled.latch.error) or self._bitten
+        assert error
+        return error
 
     def _bite(self, error: RobotcoreError) -> None:
         """Stop what moves, for the loop's thread does not come back, and call it."""
-        assert self._assembled
+        self._bitten = error
         self._is_unanswered = isinstance(error, (BackendError, DeviceError))
-        self._assembled.latch.set(error)
+        if self._assembled:
+            self._assembled.latch.set(error)
         self._interrupts.recall()
 
     def _end_hard(self, error: RobotcoreError) -> None:

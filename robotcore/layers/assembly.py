@@ -72,13 +72,15 @@ def assemble(
     faults: Sequence[Layer] = (),
     taps: Sequence[Layer] = (),
     guard: Layer = _UNGUARDED,
+    where: Whereabouts | None = None,
 ) -> Assembled:
     """Put every layer over a robot that a backend opened; ``clock`` stands in for the backend's own.
 
     The noise of the ``conditions`` belongs to the ``seed``. ``faults`` lie right above them; above these, ``taps`` see
     each sample once, and each command as the app gives it. ``guard``, below them all, sees what motors are told.
+    ``where`` learns where the program is.
     """
-    safety, where, latch = description.safety, Whereabouts(), Latch()
+    safety, where, latch = description.safety, where or Whereabouts(), Latch()
     for tap in taps:
         tap.latch(latch)
     watched = Watched(where, safety.answer_s, raw.name)

@@ -134,17 +134,45 @@ class TestHanging:
         assert backend.rig.right.sent[-1] == 0.0
 
     def test_an_observer_that_hangs_is_told_where(
-        self, perform: Runner, backend: RigBackend, hasty: RunRequest, gate: threading.Event
+        self,
+        perform: Runner,
+        backend: RigBackend,
+        hasty: RunRequest,
+        gate: threading.Event,
+        monkeypatch: pytest.MonkeyPatch,
     ) -> None:
         class Hung(Watcher):
             def tick(self, record: TickRecord) -> None:
                 if record.tick == 3:
                     gate.wait()
 
+        monkeypatch.setattr(backend, "vouches_for", frozenset())  # as on a robot, whose time waits for nobody
         result = perform(then(lambda _: None), hasty, observers=[Hung()])
         assert isinstance(result.error, WatchdogError)
         assert result.reason.startswith("what looks at the run has not come back for")
         assert backend.rig.wheels == (0.0, 0.0)
+
+    def test_simulated_time_waits_for_an_observer(
+        self, perform: Runner, hasty: RunRequest, gate: threading.Event
+    ) -> None:
+        class Slow(Watcher):
+            def tick(self, record: TickRecord) -> None:
+                if record.tick == 3:
+                    gate.wait(1.0)
+
+        ticks = iter([Status.RUNNING, Status.SUCCESS])
+        result = perform(then(lambda _: next(ticks)), hasty, observers=[Slow()])
+        assert result.outcome is Outcome.SUCCESS
+
+    def test_a_backend_that_does_not_open_the_robot_is_named(
+        self, perform: Runner, backend: RigBackend, gate: threading.Event, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr("robotcore.overdue.OPENING_S", 0.3)
+        monkeypatch.setattr("robotcore.safety.watchdog.FIRST_TICK_S", 0.3)
+        monkeypatch.setattr(backend, "_prepare", lambda _: gate.wait())
+        result = perform(then(lambda _: None))
+        assert (result.outcome, result.exit_status, result.ticks) == (Outcome.ERROR, 3, 0)
+        assert result.reason.startswith("the backend 'rig' has not opened the robot for")
 
     def test_a_run_outside_the_main_thread_is_brought_back_from_pythons_own_code(
         self, perform: Runner, backend: RigBackend, hasty: RunRequest
@@ -324,6 +352,32 @@ def test_the_motors_stand_before_the_program_is_suspended(perform: Runner, backe
     assert set(stood) == {(0.0, 0.0)}
     assert held == list(range(len(stood))), "it waits for the end of the tick"
     assert result.outcome is Outcome.TIMEOUT
+
+
+def test_what_is_read_after_a_suspension_is_not_from_before_it(perform: Runner, backend: RigBackend) -> None:
+    waking: list[threading.Timer] = []
+
+    def suspend(*_: object) -> None:
+        backend.rig.nose.age = 3600.0
+        waking.append(threading.Timer(0.05, setattr, (backend.rig.nose, "age", 0.0)))
+        waking[-1].start()
+
+    ticks = iter([signal.SIGTSTP, None, None])
+
+    def press(robot: Robot) -> Status:
+        robot.range.read()
+        number = next(ticks)
+        if number:
+            signal.raise_signal(number)
+        return Status.RUNNING if number else Status.SUCCESS
+
+    before = signal.signal(signal.SIGTSTP, suspend)
+    try:
+        result = perform(then(press))
+    finally:
+        signal.signal(signal.SIGTSTP, before)
+    waking[-1].join()
+    assert result.outcome is Outcome.SUCCESS
 
 
 def test_a_truth_that_has_died_has_no_word(perform: Runner, backend: RigBackend) -> None:
