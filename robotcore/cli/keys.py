@@ -11,7 +11,6 @@ from select import select
 from threading import Event, RLock, Thread
 from typing import Any
 
-from robotcore.interrupts import Interrupts
 from robotcore.observer import Run
 from robotcore.outcome import RunResult
 from robotcore.trace import TickRecord
@@ -38,14 +37,14 @@ class SpaceBar:
     the background it leaves the terminal alone, for its keys are somebody else's.
     """
 
-    def __init__(self, interrupts: Interrupts) -> None:
+    def __init__(self) -> None:
         self._terminal = sys.stdin.fileno()
         self._before: list[Any] | None = None
         self._lock = RLock()
         self._run: Run | None = None
         self._is_over = Event()
+        self._is_paused = False
         self._thread = Thread(target=self._listen, name="space bar", daemon=True)
-        interrupts.suspend_with(self._put_back, self._take)
 
     def begin(self, run: Run) -> None:
         self._run = run
@@ -61,12 +60,27 @@ class SpaceBar:
     def close(self) -> None:
         """Listen no more, and put the terminal back. May be called again."""
         self._is_over.set()
-        self._put_back()
+        self.pause()
         if self._thread.is_alive():
             self._thread.join()
 
+    def pause(self) -> None:
+        """Make the terminal again what it was, until it is to `go_on`."""
+        import termios
+
+        with self._lock, suppress(termios.error), _unstopped():
+            self._is_paused = True
+            before, self._before = self._before, None
+            if before is not None:
+                termios.tcsetattr(self._terminal, termios.TCSADRAIN, before)
+
+    def go_on(self) -> None:
+        """Let keys come at once again, as soon as the terminal is ours."""
+        self._is_paused = self._is_over.is_set()
+        self._take()
+
     def _listen(self) -> None:
-        with suppress(OSError):  # a terminal that is gone
+        with suppress(OSError), _unstopped():  # a terminal that is gone
             while not self._is_over.is_set():
                 if KEY in self._pressed() and self._run:
                     self._run.emergency.press(PRESSED)
@@ -78,27 +92,24 @@ class SpaceBar:
             return b""
         self._take()
         is_there, _, _ = select([self._terminal], [], [], LOOK_S)
-        return os.read(self._terminal, BUFFER) if is_there and not self._is_over.is_set() else b""
+        return self._read() if is_there and not self._is_over.is_set() else b""
 
     def _take(self) -> None:
-        """Let keys come at once, where the terminal is ours."""
+        """Let keys come at once, where the terminal is ours and nobody paused this."""
         import termios
         import tty
 
         with self._lock, suppress(termios.error):
-            if self._before is None and not self._is_over.is_set() and _is_in_front(self._terminal):
+            if self._before is None and not self._is_paused and _is_in_front(self._terminal):
                 before = termios.tcgetattr(self._terminal)
                 tty.setcbreak(self._terminal, termios.TCSANOW)
                 self._before = before
 
-    def _put_back(self) -> None:
-        """Make the terminal again what it was."""
-        import termios
-
-        with self._lock, suppress(termios.error), _unstopped():
-            before, self._before = self._before, None
-            if before is not None:
-                termios.tcsetattr(self._terminal, termios.TCSADRAIN, before)
+    def _read(self) -> bytes:
+        """Return the keys that are there; those of a terminal that has just gone to others are theirs."""
+        with suppress(OSError):
+            return os.read(self._terminal, BUFFER)
+        return b""
 
 
 def _is_in_front(terminal: int) -> bool:
@@ -109,8 +120,8 @@ def _is_in_front(terminal: int) -> bool:
 
 @contextmanager
 def _unstopped() -> Iterator[None]:
-    """Let a job in the background set the terminal too, which would else stop it."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTTOU])
+    """Let a thread of a job behind set the terminal too, and fail to read it: else the whole job would be stopped."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTTOU, signal.SIGTTIN])
     try:
         yield
     finally:

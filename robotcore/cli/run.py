@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from robotcore.recording.recorder import Recorder
     from robotcore.session import Observer
     from robotcore.view.picture import PictureRecorder
+    from robotcore.view.progress import Progress
 
 
 @click.command("run", cls=RunCommand)
@@ -117,13 +118,17 @@ def _run(
     from robotcore.session import RunRequest, run
 
     with ExitStack() as stack:
-        observers: list[Observer] = [each for each in (recorder, drawer) if each]
+        in_terminal: list[SpaceBar | Progress] = []
         if has_keys := can_listen():
-            observers.append(stack.enter_context(closing(SpaceBar(interrupts))))
+            in_terminal.append(stack.enter_context(closing(SpaceBar())))
         if sys.stderr and sys.stderr.isatty():
             from robotcore.view.progress import Progress
 
-            observers.append(stack.enter_context(closing(Progress(hint=HINT if has_keys else ""))))
+            in_terminal.append(stack.enter_context(closing(Progress(hint=HINT if has_keys else ""))))
+        interrupts.suspend_with(
+            lambda: [each.pause() for each in in_terminal], lambda: [each.go_on() for each in in_terminal]
+        )
+        observers: list[Observer] = [each for each in (recorder, drawer, *in_terminal) if each]
         taps = [recorder.tap] if recorder else []
         return run(RunRequest(**_requested(**asked)), observers, taps, last_words=last_words)
 

@@ -46,7 +46,17 @@ class Progress:
 
     def close(self) -> None:
         """Take the line away. May be called again."""
+        self._run = None
         self._live.stop()
+
+    def pause(self) -> None:
+        """Leave the terminal to others, until it is to `go_on`."""
+        self._live.stop()
+
+    def go_on(self) -> None:
+        """Show the line again, where it was shown before."""
+        if self._run:
+            self._live.start()
 
     def _line(self) -> Table:
         line = Table.grid(padding=(0, 2))

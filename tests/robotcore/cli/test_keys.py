@@ -35,6 +35,14 @@ class Impervious(Behaviour):
         return Status.RUNNING
 """
 
+JUST_BEHIND = """
+from robotcore.cli import keys, main
+keys._is_in_front = lambda terminal: True
+keys.SpaceBar._take = lambda self: None
+main.main()
+"""
+"""A job that has just gone behind, and has not noticed."""
+
 
 class Terminal:
     """A terminal, and a shell in it that runs one job."""
@@ -48,9 +56,9 @@ class Terminal:
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
-    def run(self, *arguments: str, place: str = "front") -> None:
+    def run(self, *arguments: str, place: str = "front", program: tuple[str, str] = ("-m", "robotcore")) -> None:
         command = [sys.executable, "-m", "tests.robotcore.cli.shell", place]
-        job = [sys.executable, "-m", "robotcore", "run", *arguments, "--json"]
+        job = [sys.executable, *program, "run", *arguments, "--json"]
         self._shell = subprocess.Popen(
             [*command, *job],
             cwd=ROOT,
@@ -169,6 +177,32 @@ def test_in_the_background_it_leaves_the_terminal_alone(terminal: Terminal) -> N
     told, exited = ended(terminal)
     assert (told["outcome"], exited) == ("timeout", "exited 1")
     assert terminal.is_as_it_was
+
+
+def test_what_is_typed_just_after_it_went_behind_stops_no_job_that_drives(terminal: Terminal) -> None:
+    drive = ("avoid-obstacles", "--realtime", "--timeout", "2", "--world", "open")
+    terminal.run(*drive, place="behind", program=("-c", JUST_BEHIND))
+    terminal.type(b"  \n")
+    told, exited = ended(terminal)
+    assert (told["outcome"], exited) == ("timeout", "exited 1")
+
+
+def test_paused_it_leaves_the_terminal_alone_though_it_still_listens(
+    terminal: Terminal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with os.fdopen(os.dup(terminal.slave)) as stdin:
+        monkeypatch.setattr(sys, "stdin", stdin)
+        monkeypatch.setattr(keys, "_is_in_front", lambda _: True)
+        terminal.type(b" ")  # so that it need not wait
+        bar = keys.SpaceBar()
+        bar.pause()
+        bar._pressed()
+        assert terminal.is_as_it_was
+        bar.go_on()
+        assert terminal.is_raw
+        bar.close()
+        bar.go_on()
+        assert terminal.is_as_it_was
 
 
 def test_where_standard_input_is_no_terminal_nobody_can_press(monkeypatch: pytest.MonkeyPatch) -> None:
