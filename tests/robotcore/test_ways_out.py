@@ -6,6 +6,7 @@ import math
 import signal
 import threading
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -163,6 +164,24 @@ class TestHanging:
         ticks = iter([Status.RUNNING, Status.SUCCESS])
         result = perform(then(lambda _: next(ticks)), hasty, observers=[Slow()])
         assert result.outcome is Outcome.SUCCESS
+
+    def test_a_window_that_is_held_up_ends_no_run(
+        self,
+        perform: Runner,
+        backend: RigBackend,
+        hasty: RunRequest,
+        gate: threading.Event,
+        monkeypatch: pytest.MonkeyPatch,
+    ) -> None:
+        waits = iter([1.0])
+
+        def drag(robot: Robot) -> Status:
+            backend.rig.left.on_command = lambda _: gate.wait(next(waits, 0.0))
+            robot["left_motor"].stop()  # type: ignore[attr-defined]
+            return Status.SUCCESS
+
+        monkeypatch.setattr(backend, "has_gui", True)
+        assert perform(then(drag), replace(hasty, gui=True)).outcome is Outcome.SUCCESS
 
     def test_a_backend_that_does_not_open_the_robot_is_named(
         self, perform: Runner, backend: RigBackend, gate: threading.Event, monkeypatch: pytest.MonkeyPatch
