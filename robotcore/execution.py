@@ -214,7 +214,10 @@ class Execution:
             os._exit(error.exit_status)
 
     def _last_resort(self) -> None:
+        """Stop for good, for the process ends; not in this thread, which may be in the middle of a call that hangs."""
         assert self._assembled
+        latching = partial(self._assembled.latch.set, DeviceClosedError(self._assembled.robot.name))
+        Errand("last resort", latching).is_done_within(FAREWELL_S)
         self._assembled.brakes.apply_apart()
         if self._interrupts.raised:
             self._farewell(self._interrupts.raised)

@@ -6,6 +6,7 @@ import math
 import signal
 import threading
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ import pytest
 import robotcore.description
 from robotcore.behaviour import Status
 from robotcore.devices import Motor
-from robotcore.errors import BehaviourError, DeviceClosedError, DeviceError, WatchdogError
+from robotcore.errors import BehaviourError, DeviceClosedError, DeviceError, Interrupted, WatchdogError
 from robotcore.interrupts import Interrupts
 from robotcore.layers import Assembled, assemble
 from robotcore.outcome import Outcome, RunResult
@@ -53,6 +54,28 @@ def ended_by(watcher: Watcher) -> str:
     last = records[-1].interventions[-1]
     assert last.sent == REST
     return last.cause
+
+
+def test_from_the_third_signal_on_every_command_is_refused(
+    perform: Runner, backend: RigBackend, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robots: list[Robot] = []
+    died: list[tuple[float, float]] = []
+
+    def die_of(number: int) -> None:
+        with pytest.raises(DeviceClosedError):
+            driving(robots[0])
+        died.append(backend.rig.wheels)
+
+    def press(robot: Robot) -> None:
+        robots.append(robot)
+        for _ in range(3):
+            with suppress(Interrupted):
+                signal.raise_signal(signal.SIGTERM)
+
+    monkeypatch.setattr("robotcore.interrupts.die_of", die_of)
+    perform(then(press))
+    assert died == [(0.0, 0.0)]
 
 
 class TestHanging:
