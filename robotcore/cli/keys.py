@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from select import select
-from threading import Event, RLock, Thread
+from threading import Event, RLock, Thread, main_thread
 from typing import Any
 
 from robotcore.observer import Run
@@ -19,6 +19,9 @@ KEY = b" "
 HINT = "space: stop"
 PRESSED = "the space bar was pressed in the terminal"
 BUFFER = 64
+CLOSING_S = 1.0
+"""Nobody who closes this waits longer for the thread that listens."""
+
 LOOK_S = 0.1
 """How often to look whether there is still somebody to listen for, and whether the terminal is ours."""
 
@@ -34,7 +37,8 @@ class SpaceBar:
     """An observer: while a run lasts, the space bar is its e-stop; the terminal is then put back as it was.
 
     A key comes at once and is not shown (``cbreak``). The program may be suspended and go on, in front or behind; in
-    the background it leaves the terminal alone, for its keys are somebody else's.
+    the background it leaves the terminal alone, for its keys are somebody else's, and so it does while Python's own
+    debugger asks there for a command. An app that reads the terminal gets what it reads.
     """
 
     def __init__(self) -> None:
@@ -62,7 +66,7 @@ class SpaceBar:
         self._is_over.set()
         self.pause()
         if self._thread.is_alive():
-            self._thread.join()
+            self._thread.join(CLOSING_S)
 
     def pause(self) -> None:
         """Make the terminal again what it was, until it is to `go_on`."""
@@ -80,19 +84,22 @@ class SpaceBar:
         self._take()
 
     def _listen(self) -> None:
-        with suppress(OSError), _unstopped():  # a terminal that is gone
+        with suppress(OSError), _unstopped(), _keys_of(self._terminal) as keys:  # a terminal that is gone
             while not self._is_over.is_set():
-                if KEY in self._pressed() and self._run:
+                if KEY in self._pressed(keys) and self._run:
                     self._run.emergency.press(PRESSED)
 
-    def _pressed(self) -> bytes:
+    def _pressed(self, keys: int) -> bytes:
         """Return the keys that were pressed, after a short while at most."""
         if not _is_in_front(self._terminal):
             self._is_over.wait(LOOK_S)
             return b""
+        if _is_debugger_asking():
+            self._lend()
+            return b""
         self._take()
-        is_there, _, _ = select([self._terminal], [], [], LOOK_S)
-        return self._read() if is_there and not self._is_over.is_set() else b""
+        is_there, _, _ = select([keys], [], [], LOOK_S)
+        return _read(keys) if is_there and not self._is_over.is_set() else b""
 
     def _take(self) -> None:
         """Let keys come at once, where the terminal is ours and nobody paused this."""
@@ -105,11 +112,41 @@ class SpaceBar:
                 tty.setcbreak(self._terminal, termios.TCSANOW)
                 self._before = before
 
-    def _read(self) -> bytes:
-        """Return the keys that are there; those of a terminal that has just gone to others are theirs."""
-        with suppress(OSError):
-            return os.read(self._terminal, BUFFER)
-        return b""
+    def _lend(self) -> None:
+        """Leave the terminal alone until the debugger has its command."""
+        was_paused = self._is_paused
+        self.pause()
+        while _is_debugger_asking() and not self._is_over.wait(LOOK_S):
+            pass
+        if not was_paused:
+            self.go_on()
+
+
+@contextmanager
+def _keys_of(terminal: int) -> Iterator[int]:
+    """Lend a descriptor that never waits for the keys of a terminal; the app's own reading is not changed by it."""
+    keys = os.open(os.ttyname(terminal), os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY)
+    try:
+        yield keys
+    finally:
+        os.close(keys)
+
+
+def _read(keys: int) -> bytes:
+    """Return the keys that are there; those that others have taken, or are to have, are theirs."""
+    with suppress(OSError):
+        return os.read(keys, BUFFER)
+    return b""
+
+
+def _is_debugger_asking() -> bool:
+    """Return whether the main thread is in Python's own debugger."""
+    frame = sys._current_frames().get(main_thread().ident or 0)  # noqa: SLF001  the one way to see another thread
+    while frame:
+        if frame.f_globals.get("__name__") == "bdb":
+            return True
+        frame = frame.f_back
+    return False
 
 
 def _is_in_front(terminal: int) -> bool:

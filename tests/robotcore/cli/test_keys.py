@@ -35,6 +35,21 @@ class Impervious(Behaviour):
         return Status.RUNNING
 """
 
+READING = """
+from robotcore import Behaviour, Role, Status
+
+class Reading(Behaviour):
+    needs = frozenset({Role.DRIVE})
+
+    def step(self, robot):
+        if robot.clock.now() > 0.5:
+            print("heard", repr(input("go on? ")), flush=True)
+            return Status.SUCCESS
+        return Status.RUNNING
+"""
+
+DEBUGGED = READING.replace('print("heard", repr(input("go on? ")), flush=True)', "breakpoint()")
+
 JUST_BEHIND = """
 from robotcore.cli import keys, main
 keys._is_in_front = lambda terminal: True
@@ -157,6 +172,32 @@ def test_the_terminal_is_put_back_by_a_process_that_ends_itself(terminal: Termin
     assert terminal.is_as_it_was
 
 
+def test_an_app_that_reads_the_terminal_gets_what_it_reads_and_the_run_ends(terminal: Terminal, tmp_path: Path) -> None:
+    app = tmp_path / "reading.py"
+    app.write_text(READING)
+    terminal.run(str(app))
+    wait_for(lambda: b"go on?" in terminal.shown)
+    for key in (b"y", b"e", b"s", b"\n", b"\n"):
+        terminal.type(key)
+    told, exited = ended(terminal)
+    assert (told["outcome"], exited) == ("success", "exited 0")
+    assert terminal.is_as_it_was
+
+
+def test_a_debugger_has_the_terminal_to_itself(terminal: Terminal, tmp_path: Path) -> None:
+    app = tmp_path / "debugged.py"
+    app.write_text(DEBUGGED)
+    terminal.run(str(app))
+    wait_for(lambda: b"(Pdb)" in terminal.shown)
+    wait_for(lambda: terminal.is_as_it_was)
+    terminal.type(b"p 6 * 7\n")
+    wait_for(lambda: b"42" in terminal.shown)
+    terminal.type(b"continue\n")
+    told, exited = ended(terminal)
+    assert (told["outcome"], exited) == ("success", "exited 0")
+    assert terminal.is_as_it_was
+
+
 def test_suspended_it_leaves_the_terminal_to_the_shell_and_takes_it_again(terminal: Terminal) -> None:
     terminal.run(*DRIVE)
     wait_for(lambda: terminal.is_raw)
@@ -196,7 +237,8 @@ def test_paused_it_leaves_the_terminal_alone_though_it_still_listens(
         terminal.type(b" ")  # so that it need not wait
         bar = keys.SpaceBar()
         bar.pause()
-        bar._pressed()
+        with keys._keys_of(terminal.slave) as there:
+            bar._pressed(there)
         assert terminal.is_as_it_was
         bar.go_on()
         assert terminal.is_raw
