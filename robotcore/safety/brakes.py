@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from threading import get_ident
 
-from robotcore.clock import MonotonicClock
 from robotcore.devices import Motor
 from robotcore.errors import DeviceError
 from robotcore.safety.errand import Errand
 
 STOP_S = 0.2
-"""A motor whose stop takes longer is given up, though its stop goes on."""
+"""A motor whose stop takes longer is given up, though its stop goes on: nobody waits for it again."""
 
 
 class Brake:
@@ -32,12 +31,12 @@ class Brake:
             raise self._hung()
         self.motor.stop()
 
-    def begin(self) -> Callable[[float], Exception | None]:
-        """Stop the motor in a thread of its own; return what tells how that failed, after so many seconds at most."""
+    def begin(self) -> Callable[[], Exception | None]:
+        """Stop the motor in a thread of its own; return what waits for that, and tells how it failed."""
         errand = self._errand
         if errand is None or not errand.is_under_way:
             self._errand = errand = Errand(f"stop {self.motor.name}", self.motor.stop)
-        return lambda limit_s: errand.failure if errand.is_done_within(limit_s) else self._hung()
+        return lambda: errand.failure if errand.is_done_within(STOP_S) else self._hung()
 
     def _hung(self) -> DeviceError:
         return DeviceError(self.motor.name, f"has not stopped within {STOP_S:g} s; cut its power where it still turns")
@@ -76,9 +75,7 @@ class Brakes:
 
     def apply_apart(self) -> list[Exception]:
         """Stop every motor in a thread of its own; return what failed, within `STOP_S`."""
-        begun = [brake.begin() for brake in self._brakes]
-        wall = MonotonicClock()
-        failures = [failure_within(max(0.0, STOP_S - wall.now())) for failure_within in begun]
+        failures = [failure_of() for failure_of in [brake.begin() for brake in self._brakes]]
         return [failure for failure in failures if failure]
 
     def _in_turn(self) -> list[Exception]:

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from threading import Thread
 
+from robotcore.clock import MonotonicClock
+
 
 class Errand:
     """Calls ``work`` in a thread of its own, from now on; ``failure`` is what it raised."""
 
     def __init__(self, name: str, work: Callable[[], object]) -> None:
         self.failure: Exception | None = None
-        self._work = work
+        self._work, self._wall = work, MonotonicClock()
         self._thread = Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
 
@@ -20,8 +22,8 @@ class Errand:
         return self._thread.is_alive()
 
     def is_done_within(self, limit_s: float) -> bool:
-        """Wait for the end, but no longer than this; return whether it has come."""
-        self._thread.join(limit_s)
+        """Wait for the end, until this long after the beginning; return whether it has come."""
+        self._thread.join(max(0.0, limit_s - self._wall.now()))
         return not self._thread.is_alive()
 
     def _run(self) -> None:
