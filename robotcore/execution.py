@@ -126,7 +126,7 @@ class Execution:
             watching(safety.watchdog_s * (SIMULATED if plan.backend.is_lockstep else 1.0)),
         )
         self._interrupts.stop_with(self._last_resort)
-        self._interrupts.suspend_with(assembled.robot.stop, self._let_sensors_wake, is_to_wait=True)
+        self._interrupts.suspend_with(assembled.suspend, self._let_sensors_wake, is_to_wait=True)
         run = Run(plan.request, plan.behaviour, plan.description, plan.world, assembled.robot, truth, stop, plan.faults)
         for observer in self._observers:
             observer.begin(run)

@@ -6,7 +6,8 @@ deadman → faults → conditions → guard → watched → driver. Clock: backe
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 
 from robotcore.clock import AppClock, Clock, TickClock
@@ -34,7 +35,7 @@ class Assembled:
     """A robot as an app gets it, and what its run needs besides.
 
     The clock that its loop ticks, the latch that ends its run, its drive's stage, the brakes on every motor, and what a
-    watchdog looks at.
+    watchdog looks at. ``halts`` stop drive and lone motors between two ticks.
     """
 
     robot: Robot
@@ -43,6 +44,13 @@ class Assembled:
     stage: Stage | None
     brakes: Brakes
     where: Whereabouts
+    halts: tuple[Callable[[], None], ...] = ()
+
+    def suspend(self) -> None:
+        """Stop what moves, each motor on its own, before the program is suspended; the app has not commanded it."""
+        with ExitStack() as each:
+            for halt in self.halts:
+                each.callback(halt)
 
 
 def needed_devices(description: RobotDescription, needs: Iterable[Role], wants: Iterable[Role] = ()) -> frozenset[str]:
@@ -99,10 +107,12 @@ def assemble(
         devices |= guarded.motors
     alone = [motor for name, motor in motors.items() if guarded is None or name not in guarded.motors]
     lease = safety.lease_ticks / rate_hz
-    devices |= {motor.name: LoneMotor(motor, ticks, lease, latch, brakes.of(motor)) for motor in alone}
+    lone = [LoneMotor(motor, ticks, lease, latch, brakes.of(motor)) for motor in alone]
+    devices |= {motor.name: stack.over_lone(motor) for motor in lone}
     app_clock = AppClock(ticks)
     robot = Robot(raw.name, app_clock, devices.values(), drive=guarded.drive if guarded else None, release=raw.close)
-    return Assembled(robot, ticks, latch, guarded.stage if guarded else None, brakes, where)
+    halts = (*([guarded.suspend] if guarded else []), *(motor.stop for motor in lone))
+    return Assembled(robot, ticks, latch, guarded.stage if guarded else None, brakes, where, halts)
 
 
 def _role(name: Role | str) -> Role:

@@ -46,6 +46,10 @@ class Layer:
         """Return what takes the commands of the drive."""
         return stage
 
+    def lone_motor(self, motor: Motor) -> Motor:
+        """Return a motor that belongs to no drive, guarded, as the app commands it."""
+        return motor
+
     def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
         """Return what reads the angles of the wheels, in radians, by which the drive knows its pose."""
         return read

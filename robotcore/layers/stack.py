@@ -35,6 +35,10 @@ class Stack:
                 return LayeredDisplay(reduce(lambda display, layer: layer.display(display), self.layers, device))
         return device
 
+    def over_lone(self, motor: Motor) -> Motor:
+        """Return a motor that belongs to no drive under what the layers put over its guard."""
+        return reduce(lambda motor, layer: layer.lone_motor(motor), self.layers, motor)
+
     def _read(
         self, read: Reader[SampleT], through: Callable[[Layer, Reader[SampleT]], Reader[SampleT]]
     ) -> OnceATick[SampleT]:

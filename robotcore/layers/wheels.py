@@ -62,10 +62,14 @@ class WheelMotor(Motor):
 
 @dataclass(frozen=True)
 class GuardedDrive:
-    """A drive with the stage that its commands pass; ``motors`` stand before the driver's own."""
+    """A drive with the stage that its commands pass; ``motors`` stand before the driver's own.
+
+    ``suspend`` stops it between two ticks, past the layers over its stage: it is no command of the app's.
+    """
 
     drive: DifferentialDrive
     stage: Stage
+    suspend: Callable[[], None]
     motors: dict[str, Device]
 
     @classmethod
@@ -108,7 +112,7 @@ class GuardedDrive:
             right.name: WheelMotor(right, stage, is_left=False),
         }
         reach = description.body.reach_m
-        return cls(DifferentialDrive(drive.geometry, stage, odometry, limit, reach), stage, motors)
+        return cls(DifferentialDrive(drive.geometry, stage, odometry, limit, reach), stage, bare.suspend, motors)
 
 
 def _rules(
