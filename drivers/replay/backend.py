@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -83,15 +84,24 @@ def _devices(setup: Setup, recording: Recording, clock: ReplayClock) -> Iterator
     for device in setup.chosen:
         name = device.name
         if isinstance(device, MotorDescription):
-            yield ReplayMotor(device)
+            yield ReplayMotor(name, device.max_velocity_rad_s)
         elif isinstance(device, RangeSensorDescription):
             yield ReplayRangeSensor(device, Reel(name, recording, clock))
         elif isinstance(device, CameraDescription):
             yield ReplayCamera(device, Reel(name, recording, clock))
         elif isinstance(device, DisplayDescription):
-            yield ReplayDisplay(name)
+            yield ReplayDisplay(name, recording, clock)
         else:
             yield ReplayEncoder(name, Reel(name, recording, clock))
+    yield from _lone_motors(setup, recording)
+
+
+def _lone_motors(setup: Setup, recording: Recording) -> Iterator[Device]:
+    """Yield the motors that the recorded run commanded outside the drive: a backend may open some that nobody needs."""
+    chosen = {device.name for device in setup.chosen}
+    limits = {device.name: device.max_velocity_rad_s for device in setup.robot.all_of(MotorDescription)}
+    for name in sorted({ask.device for tick in recording.ticks for ask in tick.motor_asks} - chosen):
+        yield ReplayMotor(name, limits.get(name, inf))
 
 
 def _require_rate(setup: Setup, recording: Recording) -> None:

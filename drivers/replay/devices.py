@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
+from drivers.replay.clock import ReplayClock
 from drivers.replay.reel import Reel
-from robotcore.description import CameraDescription, MotorDescription, RangeSensorDescription
+from robotcore.description import CameraDescription, RangeSensorDescription
 from robotcore.devices import Angle, Camera, Display, Encoder, Frame, Image, Motor, Range, RangeSensor
+from robotcore.recording import Recording
 
 
 class ReplayMotor(Motor):
     """A motor that turns nothing."""
-
-    def __init__(self, description: MotorDescription) -> None:
-        super().__init__(description.name, description.max_velocity_rad_s)
 
     def _apply(self, rad_s: float) -> None:
         """Nothing is there to be turned."""
@@ -52,7 +51,16 @@ class ReplayEncoder(Encoder):
 
 
 class ReplayDisplay(Display):
-    """A display that nobody looks at."""
+    """A display that nobody looks at; where it could not show a picture it cannot now."""
+
+    def __init__(self, name: str, recording: Recording, clock: ReplayClock) -> None:
+        super().__init__(name)
+        self._clock, self._tick, self._count = clock, -1, 0
+        self._shown = [[each.error for each in tick.shown if each.device == name] for tick in recording.ticks]
 
     def _show(self, image: Image) -> None:
-        """Nobody looks."""
+        tick = self._clock.tick
+        self._count = self._count + 1 if self._tick == tick else 0
+        self._tick = tick
+        if (errors := self._shown[tick][self._count : self._count + 1]) and errors[0]:
+            raise errors[0].again()

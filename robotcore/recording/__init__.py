@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from robotcore.recording.events import Ask, Glimpse, Raised, Read, Recorded, SampleKey, Tick, Turned
+from robotcore.recording.events import Ask, Glimpse, MotorAsk, Raised, Read, Recorded, SampleKey, Shown, Tick, Turned
 from robotcore.recording.extra import require_extra
 from robotcore.recording.recording import Metadata, Recording
 
@@ -12,11 +12,13 @@ __all__ = [
     "Ask",
     "Glimpse",
     "Metadata",
+    "MotorAsk",
     "Raised",
     "Read",
     "Recorded",
     "Recording",
     "SampleKey",
+    "Shown",
     "Tick",
     "Turned",
     "read",

@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from robotcore.description import CameraDescription, RangeSensorDescription, RobotDescription
 from robotcore.devices import Frame
-from robotcore.drive import DifferentialGeometry, Odometry, Wheels
 from robotcore.geometry import Pose
 from robotcore.outcome import RunResult
 from robotcore.recording import channels
 from robotcore.recording.channels import writer_for
-from robotcore.recording.events import Glimpse, Raised, Tick, Turned
+from robotcore.recording.events import Glimpse, Raised
 from robotcore.recording.frames import BODY, ODOMETRY, TRUE, mounted, moving, nanoseconds, optical, planar, timestamp
 from robotcore.recording.mcapfile import McapFile
+from robotcore.recording.notes import Notes
 from robotcore.recording.recording import Metadata
 from robotcore.recording.schemas import RESULT, RUN, TICK, TRUTH
 from robotcore.recording.story import Line, Story, last_line
-from robotcore.recording.tap import Notes
+from robotcore.recording.ticks import Ticks
 from robotcore.recording.wire import plain, to_json
 from robotcore.session import Run
 from robotcore.trace import TickRecord
@@ -59,12 +59,12 @@ class Author:
             for name, device in run.robot.devices.items()
             if (write := writer_for(file, device, is_jpeg=is_jpeg))
         }
-        self._ticks = file.json(channels.TICKS, TICK)
+        self._write_tick = file.json(channels.TICKS, TICK)
         self._truth = file.json(channels.TRUTH, TRUTH) if run.truth else None
         self._log = LogChannel(channels.LOG, context=file.context)
         self._pose = PoseInFrameChannel(channels.POSE, context=file.context)
         self._transforms = FrameTransformsChannel(channels.TRANSFORMS, context=file.context)
-        self._path = Path(about.description.drive.geometry) if about.description.drive else None
+        self._ticks = Ticks(about.description)
         self._story = Story(run.behaviour.milestones)
         self._now = 0.0
         self._begin(about)
@@ -74,8 +74,8 @@ class Author:
         self._now = entry.record.time
         for key, sample in entry.notes.samples:
             self._write[key.device](sample, self._now)
-        tick = self._tick(entry)
-        self._ticks(to_json(tick), nanoseconds(self._now))
+        tick = self._ticks.made_of(entry.record, entry.notes, entry.error)
+        self._write_tick(to_json(tick), nanoseconds(self._now))
         self._tell(self._story.of(tick))
         if tick.pose:
             self._place(tick.pose)
@@ -102,24 +102,6 @@ class Author:
         self._transforms.log(FrameTransforms(transforms=list(_mounts(about.description))), log_time=0)
         self._file.flush()
 
-    def _tick(self, entry: Entry) -> Tick:
-        record, notes = entry.record, entry.notes
-        return Tick(
-            number=record.tick,
-            time=record.time,
-            state=record.state,
-            reads=tuple(notes.reads),
-            asks=tuple(notes.asks),
-            turned=tuple(notes.turned),
-            standing=tuple(notes.standing),
-            pose=self._path.after(notes.turned) if self._path and notes.turned else None,
-            asked=record.asked,
-            sent=record.sent,
-            interventions=record.interventions,
-            shown=tuple(notes.shown),
-            error=entry.error,
-        )
-
     def _place(self, pose: Pose) -> None:
         from foxglove.messages import PoseInFrame
 
@@ -141,23 +123,6 @@ class Author:
                 timestamp=timestamp(self._now), level=getattr(LogLevel, level.name), message=text, name="robotcore"
             )
             self._log.log(told, log_time=nanoseconds(self._now))
-
-
-class Path:
-    """Where the wheels' angles took the robot: the drive's own odometry, over the angles that it read."""
-
-    def __init__(self, geometry: DifferentialGeometry) -> None:
-        self._angles = Wheels(0.0, 0.0)
-        self._odometry = Odometry(geometry, lambda: self._angles)
-        self._pose = Pose(0.0, 0.0, 0.0)
-
-    def after(self, turned: Iterable[Turned]) -> Pose:
-        """Return the pose after what the odometry read in a tick."""
-        for each in turned:
-            if each.angles:
-                self._angles = each.angles
-                self._pose = self._odometry.pose()
-        return self._pose
 
 
 def _mounts(description: RobotDescription) -> Iterator[FrameTransform]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -50,10 +50,12 @@ def devices_of(recording: Recording) -> Iterator[DeviceContents]:
     for device in recording.metadata.description.devices:
         if device.name in recording.metadata.devices:
             reads = [read for tick in recording.ticks for read in tick.reads if read.device == device.name]
-            samples = len({read.sequence for read in reads if not read.error}) + _shown(recording.ticks, device.name)
-            errors = sum(read.error is not None for read in reads)
+            shown = [each for tick in recording.ticks for each in tick.shown if each.device == device.name]
+            samples = len({read.sequence for read in reads if not read.error}) + sum(not each.error for each in shown)
+            errors = sum(read.error is not None for read in reads) + sum(each.error is not None for each in shown)
             rate = (samples - 1) / duration if samples and duration > 0 else None
-            yield DeviceContents(device.name, device.kind, samples, len(reads) - errors, errors, rate)
+            good = sum(not read.error for read in reads)
+            yield DeviceContents(device.name, device.kind, samples, good, errors, rate)
 
 
 def contents_of(recording: Recording) -> dict[str, Any]:
@@ -88,7 +90,3 @@ def contents_of(recording: Recording) -> dict[str, Any]:
 def last_reads(tick: Tick) -> dict[str, Read]:
     """Return the last sample that each device gave in a tick, by device."""
     return {read.device: read for read in tick.reads if not read.error}
-
-
-def _shown(ticks: Iterable[Tick], device: str) -> int:
-    return sum(key.device == device for tick in ticks for key in tick.shown)

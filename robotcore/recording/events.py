@@ -18,6 +18,9 @@ from robotcore.safety import Intervention
 Recorded = Range | Angle | Frame
 """A sample as it is in a recording."""
 
+GUARD, ODOMETRY = "guard", "odometry"
+"""Who reads sensors besides the app."""
+
 Value = float | int | str | bool | None
 
 
@@ -61,7 +64,8 @@ class Raised:
 class Read:
     """A device was read: it gave a sample, or it raised.
 
-    ``number`` says which sample of the device it was; None where its picture was dropped.
+    ``number`` says which sample of the device it was; None where its picture was dropped. ``by`` is who read it, where
+    that was not the app: `GUARD` or `ODOMETRY`.
     """
 
     device: str
@@ -69,10 +73,25 @@ class Read:
     time: float | None = None
     number: int | None = None
     error: Raised | None = None
+    by: str | None = None
 
     @property
     def key(self) -> SampleKey | None:
         """Under which the recording has the sample."""
+        return None if self.number is None else SampleKey(self.device, self.number)
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """The app showed a picture, or could not; ``number`` is None then, and where the picture was dropped."""
+
+    device: str
+    number: int | None = None
+    error: Raised | None = None
+
+    @property
+    def key(self) -> SampleKey | None:
+        """Under which the recording has the picture."""
         return None if self.number is None else SampleKey(self.device, self.number)
 
 
@@ -84,9 +103,15 @@ class Ask:
     given: Wheels | None = None
     error: Raised | None = None
 
-    @property
-    def is_stop(self) -> bool:
-        return self.asked is None
+
+@dataclass(frozen=True, slots=True)
+class MotorAsk:
+    """A command to a motor outside the drive and what it answered, or what it raised; ``asked`` is None for a stop."""
+
+    device: str
+    asked: float | None = None
+    given: float | None = None
+    error: Raised | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,8 +128,7 @@ class Tick:
 
     ``standing`` is what the stage said was being asked of the wheels, each time that an app which commands one wheel
     alone needed it. ``pose`` is the odometry's, None without a drive. ``asked``, ``sent`` and ``interventions`` are
-    those of the tick's commit. ``shown`` are the pictures that the app showed. ``error`` ended the run in this tick,
-    wherever in it.
+    those of the tick's commit; ``commit_error`` is why it failed. ``error`` ended the run in this tick, wherever in it.
     """
 
     number: int
@@ -112,13 +136,15 @@ class Tick:
     state: str
     reads: tuple[Read, ...] = ()
     asks: tuple[Ask, ...] = ()
+    motor_asks: tuple[MotorAsk, ...] = ()
     turned: tuple[Turned, ...] = ()
     standing: tuple[Wheels, ...] = ()
     pose: Pose | None = None
     asked: Wheels | None = None
     sent: Wheels | None = None
     interventions: tuple[Intervention, ...] = ()
-    shown: tuple[SampleKey, ...] = ()
+    commit_error: Raised | None = None
+    shown: tuple[Shown, ...] = ()
     error: Raised | None = None
 
 

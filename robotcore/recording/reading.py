@@ -119,7 +119,8 @@ class _Found:
         """Yield the pictures that a tick was given or showed, as frames of that time."""
         for tick in self._ticks:
             told = [(read.key, read.time or 0.0, read.sequence or 0) for read in tick.reads if read.key]
-            for key, time, sequence in [*told, *((key, tick.time, key.number) for key in tick.shown)]:
+            told += [(each.key, tick.time, each.key.number) for each in tick.shown if each.key]
+            for key, time, sequence in told:
                 if where := self._pictures.get(key):
                     yield key, Picture(*where, time, sequence)
 

@@ -26,7 +26,7 @@ def _list(items: Schema) -> Schema:
 _WHEELS = _object(left=_NUMBER, right=_NUMBER)
 _POSE = _object(x=_NUMBER, y=_NUMBER, heading=_NUMBER)
 _ERROR = _object(kind=_TEXT, message=_TEXT, attributes=_object())
-_READ = _object(device=_TEXT, sequence=_WHOLE, time=_NUMBER, number=_WHOLE, error=_ERROR)
+_READ = _object(device=_TEXT, sequence=_WHOLE, time=_NUMBER, number=_WHOLE, error=_ERROR, by=_TEXT)
 _INTERVENTION = _object(time=_NUMBER, cause=_TEXT, asked=_WHEELS, sent=_WHEELS)
 
 TICK = _object(
@@ -36,13 +36,15 @@ TICK = _object(
     state=_TEXT,
     reads=_list(_READ),
     asks=_list(_object(asked=_WHEELS, given=_WHEELS, error=_ERROR)),
+    motor_asks=_list(_object(device=_TEXT, asked=_NUMBER, given=_NUMBER, error=_ERROR)),
     turned=_list(_object(angles=_WHEELS, error=_ERROR)),
     standing=_list(_WHEELS),
     pose=_POSE,
     asked=_WHEELS,
     sent=_WHEELS,
     interventions=_list(_INTERVENTION),
-    shown=_list(_object(device=_TEXT, number=_WHOLE)),
+    commit_error=_ERROR,
+    shown=_list(_object(device=_TEXT, number=_WHOLE, error=_ERROR)),
     error=_ERROR,
 )
 RANGE = _object("Range", distance=_NUMBER, time=_NUMBER, sequence=_WHOLE, point=_list(_NUMBER))

@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
-from collections import deque
+from collections import defaultdict, deque
 from typing import TypeVar
 
 from robotcore.drive import Wheels
 from robotcore.errors import EmergencyStopError, Interrupted, RobotcoreError, WatchdogError
-from robotcore.recording import Ask, Raised, Tick, Turned
+from robotcore.recording import Ask, Read, Tick, Turned
 from robotcore.safety.intervention import REST
 
 CueT = TypeVar("CueT")
 
 
 class Cues:
-    """The asks, the angles and the standing commands of a tick. Of the last two, the last one stays."""
+    """The asks, the reads, the angles and the standing commands of a tick. Of the last two, the last one stays."""
 
     def __init__(self, tick: Tick) -> None:
         self.tick = tick
         self.asks = deque(tick.asks)
         self._turned, self._standing = deque(tick.turned), deque(tick.standing)
-        self._devices = {read.device for read in tick.reads}
+        self.motor_asks = deque(tick.motor_asks)
+        self._reads: dict[str, deque[Read]] = defaultdict(deque)
+        for read in tick.reads:
+            self._reads[read.device].append(read)
+        self._devices = frozenset(self._reads)
 
     @property
     def is_cut_short(self) -> bool:
@@ -32,7 +36,7 @@ class Cues:
     def ended_before(self) -> RobotcoreError | None:
         """What was latched between two ticks, an e-stop for one; this is then the tick that did not come."""
         tick = self.tick
-        has_begun = tick.reads or tick.asks or tick.turned or not tick.interventions
+        has_begun = tick.reads or tick.asks or tick.motor_asks or tick.turned or not tick.interventions
         error = None if has_begun or tick.error is None else tick.error.again()
         return error if isinstance(error, RobotcoreError) and not self.is_cut_short else None
 
@@ -51,10 +55,15 @@ class Cues:
         """Return whether the recorded run read the device in this tick."""
         return device in self._devices
 
-    def came_from_below(self, error: Raised) -> bool:
-        """Return whether a device or the stage raised this to the app, which could have caught it."""
-        tick = self.tick
-        return any(error in [each.error for each in given] for given in (tick.reads, tick.asks, tick.turned))
+    def failed_others(self, device: str) -> int:
+        """Return how many reads before the app's next one failed the guard or the odometry: the app heard of none."""
+        left, failed = self._reads[device], 0
+        while left and left[0].by and left[0].error:
+            left.popleft()
+            failed += 1
+        if left:
+            left.popleft()
+        return failed
 
     def next_ask(self) -> Ask | None:
         """Return the next command that the recorded run gave, if there is one left."""

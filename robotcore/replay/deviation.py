@@ -9,7 +9,7 @@ from typing import Any
 from robotcore.devices import Angle, Frame, Range
 from robotcore.drive import Wheels
 from robotcore.errors import RecordingError
-from robotcore.recording import Read, Recorded, SampleKey, Tick
+from robotcore.recording import MotorAsk, Read, Recorded, SampleKey, Tick
 
 
 @dataclass(frozen=True)
@@ -50,6 +50,11 @@ class Deviation:
 def wheels_told(wheels: Wheels | None) -> str:
     """Return a command with every digit that it has; None is a stop."""
     return "stop" if wheels is None else f"left {wheels.left!r}, right {wheels.right!r} rad/s"
+
+
+def motor_told(ask: MotorAsk) -> str:
+    """Return a command to a motor outside the drive, with every digit that it has."""
+    return f"{ask.device} stop" if ask.asked is None else f"{ask.device} {ask.asked!r} rad/s"
 
 
 def _read_told(read: Read, samples: Mapping[SampleKey, Recorded]) -> str:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import struct
 
-from robotcore.drive import Wheels
+Command = tuple[float, ...]
+"""Of one motor or of both wheels, rad/s."""
 
 ACROSS_PLATFORMS = 1e-9
 """So far commands may differ, in rad/s, where another processor or library has reckoned them."""
@@ -22,7 +23,7 @@ class Likeness:
         self.largest = 0.0
         self.is_exact = True
 
-    def __call__(self, one: Wheels | None, other: Wheels | None) -> bool:
+    def __call__(self, one: Command | None, other: Command | None) -> bool:
         """Return whether they are alike; None, which is a stop or no command at all, is like None alone."""
         if one is None or other is None:
             return one is other

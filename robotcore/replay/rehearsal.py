@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from robotcore.catalogue import app_name
-from robotcore.devices import SampleT, Sensor
+from robotcore.devices import Motor, SampleT, Sensor
 from robotcore.drive import Wheels
 from robotcore.errors import Interrupted, RecordingEndedError
 from robotcore.layers.layer import Layer
 from robotcore.layers.readers import Reader
 from robotcore.outcome import RunResult
-from robotcore.recording import Recording, Tick
+from robotcore.recording import MotorAsk, Recording, Tick
+from robotcore.recording.tap import Tap
 from robotcore.replay.cues import Cues
-from robotcore.replay.deviation import wheels_told
+from robotcore.replay.deviation import motor_told, wheels_told
 from robotcore.replay.likeness import Likeness
 from robotcore.replay.replaying import request_for, require_ticks
+from robotcore.safety import Latch
 from robotcore.session import Observer, Run, run
 from robotcore.trace import TickRecord
 
@@ -123,6 +125,7 @@ class Witness(Layer):
         self._recording = recording
         self._is_alike = Likeness()
         self._cues = Cues(recording.ticks[0])
+        self._tap = Tap(lambda: False)
         self._differing = 0
         self._parting: Parting | None = None
         self._late: Counter[str] = Counter()
@@ -135,6 +138,12 @@ class Witness(Layer):
 
         return reader
 
+    def latch(self, latch: Latch) -> None:
+        self._tap.latch(latch)
+
+    def lone_motor(self, motor: Motor) -> Motor:
+        return self._tap.lone_motor(motor)
+
     def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
         def reader() -> Wheels:
             turned = self._cues.next_turned()
@@ -146,12 +155,14 @@ class Witness(Layer):
         """Nothing is decided before the first tick."""
 
     def tick(self, record: TickRecord) -> None:
-        tick = self._cues.tick
+        tick, motor_asks = self._cues.tick, self._tap.take().motor_asks
         self._states.append(record.state)
         if record.state != tick.state:
             self._part(tick, "the state", repr(tick.state), repr(record.state))
         elif not self._is_alike(tick.asked, record.asked):
             self._part(tick, "the command", _command(tick.asked), _command(record.asked))
+        elif _asked(tick.motor_asks) != _asked(motor_asks):
+            self._part(tick, "the command", _asked(tick.motor_asks), _asked(motor_asks))
         if len(self._states) < len(self._recording.ticks):
             self._cues = Cues(self._recording.ticks[len(self._states)])
 
@@ -166,6 +177,10 @@ class Witness(Layer):
     def _part(self, tick: Tick, what: str, recorded: str, rehearsed: str) -> None:
         self._differing += 1
         self._parting = self._parting or Parting(tick.number, tick.time, what, recorded, rehearsed)
+
+
+def _asked(asks: Iterable[MotorAsk]) -> str:
+    return ", ".join(map(motor_told, asks)) or "no command"
 
 
 def _command(asked: Wheels | None) -> str:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 
-from robotcore.devices import SampleT, Sensor
+from robotcore.devices import Motor, SampleT, Sensor
 from robotcore.drive import Wheels
+from robotcore.errors import RobotcoreError
 from robotcore.layers.layer import Layer
 from robotcore.layers.readers import Reader
 from robotcore.outcome import RunResult
 from robotcore.recording import Recording
 from robotcore.replay.likeness import Likeness
+from robotcore.replay.motor import ReplayedMotor, require_all
 from robotcore.replay.script import Script
 from robotcore.replay.stage import ReplayedStage, again
 from robotcore.safety import Latch, Stage
@@ -34,13 +37,16 @@ class Replayer(Layer):
         self._latch = latch
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        """Return what reads the sensor where the recorded run has read it too."""
+        """Return what reads the sensor where the recorded run has read it too, as its app did."""
 
         def reader() -> SampleT:
             self.script.check()
             self._press()
             if not self.script.cues.was_read(sensor.name):
                 self.script.lack(f"what is read of {sensor.name}", "not read in this tick", "read")
+            for _ in range(self.script.cues.failed_others(sensor.name)):
+                with suppress(RobotcoreError):
+                    read()
             return read()
 
         return reader
@@ -48,6 +54,9 @@ class Replayer(Layer):
     def stage(self, stage: Stage) -> Stage:
         self._stage = ReplayedStage(self.script, self._likeness, self._latch)
         return self._stage
+
+    def lone_motor(self, motor: Motor) -> Motor:
+        return ReplayedMotor(motor, self.script, self._likeness, self._latch)
 
     def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
         """Return what reads the recorded angles."""
@@ -78,6 +87,7 @@ class Replayer(Layer):
             if tick.error is None:
                 return
             self._stage.require_all()
+        require_all(script)
         if record.state != tick.state:
             script.deviate("the state", repr(tick.state), repr(record.state))
         script.go_on(record)

@@ -6,7 +6,7 @@ from contextlib import suppress
 from typing import NoReturn
 
 from robotcore.drive import Wheels
-from robotcore.errors import BehaviourError, RobotcoreError, SafetyStop
+from robotcore.errors import RobotcoreError, SafetyStop
 from robotcore.recording import Ask, Raised
 from robotcore.replay.deviation import wheels_told
 from robotcore.replay.likeness import Likeness
@@ -88,9 +88,8 @@ class ReplayedStage:
         return recorded
 
     def _fail(self, recorded: Raised) -> NoReturn:
-        """Raise what ended the recorded run at the end of this tick; it is a deviation where its app raised it."""
-        is_apps = recorded.kind == BehaviourError.__name__ or self._script.cues.came_from_below(recorded)
-        if is_apps and not isinstance(recorded.again(), SafetyStop):
+        """Raise what ended the recorded run at the end of this tick; a deviation where it had ended before."""
+        if not (self._script.cues.tick.commit_error or isinstance(recorded.again(), SafetyStop)):
             self._script.deviate("the end", f"raised {recorded.kind}: {recorded.message}", "the app goes on")
         again(recorded, self._latch)
 

@@ -36,7 +36,7 @@ def story_of(recording: Recording, states: Sequence[str] | None = None, result: 
 
 def last_seen(recording: Recording) -> Image | None:
     """Return the picture that was shown last, else the one that was read last."""
-    shown = (key for tick in reversed(recording.ticks) for key in reversed(tick.shown))
+    shown = (each.key for tick in reversed(recording.ticks) for each in reversed(tick.shown))
     read = (each.key for tick in reversed(recording.ticks) for each in reversed(tick.reads))
     for keys in (shown, read):
         if frame := next(filter(None, (_frame(recording, key) for key in keys)), None):

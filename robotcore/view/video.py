@@ -42,7 +42,7 @@ def write_video(recording: Recording, file: Path, device: str | None = None) -> 
 
 def _device(recording: Recording) -> str:
     """Return the first display that something was shown on, else the first camera."""
-    shown = (key.device for tick in recording.ticks for key in tick.shown)
+    shown = (each.device for tick in recording.ticks for each in tick.shown if each.key)
     for name in (*islice(shown, 1), *_with_pictures(recording)):
         return name
     raise UsageError("--video: the run had neither a camera nor a display open")
@@ -62,8 +62,8 @@ def _scenes(recording: Recording, device: str) -> Iterator[Scene]:
     """Yield one a tick, from the first picture on; without a new one, the last picture stays."""
     last: SampleKey | None = None
     for tick in recording.ticks:
-        keys = (*reversed(tick.shown), *(read.key for read in reversed(tick.reads) if read.key))
-        last = next((key for key in keys if key.device == device and key in recording.samples), last)
+        keys = [*(each.key for each in reversed(tick.shown)), *(each.key for each in reversed(tick.reads))]
+        last = next((key for key in keys if key and key.device == device and key in recording.samples), last)
         if last:
             yield tick.time, tick.state, last
 

@@ -12,8 +12,9 @@ from robotcore.layers.layer import Layer
 from robotcore.layers.readers import Reader
 from robotcore.outcome import RunResult
 from robotcore.recording import Recording, read
+from robotcore.recording.notes import Notes
 from robotcore.recording.recorder import Recorder
-from robotcore.recording.tap import Notes, Tap
+from robotcore.recording.tap import Tap
 from robotcore.session import Run, RunRequest, run
 from robotcore.trace import TickRecord
 from tests.robotcore.recording import unruly

@@ -93,7 +93,9 @@ def test_the_simulator_s_truth_is_kept_beside_the_ticks(recorded: Recorded) -> N
 def test_what_was_shown_can_be_looked_at(recorded: Recorded) -> None:
     recording = recorded.recording
     tick = next(tick for tick in recording.ticks if tick.shown)
-    shown = recording.samples[tick.shown[0]]
+    key = tick.shown[0].key
+    assert key
+    shown = recording.samples[key]
     assert isinstance(shown, Frame)
     assert shown.time == tick.time
     assert shown.image.ndim == 2

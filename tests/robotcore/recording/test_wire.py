@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from robotcore.devices import Angle, Range
 from robotcore.drive import Wheels
 from robotcore.geometry import Pose
-from robotcore.recording import Ask, Glimpse, Raised, Read, SampleKey, Tick, Turned
+from robotcore.recording import Ask, Glimpse, MotorAsk, Raised, Read, Shown, Tick, Turned
 from robotcore.recording.wire import from_json, plain, to_json
 from robotcore.safety import Intervention
 
@@ -20,10 +20,13 @@ doubles = st.floats()
 names = st.text(max_size=8)
 counts = st.integers(0, 2**53)
 wheels = st.builds(Wheels, doubles, doubles)
-keys = st.builds(SampleKey, names, counts)
 raised = st.builds(Raised, names, names, st.dictionaries(names, st.floats(allow_nan=False, allow_infinity=False)))
-reads = st.builds(Read, names, st.none() | counts, st.none() | doubles, st.none() | counts, st.none() | raised)
+reads = st.builds(
+    Read, names, st.none() | counts, st.none() | doubles, st.none() | counts, st.none() | raised, st.none() | names
+)
 asks = st.builds(Ask, st.none() | wheels, st.none() | wheels, st.none() | raised)
+motor_asks = st.builds(MotorAsk, names, st.none() | doubles, st.none() | doubles, st.none() | raised)
+shown = st.builds(Shown, names, st.none() | counts, st.none() | raised)
 interventions = st.builds(Intervention, doubles, names, wheels, wheels)
 
 
@@ -38,13 +41,15 @@ ticks = st.builds(
     state=names,
     reads=several(reads),
     asks=several(asks),
+    motor_asks=several(motor_asks),
     turned=several(st.builds(Turned, st.none() | wheels, st.none() | raised)),
     standing=several(wheels),
     pose=st.none() | st.builds(Pose, doubles, doubles, doubles),
     asked=st.none() | wheels,
     sent=st.none() | wheels,
     interventions=several(interventions),
-    shown=several(keys),
+    commit_error=st.none() | raised,
+    shown=several(shown),
     error=st.none() | raised,
 )
 points = st.none() | st.tuples(doubles, doubles, doubles)

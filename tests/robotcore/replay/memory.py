@@ -6,12 +6,12 @@ import sys
 from dataclasses import replace
 from typing import Any
 
-from robotcore.drive import Odometry, Wheels
 from robotcore.errors import Interrupted, RobotcoreError
 from robotcore.outcome import RunResult
 from robotcore.recording import Glimpse, Metadata, Raised, Recorded, Recording, SampleKey, Tick
 from robotcore.recording.about import metadata_of
 from robotcore.recording.tap import Tap
+from robotcore.recording.ticks import Ticks
 from robotcore.session import Run, RunRequest, run
 from robotcore.trace import TickRecord
 
@@ -27,33 +27,18 @@ class Memory:
         self.about: Metadata | None = None
         self.result: RunResult | None = None
         self._run: Run | None = None
+        self._ticks: Ticks | None = None
 
     def begin(self, run: Run) -> None:
         self._run, self.about = run, metadata_of(run)
-        self._angles = Wheels(0.0, 0.0)
-        drive = run.description.drive
-        self._odometry = Odometry(drive.geometry, lambda: self._angles) if drive else None
+        self._ticks = Ticks(run.description)
 
     def tick(self, record: TickRecord) -> None:
         notes, error = self.tap.take(), self.tap.latched(record.interventions) or sys.exc_info()[1]
         self.samples |= dict(notes.samples)  # type: ignore[arg-type]  # samples of ours are recorded ones
-        for turned in notes.turned:
-            self._angles = turned.angles or self._angles
-        told: dict[str, Any] = {"reads": notes.reads, "asks": notes.asks, "turned": notes.turned}
-        told |= {"standing": notes.standing, "shown": notes.shown}
-        self.ticks.append(
-            Tick(
-                record.tick,
-                record.time,
-                record.state,
-                **{name: tuple(each) for name, each in told.items()},
-                pose=self._odometry.pose() if self._odometry and notes.turned else None,
-                asked=record.asked,
-                sent=record.sent,
-                interventions=record.interventions,
-                error=Raised.of(error) if isinstance(error, (RobotcoreError, Interrupted)) else None,
-            )
-        )
+        assert self._ticks, "a run has begun"
+        raised = Raised.of(error) if isinstance(error, (RobotcoreError, Interrupted)) else None
+        self.ticks.append(self._ticks.made_of(record, notes, raised))
         if self._run and self._run.truth:
             truth = self._run.truth
             self.truth.append(Glimpse(record.tick, record.time, truth.pose, truth.contacts))

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from robotcore.behaviour import Behaviour, Status
-from robotcore.devices import Motor
+from robotcore.devices import Image, Motor
 from robotcore.drive import Wheels
 from robotcore.errors import DeviceError, SafetyStop
 from robotcore.robot import Robot, Role
@@ -99,6 +99,68 @@ class Seldom(Behaviour):
             sent = robot.drive.set_wheels(*Wheels(2.0 + self.count / 7, 1.0))
             self.state += f" {sent.left!r}"
         return Status.SUCCESS if self.count == 40 else Status.RUNNING
+
+
+@dataclass
+class Gripping(Behaviour):
+    """Moves a gripper, which belongs to no drive, by what it answers; ``speed`` is its own."""
+
+    deed: str = "succeed"
+    speed: float = 1.5
+    needs = frozenset({Role.DRIVE})
+    count = 0
+
+    def step(self, robot: Robot) -> Status:
+        self.count += 1
+        gripper = robot["gripper"]
+        assert isinstance(gripper, Motor)
+        robot.drive.set_wheels(1.0, 1.0)
+        try:
+            self.state = f"at {gripper.set_velocity(self.speed * self.count)!r}"
+        except DeviceError as error:
+            self.state = str(error)
+        if self.count % 3 == 0:
+            gripper.stop()
+        if self.count == 12 and self.deed == "command_nan":
+            gripper.set_velocity(math.nan)
+        return Status.SUCCESS if self.count == 12 else Status.RUNNING
+
+
+class GuardFirst(Behaviour):
+    """Drives, then asks the sensor that the guard has asked before it."""
+
+    needs = frozenset({Role.DRIVE, Role.RANGE})
+    count = 0
+
+    def step(self, robot: Robot) -> Status:
+        self.count += 1
+        self.state = "drives"
+        try:
+            robot.drive.set_wheels(1.0, 1.0)
+        except DeviceError as error:
+            self.state = str(error)
+        self.state += f" {robot.range.read().distance!r}"
+        return Status.SUCCESS if self.count == 12 else Status.RUNNING
+
+
+class Showing(Behaviour):
+    """Shows what it sees, where there is somebody to look."""
+
+    needs = frozenset({Role.CAMERA, Role.DISPLAY})
+    count = 0
+
+    def step(self, robot: Robot) -> Status:
+        self.count += 1
+        image = robot.camera.read().image
+        self.state = " ".join(self._shown(robot, image) for _ in range(2))
+        return Status.SUCCESS if self.count == 12 else Status.RUNNING
+
+    def _shown(self, robot: Robot, image: Image) -> str:
+        try:
+            robot.display.show(image)
+        except DeviceError as error:
+            return str(error)
+        return "shown"
 
 
 class Watching(Behaviour):

@@ -1,0 +1,149 @@
+"""Devices and a stage that note what they are asked and what they answer; they change nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Generic
+
+from robotcore.devices import Display, Frame, Image, Motor, SampleT
+from robotcore.drive import Wheels
+from robotcore.errors import RobotcoreError
+from robotcore.layers.over import MotorOver
+from robotcore.layers.readers import Reader
+from robotcore.recording.events import GUARD, Ask, MotorAsk, Raised, Read, SampleKey, Shown
+from robotcore.recording.notes import Notebook
+from robotcore.safety import Commit, Stage
+
+
+class NotedReads(Generic[SampleT]):
+    """Reads one sensor. A sample that it gives again is the same one."""
+
+    def __init__(self, book: Notebook, device: str, read: Reader[SampleT]) -> None:
+        self._book, self._device, self._read = book, device, read
+        self._last: SampleT | None = None
+        self._number: int | None = None
+        self._kept = 0
+
+    def __call__(self) -> SampleT:
+        try:
+            sample = self._read()
+        except RobotcoreError as error:
+            self._book.notes.reads.append(Read(self._device, error=Raised.of(error), by=self._book.reader))
+            raise
+        if sample is not self._last:
+            self._keep(sample)
+        read = Read(self._device, sample.sequence, sample.time, self._number, by=self._book.reader)
+        self._book.notes.reads.append(read)
+        return sample
+
+    def _keep(self, sample: SampleT) -> None:
+        self._last, self._number = sample, None
+        if not self._book.drops(sample):
+            self._number = self._kept
+            self._kept += 1
+            self._book.notes.samples.append((SampleKey(self._device, self._number), sample))
+
+
+class NotedDisplay(Display):
+    """Notes a copy of each picture: it is the app's, which may draw on in it."""
+
+    def __init__(self, book: Notebook, inner: Display) -> None:
+        super().__init__(inner.name)
+        self._book, self._inner = book, inner
+        self._kept = 0
+
+    def _show(self, image: Image) -> None:
+        try:
+            self._inner.show(image)
+        except RobotcoreError as error:
+            self._book.notes.shown.append(Shown(self.name, error=Raised.of(error)))
+            raise
+        self._book.notes.shown.append(Shown(self.name, self._keep(image)))
+
+    def _keep(self, image: Image) -> int | None:
+        """Return the number of a picture; None where it is left out."""
+        number, picture = self._kept, Frame(image.copy(), 0.0, self._kept)
+        if self._book.drops(picture):
+            return None
+        self._kept += 1
+        self._book.notes.samples.append((SampleKey(self.name, number), picture))
+        return number
+
+    def _release(self) -> None:
+        self._inner.close()
+
+
+class NotedStage:
+    """Notes the commands that a drive is given, and their answers."""
+
+    def __init__(self, book: Notebook, inner: Stage) -> None:
+        self._book, self._inner = book, inner
+
+    @property
+    def asked(self) -> Wheels:
+        standing = self._inner.asked
+        self._book.notes.standing.append(standing)
+        return standing
+
+    def ask(self, wheels: Wheels) -> Wheels:
+        try:
+            with self._book.read_by(GUARD):
+                given = self._inner.ask(wheels)
+        except RobotcoreError as error:
+            self._book.notes.asks.append(Ask(wheels, error=Raised.of(error)))
+            raise
+        self._book.notes.asks.append(Ask(wheels, given))
+        return given
+
+    def stop(self) -> None:
+        try:
+            self._inner.stop()
+        except RobotcoreError as error:
+            self._book.notes.asks.append(Ask(None, error=Raised.of(error)))
+            raise
+        self._book.notes.asks.append(Ask(None))
+
+    def commit(self) -> Commit:
+        try:
+            with self._book.read_by(GUARD):
+                return self._inner.commit()
+        except RobotcoreError as error:
+            self._book.notes.commit_error = Raised.of(error)
+            raise
+
+
+class NotedMotor(MotorOver):
+    """Notes the commands that a motor outside the drive is given, and their answers.
+
+    Once the run is ended for good, stops are the framework's as much as the app's, and steer nothing.
+    """
+
+    def __init__(self, book: Notebook, inner: Motor) -> None:
+        super().__init__(inner)
+        self._book = book
+
+    def set_velocity(self, rad_s: float) -> float:
+        with self._noting_failure(rad_s):
+            given = self._inner.set_velocity(rad_s)
+        self._book.notes.motor_asks.append(MotorAsk(self.name, rad_s, given))
+        return given
+
+    def stop(self) -> None:
+        if self._is_closed or self._book.latch.error:
+            super().stop()
+            return
+        with self._noting_failure(None):
+            self._inner.stop()
+        self._book.notes.motor_asks.append(MotorAsk(self.name))
+
+    @contextmanager
+    def _noting_failure(self, asked: float | None) -> Iterator[None]:
+        try:
+            yield
+        except RobotcoreError as error:
+            self._book.notes.motor_asks.append(MotorAsk(self.name, asked, error=Raised.of(error)))
+            raise
+
+    def _apply(self, rad_s: float) -> None:
+        self.set_velocity(rad_s)
