@@ -37,5 +37,6 @@ def with_recording(result: RunResult, recorder: Recorder) -> tuple[RunResult, st
         return replace(result, exit_status=result.exit_status or 1, reason=result.reason or str(fault)), ""
     if not recorder.has_begun:
         return result, ""
+    result = recorder.completed(result)
     lost = f", {recorder.dropped} picture(s) dropped: it cannot be replayed" if recorder.dropped else ""
     return result, f"The recording: {recorder.path}{lost}"

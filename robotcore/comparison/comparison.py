@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from functools import cached_property
 from itertools import zip_longest
 from typing import Any
 
@@ -30,11 +29,10 @@ class Comparison:
     first: Side
     second: Side
 
-    @cached_property
+    @property
     def milestones(self) -> tuple[dict[str, float], dict[str, float]]:
         """When each of them reached what, in its order; times in seconds."""
-        known = {**self.first.result.milestones, **self.second.result.milestones}
-        return self.first.milestones(known), self.second.milestones(known)
+        return self.first.result.milestones, self.second.result.milestones
 
     @property
     def first_other_milestone(self) -> tuple[str | None, str | None] | None:

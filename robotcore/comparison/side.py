@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -10,9 +9,9 @@ from typing import Any
 from robotcore.geometry import Pose
 from robotcore.outcome import RunResult
 from robotcore.recording import Recording
+from robotcore.recording.contents import interventions_of, rate_of
 from robotcore.recording.ended import result_of
 from robotcore.recording.path import Path, length_of, odometry_path, true_path
-from robotcore.trace import TickRecord, Trace
 
 _DIGITS = 4
 """A tenth of a millimetre."""
@@ -35,15 +34,6 @@ class Side:
         """What the run came to; of a file that was cut, that."""
         return self.result.outcome.value if self.recording.result else "cut"
 
-    def milestones(self, others: Collection[str]) -> dict[str, float]:
-        """Return when each milestone was reached; a file that was cut knows none, so it is looked for ``others``."""
-        if self.recording.result:
-            return self.result.milestones
-        trace = Trace(tuple(others))
-        for tick in self.recording.ticks:
-            trace.add(TickRecord(tick.number, tick.time, tick.state, None, None, ()))
-        return trace.milestones
-
     @cached_property
     def odometry(self) -> Path:
         """Where the wheels took the robot."""
@@ -62,13 +52,11 @@ class Side:
     @property
     def rate_hz(self) -> float | None:
         """How many ticks a second there were, on the robot's clock."""
-        ticks = self.recording.ticks
-        passed = ticks[-1].time - ticks[0].time if ticks else 0.0
-        return (len(ticks) - 1) / passed if passed > 0 else None
+        return rate_of(self.recording)
 
     @property
     def interventions(self) -> int:
-        return sum(len(tick.interventions) for tick in self.recording.ticks)
+        return sum(interventions_of(self.recording).values())
 
     @property
     def drift(self) -> float | None:

@@ -27,6 +27,7 @@ def metadata_of(run: Run) -> Metadata:
         world=run.world,
         devices=tuple(run.robot.devices),
         settings=_settings(run.behaviour),
+        milestones=tuple(run.behaviour.milestones),
         platform=platform_of(request.backend),
         source=_source(request.app),
         started=datetime.now(timezone.utc).isoformat(timespec="seconds"),

@@ -65,7 +65,7 @@ class Author:
         self._pose = PoseInFrameChannel(channels.POSE, context=file.context)
         self._transforms = FrameTransformsChannel(channels.TRANSFORMS, context=file.context)
         self._ticks = Ticks(about.description)
-        self._story = Story(run.behaviour.milestones)
+        self._story = Story(run.behaviour.milestones, run.faults)
         self._now = 0.0
         self._begin(about)
 

@@ -76,6 +76,7 @@ def contents_of(recording: Recording) -> dict[str, Any]:
         "overruns": result.overruns,
         "devices": [asdict(device) for device in devices_of(recording)],
         "faults": result.faults,
+        "dropped_pictures": result.dropped_pictures,
         "interventions": interventions_of(recording),
         "milestones": result.milestones,
         "outcome": recording.result.outcome.value if recording.result else None,

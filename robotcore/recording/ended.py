@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from robotcore.catalogue import app_name
 from robotcore.outcome import Outcome, RunResult
 from robotcore.recording.recording import Recording
+from robotcore.trace import TickRecord, Trace
 
 
 def result_of(recording: Recording) -> RunResult:
     """Return the recorded result; of a file that was cut, what is known of it."""
     if recording.result:
         return recording.result
+    trace = _trace_of(recording)
     request, world, ticks = recording.metadata.request, recording.metadata.world, recording.ticks
     return RunResult(
-        app=request.app,
+        app=app_name(request.app),
         backend=request.backend,
         robot=recording.metadata.description.name,
         world=world.name if world else None,
@@ -22,4 +25,14 @@ def result_of(recording: Recording) -> RunResult:
         reason="the file was cut before the run ended",
         sim_time_s=ticks[-1].time if ticks else 0.0,
         ticks=len(ticks),
+        milestones=trace.milestones,
+        interventions=trace.interventions,
+        faults=list(request.faults),
     )
+
+
+def _trace_of(recording: Recording) -> Trace:
+    trace = Trace(tuple(recording.metadata.milestones))
+    for tick in recording.ticks:
+        trace.add(TickRecord(tick.number, tick.time, tick.state, tick.asked, tick.sent, tick.interventions))
+    return trace

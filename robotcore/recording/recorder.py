@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import threading
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 from robotcore.clock import MonotonicClock
@@ -21,7 +22,7 @@ from robotcore.session import Run
 from robotcore.trace import TickRecord
 
 FLUSH_S = 0.5
-"""What is lost at most where the process is killed: this, and what the disk takes."""
+"""What is lost at most where the process is killed: this, and what the disk takes. Nothing before the first tick is."""
 
 ENDING_S = 60.0
 """A disk that hangs keeps a run from ending no longer than this."""
@@ -51,6 +52,10 @@ class Recorder:
         """How many pictures were left out."""
         return self.tap.dropped
 
+    def completed(self, result: RunResult) -> RunResult:
+        """Return a result that tells how many pictures were left out."""
+        return replace(result, dropped_pictures=self.dropped)
+
     def begin(self, run: Run) -> None:
         about = metadata_of(run)
         self._run, self._is_stepped, self._outer = run, about.is_stepped, sys.exc_info()[1]
@@ -60,15 +65,16 @@ class Recorder:
             self._give_up(fault)
             return
         self.has_begun = True
-        self._thread = threading.Thread(target=self._write, args=(file, run, about), name="recorder", daemon=True)
-        self._thread.start()
+        if author := self._author(file, run, about):
+            self._thread = threading.Thread(target=self._write, args=(file, author), name="recorder", daemon=True)
+            self._thread.start()
 
     def tick(self, record: TickRecord) -> None:
         entry = Entry(record, self.tap.take(), self._glimpse(record), self._raised(record))
         self._backlog.put(entry, entry.size, waits=self._is_stepped)
 
     def end(self, result: RunResult) -> None:
-        self._result = result
+        self._result = self.completed(result)
         self._backlog.end()
         if self._thread:
             self._thread.join(ENDING_S)
@@ -92,30 +98,46 @@ class Recorder:
                 return Glimpse(record.tick, record.time, truth.pose, truth.contacts)
         return None
 
-    def _write(self, file: McapFile, run: Run, about: Metadata) -> None:
+    def _author(self, file: McapFile, run: Run, about: Metadata) -> Author | None:
+        """Return who writes the file, with what comes before the first tick in it; None where that failed."""
         try:
-            self._write_all(file, Author(file, run, about, is_jpeg=self._is_jpeg))
+            return Author(file, run, about, is_jpeg=self._is_jpeg)
+        except Exception as error:  # noqa: BLE001  whatever it is, it ends the recording and not the run
+            self._give_up(self._told(error))
+            self._close(file)
+            return None
+
+    def _write(self, file: McapFile, author: Author) -> None:
+        try:
+            self._write_all(file, author)
             file.close()
-        except RecordingError as fault:
-            self._give_up(fault)
         except BaseException as error:  # noqa: BLE001  a library's panic too: nobody must go on waiting for this thread
-            self._give_up(RecordingError(self.path, f"{type(error).__name__}: {error}", "Report it as a bug"))
+            self._give_up(self._told(error))
         finally:
-            with suppress(RecordingError):
-                file.close()
+            self._close(file)
 
     def _write_all(self, file: McapFile, author: Author) -> None:
-        clock = MonotonicClock()
-        flushed = clock.now()
+        """Write until the end. The first tick is flushed at once, so that a file holds something from then on."""
+        clock, due, unsaved = MonotonicClock(), 0.0, 0
         while not self._backlog.is_over:
             if entry := self._backlog.get():
                 author.write(entry)
-            if clock.now() - flushed >= FLUSH_S:
+                unsaved += 1
+            if unsaved and clock.now() >= due:
                 file.flush()
-                flushed = clock.now()
+                due, unsaved = clock.now() + FLUSH_S, 0
         if self._result:
             author.end(self._result)
             file.flush()
+
+    def _told(self, error: BaseException) -> RecordingError:
+        if isinstance(error, RecordingError):
+            return error
+        return RecordingError(self.path, f"{type(error).__name__}: {error}", "Report it as a bug")
+
+    def _close(self, file: McapFile) -> None:
+        with suppress(RecordingError):
+            file.close()
 
     def _give_up(self, fault: RobotcoreError) -> None:
         self.fault = self.fault or fault

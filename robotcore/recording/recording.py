@@ -19,10 +19,10 @@ FORMAT = 1
 class Metadata:
     """What was run, on what: enough to run or replay it without any file of the user's but the app's.
 
-    ``request`` is what was asked for; ``settings`` all settings of the app as they were. ``description`` and ``world``
-    are as the run had them, drawn and randomised. ``devices`` are the names of those that were open. ``platform`` tells
-    versions and machine, on which digests depend. ``source`` is the text of an app that was a user's own file;
-    ``started`` the time of day, ISO 8601.
+    ``request`` is what was asked for; ``settings`` all settings of the app as they were, ``milestones`` its own.
+    ``description`` and ``world`` are as the run had them, drawn and randomised. ``devices`` are the names of those that
+    were open. ``platform`` tells versions and machine, on which digests depend. ``source`` is the text of an app that
+    was a user's own file; ``started`` the time of day, ISO 8601.
     """
 
     request: RunRequest
@@ -31,6 +31,7 @@ class Metadata:
     world: WorldDescription | None = None
     devices: tuple[str, ...] = ()
     settings: Mapping[str, Any] = field(default_factory=dict)
+    milestones: tuple[str, ...] = ()
     platform: Mapping[str, str] = field(default_factory=dict)
     source: str | None = None
     started: str = ""

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
 from typing import NamedTuple
 
+from robotcore.faults import PlannedFault
 from robotcore.outcome import RunResult
 from robotcore.recording.events import Tick
 
@@ -28,9 +29,11 @@ class Line(NamedTuple):
 class Story:
     """Tells of ticks in turn; what lasts is told when it begins and when it is over, not in every tick."""
 
-    def __init__(self, milestones: Iterable[str]) -> None:
+    def __init__(self, milestones: Iterable[str], faults: Sequence[PlannedFault] = ()) -> None:
         self._awaited = set(milestones)
-        self._faults: dict[str, str] = {}
+        self._planned = faults
+        self._present: set[int] = set()
+        self._failures: dict[str, str] = {}
         self._causes: set[str] = set()
         self._dropped = 0
 
@@ -39,23 +42,31 @@ class Story:
         if tick.state in self._awaited:
             self._awaited.discard(tick.state)
             yield Line(Level.Info, f"milestone: {tick.state}")
-        yield from self._changed_faults(tick)
+        yield from self._changed_faults(tick.time)
+        yield from self._changed_failures(tick)
         yield from self._changed_causes(tick)
         yield from self._drops(tick)
         if tick.error:
             yield Line(Level.Error, f"{tick.error.kind}: {tick.error.message}")
 
-    def _changed_faults(self, tick: Tick) -> Iterator[Line]:
+    def _changed_faults(self, time: float) -> Iterator[Line]:
+        """Yield which faults on purpose have come, and which have gone."""
+        for fault in self._planned:
+            if (is_on := fault.is_on(time)) is not (fault.position in self._present):
+                self._present ^= {fault.position}
+                yield Line(Level.Warning if is_on else Level.Info, f"fault {'begins' if is_on else 'ends'}: {fault}")
+
+    def _changed_failures(self, tick: Tick) -> Iterator[Line]:
         failed = {read.device: read.error.message for read in tick.reads if read.error}
         for device, message in failed.items():
-            if self._faults.get(device) != message:
+            if self._failures.get(device) != message:
                 yield Line(Level.Error, message)
-        for device in [name for name in self._faults if name not in failed]:
+        for device in [name for name in self._failures if name not in failed]:
             if any(read.device == device for read in tick.reads):
                 yield Line(Level.Info, f"{device}: gives samples again")
             else:
-                failed[device] = self._faults[device]
-        self._faults = failed
+                failed[device] = self._failures[device]
+        self._failures = failed
 
     def _changed_causes(self, tick: Tick) -> Iterator[Line]:
         causes = {each.cause for each in tick.interventions}

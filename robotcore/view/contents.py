@@ -13,7 +13,7 @@ from rich.text import Text
 from robotcore.recording import Recording
 from robotcore.recording.contents import devices_of, duration_of, interventions_of, rate_of
 from robotcore.recording.ended import result_of
-from robotcore.view.summary import heading, summary
+from robotcore.view.summary import events, heading, summary
 
 _UNITS = ("bytes", "kB", "MB", "GB")
 
@@ -39,6 +39,8 @@ def _about(recording: Recording) -> Iterator[str]:
     rate = rate_of(recording)
     pace = f" at {rate:.2f} Hz" if rate else ""
     yield f"{len(recording.ticks)} ticks{pace} in {duration_of(recording):.2f} s, {result.overruns} overruns"
+    if result.dropped_pictures:
+        yield f"{result.dropped_pictures} picture(s) were dropped"
     if causes := interventions_of(recording):
         yield "interventions: " + ", ".join(f"{cause} {count}" for cause, count in causes.items())
     yield "on " + ", ".join(f"{name} {value}" for name, value in about.platform.items())
@@ -47,7 +49,8 @@ def _about(recording: Recording) -> Iterator[str]:
 def _ending(recording: Recording) -> RenderableType:
     if recording.result:
         return summary(recording.result)
-    return Text("cut", "bold red") + Text("  the file ends before its run did; all that is here came before")
+    cut = Text("cut", "bold red") + Text("  the file ends before its run did; all that is here came before")
+    return Text("\n").join([cut, *(Text(f"  {line}") for line in events(result_of(recording)))])
 
 
 def _devices(recording: Recording) -> Table:

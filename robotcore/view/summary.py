@@ -19,9 +19,7 @@ def summary(result: RunResult) -> Text:
     style = _BAD if result.dispute else _STYLES.get(result.outcome, _BAD)
     outcome = Text(result.outcome.value, style)
     lines = [outcome + Text(f"  {heading(result)}"), Text("  " + ", ".join(measures(result)))]
-    if result.milestones:
-        lines.append(Text("  " + ", ".join(f"{name} at {time:.1f} s" for name, time in result.milestones.items())))
-    lines += [Text(f"  {line}") for line in faults(result)]
+    lines += [Text(f"  {line}") for line in events(result)]
     if result.reason and not isinstance(result.error, RobotcoreError):
         lines.append(Text(f"  {result.reason}"))
     return Text("\n").join(lines)
@@ -46,6 +44,13 @@ def measures(result: RunResult) -> Iterator[str]:
         yield f"{result.contacts} contact{'' if result.contacts == 1 else 's'}"
     if result.overruns:
         yield f"{result.overruns} overruns"
+
+
+def events(result: RunResult) -> Iterator[str]:
+    """Yield the milestones, and the faults on purpose, where there were any."""
+    if result.milestones:
+        yield ", ".join(f"{name} at {time:.1f} s" for name, time in result.milestones.items())
+    yield from faults(result)
 
 
 def faults(result: RunResult) -> Iterator[str]:

@@ -23,7 +23,19 @@ def test_a_run_is_recorded_and_says_where(cli: Cli, tmp_path: Path) -> None:
 def test_with_json_the_file_is_named_apart(cli: Cli, tmp_path: Path) -> None:
     told = cli(*SHORT, "--record", str(tmp_path / "run.mcap"), "--json")
     assert told.json["outcome"] == "success"
+    assert told.json["dropped_pictures"] == 0
     assert "The recording: " in told.err
+
+
+def test_pictures_that_were_dropped_are_counted(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.kinematic.backend.KinematicBackend.is_lockstep", False)
+    monkeypatch.setattr("robotcore.recording.backlog.Backlog.has_room", lambda _: False)
+    file = tmp_path / "run.mcap"
+    command = ("run", "mark-green", "--robot", "lookout", "--world", "open", "--timeout", "0.3")
+    told = cli(*command, "--record", str(file), "--json")
+    assert told.json["dropped_pictures"] > 0
+    assert f"{told.json['dropped_pictures']} picture(s) dropped" in told.err
+    assert cli("info", str(file), "--json").json["dropped_pictures"] == told.json["dropped_pictures"]
 
 
 def test_record_jpeg_is_recorded_as_jpeg(cli: Cli, tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import queue
 import signal
 import subprocess
 import sys
@@ -12,10 +13,12 @@ import pytest
 
 from robotcore.errors import BackendMissingError, RecordingError
 from robotcore.recording import read
-from robotcore.recording.mcapfile import require_recordable
+from robotcore.recording.mcapfile import McapFile, require_recordable
 from robotcore.recording.recorder import Recorder
 from robotcore.session import RunRequest, run
+from robotcore.trace import TickRecord
 from tests.robotcore.recording.conftest import UNRULY, record
+from tests.robotcore.runs import Watcher
 
 COMMAND = [sys.executable, "-m", "tests.robotcore.recording.recording_run"]
 
@@ -37,6 +40,32 @@ def test_a_killed_process_leaves_all_but_the_last_moment(file: Path) -> None:
     assert recording.is_cut
     assert recording.is_replayable
     assert float(told[-1]) - recording.ticks[-1].time < 1.2
+
+
+def test_a_process_that_is_killed_at_its_first_tick_leaves_a_file_that_tells_of_the_run(file: Path) -> None:
+    with subprocess.Popen([*COMMAND, str(file)], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout
+        process.stdout.readline()
+        process.send_signal(signal.SIGKILL)
+    assert read(file).metadata.request.app == "avoid-obstacles"
+
+
+def test_the_first_tick_is_in_the_file_at_once(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    flushes: queue.Queue[int] = queue.Queue()
+    flush = McapFile.flush
+
+    def heard(self: McapFile) -> None:
+        flush(self)
+        flushes.put(len(read(file).ticks))
+
+    class Waiting(Watcher):
+        def tick(self, record: TickRecord) -> None:
+            if record.tick == 0:
+                assert [flushes.get(timeout=100) for _ in range(2)] == [0, 1]
+
+    monkeypatch.setattr(McapFile, "flush", heard)
+    recorder = Recorder(file)
+    run(RunRequest(UNRULY), [recorder, Waiting()], [recorder.tap])
 
 
 def test_an_interrupted_run_ends_its_recording_properly(file: Path) -> None:

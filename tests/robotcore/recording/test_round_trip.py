@@ -80,7 +80,7 @@ def test_the_run_is_told_in_full(recorded: Recorded) -> None:
 def test_the_end_is_told_and_the_whole_can_be_replayed(recorded: Recorded) -> None:
     recording, result = recorded.recording, recorded.witness.result
     assert result
-    assert recording.result == replace(result, error=None)
+    assert recording.result == replace(result, error=None, dropped_pictures=0)
     assert (recording.is_cut, recording.is_replayable, recording.why_not) == (False, True, "")
 
 

@@ -1,10 +1,12 @@
 from __future__ import annotations
 
 from robotcore.drive import Wheels
+from robotcore.faults import plan_faults
 from robotcore.outcome import Outcome, RunResult
 from robotcore.recording import Raised, Read, Tick
 from robotcore.recording.story import Level, Story, last_line
 from robotcore.safety import Intervention
+from tests.robotcore.fakes import ROVER
 
 GUARD = Intervention(0.1, "range guard", Wheels(2.0, 2.0), Wheels(0.0, 0.0))
 
@@ -25,6 +27,14 @@ def failed(message: str) -> Read:
 def test_a_milestone_is_told_once() -> None:
     lines = told(tick(), tick(state="seen"), tick(state="seen"), milestones=("seen",))
     assert lines == [[], ["milestone: seen"], []]
+
+
+def test_a_fault_on_purpose_is_told_when_it_begins_and_when_it_ends() -> None:
+    faults = plan_faults(["camera drop=0.2", "camera drop=0.5 after=1 lasts=2"], ROVER, ["eye"])
+    story = Story((), faults)
+    lines = [[line.text for line in story.of(Tick(at, float(at), ""))] for at in range(5)]
+    begins, ends = (f"fault {what}: camera drop=0.5 after=1 lasts=2" for what in ("begins", "ends"))
+    assert lines == [["fault begins: camera drop=0.2"], [begins], [], [ends], []]
 
 
 def test_a_device_s_fault_is_told_when_it_comes_when_it_changes_and_when_it_goes() -> None:
