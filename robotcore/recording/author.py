@@ -6,14 +6,25 @@ import json
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
-from robotcore.description import CameraDescription, RangeSensorDescription, RobotDescription
+from robotcore.description import CameraDescription, RangeSensorDescription
 from robotcore.devices import Frame
 from robotcore.geometry import Pose
 from robotcore.outcome import RunResult
 from robotcore.recording import channels
 from robotcore.recording.channels import writer_for
 from robotcore.recording.events import Glimpse, Raised
-from robotcore.recording.frames import BODY, ODOMETRY, TRUE, mounted, moving, nanoseconds, optical, planar, timestamp
+from robotcore.recording.frames import (
+    BODY,
+    ODOMETRY,
+    TRUE,
+    TRUE_BODY,
+    mounted,
+    nanoseconds,
+    optical,
+    placed,
+    planar,
+    timestamp,
+)
 from robotcore.recording.mcapfile import McapFile
 from robotcore.recording.notes import Notes
 from robotcore.recording.recording import Metadata
@@ -63,7 +74,8 @@ class Author:
         self._truth = file.json(channels.TRUTH, TRUTH) if run.truth else None
         self._log = LogChannel(channels.LOG, context=file.context)
         self._pose = PoseInFrameChannel(channels.POSE, context=file.context)
-        self._transforms = FrameTransformsChannel(channels.TRANSFORMS, context=file.context)
+        self._moving = FrameTransformsChannel(channels.MOVING, context=file.context)
+        self._mounted = FrameTransformsChannel(channels.MOUNTED, context=file.context)
         self._ticks = Ticks(about.description)
         self._story = Story(run.behaviour.milestones, run.faults)
         self._now = 0.0
@@ -77,11 +89,9 @@ class Author:
         tick = self._ticks.made_of(entry.record, entry.notes, entry.error)
         self._write_tick(to_json(tick), nanoseconds(self._now))
         self._tell(self._story.of(tick))
-        if tick.pose:
-            self._place(tick.pose)
         if entry.glimpse and self._truth:
             self._truth(to_json(entry.glimpse), nanoseconds(self._now))
-            self._transform(TRUE, f"{BODY}_true", entry.glimpse.pose)
+        self._place(tick.pose, entry.glimpse)
 
     def end(self, result: RunResult) -> None:
         """Write how the run ended."""
@@ -99,21 +109,22 @@ class Author:
             self._file.attach("world.json", "application/json", _readable(about.world))
         if about.source is not None:
             self._file.attach("app.py", "text/x-python", about.source.encode())
-        self._transforms.log(FrameTransforms(transforms=list(_mounts(about.description))), log_time=0)
+        self._mounted.log(FrameTransforms(transforms=list(_fixed(about))), log_time=0)
         self._file.flush()
 
-    def _place(self, pose: Pose) -> None:
-        from foxglove.messages import PoseInFrame
+    def _place(self, believed: Pose | None, glimpse: Glimpse | None) -> None:
+        """Write where the robot believes it is, and where it is."""
+        from foxglove.messages import FrameTransforms, PoseInFrame
 
-        told = PoseInFrame(timestamp=timestamp(self._now), frame_id=ODOMETRY, pose=planar(pose))
-        self._pose.log(told, log_time=nanoseconds(self._now))
-        self._transform(ODOMETRY, BODY, pose)
-
-    def _transform(self, parent: str, child: str, pose: Pose) -> None:
-        from foxglove.messages import FrameTransforms
-
-        transforms = FrameTransforms(transforms=[moving(parent, child, pose, self._now)])
-        self._transforms.log(transforms, log_time=nanoseconds(self._now))
+        transforms = []
+        if believed:
+            told = PoseInFrame(timestamp=timestamp(self._now), frame_id=ODOMETRY, pose=planar(believed))
+            self._pose.log(told, log_time=nanoseconds(self._now))
+            transforms.append(placed(ODOMETRY, BODY, believed, self._now))
+        if glimpse:
+            transforms.append(placed(TRUE, TRUE_BODY, glimpse.pose, self._now))
+        if transforms:
+            self._moving.log(FrameTransforms(transforms=transforms), log_time=nanoseconds(self._now))
 
     def _tell(self, lines: Iterable[Line]) -> None:
         from foxglove.messages import Log, LogLevel
@@ -125,8 +136,11 @@ class Author:
             self._log.log(told, log_time=nanoseconds(self._now))
 
 
-def _mounts(description: RobotDescription) -> Iterator[FrameTransform]:
-    for device in description.devices:
+def _fixed(about: Metadata) -> Iterator[FrameTransform]:
+    """Yield where the run began in the world, where sensors sit on the body, and how their pictures lie."""
+    if about.world:
+        yield placed(TRUE, ODOMETRY, about.world.start.pose, 0.0)
+    for device in about.description.devices:
         if isinstance(device, (CameraDescription, RangeSensorDescription)):
             yield mounted(device.name, device.mount)
         if isinstance(device, CameraDescription):

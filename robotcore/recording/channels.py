@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import cv2
 
 from robotcore.devices import Angle, Camera, Device, Display, Encoder, Frame, Image, Intrinsics, Range, RangeSensor
-from robotcore.recording.frames import nanoseconds, optical_name, timestamp
+from robotcore.recording.frames import ORIGIN, nanoseconds, optical_name, planar, timestamp
 from robotcore.recording.mcapfile import McapFile
 from robotcore.recording.schemas import ANGLE, RANGE
 from robotcore.recording.wire import to_json
@@ -19,8 +20,11 @@ if TYPE_CHECKING:
 DEVICE = "device"
 """The key of a channel's metadata that names the device."""
 
-RUN, TICKS, RESULT, TRUTH, LOG, POSE, TRANSFORMS = "/run", "/ticks", "/result", "/truth", "/log", "/pose", "/tf"
-RESERVED = {RUN, TICKS, RESULT, TRUTH, LOG, POSE, TRANSFORMS}
+RUN, TICKS, RESULT, TRUTH, LOG, POSE = "/run", "/ticks", "/result", "/truth", "/log", "/pose"
+MOVING, MOUNTED = "/tf", "/tf_static"
+"""Apart, as ROS has them: who begins to look in the middle is given the last message of each channel."""
+
+RESERVED = {RUN, TICKS, RESULT, TRUTH, LOG, POSE, MOVING, MOUNTED}
 
 RAYS = 9
 """As many as make an arc out of an ultrasonic sensor's cone."""
@@ -42,9 +46,10 @@ def writer_for(file: McapFile, device: Device, *, is_jpeg: bool) -> Write | None
     match device:
         case Camera():
             _calibrate(file, device)
-            return _jpegs(file, device.name) if is_jpeg else _raw(file, device.name)
+            return _jpegs(file, device.name, optical_name(device.name)) if is_jpeg else _raw(file, device.name)
         case Display():
-            return _jpegs(file, device.name)
+            shown = _jpegs(file, device.name, device.name)
+            return lambda frame, at: shown(replace(frame, time=at), at)
         case RangeSensor():
             return _ranges(file, device)
         case Encoder():
@@ -74,7 +79,7 @@ def _raw(file: McapFile, device: str) -> Write:
     return write
 
 
-def _jpegs(file: McapFile, device: str) -> Write:
+def _jpegs(file: McapFile, device: str, frame_id: str) -> Write:
     from foxglove.channels import CompressedImageChannel
     from foxglove.messages import CompressedImage
 
@@ -82,8 +87,8 @@ def _jpegs(file: McapFile, device: str) -> Write:
 
     def write(frame: Frame, at: float) -> None:
         message = CompressedImage(
-            timestamp=timestamp(frame.time or at),
-            frame_id=optical_name(device),
+            timestamp=timestamp(frame.time),
+            frame_id=frame_id,
             format="jpeg",
             data=_jpeg(frame.image),
         )
@@ -136,6 +141,7 @@ def _fan(sensor: RangeSensor, reading: Range) -> LaserScan:
     return LaserScan(
         timestamp=timestamp(reading.time),
         frame_id=sensor.name,
+        pose=planar(ORIGIN),
         start_angle=-sensor.cone / 2,
         end_angle=sensor.cone / 2,
         ranges=[float(reading.distance)] * RAYS,

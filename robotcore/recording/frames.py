@@ -13,7 +13,12 @@ if TYPE_CHECKING:
     from foxglove.messages import Pose as FoxglovePose
 
 ODOMETRY, TRUE, BODY = "odom", "truth", "base_link"
-"""Frames: where the robot believes it is, where it is, and itself (REP 105)."""
+"""Frames: where the robot began, the world in which a simulator knows where it is, and itself (REP 105)."""
+
+TRUE_BODY = f"{BODY}_true"
+"""Where the robot is by the simulator's word."""
+
+ORIGIN = Pose(0.0, 0.0, 0.0)
 
 
 def nanoseconds(seconds: float) -> int:
@@ -51,7 +56,7 @@ def planar(pose: Pose) -> FoxglovePose:
     return FoxglovePose(position=position, orientation=quaternion(0.0, 0.0, pose.heading))
 
 
-def moving(parent: str, child: str, pose: Pose, time: float) -> FrameTransform:
+def placed(parent: str, child: str, pose: Pose, time: float) -> FrameTransform:
     """Return where a frame is in the plane of another."""
     from foxglove.messages import FrameTransform, Vector3
 

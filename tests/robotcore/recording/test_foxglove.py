@@ -27,6 +27,7 @@ SCHEMAS = {
     "/run": "robotcore.Run",
     "/screen": "foxglove.CompressedImage",
     "/tf": "foxglove.FrameTransforms",
+    "/tf_static": "foxglove.FrameTransforms",
     "/ticks": "robotcore.Tick",
     "/truth": "robotcore.Truth",
 }
@@ -40,6 +41,26 @@ def test_every_channel_has_the_schema_by_which_foxglove_shows_it(recorded: Recor
             if schema
         }
     assert found == SCHEMAS
+
+
+def test_whoever_looks_at_any_time_is_given_every_frame_by_the_last_message_of_each_channel(recorded: Recorded) -> None:
+    with recorded.file.open("rb") as file:
+        last = {channel.topic: message.data for _, channel, message in make_reader(file).iter_messages()}
+    frames = {frame: parent for topic in ("/tf", "/tf_static") for parent, frame in transforms_in(last[topic])}
+    assert frames == {
+        "base_link": "odom",
+        "base_link_true": "truth",
+        "odom": "truth",
+        "nose": "base_link",
+        "eye": "base_link",
+        "eye_optical": "eye",
+    }
+
+
+def transforms_in(message: bytes) -> list[tuple[str, str]]:
+    """Return parent and child of each (FrameTransforms.proto, FrameTransform.proto)."""
+    told = [dict(fields(bytes(each))) for _, each in fields(message)]
+    return [(bytes(each[2]).decode(), bytes(each[3]).decode()) for each in told]
 
 
 def test_a_picture_that_was_read_again_is_stored_once(recorded: Recorded) -> None:
