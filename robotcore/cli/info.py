@@ -44,13 +44,12 @@ def command(
         from robotcore.view.contents import contents
 
         write(contents(recording, file))
-    for what, made in (
-        ("picture", picture and _draw(recording, picture)),
-        ("table", table and _tabulate(recording, table, file.stem)),
-        ("film", video and _film(recording, video, device)),
-    ):
-        if made:
-            click.echo(f"The {what}: {made}", err=as_json)
+    if picture:
+        click.echo(f"The picture: {_draw(recording, picture)}", err=as_json)
+    if table:
+        click.echo(f"The table: {_tabulate(recording, table, file.stem)}", err=as_json)
+    if video:
+        click.echo(f"The film: {_film(recording, video, device)}", err=as_json)
 
 
 def _draw(recording: Recording, picture: Path) -> Path:

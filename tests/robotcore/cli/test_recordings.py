@@ -137,6 +137,13 @@ def test_comparison_of_different_runs_has_exit_status_1(cli: Cli, search: Path, 
     assert (told.json["first"]["outcome"], told.json["second"]["outcome"]) == ("success", "timeout")
 
 
+def test_info_names_what_it_has_made_also_where_the_next_fails(cli: Cli, search: Path, tmp_path: Path) -> None:
+    table = tmp_path / "run.csv"
+    told = cli("info", str(search), "--csv", str(table), "--video", str(tmp_path / "gone" / "run.mp4"))
+    assert told.status == 2
+    assert told.out.endswith(f"The table: {table}\n")
+
+
 def test_info_tells_the_run_its_devices_and_what_it_is_good_for(cli: Cli, search: Path) -> None:
     told = cli("info", str(search))
     assert told.status == 0
