@@ -14,7 +14,7 @@ from robotcore.behaviour import Behaviour
 from robotcore.catalogue import load_backend
 from robotcore.recording.recording import Metadata
 from robotcore.session import Run
-from robotcore.sweep.fingerprint import libraries
+from robotcore.versions import libraries
 
 
 def metadata_of(run: Run) -> Metadata:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from robotcore.recording.about import platform_of
-from robotcore.sweep.fingerprint import libraries
+from robotcore.versions import libraries
 
 _MACHINE = ("machine", "system", "libc")
 

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
-import platform
 import sys
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import suppress
 from dataclasses import asdict
 from functools import cache
-from importlib.metadata import PackageNotFoundError, packages_distributions, version
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +16,8 @@ from robotcore.catalogue import load_app, load_backend
 from robotcore.faults.catalogue import modules_of
 from robotcore.sweep.ownfiles import own_files
 from robotcore.sweep.spec import Sweep
+from robotcore.versions import libraries
 
-LIBRARIES = ("numpy", "cv2")
-PYTHON = "python"
 Parts = dict[str, dict[str, Any]]
 
 _SOURCES = {".py", ".toml"}
@@ -76,23 +72,6 @@ def _code_digests(apps: Iterable[str], backends: Iterable[str], faults: Iterable
     modules += [load_app(app).__module__ for app in apps if not is_app_file(app)]
     packages = {"robotcore", *map(_package, [*modules, *modules_of(faults)])}
     return {package: _package_digest(package) for package in sorted(packages)}
-
-
-def libraries(backends: Iterable[str]) -> dict[str, str]:
-    """Return the versions of Python and of the libraries that compute, by the names that pip knows."""
-    modules = {*LIBRARIES, *(module for backend in backends for module in load_backend(backend).modules)}
-    found = {PYTHON: platform.python_version()}
-    for name in {module.partition(".")[0] for module in modules}:
-        for owner in _owners().get(name, (name,)):  # Python 3.10 knows some owners only by the module's name
-            with suppress(PackageNotFoundError):
-                found[owner] = version(owner)
-    return dict(sorted(found.items()))
-
-
-@cache
-def _owners() -> Mapping[str, list[str]]:
-    """Return who brought each module; it takes long, and what is imported by now stays as it is."""
-    return packages_distributions()
 
 
 def _package(module: str) -> str:

@@ -12,9 +12,10 @@ from tempfile import TemporaryDirectory
 
 from robotcore.appfile import is_app_file
 from robotcore.errors import RobotcoreError
-from robotcore.sweep.fingerprint import PYTHON, code_digest, libraries
+from robotcore.sweep.fingerprint import code_digest
 from robotcore.sweep.ownfiles import is_own, own_files
 from robotcore.sweep.spec import Sweep
+from robotcore.versions import PYTHON, libraries
 
 
 @dataclass(frozen=True)

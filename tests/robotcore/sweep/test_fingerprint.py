@@ -1,18 +1,16 @@
 from __future__ import annotations
 
-import platform
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from apps.green_search import GreenSearch
 from robotcore.sweep import Sweep, fingerprint
-from robotcore.sweep.fingerprint import code_digest, libraries
+from robotcore.sweep.fingerprint import code_digest
 from robotcore.sweep.ownfiles import own_files
 from tests.robotcore.sweep.conftest import AppFile, sweep_of
 
@@ -78,11 +76,6 @@ def test_a_judge_counts_with_what_is_beside_it(app_file: AppFile, tmp_path: Path
     before = _digest(judged)
     judge.write_text("LIMIT = 2\n")
     assert len({before, _digest(judged), _digest(sweep)}) == 3
-
-
-def test_libraries_count_also_where_python_does_not_know_who_brought_them(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fingerprint, "_owners", dict)
-    assert libraries(()) == {"python": platform.python_version(), "numpy": np.__version__}
 
 
 def test_what_cannot_be_imported_is_no_file_of_an_app(app_file: AppFile) -> None:
