@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,17 +15,29 @@ if TYPE_CHECKING:
     from robotcore.recording.recorder import Recorder
 
 
-def recorder_for(file: Path | None, *, is_jpeg: bool) -> Recorder | None:
-    """Return what records the run into a file; refuse now one that could not be written then."""
+def recorder_for(file: Path | None, options: Mapping[str, str], *, is_jpeg: bool) -> Recorder | None:
+    """Return what records the run into a file; refuse now one that could not be written then.
+
+    So is one that an option of the backend names: a replay would be recorded over what it reads.
+    """
     if file is None and is_jpeg:
         raise UsageError("--record-jpeg says how to record, and nothing is recorded. Add --record FILE.mcap")
     if file is None:
         return None
+    if any(_is_same(file, value) for value in options.values()):
+        raise UsageError(f"--record {file}: the backend reads this file. Name another one")
     from robotcore.recording.mcapfile import require_recordable
     from robotcore.recording.recorder import Recorder
 
     require_recordable(file)
     return Recorder(file, is_jpeg=is_jpeg)
+
+
+def _is_same(file: Path, named: str) -> bool:
+    try:
+        return file.samefile(named)
+    except (OSError, ValueError):
+        return False
 
 
 def with_recording(result: RunResult, recorder: Recorder) -> tuple[RunResult, str]:

@@ -56,7 +56,7 @@ def command(picture: Path | None, record: Path | None, *, record_jpeg: bool, as_
     from robotcore.interrupts import Interrupts
 
     with Interrupts() as interrupts:
-        drawer, recorder = _drawer(picture), recorder_for(record, is_jpeg=record_jpeg)
+        drawer, recorder = _drawer(picture), recorder_for(record, dict(asked["options"]), is_jpeg=record_jpeg)
         last_words = _last_words(as_json=as_json)
         with printing_apart(as_json=as_json):
             result = _run(asked, drawer, recorder, interrupts, last_words)

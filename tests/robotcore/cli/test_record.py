@@ -61,6 +61,18 @@ def test_what_could_not_be_recorded_is_refused_before_the_run(
     assert fault in told.err
 
 
+def test_the_recording_that_is_replayed_is_not_written_over(cli: Cli, tmp_path: Path) -> None:
+    file = tmp_path / "run.mcap"
+    cli(*SHORT, "--record", str(file))
+    before = file.read_bytes()
+    replayed = ("run", "avoid-obstacles", "--backend", "replay", "--option", f"file={file}")
+    told = cli(*replayed, "--record", str(tmp_path / "." / "run.mcap"))
+    assert (told.status, told.out) == (2, "")
+    assert "the backend reads this file. Name another one" in told.err
+    assert file.read_bytes() == before
+    assert cli(*replayed, "--record", str(tmp_path / "again.mcap"), "--set", "duration_s=0.5").status == 0
+
+
 def test_a_recording_that_is_not_whole_is_a_failure_that_is_told(
     cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
