@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import threading
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -37,7 +37,6 @@ class Recorder:
 
     def __init__(self, path: Path, *, is_jpeg: bool = False, room: int = ROOM_BYTES) -> None:
         self.fault: RobotcoreError | None = None
-        self.has_begun = False
         self.path, self._is_jpeg = path, is_jpeg
         self._backlog: Backlog[Entry] = Backlog(room)
         self._is_stepped = False
@@ -46,6 +45,11 @@ class Recorder:
         self._result: RunResult | None = None
         self._outer: BaseException | None = None
         self._thread: threading.Thread | None = None
+
+    @property
+    def has_begun(self) -> bool:
+        """Whether there is a file that tells of the run."""
+        return self._thread is not None
 
     @property
     def dropped(self) -> int:
@@ -64,10 +68,12 @@ class Recorder:
         except RobotcoreError as fault:
             self._give_up(fault)
             return
-        self.has_begun = True
-        if author := self._author(file, run, about):
-            self._thread = threading.Thread(target=self._write, args=(file, author), name="recorder", daemon=True)
-            self._thread.start()
+        with ExitStack() as undo:
+            undo.callback(self._close, file)
+            if author := self._author(file, run, about):
+                self._thread = threading.Thread(target=self._write, args=(file, author), name="recorder", daemon=True)
+                self._thread.start()
+                undo.pop_all()
 
     def tick(self, record: TickRecord) -> None:
         entry = Entry(record, self.tap.take(), self._glimpse(record), self._raised(record))
@@ -104,7 +110,6 @@ class Recorder:
             return Author(file, run, about, is_jpeg=self._is_jpeg)
         except Exception as error:  # noqa: BLE001  whatever it is, it ends the recording and not the run
             self._give_up(self._told(error))
-            self._close(file)
             return None
 
     def _write(self, file: McapFile, author: Author) -> None:

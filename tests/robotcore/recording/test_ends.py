@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.errors import BackendMissingError, RecordingError
+from robotcore.errors import BackendMissingError, Interrupted, RecordingError
+from robotcore.outcome import Outcome
 from robotcore.recording import read
 from robotcore.recording.mcapfile import McapFile, require_recordable
 from robotcore.recording.recorder import Recorder
@@ -80,6 +81,20 @@ def test_an_interrupted_run_ends_its_recording_properly(file: Path) -> None:
     assert not recording.is_cut
     assert recording.result
     assert recording.result.exit_status == 143
+
+
+def test_a_signal_before_the_first_tick_leaves_a_file_that_is_closed_and_not_called_a_recording(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise Interrupted(signal.SIGINT)
+
+    monkeypatch.setattr("robotcore.recording.recorder.Author", interrupted)
+    recorder = Recorder(file)
+    assert run(RunRequest(UNRULY), [recorder], [recorder.tap]).outcome is Outcome.INTERRUPTED
+    assert (recorder.has_begun, recorder.fault) == (False, None)
+    with pytest.raises(RecordingError, match="it holds no run"):
+        read(file)
 
 
 @pytest.mark.parametrize("limit", [100, 5_000, 20_000])
