@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 from robotcore.clock import Clock
 from robotcore.geometry import Pose, Twist
+
+COMMANDS = 200
+"""How many commands are kept, so as to make up for an encoder that is late: a second at 200 Hz."""
 
 
 class Wheels(NamedTuple):
@@ -119,15 +123,29 @@ class CommandedWheels:
         self._clock = clock
         self._since = clock.now()
         self._velocity = self._angle = Wheels(0.0, 0.0)
+        self._told: deque[tuple[float, Wheels]] = deque(maxlen=COMMANDS)
 
     def turn_at(self, wheels: Wheels, now: float) -> None:
         """Note that the wheels were told another velocity, in rad/s, at a time that an app may not see yet."""
         self._angle = self._angles_at(now)
         self._velocity = wheels
+        self._told.append((now, wheels))
 
     def angles(self) -> Wheels:
         """Return the angles until now, in radians."""
         return self._angles_at(self._clock.now())
+
+    def turned_since(self, time: float) -> Wheels:
+        """Return how far they would have turned from ``time`` until now, in radians; from the oldest command on."""
+        left = right = 0.0
+        until = self._clock.now()
+        for since, velocity in reversed(tuple(self._told)):
+            if until <= time:
+                break
+            passed = max(0.0, until - max(since, time))
+            left, right = left + velocity.left * passed, right + velocity.right * passed
+            until = min(until, since)
+        return Wheels(left, right)
 
     def _angles_at(self, now: float) -> Wheels:
         if now == self._since:

@@ -91,7 +91,8 @@ class GuardedDrive:
         left, right = _motor(devices, drive.left), _motor(devices, drive.right)
         limit = min(left.max_velocity, right.max_velocity)
         commanded = CommandedWheels(clock)
-        counted = _encoder_angles(devices, drive)
+        encoders = _encoders(devices, drive)
+        counted = _counted(*encoders) if encoders else None
         follow = [_following(description, drive, clock, latch, commanded.angles, counted)] if counted else []
         ahead = _sensors_ahead(devices, description)
         bare = SafetyStage(
@@ -105,7 +106,8 @@ class GuardedDrive:
             brakes.of(left, right),
         )
         stage = reduce(lambda stage, layer: layer.stage(stage), layers, cast("Stage", bare))
-        angles = reduce(lambda read, layer: layer.angles(read), layers, counted or commanded.angles)
+        reckoned = _up_to_date(*encoders, commanded) if encoders else commanded.angles
+        angles = reduce(lambda read, layer: layer.angles(read), layers, reckoned)
         odometry = Odometry(drive.geometry, angles)
         motors: dict[str, Device] = {
             left.name: WheelMotor(left, stage, is_left=True),
@@ -138,11 +140,26 @@ def _sensors_ahead(devices: Mapping[str, Device], description: RobotDescription)
     return [device for device in opened if isinstance(device, RangeSensor)]
 
 
-def _encoder_angles(devices: Mapping[str, Device], drive: Drive) -> Callable[[], Wheels] | None:
+def _encoders(devices: Mapping[str, Device], drive: Drive) -> tuple[Encoder, Encoder] | None:
     left, right = devices.get(drive.left_encoder or ""), devices.get(drive.right_encoder or "")
-    if isinstance(left, Encoder) and isinstance(right, Encoder):
-        return lambda: Wheels(left.read().angle, right.read().angle)
-    return None
+    return (left, right) if isinstance(left, Encoder) and isinstance(right, Encoder) else None
+
+
+def _counted(left: Encoder, right: Encoder) -> Callable[[], Wheels]:
+    return lambda: Wheels(left.read().angle, right.read().angle)
+
+
+def _up_to_date(left: Encoder, right: Encoder, commanded: CommandedWheels) -> Callable[[], Wheels]:
+    """Return what reads the angles of now: what a late count has not got to yet, the wheels did as they were told."""
+
+    def angles() -> Wheels:
+        on_left, on_right = left.read(), right.read()
+        return Wheels(
+            on_left.angle + commanded.turned_since(on_left.time).left,
+            on_right.angle + commanded.turned_since(on_right.time).right,
+        )
+
+    return angles
 
 
 def _following(

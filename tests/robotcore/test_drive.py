@@ -109,6 +109,20 @@ class TestCommandedWheels:
         clock.sleep_until(1.0)
         assert wheels.angles() == pytest.approx((0.5, 0.5))
 
+    @pytest.mark.parametrize(
+        "time, turned",
+        [(1.5, (0.0, 0.0)), (2.0, (0.0, 0.0)), (1.0, (-0.5, 0.0)), (0.25, (-0.5, 1.0)), (-1.0, (0.0, 2.0))],
+    )
+    def test_what_was_turned_since_a_time_follows_every_command_since(self, time: float, turned: Wheels) -> None:
+        clock = SteppedClock(20, lambda _: None)
+        wheels = CommandedWheels(clock)
+        wheels.turn_at(Wheels(2.0, 4.0), 0.0)
+        clock.sleep_until(0.5)
+        wheels.turn_at(Wheels(-1.0, 0.0), 0.5)
+        clock.sleep_until(1.5)
+        wheels.turn_at(Wheels(8.0, 8.0), 1.6)  # the clock does not show it yet
+        assert wheels.turned_since(time) == pytest.approx(turned)
+
 
 def _drive(stage: KeepingStage) -> DifferentialDrive:
     odometry = Odometry(GEOMETRY, lambda: Wheels(0.0, 0.0))

@@ -9,6 +9,7 @@ from robotcore.description import Conditions, load_robot
 from robotcore.devices import Camera, Device, Display, Range, RangeSensor
 from robotcore.drive import Wheels
 from robotcore.errors import DeviceClosedError, DeviceGroupError, StaleSampleError, UnmetNeedError
+from robotcore.faults import plan_faults
 from robotcore.layers import assemble, needed_devices
 from robotcore.layers.layer import Layer
 from robotcore.layers.readers import Reader
@@ -185,6 +186,23 @@ class TestEncoders:
             encoder.angle = 1.0
         assert robot.drive.pose == robot.drive.pose == pytest.approx((0.0325, 0.0, 0.0))
         assert [encoder.reads for encoder in encoders] == [1, 1]
+
+    def test_what_a_late_one_has_not_counted_yet_the_wheel_did_as_it_was_told(self) -> None:
+        rig = Rig(description=UNHURRIED)
+        encoders = NullEncoder(rig.clock, "left_encoder"), NullEncoder(rig.clock, "right_encoder")
+        raw = Robot("rig", rig.clock, [rig.left, rig.right, *encoders])
+        faults = [fault.layer(rig.clock, 1) for fault in plan_faults(["encoders delay=0.1"], ROVER, list(raw.devices))]
+        assembled = assemble(raw, UNHURRIED, 20, faults=faults)
+        drive, poses = assembled.robot.drive, []
+        for _ in range(6):
+            drive.set_velocity(0.2, 0.0)
+            poses.append(drive.pose.x)
+            assert assembled.stage
+            assembled.stage.commit()
+            assembled.clock.sleep_until(assembled.clock.now() + 0.05)
+            for encoder in encoders:
+                encoder.angle += 0.01 / 0.0325
+        assert poses == pytest.approx([0.01 * tick for tick in range(6)])
 
 
 class TestClosing:
