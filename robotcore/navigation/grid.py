@@ -17,6 +17,12 @@ TAKEN_EVIDENCE = 0.5
 CERTAIN = 4.0
 """Evidence stays within ± this, so that a world that changes can be learnt again."""
 
+SURELY_FREE = -3.0
+"""Evidence of two readings that a cell is free, and of next to none that it is not."""
+
+ABOUT = 2.5
+"""How many cells before and behind an echo are about it: what is known a little wrong is no farther off."""
+
 CLOSE_M = 0.6
 """An echo from nearer than this is believed. A cone of 30° is as wide as a gap for a small robot from 0.75 m on."""
 
@@ -33,6 +39,7 @@ class OccupancyGrid:
     be taken. So free weighs more than taken: Moravec and Elfes, High resolution maps from wide angle sonar, 1985.
     Arrays are indexed [row, column], y grows with the row, x with the column. ``evidence`` is below 0 where a cell is
     free, above 0 where it is taken; ``heard_from`` is from how near a cell was heard, in metres, inf where never.
+    ``learnt_at`` is what ``moved`` was when something was last learnt of a cell; whoever moves the robot counts it up.
     """
 
     def __init__(self, size: float = 12.0, cell: float = 0.04, centre: tuple[float, float] = (0.0, 0.0)) -> None:
@@ -40,6 +47,8 @@ class OccupancyGrid:
         self.count = round(size / cell)
         self.evidence = np.zeros((self.count, self.count), dtype=np.float32)
         self.heard_from = np.full((self.count, self.count), np.inf, dtype=np.float32)
+        self.learnt_at = np.zeros((self.count, self.count), dtype=np.float32)
+        self.moved = 0.0
         middles = (np.arange(self.count) + 0.5) * cell - size / 2
         self._xs, self._ys = (middles + round(along / cell) * cell for along in centre)
 
@@ -78,6 +87,7 @@ class OccupancyGrid:
         window = self._window(sensor.x, sensor.y, reach + self.cell)
         in_cone, radius = self._cone(window, sensor, cone)
         patch, heard_from = self.evidence[window], self.heard_from[window]
+        self.learnt_at[window][in_cone & (radius < reach + self.cell)] = self.moved
         patch[in_cone & (radius < reach - 0.5 * self.cell)] += FREE_EVIDENCE
         if distance <= max_range:
             echo = self._echo(patch > 0, in_cone, radius - distance)
@@ -89,7 +99,28 @@ class OccupancyGrid:
         """Take in that nothing is within ``certain`` of a point, nor within ``radius`` where nothing was heard."""
         window = self._window(x, y, radius)
         patch, away = self.evidence[window], self._away(window, x, y)
-        patch[((away <= radius) & (patch <= 0)) | (away <= certain)] = -CERTAIN
+        is_free = ((away <= radius) & (patch <= 0)) | (away <= certain)
+        patch[is_free] = -CERTAIN
+        self.learnt_at[window][is_free] = self.moved
+
+    def is_refuted_by(self, sensor: Pose, distance: float, cone: float) -> bool:
+        """Return whether an echo comes from the midst of what is surely free."""
+        x, y = sensor.to_world(distance, 0.0)
+        if not self.is_within(x, y, 0.0) or self.evidence[self.cell_of(x, y)] > SURELY_FREE:
+            return False  # as nearly always: the rest takes as long as taking the reading in
+        window, about = self._about(sensor, distance, cone)
+        evidence = self.evidence[window][about]
+        return bool((evidence <= SURELY_FREE).all())
+
+    def forget_about(self, sensor: Pose, distance: float, cone: float) -> None:
+        """Know nothing any more of where an echo comes from."""
+        window, about = self._about(sensor, distance, cone)
+        self.evidence[window][about] = 0.0
+
+    def forget(self, cells: Mask) -> None:
+        """Know nothing of some cells any more."""
+        self.evidence[cells] = 0.0
+        self.heard_from[cells] = np.inf
 
     def disc(self, x: float, y: float, radius: float) -> Mask:
         """Return which cells lie within a circle."""
@@ -122,6 +153,12 @@ class OccupancyGrid:
         known = in_cone & (np.abs(beyond) <= 1.5 * self.cell) & taken
         arc = in_cone & (beyond >= -0.5 * self.cell) & (beyond <= self.cell)
         return known if known.any() else arc
+
+    def _about(self, sensor: Pose, distance: float, cone: float) -> tuple[Window, Mask]:
+        """Return a window, and which of its cells are where an echo comes from, or next to it."""
+        window = self._window(sensor.x, sensor.y, distance + ABOUT * self.cell)
+        in_cone, radius = self._cone(window, sensor, cone)
+        return window, in_cone & (np.abs(radius - distance) <= ABOUT * self.cell)
 
     def _away(self, window: Window, x: float, y: float) -> NDArray[np.float64]:
         """Return each cell's distance to a point, in metres."""

@@ -34,11 +34,15 @@ class Navigator:
         self._begin_map(Pose(0.0, 0.0, 0.0), reach=0.0)
 
     def observe(self, robot: Robot, pose: Pose) -> None:
-        """Take in what the robot hears and where it looks at ``pose``; begin a new map where it leaves the old one."""
+        """Take in what the robot hears and where it looks at ``pose``; begin a new map where it leaves the old one.
+
+        What was planned is void where the map has proved wrong.
+        """
         self.map.ground.reach = robot.drive.reach
         if self.map.is_left_at(pose):
             self.forget(pose)
-        self.map.observe(robot, pose)
+        if self.map.observe(robot, pose):
+            self._follower.start(NO_WAY)
 
     def forget(self, pose: Pose) -> None:
         """Begin a new map, round the robot: what was learnt leads nowhere."""
