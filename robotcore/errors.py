@@ -19,7 +19,8 @@
     │   ├── StaleSampleError (TimeoutError)  a needed sample is too old
     │   ├── WatchdogError (TimeoutError)     the app has not come back
     │   ├── EmergencyStopError               somebody pressed the e-stop
-    │   └── WheelFaultError                  a wheel does not do what it is told
+    │   ├── WheelFaultError                  a wheel does not do what it is told
+    │   └── RangeFaultError                  a range sensor tells the same wherever the robot goes
     └── BehaviourError                       the app raised: exit 5
     Interrupted (BaseException)              a signal ended the run: exit 128 + its number
 
@@ -204,6 +205,18 @@ class WheelFaultError(SafetyStop):
         super().__init__(
             f"{', '.join(faults)}. Look whether the wheel is blocked, the motor has no power or its wires are swapped, "
             "or the encoder is broken; safety.follow_s in the robot's description has the patience"
+        )
+
+
+class RangeFaultError(SafetyStop):
+    """Range sensors tell the same distance wherever the robot goes; each is told of in words."""
+
+    cause = "range fault"
+
+    def __init__(self, faults: Sequence[str]) -> None:
+        super().__init__(
+            f"{', '.join(faults)}. Look whether the sensor hangs or hears a part of the robot, or the wheels spin and "
+            "it stands; safety.stuck_m in the robot's description has the patience"
         )
 
 

@@ -85,7 +85,8 @@ class Drive(Described):
 class Safety(Described):
     """When the safety stage steps in; see `robotcore.safety`.
 
-    ``watchdog_s`` is how long an app's step may take, ``answer_s`` how long a device or a simulator may let wait.
+    ``watchdog_s`` is how long an app's step may take, ``answer_s`` how long a device or a simulator may let wait;
+    ``stuck_m`` is how far the robot may drive, turning too, while a range sensor tells the very same.
     """
 
     stop_distance_m: Metres = 0.10
@@ -95,6 +96,7 @@ class Safety(Described):
     watchdog_s: Annotated[float, Field(ge=0.2, le=3600)] = 3.0
     answer_s: Annotated[float, Field(ge=0.2, le=3600)] = 1.0
     follow_s: PositiveFloat = 1.5
+    stuck_m: PositiveFloat = 0.5
 
 
 class Mount(Described):

@@ -19,6 +19,7 @@ from robotcore.safety import (
     DistanceAhead,
     Latch,
     RangeGuard,
+    RangesChange,
     Rule,
     SafetyStage,
     Stage,
@@ -93,13 +94,18 @@ class GuardedDrive:
         commanded = CommandedWheels(clock)
         encoders = _encoders(devices, drive)
         counted = _counted(*encoders) if encoders else None
-        follow = [_following(description, drive, clock, latch, commanded.angles, counted)] if counted else []
         ahead = _sensors_ahead(devices, description)
+        doubts: list[Rule] = []
+        if counted:
+            doubts.append(_following(description, drive, clock, latch, commanded.angles, counted))
+            doubts.append(
+                RangesChange(latch, ahead, Odometry(drive.geometry, counted).pose, description.safety.stuck_m)
+            )
         bare = SafetyStage(
             clock,
             left,
             right,
-            (*follow, *_rules(ahead, clock, description, drive, limit, rate_hz)),
+            (*doubts, *_rules(ahead, clock, description, drive, limit, rate_hz)),
             description.safety.lease_ticks / rate_hz,
             latch,
             commanded.turn_at,

@@ -8,6 +8,7 @@ from robotcore.safety.intervention import REST, Intervention
 from robotcore.safety.latch import Latch
 from robotcore.safety.rules import AccelerationLimit, DistanceAhead, RangeGuard, Rule, VelocityLimit, stopping_distance
 from robotcore.safety.stage import Commit, SafetyStage, Stage
+from robotcore.safety.unchanging import RangesChange
 from robotcore.safety.watchdog import Watchdog
 from robotcore.safety.whereabouts import Stay, Whereabouts
 
@@ -22,6 +23,7 @@ __all__ = [
     "Intervention",
     "Latch",
     "RangeGuard",
+    "RangesChange",
     "Rule",
     "SafetyStage",
     "Stage",

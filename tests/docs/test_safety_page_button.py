@@ -33,7 +33,7 @@ def test_the_button_on_the_page_stops_the_run() -> None:
 
 def test_the_defaults_on_the_page_are_those_of_a_robot() -> None:
     safety = load_robot("rover").safety
-    for key in ("stop_distance_m", "deceleration_m_s2", "lease_ticks", "watchdog_s", "answer_s", "follow_s"):
+    for key in ("stop_distance_m", "deceleration_m_s2", "lease_ticks", "watchdog_s", "answer_s", "follow_s", "stuck_m"):
         default = getattr(safety, key)
         assert f"`{key}` {default:g}" in PAGE or f"`{key}` {default:.2f}" in PAGE or f"`{key}` {default:.1f}" in PAGE, (
             key

@@ -161,6 +161,12 @@ def test_an_app_that_stops_lives_through_a_lost_connection(wheels: Wheels, tmp_p
     assert wheels == {"left_motor": 0.0, "right_motor": 0.0}
 
 
+def test_a_range_sensor_that_always_tells_the_same_is_named_before_it_leads_into_something() -> None:
+    result = search("range stuck=1.5 after=5", timeout_s=30.0)
+    assert (result.outcome, result.exit_status, result.contacts) == (Outcome.STOPPED, 4, 0)
+    assert result.reason.startswith("nose told the same 1.50 m while the wheels drove 0.5")
+
+
 def test_an_encoder_that_fails_is_told_to_an_app_that_asks_for_the_pose(tmp_path: Path) -> None:
     result = live_on(tmp_path, "raise", "left_encoder lost=1 after=0.5")
     assert result.exit_status == 3
