@@ -4,7 +4,8 @@
 
 Each fault is on its own and of a moderate strength. A run is well where the simulator verifies its success without a
 contact, or where it was stopped (exit status 3 or 4) for a reason that names the part that failed. The others are told
-one by one. Exit status 1 where a fault has more of them than it must: a sensor that lies is none that anyone can tell.
+one by one. Exit status 1 where there are any, but for those that touched something before they were stopped, under a
+fault that makes this unavoidable: the table says why.
 """
 
 from __future__ import annotations
@@ -29,10 +30,10 @@ NAMING = (3, 4)
 
 @dataclass(frozen=True)
 class Case:
-    """A fault, and the share of runs that it may spoil unnoticed: none, but where a sensor lies or is late."""
+    """A fault, and in words why a run may touch something under it, however careful the robot is; else nothing."""
 
     spec: str
-    unnoticed: float = 0.0
+    touching: str = ""
 
 
 CASES = (
@@ -47,13 +48,13 @@ CASES = (
     Case("range delay=0.15"),
     Case("range noise=0.03"),
     Case("range no_echo=0.3"),
-    Case("range spikes=0.05", unnoticed=0.4),
-    Case("range stuck=1.5 after=5", unnoticed=1.0),
+    Case("range spikes=0.05", "two false echoes in a row may wipe out what stands there"),
+    Case("range stuck=1.5 after=5", "who has not turned may be in a corridor, where echoes stay the same"),
     Case("range lost=1 after=5"),
     Case("encoders drop=0.2"),
     Case("encoders freeze after=5"),
-    Case("encoders delay=0.1", unnoticed=0.1),
-    Case("encoders slip=0.05", unnoticed=0.4),
+    Case("encoders delay=0.1"),
+    Case("encoders slip=0.05", "until an echo refutes the map, nobody knows that the robot is elsewhere"),
     Case("left_encoder slip=1 after=5"),
     Case("left_motor weak=0.7"),
     Case("left_motor dead after=5"),
@@ -97,7 +98,10 @@ class Tally:
 
     @property
     def is_passed(self) -> bool:
-        return len(self.spoilt) <= self.case.unnoticed * len(self.records)
+        return all(self._is_excused(record) for record in self.spoilt)
+
+    def _is_excused(self, record: Record) -> bool:
+        return bool(self.case.touching and record.result.contacts and record.result.exit_status in NAMING)
 
 
 def main() -> int:
@@ -123,6 +127,7 @@ def main() -> int:
         "otherwise",
         "with contacts",
         "the first one told",
+        "why it may touch",
     )
     print_table(columns, map(_row, tallies))
     for tally in tallies:
@@ -168,6 +173,7 @@ def _row(tally: Tally) -> tuple[str, ...]:
         f"{len(tally.others)}/{runs}",
         f"{len(tally.touching)}/{runs}",
         told[0].partition(". ")[0] if told else "",
+        tally.case.touching,
     )
 
 
