@@ -38,3 +38,13 @@ def test_searches_for_another_hue_without_end_where_nothing_has_it() -> None:
     result = run(RunRequest("green-search", world="open", settings={"hue": "magenta"}, timeout_s=20))
     assert (result.outcome, result.verified, result.contacts) == (Outcome.TIMEOUT, False, 0)
     assert "seen" not in result.milestones
+
+
+@pytest.mark.parametrize(
+    "fault, seed",
+    [("range spikes=0.05", 4), ("encoders slip=0.05", 18), ("encoders slip=0.05", 19), ("encoders delay=0.1", 17)],
+)
+def test_finds_the_ball_by_sensors_that_mislead_where_their_word_alone_would_lead_astray(fault: str, seed: int) -> None:
+    """Without looking for contradictions the app touched something, or found no way, in each of these rooms."""
+    result = run(RunRequest("green-search", world="arena", seed=seed, faults=(fault,)))
+    assert (result.outcome, result.verified, result.contacts) == (Outcome.SUCCESS, True, 0), result.reason
