@@ -29,16 +29,21 @@ from robotcore.robot import Robot
 
 
 class ReplayOptions(Described):
-    """``file`` is the recording; in a program, ``recording`` is one that was read already."""
+    """``file`` is the recording; in a program, ``recording`` is one that was read already.
+
+    ``is_held`` keeps the rules of its run, for an app that is held to each decision of it.
+    """
 
     file: Path | None = None
     recording: InstanceOf[Recording] | None = None
+    is_held: bool = False
 
 
 class ReplayBackend(Backend):
     """Opens the robot of a recording. Its sensors give what they gave; its motors turn nothing.
 
-    The robot is described in the recording. It vouches for nothing: nobody knows where else the robot would have gone.
+    The robot is described in the recording, without the rules that cannot hold here: it went as it was driven then,
+    and was not asked for every sample. It vouches for nothing: nobody knows where else the robot would have gone.
     """
 
     name = "replay"
@@ -54,13 +59,14 @@ class ReplayBackend(Backend):
 
     def described(self, robot: str, options: Mapping[str, Any]) -> RobotDescription:
         """Return the recorded robot; UsageError where another one is asked for."""
-        recorded = self._recording(options).metadata
+        recording = self._recording(options)
+        recorded = recording.metadata
         if robot not in (RunRequest.robot, recorded.request.robot, recorded.description.name):
             raise UsageError(
                 f"--robot {robot}: a replay has the robot of its recording, {recorded.description.name!r}. "
                 "Leave --robot out"
             )
-        return recorded.description
+        return recorded.description if options.get("is_held") else _patient(recording)
 
     def open(self, setup: Setup) -> Robot:
         setup.options_as(ReplayOptions)
@@ -78,6 +84,17 @@ class ReplayBackend(Backend):
             raise UsageError("the backend 'replay' needs a recording. Name its file: --option file=RUN.mcap")
         self._read = self._read or read(Path(options["file"]))
         return self._read
+
+
+def _patient(recording: Recording) -> RobotDescription:
+    """Return the recorded robot with safety rules that wait longer than the recording lasts: they never step in.
+
+    Its wheels do not follow other commands than they were given, and what was not read in a tick is older than it was.
+    """
+    description, ticks = recording.metadata.description, recording.ticks
+    lasts = ticks[-1].time - ticks[0].time if ticks else 0.0
+    waits = {name: lasts + getattr(description.safety, name) for name in ("max_age_s", "follow_s")}
+    return description.model_copy(update={"safety": description.safety.model_copy(update=waits)})
 
 
 def _devices(setup: Setup, recording: Recording, clock: ReplayClock) -> Iterator[Device]:

@@ -38,7 +38,7 @@ def replay(recording: Recording, file: Path | str = "", observers: Sequence[Obse
     platform = differences(recording.metadata.platform, BACKEND)
     likeness = Likeness(ACROSS_PLATFORMS if platform else 0.0)
     replayer = Replayer(recording, likeness)
-    result = run(request_for(recording), [replayer, *observers], [replayer])
+    result = run(request_for(recording, is_held=True), [replayer, *observers], [replayer])
     if result.error and not isinstance(result.error, Interrupted) and not result.ticks:
         raise result.error
     if not isinstance(result.error, Interrupted):
@@ -60,8 +60,11 @@ def _require_app(recording: Recording, file: Path | str) -> None:
         raise RecordingError(file or "the recording", f"its app, {app}, is not here", remedy)
 
 
-def request_for(recording: Recording) -> RunRequest:
-    """Return the request that runs the recorded app, with its recorded settings, on its recording."""
+def request_for(recording: Recording, *, is_held: bool = False) -> RunRequest:
+    """Return the request that runs the recorded app, with its recorded settings, on its recording.
+
+    Where the app ``is_held`` to what it decided, the rules that can end its run are the recorded ones.
+    """
     recorded = recording.metadata.request
     return RunRequest(
         app=recorded.app,
@@ -70,7 +73,7 @@ def request_for(recording: Recording) -> RunRequest:
         rate_hz=recorded.rate_hz,
         timeout_s=recorded.timeout_s,
         settings=recorded.settings,
-        options={"recording": recording},
+        options={"recording": recording, "is_held": is_held},
     )
 
 

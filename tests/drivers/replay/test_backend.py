@@ -119,7 +119,10 @@ def test_recorded_robot_is_described_by_the_recording() -> None:
     own = ROVER.model_copy(update={"name": "own"})
     recorded = recording()
     recorded = replace(recorded, metadata=replace(recorded.metadata, description=own))
-    assert ReplayBackend().described("rover", {"recording": recorded}) is own
+    assert ReplayBackend().described("rover", {"recording": recorded, "is_held": True}) is own
+    served = ReplayBackend().described("rover", {"recording": recorded})
+    assert served.model_copy(update={"safety": own.safety}) == own
+    assert min(served.safety.follow_s, served.safety.max_age_s) > recorded.ticks[-1].time
 
 
 def test_any_app_runs_on_it_until_the_recording_ends() -> None:

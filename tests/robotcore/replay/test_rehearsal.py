@@ -53,6 +53,24 @@ def test_app_that_needs_what_was_not_recorded_is_refused_by_name() -> None:
         rehearse(reflex, "green-search")
 
 
+def test_wheels_that_went_as_another_app_drove_them_end_no_rehearsal() -> None:
+    ahead = recorded(f"{APPS}:Ending", settings={"deed": "go_on", "speed": 0.2}, seed=3, timeout_s=4.0)
+    assert max(max(tick.sent) for tick in ahead.ticks if tick.sent) > 0
+    rehearsed = rehearse(ahead, settings={"speed": -0.3})
+    assert rehearsed.result.outcome is not Outcome.STOPPED, rehearsed.result.reason
+    assert (rehearsed.ticks, rehearsed.exit_status) == (len(ahead.ticks), 0)
+
+
+def test_sample_that_nobody_read_again_ends_no_rehearsal_however_old_it_is() -> None:
+    looked = recorded("green-search", seed=7, timeout_s=4.0)
+    ticks = [replace(tick, reads=() if tick.number else tick.reads) for tick in looked.ticks]
+    rehearsed = rehearse(replace(looked, ticks=ticks))
+    assert rehearsed.result.outcome is not Outcome.STOPPED, rehearsed.result.reason
+    assert rehearsed.ticks == len(looked.ticks)
+    assert rehearsed.late_reads["eye"] == len(looked.ticks) - 1
+    assert rehearsed.exit_status == 0
+
+
 def test_what_was_read_late_is_counted() -> None:
     seldom = recorded(f"{APPS}:Seldom", seed=5, timeout_s=2.0)
     rehearsed = rehearse(seldom, f"{APPS}:Seldom")
