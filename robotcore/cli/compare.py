@@ -8,6 +8,7 @@ import click
 
 from robotcore.cli.answering import AnsweringCommand
 from robotcore.cli.output import write, write_json
+from robotcore.cli.outputs import require_apart
 
 
 @click.command("compare", cls=AnsweringCommand)
@@ -27,6 +28,7 @@ def command(first: Path, second: Path, picture: Path | None, *, as_json: bool) -
     from robotcore.recording import read
     from robotcore.view.picture import require_writable
 
+    require_apart("--picture", picture, first, second)
     if picture:
         require_writable(picture)
     comparison = Comparison(Side(str(first), read(first)), Side(str(second), read(second)))

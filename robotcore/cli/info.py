@@ -9,6 +9,7 @@ import click
 
 from robotcore.cli.answering import AnsweringCommand
 from robotcore.cli.output import write, write_json
+from robotcore.cli.outputs import require_apart, require_ending
 from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ def command(
 
     if device and not video:
         raise UsageError("--device names whose pictures are filmed. Add --video FILE.mp4")
+    _require_outputs(file, picture, table, video)
     recording = read(file)
     if as_json:
         from robotcore.recording.contents import contents_of
@@ -50,6 +52,15 @@ def command(
         click.echo(f"The table: {_tabulate(recording, table, file.stem)}", err=as_json)
     if video:
         click.echo(f"The film: {_film(recording, video, device)}", err=as_json)
+
+
+def _require_outputs(file: Path, picture: Path | None, table: Path | None, video: Path | None) -> None:
+    """Raise UsageError where what is asked for would be written over the recording, or under an odd ending."""
+    within = table / f"{file.stem}.csv" if table and table.is_dir() else table
+    for option, output in (("--picture", picture), ("--csv", within), ("--video", video)):
+        require_apart(option, output, file)
+    require_ending("--csv", table, (".csv",))
+    require_ending("--video", video, (".mp4", ".avi"))
 
 
 def _draw(recording: Recording, picture: Path) -> Path:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robotcore.cli.failure import tell
+from robotcore.cli.outputs import is_same
 from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
@@ -24,20 +25,13 @@ def recorder_for(file: Path | None, options: Mapping[str, str], *, is_jpeg: bool
         raise UsageError("--record-jpeg says how to record, and nothing is recorded. Add --record FILE.mcap")
     if file is None:
         return None
-    if any(_is_same(file, value) for value in options.values()):
+    if any(is_same(file, value) for value in options.values()):
         raise UsageError(f"--record {file}: the backend reads this file. Name another one")
     from robotcore.recording.mcapfile import require_recordable
     from robotcore.recording.recorder import Recorder
 
     require_recordable(file)
     return Recorder(file, is_jpeg=is_jpeg)
-
-
-def _is_same(file: Path, named: str) -> bool:
-    try:
-        return file.samefile(named)
-    except (OSError, ValueError):
-        return False
 
 
 def with_recording(result: RunResult, recorder: Recorder) -> tuple[RunResult, str]:

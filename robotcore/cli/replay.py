@@ -9,6 +9,7 @@ import click
 
 from robotcore.cli.answering import AnsweringCommand
 from robotcore.cli.output import printing_apart, write_json
+from robotcore.cli.outputs import require_apart
 from robotcore.cli.values import pair
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ def command(
     from robotcore.recording import read
     from robotcore.view.picture import require_writable
 
+    require_apart("--picture", picture, file)
     if picture:
         require_writable(picture)
     recording = read(file)
