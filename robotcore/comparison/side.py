@@ -31,8 +31,10 @@ class Side:
 
     @property
     def outcome(self) -> str:
-        """What the run came to; of a file that was cut, that."""
-        return self.result.outcome.value if self.recording.result else "cut"
+        """What the run came to; of a file that was cut or damaged before that, so much."""
+        if self.recording.result:
+            return self.result.outcome.value
+        return "damaged" if self.recording.is_damaged else "cut"
 
     @cached_property
     def odometry(self) -> Path:

@@ -41,11 +41,14 @@ class Place:
 
 
 class ChunkedFile:
-    """Goes through a file; ``is_whole`` tells, after that, whether its end was reached and nothing was amiss."""
+    """Goes through a file; ``is_whole`` tells, after that, whether its end was reached and nothing was amiss.
+
+    ``is_damaged`` tells whether something is not what was written, which is more than an end that is not there.
+    """
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self.is_whole = False
+        self.is_whole = self.is_damaged = False
 
     def chunks(self) -> Iterator[tuple[Place, list[McapRecord]]]:
         """Yield each chunk and what is in it, until the end or the first that is damaged.
@@ -77,6 +80,7 @@ class ChunkedFile:
             if opcode == Opcode.DATA_END:
                 written = DataEnd.read(ReadDataStream(BytesIO(body))).data_section_crc
                 self.is_whole = written in (0, crc) and _ends_well(file)
+                self.is_damaged = written not in (0, crc)
                 return
             crc = zlib.crc32(body, zlib.crc32(head, crc))
             if opcode == Opcode.CHUNK:
@@ -84,9 +88,11 @@ class ChunkedFile:
                     chunk = Chunk.read(ReadDataStream(BytesIO(body)))
                     records = _unpacked(chunk)
                 except DAMAGE:
+                    self.is_damaged = True
                     return
                 length = len(chunk.data)
                 yield Place(file.tell() - length, length, replace(chunk, data=b"")), records
+        self.is_damaged = file.seek(0, 2) > len(MAGIC) and _ends_well(file)
 
 
 def _records(file: BinaryIO) -> Iterator[tuple[int, bytes, bytes]]:
@@ -101,7 +107,7 @@ def _records(file: BinaryIO) -> Iterator[tuple[int, bytes, bytes]]:
 
 
 def _ends_well(file: BinaryIO) -> bool:
-    """Return whether the index and the last magic are there."""
+    """Return whether the last magic is there, which comes after the index."""
     file.seek(-len(MAGIC), 2)
     return file.read() == MAGIC
 

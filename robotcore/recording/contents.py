@@ -83,6 +83,7 @@ def contents_of(recording: Recording) -> dict[str, Any]:
         "reason": result.reason,
         "trace_sha256": result.trace_sha256,
         "whole": not recording.is_cut,
+        "damaged": recording.is_damaged,
         "replayable": recording.is_replayable,
         "why_not": recording.why_not or None,
     }

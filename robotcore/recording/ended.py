@@ -9,7 +9,7 @@ from robotcore.trace import TickRecord, Trace
 
 
 def result_of(recording: Recording) -> RunResult:
-    """Return the recorded result; of a file that was cut, what is known of it."""
+    """Return the recorded result; of a file that was cut or damaged, what is known of it."""
     if recording.result:
         return recording.result
     trace = _trace_of(recording)
@@ -22,13 +22,23 @@ def result_of(recording: Recording) -> RunResult:
         seed=request.seed,
         outcome=Outcome.ERROR,
         exit_status=1,
-        reason="the file was cut before the run ended",
+        reason=why_no_end(recording),
         sim_time_s=ticks[-1].time if ticks else 0.0,
         ticks=len(ticks),
         milestones=trace.milestones,
         interventions=trace.interventions,
         faults=list(request.faults),
     )
+
+
+def why_no_end(recording: Recording) -> str:
+    """Say why a recording has no result; empty where it has one."""
+    if recording.result:
+        return ""
+    if not recording.is_damaged:
+        return "the file was cut before the run ended"
+    at = recording.ticks[-1].time if recording.ticks else 0.0
+    return f"the file is damaged at {at:.1f} s: what comes after is not read"
 
 
 def _trace_of(recording: Recording) -> Trace:

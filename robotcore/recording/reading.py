@@ -38,8 +38,8 @@ def read_file(path: Path) -> Recording:
     except RecordingError:
         raise
     except DAMAGE:
-        return found.recording(is_whole=False)
-    return found.recording(is_whole=file.is_whole)
+        return found.recording(is_whole=False, is_damaged=True)
+    return found.recording(is_whole=file.is_whole, is_damaged=file.is_damaged)
 
 
 class _Where(NamedTuple):
@@ -100,10 +100,10 @@ class _Found:
             raise ValueError(f"tick {tick.number} comes after tick {self._ticks[-1].number}")
         self._ticks.append(tick)
 
-    def recording(self, *, is_whole: bool) -> Recording:
+    def recording(self, *, is_whole: bool, is_damaged: bool) -> Recording:
         """Return all of it. Raises RecordingError where nothing tells of a run."""
         if self._metadata is None:
-            raise RecordingError(self._path, "it holds no run", "Name a file that robotcore has recorded")
+            raise _without_a_run(self._path, is_whole=is_whole, is_damaged=is_damaged)
         samples = FileSamples(self._path, self._numbers, dict(self._captured()))
         return Recording(
             metadata=self._metadata,
@@ -112,6 +112,7 @@ class _Found:
             result=self._result,
             truth=self._truth,
             is_cut=not (is_whole and self._result),
+            is_damaged=is_damaged,
             why_not=why_not(self._ticks, samples, self._jpegs()),
         )
 
@@ -126,6 +127,14 @@ class _Found:
 
     def _jpegs(self) -> set[str]:
         return {key.device for key, where in self._pictures.items() if where.unpack is compressed_image}
+
+
+def _without_a_run(path: Path, *, is_whole: bool, is_damaged: bool) -> RecordingError:
+    if is_whole:
+        return RecordingError(path, "it holds no run", "Name a file that robotcore has recorded")
+    what = "damaged" if is_damaged else "cut"
+    fault = f"it is {what} before it says what was run, so nothing in it can be read"
+    return RecordingError(path, fault, "Take another copy of it, or record the run again")
 
 
 def why_not(ticks: list[Tick], samples: FileSamples, jpegs: set[str]) -> str:

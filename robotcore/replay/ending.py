@@ -8,6 +8,7 @@ from contextlib import suppress
 from robotcore.errors import DeviationError, RecordingEndedError
 from robotcore.outcome import Outcome, RunResult
 from robotcore.recording import Recording
+from robotcore.recording.ended import why_no_end
 from robotcore.replay.cues import Cues
 from robotcore.replay.script import Script
 
@@ -21,10 +22,10 @@ def hold_end(script: Script, result: RunResult) -> None:
 
 
 def ended_from_outside(recording: Recording) -> str:
-    """Say what ended the recording and cannot be repeated: a signal, a dead simulator, a cut; empty if nothing."""
+    """Say what ended the recording and cannot be repeated: a signal, a dead simulator, the file; empty if nothing."""
     result, last = recording.result, recording.ticks[-1]
     if result is None:
-        return "the file was cut"
+        return why_no_end(recording)
     is_of_the_last_tick = last.error is not None and not Cues(last).is_cut_short
     is_of_the_app = result.outcome in (Outcome.SUCCESS, Outcome.FAILURE, Outcome.TIMEOUT)
     return "" if is_of_the_last_tick or is_of_the_app else result.reason

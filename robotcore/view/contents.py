@@ -12,7 +12,7 @@ from rich.text import Text
 
 from robotcore.recording import Recording
 from robotcore.recording.contents import devices_of, duration_of, interventions_of, rate_of
-from robotcore.recording.ended import result_of
+from robotcore.recording.ended import result_of, why_no_end
 from robotcore.view.summary import events, heading, summary
 
 _UNITS = ("bytes", "kB", "MB", "GB")
@@ -27,8 +27,14 @@ def contents(recording: Recording, file: Path) -> RenderableType:
 
 def _state(recording: Recording, file: Path) -> Iterator[str]:
     yield _size(file.stat().st_size)
-    yield "cut" if recording.is_cut else "whole"
+    yield _wholeness(recording)
     yield "replayable" if recording.is_replayable else f"not replayable: {recording.why_not}"
+
+
+def _wholeness(recording: Recording) -> str:
+    if recording.is_damaged:
+        return "damaged"
+    return "cut" if recording.is_cut else "whole"
 
 
 def _about(recording: Recording) -> Iterator[str]:
@@ -49,7 +55,7 @@ def _about(recording: Recording) -> Iterator[str]:
 def _ending(recording: Recording) -> RenderableType:
     if recording.result:
         return summary(recording.result)
-    cut = Text("cut", "bold red") + Text("  the file ends before its run did; all that is here came before")
+    cut = Text(_wholeness(recording), "bold red") + Text(f"  {why_no_end(recording)}")
     return Text("\n").join([cut, *(Text(f"  {line}") for line in events(result_of(recording)))])
 
 

@@ -252,6 +252,20 @@ def test_missing_extra_is_named_with_its_remedy(
     assert "pip install 'robotcore[record]'" in told.err
 
 
+def test_damage_is_told_by_its_time_and_what_came_before_is_replayed(cli: Cli, search: Path, tmp_path: Path) -> None:
+    file = tmp_path / "damaged.mcap"
+    file.write_bytes(_damaged(search.read_bytes(), [("flip", 0.5, 1)]))
+    info, replayed = cli("info", str(file)), cli("replay", str(file))
+    told = cli("info", str(file), "--json").json
+    assert (info.status, told["damaged"], told["whole"]) == (0, True, False)
+    words = f"the file is damaged at {told['duration_s']:.1f} s: what comes after is not read"
+    assert f"damaged  {words}" in info.out
+    assert "cut" not in info.out
+    assert replayed.status == 0
+    assert replayed.out.startswith("bit-equal")
+    assert f"the recording ends here: {words}" in replayed.out
+
+
 damages = st.one_of(
     st.tuples(st.just("cut"), st.floats(0, 1), st.just(0)),
     st.tuples(st.just("flip"), st.floats(0, 1), st.integers(1, 255)),

@@ -58,7 +58,7 @@ def test_a_file_cut_after_any_chunk_holds_the_ticks_until_there(recorded: Record
         file.write_bytes(content[:end])
         part = read(file)
         holds_nothing_that_was_not(part, whole)
-        assert part.is_cut
+        assert (part.is_cut, part.is_damaged) == (True, False)
         lengths.append(len(part.ticks))
     assert lengths == sorted(lengths)
     assert lengths[-1] == len(whole.ticks)
@@ -69,7 +69,7 @@ def test_what_was_cut_but_has_ticks_can_still_be_replayed(recorded: Recorded, fi
     content = recorded.file.read_bytes()
     file.write_bytes(content[: len(content) // 2])
     part = read(file)
-    assert (part.is_cut, part.result, part.why_not) == (True, None, "")
+    assert (part.is_cut, part.is_damaged, part.result, part.why_not) == (True, False, None, "")
     assert 0 < len(part.ticks) < 30
     assert all(read.key in part.samples for tick in part.ticks for read in tick.reads if read.key)
 
@@ -100,7 +100,39 @@ def test_a_flipped_byte_in_a_picture_ends_the_recording_before_it(recorded: Reco
     part = read(file)
     holds_nothing_that_was_not(part, recorded.recording)
     assert part.is_cut
+    assert part.is_damaged
     assert 0 < len(part.ticks) < len(recorded.recording.ticks)
+
+
+def test_a_flipped_byte_that_makes_a_record_longer_than_the_file_is_damage(recorded: Recorded, file: Path) -> None:
+    content = bytearray(recorded.file.read_bytes())
+    head = _head_of_chunk(content, 3)
+    content[head + 7] ^= 1
+    file.write_bytes(content)
+    assert read(file).is_damaged
+
+
+def test_a_flipped_byte_before_the_first_tick_is_told_apart_from_a_cut(recorded: Recorded, file: Path) -> None:
+    content = bytearray(recorded.file.read_bytes())
+    place, _ = next(ChunkedFile(recorded.file).chunks())
+    content[place.offset + place.length // 2] ^= 1
+    file.write_bytes(content)
+    with pytest.raises(RecordingError, match="it is damaged before it says what was run"):
+        read(file)
+    file.write_bytes(content[: place.offset])
+    with pytest.raises(RecordingError, match="it is cut before it says what was run"):
+        read(file)
+
+
+def _head_of_chunk(content: bytearray, number: int) -> int:
+    """Return where the record of a chunk begins: a byte of kind, and eight of length."""
+    at = len(MAGIC)
+    while True:
+        if content[at] == 0x06:
+            if not number:
+                return at
+            number -= 1
+        at += 9 + int.from_bytes(content[at + 1 : at + 9], "little")
 
 
 def test_a_chunk_taken_out_of_the_middle_leaves_no_gap(recorded: Recorded, file: Path) -> None:
@@ -120,7 +152,7 @@ def test_a_chunk_taken_out_of_the_middle_leaves_no_gap(recorded: Recorded, file:
 )
 def test_what_is_no_recording_is_refused_by_name(file: Path, content: bytes) -> None:
     file.write_bytes(content)
-    with pytest.raises(RecordingError, match=r"run\.mcap: it (is no MCAP file|holds no run)\. Name"):
+    with pytest.raises(RecordingError, match=r"run\.mcap: it is (no MCAP file|cut|damaged)"):
         read(file)
 
 
