@@ -29,7 +29,7 @@ def metadata_of(run: Run) -> Metadata:
         settings=_settings(run.behaviour),
         milestones=tuple(run.behaviour.milestones),
         platform=platform_of(request.backend),
-        source=_source(request.app),
+        source=source_of(request.app),
         started=datetime.now(timezone.utc).isoformat(timespec="seconds"),
     )
 
@@ -46,8 +46,8 @@ def platform_of(backend: str) -> dict[str, str]:
     return {"robotcore": version("robotcore"), **machine, **libraries([backend])}
 
 
-def _source(app: str) -> str | None:
-    """Return the text of an app that is a user's own file, as it is now."""
+def source_of(app: str) -> str | None:
+    """Return the text of an app that is a user's own file, as it is now; None where it is none, or is not there."""
     if is_app_file(app):
         with suppress(OSError, UnicodeDecodeError):
             return app_path(app).read_text(encoding="utf-8")

@@ -20,7 +20,7 @@ from robotcore.recording.tap import Tap
 from robotcore.replay.cues import Cues
 from robotcore.replay.deviation import motor_told, wheels_told
 from robotcore.replay.likeness import Likeness
-from robotcore.replay.replaying import request_for, require_ticks
+from robotcore.replay.replaying import request_for, require_app, require_ticks
 from robotcore.safety import Latch
 from robotcore.session import Observer, Run, run
 from robotcore.trace import TickRecord
@@ -104,6 +104,8 @@ def rehearse(
     Where it is the recorded app, it keeps its recorded settings but for those that are given here.
     """
     require_ticks(recording, file)
+    if app is None:
+        require_app(recording, file)
     request = request_for(recording)
     name = app or request.app
     kept = request.settings if app_name(name) == app_name(request.app) else {}

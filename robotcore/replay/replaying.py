@@ -11,6 +11,7 @@ from robotcore.errors import Interrupted, RecordingError
 from robotcore.outcome import RunResult
 from robotcore.plan import RunRequest
 from robotcore.recording import Recording
+from robotcore.recording.about import source_of
 from robotcore.replay.ending import hold_end
 from robotcore.replay.likeness import ACROSS_PLATFORMS, Likeness
 from robotcore.replay.platforms import differences
@@ -34,7 +35,7 @@ def replay(recording: Recording, file: Path | str = "", observers: Sequence[Obse
             f"it cannot be replayed: {recording.why_not}",
             "robotcore replay FILE --app APP runs an app on what it has",
         )
-    _require_app(recording, file)
+    require_app(recording, file)
     platform = differences(recording.metadata.platform, BACKEND)
     likeness = Likeness(ACROSS_PLATFORMS if platform else 0.0)
     replayer = Replayer(recording, likeness)
@@ -52,11 +53,11 @@ def require_ticks(recording: Recording, file: Path | str) -> None:
         raise RecordingError(file or "the recording", "it ends before the first tick", "Record a run that begins")
 
 
-def _require_app(recording: Recording, file: Path | str) -> None:
+def require_app(recording: Recording, file: Path | str) -> None:
     """Raise RecordingError where the app was a file that is not there any more."""
     app = recording.metadata.request.app
     if is_app_file(app) and not app_path(app).is_file():
-        remedy = "Replay it from the folder it was run in, or name its app: --app FILE.py"
+        remedy = "Replay it from the folder that it was run in, or let another file decide: --app FILE.py"
         raise RecordingError(file or "the recording", f"its app, {app}, is not here", remedy)
 
 
@@ -88,4 +89,10 @@ def _told(replayer: Replayer, likeness: Likeness, result: RunResult, platform: S
         largest_difference=likeness.largest,
         trace_sha256=script.trace.sha256,
         platform=tuple(platform),
+        has_app_changed=_has_app_changed(script.recording),
     )
+
+
+def _has_app_changed(recording: Recording) -> bool | None:
+    recorded = recording.metadata.source
+    return None if recorded is None else source_of(recording.metadata.request.app) != recorded

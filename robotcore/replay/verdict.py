@@ -19,6 +19,7 @@ class Replayed:
     """An app held to its recording: so many of its ``ticks`` were equal, to the bit where ``is_exact``.
 
     ``largest_difference`` of a command, in rad/s, is what was let pass because the ``platform`` is another one.
+    ``has_app_changed`` tells whether the app's own file is another one now; None where it is no file of a user's.
     """
 
     recording: Recording
@@ -29,6 +30,7 @@ class Replayed:
     largest_difference: float
     trace_sha256: str
     platform: tuple[str, ...] = ()
+    has_app_changed: bool | None = None
 
     @property
     def ended_by(self) -> str:
@@ -72,6 +74,7 @@ class Replayed:
             "recorded_sha256": self.recorded_sha256,
             "ended_by": self.ended_by or None,
             "platform": list(self.platform),
+            "app_changed": self.has_app_changed,
             "deviation": self.deviation.to_dict() if self.deviation else None,
             "exit_status": self.exit_status,
         }

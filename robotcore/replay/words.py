@@ -9,6 +9,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from robotcore.appfile import app_path
 from robotcore.outcome import RunResult
 from robotcore.recording.ended import result_of
 from robotcore.replay.rehearsal import Rehearsed
@@ -47,8 +48,18 @@ def _findings(replayed: Replayed) -> Iterator[str]:
         yield from _digest(replayed)
         if replayed.ended_by:
             yield f"the recording ends here: {replayed.ended_by}"
+    yield from _app_file(replayed)
     if replayed.platform:
         yield f"recorded elsewhere: {'; '.join(replayed.platform)}"
+
+
+def _app_file(replayed: Replayed) -> Iterator[str]:
+    """Yield whether the app's own file is the recorded one, where that may matter."""
+    name = app_path(replayed.recording.metadata.request.app).name
+    if replayed.has_app_changed:
+        yield f"{name} has changed since it was recorded"
+    elif replayed.deviation and replayed.has_app_changed is False and not replayed.platform:
+        yield f"{name} is the file that was recorded: does it use random numbers, the time, or another file?"
 
 
 def _digest(replayed: Replayed) -> Iterator[str]:

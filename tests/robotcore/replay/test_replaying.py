@@ -129,7 +129,11 @@ def test_signal_between_ticks_ends_the_replay_after_the_last_one() -> None:
 def test_recording_that_was_cut_is_replayed_up_to_its_last_tick() -> None:
     whole = ending("go_on")
     replayed = replay(replace(whole, ticks=whole.ticks[:20], result=None, is_cut=True))
-    assert (replayed.deviation, replayed.ticks, replayed.ended_by) == (None, 20, "the file was cut before the run ended")
+    assert (replayed.deviation, replayed.ticks, replayed.ended_by) == (
+        None,
+        20,
+        "the file was cut before the run ended",
+    )
 
 
 def test_simulator_that_died_ends_the_replay_where_it_ended_the_run() -> None:
