@@ -50,6 +50,12 @@ class Comparison:
         return None
 
     @property
+    def do_rooms_differ(self) -> bool:
+        """Whether the two robots drove among other things, or the same elsewhere, as far as both worlds are known."""
+        rooms = self.first.room, self.second.room
+        return None not in rooms and rooms[0] != rooms[1]
+
+    @property
     def is_alike(self) -> bool:
         return self.first_other_milestone is None and self.first.outcome == self.second.outcome
 
@@ -64,6 +70,7 @@ class Comparison:
             "alike": self.is_alike,
             "first_other_milestone": self.first_other_milestone,
             "parting": asdict(self.parting) if self.parting else None,
+            "rooms_differ": self.do_rooms_differ,
             "first": {**self.first.to_dict(), "milestones": first},
             "second": {**self.second.to_dict(), "milestones": second},
             "exit_status": self.exit_status,

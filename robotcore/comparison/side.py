@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -12,6 +13,9 @@ from robotcore.recording import Recording
 from robotcore.recording.contents import interventions_of, rate_of
 from robotcore.recording.ended import result_of
 from robotcore.recording.path import Path, length_of, odometry_path, true_path
+
+Room = tuple[Sequence[object], ...]
+"""The sides of the floor, and the outline of each thing, in metres."""
 
 _DIGITS = 4
 """A tenth of a millimetre."""
@@ -45,6 +49,14 @@ class Side:
     def truth(self) -> Path:
         """Where it was, where a simulator tells."""
         return true_path(self.recording)
+
+    @property
+    def room(self) -> Room | None:
+        """What stands where, as seen from above; None where no world was described."""
+        world = self.recording.metadata.world
+        if world is None:
+            return None
+        return ((world.floor.length_m, world.floor.width_m), *(thing.outline for thing in world.things))
 
     @property
     def path(self) -> list[Pose]:

@@ -14,9 +14,10 @@ from robotcore.comparison.comparison import Comparison
 from robotcore.comparison.side import Side
 from robotcore.geometry import wrap_angle
 from robotcore.recording.path import Path, length_of
-from robotcore.view.summary import heading
+from robotcore.view.summary import counted, heading
 
 NOTHING = "–"
+ROOMS_DIFFER = "the rooms differ: poses and paths are not of one place"
 Row = tuple[str, str, str]
 
 
@@ -25,6 +26,8 @@ def told(comparison: Comparison) -> RenderableType:
     verdict = Text("alike", "bold green") if comparison.is_alike else Text("differ", "bold red")
     verdict += Text(f"  {_finding(comparison)}")
     parting = Text(f"  {_parting(comparison)}")
+    if comparison.do_rooms_differ:
+        parting += Text(f"\n  {ROOMS_DIFFER}")
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, header_style="bold")
     for index, title in enumerate(("", *titles(comparison))):
         table.add_column(title, style="" if index else "cyan")
@@ -61,11 +64,17 @@ def rows(comparison: Comparison) -> Iterator[Row]:
 
 def _finding(comparison: Comparison) -> str:
     if pair := comparison.first_other_milestone:
-        reached = [name or "nothing more" for name in pair]
-        return f"the first milestone that differs: {reached[0]} against {reached[1]}"
+        return _other_milestone(comparison, *pair)
     if not comparison.is_alike:
         return f"the same milestones, but {comparison.first.outcome} against {comparison.second.outcome}"
     return "the same milestones in the same order, and the same outcome"
+
+
+def _other_milestone(comparison: Comparison, first: str | None, second: str | None) -> str:
+    if first and second:
+        return f"the first milestone that differs: {first} against {second}"
+    ahead, behind = titles(comparison) if first else reversed(titles(comparison))
+    return f"{ahead} reaches {first or second}, {behind} does not"
 
 
 def _parting(comparison: Comparison) -> str:
@@ -96,4 +105,4 @@ def _drift(side: Side) -> str:
 
 def _loop(side: Side) -> str:
     rate = NOTHING if side.rate_hz is None else f"{side.rate_hz:.2f} Hz"
-    return f"{rate}, {side.result.overruns} overruns"
+    return f"{rate}, {counted(side.result.overruns, 'overrun')}"

@@ -41,9 +41,14 @@ def measures(result: RunResult) -> Iterator[str]:
     if result.distance_to_target_m is not None:
         yield f"{result.distance_to_target_m:.2f} m from the target"
     if result.contacts is not None:
-        yield f"{result.contacts} contact{'' if result.contacts == 1 else 's'}"
+        yield counted(result.contacts, "contact")
     if result.overruns:
-        yield f"{result.overruns} overruns"
+        yield counted(result.overruns, "overrun")
+
+
+def counted(count: int, what: str) -> str:
+    """Return how many there are of what, in the plural but for one."""
+    return f"{count} {what}{'' if count == 1 else 's'}"
 
 
 def events(result: RunResult) -> Iterator[str]:

@@ -1,16 +1,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import cv2
 import numpy as np
 import pytest
+from rich.console import Console
 
 from robotcore.comparison import Comparison, Parting, Side
+from robotcore.comparison.words import NOTHING, rows, told
 from robotcore.geometry import Pose
 from robotcore.outcome import Outcome
 from robotcore.recording import Glimpse, Recording
 from robotcore.recording.path import length_of
+from robotcore.view.canvas import Canvas
 from robotcore.view.compared import FIRST, SECOND, draw_comparison
 from tests.robotcore.replay.memory import changed, recorded
 
@@ -27,6 +31,13 @@ def other() -> Recording:
 
 def compared(first: Recording, second: Recording) -> Comparison:
     return Comparison(Side("a.mcap", first), Side("b.mcap", second))
+
+
+def lines(comparison: Comparison) -> str:
+    console = Console(width=200)
+    with console.capture() as capture:
+        console.print(told(comparison))
+    return capture.get()
 
 
 def with_milestones(recording: Recording, **milestones: float) -> Recording:
@@ -52,6 +63,49 @@ def test_order_of_milestones_may_not(run: Recording) -> None:
 def test_milestone_that_only_one_reached_is_named(run: Recording) -> None:
     comparison = compared(with_milestones(run, seen=1.0, near=2.0), with_milestones(run, seen=1.0))
     assert comparison.first_other_milestone == ("near", None)
+
+
+def test_milestone_that_only_one_reached_is_told_by_who_did(run: Recording) -> None:
+    more, less = with_milestones(run, seen=1.0, near=2.0), with_milestones(run, seen=1.0)
+    assert "a.mcap reaches near, b.mcap does not" in lines(compared(more, less))
+    assert "b.mcap reaches near, a.mcap does not" in lines(compared(less, more))
+
+
+def test_rooms_that_differ_are_told_and_drawn(run: Recording, other: Recording) -> None:
+    assert not compared(run, run).do_rooms_differ
+    assert "the rooms differ" not in lines(compared(run, run))
+    two = compared(run, other)
+    assert two.to_dict()["rooms_differ"] is True
+    assert "the rooms differ" in lines(two)
+    same_paths = compared(run, replace(run, metadata=replace(run.metadata, world=other.metadata.world)))
+    assert (draw_comparison(same_paths)[:136] != draw_comparison(compared(run, run))[:136]).any()
+
+
+def test_room_that_only_one_knows_is_no_other_room(run: Recording) -> None:
+    assert not compared(run, replace(run, metadata=replace(run.metadata, world=None))).do_rooms_differ
+
+
+def test_room_in_another_light_is_no_other_room(run: Recording) -> None:
+    world = run.metadata.world
+    assert world
+    dark = world.model_copy(update={"name": "dark", "light": world.light.model_copy(update={"ambient": 0.1})})
+    assert not compared(run, replace(run, metadata=replace(run.metadata, world=dark))).do_rooms_differ
+
+
+def test_table_of_the_picture_tells_every_word(run: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
+    written: list[str] = []
+    text = Canvas.text
+
+    def noted(self: Canvas, place: Any, words: str, *told: Any, **more: Any) -> float:
+        written.append(words)
+        return text(self, place, words, *told, **more)
+
+    monkeypatch.setattr(Canvas, "text", noted)
+    both = compared(run, run)
+    draw_comparison(both)
+    words = " ".join(written).split()
+    for row in rows(both):
+        assert set(" ".join(row).split()) <= {*words, NOTHING}
 
 
 def test_other_outcome_is_not_alike(run: Recording) -> None:
