@@ -204,7 +204,7 @@ class WheelFaultError(SafetyStop):
     def __init__(self, faults: Sequence[str]) -> None:
         super().__init__(
             f"{', '.join(faults)}. Look whether the wheel is blocked, the motor has no power or its wires are swapped, "
-            "or the encoder is broken; safety.follow_s in the robot's description has the patience"
+            "or the encoder is broken; how long it may take is safety.follow_s in the robot's description"
         )
 
 
@@ -243,7 +243,8 @@ class BehaviourError(RobotcoreError):
     @classmethod
     def raised_by(cls, app: type, cause: BaseException) -> BehaviourError:
         """Return the error for what an app's code raised."""
-        error = cls(f"{app.__name__} raised {type(cause).__name__}: {cause}")
+        words = f": {cause}" if str(cause) else ""
+        error = cls(f"{app.__name__} raised {type(cause).__name__}{words}")
         error.__cause__ = cause
         return error
 

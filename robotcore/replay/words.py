@@ -14,7 +14,7 @@ from robotcore.outcome import RunResult
 from robotcore.recording.ended import result_of
 from robotcore.replay.rehearsal import Rehearsed
 from robotcore.replay.verdict import Replayed
-from robotcore.view.summary import heading
+from robotcore.view.summary import counted, heading
 
 _GOOD, _FAIR, _BAD = "bold green", "bold yellow", "bold red"
 
@@ -39,18 +39,24 @@ def _verdict(replayed: Replayed) -> tuple[str, str]:
 
 
 def _findings(replayed: Replayed) -> Iterator[str]:
-    recorded = len(replayed.recording.ticks)
     if deviation := replayed.deviation:
         yield from str(deviation).split("\n")
-        yield f"before it, {replayed.ticks} of {recorded} ticks are equal"
+        yield _equal_ticks(replayed)
     else:
-        yield f"{replayed.ticks} ticks, {replayed.recording.ticks[-1].time:.2f} s"
+        yield f"{counted(replayed.ticks, 'tick')}, {replayed.recording.ticks[-1].time:.2f} s"
         yield from _digest(replayed)
         if replayed.ended_by:
             yield f"the recording ends here: {replayed.ended_by}"
     yield from _app_file(replayed)
     if replayed.platform:
         yield f"recorded elsewhere: {'; '.join(replayed.platform)}"
+
+
+def _equal_ticks(replayed: Replayed) -> str:
+    recorded = len(replayed.recording.ticks)
+    if replayed.ticks == recorded:
+        return f"all that was decided in {counted(recorded, 'tick')} is equal"
+    return f"before it, {replayed.ticks} of {counted(recorded, 'tick')} {'is' if recorded == 1 else 'are'} equal"
 
 
 def _app_file(replayed: Replayed) -> Iterator[str]:
@@ -86,11 +92,12 @@ def _differences(rehearsed: Rehearsed) -> Iterator[str]:
         yield f"they part in tick {parting.tick}, at {parting.time:g} s: {parting.what}"
         yield f"  recorded: {parting.recorded}"
         yield f"  {_name(rehearsed)}: {parting.rehearsed}"
-        yield f"{rehearsed.differing} of {rehearsed.ticks} ticks differ"
+        verb = "differs" if rehearsed.differing == 1 else "differ"
+        yield f"{rehearsed.differing} of {counted(rehearsed.ticks, 'tick')} {verb}"
     else:
-        yield f"all of {rehearsed.ticks} ticks are equal"
+        yield f"the same in all of {counted(rehearsed.ticks, 'tick')}"
     for device, count in rehearsed.late_reads.items():
-        yield f"{device}: in {count} ticks nobody had read it; the newest sample from before was given"
+        yield f"{device}: in {counted(count, 'tick')} nobody had read it; the newest sample from before was given"
 
 
 def _table(rehearsed: Rehearsed, recorded: RunResult) -> Table:

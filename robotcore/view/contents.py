@@ -13,7 +13,7 @@ from rich.text import Text
 from robotcore.recording import Recording
 from robotcore.recording.contents import devices_of, duration_of, interventions_of, rate_of
 from robotcore.recording.ended import result_of, why_no_end
-from robotcore.view.summary import events, heading, summary
+from robotcore.view.summary import counted, events, heading, summary
 
 _UNITS = ("bytes", "kB", "MB", "GB")
 
@@ -44,9 +44,10 @@ def _about(recording: Recording) -> Iterator[str]:
         yield "set: " + ", ".join(f"{name}={value}" for name, value in settings.items())
     rate = rate_of(recording)
     pace = f" at {rate:.2f} Hz" if rate else ""
-    yield f"{len(recording.ticks)} ticks{pace} in {duration_of(recording):.2f} s, {result.overruns} overruns"
+    ticks, overruns = counted(len(recording.ticks), "tick"), counted(result.overruns, "overrun")
+    yield f"{ticks}{pace} in {duration_of(recording):.2f} s, {overruns}"
     if result.dropped_pictures:
-        yield f"{result.dropped_pictures} picture(s) were dropped"
+        yield f"dropped: {counted(result.dropped_pictures, 'picture')}"
     if causes := interventions_of(recording):
         yield "interventions: " + ", ".join(f"{cause} {count}" for cause, count in causes.items())
     yield "on " + ", ".join(f"{name} {value}" for name, value in about.platform.items())

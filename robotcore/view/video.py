@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from robotcore.devices import Frame, Image
-from robotcore.errors import RecordingError, UsageError
+from robotcore.errors import RecordingError, UnknownNameError, UsageError
 from robotcore.recording import Recording, SampleKey
 from robotcore.view.canvas import Canvas
 from robotcore.view.palette import INK, PAPER
@@ -24,8 +24,11 @@ def write_video(recording: Recording, file: Path, device: str | None = None) -> 
 
     Raises UsageError where there is no such device, no picture, or where it cannot be written.
     """
+    known = _with_pictures(recording)
+    if device and device not in known:
+        raise UnknownNameError("camera or display of the recording", device, known)
     name = device or _device(recording)
-    scenes = list(_scenes(recording, name)) if name in _with_pictures(recording) else []
+    scenes = list(_scenes(recording, name))
     if not scenes:
         raise UsageError(f"--video: the recording has no picture of {name}. robotcore info FILE tells what it has")
     rate = recording.metadata.request.rate_hz

@@ -251,6 +251,27 @@ def test_film_that_cannot_be_written_is_told_without_a_word_of_the_library(
     assert told.err.count("\n") == 1
 
 
+def test_camera_that_is_not_there_offers_the_nearest(cli: Cli, brief: Path, tmp_path: Path) -> None:
+    told = cli("info", str(brief), "--video", str(tmp_path / "v.mp4"), "--device", "eey")
+    assert told.status == 2
+    assert "unknown camera or display of the recording 'eey'. Did you mean 'eye'?" in told.err
+
+
+def test_end_that_alone_differs_is_told_beside_what_was_decided(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
+    app, file = app_file("return Status.SUCCESS"), str(tmp_path / "own.mcap")
+    cli("run", app, "--record", file)
+    app_file("return Status.FAILURE")
+    told = cli("replay", file)
+    assert "the end differs" in told.out
+    assert "before it" not in told.out
+    assert "all that was decided in 3 ticks is equal" in told.out
+
+
+def test_error_without_words_is_told_without_a_colon(cli: Cli, app_file: AppFile) -> None:
+    told = cli("run", app_file("raise ValueError"))
+    assert "Odd raised ValueError\n" in told.err
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize("content", [None, b"", b"no recording", b"\x89MCAP0\r\n", b"\x89MCAP0\r\n\x89MCAP0\r\n"])
 def test_what_is_no_recording_is_told_by_its_file(cli: Cli, tmp_path: Path, command: str, content: Any) -> None:

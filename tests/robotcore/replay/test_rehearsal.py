@@ -4,11 +4,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 
 from robotcore.errors import UnmetNeedError
 from robotcore.outcome import Outcome
 from robotcore.recording import Recording
-from robotcore.replay import rehearse
+from robotcore.replay import Rehearsed, rehearse
+from robotcore.replay.words import told
 from tests.robotcore.replay.memory import recorded
 
 APPS = str(Path(__file__).parent / "recorded_apps.py")
@@ -40,6 +42,19 @@ def test_another_setting_parts_where_it_first_matters(search: Recording) -> None
 def test_app_that_goes_on_is_no_error_where_the_recording_ends(search: Recording) -> None:
     rehearsed = rehearse(replace(search, ticks=search.ticks[:50]), settings={"speed_m_s": 0.1})
     assert (rehearsed.is_at_end, rehearsed.exit_status, rehearsed.ticks) == (True, 0, 50)
+
+
+def test_one_tick_is_told_in_the_singular(search: Recording) -> None:
+    first = replace(search, ticks=search.ticks[:1])
+    assert "the same in all of 1 tick\n" in words(rehearse(first))
+    assert "1 of 1 tick differs\n" in words(rehearse(first, f"{APPS}:Ending"))
+
+
+def words(rehearsed: Rehearsed) -> str:
+    console = Console(width=200)
+    with console.capture() as capture:
+        console.print(told(rehearsed))
+    return "\n".join(line.strip() for line in capture.get().splitlines())
 
 
 def test_app_that_raises_has_its_own_exit_status(search: Recording) -> None:
