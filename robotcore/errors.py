@@ -216,7 +216,7 @@ class RangeFaultError(SafetyStop):
     def __init__(self, faults: Sequence[str]) -> None:
         super().__init__(
             f"{', '.join(faults)}. Look whether the sensor hangs or hears a part of the robot, or the wheels spin and "
-            "it stands; safety.stuck_m in the robot's description has the patience"
+            "it stands; how far it may go meanwhile is safety.stuck_m in the robot's description"
         )
 
 
