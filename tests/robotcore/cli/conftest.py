@@ -80,3 +80,20 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[RunRequest]:
 
     monkeypatch.setattr("robotcore.sweep.local.LocalEngine.perform", perform_here)
     return requests
+
+
+@pytest.fixture(scope="session")
+def search(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A whole run of the main job."""
+    file = tmp_path_factory.mktemp("recorded") / "search.mcap"
+    assert execute(["run", "green-search", "--seed", "7", "--record", str(file), "--json"]) == 0
+    return file
+
+
+@pytest.fixture(scope="session")
+def brief(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A second of looking at a ball, small enough to be damaged often."""
+    file = tmp_path_factory.mktemp("recorded") / "brief.mcap"
+    arguments = ["run", "mark-green", "--robot", "lookout", "--world", "open", "--timeout", "1", "--json"]
+    assert execute([*arguments, "--record", str(file)]) == 1
+    return file

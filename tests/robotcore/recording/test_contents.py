@@ -94,9 +94,8 @@ def test_late_ticks_hold_the_picture_so_that_the_pace_is_real(search: Recording,
 
 @pytest.mark.parametrize("device", ["nose", "nobody"])
 def test_device_without_pictures_makes_no_film(search: Recording, tmp_path: Path, device: str) -> None:
-    with pytest.raises(
-        UsageError, match=f"unknown camera or display of the recording '{device}'. There are: eye, screen"
-    ):
+    words = f"unknown camera or display of the recording '{device}'. There are: eye, screen"
+    with pytest.raises(UsageError, match=words):
         write_video(search, tmp_path / "run.mp4", device)
 
 
