@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
+import coverage
 import pytest
 
 GRACE_S = 2.0
@@ -41,3 +42,10 @@ def _told(file: Path) -> str:
     with suppress(FileNotFoundError, ProcessLookupError):
         return file.read_text()
     return ""
+
+
+@pytest.fixture(scope="session", autouse=True)
+def no_lock_of_coverage() -> None:
+    """Let coverage take no lock: a run that is called back while it is held would never let it go."""
+    if (measuring := coverage.Coverage.current()) and (collector := measuring._collector):
+        collector.data_lock = None
