@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import sys
+from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
+from typing import NoReturn
 
 from robotcore.behaviour import Behaviour
 from robotcore.errors import BehaviourError, UnknownNameError, UsageError
@@ -45,10 +47,18 @@ def load_app_file(name: str) -> type[Behaviour]:
     raise UsageError(f"{file} holds no behaviour. Let a class in it inherit robotcore.Behaviour")
 
 
+class _Source(SourceFileLoader):
+    """Takes a file as it is: compiled code is told from newer source by whole seconds and size only."""
+
+    def path_stats(self, path: str) -> NoReturn:
+        raise OSError
+
+
 def _imported(path: Path) -> ModuleType:
     """Run the file as a module."""
     import_beside(path)
-    spec = spec_from_file_location(f"app_{path.stem}", path)
+    name = f"app_{path.stem}"
+    spec = spec_from_file_location(name, path, loader=_Source(name, str(path)))
     assert spec, "a .py file has a spec"
     assert spec.loader, "and a loader"
     module = module_from_spec(spec)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from tests.robotcore.cli.conftest import AppFile, Cli
@@ -88,3 +89,14 @@ def test_end_that_alone_differs_is_told_beside_what_was_decided(cli: Cli, app_fi
     assert "the end differs" in told.out
     assert "before it" not in told.out
     assert "all that was decided in 3 ticks is equal" in told.out
+
+
+def test_app_that_changed_within_a_second_and_is_as_long_is_taken_as_it_is(
+    cli: Cli, app_file: AppFile, tmp_path: Path
+) -> None:
+    app, file = app_file("return Status.SUCCESS"), str(tmp_path / "own.mcap")
+    before = Path(app).stat()
+    cli("run", app, "--record", file)
+    app_file("return Status.FAILURE")
+    os.utime(app, ns=(before.st_atime_ns, before.st_mtime_ns))
+    assert cli("replay", file).status == 1
