@@ -84,6 +84,9 @@ class Backend(ABC):
         """
         return load_robot(robot)
 
+    def check(self, robot: RobotDescription) -> None:  # noqa: B027  most have no section
+        """Raise DescriptionError where the backend's own section of a robot's file is wrong."""
+
     @property
     def remedy(self) -> str:
         """How to get what is missing."""

@@ -14,6 +14,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 
 from robotcore.errors import UsageError
+from robotcore.polling import Polling, Pumped, Threaded
 
 MIN_PHYSICS_RATE_HZ = 240
 """A stepped clock never takes coarser steps than this."""
@@ -38,6 +39,14 @@ class Clock(ABC):
     @abstractmethod
     def call_at(self, deadline: float, callback: Callback) -> None:
         """Call once when ``deadline`` has come, wherever the sleeper then is."""
+
+    def every(self, period: float, work: Callback, name: str) -> Polling:
+        """Do ``work`` every ``period`` seconds from now on, until the polling is stopped.
+
+        Where time is simulated, whoever lets it pass does it, when it is due; else a thread called ``name`` does, so
+        that what waits for hardware holds up nobody. ``work`` deals with its own errors.
+        """
+        return Pumped(self, period, work)
 
     @abstractmethod
     def close(self) -> None:
@@ -127,6 +136,9 @@ class MonotonicClock(Clock):
                 self._caller.start()
             self._wake.notify()
 
+    def every(self, period: float, work: Callback, name: str) -> Polling:
+        return Threaded(self, period, work, name)
+
     def close(self) -> None:
         with self._wake:
             self._is_closed = True
@@ -192,6 +204,9 @@ class ClockOver(Clock):
     def call_at(self, deadline: float, callback: Callback) -> None:
         self._source.call_at(deadline, callback)
 
+    def every(self, period: float, work: Callback, name: str) -> Polling:
+        return self._source.every(period, work, name)
+
     def close(self) -> None:
         self._source.close()
 
@@ -244,6 +259,9 @@ class AppClock(Clock):
 
     def call_at(self, deadline: float, callback: Callback) -> None:
         raise UsageError("an app is not called back. Compare robot.clock.now() in step with the time to wait for")
+
+    def every(self, period: float, work: Callback, name: str) -> Polling:
+        raise UsageError("an app polls nothing. Do it in step, which is called once a tick")
 
     def close(self) -> None:
         """Leave the clock to those who tick it."""

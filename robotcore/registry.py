@@ -11,6 +11,7 @@ from robotcore.errors import BackendMissingError, UnknownNameError, UsageError
 BACKENDS = "robotcore.backends"
 APPS = "robotcore.apps"
 FAULTS = "robotcore.faults"
+DEVICES = "robotcore.devices"
 
 
 def backend_names() -> list[str]:
@@ -26,6 +27,11 @@ def app_names() -> list[str]:
 def fault_names() -> list[str]:
     """Return the names of all faults: an effect, and behind a dot what it is on where several have that effect."""
     return sorted(_points(FAULTS))
+
+
+def device_driver_names() -> list[str]:
+    """Return the names of all device drivers, whether or not their libraries are there."""
+    return sorted(_points(DEVICES))
 
 
 def load_registered(kind: str, group: str, name: str) -> Any:

@@ -1,0 +1,63 @@
+"""The real robot: every device opened by the driver that the robot's description names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from drivers.raspberrypi.pins import open_pins
+from robotcore.backend import Backend, Setup
+from robotcore.clock import Clock, MonotonicClock
+from robotcore.description import Described, RobotDescription
+from robotcore.devices import Device
+from robotcore.display import MemoryDisplay
+from robotcore.hardware import Host, fit, open_devices
+from robotcore.robot import Robot
+from robotcore.truth import TruthSource
+
+SECTION = "raspberrypi"
+"""Where a robot's file says how its devices are connected."""
+
+
+class RaspberryPiOptions(Described):
+    """The library that drives the pins: lgpio, where gpiozero's own setting names no other."""
+
+    pin_factory: str | None = None
+
+
+class RaspberryPiBackend(Backend):
+    """Opens robots on the pins, buses and ports of the Pi that this runs on."""
+
+    name = "raspberrypi"
+    summary = "the real robot: motors and sensors on a Pi's pins, its cameras, its buses and ports"
+    modules = ("gpiozero",)
+
+    @property
+    def remedy(self) -> str:
+        return "On the Pi: pip install 'robotcore[pi]', see docs/raspberry-pi.md"
+
+    def check(self, robot: RobotDescription) -> None:
+        fit(robot, SECTION)
+
+    def open(self, setup: Setup) -> Robot:
+        options = setup.options_as(RaspberryPiOptions)
+        fit(setup.robot, SECTION, setup.devices)  # what is wrong with a file is told before anything is opened
+        pins = open_pins(options.pin_factory)
+        return open_robot(setup, MonotonicClock(), pins, pins.close)
+
+
+def open_robot(
+    setup: Setup, clock: Clock, pins: Any, release: Callable[[], None], truth: TruthSource | None = None
+) -> Robot:
+    """Open a robot's devices on these pins; ``release`` lets go of what they are on, whatever happens."""
+    opened: dict[str, Device] = {}
+    host = Host(setup.robot, clock, pins, opened)
+    fittings = fit(setup.robot, SECTION, setup.devices)
+    try:
+        open_devices(fittings, host, opened)
+    except BaseException:
+        release()
+        raise
+    devices = [opened.get(told.name) or MemoryDisplay(told.name) for told in setup.chosen]
+    cutoffs = [cutoff for fitting in fittings for cutoff in fitting.cutoffs(host)]
+    return Robot(setup.robot.name, clock, devices, truth=truth, release=release, cutoffs=cutoffs)

@@ -1,0 +1,9 @@
+"""Real robots: devices opened one by one, each by the driver that its robot's description names."""
+
+from robotcore.hardware.connections import Connection
+from robotcore.hardware.driver import DeviceDriver, Host
+from robotcore.hardware.fitting import Fitting, fit
+from robotcore.hardware.newest import Newest
+from robotcore.hardware.opening import open_devices
+
+__all__ = ["Connection", "DeviceDriver", "Fitting", "Host", "Newest", "fit", "open_devices"]

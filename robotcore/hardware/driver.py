@@ -1,0 +1,65 @@
+"""What a device driver offers: one kind of device, opened as a robot's description says that it is connected."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Generic, TypeVar
+
+from robotcore.clock import Clock
+from robotcore.description import Described, RobotDescription
+from robotcore.devices import Device
+from robotcore.guardian import CutoffSpec
+from robotcore.hardware.connections import Connection
+
+ToldT = TypeVar("ToldT", bound=Described)
+SettingsT = TypeVar("SettingsT", bound=Described)
+
+
+@dataclass(frozen=True)
+class Host:
+    """What the devices of a robot share while they are open.
+
+    ``opened`` are those that are open by now, by name: encoders first, then sensors, cameras and displays, motors last.
+    ``pins`` makes pins (gpiozero's factory), where the backend has any.
+    """
+
+    robot: RobotDescription
+    clock: Clock
+    pins: Any = None
+    opened: Mapping[str, Device] = field(default_factory=dict)
+
+
+class DeviceDriver(ABC, Generic[ToldT, SettingsT]):
+    """Opens devices of one kind, on one kind of hardware; found by name in the entry-point group `robotcore.devices`.
+
+    ``described`` is the description it takes, ``settings`` the model of what a robot's file says beside ``driver``.
+    A value that is wrong only together with others is a ValueError of that model: the fault, a semicolon, the remedy.
+    ``modules`` are the libraries it works with, looked for without importing them.
+    """
+
+    name: ClassVar[str]
+    summary: ClassVar[str]
+    described: ClassVar[type[Described]]
+    settings: ClassVar[type[Described]]
+    modules: ClassVar[tuple[str, ...]] = ()
+    remedy: ClassVar[str] = ""
+
+    @abstractmethod
+    def open(self, told: ToldT, settings: SettingsT, host: Host) -> Device:
+        """Open a device, a sensor with its first sample in hand.
+
+        Raises DeviceError, by the device's name, with what to do; what was opened by then is closed again.
+        """
+
+    def check(self, told: ToldT, settings: SettingsT, robot: RobotDescription) -> None:
+        """Raise ValueError, the fault, a semicolon and the remedy, where the settings do not fit the robot."""
+
+    def connections(self, settings: SettingsT) -> Sequence[Connection]:
+        """Return where its wires go."""
+        return ()
+
+    def cutoffs(self, told: ToldT, settings: SettingsT, host: Host) -> Sequence[CutoffSpec]:
+        """Return how another process stops it, where it turns something."""
+        return ()

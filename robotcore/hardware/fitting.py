@@ -1,0 +1,153 @@
+"""A robot's devices as its file says that they are connected: a driver and its settings for each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import ValidationError
+
+from robotcore.description import AnyDevice, Described, DisplayDescription, RobotDescription
+from robotcore.description.faults import faults_of
+from robotcore.devices import Device
+from robotcore.errors import BackendMissingError, DescriptionError, UnknownNameError
+from robotcore.guardian import CutoffSpec
+from robotcore.hardware.connections import Connection
+from robotcore.hardware.driver import DeviceDriver, Host
+from robotcore.registry import DEVICES, device_driver_names, load_registered
+
+Fault = tuple[str, str, str]
+
+
+@dataclass(frozen=True)
+class Fitting:
+    """One device: what it is, which driver opens it, and how it is connected."""
+
+    told: AnyDevice
+    driver: DeviceDriver[Any, Any]
+    settings: Described
+
+    @property
+    def name(self) -> str:
+        return self.told.name
+
+    @property
+    def connections(self) -> tuple[Connection, ...]:
+        return tuple(self.driver.connections(self.settings))
+
+    def open(self, host: Host) -> Device:
+        """Open the device; raises DeviceError."""
+        return self.driver.open(self.told, self.settings, host)
+
+    def cutoffs(self, host: Host) -> tuple[CutoffSpec, ...]:
+        return tuple(self.driver.cutoffs(self.told, self.settings, host))
+
+
+def fit(robot: RobotDescription, section: str, names: Iterable[str] | None = None) -> tuple[Fitting, ...]:
+    """Return how the devices of those names, by default all, are connected, by a backend's ``section`` of the file.
+
+    A display that the section does not tell of is left out: it needs no wires. Raises DescriptionError, with all that
+    is wrong.
+    """
+    table = robot.backends.get(section, {})
+    chosen = {device.name for device in robot.devices} if names is None else set(names)
+    faults: list[Fault] = list(_strangers(robot, section, table))
+    fittings = []
+    for told in robot.devices:
+        if told.name in table:
+            try:
+                fittings.append(_fitting(told, section, table[told.name], robot))
+            except _UnfitError as unfit:
+                faults += unfit.faults
+        elif told.name in chosen and not isinstance(told, DisplayDescription):
+            faults.append(_untold(told, section))
+    faults += _clashes(section, fittings)
+    if faults:
+        raise DescriptionError.of_all(f"robot {robot.name}", faults)
+    return tuple(fitting for fitting in fittings if fitting.name in chosen)
+
+
+class _UnfitError(Exception):
+    def __init__(self, *faults: Fault) -> None:
+        super().__init__(faults)
+        self.faults = faults
+
+
+def _fitting(told: AnyDevice, section: str, table: Any, robot: RobotDescription) -> Fitting:
+    key = f"{section}.{told.name}"
+    driver = _driver(told, key, table)
+    settings = _settings(driver, key, {name: value for name, value in table.items() if name != "driver"})
+    try:
+        driver.check(told, settings, robot)
+    except ValueError as error:
+        fault, _, remedy = str(error).partition("; ")
+        raise _UnfitError((key, fault, _sentence(remedy))) from error
+    return Fitting(told, driver, settings)
+
+
+def _driver(told: AnyDevice, key: str, table: Any) -> DeviceDriver[Any, Any]:
+    if not isinstance(table, Mapping) or not isinstance(table.get("driver"), str):
+        raise _UnfitError((f"{key}.driver", "is missing", f"Name one: {', '.join(_fitting_drivers(told))}"))
+    name = table["driver"]
+    try:
+        driver: DeviceDriver[Any, Any] = load_registered("device driver", DEVICES, name)()
+    except UnknownNameError as unknown:
+        raise _UnfitError((f"{key}.driver", *_halves(str(unknown)))) from unknown
+    if not isinstance(told, driver.described):
+        fault = f"{name!r} is no driver of a {told.kind.replace('_', ' ')}"
+        raise _UnfitError((f"{key}.driver", fault, f"Name one: {', '.join(_fitting_drivers(told))}"))
+    return driver
+
+
+def _settings(driver: DeviceDriver[Any, Any], key: str, table: Mapping[str, Any]) -> Described:
+    try:
+        return driver.settings.model_validate(table, strict=True)
+    except ValidationError as error:
+        faults = faults_of(error, driver.settings, table)
+        told = ((f"{key}.{fault.key}".rstrip("."), fault.fault, fault.remedy) for fault in faults)
+        raise _UnfitError(*told) from error
+
+
+def _fitting_drivers(told: AnyDevice) -> list[str]:
+    """Return the names of the drivers that take such a device, of those that can be loaded."""
+    fitting = []
+    for name in device_driver_names():
+        with suppress(BackendMissingError):
+            if isinstance(told, load_registered("device driver", DEVICES, name).described):
+                fitting.append(name)
+    return fitting
+
+
+def _strangers(robot: RobotDescription, section: str, table: Mapping[str, Any]) -> Iterator[Fault]:
+    names = [device.name for device in robot.devices]
+    for name in table:
+        if name not in names:
+            fault, remedy = _halves(str(UnknownNameError("device", name, names)))
+            yield f"{section}.{name}", fault, remedy
+
+
+def _untold(told: AnyDevice, section: str) -> Fault:
+    drivers = ", ".join(_fitting_drivers(told))
+    return f"{section}.{told.name}", "is missing", f"Say how it is connected: driver = one of {drivers}"
+
+
+def _clashes(section: str, fittings: Iterable[Fitting]) -> Iterator[Fault]:
+    """Yield every place to which two wires go, of which one would have it alone."""
+    taken: dict[tuple[str, str], tuple[str, Connection]] = {}
+    for fitting in fittings:
+        for wire in fitting.connections:
+            key = f"{section}.{fitting.name}.{wire.signal}"
+            first, before = taken.setdefault((wire.bus, wire.where), (key, wire))
+            if before is not wire and not (wire.is_shared and before.is_shared and wire.signal == before.signal):
+                yield key, f"{wire} is already {first}", "Connect one of them elsewhere"
+
+
+def _halves(message: str) -> tuple[str, str]:
+    fault, _, remedy = message.partition(". ")
+    return fault, remedy
+
+
+def _sentence(words: str) -> str:
+    return words[:1].upper() + words[1:]
