@@ -40,7 +40,7 @@ class Clock(ABC):
     def call_at(self, deadline: float, callback: Callback) -> None:
         """Call once when ``deadline`` has come, wherever the sleeper then is."""
 
-    def every(self, period: float, work: Callback, name: str) -> Polling:
+    def every(self, period: float, work: Callable[[], object], name: str) -> Polling:
         """Do ``work`` every ``period`` seconds from now on, until the polling is stopped.
 
         Where time is simulated, whoever lets it pass does it, when it is due; else a thread called ``name`` does, so
@@ -136,7 +136,7 @@ class MonotonicClock(Clock):
                 self._caller.start()
             self._wake.notify()
 
-    def every(self, period: float, work: Callback, name: str) -> Polling:
+    def every(self, period: float, work: Callable[[], object], name: str) -> Polling:
         return Threaded(self, period, work, name)
 
     def close(self) -> None:
@@ -204,7 +204,7 @@ class ClockOver(Clock):
     def call_at(self, deadline: float, callback: Callback) -> None:
         self._source.call_at(deadline, callback)
 
-    def every(self, period: float, work: Callback, name: str) -> Polling:
+    def every(self, period: float, work: Callable[[], object], name: str) -> Polling:
         return self._source.every(period, work, name)
 
     def close(self) -> None:
@@ -260,7 +260,7 @@ class AppClock(Clock):
     def call_at(self, deadline: float, callback: Callback) -> None:
         raise UsageError("an app is not called back. Compare robot.clock.now() in step with the time to wait for")
 
-    def every(self, period: float, work: Callback, name: str) -> Polling:
+    def every(self, period: float, work: Callable[[], object], name: str) -> Polling:
         raise UsageError("an app polls nothing. Do it in step, which is called once a tick")
 
     def close(self) -> None:

@@ -82,7 +82,7 @@ def test_a_quantity_is_switched_off_by_false_and_the_others_keep_their_ranges(tm
 def test_a_backends_section_is_kept_under_its_name(tmp_path: Path) -> None:
     file = tmp_path / "my.toml"
     file.write_text(ROVER + "[mock]\npins = [1, 2]\n", encoding="utf-8")
-    assert load_robot(str(file)).backends == {"mock": {"pins": (1, 2)}}
+    assert load_robot(str(file)).backends["mock"] == {"pins": (1, 2)}
 
 
 def test_an_unknown_name_offers_the_nearest() -> None:

@@ -1,0 +1,54 @@
+"""All devices are opened, or none."""
+
+from __future__ import annotations
+
+import pytest
+
+from robotcore.description import AnyDevice, load_robot
+from robotcore.devices import Device
+from robotcore.errors import DeviceError, DeviceGroupError
+from robotcore.hardware import Host, open_devices
+from tests.robotcore.hardware.bench import NoSettings, NotingDriver, fitted, host
+
+ROVER = load_robot("rover")
+ORDER = ["left_encoder", "right_encoder", "nose", "eye", "screen", "left_motor", "right_motor"]
+
+
+def opened_by(driver: NotingDriver) -> dict[str, Device]:
+    opened: dict[str, Device] = {}
+    open_devices(fitted(driver, ROVER), host(opened), opened)
+    return opened
+
+
+def test_motors_are_opened_last_and_see_what_is_open_by_then() -> None:
+    driver = NotingDriver()
+    assert list(opened_by(driver)) == ORDER
+    assert driver.diary[0] == "open left_encoder beside nothing"
+    assert driver.diary[-1] == "open right_motor beside left_encoder, right_encoder, nose, eye, screen, left_motor"
+
+
+def test_where_one_fails_the_others_are_tried_and_closed_again_the_last_one_first() -> None:
+    driver = NotingDriver("nose")
+    with pytest.raises(DeviceError, match="nose: does not answer"):
+        opened_by(driver)
+    assert [line for line in driver.diary if line.startswith("close")] == [
+        f"close {name}" for name in reversed(ORDER) if name != "nose"
+    ]
+
+
+def test_every_device_that_fails_is_told() -> None:
+    with pytest.raises(DeviceGroupError, match=r"(?s)opening rover: 2 device.*nose: does not.*left_motor: does not"):
+        opened_by(NotingDriver("left_motor", "nose"))
+
+
+def test_an_interruption_closes_what_is_open() -> None:
+    class Interrupting(NotingDriver):
+        def open(self, told: AnyDevice, settings: NoSettings, host: Host) -> Device:
+            if told.name == "eye":
+                raise KeyboardInterrupt
+            return super().open(told, settings, host)
+
+    driver = Interrupting()
+    with pytest.raises(KeyboardInterrupt):
+        opened_by(driver)
+    assert driver.diary[-3:] == ["close nose", "close right_encoder", "close left_encoder"]
