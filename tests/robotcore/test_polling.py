@@ -30,7 +30,12 @@ class TestUnderSimulatedTime:
     def test_work_is_done_whenever_it_is_due_by_whoever_lets_time_pass(self, stepped: SteppedClock) -> None:
         done: list[float] = []
         threads: set[threading.Thread] = set()
-        stepped.every(0.025, lambda: (done.append(stepped.now()), threads.add(threading.current_thread())), "echo")
+
+        def work() -> None:
+            done.append(stepped.now())
+            threads.add(threading.current_thread())
+
+        stepped.every(0.025, work, "echo")
         stepped.sleep_until(0.1)
         assert done == pytest.approx([0.025, 0.05, 0.075, 0.1])
         assert threads == {threading.current_thread()}
