@@ -1,0 +1,74 @@
+"""A motor on an H-bridge with two inputs: L298N, L9110S, DRV8833, TB6612 with PWMA high."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from typing import TYPE_CHECKING
+
+from drivers.raspberrypi.gpio import Gpio, gpio
+from drivers.raspberrypi.motors.driver import MotorDriver, MotorSettings
+from drivers.raspberrypi.motors.outputs import digital_output, pwm_output
+from robotcore.hardware import Connection, Host
+
+if TYPE_CHECKING:
+    from gpiozero import PWMOutputDevice
+
+
+class HBridgeSettings(MotorSettings):
+    """``forward`` high turns one way, ``backward`` high the other; ``enable`` is high while the motor is open.
+
+    Where a wheel turns the wrong way, swap the two.
+    """
+
+    forward: Gpio
+    backward: Gpio
+    enable: Gpio | None = None
+
+
+class HBridge(MotorDriver[HBridgeSettings]):
+    """PWM on the input of the direction, the other one low."""
+
+    name = "h-bridge"
+    summary = "a motor on an H-bridge with two inputs: L298N, DRV8833, TB6612, L9110S"
+    settings = HBridgeSettings
+
+    def connections(self, settings: HBridgeSettings) -> Sequence[Connection]:
+        wires = [gpio("forward", settings.forward), gpio("backward", settings.backward)]
+        if settings.enable is not None:
+            wires.append(gpio("enable", settings.enable))
+        if settings.standby is not None:
+            wires.append(gpio("standby", settings.standby, is_shared=True))
+        return wires
+
+    def lines(self, settings: HBridgeSettings) -> tuple[int, ...]:
+        inputs = (settings.forward, settings.backward)
+        return inputs if settings.enable is None else (settings.enable, *inputs)
+
+    def bridge(self, name: str, settings: HBridgeSettings, host: Host, opened: ExitStack) -> TwoInputs:
+        forward = pwm_output(name, settings.forward, settings.frequency_hz, host.pins, opened)
+        backward = pwm_output(name, settings.backward, settings.frequency_hz, host.pins, opened)
+        if settings.enable is not None:
+            digital_output(name, settings.enable, host.pins, opened, is_high=True)
+        return TwoInputs(forward, backward)
+
+
+class TwoInputs:
+    """The two inputs of an H-bridge."""
+
+    def __init__(self, forward: PWMOutputDevice, backward: PWMOutputDevice) -> None:
+        self._forward, self._backward = forward, backward
+
+    def turn(self, duty: float) -> None:
+        """Send a duty from -1 to 1; the input that goes low goes first."""
+        if duty > 0:
+            self._backward.value = 0
+            self._forward.value = duty
+        elif duty < 0:
+            self._forward.value = 0
+            self._backward.value = -duty
+        else:
+            try:
+                self._forward.off()
+            finally:
+                self._backward.off()

@@ -1,0 +1,66 @@
+"""What a motor board does not know: which duty makes a wheel turn how fast."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from pydantic import Field, PositiveFloat
+
+from robotcore.description import Described
+
+
+class MotorModel(Described):
+    """A wheel that stands up to the dead band, and from there turns the faster the greater the duty, in a line.
+
+    ``forward_rad_s`` and ``backward_rad_s`` are the wheel's velocities at full duty: measure them with the wheel in
+    the air and the battery as it will be. ``dead_band`` is the duty at which it only just stands. ``max_duty`` is never
+    exceeded, for a motor that is made for less than the battery has.
+
+    >>> model = MotorModel(dead_band=0.5, forward_rad_s=16.0, backward_rad_s=8.0)
+    >>> model.duty(8.0), model.duty(-4.0), model.duty(0.0)
+    (0.75, -0.75, 0.0)
+    >>> model.velocity(0.75)
+    8.0
+    """
+
+    dead_band: Annotated[float, Field(ge=0, lt=1)] = 0.0
+    forward_rad_s: PositiveFloat
+    backward_rad_s: PositiveFloat
+    max_duty: Annotated[float, Field(gt=0, le=1)] = 1.0
+
+    def duty(self, rad_s: float) -> float:
+        """Return the duty, from -1 to 1, that makes a velocity, or as much of it as ``max_duty`` allows."""
+        if rad_s == 0:
+            return 0.0
+        above = abs(rad_s) * (1 - self.dead_band) / self._full_rad_s(rad_s)
+        return math.copysign(min(self.dead_band + above, self.max_duty), rad_s)
+
+    def velocity(self, duty: float) -> float:
+        """Return the velocity, in rad/s, that a duty makes; a greater one than ``max_duty`` too."""
+        above = max(0.0, abs(duty) - self.dead_band)
+        return math.copysign(above / (1 - self.dead_band) * self._full_rad_s(duty), duty) if above else 0.0
+
+    def reach(self, direction: float) -> float:
+        """Return the greatest velocity, in rad/s and without its sign, in the direction of that sign."""
+        return abs(self.velocity(math.copysign(self.max_duty, direction)))
+
+    def _full_rad_s(self, direction: float) -> float:
+        return self.forward_rad_s if direction > 0 else self.backward_rad_s
+
+
+def whole_percent(duty: float) -> float:
+    """Return the nearest duty in whole percent, such that lgpio, which cuts ``int(duty * 100)``, sends just that.
+
+    One percent is the resolution of every motor here, on each library and on simulated pins alike: of
+    ``forward_rad_s / (1 - dead_band)``, so 0.16 rad/s for a wheel of 14 rad/s with a dead band of 0.1.
+
+    >>> int(0.29 * 100), int(whole_percent(0.29) * 100)
+    (28, 29)
+    """
+    return _PERCENT[round(abs(duty) * 100)] if duty >= 0 else -_PERCENT[round(abs(duty) * 100)]
+
+
+_PERCENT = tuple(
+    percent / 100 if int(percent / 100 * 100) == percent else math.nextafter(percent / 100, 1) for percent in range(101)
+)
