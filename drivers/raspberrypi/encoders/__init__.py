@@ -1,0 +1,1 @@
+"""Encoders on pins: counters of edges that other threads report."""
