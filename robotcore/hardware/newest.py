@@ -21,7 +21,7 @@ class Newest(Generic[SampleT]):
     0.4
     """
 
-    def __init__(self, device: str, first: SampleT) -> None:
+    def __init__(self, device: str, first: SampleT | DeviceError) -> None:
         self._device = device
         self._last: SampleT | DeviceError = first
 
