@@ -1,0 +1,1 @@
+"""Distances: by sound, timed on two pins, and by light, over I2C."""

@@ -1,0 +1,54 @@
+"""An ultrasonic module at work."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+
+from drivers.raspberrypi.ranging.echopins import EchoPins
+from drivers.raspberrypi.ranging.hearing import Hearing
+from robotcore.clock import Clock
+from robotcore.description import RangeSensorDescription
+from robotcore.devices import Range, RangeSensor
+
+
+class Sonar(RangeSensor):
+    """Triggers the module once a cycle; the falling edge of its echo tells the distance."""
+
+    def __init__(
+        self, told: RangeSensorDescription, hearing: Hearing, pins: EchoPins, clock: Clock, cycle_s: float
+    ) -> None:
+        super().__init__(told.name, min_range=told.min_range_m, max_range=told.max_range_m, cone=told.cone_rad)
+        self._hearing, self._pins, self._clock, self._cycle_s = hearing, pins, clock, cycle_s
+        self._stopping = ExitStack()
+
+    def start(self, first_cycles: int) -> None:
+        """Hear something within so many cycles, then go on beside the app; raises DeviceError."""
+        self._stopping.callback(self._pins.close)
+        self._stopping.callback(self._hearing.stop)
+        self._pins.listen(self._hearing.edge)
+        for _ in range(first_cycles):
+            self._cycle()
+            self._hearing.ended.wait(self._cycle_s)
+            if self._hearing.has_told:
+                break
+        self._newest()
+        self._stopping.callback(self._clock.every(self._cycle_s, self._cycle, self.name).stop)
+
+    def _cycle(self) -> None:
+        try:
+            self._trigger()
+        except Exception as error:  # noqa: BLE001  told by whoever reads
+            self._hearing.fail(error)
+
+    def _trigger(self) -> None:
+        if self._pins.is_high:
+            self._hearing.wait()
+            return
+        self._hearing.begin(self._clock.now(), self._pins.ticks())
+        self._pins.trigger()
+
+    def _newest(self) -> Range:
+        return self._hearing.newest.get()
+
+    def _release(self) -> None:
+        self._stopping.close()

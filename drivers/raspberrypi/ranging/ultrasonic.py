@@ -1,0 +1,73 @@
+"""HC-SR04 and its likes: ultrasonic modules that answer a trigger with a pulse as long as the echo took."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from typing import Annotated
+
+from pydantic import Field
+
+from drivers.raspberrypi.gpio import Gpio, gpio
+from drivers.raspberrypi.ranging.echopins import EchoPins
+from drivers.raspberrypi.ranging.hearing import Acoustics, Hearing
+from drivers.raspberrypi.ranging.sonar import Sonar
+from drivers.raspberrypi.ranging.sound import speed_of_sound
+from robotcore.description import Described, RangeSensorDescription, RobotDescription
+from robotcore.devices import RangeSensor
+from robotcore.hardware import Connection, DeviceDriver, Host
+
+REACH_M = 4.0
+"""Source: HC-SR04 data sheet, ElecFreaks."""
+
+_VERDICT_CYCLES = 5
+"""What one echo-free cycle may last at the opening: copies end it after 200 ms."""
+
+
+class UltrasonicSettings(Described):
+    """Its two pins, how often it is triggered, and how it is judged.
+
+    So many ``echo_free_cycles`` in a row vouch for nothing in range; 0: only an echo from beyond does.
+    """
+
+    trigger: Gpio
+    echo: Gpio
+    cycle_s: Annotated[float, Field(ge=0.05, le=1)] = 0.06
+    air_temperature_c: Annotated[float, Field(ge=-40, le=60)] = 20.0
+    echo_free_cycles: Annotated[int, Field(ge=0, le=100)] = 10
+
+
+class Ultrasonic(DeviceDriver[RangeSensorDescription, UltrasonicSettings]):
+    """Times the echo of an HC-SR04 by the time stamps of its edges, where the pin factory has them by the kernel's.
+
+    A sample's time is when its trigger was given. A lost echo is no new sample; `inf` is an echo from beyond
+    ``max_range_m``, or a row of cycles without one.
+    """
+
+    name = "hc-sr04"
+    summary = "HC-SR04 and its likes: ultrasonic, on a trigger and an echo pin"
+    described = RangeSensorDescription
+    settings = UltrasonicSettings
+    modules = ("gpiozero",)
+    remedy = "On the Pi: pip install 'robotcore[pi]'"
+
+    def check(self, told: RangeSensorDescription, settings: UltrasonicSettings, robot: RobotDescription) -> None:
+        if told.max_range_m > REACH_M:
+            raise ValueError(
+                f"an HC-SR04 hears as far as {REACH_M:g} m, and max_range_m is {told.max_range_m:g}; lower it"
+            )
+
+    def connections(self, settings: UltrasonicSettings) -> Sequence[Connection]:
+        return gpio("trigger", settings.trigger), gpio("echo", settings.echo)
+
+    def open(self, told: RangeSensorDescription, settings: UltrasonicSettings, host: Host) -> RangeSensor:
+        speed = speed_of_sound(settings.air_temperature_c)
+        acoustics = Acoustics(speed, told.min_range_m, told.max_range_m, settings.echo_free_cycles)
+        hearing = Hearing(told.name, acoustics, settings.cycle_s, host.pins.ticks_diff)
+        pins = EchoPins(told.name, settings.trigger, settings.echo, host.pins)
+        with ExitStack() as undo:
+            sonar = Sonar(told, hearing, pins, host.clock, settings.cycle_s)
+            undo.callback(sonar.close)
+            sonar.start(_VERDICT_CYCLES * max(settings.echo_free_cycles, 10))
+            undo.pop_all()
+        return sonar
