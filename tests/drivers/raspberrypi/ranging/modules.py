@@ -1,0 +1,123 @@
+"""An HC-SR04 on mocked pins: what it hears is told by the test, and when its edges come by simulated time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+from gpiozero.pins.mock import MockFactory, MockPin
+from gpiozero.pins.pi import PiPin
+
+from drivers.raspberrypi.ranging.sound import speed_of_sound
+from drivers.raspberrypi.ranging.ultrasonic import Ultrasonic, UltrasonicSettings
+from robotcore.clock import Clock, SteppedClock
+from robotcore.description import RangeSensorDescription, load_robot
+from robotcore.devices import RangeSensor
+from robotcore.hardware import Host
+
+TRIGGER, ECHO = 16, 26
+DELAY_S = 0.00045
+"""From the trigger to the echo's rise: the burst."""
+
+Edges = Sequence[tuple[float, bool]]
+"""What comes after a trigger: so many seconds later, high or low."""
+
+
+class TimedPin(MockPin):  # type: ignore[misc]  # gpiozero has no types
+    """A pin whose edges have the ticks they are given."""
+
+    ticks: float = 0.0
+    on_fall: Callable[[], object] = staticmethod(lambda: None)
+
+    def drive(self, ticks: float, is_high: bool) -> None:
+        self.ticks = ticks
+        self.drive_high() if is_high else self.drive_low()
+
+    def _call_when_changed(self) -> None:
+        PiPin._call_when_changed(self, self.ticks, self._state)
+
+    def _set_state(self, value: Any) -> None:
+        has_fallen = self._state and not value
+        super()._set_state(value)
+        if has_fallen:
+            self.on_fall()
+
+
+class TimedFactory(MockFactory):  # type: ignore[misc]  # gpiozero has no types
+    """Pins whose ticks are a clock's seconds, from somewhere on."""
+
+    def __init__(self, clock: Clock) -> None:
+        super().__init__(pin_class=TimedPin)
+        self.clock = clock
+
+    def ticks(self) -> float:
+        return 1000.0 + self.clock.now()
+
+
+@dataclass
+class Module:
+    """Answers the n-th trigger with the n-th of its answers, and from then on with the last.
+
+    At time zero, while the sensor is opened, edges come at once: no time passes then.
+    """
+
+    clock: Clock
+    pins: TimedFactory
+    answers: list[Edges]
+    triggers: list[float] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.trigger, self.echo = self.pins.pin(TRIGGER), self.pins.pin(ECHO)
+        self.trigger.on_fall = self._triggered
+
+    def _triggered(self) -> None:
+        now = self.clock.now()
+        answer = self.answers[min(len(self.triggers), len(self.answers) - 1)]
+        self.triggers.append(now)
+        for after, level in answer:
+            ticks = self.pins.ticks() + after
+            if now == 0:
+                self.echo.drive(ticks, level)
+            else:
+                self.clock.call_at(now + after, partial(self.echo.drive, ticks, level))
+
+
+def pulse(seconds: float) -> Edges:
+    return (DELAY_S, True), (DELAY_S + seconds, False)
+
+
+def echo_at(metres: float, temperature_c: float = 20.0) -> Edges:
+    return pulse(2 * metres / speed_of_sound(temperature_c))
+
+
+NO_ANSWER: Edges = ()
+NO_ECHO: Edges = pulse(0.038)
+"""The module's own time-out."""
+
+NOSE = next(device for device in load_robot("rover").devices if isinstance(device, RangeSensorDescription))
+
+
+@dataclass
+class Bench:
+    """A module, the sensor that reads it, and the time between them."""
+
+    answers: list[Edges]
+    settings: dict[str, Any] = field(default_factory=dict)
+    told: RangeSensorDescription = NOSE
+
+    def __post_init__(self) -> None:
+        self.clock = SteppedClock(10000, lambda _steps: None)
+        self.pins = TimedFactory(self.clock)
+        self.module = Module(self.clock, self.pins, self.answers)
+
+    def open(self) -> RangeSensor:
+        settings = UltrasonicSettings(trigger=TRIGGER, echo=ECHO, **self.settings)
+        return Ultrasonic().open(self.told, settings, Host(load_robot("rover"), self.clock, self.pins))
+
+    def cycles(self, count: int = 1) -> None:
+        """Let so many cycles pass, and stop in the middle of the next, when its echo is over."""
+        done = math.floor(self.clock.now() / 0.06 + 1e-6)
+        self.clock.sleep_until((done + count) * 0.06 + 0.055)
