@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any
 
 from drivers.raspberrypi.pins import open_pins
@@ -47,12 +48,20 @@ class RaspberryPiBackend(Backend):
 
 
 def open_robot(
-    setup: Setup, clock: Clock, pins: Any, release: Callable[[], None], truth: TruthSource | None = None
+    setup: Setup,
+    clock: Clock,
+    pins: Any,
+    release: Callable[[], None],
+    truth: TruthSource | None = None,
+    opened: Mapping[str, Device] = MappingProxyType({}),
 ) -> Robot:
-    """Open a robot's devices on these pins; ``release`` lets go of what they are on, whatever happens."""
-    opened: dict[str, Device] = {}
+    """Open a robot's devices on these pins; ``release`` lets go of what they are on, whatever happens.
+
+    Devices that are ``opened`` already are taken as they are.
+    """
+    opened = dict(opened)
     host = Host(setup.robot, clock, pins, opened)
-    fittings = fit(setup.robot, SECTION, setup.devices)
+    fittings = fit(setup.robot, SECTION, setup.devices - opened.keys())
     try:
         open_devices(fittings, host, opened)
     except BaseException:

@@ -1,0 +1,108 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from gpiozero import DigitalInputDevice, GPIOPinInUse, OutputDevice, PWMOutputDevice
+
+from drivers.raspberrypi.virtual.pins import VirtualPins
+from robotcore.clock import SteppedClock
+
+
+@pytest.fixture
+def clock() -> SteppedClock:
+    return SteppedClock(20.0, lambda steps: None)
+
+
+@pytest.fixture
+def pins(clock: SteppedClock) -> Iterator[VirtualPins]:
+    with VirtualPins(clock) as factory:
+        yield factory
+
+
+def test_ticks_are_simulated_time(clock: SteppedClock, pins: VirtualPins) -> None:
+    before = pins.ticks()
+    clock.sleep_until(1.5)
+    assert pins.ticks_diff(pins.ticks(), before) == 1.5
+
+
+@pytest.mark.parametrize("asked, sent", [(0.37, 0.37), (0.379, 0.37), (0.29, 0.28), (1.0, 1.0), (0.0, 0.0)])
+def test_duty_is_cut_to_whole_percent_as_lgpio_does_it(asked: float, sent: float, pins: VirtualPins) -> None:
+    with PWMOutputDevice(17, pin_factory=pins) as output:
+        output.value = asked
+        assert pins.pin(17).state == sent
+
+
+def test_listener_hears_of_every_change_and_of_nothing_else(pins: VirtualPins) -> None:
+    heard: list[float] = []
+    pin = pins.pin(17)
+    pin.on_change(lambda: heard.append(pin.state))
+    with PWMOutputDevice(17, pin_factory=pins) as output:
+        for value in (0.5, 0.5, 0.25):
+            output.value = value
+    assert heard == [0.5, 0.25, 0.0]
+
+
+def test_pin_that_its_device_lets_go_of_falls_low(pins: VirtualPins) -> None:
+    output = OutputDevice(17, initial_value=True, pin_factory=pins)
+    output.close()
+    assert not pins.pin(17).state
+
+
+def test_closing_the_factory_lets_every_pin_fall(clock: SteppedClock) -> None:
+    pins = VirtualPins(clock)
+    pin = pins.pin(17)
+    output = OutputDevice(17, initial_value=True, pin_factory=pins)
+    pins.close()
+    assert not pin.state
+    output.close()
+
+
+def test_edge_from_outside_comes_with_the_ticks_it_was_at(clock: SteppedClock, pins: VirtualPins) -> None:
+    edges: list[tuple[float, bool]] = []
+
+    def note(ticks: float, is_high: bool) -> None:
+        edges.append((ticks, is_high))
+
+    with DigitalInputDevice(5, pin_factory=pins) as device:
+        device.pin.when_changed = note
+        clock.sleep_until(0.5)
+        pins.pin(5).drive(True, 0.4321)
+        pins.pin(5).drive(True)
+        pins.pin(5).drive(False)
+        device.pin.when_changed = None
+    assert edges == [(0.4321, True), (0.5, False)]
+
+
+@pytest.mark.parametrize("pull_up", [True, False])
+@pytest.mark.parametrize("level", [True, False])
+def test_pull_gives_way_to_what_drives_the_pin(level: bool, pull_up: bool, pins: VirtualPins) -> None:
+    pins.pin(5).drive(level)
+    with DigitalInputDevice(5, pull_up=pull_up, pin_factory=pins) as device:
+        assert device.pin.state == level
+
+
+def test_pin_that_the_program_drives_is_driven_by_nobody_else(pins: VirtualPins) -> None:
+    with OutputDevice(5, pin_factory=pins):
+        pins.pin(5).drive(True)
+        assert not pins.pin(5).state
+
+
+def test_pin_in_use_is_refused_and_free_again_after_closing(pins: VirtualPins) -> None:
+    with OutputDevice(17, pin_factory=pins), pytest.raises(GPIOPinInUse):
+        OutputDevice(17, pin_factory=pins)
+    OutputDevice(17, pin_factory=pins).close()
+
+
+def test_robots_do_not_share_pins(clock: SteppedClock, pins: VirtualPins) -> None:
+    with VirtualPins(clock) as other, OutputDevice(17, pin_factory=pins) as one, OutputDevice(17, pin_factory=other):
+        one.on()
+        assert (pins.pin(17).state, other.pin(17).state) == (True, False)
+
+
+def test_gpiozero_s_own_default_is_left_alone(pins: VirtualPins) -> None:
+    from gpiozero import Device
+
+    before = Device.pin_factory
+    OutputDevice(17, pin_factory=pins).close()
+    assert Device.pin_factory is before
