@@ -11,9 +11,11 @@ from typing import Annotated
 from pydantic import Field
 
 from drivers.raspberrypi.backend import SECTION, RaspberryPiBackend, open_robot
+from drivers.raspberrypi.encoders.encoder import EncoderSettings
+from drivers.raspberrypi.ranging.ultrasonic import UltrasonicSettings
 from robotcore.backend import Backend, Setup, Vouch
 from robotcore.catalogue import load_backend
-from robotcore.description import Described, RangeSensorDescription, RobotDescription
+from robotcore.description import AnyDevice, Described, EncoderDescription, RobotDescription
 from robotcore.errors import UsageError
 from robotcore.hardware import Fitting, fit
 from robotcore.robot import Robot
@@ -55,9 +57,9 @@ class VirtualPiBackend(RaspberryPiBackend):
         options = setup.options_as(VirtualPiOptions)
         simulator = self._simulator(options.simulator)
         wired = [fitting for fitting in fit(setup.robot, SECTION, setup.devices) if is_on_pins(fitting)]
-        robot = _hearing_farther(setup.robot, wired)
+        built = replace(setup, robot=_as_built(setup.robot, wired), options={})
         with ExitStack() as undo:
-            simulated = undo.enter_context(simulator.open(replace(setup, robot=robot, options={})))
+            simulated = undo.enter_context(simulator.open(built))
             pins = undo.enter_context(VirtualPins(simulated.clock))
             bench = Bench(simulated, pins, self._is_lost or _losing(options.lost_echoes, setup.seed))
             for fitting in wired:
@@ -78,17 +80,20 @@ class VirtualPiBackend(RaspberryPiBackend):
         return simulator
 
 
-def _hearing_farther(robot: RobotDescription, wired: Iterable[Fitting]) -> RobotDescription:
-    """Return the robot whose range sensors on pins hear all that an ultrasonic module does: it answers walls beyond
-    the described maximum too, and the driver has to know them for what they are."""
-    names = {fitting.name for fitting in wired}
-    devices = (
-        device.model_copy(update={"max_range_m": HEARD_M})
-        if isinstance(device, RangeSensorDescription) and device.name in names
-        else device
-        for device in robot.devices
-    )
-    return robot.model_copy(update={"devices": tuple(devices)})
+def _as_built(robot: RobotDescription, wired: Iterable[Fitting]) -> RobotDescription:
+    """Return the robot whose sensors on pins tell all that the hardware does: each edge of an encoder, and walls beyond
+    the maximum that is described, for which an ultrasonic module has echoes too."""
+    built = {fitting.name: _built(fitting) for fitting in wired}
+    return robot.model_copy(update={"devices": tuple(built.get(device.name, device) for device in robot.devices)})
+
+
+def _built(fitting: Fitting) -> AnyDevice:
+    told, settings = fitting.told, fitting.settings
+    if isinstance(settings, EncoderSettings) and isinstance(told, EncoderDescription):
+        return told.model_copy(update={"counts_per_turn": settings.edges_per_turn(told)})
+    if isinstance(settings, UltrasonicSettings):
+        return told.model_copy(update={"max_range_m": HEARD_M})
+    return told
 
 
 def _losing(share: float, seed: int) -> Callable[[], bool]:

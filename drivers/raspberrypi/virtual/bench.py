@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -71,6 +72,12 @@ _MODELS: Mapping[str, Callable[[Bench, Fitting, Any], None]] = {
     "pulses": Bench._pulses,
     "hc-sr04": Bench._hc_sr04,
 }
+
+
+def _radians(fitting: Fitting) -> float:
+    """Return how far a wheel turns from one edge of its encoder to the next."""
+    told: Any = fitting.settings
+    return math.tau / int(told.edges_per_turn(fitting.told))
 
 
 def is_on_pins(fitting: Fitting) -> bool:
