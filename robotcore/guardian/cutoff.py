@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from typing import Any
 
@@ -35,11 +35,15 @@ class Cutoff(ABC):
         For an enable line that is to be high while somebody watches; most need nothing.
         """
 
+    def rest(self) -> None:  # noqa: B027  most have nothing to do
+        """Know that the app has told every motor to stand, until it is armed again; most need nothing."""
+
     @abstractmethod
-    def stop(self) -> None:
+    def stop(self) -> str | None:
         """Make the motors stand. Called once or many times, armed or not, the app alive or gone.
 
-        One that raises is called again for half a second: a system may need a moment to release what the app had.
+        One that raises is called again for half a second: a system may need a moment to release what the app had. It
+        may return what it had to do besides, in words: the guardian tells them where the run has broken off.
         """
 
     @abstractmethod
@@ -69,3 +73,22 @@ class CutoffSpec:
         if not isinstance(made, Cutoff):
             raise TypeError(f"{self.cutoff} is no robotcore.guardian.Cutoff")
         return made
+
+
+def shared(specs: Iterable[CutoffSpec]) -> tuple[CutoffSpec, ...]:
+    """Return the specs with those that are alike but for their device made one: what stops two motors at once.
+
+    >>> parameters = {"line": 22}
+    >>> [one] = shared(CutoffSpec(motor, "my_board:Enable", parameters) for motor in ("left_motor", "right_motor"))
+    >>> one.device
+    'left_motor and right_motor'
+    """
+    different: list[CutoffSpec] = []
+    for spec in specs:
+        for at, other in enumerate(different):
+            if (spec.cutoff, spec.parameters) == (other.cutoff, other.parameters):
+                different[at] = replace(other, device=f"{other.device} and {spec.device}")
+                break
+        else:
+            different.append(spec)
+    return tuple(different)

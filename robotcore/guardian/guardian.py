@@ -13,7 +13,7 @@ from types import TracebackType
 
 from robotcore.clock import MonotonicClock
 from robotcore.errors import GuardianError
-from robotcore.guardian.cutoff import CutoffSpec
+from robotcore.guardian.cutoff import CutoffSpec, shared
 from robotcore.guardian.link import BYE, DRIVING, RESTING, Assignment, Lines, Report, first_line, heard
 
 BEAT_S = 0.005
@@ -60,7 +60,7 @@ class Guardian:
             self._process = _started(self._link, theirs)
         try:
             os.register_at_fork(after_in_child=self._link.close)  # a copy of this process would hide its end
-            self._assign(Assignment(os.getpid(), lease, tuple(cutoffs)))
+            self._assign(Assignment(os.getpid(), lease, shared(cutoffs)))
         except BaseException:
             self._end(0.0)
             raise

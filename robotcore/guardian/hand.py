@@ -9,10 +9,11 @@ from threading import Event, Thread
 from typing import Literal
 
 from robotcore.clock import Clock
+from robotcore.errors import RobotcoreError
 from robotcore.guardian.cutoff import Cutoff, CutoffSpec
 from robotcore.guardian.link import Report
 
-Deed = Literal["open", "arm", "stop", "close"]
+Deed = Literal["open", "arm", "rest", "stop", "close"]
 """What a cutoff can be asked for."""
 
 RETRYING_S = 0.5
@@ -44,15 +45,17 @@ class Hand:
     def _arm(self) -> None:
         self._opened.arm()
 
-    def _stop(self) -> None:
+    def _rest(self) -> None:
+        self._opened.rest()
+
+    def _stop(self) -> str | None:
         """Stop; again where it fails, for a while."""
         end = self._clock.now() + RETRYING_S
         while self._clock.now() < end:
             with suppress(Exception):
-                self._opened.stop()
-                return
+                return self._opened.stop()
             self._clock.sleep_until(self._clock.now() + _PAUSE_S)
-        self._opened.stop()
+        return self._opened.stop()
 
     def _close(self) -> None:
         if self._cutoff:
@@ -71,14 +74,17 @@ class Hand:
 class _Task:
     """A deed that was asked for, and what became of it."""
 
-    def __init__(self, deed: Callable[[], None]) -> None:
+    def __init__(self, deed: Callable[[], str | None]) -> None:
         self._deed = deed
         self._is_over = Event()
         self._fault: str | None = None
+        self.told: str | None = None
 
     def do(self) -> None:
         try:
-            self._deed()
+            self.told = self._deed()
+        except RobotcoreError as error:
+            self._fault = str(error)
         except Exception as error:  # noqa: BLE001  whatever a driver or its vendor's library raises
             self._fault = f"{type(error).__name__}: {error}"
         self._is_over.set()
@@ -95,4 +101,5 @@ def together(hands: Sequence[Hand], deed: Deed, limit: float, clock: Clock) -> R
     faults = [task.fault_within(end - clock.now()) for task in tasks]
     done = tuple(hand.device for hand, fault in zip(hands, faults, strict=True) if not fault)
     failed = tuple(f"{hand.device}: {fault}" for hand, fault in zip(hands, faults, strict=True) if fault)
-    return Report(deed, done, failed)
+    told = tuple(dict.fromkeys(task.told for task in tasks if task.told))
+    return Report(deed, done, failed, told)

@@ -45,11 +45,15 @@ class Assignment:
 
 @dataclass(frozen=True)
 class Report:
-    """What the guardian did, a method of `Cutoff`: on which devices, and where it failed, each with its fault."""
+    """What the guardian did, a method of `Cutoff`: on which devices, and where it failed, each with its fault.
+
+    ``told`` is what it had to do besides, in words.
+    """
 
     deed: str
     done: tuple[str, ...]
     failed: tuple[str, ...]
+    told: tuple[str, ...] = ()
 
     def to_line(self) -> bytes:
         return _line(asdict(self))
@@ -57,7 +61,7 @@ class Report:
     @classmethod
     def from_line(cls, line: bytes) -> Report:
         told = json.loads(line)
-        return cls(told["deed"], tuple(told["done"]), tuple(told["failed"]))
+        return cls(told["deed"], tuple(told["done"]), tuple(told["failed"]), tuple(told["told"]))
 
 
 def heard(link: socket, flags: int = 0) -> bytes:

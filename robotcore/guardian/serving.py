@@ -63,8 +63,10 @@ class Watch:
 
     def _attend(self, *, is_driving: bool) -> None:
         """Begin a lease, or end it."""
-        if is_driving and not self._is_armed and (armed := self._all("arm", ARMING_S)).failed:
-            self._say(armed.to_line())
+        if is_driving != self._is_armed:
+            turned = self._all("arm" if is_driving else "rest", ARMING_S)
+            if turned.failed:
+                self._say(turned.to_line())
         self._is_armed = is_driving
 
     def _all(self, deed: Deed, limit: float) -> Report:
@@ -79,6 +81,7 @@ def _cry(app: int, stops: Report) -> None:
     """Say on standard error what nobody else is left to say."""
     stopped = ", ".join(stops.done) or "nothing"
     lines = [f"guardian: the run of process {app} broke off; stopped {stopped}"]
+    lines += [f"guardian: {words}" for words in stops.told]
     lines += [f"guardian: CANNOT STOP {fault}. Cut the motors' supply" for fault in stops.failed]
     with suppress(OSError):
         sys.stderr.write("".join(f"{line}\n" for line in lines))
