@@ -48,6 +48,13 @@ class Clock(ABC):
         """
         return Pumped(self, period, work)
 
+    def time_of(self, monotonic_s: float) -> float:
+        """Return this clock's time at a moment of CLOCK_MONOTONIC, in seconds: the kernel's stamps on what it captures.
+
+        Never later than now. A simulator's time has nothing to do with the machine's: there, it is now.
+        """
+        return self.now()
+
     @abstractmethod
     def close(self) -> None:
         """Forget every call that is still to come."""
@@ -139,6 +146,9 @@ class MonotonicClock(Clock):
     def every(self, period: float, work: Callable[[], object], name: str) -> Polling:
         return Threaded(self, period, work, name)
 
+    def time_of(self, monotonic_s: float) -> float:
+        return min(monotonic_s - self._start, self.now())
+
     def close(self) -> None:
         with self._wake:
             self._is_closed = True
@@ -188,6 +198,9 @@ class FollowingClock(MonotonicClock):
     def now(self) -> float:
         return self._source() - self._zero
 
+    def time_of(self, monotonic_s: float) -> float:
+        return self.now()
+
 
 class ClockOver(Clock):
     """Another clock's time."""
@@ -206,6 +219,9 @@ class ClockOver(Clock):
 
     def every(self, period: float, work: Callable[[], object], name: str) -> Polling:
         return self._source.every(period, work, name)
+
+    def time_of(self, monotonic_s: float) -> float:
+        return self._source.time_of(monotonic_s)
 
     def close(self) -> None:
         self._source.close()

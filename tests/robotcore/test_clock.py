@@ -135,6 +135,26 @@ class TestSteppedClock:
             SteppedClock(rate_hz, lambda _: None)
 
 
+class TestMomentsOfTheKernel:
+    def test_are_told_in_the_time_of_a_clock_that_runs_with_the_machine(self, fake_time: FakeTime) -> None:
+        fake_time.t = 1000.0
+        clock = MonotonicClock()
+        fake_time.t = 1003.0
+        assert clock.time_of(1002.5) == 2.5
+        assert TickClock(clock).time_of(1002.5) == 2.5
+
+    def test_are_never_in_the_future(self, fake_time: FakeTime) -> None:
+        clock = MonotonicClock()
+        fake_time.t += 3.0
+        assert clock.time_of(fake_time.t + 0.001) == clock.now() == 3.0
+
+    def test_are_now_where_time_is_a_simulators(self) -> None:
+        stepped = SteppedClock(20, lambda _: None)
+        stepped.sleep_until(1.0)
+        assert stepped.time_of(123_456.0) == PacedClock(stepped).time_of(123_456.0) == 1.0
+        assert FollowingClock(iter([5.0, 7.0]).__next__).time_of(123_456.0) == 2.0
+
+
 class TestMonotonicClock:
     def test_begins_at_zero_and_sleeps_to_the_deadline(self, fake_time: FakeTime) -> None:
         clock = MonotonicClock()
