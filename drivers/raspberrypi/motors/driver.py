@@ -5,22 +5,25 @@ from __future__ import annotations
 import os
 from abc import abstractmethod
 from collections.abc import Sequence
-from contextlib import ExitStack
 from typing import Annotated, Generic, TypeVar
 
 from pydantic import Field
 
-from drivers.raspberrypi.gpio import Gpio
+from drivers.raspberrypi.gpio import Gpio, gpio
+from drivers.raspberrypi.motors.control import Control, VelocityControl
+from drivers.raspberrypi.motors.controlled import ControlledMotor
 from drivers.raspberrypi.motors.model import MotorModel
 from drivers.raspberrypi.motors.motor import Bridge, PinMotor
-from robotcore.description import Described, MotorDescription, RobotDescription
-from robotcore.devices import Motor
+from drivers.raspberrypi.pairing import encoder_of
+from robotcore.description import Described, EncoderDescription, MotorDescription, RobotDescription
+from robotcore.devices import Encoder, Motor
+from robotcore.errors import DeviceError
 from robotcore.guardian import CutoffSpec
-from robotcore.hardware import DeviceDriver, Host
+from robotcore.hardware import Connection, DeviceDriver, Host
 
 
 class MotorSettings(Described):
-    """A motor's model, the frequency of its PWM, and the line that puts its board to sleep, where there is one.
+    """A motor's model, the frequency of its PWM, the control by its encoder, and the line that lets its board sleep.
 
     ``standby`` (TB6612: STBY, DRV8833: nSLEEP) may be shared by motors. No driver claims it: the guardian process holds
     it high while it watches, so that the motors stand when this process is gone, whatever became of its own lines.
@@ -29,6 +32,7 @@ class MotorSettings(Described):
     standby: Gpio | None = None
     frequency_hz: Annotated[int, Field(ge=10, le=10_000)] = 100
     model: MotorModel
+    control: Control | None = None
 
 
 SettingsT = TypeVar("SettingsT", bound=MotorSettings)
@@ -46,26 +50,37 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
     remedy = "pip install 'robotcore[pi]'"
 
     @abstractmethod
-    def lines(self, settings: SettingsT) -> tuple[int, ...]:
-        """Return the GPIOs that have to go low for the motor to stand."""
+    def wires(self, settings: SettingsT) -> Sequence[Connection]:
+        """Return the motor's own lines: where all are low, it stands."""
 
     @abstractmethod
-    def bridge(self, name: str, settings: SettingsT, host: Host, opened: ExitStack) -> Bridge:
-        """Open the lines into ``opened``; raises DeviceError."""
+    def bridge(self, name: str, settings: SettingsT, host: Host) -> Bridge:
+        """Open the motor's own lines, all of them low but such as only enable; raises DeviceError."""
+
+    def connections(self, settings: SettingsT) -> Sequence[Connection]:
+        wires = self.wires(settings)
+        return wires if settings.standby is None else (*wires, gpio("standby", settings.standby, is_shared=True))
 
     def check(self, told: MotorDescription, settings: SettingsT, robot: RobotDescription) -> None:
         for direction, word in ((1, "forward"), (-1, "backward")):
             if (reach := settings.model.reach(direction)) < told.max_velocity_rad_s:
                 raise ValueError(
-                    f"the wheel turns {word} at {reach:.3g} rad/s at most, by its model, and max_velocity_rad_s of "
+                    f"by its model the wheel turns {word} at {reach:.3g} rad/s at most, and max_velocity_rad_s of "
                     f"{told.name} is {told.max_velocity_rad_s:g}; lower that, or correct model.{word}_rad_s or "
                     "model.max_duty"
                 )
+        if settings.control:
+            _check_control(settings.control, settings.frequency_hz, told.name, robot)
 
     def open(self, told: MotorDescription, settings: SettingsT, host: Host) -> Motor:
-        with ExitStack() as opened:
-            bridge = self.bridge(told.name, settings, host, opened)
-            return PinMotor(told, settings.model, bridge, self.lines(settings), opened.pop_all())
+        if (control := settings.control) is None:
+            return PinMotor(told, settings.model, self.bridge(told.name, settings, host))
+        encoder, counts = _encoder_on(told.name, host)
+        controller = VelocityControl(control, settings.model, told.lag_s, counts)
+        bridge = self.bridge(told.name, settings, host)
+        motor = ControlledMotor(told, settings.model, bridge, controller, encoder)
+        motor.begin(host.clock, control.period_s)
+        return motor
 
     def cutoffs(self, told: MotorDescription, settings: SettingsT, host: Host) -> Sequence[CutoffSpec]:
         from gpiozero.pins.mock import MockFactory
@@ -74,5 +89,30 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
             return ()
         if settings.standby is not None:
             return (CutoffSpec(told.name, "drivers.raspberrypi.cutoff:StandbyLine", {"line": settings.standby}),)
-        lines = {"lines": list(self.lines(settings)), "owner": os.getpid()}
+        lines = {"lines": list(self._gpios(settings)), "owner": os.getpid()}
         return (CutoffSpec(told.name, "drivers.raspberrypi.cutoff:MotorLines", lines),)
+
+    def _gpios(self, settings: SettingsT) -> tuple[int, ...]:
+        return tuple(int(wire.where) for wire in self.wires(settings))
+
+
+def _check_control(control: Control, frequency_hz: int, motor: str, robot: RobotDescription) -> None:
+    if encoder_of(motor, robot) is None:
+        raise ValueError(
+            f"the wheel of {motor} has no encoder to be controlled by; name the encoders in [drive], or leave control "
+            "out"
+        )
+    if control.period_s * frequency_hz < 1:
+        raise ValueError(
+            f"control.period_s {control.period_s:g} is shorter than a cycle of {frequency_hz} Hz; lengthen it, or "
+            "raise frequency_hz"
+        )
+
+
+def _encoder_on(motor: str, host: Host) -> tuple[Encoder, int]:
+    """Return the open encoder on a motor's wheel, and its counts per turn; raises DeviceError."""
+    name = encoder_of(motor, host.robot)
+    encoder = host.opened.get(name or "")
+    if not isinstance(encoder, Encoder):
+        raise DeviceError(motor, f"cannot be controlled without the encoder {name!r}, which is not open. Open it too")
+    return encoder, next(told.counts_per_turn for told in host.robot.all_of(EncoderDescription) if told.name == name)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from drivers.raspberrypi.gpio import Gpio, gpio
 from drivers.raspberrypi.motors.driver import MotorDriver, MotorSettings
+from drivers.raspberrypi.motors.motor import Bridge
 from drivers.raspberrypi.motors.outputs import digital_output, pwm_output
 from robotcore.hardware import Connection, Host
 
@@ -33,35 +34,32 @@ class HBridge(MotorDriver[HBridgeSettings]):
     summary = "a motor on an H-bridge with two inputs: L298N, DRV8833, TB6612, L9110S"
     settings = HBridgeSettings
 
-    def connections(self, settings: HBridgeSettings) -> Sequence[Connection]:
-        wires = [gpio("forward", settings.forward), gpio("backward", settings.backward)]
-        if settings.enable is not None:
-            wires.append(gpio("enable", settings.enable))
-        if settings.standby is not None:
-            wires.append(gpio("standby", settings.standby, is_shared=True))
-        return wires
+    def wires(self, settings: HBridgeSettings) -> Sequence[Connection]:
+        inputs = gpio("forward", settings.forward), gpio("backward", settings.backward)
+        return inputs if settings.enable is None else (*inputs, gpio("enable", settings.enable))
 
-    def lines(self, settings: HBridgeSettings) -> tuple[int, ...]:
-        inputs = (settings.forward, settings.backward)
-        return inputs if settings.enable is None else (settings.enable, *inputs)
-
-    def bridge(self, name: str, settings: HBridgeSettings, host: Host, opened: ExitStack) -> TwoInputs:
-        forward = pwm_output(name, settings.forward, settings.frequency_hz, host.pins, opened)
-        backward = pwm_output(name, settings.backward, settings.frequency_hz, host.pins, opened)
-        if settings.enable is not None:
-            digital_output(name, settings.enable, host.pins, opened, is_high=True)
-        return TwoInputs(forward, backward)
+    def bridge(self, name: str, settings: HBridgeSettings, host: Host) -> Bridge:
+        with ExitStack() as opened:
+            forward, backward = (
+                pwm_output(name, number, settings.frequency_hz, host.pins, opened)
+                for number in (settings.forward, settings.backward)
+            )
+            if settings.enable is not None:
+                digital_output(name, settings.enable, host.pins, opened, is_high=True)
+            return TwoInputs(forward, backward, (settings.forward, settings.backward), opened.pop_all())
 
 
-class TwoInputs:
+class TwoInputs(Bridge):
     """The two inputs of an H-bridge."""
 
-    def __init__(self, forward: PWMOutputDevice, backward: PWMOutputDevice) -> None:
+    def __init__(
+        self, forward: PWMOutputDevice, backward: PWMOutputDevice, gpios: Sequence[int], opened: ExitStack
+    ) -> None:
+        super().__init__(gpios, opened)
         self._forward, self._backward = forward, backward
 
     def turn(self, duty: float) -> None:
-        """Send a duty from -1 to 1; the input that goes low goes first."""
-        if duty > 0:
+        if duty > 0:  # what goes low goes first
             self._backward.value = 0
             self._forward.value = duty
         elif duty < 0:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from contextlib import ExitStack
-from typing import Protocol
 
 from drivers.raspberrypi.claiming import pin_failure
 from drivers.raspberrypi.motors.model import MotorModel, whole_percent
@@ -12,29 +12,32 @@ from robotcore.description import MotorDescription
 from robotcore.devices import Motor
 
 
-class Bridge(Protocol):
-    """The lines of a motor board that turn one motor."""
+class Bridge(ABC):
+    """The lines to a motor board that turn one motor: these GPIOs, and how to let go of them."""
 
+    def __init__(self, gpios: Sequence[int], opened: ExitStack) -> None:
+        self.gpios, self._opened = gpios, opened
+
+    @abstractmethod
     def turn(self, duty: float) -> None:
-        """Send a duty from -1 to 1, positive forward; at 0 every line goes low, even where another one fails."""
+        """Send a duty from -1 to 1, positive forward; at 0 no line's failure keeps another one from going low."""
+
+    def close(self) -> None:
+        """Let go of each line, even where another one fails."""
+        self._opened.close()
 
 
 class PinMotor(Motor):
-    """Sends the duty that, by the motor's model, makes the velocity asked for.
+    """Sends the duty that, by the motor's model, makes the velocity asked for; each command, also one like the last."""
 
-    ``opened`` holds what is on the pins; closing lets go of each, even where another one fails.
-    """
-
-    def __init__(
-        self, told: MotorDescription, model: MotorModel, bridge: Bridge, gpios: Sequence[int], opened: ExitStack
-    ) -> None:
+    def __init__(self, told: MotorDescription, model: MotorModel, bridge: Bridge) -> None:
         super().__init__(told.name, told.max_velocity_rad_s)
-        self._model, self._bridge, self._gpios, self._opened = model, bridge, gpios, opened
+        self._model, self._bridge = model, bridge
         self._direction = 1
 
     @property
     def direction(self) -> int:
-        """1 or -1: where it was last told to turn, for a stopped wheel coasts on; 1 where it never was."""
+        """1 or -1: the way it was last told to turn, for a stopped wheel coasts on; 1 where it never was told to."""
         return self._direction
 
     def _apply(self, rad_s: float) -> None:
@@ -46,10 +49,10 @@ class PinMotor(Motor):
         try:
             self._bridge.turn(whole_percent(self._model.duty(rad_s)))
         except Exception as error:
-            raise pin_failure(self.name, self._gpios, error) from error
+            raise pin_failure(self.name, self._bridge.gpios, error) from error
 
     def _release(self) -> None:
         try:
-            self._opened.close()
+            self._bridge.close()
         except Exception as error:
-            raise pin_failure(self.name, self._gpios, error) from error
+            raise pin_failure(self.name, self._bridge.gpios, error) from error

@@ -1,0 +1,69 @@
+"""A motor whose wheel is held at its velocity by its encoder."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from threading import RLock
+
+from drivers.raspberrypi.motors.control import VelocityControl
+from drivers.raspberrypi.motors.model import MotorModel
+from drivers.raspberrypi.motors.motor import Bridge, PinMotor
+from robotcore.clock import Clock
+from robotcore.description import MotorDescription
+from robotcore.devices import Encoder
+from robotcore.errors import DeviceError
+from robotcore.polling import Polling
+
+
+class ControlledMotor(PinMotor):
+    """Sends what a controller makes of each command and, between commands, of what the encoder tells.
+
+    Commands may come from several threads, and corrections come from one more: what is asked for and what is sent for
+    it belong together by a lock that is only held while pins are written, so nothing turns the wheel after a stop.
+    Where the encoder fails the motor stops, and the next command that would turn it raises why.
+    """
+
+    def __init__(
+        self, told: MotorDescription, model: MotorModel, bridge: Bridge, control: VelocityControl, encoder: Encoder
+    ) -> None:
+        super().__init__(told, model, bridge)
+        self._control, self._encoder = control, encoder
+        self._asked = 0.0
+        self._failure: DeviceError | None = None
+        self._lock = RLock()
+        self._polling: Polling | None = None
+
+    def begin(self, clock: Clock, period: float) -> None:
+        """Look at the encoder now, and every ``period`` seconds from now on."""
+        self._correct()
+        self._polling = clock.every(period, self._correct, f"{self.name} control")
+
+    def _apply(self, rad_s: float) -> None:
+        with self._lock:
+            if rad_s and (failure := self._failure):
+                self._failure = None
+                raise failure
+            if rad_s * self._asked <= 0:
+                self._control.restart()
+            self._asked = rad_s
+            self._send(self._control.sent(rad_s) if rad_s else 0.0)
+
+    def _correct(self) -> None:
+        try:
+            sample = self._encoder.read()
+            with self._lock:
+                velocity = self._control.corrected(self._asked, sample.angle, sample.time)
+                if self._asked:
+                    self._send(velocity)
+        except DeviceError as failure:
+            self._fail(failure)
+
+    def _fail(self, failure: DeviceError) -> None:
+        with self._lock, suppress(DeviceError):  # the first failure says why
+            self._failure = self._failure or failure
+            self._apply(0.0)
+
+    def _release(self) -> None:
+        if self._polling:
+            self._polling.stop()
+        super()._release()
