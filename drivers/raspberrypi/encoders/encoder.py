@@ -42,7 +42,9 @@ class EncoderSettings(Described):
 class Counter(Protocol):
     """Counts edges, forward up and backward down, as its channels report them."""
 
-    edges: int
+    @property
+    def edges(self) -> int:
+        """The edges counted by now."""
 
 
 class PinEncoder(Encoder):
