@@ -27,7 +27,7 @@ Edges = Sequence[tuple[float, bool]]
 
 
 class TimedPin(MockPin):  # type: ignore[misc]  # gpiozero has no types
-    """A pin whose edges have the ticks they are given."""
+    """A pin whose edges have the ticks they are given; closing it does not end its callbacks, as with lgpio."""
 
     ticks: float = 0.0
     on_fall: Callable[[], object] = staticmethod(lambda: None)
@@ -35,6 +35,13 @@ class TimedPin(MockPin):  # type: ignore[misc]  # gpiozero has no types
     def drive(self, ticks: float, is_high: bool) -> None:
         self.ticks = ticks
         self.drive_high() if is_high else self.drive_low()
+
+    def close(self) -> None:
+        self.function = "input"
+
+    def tell(self, ticks: float, is_high: bool) -> None:
+        """Let an edge be told, whatever became of the one before it."""
+        PiPin._call_when_changed(self, ticks, is_high)
 
     def _call_when_changed(self) -> None:
         PiPin._call_when_changed(self, self.ticks, self._state)
@@ -61,13 +68,14 @@ class TimedFactory(MockFactory):  # type: ignore[misc]  # gpiozero has no types
 class Module:
     """Answers the n-th trigger with the n-th of its answers, and from then on with the last.
 
-    At time zero, while the sensor is opened, edges come at once: no time passes then.
+    While the sensor is opened, edges come at once: no time passes then.
     """
 
     clock: Clock
     pins: TimedFactory
     answers: list[Edges]
     triggers: list[float] = field(default_factory=list)
+    is_at_once: bool = False
 
     def __post_init__(self) -> None:
         self.trigger, self.echo = self.pins.pin(TRIGGER), self.pins.pin(ECHO)
@@ -79,7 +87,7 @@ class Module:
         self.triggers.append(now)
         for after, level in answer:
             ticks = self.pins.ticks() + after
-            if now == 0:
+            if self.is_at_once:
                 self.echo.drive(ticks, level)
             else:
                 self.clock.call_at(now + after, partial(self.echo.drive, ticks, level))
@@ -115,7 +123,10 @@ class Bench:
 
     def open(self) -> RangeSensor:
         settings = UltrasonicSettings(trigger=TRIGGER, echo=ECHO, **self.settings)
-        return Ultrasonic().open(self.told, settings, Host(load_robot("rover"), self.clock, self.pins))
+        self.module.is_at_once = True
+        sensor = Ultrasonic().open(self.told, settings, Host(load_robot("rover"), self.clock, self.pins))
+        self.module.is_at_once = False
+        return sensor
 
     def cycles(self, count: int = 1) -> None:
         """Let so many cycles pass, and stop in the middle of the next, when its echo is over."""

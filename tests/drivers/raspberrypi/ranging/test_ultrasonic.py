@@ -1,0 +1,339 @@
+import math
+import threading
+from typing import Any
+
+import pytest
+from gpiozero.pins.mock import MockFactory, MockPin, MockTriggerPin
+
+from drivers.raspberrypi.ranging.sound import speed_of_sound
+from drivers.raspberrypi.ranging.ultrasonic import Ultrasonic, UltrasonicSettings
+from robotcore.clock import MonotonicClock
+from robotcore.description import load_robot
+from robotcore.errors import DescriptionError, DeviceClosedError, DeviceError
+from robotcore.hardware import Host, fit
+from tests.drivers.raspberrypi.ranging.modules import (
+    ECHO,
+    NO_ANSWER,
+    NO_ECHO,
+    NOSE,
+    TRIGGER,
+    Bench,
+    Edges,
+    echo_at,
+    pulse,
+)
+
+LOST_RISE: Edges = ((0.003, False),)
+LOST_FALL: Edges = ((0.0005, True),)
+
+
+def test_the_first_sample_is_in_hand_when_it_is_open_and_no_simulated_time_has_passed() -> None:
+    bench = Bench([echo_at(1.0)])
+    sample = bench.open().read()
+    assert sample.distance == pytest.approx(1.0)
+    assert (sample.time, sample.sequence, bench.clock.now()) == (0.0, 0, 0.0)
+
+
+def test_a_distance_is_told_as_soon_as_its_echo_has_fallen_and_captured_when_it_was_triggered() -> None:
+    bench = Bench([echo_at(1.0), echo_at(0.4)])
+    sensor = bench.open()
+    bench.clock.sleep_until(0.06 + 0.004)
+    assert sensor.read().distance == pytest.approx(0.4)
+    assert sensor.read().time == 0.06
+
+
+def test_values_are_not_filtered() -> None:
+    bench = Bench([echo_at(1.0), echo_at(0.3), echo_at(1.7)])
+    sensor = bench.open()
+    bench.cycles()
+    assert sensor.read().distance == pytest.approx(0.3)
+    bench.cycles()
+    assert sensor.read().distance == pytest.approx(1.7)
+
+
+def test_the_edges_own_ticks_count_however_late_they_are_told() -> None:
+    bench = Bench([echo_at(1.0), NO_ANSWER, NO_ANSWER])
+    sensor = bench.open()
+    bench.clock.sleep_until(0.06)
+    triggered = bench.pins.ticks()
+    bench.clock.sleep_until(0.11)
+    bench.module.echo.drive(triggered + 0.001, True)
+    bench.module.echo.drive(triggered + 0.001 + 1.0 / speed_of_sound(20.0), False)
+    assert sensor.read().distance == pytest.approx(0.5)
+
+
+def test_edges_from_before_the_trigger_are_not_taken_for_its_echo() -> None:
+    bench = Bench([echo_at(1.0), NO_ANSWER, NO_ANSWER])
+    sensor = bench.open()
+    bench.clock.sleep_until(0.12)
+    bench.module.echo.drive(bench.pins.ticks() - 0.059, True)
+    bench.module.echo.drive(bench.pins.ticks() - 0.055, False)
+    assert sensor.read().sequence == 0
+
+
+def test_nearer_than_min_range_reads_min_range() -> None:
+    assert Bench([echo_at(0.004)]).open().read().distance == NOSE.min_range_m
+
+
+def test_an_echo_from_beyond_max_range_vouches_for_nothing_in_range() -> None:
+    bench = Bench([echo_at(NOSE.max_range_m - 0.001), echo_at(NOSE.max_range_m + 0.001), echo_at(4.0)])
+    sensor = bench.open()
+    assert sensor.read().distance < NOSE.max_range_m
+    bench.cycles()
+    assert (sensor.read().distance, sensor.read().time) == (math.inf, 0.06)
+    bench.cycles()
+    assert (sensor.read().distance, sensor.read().time) == (math.inf, 0.12)
+
+
+def test_what_may_be_an_echo_or_the_modules_time_out_says_nothing() -> None:
+    bench = Bench([echo_at(1.0), pulse(0.0285)], {"echo_free_cycles": 1})
+    sensor = bench.open()
+    first = sensor.read()
+    bench.cycles(3)
+    assert sensor.read() is first
+
+
+def test_a_lost_echo_is_neither_inf_nor_an_old_value_as_new() -> None:
+    bench = Bench([echo_at(1.0), NO_ECHO, NO_ECHO, echo_at(0.9)])
+    sensor = bench.open()
+    first = sensor.read()
+    bench.cycles(2)
+    assert sensor.read() is first
+    bench.cycles()
+    assert (sensor.read().distance, sensor.read().sequence) == pytest.approx((0.9, 1))
+
+
+def test_a_row_of_echo_free_cycles_vouches_for_nothing_in_range_again_and_again() -> None:
+    bench = Bench([echo_at(1.0), NO_ECHO], {"echo_free_cycles": 4})
+    sensor = bench.open()
+    bench.cycles(3)
+    assert sensor.read().distance == pytest.approx(1.0)
+    bench.cycles()
+    assert (sensor.read().distance, sensor.read().time) == pytest.approx((math.inf, 0.24))
+    bench.cycles()
+    assert (sensor.read().distance, sensor.read().time) == pytest.approx((math.inf, 0.30))
+
+
+@pytest.mark.parametrize("interruption", [echo_at(1.0), NO_ANSWER, LOST_RISE, LOST_FALL, pulse(0.0285)])
+def test_whatever_is_no_echo_free_cycle_ends_the_row(interruption: Edges) -> None:
+    bench = Bench([echo_at(1.0), *[NO_ECHO] * 3, interruption, *[NO_ECHO] * 3, echo_at(1.0)], {"echo_free_cycles": 4})
+    sensor = bench.open()
+    for _ in range(7):
+        bench.cycles()
+        if bench.module.echo.state:  # the edge that was lost
+            bench.module.echo._change_state(False)
+        assert sensor.read().distance == pytest.approx(1.0)
+
+
+def test_where_echo_free_cycles_is_0_they_never_vouch() -> None:
+    bench = Bench([echo_at(1.0), NO_ECHO], {"echo_free_cycles": 0})
+    sensor = bench.open()
+    bench.cycles(100)
+    assert sensor.read().sequence == 0
+
+
+def test_with_nothing_in_range_at_the_opening_it_opens_with_inf_in_no_simulated_time() -> None:
+    bench = Bench([NO_ECHO])
+    assert bench.open().read().distance == math.inf
+    assert (bench.clock.now(), len(bench.module.triggers)) == (0.0, 10)
+
+
+def test_with_nothing_to_be_judged_at_the_opening_it_fails_by_name() -> None:
+    with pytest.raises(DeviceError, match=r"nose: has heard nothing that could be judged; .* echo_free_cycles"):
+        Bench([NO_ECHO], {"echo_free_cycles": 0}).open()
+
+
+def test_a_copy_that_times_out_late_is_not_triggered_before_its_echo_is_over() -> None:
+    bench = Bench([echo_at(1.0), pulse(0.2)], {"echo_free_cycles": 2})
+    sensor = bench.open()
+    bench.cycles(5)
+    assert bench.module.triggers == pytest.approx([0.0, 0.06, 0.30])
+    bench.cycles(3)
+    assert (sensor.read().distance, sensor.read().time) == pytest.approx((math.inf, 0.30))
+
+
+def test_without_an_answer_at_the_opening_it_fails_by_name_and_lets_its_pins_go() -> None:
+    bench = Bench([NO_ANSWER])
+    with pytest.raises(DeviceError, match="nose: does not answer its trigger; look at its 5 V"):
+        bench.open()
+    bench.module.answers = [echo_at(1.0)]
+    assert bench.open().read().distance == pytest.approx(1.0)
+
+
+def test_five_triggers_without_an_answer_fail_it_until_it_answers_again() -> None:
+    bench = Bench([echo_at(1.0), *[NO_ANSWER] * 7, echo_at(0.8)])
+    sensor = bench.open()
+    bench.cycles(5)
+    assert sensor.read().sequence == 0
+    bench.cycles()
+    with pytest.raises(DeviceError, match="nose: does not answer"):
+        sensor.read()
+    bench.cycles(2)
+    assert (sensor.read().distance, sensor.read().sequence) == pytest.approx((0.8, 1))
+
+
+def test_single_triggers_without_an_answer_are_no_fault() -> None:
+    bench = Bench([echo_at(1.0), *[*[NO_ANSWER] * 4, NO_ECHO] * 3])
+    sensor = bench.open()
+    for _ in range(14):
+        bench.cycles()
+        assert sensor.read().sequence == 0
+
+
+def test_when_it_answers_again_without_an_echo_the_newest_sample_is_as_old_as_it_is() -> None:
+    bench = Bench([echo_at(1.0), *[NO_ANSWER] * 7, NO_ECHO])
+    sensor = bench.open()
+    first = sensor.read()
+    bench.cycles(8)
+    assert sensor.read() is first
+
+
+def test_an_echo_that_stays_high_fails_it_untriggered_until_it_has_fallen() -> None:
+    bench = Bench([echo_at(1.0), pulse(0.5), echo_at(0.8)])
+    sensor = bench.open()
+    bench.cycles(7)
+    assert len(bench.module.triggers) == 2
+    with pytest.raises(DeviceError, match="nose: its echo stays high; look at the wire"):
+        sensor.read()
+    bench.cycles(2)
+    assert not bench.module.echo.state
+    with pytest.raises(DeviceError, match="nose: its echo stays high"):
+        sensor.read()
+    bench.cycles()
+    assert (sensor.read().distance, sensor.read().sequence) == pytest.approx((0.8, 1))
+
+
+def test_an_echo_that_is_high_from_the_start_fails_the_opening_by_name() -> None:
+    bench = Bench([echo_at(1.0)])
+
+    class Shorted(type(bench.module.echo)):  # type: ignore[misc]  # gpiozero has no types
+        def _get_state(self) -> bool:
+            return True
+
+    bench.module.echo.__class__ = Shorted
+    with pytest.raises(DeviceError, match="nose: its echo stays high"):
+        bench.open()
+    assert not bench.module.triggers
+
+
+@pytest.mark.parametrize(
+    "edges",
+    [
+        LOST_RISE,
+        ((0.0005, True), (0.003, True), (0.004, False)),
+        ((0.0005, False), (0.003, True), (0.004, False)),
+    ],
+)
+def test_a_cycle_that_lost_an_edge_gives_no_value(edges: Edges) -> None:
+    bench = Bench([echo_at(1.0), NO_ANSWER, echo_at(0.8)])
+    sensor = bench.open()
+    bench.clock.sleep_until(0.06)
+    triggered = bench.pins.ticks()
+    bench.clock.sleep_until(0.08)
+    for after, level in edges:
+        bench.module.echo.tell(triggered + after, level)
+    assert sensor.read().sequence == 0
+    bench.cycles()
+    assert sensor.read().distance == pytest.approx(0.8)
+
+
+def test_noise_after_the_echo_says_nothing() -> None:
+    bench = Bench([echo_at(1.0), (*echo_at(0.5), (0.02, True), (0.021, False))])
+    sensor = bench.open()
+    bench.cycles()
+    assert (sensor.read().distance, sensor.read().sequence) == pytest.approx((0.5, 1))
+
+
+@pytest.mark.parametrize("temperature_c", [-10.0, 35.0])
+def test_the_airs_temperature_sets_the_speed_of_sound(temperature_c: float) -> None:
+    bench = Bench([echo_at(1.0, temperature_c)], {"air_temperature_c": temperature_c})
+    assert bench.open().read().distance == pytest.approx(1.0)
+
+
+def test_closing_stops_the_triggers_and_frees_the_pins() -> None:
+    bench = Bench([echo_at(1.0)])
+    sensor = bench.open()
+    sensor.close()
+    bench.cycles(5)
+    assert len(bench.module.triggers) == 1
+    assert sensor._newest().sequence == 0
+    with pytest.raises(DeviceClosedError):
+        sensor.read()
+    assert bench.open().read().distance == pytest.approx(1.0)
+
+
+def test_edges_after_closing_do_nothing() -> None:
+    bench = Bench([echo_at(1.0), NO_ANSWER])
+    sensor = bench.open()
+    bench.clock.sleep_until(0.06)
+    heard = bench.module.echo.when_changed
+    sensor.close()
+    assert bench.module.echo.when_changed is None
+    heard(bench.pins.ticks() + 0.001, True)
+    heard(bench.pins.ticks() + 0.002, False)
+    bench.module.echo.drive(bench.pins.ticks() + 0.003, True)
+    assert sensor._newest().sequence == 0
+
+
+def test_on_the_robots_own_clock_a_thread_triggers_it_until_it_is_closed() -> None:
+    pins = MockFactory(pin_class=MockPin)
+    pins.pin(TRIGGER, pin_class=MockTriggerPin, echo_pin=pins.pin(ECHO), echo_time=0.002)
+    clock = MonotonicClock()
+    settings = UltrasonicSettings(trigger=TRIGGER, echo=ECHO, cycle_s=0.05)
+    sensor = Ultrasonic().open(NOSE, settings, Host(load_robot("rover"), clock, pins))
+    times = [sensor.read().time]
+    while len(times) < 4:
+        if (time := sensor.read().time) != times[-1]:
+            times.append(time)
+    assert times[0] >= 0
+    assert times == sorted(times)
+    assert times[-1] <= clock.now()
+    sensor.close()
+    assert "nose" not in [thread.name for thread in threading.enumerate()]
+    clock.close()
+
+
+def test_pins_that_break_fail_it_by_name_until_they_work_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench([echo_at(1.0), echo_at(0.7)])
+    sensor = bench.open()
+
+    def broken(_value: Any) -> None:
+        raise OSError("bad handle")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(bench.module.trigger, "_set_state", broken)
+        bench.cycles()
+        with pytest.raises(DeviceError, match=r"nose: .*bad handle"):
+            sensor.read()
+    bench.cycles()
+    assert sensor.read().distance == pytest.approx(0.7)
+
+
+def test_a_pin_that_is_taken_fails_the_opening_by_name() -> None:
+    bench = Bench([echo_at(1.0)])
+    sensor = bench.open()
+    with pytest.raises(DeviceError, match=f"nose: GPIO {TRIGGER}"):
+        bench.open()
+    assert sensor.read().distance == pytest.approx(1.0)
+
+
+def test_its_wires_are_told() -> None:
+    settings = UltrasonicSettings(trigger=TRIGGER, echo=ECHO)
+    assert [f"{wire.signal} {wire}" for wire in Ultrasonic().connections(settings)] == [
+        f"trigger GPIO {TRIGGER}",
+        f"echo GPIO {ECHO}",
+    ]
+
+
+def test_a_range_that_it_cannot_hear_is_refused_by_the_robots_file() -> None:
+    far = NOSE.model_copy(update={"max_range_m": 5.0})
+    wires = {"raspberrypi": {"nose": {"driver": "hc-sr04", "trigger": TRIGGER, "echo": ECHO}}}
+    robot = load_robot("rover").model_copy(update={"devices": (far,), "backends": wires})
+    with pytest.raises(DescriptionError, match=r"hears as far as 4 m, and max_range_m is 5\. Lower it"):
+        fit(robot, "raspberrypi")
+
+
+def test_the_speed_of_sound_is_that_of_the_tables() -> None:
+    assert speed_of_sound(0.0) == pytest.approx(331.4, abs=0.2)
+    assert speed_of_sound(20.0) == pytest.approx(343.3, abs=0.2)
+    assert speed_of_sound(-20.0) == pytest.approx(318.9, abs=0.3)
