@@ -29,6 +29,10 @@ class StandbyLine(Cutoff):
     def arm(self) -> None:
         self._chip.write(self._line, is_high=True)
 
+    def rest(self) -> None:
+        """Let it fall: software PWM may be late by a cycle, and its process suspended before that is over."""
+        self.stop()
+
     def stop(self) -> None:
         self._chip.write(self._line, is_high=False)
 

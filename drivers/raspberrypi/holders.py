@@ -9,10 +9,9 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
-from drivers.raspberrypi.lg import chip_number
+from drivers.raspberrypi.lg import LINE, chip_number
 
 _ROOT = Path("/")
-_HANDLE = "anon_inode:gpio-line"
 _LINE = "gpio-line:"
 _CHIP = "gpio-chip:"
 
@@ -43,7 +42,7 @@ def _handles(proc: Path) -> Iterator[tuple[Path, str]]:
         with suppress(OSError):  # gone, or another user's
             for file in (process / "fd").iterdir():
                 with suppress(OSError):  # closed meanwhile
-                    if str(file.readlink()).startswith(_HANDLE):
+                    if str(file.readlink()).startswith(LINE):
                         yield process, (process / "fdinfo" / file.name).read_text()
 
 

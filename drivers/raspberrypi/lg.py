@@ -19,8 +19,10 @@ STUB = "pip took an empty lgpio, of which nothing can be used; sudo apt install 
 _PI_5 = 0x17
 """The model in a revision code. Source: github.com/raspberrypi/documentation, revision-codes.adoc."""
 
+LINE = "anon_inode:gpio-line"
+"""How the link in /proc/PID/fd of a handle of lines begins. Source: Linux, drivers/gpio/gpiolib-cdev.c."""
+
 _FILES = Path("/proc/self/fd")
-_LINE = "anon_inode:gpio-line"
 
 
 def load() -> ModuleType:
@@ -72,14 +74,14 @@ def _fifo_apart() -> Iterator[None]:
             os.environ[FIFO_FOLDER] = before
 
 
-def let_go(kind: str = _LINE) -> None:
-    """Let go of this process's files of a kind: a copy of the app's must not keep motors on that the app has turned on.
+def let_go() -> None:
+    """Let go of every line: a copy of the app's process must not keep motors on that the app has turned on.
 
     Each gives way to a file of nothing, so that its number is not given to a file that lgpio would take for its own.
     """
     nothing = os.open(os.devnull, os.O_RDWR)
     for file in tuple(_FILES.iterdir()):
         with suppress(OSError):  # the folder's own, gone by now
-            if str(file.readlink()).startswith(kind):
+            if str(file.readlink()).startswith(LINE):
                 os.dup2(nothing, int(file.name), inheritable=False)
     os.close(nothing)

@@ -1,0 +1,161 @@
+"""lgpio, as far as gpiozero and the drivers use it, on a folder that several processes have in common.
+
+A chip is a folder, a line a file: who has claimed it has it locked, so that it is free once its holder's process has
+ended; what was put out stays in it, as on a Raspberry Pi. PWM is its duty, in percent. As in the library, a claim of
+a line that is an output already changes nothing, and whatever fails tells its kind in words only.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from fcntl import LOCK_EX, LOCK_NB, flock
+from pathlib import Path
+from typing import Any
+
+SET_PULL_UP, SET_PULL_DOWN, SET_PULL_NONE = 32, 64, 128
+RISING_EDGE, FALLING_EDGE, BOTH_EDGES = 1, 2, 3
+CANNOT_OPEN_CHIP, GPIO_BUSY = -78, -79
+
+exceptions = True
+
+_WORDS = {CANNOT_OPEN_CHIP: "can not open gpiochip", GPIO_BUSY: "GPIO busy"}
+_INPUT, _OUTPUT = 0x10000, 0x2
+_chips: list[_Chip] = []
+
+
+class error(Exception):  # noqa: N801, N818  the library's own name
+    def __init__(self, value: str) -> None:
+        self.value = value
+
+    def __str__(self) -> str:
+        return repr(self.value)
+
+
+class _Chip:
+    def __init__(self, number: int) -> None:
+        self.folder = Path(os.environ["FAKE_DEV"]) / f"gpiochip{number}"
+        self.files: dict[int, int] = {}
+        self.modes: dict[int, int] = {}
+
+    def claim(self, gpio: int, mode: int, level: int = 0) -> int:
+        if self.modes.get(gpio) == mode:
+            return 0
+        self.free(gpio)
+        file = os.open(self.folder / str(gpio), os.O_RDWR | os.O_CREAT)
+        try:
+            flock(file, LOCK_EX | LOCK_NB)
+        except BlockingIOError:
+            os.close(file)
+            return _result(GPIO_BUSY)
+        self.files[gpio], self.modes[gpio] = file, mode
+        self.put(gpio, str(level))
+        return 0
+
+    def free(self, gpio: int) -> None:
+        if gpio in self.files:
+            os.close(self.files.pop(gpio))
+            del self.modes[gpio]
+
+    def put(self, gpio: int, words: str) -> None:
+        os.pwrite(self.files[gpio], words.ljust(3).encode(), 0)
+
+    def get(self, gpio: int) -> str:
+        return os.pread(self.files[gpio], 3, 0).decode().strip()
+
+
+def _result(status: int) -> int:
+    if status < 0 and exceptions:
+        raise error(error_text(status))
+    return status
+
+
+def error_text(errnum: int) -> str:
+    return _WORDS[errnum]
+
+
+def gpiochip_open(gpiochip: int) -> int:
+    chip = _Chip(gpiochip)
+    if not os.access(chip.folder, os.R_OK | os.W_OK):
+        return _result(CANNOT_OPEN_CHIP)
+    _chips.append(chip)
+    return len(_chips) - 1 | gpiochip << 16
+
+
+def gpiochip_close(handle: int) -> int:
+    chip = _chip(handle)
+    for gpio in list(chip.files):
+        chip.free(gpio)
+    return 0
+
+
+def gpio_claim_input(handle: int, gpio: int, lFlags: int = 0) -> int:  # noqa: N803
+    return _chip(handle).claim(gpio, _INPUT)
+
+
+def gpio_claim_output(handle: int, gpio: int, level: int = 0, lFlags: int = 0) -> int:  # noqa: N803
+    return _chip(handle).claim(gpio, _OUTPUT, level)
+
+
+def gpio_claim_alert(
+    handle: int,
+    gpio: int,
+    eFlags: int,  # noqa: N803
+    lFlags: int = 0,  # noqa: N803
+    notify_handle: int | None = None,
+) -> int:
+    return _chip(handle).claim(gpio, _INPUT)
+
+
+def gpio_set_debounce_micros(handle: int, gpio: int, debounce_micros: int) -> int:
+    return 0
+
+
+def gpio_free(handle: int, gpio: int) -> int:
+    _chip(handle).free(gpio)
+    return 0
+
+
+def gpio_get_mode(handle: int, gpio: int) -> int:
+    return _chip(handle).modes.get(gpio, 0)
+
+
+def gpio_read(handle: int, gpio: int) -> int:
+    return int(_chip(handle).get(gpio) != "0")
+
+
+def gpio_write(handle: int, gpio: int, level: int) -> int:
+    gpio_claim_output(handle, gpio, level)
+    _chip(handle).put(gpio, str(int(level)))
+    return 0
+
+
+def tx_pwm(
+    handle: int,
+    gpio: int,
+    pwm_frequency: float,
+    pwm_duty_cycle: float,
+    pulse_offset: int = 0,
+    pulse_cycles: int = 0,
+) -> int:
+    if pwm_frequency:
+        gpio_claim_output(handle, gpio)
+        _chip(handle).put(gpio, str(int(pwm_duty_cycle)))
+    return 0
+
+
+class _Callback:
+    def cancel(self) -> None: ...
+
+
+def callback(
+    handle: int,
+    gpio: int,
+    edge: int = RISING_EDGE,
+    func: Callable[..., Any] | None = None,
+) -> _Callback:
+    return _Callback()
+
+
+def _chip(handle: int) -> _Chip:
+    return _chips[handle & 0xFFFF]

@@ -1,0 +1,112 @@
+"""A program that turns a motor under a guardian: ``python -m tests.drivers.raspberrypi.turning CUTOFF DEED``."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+import sys
+import warnings
+from contextlib import suppress
+from select import select
+
+from drivers.raspberrypi import lg
+from robotcore.guardian import CutoffSpec
+from robotcore.guardian.guardian import Guardian
+
+FORWARD, BACKWARD, STANDBY = 17, 27, 22
+DUTY = 60
+LEASE_S = 0.3
+
+
+class Motor:
+    """Software PWM on one of two lines."""
+
+    def __init__(self, guardian: Guardian) -> None:
+        self._lgpio, self._guardian = lg.load(), guardian
+        self._chip = self._lgpio.gpiochip_open(0)
+        for gpio in (FORWARD, BACKWARD):
+            self._lgpio.gpio_claim_output(self._chip, gpio)
+
+    def turn(self) -> None:
+        self._guardian.is_driving()
+        self._lgpio.tx_pwm(self._chip, FORWARD, 100, DUTY)
+
+    def stop(self) -> None:
+        self._lgpio.tx_pwm(self._chip, FORWARD, 100, 0)
+        self._guardian.is_resting()
+
+    def close(self) -> None:
+        self._lgpio.gpiochip_close(self._chip)
+
+
+class _LeftError(Exception):
+    pass
+
+
+class Deeds:
+    """What becomes of a program whose motor turns."""
+
+    def drives(self, motor: Motor) -> None:
+        while not _is_told_to_end(0.02):
+            motor.turn()
+        motor.stop()
+
+    def hangs(self, motor: Motor) -> None:
+        """Hold the interpreter lock, as a vendor's call may, for some leases."""
+        ctypes.PyDLL(None).usleep(int(4 * LEASE_S * 1e6))
+
+    def halts(self, motor: Motor) -> None:
+        """Be suspended, without having been asked."""
+        os.kill(os.getpid(), signal.SIGSTOP)
+
+    def rests(self, motor: Motor) -> None:
+        motor.stop()
+        self.hangs(motor)
+
+    def leaves(self, motor: Motor) -> None:
+        """Break off with the motor turning and its lines held."""
+        raise _LeftError
+
+    def leaves_at_rest(self, motor: Motor) -> None:
+        motor.stop()
+        raise _LeftError
+
+    def copies(self, motor: Motor) -> None:
+        """Leave a copy of the process behind, which lives until it is told to end."""
+        warnings.simplefilter("ignore", DeprecationWarning)  # of forks of a process that has threads
+        if os.fork() == 0:
+            _is_told_to_end(None)
+            os._exit(0)
+        os.kill(os.getpid(), signal.SIGKILL)
+
+
+def _is_told_to_end(seconds: float | None) -> bool:
+    return bool(select([sys.stdin], [], [], seconds)[0])
+
+
+def _say(word: str) -> None:
+    sys.stdout.write(f"{word}\n")
+    sys.stdout.flush()
+
+
+def main() -> None:
+    """Turn the motor, and do the deed."""
+    cutoff, deed = sys.argv[1:]
+    lg.LINE = os.environ["FAKE_DEV"]  # what the kernel would call a handle of a line
+    parameters: dict[str, dict[str, object]] = {
+        "StandbyLine": {"line": STANDBY},
+        "MotorLines": {"lines": [FORWARD, BACKWARD], "owner": os.getpid()},
+    }
+    spec = CutoffSpec("left_motor", f"drivers.raspberrypi.cutoff:{cutoff}", parameters[cutoff])
+    with suppress(_LeftError), Guardian([spec], LEASE_S) as guardian:
+        motor = Motor(guardian)
+        motor.turn()
+        _say("turning")
+        getattr(Deeds(), deed)(motor)
+        motor.close()
+    _say("lives")
+
+
+if __name__ == "__main__":
+    main()
