@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from robotcore.description import RobotDescription
 from robotcore.devices import Device, Display, Motor, Sensor
 from robotcore.errors import DeviceClosedError, DeviceError, UsageError
 from robotcore.robot import Robot, Role
@@ -27,9 +28,8 @@ class LifecycleRules(Bench):
 
     def test_robot_without_a_drive_opens(self) -> None:
         setup = self.setup_for()
-        still = [d for d in setup.robot.devices if d.kind not in ("motor", "encoder")]
-        pole = setup.robot.model_copy(update={"drive": None, "devices": tuple(still)})
-        names = frozenset(device.name for device in still)
+        pole = _without_drive(setup.robot)
+        names = frozenset(device.name for device in pole.devices)
         with self.open(replace(setup, robot=pole, devices=names)) as robot:
             opened = set(robot.devices)
         assert opened == names, f"without a drive, it opened {sorted(opened)} instead of {sorted(names)}"
@@ -104,6 +104,17 @@ class LifecycleRules(Bench):
         for motor in self.motors(robot):
             motor.set_velocity(SPEED_RAD_S)
         return spies
+
+
+def _without_drive(robot: RobotDescription) -> RobotDescription:
+    """Return the robot without its motors and encoders, and without what its backends' sections say of them."""
+    still = tuple(device for device in robot.devices if device.kind not in ("motor", "encoder"))
+    gone = {device.name for device in robot.devices} - {device.name for device in still}
+    sections = {
+        section: {key: told for key, told in table.items() if key not in gone}
+        for section, table in robot.backends.items()
+    }
+    return robot.model_copy(update={"drive": None, "devices": still, "backends": sections})
 
 
 def _use(device: Device) -> None:

@@ -88,7 +88,7 @@ class RangeRules(Bench):
 
     def test_lost_echo_is_no_new_sample(self) -> None:
         self.require(Capability.LOST_ECHO)
-        with self.opened(None, Role.RANGE) as robot:
+        with self.opened(scenes.wall(self.sensor.mount, self._reach), Role.RANGE) as robot:
             before = robot.range.read()
             self.lose_echoes(robot)
             let_pass(robot, 0.5)
