@@ -11,17 +11,12 @@ from typing import Annotated
 from pydantic import Field
 
 from drivers.raspberrypi.backend import SECTION, RaspberryPiBackend, open_robot
-from drivers.raspberrypi.encoders.encoder import EncoderSettings
-from drivers.raspberrypi.ranging.ultrasonic import UltrasonicSettings
 from robotcore.backend import Backend, Setup, Vouch
 from robotcore.catalogue import load_backend
-from robotcore.description import AnyDevice, Described, EncoderDescription, RobotDescription
+from robotcore.description import AnyDevice, Described, RobotDescription
 from robotcore.errors import UsageError
-from robotcore.hardware import Fitting, fit
+from robotcore.hardware import fit
 from robotcore.robot import Robot
-
-HEARD_M = 4.3
-"""The farthest wall that a HC-SR04 hears."""
 
 
 class VirtualPiOptions(Described):
@@ -51,49 +46,37 @@ class VirtualPiBackend(RaspberryPiBackend):
         return "pip install 'robotcore[pi]'"
 
     def open(self, setup: Setup) -> Robot:
-        from drivers.raspberrypi.virtual.bench import Bench, is_on_pins
+        from drivers.raspberrypi.virtual.bench import Bench, as_built
         from drivers.raspberrypi.virtual.pins import VirtualPins
 
         options = setup.options_as(VirtualPiOptions)
         simulator = self._simulator(options.simulator)
-        wired = [fitting for fitting in fit(setup.robot, SECTION, setup.devices) if is_on_pins(fitting)]
-        built = replace(setup, robot=_as_built(setup.robot, wired), options={})
+        fittings = fit(setup.robot, SECTION, setup.devices)
+        built = _with(setup.robot, map(as_built, fittings))
         with ExitStack() as undo:
-            simulated = undo.enter_context(simulator.open(built))
+            simulated = undo.enter_context(simulator.open(replace(setup, robot=built, options={})))
             pins = undo.enter_context(VirtualPins(simulated.clock))
             bench = Bench(simulated, pins, self._is_lost or _losing(options.lost_echoes, setup.seed))
-            for fitting in wired:
-                bench.connect(fitting)
+            on_pins = {fitting.name for fitting in fittings if bench.connect(fitting)}
             release = undo.pop_all().close
-        names = {fitting.name for fitting in wired}
-        own = {name: device for name, device in simulated.devices.items() if name not in names}
-        robot = open_robot(setup, simulated.clock, pins, release, simulated.truth, own)
-        bench.start()
-        return robot
+        own = {name: device for name, device in simulated.devices.items() if name not in on_pins}
+        return open_robot(setup, simulated.clock, pins, release, simulated.truth, own)
 
     def _simulator(self, name: str) -> Backend:
         """Return the backend that simulates; raises UsageError where it is no simulator in lockstep."""
         simulator = load_backend(name)
         if isinstance(simulator, RaspberryPiBackend) or not self.vouches_for <= simulator.vouches_for:
-            raise UsageError(f"option simulator: {name!r} is no simulator that runs in lockstep; take kinematic, for one")
+            raise UsageError(
+                f"option simulator: {name!r} is no simulator that runs in lockstep; take kinematic, for one"
+            )
         simulator.require_installed()
         return simulator
 
 
-def _as_built(robot: RobotDescription, wired: Iterable[Fitting]) -> RobotDescription:
-    """Return the robot whose sensors on pins tell all that the hardware does: each edge of an encoder, and walls beyond
-    the maximum that is described, for which an ultrasonic module has echoes too."""
-    built = {fitting.name: _built(fitting) for fitting in wired}
-    return robot.model_copy(update={"devices": tuple(built.get(device.name, device) for device in robot.devices)})
-
-
-def _built(fitting: Fitting) -> AnyDevice:
-    told, settings = fitting.told, fitting.settings
-    if isinstance(settings, EncoderSettings) and isinstance(told, EncoderDescription):
-        return told.model_copy(update={"counts_per_turn": settings.edges_per_turn(told)})
-    if isinstance(settings, UltrasonicSettings):
-        return told.model_copy(update={"max_range_m": HEARD_M})
-    return told
+def _with(robot: RobotDescription, devices: Iterable[AnyDevice]) -> RobotDescription:
+    """Return the robot with these devices in place of those of the same name."""
+    new = {device.name: device for device in devices}
+    return robot.model_copy(update={"devices": tuple(new.get(device.name, device) for device in robot.devices)})
 
 
 def _losing(share: float, seed: int) -> Callable[[], bool]:

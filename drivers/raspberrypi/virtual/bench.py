@@ -3,83 +3,75 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable
 
+from drivers.raspberrypi.encoders.encoder import EncoderSettings
+from drivers.raspberrypi.encoders.quadrature import QuadratureSettings
+from drivers.raspberrypi.motors.hbridge import HBridgeSettings
 from drivers.raspberrypi.ranging.sound import speed_of_sound
-from drivers.raspberrypi.virtual.discs import Disc, QuadratureDisc, SlottedDisc
+from drivers.raspberrypi.ranging.ultrasonic import UltrasonicSettings
+from drivers.raspberrypi.virtual.discs import Disc, QuadratureDisc
 from drivers.raspberrypi.virtual.echo import VirtualEcho
 from drivers.raspberrypi.virtual.pins import VirtualPin, VirtualPins
-from drivers.raspberrypi.virtual.wheels import phase_and_enable, two_inputs
+from drivers.raspberrypi.virtual.wheels import two_inputs
 from robotcore.clock import MIN_PHYSICS_RATE_HZ, SteppedClock
+from robotcore.description import AnyDevice, EncoderDescription
+from robotcore.devices import Encoder, Motor, RangeSensor
 from robotcore.hardware import Fitting
 from robotcore.robot import Robot
 
+HEARD_M = 4.3
+"""The farthest wall that an HC-SR04 hears."""
+
 
 class Bench:
-    """Connects the pins of devices to the devices that a simulator opened; an echo may be lost on the way."""
+    """Connects pins to the devices that a simulator opened; an echo may be lost on the way."""
 
     def __init__(self, simulated: Robot, pins: VirtualPins, is_lost: Callable[[], bool]) -> None:
         self._simulated, self._pins, self._is_lost = simulated, pins, is_lost
         self._discs: list[Disc] = []
 
-    def connect(self, fitting: Fitting) -> None:
-        """Put a model on the other end of a device's pins."""
-        _MODELS[fitting.driver.name](self, fitting, self._simulated.devices[fitting.name])
+    def connect(self, fitting: Fitting) -> bool:
+        """Put a model on the other end of a device's pins; return whether there is one."""
+        match fitting.settings, self._simulated.devices[fitting.name]:
+            case HBridgeSettings() as on, Motor() as motor:
+                enable = None if on.enable is None else self._pin(on.enable)
+                two_inputs(motor, on.model.velocity, self._pin(on.forward), self._pin(on.backward), enable)
+            case QuadratureSettings() as on, Encoder() as encoder:
+                self._turn(QuadratureDisc(encoder, _edge_rad(fitting, on), self._pin(on.a), self._pin(on.b)))
+            case UltrasonicSettings() as on, RangeSensor() as sensor:
+                speed, pins = speed_of_sound(on.air_temperature_c), (self._pin(on.trigger), self._pin(on.echo))
+                VirtualEcho(self._simulated.clock, sensor, *pins, speed, self._is_lost)
+            case _:
+                return False
+        return True
 
-    def start(self) -> None:
-        """From now on, let discs turn with every step of the physics."""
-        if self._discs:
-            clock = self._simulated.clock
-            step = clock.step if isinstance(clock, SteppedClock) else 1 / MIN_PHYSICS_RATE_HZ
-            clock.every(step, self._turn, "discs")
-
-    def _turn(self) -> None:
-        for disc in self._discs:
-            disc.turn()
+    def _turn(self, disc: Disc) -> None:
+        """Let a disc turn with every step of the physics."""
+        clock = self._simulated.clock
+        step = clock.step if isinstance(clock, SteppedClock) else 1 / MIN_PHYSICS_RATE_HZ
+        clock.every(step, disc.turn, "disc")
 
     def _pin(self, number: int) -> VirtualPin:
         pin: VirtualPin = self._pins.pin(number)
         return pin
 
-    def _h_bridge(self, fitting: Fitting, motor: Any) -> None:
-        told: Any = fitting.settings
-        enable = None if told.enable is None else self._pin(told.enable)
-        two_inputs(motor, told.model.velocity, self._pin(told.forward), self._pin(told.backward), enable)
 
-    def _phase_enable(self, fitting: Fitting, motor: Any) -> None:
-        told: Any = fitting.settings
-        phase_and_enable(motor, told.model.velocity, self._pin(told.phase), self._pin(told.enable))
+def as_built(fitting: Fitting) -> AnyDevice:
+    """Return a device as its hardware is, which tells more than is described.
 
-    def _quadrature(self, fitting: Fitting, encoder: Any) -> None:
-        told: Any = fitting.settings
-        self._discs.append(QuadratureDisc(encoder, _radians(fitting), self._pin(told.a), self._pin(told.b)))
-
-    def _pulses(self, fitting: Fitting, encoder: Any) -> None:
-        told: Any = fitting.settings
-        self._discs.append(SlottedDisc(encoder, _radians(fitting), self._pin(told.pin)))
-
-    def _hc_sr04(self, fitting: Fitting, sensor: Any) -> None:
-        told: Any = fitting.settings
-        pins = self._pin(told.trigger), self._pin(told.echo)
-        VirtualEcho(self._simulated.clock, sensor, *pins, speed_of_sound(told.air_temperature_c), self._is_lost)
+    Each edge of an encoder, and walls beyond the maximum, for which an ultrasonic module has echoes too.
+    """
+    match fitting.settings, fitting.told:
+        case EncoderSettings() as settings, EncoderDescription() as told:
+            return told.model_copy(update={"counts_per_turn": settings.edges_per_turn(told)})
+        case UltrasonicSettings(), told:
+            return told.model_copy(update={"max_range_m": HEARD_M})
+    return fitting.told
 
 
-_MODELS: Mapping[str, Callable[[Bench, Fitting, Any], None]] = {
-    "h-bridge": Bench._h_bridge,
-    "phase-enable": Bench._phase_enable,
-    "quadrature": Bench._quadrature,
-    "pulses": Bench._pulses,
-    "hc-sr04": Bench._hc_sr04,
-}
-
-
-def _radians(fitting: Fitting) -> float:
-    """Return how far a wheel turns from one edge of its encoder to the next."""
-    told: Any = fitting.settings
-    return math.tau / int(told.edges_per_turn(fitting.told))
-
-
-def is_on_pins(fitting: Fitting) -> bool:
-    """Return whether there is a model of the device; any other is the simulator's own."""
-    return fitting.driver.name in _MODELS
+def _edge_rad(fitting: Fitting, settings: EncoderSettings) -> float:
+    """Return how far a wheel turns from one edge of its encoder to the next, in radians."""
+    told = fitting.told
+    assert isinstance(told, EncoderDescription), f"{fitting.name} is a {told.kind}"
+    return math.tau / settings.edges_per_turn(told)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from drivers.raspberrypi.virtual.pins import VirtualPin
 from robotcore.devices import Encoder
 
-QUADRATURE = ((True, True), (False, True), (False, False), (True, False))
+QUADRATURE = ((1, 1), (0, 1), (0, 0), (1, 0))
 """The levels of a and b, one edge after the other; forward, a leads."""
 
 
@@ -51,4 +51,4 @@ class SlottedDisc(Disc):
         self._show(0)
 
     def _show(self, edge: int) -> None:
-        self._pin.drive(bool(edge % 2))
+        self._pin.drive(edge % 2)

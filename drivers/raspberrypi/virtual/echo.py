@@ -11,15 +11,16 @@ from robotcore.clock import Clock
 from robotcore.devices import RangeSensor
 
 BURST_S = 450e-6
-"""From the end of the trigger to the echo pin's rise: eight cycles at 40 kHz, and what the sensor takes to send them."""
+"""From the end of the trigger to the rise of the echo: the burst is sent, eight cycles at 40 kHz, and some more."""
 SILENCE_S = 38e-3
-"""The pulse of a HC-SR04 that heard nothing. Source: its data sheet."""
+"""The pulse of an HC-SR04 that heard nothing. Source: its data sheet."""
 
 
 class VirtualEcho:
     """Answers each trigger by what the simulator's ``sensor`` hears at that instant.
 
-    An echo that ``is_lost`` is no pulse at all. Edges come in the step after they are due, and tell when they were.
+    An echo that ``is_lost``, as one that glances off, is silence to the module. Edges come in the step after they are
+    due, and tell when they were.
     """
 
     def __init__(
@@ -35,24 +36,24 @@ class VirtualEcho:
         self._trigger, self._echo = trigger, echo
         self._speed, self._is_lost = speed_of_sound, is_lost
         self._is_busy = False
-        echo.drive(False)
+        echo.drive(0)
         trigger.on_change(self._triggered)
 
     def _triggered(self) -> None:
-        if not (self._trigger.state or self._is_busy or self._is_lost()):
+        if not (self._trigger.state or self._is_busy):
             self._is_busy = True
             self._send()
 
     def _send(self) -> None:
         rises = self._clock.now() + BURST_S
-        distance = self._sensor.read().distance
+        distance = math.inf if self._is_lost() else self._sensor.read().distance
         falls = rises + (SILENCE_S if math.isinf(distance) else 2 * distance / self._speed)
-        self._call_at(rises, partial(self._echo.drive, True, rises))
+        self._call_at(rises, partial(self._echo.drive, 1, rises))
         self._call_at(falls, partial(self._end, falls))
 
     def _end(self, at: float) -> None:
         self._is_busy = False
-        self._echo.drive(False, at)
+        self._echo.drive(0, at)
 
     def _call_at(self, at: float, edge: Callable[[], None]) -> None:
         if self._clock.now() == 0:  # the robot is being opened: no time can pass, and drivers want a first sample

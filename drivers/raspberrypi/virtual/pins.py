@@ -20,6 +20,8 @@ class VirtualPin(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
     Its duty is cut to whole percent, as lgpio does it. It keeps no history.
     """
 
+    _state: float
+
     def __init__(self, factory: Any, info: Any) -> None:
         self._listeners: list[Callable[[], object]] = []
         self._is_driven = False
@@ -29,13 +31,13 @@ class VirtualPin(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
         """Call whenever the pin's level or duty has changed."""
         self._listeners.append(listener)
 
-    def drive(self, is_high: bool, ticks: float | None = None) -> None:
-        """Set the level from outside; an edge is told as of ``ticks``, by default of now."""
+    def drive(self, level: int, ticks: float | None = None) -> None:
+        """Set the level, 0 or 1, from outside; an edge is told as of ``ticks``, by default of now."""
         self._is_driven = True
-        if self._function == "input" and self._change_state(is_high):
+        if self._function == "input" and self._change_state(bool(level)):
             if ticks is not None:
                 self._last_change = ticks
-            if self._when_changed and self._edges in ("both", "rising" if is_high else "falling"):
+            if self._when_changed and self._edges in ("both", "rising" if level else "falling"):
                 self._call_when_changed()
 
     def drive_high(self) -> None:

@@ -108,13 +108,14 @@ def test_trigger_is_ignored_while_the_echo_is_out() -> None:
         assert len(nose.edges) == 2
 
 
-def test_lost_echo_is_no_pulse_and_the_next_one_is_heard() -> None:
+def test_lost_echo_is_silence_and_the_next_one_is_heard() -> None:
     with module(0.5) as nose:
         nose.clock.sleep_until(1.0)
         nose.is_lost = True
         nose.ping()
         nose.clock.sleep_until(1.1)
-        assert nose.edges == []
+        assert nose.pulse == pytest.approx(SILENCE_S)
+        nose.edges.clear()
         nose.is_lost = False
         nose.ping()
         nose.clock.sleep_until(1.2)

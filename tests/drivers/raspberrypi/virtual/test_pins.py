@@ -67,16 +67,16 @@ def test_edge_from_outside_comes_with_the_ticks_it_was_at(clock: SteppedClock, p
     with DigitalInputDevice(5, pin_factory=pins) as device:
         device.pin.when_changed = note
         clock.sleep_until(0.5)
-        pins.pin(5).drive(True, 0.4321)
-        pins.pin(5).drive(True)
-        pins.pin(5).drive(False)
+        pins.pin(5).drive(1, 0.4321)
+        pins.pin(5).drive(1)
+        pins.pin(5).drive(0)
         device.pin.when_changed = None
     assert edges == [(0.4321, True), (0.5, False)]
 
 
 @pytest.mark.parametrize("pull_up", [True, False])
-@pytest.mark.parametrize("level", [True, False])
-def test_pull_gives_way_to_what_drives_the_pin(level: bool, pull_up: bool, pins: VirtualPins) -> None:
+@pytest.mark.parametrize("level", [0, 1])
+def test_pull_gives_way_to_what_drives_the_pin(level: int, pull_up: bool, pins: VirtualPins) -> None:
     pins.pin(5).drive(level)
     with DigitalInputDevice(5, pull_up=pull_up, pin_factory=pins) as device:
         assert device.pin.state == level
@@ -84,7 +84,7 @@ def test_pull_gives_way_to_what_drives_the_pin(level: bool, pull_up: bool, pins:
 
 def test_pin_that_the_program_drives_is_driven_by_nobody_else(pins: VirtualPins) -> None:
     with OutputDevice(5, pin_factory=pins):
-        pins.pin(5).drive(True)
+        pins.pin(5).drive(1)
         assert not pins.pin(5).state
 
 

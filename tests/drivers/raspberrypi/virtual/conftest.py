@@ -1,0 +1,13 @@
+from __future__ import annotations
+
+import pytest
+
+from robotcore.catalogue import load_backend
+
+
+@pytest.fixture
+def pybullet() -> None:
+    """Skip where Bullet is not installed."""
+    backend = load_backend("pybullet")
+    if not backend.is_installed:
+        pytest.skip(f"pybullet is not installed: {backend.remedy}")

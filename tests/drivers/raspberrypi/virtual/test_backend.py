@@ -1,0 +1,194 @@
+from __future__ import annotations
+
+import gc
+import math
+import threading
+import weakref
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from drivers.kinematic.backend import KinematicBackend
+from drivers.raspberrypi.encoders.encoder import PinEncoder
+from drivers.raspberrypi.motors.motor import PinMotor
+from drivers.raspberrypi.ranging.sonar import Sonar
+from drivers.raspberrypi.ranging.ultrasonic import Ultrasonic
+from drivers.raspberrypi.virtual.backend import VirtualPiBackend
+from drivers.raspberrypi.virtual.pins import VirtualPins
+from robotcore.backend import Backend, Setup
+from robotcore.catalogue import load_backend
+from robotcore.description import RangeSensorDescription, WorldDescription, load_robot
+from robotcore.devices import RangeSensor
+from robotcore.errors import BackendMissingError, DescriptionError, DeviceClosedError, DeviceError, UsageError
+from robotcore.robot import Robot
+from robotcore.testing import scenes
+
+ROVER = load_robot("rover")
+NOSE = next(device for device in ROVER.devices if isinstance(device, RangeSensorDescription))
+
+
+def setup(*devices: str, world: WorldDescription | None = None, **options: Any) -> Setup:
+    chosen = devices or tuple(device.name for device in ROVER.devices)
+    return Setup(ROVER, world or scenes.empty(), frozenset(chosen), options=options)
+
+
+def distances_heard(asked: Setup, seconds: float = 3.0) -> list[float]:
+    """Return the distance of each new sample."""
+    heard: dict[int, float] = {}
+    with VirtualPiBackend().open(asked) as robot:
+        for tick in range(round(seconds * 20)):
+            sample = robot.range.read()
+            heard[sample.sequence] = sample.distance
+            robot.clock.sleep_until((tick + 1) / 20)
+    return list(heard.values())
+
+
+def test_what_is_on_pins_is_opened_by_the_drivers_of_a_real_pi() -> None:
+    with VirtualPiBackend().open(setup()) as robot:
+        assert isinstance(robot["left_motor"], PinMotor)
+        assert isinstance(robot["right_encoder"], PinEncoder)
+        assert isinstance(robot["nose"], Sonar)
+
+
+def test_what_is_not_on_pins_is_the_simulator_s_own() -> None:
+    with KinematicBackend().open(setup()) as simulated, VirtualPiBackend().open(setup()) as robot:
+        assert {name: type(robot[name]) for name in ("eye", "screen")} == {
+            name: type(simulated[name]) for name in ("eye", "screen")
+        }
+
+
+def test_no_thread_is_started_and_no_guardian_is_asked_for() -> None:
+    before = threading.enumerate()
+    with VirtualPiBackend().open(setup()) as robot:
+        robot.clock.sleep_until(1.0)
+        assert threading.enumerate() == before
+        assert robot.cutoffs == ()
+
+
+def test_wheel_turns_at_the_duty_that_is_sent_in_whole_percent() -> None:
+    with VirtualPiBackend().open(setup()) as robot:
+        motor = robot["left_motor"]
+        assert isinstance(motor, PinMotor)
+        motor.set_velocity(5.03)  # 0.4233 of the duty, of which 0.42 is sent
+        robot.clock.sleep_until(1.0)
+        start = _angle(robot)
+        robot.clock.sleep_until(2.0)
+        assert _angle(robot) - start == pytest.approx(14 * (0.42 - 0.10) / 0.90, abs=2 * math.tau / 3840)
+
+
+def _angle(robot: Robot) -> float:
+    encoder = robot["left_encoder"]
+    assert isinstance(encoder, PinEncoder)
+    return encoder.read().angle
+
+
+def test_wall_beyond_the_maximum_answers_each_trigger_as_a_real_one_does() -> None:
+    world = scenes.wall(NOSE.mount, NOSE.max_range_m + 0.5)
+    assert set(distances_heard(setup("nose", world=world))) == {math.inf}
+
+
+@pytest.mark.parametrize("share, most", [(0.0, 51), (0.5, 35), (1.0, 0)])
+def test_lost_echoes_are_no_samples(share: float, most: int) -> None:
+    world = scenes.wall(NOSE.mount, 0.7)
+    heard = [distance for distance in distances_heard(setup("nose", world=world, lost_echoes=share)) if distance < 2]
+    assert heard == pytest.approx([0.7] * len(heard), abs=0.001)
+    assert most - 20 < len(heard) <= most
+
+
+def test_the_seed_says_which_echoes_are_lost() -> None:
+    first, same, other = (_times_heard(seed) for seed in (1, 1, 2))
+    assert first == same != other
+
+
+def _times_heard(seed: int) -> list[float]:
+    """Return when the echoes were heard of which some are lost."""
+    asked = setup("nose", world=scenes.wall(NOSE.mount, 0.7), lost_echoes="0.5")
+    times = []
+    with VirtualPiBackend().open(replace(asked, seed=seed)) as robot:
+        for tick in range(1, 41):
+            robot.clock.sleep_until(tick / 20)
+            times.append(robot.range.read().time)
+    return times
+
+
+@pytest.mark.parametrize("name", ["virtualpi", "raspberrypi", "mock", "replay"])
+def test_what_does_not_simulate_in_lockstep_is_refused(name: str) -> None:
+    with pytest.raises(UsageError, match=f"option simulator: '{name}' is no simulator that runs in lockstep"):
+        VirtualPiBackend().open(setup(simulator=name))
+
+
+def test_unknown_simulator_is_refused_with_the_nearest_name() -> None:
+    with pytest.raises(UsageError, match="Did you mean 'kinematic'"):
+        VirtualPiBackend().open(setup(simulator="kinematics"))
+
+
+def test_simulator_that_is_not_installed_is_told_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(type(load_backend("pybullet")), "modules", ("no_such_library",))
+    with pytest.raises(BackendMissingError, match="'pybullet' is not installed"):
+        VirtualPiBackend().open(setup(simulator="pybullet"))
+
+
+@pytest.mark.parametrize("share", ["-0.1", "1.1", "nan", "many"])
+def test_share_of_lost_echoes_that_is_none_is_refused(share: str) -> None:
+    with pytest.raises(UsageError, match="option lost_echoes"):
+        VirtualPiBackend().open(setup(lost_echoes=share))
+
+
+def test_robot_whose_file_tells_no_wiring_is_refused() -> None:
+    bare = ROVER.model_copy(update={"backends": {}})
+    with pytest.raises(DescriptionError, match=r"raspberrypi\.nose: is missing"):
+        VirtualPiBackend().open(replace(setup(), robot=bare))
+
+
+def test_closing_closes_the_simulator_and_lets_go_of_the_pins(monkeypatch: pytest.MonkeyPatch) -> None:
+    simulated = _kept(monkeypatch)
+    VirtualPiBackend().open(setup()).close()
+    _require_closed(simulated)
+
+
+def test_driver_that_fails_leaves_no_simulator_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> RangeSensor:
+        raise DeviceError("nose", "broken")
+
+    monkeypatch.setattr(Ultrasonic, "open", fail)
+    simulated = _kept(monkeypatch)
+    with pytest.raises(DeviceError, match="nose: broken"):
+        VirtualPiBackend().open(setup())
+    _require_closed(simulated)
+
+
+def _kept(monkeypatch: pytest.MonkeyPatch) -> list[Robot]:
+    """Return where every simulated robot goes that is opened from now on."""
+    kept: list[Robot] = []
+    plain = KinematicBackend.open
+
+    def keeping(backend: Backend, asked: Setup) -> Robot:
+        kept.append(plain(backend, asked))  # type: ignore[arg-type]  # it is a kinematic one
+        return kept[-1]
+
+    monkeypatch.setattr(KinematicBackend, "open", keeping)
+    return kept
+
+
+def _require_closed(simulated: list[Robot]) -> None:
+    (robot,) = simulated
+    with pytest.raises(DeviceClosedError):
+        robot.range.read()
+
+
+def test_nothing_of_a_closed_robot_stays(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[weakref.ref[VirtualPins]] = []
+    plain = VirtualPins.__init__
+
+    def noting(pins: VirtualPins, clock: Any) -> None:
+        plain(pins, clock)
+        made.append(weakref.ref(pins))
+
+    monkeypatch.setattr(VirtualPins, "__init__", noting)
+    for _ in range(3):
+        with VirtualPiBackend().open(setup()) as robot:
+            robot.clock.sleep_until(0.2)
+    del robot  # the last one's
+    gc.collect()
+    assert [ref() for ref in made] == [None, None, None]

@@ -1,0 +1,29 @@
+"""The Pi's own device drivers keep the kit's rules, on virtual pins, whichever simulator is behind them."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import pytest
+
+from drivers.raspberrypi.virtual.backend import VirtualPiBackend
+from robotcore.backend import Setup
+from robotcore.robot import Robot
+from robotcore.testing import Capability, ConformanceSuite
+
+
+class TestVirtualPi(ConformanceSuite):
+    backend = VirtualPiBackend
+    lacks: ClassVar = {Capability.SLOW_HARDWARE: "virtual hardware answers while somebody sleeps"}
+    is_lost = False
+
+    def open(self, setup: Setup) -> Robot:
+        return VirtualPiBackend(lambda: self.is_lost).open(setup)
+
+    def lose_echoes(self, robot: Robot) -> None:
+        self.is_lost = True
+
+
+@pytest.mark.usefixtures("pybullet")
+class TestVirtualPiOnBullet(TestVirtualPi):
+    options: ClassVar = {"simulator": "pybullet"}

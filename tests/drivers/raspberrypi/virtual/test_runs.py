@@ -1,0 +1,62 @@
+"""The app that finds the ball in a simulator finds it through gpiozero, with the drivers that a real Pi has."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import pytest
+
+from robotcore import RunRequest, RunResult, run
+from robotcore.replay.replaying import replay
+from robotcore.sweep import LocalEngine, Sweep, run_sweep
+from tests.robotcore.replay.memory import recorded
+
+
+@cache
+def found(backend: str, seed: int) -> RunResult:
+    return run(RunRequest("green-search", backend, seed=seed))
+
+
+def searched(**asked: Any) -> RunResult:
+    return run(RunRequest("green-search", "virtualpi", **asked))
+
+
+@pytest.mark.parametrize("seed", [1, 2, 7])
+def test_the_ball_is_found_through_gpiozero_by_the_same_milestones(seed: int) -> None:
+    real, simulated = found("virtualpi", seed), found("kinematic", seed)
+    assert real.verified
+    assert list(real.milestones) == list(simulated.milestones)
+    assert real.contacts == 0
+
+
+def test_the_same_seed_gives_the_same_digest() -> None:
+    assert searched(seed=7).trace_sha256 == found("virtualpi", 7).trace_sha256
+
+
+@pytest.mark.usefixtures("pybullet")
+def test_the_ball_that_is_found_in_bullet_is_found_there_through_gpiozero() -> None:
+    assert searched(seed=7, options={"simulator": "pybullet"}).verified
+
+
+def test_the_ball_is_found_where_a_third_of_the_echoes_is_lost() -> None:
+    result = searched(seed=7, options={"lost_echoes": "0.33"})
+    assert result.verified
+    assert result.trace_sha256 != found("virtualpi", 7).trace_sha256
+
+
+def test_the_ball_is_found_in_a_world_with_conditions_of_its_own() -> None:
+    result = searched(seed=7, randomise=True)
+    assert result.verified
+    assert result.trace_sha256 != found("virtualpi", 7).trace_sha256
+
+
+def test_a_recorded_run_replays_to_the_bit() -> None:
+    replayed = replay(recorded(backend="virtualpi", seed=7))
+    assert replayed.is_equal
+
+
+def test_a_sweep_comes_out_as_its_runs_do() -> None:
+    sweep = Sweep(RunRequest("green-search"), ("virtualpi",), ("arena",), (1, 2))
+    digests = {record.result.seed: record.result.trace_sha256 for record in run_sweep(sweep, LocalEngine(2)).records()}
+    assert digests == {seed: found("virtualpi", seed).trace_sha256 for seed in (1, 2)}
