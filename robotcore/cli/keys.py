@@ -74,9 +74,9 @@ class SpaceBar:
 
         with self._lock, suppress(termios.error), _unstopped():
             self._is_paused = True
-            before, self._before = self._before, None
-            if before is not None:
-                termios.tcsetattr(self._terminal, termios.TCSADRAIN, before)
+            if self._before is not None:
+                termios.tcsetattr(self._terminal, termios.TCSADRAIN, self._before)
+                self._before = None
 
     def go_on(self) -> None:
         """Let keys come at once again, as soon as the terminal is ours."""
@@ -108,9 +108,8 @@ class SpaceBar:
 
         with self._lock, suppress(termios.error):
             if self._before is None and not self._is_paused and _is_in_front(self._terminal):
-                before = termios.tcgetattr(self._terminal)
+                self._before = termios.tcgetattr(self._terminal)
                 tty.setcbreak(self._terminal, termios.TCSANOW)
-                self._before = before
 
     def _lend(self) -> None:
         """Leave the terminal alone until the debugger has its command."""

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import termios
 import threading
+import tty
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -16,6 +18,7 @@ from typing import Any
 import pytest
 
 from robotcore.cli import keys
+from robotcore.errors import Interrupted
 
 ROOT = Path(__file__).parents[3]
 DRIVE = ("avoid-obstacles", "--realtime", "--set", "duration_s=60", "--world", "open")
@@ -228,23 +231,57 @@ def test_what_is_typed_just_after_it_went_behind_stops_no_job_that_drives(termin
     assert (told["outcome"], exited) == ("timeout", "exited 1")
 
 
-def test_paused_it_leaves_the_terminal_alone_though_it_still_listens(
-    terminal: Terminal, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.fixture
+def bar(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> Iterator[keys.SpaceBar]:
+    """A space bar in this process, which is in front of the terminal."""
     with os.fdopen(os.dup(terminal.slave)) as stdin:
         monkeypatch.setattr(sys, "stdin", stdin)
         monkeypatch.setattr(keys, "_is_in_front", lambda _: True)
-        terminal.type(b" ")  # so that it need not wait
-        bar = keys.SpaceBar()
-        bar.pause()
-        with keys._keys_of(terminal.slave) as there:
-            bar._pressed(there)
-        assert terminal.is_as_it_was
+        yield keys.SpaceBar()
+
+
+def test_paused_it_leaves_the_terminal_alone_though_it_still_listens(terminal: Terminal, bar: keys.SpaceBar) -> None:
+    terminal.type(b" ")  # so that it need not wait
+    bar.pause()
+    with keys._keys_of(terminal.slave) as there:
+        bar._pressed(there)
+    assert terminal.is_as_it_was
+    bar.go_on()
+    assert terminal.is_raw
+    bar.close()
+    bar.go_on()
+    assert terminal.is_as_it_was
+
+
+def test_an_interrupt_just_after_the_terminal_was_taken_leaves_it_as_it_was(
+    terminal: Terminal, bar: keys.SpaceBar, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def take_and_be_interrupted(*told: Any) -> None:
+        termios.tcsetattr(*told)
+        raise Interrupted(signal.SIGINT)
+
+    monkeypatch.setattr(tty, "tcsetattr", take_and_be_interrupted)
+    with pytest.raises(Interrupted):
         bar.go_on()
-        assert terminal.is_raw
-        bar.close()
-        bar.go_on()
-        assert terminal.is_as_it_was
+    assert terminal.is_raw
+    bar.close()
+    assert terminal.is_as_it_was
+
+
+def test_an_interrupt_just_before_the_terminal_is_put_back_leaves_it_as_it_was(
+    terminal: Terminal, bar: keys.SpaceBar, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def be_interrupted(*told: Any) -> None:
+        raise Interrupted(signal.SIGINT)
+
+    bar.go_on()
+    with monkeypatch.context() as patch:
+        patch.setattr(termios, "tcsetattr", be_interrupted)
+        with pytest.raises(Interrupted):
+            bar.close()
+    assert terminal.is_raw
+    bar.close()
+    assert terminal.is_as_it_was
 
 
 def test_where_standard_input_is_no_terminal_nobody_can_press(monkeypatch: pytest.MonkeyPatch) -> None:
