@@ -128,8 +128,9 @@ class Execution:
         self._interrupts.stop_with(self._last_resort)
         self._interrupts.suspend_with(assembled.suspend, self._let_sensors_wake, is_to_wait=True)
         run = Run(plan.request, plan.behaviour, plan.description, plan.world, assembled.robot, truth, stop, plan.faults)
-        for observer in self._observers:
-            observer.begin(run)
+        with self._interrupts.put_off():
+            for observer in self._observers:
+                observer.begin(run)
         return self._loop.run()
 
     def _let_sensors_wake(self) -> None:

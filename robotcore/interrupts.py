@@ -6,7 +6,8 @@ import ctypes
 import os
 import signal
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from types import FrameType, TracebackType
 from typing import Any, NoReturn
 
@@ -49,7 +50,7 @@ class Interrupts:
 
     def __init__(self) -> None:
         self._thread = threading.get_ident()
-        self._is_held = False
+        self._is_held = self._is_put_off = False
         self.raised: Interrupted | None = None
         self._last_resort: Callable[[], object] = lambda: None
         self._count = 0
@@ -70,6 +71,16 @@ class Interrupts:
         self._is_to_wait = False
         if not self.are_heard:
             _raise_in(self._thread, None)
+
+    @contextmanager
+    def put_off(self) -> Iterator[None]:
+        """While entered, a signal waits, but for the third: what is done here is done wholly, and can be undone."""
+        self._is_put_off = True
+        try:
+            yield
+        finally:
+            self._is_put_off = False
+        self.check()
 
     def stop_with(self, last_resort: Callable[[], object]) -> None:
         """Let the third signal call this and end the process at once: an app may swallow what is raised."""
@@ -128,7 +139,8 @@ class Interrupts:
         self.raised = Interrupted(number)
         if self._count == LAST_SIGNAL:
             self._end(number)
-        raise self.raised
+        if not self._is_put_off:
+            raise self.raised
 
     def _come_back(self, number: int, frame: FrameType | None) -> None:
         if not self._is_held:

@@ -379,6 +379,17 @@ class TestObservers:
             perform(then(lambda _: Status.SUCCESS), observers=[Broken(), watcher])
         assert [what for what, _ in watcher.heard][-1] == "end"
 
+    def test_a_signal_cuts_no_beginning_short(self, perform: Runner) -> None:
+        class Beginning(Watcher):
+            def begin(self, run: Run) -> None:
+                signal.raise_signal(signal.SIGINT)
+                super().begin(run)
+
+        observers = [Beginning(), Watcher()]
+        result = perform(then(driving), observers=observers)
+        assert (result.outcome, result.ticks) == (Outcome.INTERRUPTED, 0)
+        assert [[what for what, _ in each.heard] for each in observers] == [["begin", "end"]] * 2
+
 
 def test_the_motors_stand_before_the_program_is_suspended(perform: Runner, backend: RigBackend) -> None:
     stood: list[Any] = []
