@@ -67,9 +67,10 @@ def deaf(robot: Robot) -> None:
 
 
 def impervious(robot: Robot) -> None:
-    """Swallow whatever is raised, for ever."""
+    """Swallow whatever is raised, for ever; say each time when that has begun."""
     while True:
         with suppress(BaseException):
+            tell("impervious")
             threading.Event().wait()
 
 
