@@ -7,6 +7,7 @@ from typing import Any
 
 from robotcore.behaviour import Status
 from robotcore.robot import Robot
+from robotcore.safety import REST
 from robotcore.session import Run, RunResult
 from robotcore.trace import TickRecord
 from tests.robotcore.fakes import Deed
@@ -29,6 +30,14 @@ class Watcher:
 
     def end(self, result: RunResult) -> None:
         self.heard.append(("end", result))
+
+
+def ended_by(watcher: Watcher) -> str:
+    """Return the cause of the last intervention in the last record."""
+    records: list[TickRecord] = [told for what, told in watcher.heard if what == "tick"]
+    last = records[-1].interventions[-1]
+    assert last.sent == REST
+    return last.cause
 
 
 def driving(robot: Robot, left: float = 2.0) -> None:

@@ -4,17 +4,12 @@ from __future__ import annotations
 
 import math
 import signal
-import sys
 import threading
-from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-import robotcore.description
 from robotcore.behaviour import Status
 from robotcore.devices import Motor
 from robotcore.errors import BehaviourError, DeviceClosedError, DeviceError, Interrupted, WatchdogError
@@ -23,38 +18,10 @@ from robotcore.layers import Assembled, assemble
 from robotcore.outcome import Outcome, RunResult
 from robotcore.plan import RunRequest
 from robotcore.robot import Robot
-from robotcore.safety import REST
 from robotcore.session import Run
 from robotcore.trace import TickRecord
 from tests.robotcore.fakes import Deed, Rig, RigBackend
-from tests.robotcore.runs import Runner, Watcher, driving, raising, then
-
-HASTY = "watchdog_s = 0.4\nanswer_s = 0.3\n"
-
-
-@pytest.fixture
-def hasty(tmp_path: Path) -> RunRequest:
-    """Ask for a run of a robot whose watchdog does not wait for long."""
-    rover = Path(robotcore.description.__file__).with_name("robots") / "rover.toml"
-    file = tmp_path / "hasty.toml"
-    file.write_text(rover.read_text().replace("max_age_s = 1.0\n", f"max_age_s = 1.0\n{HASTY}"))
-    return RunRequest("an_app", robot=str(file))
-
-
-@pytest.fixture
-def gate() -> Iterator[threading.Event]:
-    """What hangs waits for this; the test lets it go at its end."""
-    event = threading.Event()
-    yield event
-    event.set()
-
-
-def ended_by(watcher: Watcher) -> str:
-    """Return the cause of the last intervention in the last record."""
-    records: list[TickRecord] = [told for what, told in watcher.heard if what == "tick"]
-    last = records[-1].interventions[-1]
-    assert last.sent == REST
-    return last.cause
+from tests.robotcore.runs import Runner, Watcher, driving, ended_by, raising, then
 
 
 def test_from_the_third_signal_on_every_command_is_refused(
@@ -77,161 +44,6 @@ def test_from_the_third_signal_on_every_command_is_refused(
     monkeypatch.setattr("robotcore.interrupts.die_of", die_of)
     perform(then(press))
     assert died == [(0.0, 0.0)]
-
-
-class TestHanging:
-    @pytest.mark.parametrize("is_burning", [False, True])
-    def test_an_app_that_does_not_come_back_is_stopped_by_name(
-        self, perform: Runner, backend: RigBackend, hasty: RunRequest, gate: threading.Event, *, is_burning: bool
-    ) -> None:
-        def hang(robot: Robot) -> None:
-            while is_burning:
-                pass
-            gate.wait()
-
-        watcher = Watcher()
-        result = perform(then(hang), hasty, observers=[watcher])
-        assert isinstance(result.error, WatchdogError)
-        assert (result.outcome, result.exit_status) == (Outcome.STOPPED, 4)
-        assert result.reason.startswith("Deed has not come back from step for 0.")
-        assert "in 'start'" in result.reason
-        assert backend.rig.wheels == (0.0, 0.0)
-        assert ended_by(watcher) == "watchdog"
-        assert result.interventions >= 1
-
-    def test_an_app_that_swallows_it_once_ends_all_the_same(
-        self, perform: Runner, hasty: RunRequest, gate: threading.Event
-    ) -> None:
-        def swallow(robot: Robot) -> None:
-            try:
-                gate.wait()
-            except BaseException:  # noqa: BLE001  some apps do
-                return
-
-        assert isinstance(perform(then(swallow), hasty).error, WatchdogError)
-
-    def test_a_sensor_that_hangs_is_named(
-        self, perform: Runner, backend: RigBackend, hasty: RunRequest, gate: threading.Event
-    ) -> None:
-        def hang(robot: Robot) -> None:
-            backend.rig.nose._newest = gate.wait  # type: ignore[method-assign, assignment]
-
-        result = perform(then(hang), hasty)
-        assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
-        assert result.reason.startswith("nose: has not answered for 0.")
-        assert backend.rig.wheels == (0.0, 0.0)
-        assert backend.rig.left.releases == 1
-
-    def test_a_simulator_that_lets_no_time_pass_is_named(
-        self, perform: Runner, backend: RigBackend, hasty: RunRequest, gate: threading.Event
-    ) -> None:
-        def hang(robot: Robot) -> None:
-            backend.rig.clock._advance = lambda _: gate.wait()  # type: ignore[assignment]
-
-        watcher = Watcher()
-        result = perform(then(hang), hasty, observers=[watcher])
-        assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
-        assert result.reason.startswith("the backend of 'rig' has not answered for 0.")
-        assert ended_by(watcher) == "watchdog"
-        assert backend.rig.wheels == (0.0, 0.0)
-
-    def test_a_motor_that_hangs_keeps_the_other_from_nothing(
-        self, perform: Runner, backend: RigBackend, hasty: RunRequest, gate: threading.Event
-    ) -> None:
-        def hang(robot: Robot) -> None:
-            backend.rig.left.on_command = lambda _: gate.wait()
-
-        result = perform(then(hang), hasty)
-        assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
-        assert result.reason.startswith("left_motor: has not answered for 0.")
-        assert backend.rig.right.sent[-1] == 0.0
-
-    def test_a_stop_that_hangs_at_the_end_is_told_and_keeps_the_other_from_nothing(
-        self, perform: Runner, backend: RigBackend, hasty: RunRequest, gate: threading.Event
-    ) -> None:
-        def hang(robot: Robot) -> None:
-            backend.rig.left.on_command = lambda _: gate.wait()
-            raise ValueError
-
-        result = perform(then(hang), hasty)
-        assert (result.outcome, result.exit_status) == (Outcome.ERROR, 5)
-        assert "left_motor: has not stopped within 0.2 s" in result.reason
-        assert backend.rig.right.sent[-1] == 0.0
-
-    def test_an_observer_that_hangs_is_told_where(
-        self,
-        perform: Runner,
-        backend: RigBackend,
-        hasty: RunRequest,
-        gate: threading.Event,
-        monkeypatch: pytest.MonkeyPatch,
-    ) -> None:
-        class Hung(Watcher):
-            def tick(self, record: TickRecord) -> None:
-                if record.tick == 3:
-                    gate.wait()
-
-        monkeypatch.setattr(backend, "vouches_for", frozenset())  # as on a robot, whose time waits for nobody
-        result = perform(then(lambda _: None), hasty, observers=[Hung()])
-        assert isinstance(result.error, WatchdogError)
-        assert result.reason.startswith("what looks at the run has not come back for")
-        assert backend.rig.wheels == (0.0, 0.0)
-
-    def test_simulated_time_waits_for_an_observer(
-        self, perform: Runner, hasty: RunRequest, gate: threading.Event
-    ) -> None:
-        class Slow(Watcher):
-            def tick(self, record: TickRecord) -> None:
-                if record.tick == 3:
-                    gate.wait(1.0)
-
-        ticks = iter([Status.RUNNING, Status.SUCCESS])
-        result = perform(then(lambda _: next(ticks)), hasty, observers=[Slow()])
-        assert result.outcome is Outcome.SUCCESS
-
-    def test_a_window_that_is_held_up_ends_no_run(
-        self,
-        perform: Runner,
-        backend: RigBackend,
-        hasty: RunRequest,
-        gate: threading.Event,
-        monkeypatch: pytest.MonkeyPatch,
-    ) -> None:
-        waits = iter([1.0])
-
-        def drag(robot: Robot) -> Status:
-            backend.rig.left.on_command = lambda _: gate.wait(next(waits, 0.0))
-            robot["left_motor"].stop()  # type: ignore[attr-defined]
-            return Status.SUCCESS
-
-        monkeypatch.setattr(backend, "has_gui", True)
-        assert perform(then(drag), replace(hasty, gui=True)).outcome is Outcome.SUCCESS
-
-    def test_a_backend_that_does_not_open_the_robot_is_named(
-        self, perform: Runner, backend: RigBackend, gate: threading.Event, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        monkeypatch.setattr("robotcore.overdue.OPENING_S", 0.3)
-        monkeypatch.setattr("robotcore.safety.watchdog.FIRST_TICK_S", 0.3)
-        monkeypatch.setattr(backend, "_prepare", lambda _: gate.wait())
-        result = perform(then(lambda _: None))
-        assert (result.outcome, result.exit_status, result.ticks) == (Outcome.ERROR, 3, 0)
-        assert result.reason.startswith("the backend 'rig' has not opened the robot for")
-
-    @pytest.mark.skipif(sys.gettrace() is not None, reason="what is raised into a thread may end in its tracer")
-    def test_a_run_outside_the_main_thread_is_brought_back_from_pythons_own_code(
-        self, perform: Runner, backend: RigBackend, hasty: RunRequest
-    ) -> None:
-        def burn(robot: Robot) -> None:
-            while True:
-                pass
-
-        results: list[RunResult] = []
-        thread = threading.Thread(target=lambda: results.append(perform(then(burn), hasty)))
-        thread.start()
-        thread.join(60)
-        (result,) = results
-        assert isinstance(result.error, WatchdogError)
-        assert backend.rig.wheels == (0.0, 0.0)
 
 
 def test_a_recall_in_the_last_moment_ends_the_run_by_what_was_latched(
