@@ -22,6 +22,14 @@ def is_app_file(name: str) -> bool:
     return name.partition(":")[0].endswith(".py")
 
 
+def refuse_other_file(name: str) -> None:
+    """Raise UsageError where a name that is no app's is that of a folder or of a file, which can be none."""
+    path = Path(name)
+    if name and path.exists():
+        what = "a folder" if path.is_dir() else "no .py file"
+        raise UsageError(f"{name} is {what}, and no app. Name an app (robotcore apps), or the .py file of one")
+
+
 def app_path(name: str) -> Path:
     """Return the file that an app is named by."""
     return Path(name.partition(":")[0])

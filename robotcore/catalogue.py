@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from robotcore.appfile import is_app_file, load_app_file
+from robotcore.appfile import is_app_file, load_app_file, refuse_other_file
 from robotcore.backend import Backend
 from robotcore.behaviour import Behaviour
-from robotcore.registry import APPS, BACKENDS, load_registered
+from robotcore.registry import APPS, BACKENDS, app_names, load_registered
 
 
 def load_backend(name: str) -> Backend:
@@ -18,6 +18,8 @@ def load_app(name: str) -> type[Behaviour]:
     """Return the app of that name, an underscore counting as a hyphen; or the one in that ``.py`` file."""
     if is_app_file(name):
         return load_app_file(name)
+    if app_name(name) not in app_names():
+        refuse_other_file(name)
     app: type[Behaviour] = load_registered("app", APPS, app_name(name))
     return app
 

@@ -54,6 +54,27 @@ def test_an_unknown_name_offers_the_nearest(register: Register) -> None:
         load_backend("kinematik")
 
 
+@pytest.mark.parametrize("name, what", [("my_apps", "a folder"), ("my_apps/notes.txt", "no .py file")])
+def test_what_is_there_and_no_app_file_is_told_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, what: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "my_apps").mkdir()
+    (tmp_path / "my_apps" / "notes.txt").touch()
+    with pytest.raises(UsageError, match=rf"^{name} is {what}, and no app. Name an app \(robotcore apps\), or the .py"):
+        load_app(name)
+
+
+def test_an_app_is_not_hidden_by_a_folder_of_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, register: Register
+) -> None:
+    register(null_app="tests.robotcore.fakes:Deed")
+    monkeypatch.chdir(tmp_path)
+    for name in ("null-app", "null_app"):
+        (tmp_path / name).mkdir()
+        assert load_app(name).__name__ == "Deed"
+
+
 def test_a_project_that_is_not_installed_says_what_to_do(register: Register) -> None:
     register()
     with pytest.raises(UsageError, match=r"no app is registered. Install the project first"):
