@@ -18,6 +18,7 @@ from typing import Generic, ParamSpec, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from robotcore.asking import asking_line
 from robotcore.errors import DeviceClosedError, DeviceError, InvalidCommandError, RobotcoreError
 from robotcore.geometry import Pose
 
@@ -233,8 +234,10 @@ class Display(Device, ABC):
 
 
 def invalid_velocity(name: str, rad_s: float) -> InvalidCommandError:
-    """Return the error for a velocity that is no number."""
+    """Return the error for a velocity that is no number, with the line of the app that asked for it."""
+    line = asking_line()
+    where = f", at {line}" if line else ""
     return InvalidCommandError(
-        f"{name}: a velocity of {rad_s} rad/s was asked for; it must be a finite number. "
+        f"{name}: a velocity of {rad_s} rad/s was asked for{where}; it must be a finite number. "
         "All motors were stopped; look for a division by zero or a range of inf in the app"
     )

@@ -56,5 +56,6 @@ def _recorded(recording: Recording) -> str:
 
 
 def _told(outcome: Outcome, reason: str) -> str:
-    """Return an outcome and its reason, without the addresses of objects, which are others each time."""
-    return re.sub(r"\b0x[0-9a-fA-F]+\b", "0x…", f"{outcome.value}: {reason}" if reason else outcome.value)
+    """Return an outcome and its reason, without what may differ: addresses of objects, and the app's line."""
+    same = re.sub(r", at \S+\.py:\d+", "", re.sub(r"\b0x[0-9a-fA-F]+\b", "0x…", reason))
+    return f"{outcome.value}: {same}" if same else outcome.value

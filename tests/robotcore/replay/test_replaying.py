@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from importlib import resources
@@ -107,6 +108,15 @@ def test_robot_without_a_drive_is_replayed_and_addresses_of_objects_do_not_count
     recording = recorded(f"{APPS}:Watching", robot="lookout", world="open", seed=3)
     assert "0x" in result_of(recording).reason
     require_equal(recording)
+
+
+def test_app_that_asks_for_no_number_on_another_line_than_when_it_was_recorded_is_bit_equal() -> None:
+    recording = ending("command_nan")
+    last = recording.ticks[-1].error
+    assert last
+    assert ", at recorded_apps.py:" in last.message
+    elsewhere = replace(last, message=re.sub(r"recorded_apps\.py:\d+", "before.py:7", last.message))
+    require_equal(changed(recording, len(recording.ticks) - 1, error=elsewhere))
 
 
 def test_recording_that_a_signal_ended_in_a_tick_is_replayed_up_to_the_tick_before() -> None:
