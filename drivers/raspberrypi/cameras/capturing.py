@@ -1,0 +1,91 @@
+"""A camera whose pictures are taken beside the app, and that is opened again when it failed."""
+
+from __future__ import annotations
+
+import logging
+import threading
+
+from drivers.raspberrypi.cameras.framing import Framing
+from drivers.raspberrypi.cameras.settings import CameraSettings
+from drivers.raspberrypi.cameras.settling import Settling
+from drivers.raspberrypi.cameras.source import Source
+from robotcore.clock import Clock
+from robotcore.description import CameraDescription
+from robotcore.devices import Camera, Frame
+from robotcore.hardware import Newest
+
+RETRY_S, LONGEST_RETRY_S = 0.5, 4.0
+"""A camera that failed is tried again after this long, then after twice as long, up to the longest."""
+
+CLOSING_S = 1.0
+"""A camera that hangs does not keep a robot from being closed for longer."""
+
+_log = logging.getLogger(__name__)
+
+
+class CapturingCamera(Camera):
+    """Hands out the newest picture of a source.
+
+    The work that is polled waits for the next picture. It is due twice a frame, so that it waits for the camera and
+    no picture for it. Where the source fails, `read` raises why, and it is opened again until that succeeds.
+    """
+
+    def __init__(self, told: CameraDescription, settings: CameraSettings, source: Source, clock: Clock) -> None:
+        super().__init__(told.name, told.intrinsics)
+        self._source, self._clock = source, clock
+        self._settling = Settling(source, settings, clock)
+        self._framing = Framing(told, settings)
+        self._period = 0.5 / settings.fps
+        self._in_use = threading.Lock()
+        self._is_running = False
+        self._retry_at, self._retry_s = 0.0, RETRY_S
+
+    def open(self) -> None:
+        """Wait for the first picture, settled and held; raises DeviceError, and then it is closed again."""
+        try:
+            first = self._attempt(self._begin)
+        except BaseException:
+            self._source.close()
+            raise
+        self._frames = Newest(self.name, first)
+        self._polling = self._clock.every(self._period, self._poll, f"{self.name}: pictures")
+
+    def _newest(self) -> Frame:
+        return self._frames.get()
+
+    def _release(self) -> None:
+        self._polling.stop()
+        closing = threading.Thread(target=self._let_go, name=f"{self.name}: closing", daemon=True)
+        closing.start()
+        closing.join(CLOSING_S)
+        if closing.is_alive():
+            _log.warning("%s: the camera hangs; it is let go when it answers, or when the program has ended", self.name)
+
+    def _let_go(self) -> None:
+        """Close the source as soon as nobody waits for a picture of it: no library bears that in between."""
+        with self._in_use:
+            self._source.close()
+
+    def _poll(self) -> None:
+        with self._in_use:
+            if self._is_closed or (not self._is_running and self._clock.now() < self._retry_at):
+                return
+            try:
+                self._frames.put(self._next() if self._is_running else self._begin())
+            except Exception as failure:  # noqa: BLE001  whatever a camera's library raises, `read` tells it
+                self._frames.fail(failure)
+                self._give_up()
+
+    def _begin(self) -> Frame:
+        frame = self._framing.frame(self._settling.begin())
+        self._is_running, self._retry_s = True, RETRY_S
+        return frame
+
+    def _next(self) -> Frame:
+        return self._framing.frame(self._source.shoot())
+
+    def _give_up(self) -> None:
+        self._source.close()
+        self._is_running = False
+        self._retry_at = self._clock.now() + self._retry_s
+        self._retry_s = min(2 * self._retry_s, LONGEST_RETRY_S)

@@ -1,0 +1,46 @@
+"""The cameras that the kernel has a file for."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from robotcore.errors import DeviceError
+
+FILES = Path("/dev")
+CLASS = Path("/sys/class/video4linux")
+"""A folder for every video file: its ``name``, its ``index`` within its device, and where that is plugged in.
+Source: https://www.kernel.org/doc/html/latest/driver-api/media/v4l2-dev.html."""
+
+
+def require_usable(camera: str, path: Path, *, was_there: bool) -> None:
+    """Raise DeviceError where there is no such file, or this user may not use it."""
+    if not path.exists():
+        words = f"{path} is gone; plug it in again" if was_there else f"there is no {path}. {_offer()}"
+        raise DeviceError(camera, words)
+    if not os.access(path, os.R_OK | os.W_OK):
+        raise DeviceError(
+            camera, f"this user may not use {path}. Run sudo usermod -aG video $USER, then log out and in again"
+        )
+
+
+def usb_cameras() -> list[str]:
+    """Return the files of the cameras on USB, each with the camera's name.
+
+    Left out are a camera's further files, which give no pictures, and the Pi's own codecs.
+    """
+    nodes = sorted(CLASS.glob("video*"), key=lambda node: int(node.name.removeprefix("video")))
+    return [f"{FILES / node.name} ({_told(node, 'name')})" for node in nodes if _is_usb_camera(node)]
+
+
+def _is_usb_camera(node: Path) -> bool:
+    return "/usb" in str((node / "device").resolve()) and _told(node, "index") == "0"
+
+
+def _told(node: Path, attribute: str) -> str:
+    return (node / attribute).read_text().strip()
+
+
+def _offer() -> str:
+    cameras = usb_cameras()
+    return f"There are: {', '.join(cameras)}" if cameras else "There is no camera on USB: plug it in, and look at lsusb"

@@ -1,0 +1,52 @@
+"""The driver of a camera on the Pi's ribbon connector."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field
+
+from drivers.raspberrypi.cameras.capturing import CapturingCamera
+from drivers.raspberrypi.cameras.csicameras import REMEDY
+from drivers.raspberrypi.cameras.settings import CameraSettings
+from robotcore.description import CameraDescription
+from robotcore.hardware import Connection, DeviceDriver, Host
+
+
+
+def _pair(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value  # a file has lists only
+
+
+Gain = Annotated[float, Field(gt=0, le=32)]
+Gains = Annotated[tuple[Gain, Gain], BeforeValidator(_pair), Field(description="[red, blue]")]
+
+
+class PiCameraSettings(CameraSettings):
+    """Which of the Pi's cameras, and what is set by hand: the sensor's gain, and the gains of red and of blue."""
+
+    camera: Annotated[int, Field(ge=0, le=7)] = 0
+    gain: Annotated[float, Field(ge=1, le=64)] | None = None
+    colour_gains: Gains | None = None
+
+
+class PiCamera(DeviceDriver[CameraDescription, PiCameraSettings]):
+    """Opens cameras by picamera2, which Raspberry Pi OS brings: 0.3.20 or newer."""
+
+    name = "picamera2"
+    summary = "a camera on the Pi's ribbon connector"
+    described = CameraDescription
+    settings = PiCameraSettings
+    modules = ("picamera2",)
+    remedy = REMEDY
+
+    def open(self, told: CameraDescription, settings: PiCameraSettings, host: Host) -> CapturingCamera:
+        from drivers.raspberrypi.cameras.csi import CsiSource
+
+        camera = CapturingCamera(told, settings, CsiSource(told, settings, host.clock), host.clock)
+        camera.open()
+        return camera
+
+    def connections(self, settings: PiCameraSettings) -> Sequence[Connection]:
+        return (Connection("camera", "CSI", str(settings.camera)),)

@@ -1,0 +1,60 @@
+"""A camera as its own library gives it: what each kind of camera fills in."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from robotcore.devices import Image
+
+
+class Shot(NamedTuple):
+    """A picture as the camera took it: BGR, its moment on the robot's clock, and what the camera tells of it."""
+
+    image: Image
+    time: float
+    told: Mapping[str, Any] = {}
+
+
+class Light(NamedTuple):
+    """How far exposure and white balance have settled.
+
+    ``values`` come to rest then; ``is_found`` is the camera's own word on it, None where it has none.
+    """
+
+    values: tuple[float, ...]
+    is_found: bool | None = None
+
+
+class Source(ABC):
+    """A camera that takes pictures one after another; one thread at a time uses it.
+
+    Every method but `close` raises DeviceError by the camera's ``name``.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    @abstractmethod
+    def open(self) -> list[str]:
+        """Let it run, with exposure and white balance by itself where they are not set by hand.
+
+        Return the names of the settings that the camera does not take.
+        """
+
+    @abstractmethod
+    def shoot(self) -> Shot:
+        """Wait for the next picture, but not for ever; the memory is the caller's."""
+
+    @abstractmethod
+    def light(self, shot: Shot) -> Light:
+        """Return how far it has settled by a shot."""
+
+    @abstractmethod
+    def hold(self, shot: Shot) -> list[str]:
+        """Keep exposure and white balance as they are in this shot; return what the camera does not let itself hold."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Let the camera go, whatever state it is in; may be called again. Never raises."""

@@ -1,0 +1,81 @@
+"""A camera by OpenCV on V4L2, the kernel's interface to cameras."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from drivers.raspberrypi.cameras.nodes import require_usable
+from drivers.raspberrypi.cameras.source import Light, Shot, Source
+from drivers.raspberrypi.cameras.stamps import Stamps
+from drivers.raspberrypi.cameras.usbcontrols import UsbControls
+from drivers.raspberrypi.cameras.v4l2 import UsbCameraSettings
+from robotcore.clock import Clock
+from robotcore.description import CameraDescription
+from robotcore.errors import DeviceError
+
+BUFFERS = 2
+"""One is being filled, one waits to be taken: nothing older is in between."""
+
+BROKEN_IN_A_ROW = 5
+"""A cheap cable breaks a picture now and then, and many a camera its first ones."""
+
+
+class UsbSource(Source):
+    """A picture's time is the kernel's stamp, of its first bytes: after the exposure, to a millisecond."""
+
+    def __init__(self, told: CameraDescription, settings: UsbCameraSettings, clock: Clock) -> None:
+        super().__init__(told.name)
+        self._told, self._settings, self._clock = told, settings, clock
+        self._capture: cv2.VideoCapture | None = None
+        self._was_there = False
+
+    def open(self) -> list[str]:
+        path = self._settings.path
+        require_usable(self.name, path, was_there=self._was_there)
+        if cv2.CAP_V4L2 not in cv2.videoio_registry.getCameraBackends():
+            raise DeviceError(self.name, "this OpenCV is built without V4L2. Run pip install opencv-python-headless")
+        self._capture = capture = cv2.VideoCapture(str(path), cv2.CAP_V4L2)
+        if not capture.isOpened():
+            raise DeviceError(
+                self.name,
+                f"{path} cannot be opened as a camera. Is another program using it (fuser {path})? "
+                "v4l2-ctl --list-devices tells which cameras there are",
+            )
+        self._was_there = True
+        self._stamps = Stamps(self._clock)
+        self._ask_for(capture)
+        return UsbControls(capture).set_by_hand(self._settings)
+
+    def shoot(self) -> Shot:
+        assert self._capture is not None, "open comes first"
+        for _ in range(BROKEN_IN_A_ROW):
+            if not self._capture.grab():
+                break
+            time = self._stamps.time_of(self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1000)
+            is_whole, image = self._capture.retrieve()
+            if is_whole:
+                return Shot(np.asarray(image, dtype=np.uint8), time)
+        require_usable(self.name, self._settings.path, was_there=True)
+        raise DeviceError(self.name, f"{self._settings.path} gives no more pictures; look at its plug and its cable")
+
+    def light(self, shot: Shot) -> Light:
+        return Light(cv2.mean(shot.image)[:3])
+
+    def hold(self, shot: Shot) -> list[str]:
+        assert self._capture is not None, "open comes first"
+        return UsbControls(self._capture).hold()
+
+    def close(self) -> None:
+        capture, self._capture = self._capture, None
+        if capture is not None:
+            capture.release()
+
+    def _ask_for(self, capture: cv2.VideoCapture) -> None:
+        """Ask for a format, a size and a rate. V4L2 gives the nearest that the camera has, and never refuses."""
+        if self._settings.pixel_format:
+            capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*self._settings.pixel_format))
+        capture.set(cv2.CAP_PROP_FRAME_WIDTH, self._told.width_px)
+        capture.set(cv2.CAP_PROP_FRAME_HEIGHT, self._told.height_px)
+        capture.set(cv2.CAP_PROP_FPS, self._settings.fps)
+        capture.set(cv2.CAP_PROP_BUFFERSIZE, BUFFERS)
