@@ -1,0 +1,114 @@
+"""OpenCV's capture on V4L2 without a camera: what modules/videoio/src/cap_v4l.cpp answers to which call."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from robotcore.devices import Image
+from tests.drivers.raspberrypi.cameras.bench import RED_BGR, LabClock
+
+MANUAL, APERTURE_PRIORITY = 1, 3
+FOUND_UNITS, FOUND_KELVIN = 156.0, 4600.0
+"""What the automatic comes to: 15.6 ms, in V4L2's unit of 100 us, and the colour of an office."""
+
+
+class FakeWebcam:
+    """The hardware: controls outlive a capture, as a webcam's do. ``sizes`` are those that it has, the nearest wins."""
+
+    def __init__(self, clock: LabClock, path: Path) -> None:
+        self.clock, self.path = clock, path
+        self.sizes = [(32, 24), (64, 48)]
+        self.controls = {
+            cv2.CAP_PROP_AUTO_EXPOSURE: float(MANUAL),
+            cv2.CAP_PROP_EXPOSURE: 10.0,
+            cv2.CAP_PROP_AUTO_WB: 0.0,
+            cv2.CAP_PROP_WB_TEMPERATURE: 2800.0,
+            cv2.CAP_PROP_GAIN: 0.0,
+        }
+        self.only_auto = APERTURE_PRIORITY
+        self.lamp = 1.0
+        self.stamp_offset_s = 0.0
+        self.broken = 0
+        self.is_busy = False
+        self.captures: list[FakeCapture] = []
+        self.plug_in()
+
+    def plug_in(self) -> None:
+        self.path.touch()
+
+    def pull_out(self) -> None:
+        self.path.unlink()
+
+    def meter(self) -> None:
+        """Do what the automatics do, where they are on."""
+        if self.controls.get(cv2.CAP_PROP_AUTO_EXPOSURE) == self.only_auto:
+            self.controls[cv2.CAP_PROP_EXPOSURE] += 0.5 * (FOUND_UNITS / self.lamp - self.exposure)
+        if self.controls.get(cv2.CAP_PROP_AUTO_WB) == 1:
+            self.controls[cv2.CAP_PROP_WB_TEMPERATURE] = FOUND_KELVIN
+
+    @property
+    def exposure(self) -> float:
+        return self.controls.get(cv2.CAP_PROP_EXPOSURE, FOUND_UNITS)
+
+    def capture(self, name: str, backend: int) -> FakeCapture:
+        """Stand in for ``cv2.VideoCapture``."""
+        assert backend == cv2.CAP_V4L2
+        assert name == str(self.path)
+        self.captures.append(FakeCapture(self))
+        return self.captures[-1]
+
+
+class FakeCapture:
+    """A capture; the size is set by its two halves, and both are told before a picture comes."""
+
+    def __init__(self, camera: FakeWebcam) -> None:
+        self._camera = camera
+        self._stamp_s = 0.0
+        self.asked: dict[int, float] = {}
+        self.is_released = False
+
+    def isOpened(self) -> bool:  # noqa: N802  OpenCV's name
+        return self._camera.path.exists() and not self._camera.is_busy
+
+    def set(self, prop: int, value: float) -> bool:
+        if prop in {cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT, cv2.CAP_PROP_FPS, cv2.CAP_PROP_BUFFERSIZE}:
+            self.asked[prop] = value
+            return True
+        if prop == cv2.CAP_PROP_FOURCC:
+            assert not self.asked, "a format after the size resets it"
+            self.asked[prop] = value
+            return True
+        if prop not in self._camera.controls:
+            return False
+        if prop == cv2.CAP_PROP_AUTO_EXPOSURE and value not in {MANUAL, self._camera.only_auto}:
+            return False
+        if prop == cv2.CAP_PROP_EXPOSURE and self._camera.controls[cv2.CAP_PROP_AUTO_EXPOSURE] != MANUAL:
+            return False
+        self._camera.controls[prop] = value
+        return True
+
+    def get(self, prop: int) -> float:
+        if prop == cv2.CAP_PROP_POS_MSEC:
+            return self._stamp_s * 1000
+        return self._camera.controls.get(prop, -1.0)
+
+    def grab(self) -> bool:
+        assert not self.is_released
+        self._camera.meter()
+        self._stamp_s = self._camera.clock.monotonic_s - 0.02 + self._camera.stamp_offset_s
+        return self._camera.path.exists()
+
+    def retrieve(self) -> tuple[bool, Image | None]:
+        if self._camera.broken:
+            self._camera.broken -= 1
+            return False, None
+        wanted = self.asked[cv2.CAP_PROP_FRAME_WIDTH]
+        width, height = min(self._camera.sizes, key=lambda size: abs(size[0] - wanted))
+        lit = np.array(RED_BGR) * self._camera.exposure * self._camera.lamp / FOUND_UNITS
+        return True, np.full((height, width, 3), np.clip(np.round(lit), 0, 255), np.uint8)
+
+    def release(self) -> None:
+        self.is_released = True

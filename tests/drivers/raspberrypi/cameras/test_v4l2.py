@@ -1,0 +1,250 @@
+"""A camera on USB, over a capture that answers as OpenCV's does."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import cv2
+import pytest
+
+from drivers.raspberrypi.cameras.capturing import CapturingCamera
+from drivers.raspberrypi.cameras.v4l2 import UsbCamera, UsbCameraSettings
+from robotcore.description import load_robot
+from robotcore.errors import DescriptionError, DeviceError
+from robotcore.hardware import Connection, Host, fit
+from tests.drivers.raspberrypi.cameras.bench import EYE, RED_BGR, LabClock
+from tests.drivers.raspberrypi.cameras.fakecapture import (
+    APERTURE_PRIORITY,
+    FOUND_KELVIN,
+    FOUND_UNITS,
+    MANUAL,
+    FakeWebcam,
+)
+
+ROVER = load_robot("rover")
+
+
+@pytest.fixture
+def clock() -> LabClock:
+    return LabClock()
+
+
+@pytest.fixture
+def webcam(clock: LabClock, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> FakeWebcam:
+    webcam = FakeWebcam(clock, tmp_path / "video0")
+    monkeypatch.setattr(cv2, "VideoCapture", webcam.capture)
+    monkeypatch.setattr(cv2.videoio_registry, "getCameraBackends", lambda: [cv2.CAP_V4L2])
+    return webcam
+
+
+def opened(webcam: FakeWebcam, **settings: Any) -> CapturingCamera:
+    told = UsbCameraSettings.model_construct(**{"device": str(webcam.path), **settings})
+    return UsbCamera().open(EYE, told, Host(ROVER, webcam.clock))
+
+
+def test_red_is_in_the_last_channel(webcam: FakeWebcam) -> None:
+    assert tuple(opened(webcam).read().image[12, 16]) == RED_BGR
+
+
+def test_it_is_asked_for_what_is_described_and_for_no_queue(webcam: FakeWebcam) -> None:
+    opened(webcam, fps=25.0, pixel_format="MJPG")
+    assert webcam.captures[-1].asked == {
+        cv2.CAP_PROP_FOURCC: cv2.VideoWriter.fourcc(*"MJPG"),
+        cv2.CAP_PROP_FRAME_WIDTH: 32,
+        cv2.CAP_PROP_FRAME_HEIGHT: 24,
+        cv2.CAP_PROP_FPS: 25,
+        cv2.CAP_PROP_BUFFERSIZE: 2,
+    }
+
+
+def test_the_nearest_size_is_made_the_described_one_where_its_shape_is_the_same(webcam: FakeWebcam) -> None:
+    webcam.sizes = [(64, 48)]
+    assert opened(webcam).read().image.shape == (24, 32, 3)
+
+
+def test_a_size_of_another_shape_is_refused(webcam: FakeWebcam) -> None:
+    webcam.sizes = [(64, 36)]
+    with pytest.raises(DeviceError, match="eye: it gives 64x36 px, the robot's description says 32x24"):
+        opened(webcam)
+    assert webcam.captures[-1].is_released
+
+
+class TestTimes:
+    def test_are_the_kernel_s(self, webcam: FakeWebcam) -> None:
+        eye = opened(webcam)
+        webcam.clock.let_pass(1.0)
+        frame = eye.read()
+        assert webcam.clock.now() - 1 / 60 - 0.02 <= frame.time <= webcam.clock.now() - 0.02 + 1e-6
+
+    def test_are_the_arrival_s_where_the_camera_counts_from_somewhere_else(self, webcam: FakeWebcam) -> None:
+        webcam.stamp_offset_s = -4000.0
+        eye = opened(webcam)
+        assert eye.read().time == webcam.clock.now()
+        webcam.clock.let_pass(1.0)
+        assert webcam.clock.now() - 1 / 60 <= eye.read().time <= webcam.clock.now()
+
+    def test_are_never_in_the_future(self, webcam: FakeWebcam) -> None:
+        webcam.stamp_offset_s = 1.7e9
+        assert opened(webcam).read().time == webcam.clock.now()
+
+    def test_of_old_pictures_are_believed_once_the_camera_s_clock_is(self, webcam: FakeWebcam) -> None:
+        eye = opened(webcam)
+        webcam.stamp_offset_s = -3.0
+        webcam.clock.let_pass(5.0)
+        assert eye.read().time == pytest.approx(webcam.clock.now() - 3.02, abs=0.02)
+
+
+class TestExposure:
+    def test_what_was_found_is_held_whatever_the_light_does_then(self, webcam: FakeWebcam) -> None:
+        eye = opened(webcam)
+        assert webcam.controls[cv2.CAP_PROP_AUTO_EXPOSURE] == MANUAL
+        assert webcam.controls[cv2.CAP_PROP_EXPOSURE] == pytest.approx(FOUND_UNITS, rel=0.03)
+        assert webcam.controls[cv2.CAP_PROP_AUTO_WB] == 0
+        assert webcam.controls[cv2.CAP_PROP_WB_TEMPERATURE] == FOUND_KELVIN
+        webcam.lamp = 0.5
+        webcam.clock.let_pass(0.1)
+        assert eye.read().image[0, 0, 2] == RED_BGR[2] // 2
+
+    def test_follows_the_light_where_it_is_not_to_be_held(self, webcam: FakeWebcam) -> None:
+        eye = opened(webcam, lock=False)
+        assert webcam.controls[cv2.CAP_PROP_AUTO_EXPOSURE] == APERTURE_PRIORITY
+        webcam.lamp = 0.5
+        webcam.clock.let_pass(1.0)
+        assert eye.read().image[0, 0, 2] == RED_BGR[2]
+
+    def test_is_left_to_a_camera_of_the_other_kind_of_automatic(self, webcam: FakeWebcam) -> None:
+        webcam.only_auto = 0
+        opened(webcam, lock=False)
+        assert webcam.controls[cv2.CAP_PROP_AUTO_EXPOSURE] == 0
+
+    def test_is_set_by_hand_in_the_kernel_s_units(self, webcam: FakeWebcam) -> None:
+        opened(webcam, exposure_s=0.02, gain=7, white_balance_k=3000)
+        assert webcam.controls == {
+            cv2.CAP_PROP_AUTO_EXPOSURE: MANUAL,
+            cv2.CAP_PROP_EXPOSURE: 200,
+            cv2.CAP_PROP_AUTO_WB: 0,
+            cv2.CAP_PROP_WB_TEMPERATURE: 3000,
+            cv2.CAP_PROP_GAIN: 7,
+        }
+
+    def test_that_a_camera_does_not_let_itself_set_or_hold_is_said(
+        self, webcam: FakeWebcam, caplog: pytest.LogCaptureFixture
+    ) -> None:
+        webcam.controls.clear()
+        assert opened(webcam, exposure_s=0.02, gain=7).read()
+        assert [record.getMessage() for record in caplog.records] == [
+            "eye: does not take exposure_s, gain; take it out of the robot's file",
+            "eye: does not let its exposure and white balance be held; colours may drift as the robot drives",
+        ]
+
+
+class TestUnplugged:
+    def test_is_told_and_works_again_when_it_is_plugged_in_again(self, webcam: FakeWebcam) -> None:
+        eye = opened(webcam)
+        last = eye.read().sequence
+        webcam.pull_out()
+        for _ in range(3):
+            webcam.clock.let_pass(1.0)
+            with pytest.raises(DeviceError, match=rf"^eye: {webcam.path} is gone; plug it in again$"):
+                eye.read()
+        assert webcam.captures[-1].is_released
+        webcam.controls[cv2.CAP_PROP_EXPOSURE] = 10.0
+        webcam.plug_in()
+        webcam.clock.let_pass(5.0)
+        assert eye.read().sequence > last
+        assert tuple(eye.read().image[0, 0]) == RED_BGR
+        assert webcam.controls[cv2.CAP_PROP_AUTO_EXPOSURE] == MANUAL
+
+    def test_and_silent_while_its_file_is_still_there_is_told_too(
+        self, webcam: FakeWebcam, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        eye = opened(webcam)
+        monkeypatch.setattr(webcam.captures[-1], "grab", lambda: False)
+        webcam.clock.let_pass(0.1)
+        with pytest.raises(DeviceError, match=rf"eye: {webcam.path} gives no more pictures; look at its plug"):
+            eye.read()
+
+    def test_a_broken_picture_now_and_then_is_none(self, webcam: FakeWebcam) -> None:
+        webcam.broken = 4
+        assert opened(webcam).read().sequence == 0
+
+    def test_nothing_but_broken_ones_are_a_failure(self, webcam: FakeWebcam) -> None:
+        webcam.broken = 1000
+        with pytest.raises(DeviceError, match="gives no more pictures"):
+            opened(webcam)
+
+
+class TestOpening:
+    def test_no_camera_is_told_with_those_that_there_are(
+        self, webcam: FakeWebcam, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr("drivers.raspberrypi.cameras.nodes.CLASS", _sysfs(tmp_path / "class"))
+        webcam.pull_out()
+        words = rf"eye: there is no {webcam.path}\. There are: /dev/video2 \(HD Webcam\), /dev/video10 \(Other\)$"
+        with pytest.raises(DeviceError, match=words):
+            opened(webcam)
+
+    def test_no_camera_at_all_is_told(
+        self, webcam: FakeWebcam, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr("drivers.raspberrypi.cameras.nodes.CLASS", tmp_path / "nothing")
+        webcam.pull_out()
+        with pytest.raises(DeviceError, match="There is no camera on USB: plug it in"):
+            opened(webcam)
+
+    def test_a_file_that_this_user_may_not_use_is_told(
+        self, webcam: FakeWebcam, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr("os.access", lambda *_: False)
+        with pytest.raises(DeviceError, match=rf"this user may not use {webcam.path}.*usermod -aG video"):
+            opened(webcam)
+
+    def test_a_camera_that_another_program_uses_is_told_and_let_go(self, webcam: FakeWebcam) -> None:
+        webcam.is_busy = True
+        with pytest.raises(DeviceError, match=rf"{webcam.path} cannot be opened as a camera.*fuser {webcam.path}"):
+            opened(webcam)
+        assert webcam.captures[-1].is_released
+
+    def test_an_opencv_without_v4l2_is_told(self, webcam: FakeWebcam, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(cv2.videoio_registry, "getCameraBackends", lambda: [cv2.CAP_GSTREAMER])
+        with pytest.raises(DeviceError, match="this OpenCV is built without V4L2"):
+            opened(webcam)
+
+
+@pytest.mark.parametrize("device, path", [(0, "/dev/video0"), ("/dev/v4l/by-id/usb-x-video-index0",) * 2])
+def test_it_is_told_where_it_is_plugged_in(device: str | int, path: str) -> None:
+    settings = UsbCameraSettings(device=device)
+    assert UsbCamera().connections(settings) == (Connection("camera", "USB", path),)
+
+
+@pytest.mark.parametrize(
+    "table, words",
+    [
+        ({"device": "video0"}, "raspberrypi.eye.device: .*'video0' is no device. Take /dev/video0"),
+        ({"pixel_format": "jpeg"}, "raspberrypi.eye.pixel_format"),
+        ({"exposure_s": 15}, "raspberrypi.eye.exposure_s"),
+    ],
+)
+def test_what_a_file_says_wrong_is_told_by_its_key(table: dict[str, Any], words: str) -> None:
+    robot = ROVER.model_copy(update={"backends": {"raspberrypi": {"eye": {"driver": "v4l2", **table}}}})
+    with pytest.raises(DescriptionError, match=words):
+        fit(robot, "raspberrypi", ["eye"])
+
+
+def _sysfs(folder: Path) -> Path:
+    """Lay out what the kernel tells of a webcam with a second file, of another one, and of a Pi's codec."""
+    told = {
+        "video2": ("usb1/1-1", "HD Webcam", 0),
+        "video3": ("usb1/1-1", "HD Webcam", 1),
+        "video10": ("usb1/1-2", "Other", 0),
+        "video11": ("platform/soc", "bcm2835-codec-decode", 0),
+    }
+    for node, (plug, name, index) in told.items():
+        device = folder.parent / "devices" / plug
+        device.mkdir(parents=True, exist_ok=True)
+        (folder / node).mkdir(parents=True)
+        (folder / node / "device").symlink_to(device)
+        (folder / node / "name").write_text(f"{name}\n")
+        (folder / node / "index").write_text(f"{index}\n")
+    return folder
