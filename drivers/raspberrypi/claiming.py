@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
+from drivers.raspberrypi.holders import held_by
 from robotcore.errors import DeviceError, RobotcoreError
 
 
@@ -27,17 +28,15 @@ def pin_failure(device: str, gpios: Sequence[int], error: Exception) -> DeviceEr
 
     The two have no error in common, and lgpio's (``'GPIO busy'``) tells of its kind in words only.
     """
-    where = "GPIO " + ", ".join(map(str, gpios))
-    if _is_busy(error):
-        return DeviceError(
-            device, f"{where} is in use by somebody else. End the other program: robotcore doctor names it"
-        )
+    from gpiozero import GPIOPinInUse
+
+    if isinstance(error, GPIOPinInUse):
+        return DeviceError(device, f"{error}. Close the robot that this program has opened before")
+    if "busy" in str(error).lower():
+        held = ", ".join(f"GPIO {gpio} is held by {held_by(gpio)}" for gpio in gpios)
+        return DeviceError(device, f"{held}. End that program first")
     cause = f"{type(error).__name__}: {error}".removesuffix(": ")
+    where = "GPIO " + ", ".join(map(str, gpios))
     return DeviceError(
         device, f"{where} failed ({cause}). Look at the wiring in the robot's file, and run robotcore doctor"
     )
-
-
-def _is_busy(error: Exception) -> bool:
-    words = str(error).lower()
-    return "busy" in words or "already in use" in words
