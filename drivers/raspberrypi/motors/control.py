@@ -21,9 +21,9 @@ LONGEST_S = 0.2
 class Control(Described):
     """The gains of a PI controller, and how often it looks at the encoder.
 
-    ``kp`` is in rad/s for each rad/s that the wheel is too slow; below 1 it cannot make a wheel oscillate, however late
-    the encoder tells. ``ki`` is in rad/s for each radian that the wheel is behind: 1 / ``ki`` seconds is how long it
-    takes to make up for a weak motor.
+    ``kp`` is in rad/s for each rad/s that the wheel is too slow: below 1 it alone makes no wheel oscillate that is as
+    its model says, however late the encoder tells. ``ki`` is in rad/s for each radian that the wheel is behind: what
+    the model is wrong by is made up for within some 2 / ``ki`` seconds.
     """
 
     kp: Annotated[float, Field(ge=0, lt=1)] = 0.5
@@ -39,8 +39,9 @@ class VelocityControl:
     counts of the encoder, so that no velocity has to be made of few of them; the proportional part takes the mean
     over as many periods as `ENOUGH_COUNTS` take at the velocity asked for, though over no more than `LONGEST_S`.
 
-    The velocity to send never turns against the command, nor exceeds what the motor reaches, and the integral stays
-    within what can be sent beside the command (anti-windup).
+    The velocity to send never turns against the command. It is at most twice the one asked for, though a quarter of
+    what the motor reaches may always be added, for a wheel that sticks: one that was blocked and comes free does not
+    shoot off. The integral stays within what can be sent beside the command (anti-windup).
     """
 
     def __init__(self, gains: Control, model: MotorModel, lag: float, counts_per_turn: int) -> None:
@@ -58,7 +59,7 @@ class VelocityControl:
 
     def sent(self, asked: float) -> float:
         """Return the velocity to send for a new command, before the encoder has told of it."""
-        return self._within_reach(asked, asked + self._integral)
+        return self._bounded(asked, asked + self._integral)
 
     def corrected(self, asked: float, angle: float, time: float) -> float:
         """Return the velocity to send now that the wheel was at ``angle`` (rad) at ``time`` (s)."""
@@ -69,8 +70,8 @@ class VelocityControl:
         if not asked:
             return 0.0
         self._slips.append((slip, passed))
-        self._integral = self._within_reach(asked, asked + self._integral + self._gains.ki * slip) - asked
-        return self._within_reach(asked, asked + self._integral + self._gains.kp * self._mean_slip(asked))
+        self._integral = self._bounded(asked, asked + self._integral + self._gains.ki * slip) - asked
+        return self._bounded(asked, asked + self._integral + self._gains.kp * self._mean_slip(asked))
 
     def _turn_expected(self, asked: float, passed: float) -> float:
         """Return by how much a wheel with a first-order lag turns on, in rad."""
@@ -87,6 +88,8 @@ class VelocityControl:
                 break
         return behind / taken
 
-    def _within_reach(self, asked: float, velocity: float) -> float:
+    def _bounded(self, asked: float, velocity: float) -> float:
         direction = math.copysign(1, asked)
-        return direction * min(max(direction * velocity, 0.0), self._model.reach(direction))
+        reach = self._model.reach(direction)
+        most = min(abs(asked) + max(abs(asked), reach / 4), reach)
+        return direction * min(max(direction * velocity, 0.0), most)

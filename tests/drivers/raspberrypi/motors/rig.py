@@ -1,0 +1,104 @@
+"""A wheel on simulated pins: what a motor board and an encoder do between them, step by step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from gpiozero.pins.mock import MockFactory, MockPWMPin
+
+from drivers.raspberrypi.motors.model import MotorModel
+from robotcore.clock import SteppedClock
+from robotcore.description import RobotDescription, load_robot
+from robotcore.devices import Device, Encoder, Motor
+from robotcore.hardware import Host, fit, open_devices
+
+FORWARD, BACKWARD, A, B = 17, 27, 5, 6
+MODEL: Mapping[str, float] = {"dead_band": 0.1, "forward_rad_s": 14.0, "backward_rad_s": 14.0}
+H_BRIDGE: Mapping[str, Any] = {"driver": "h-bridge", "forward": FORWARD, "backward": BACKWARD, "model": dict(MODEL)}
+QUADRATURE: Mapping[str, Any] = {"driver": "quadrature", "a": A, "b": B}
+
+
+class Rig:
+    """The left wheel of a rover: its motor and encoder opened on mock pins, and the wheel that they turn.
+
+    ``wheel`` says how the motor is other than its model, ``slots`` how many cycles its encoder makes in a turn.
+    """
+
+    def __init__(
+        self,
+        motor: Mapping[str, Any] = H_BRIDGE,
+        encoder: Mapping[str, Any] = QUADRATURE,
+        *,
+        slots: int = 240,
+        wheel: Mapping[str, float] | None = None,
+        pins: Any = None,
+        pin_class: type[MockPWMPin] = MockPWMPin,
+        names: Sequence[str] = ("left_encoder", "left_motor"),
+    ) -> None:
+        self.pins = pins or MockFactory(pin_class=pin_class)
+        self.clock = SteppedClock(50.0, self._advance)
+        self.wheel = MotorModel(**{**MODEL, **(wheel or {})})
+        self.angle = self.velocity = 0.0
+        self.on_step: Callable[[], object] = lambda: None
+        self._slots = slots
+        robot = rover({"left_motor": motor, "left_encoder": encoder}, slots)
+        self.opened: dict[str, Device] = {}
+        self.host = Host(robot, self.clock, self.pins, self.opened)
+        self.fittings = {fitted.name: fitted for fitted in fit(robot, "raspberrypi", names)}
+        open_devices(self.fittings.values(), self.host, self.opened)
+
+    @property
+    def motor(self) -> Motor:
+        motor = self.opened["left_motor"]
+        assert isinstance(motor, Motor)
+        return motor
+
+    @property
+    def encoder(self) -> Encoder:
+        encoder = self.opened["left_encoder"]
+        assert isinstance(encoder, Encoder)
+        return encoder
+
+    def duty(self) -> float:
+        """Return what the motor's pins ask for, forward positive."""
+        return float(self.pins.pin(FORWARD).state) - float(self.pins.pin(BACKWARD).state)
+
+    def let_pass(self, seconds: float) -> None:
+        self.clock.sleep_until(self.clock.now() + seconds)
+
+    def close(self) -> None:
+        for device in reversed(list(self.opened.values())):
+            device.close()
+
+    def _advance(self, steps: int) -> None:
+        for _ in range(steps):
+            target = self.wheel.velocity(self.duty())
+            self.velocity += (target - self.velocity) * (1 - math.exp(-self.clock.step / 0.05))
+            self._turn_to(self.angle + self.velocity * self.clock.step)
+            self.on_step()
+
+    def _turn_to(self, angle: float) -> None:
+        edge_rad = math.tau / self._slots / 4
+        edge, to = round(self.angle / edge_rad), round(angle / edge_rad)
+        while edge != to:
+            edge += 1 if to > edge else -1
+            a, b = ((True, True), (False, True), (False, False), (True, False))[edge % 4]
+            _drive(self.pins.pin(A), a)
+            _drive(self.pins.pin(B), b)
+        self.angle = angle
+
+
+def rover(section: Mapping[str, Any], counts_per_turn: int = 960) -> RobotDescription:
+    """Return the rover with these devices on a Pi, and with encoders that count so."""
+    told = load_robot("rover")
+    devices = [
+        device.model_copy(update={"counts_per_turn": counts_per_turn}) if device.kind == "encoder" else device
+        for device in told.devices
+    ]
+    return told.model_copy(update={"devices": tuple(devices), "backends": {"raspberrypi": dict(section)}})
+
+
+def _drive(pin: Any, is_high: bool) -> None:
+    pin.drive_high() if is_high else pin.drive_low()

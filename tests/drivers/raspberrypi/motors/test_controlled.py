@@ -1,0 +1,190 @@
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from drivers.raspberrypi.motors.controlled import ControlledMotor
+from robotcore.devices import Angle
+from robotcore.errors import DescriptionError, DeviceError
+from robotcore.hardware import fit
+from tests.drivers.raspberrypi.motors.rig import H_BRIDGE, QUADRATURE, Rig, rover
+
+CONTROLLED = {**H_BRIDGE, "control": {}}
+WEAK = {"forward_rad_s": 14.0 * 0.7, "backward_rad_s": 14.0 * 0.7}
+SPEED = 6.0
+SETTLED_S = 2.0
+
+
+@pytest.mark.parametrize("speed", [SPEED, -SPEED, 1.0])
+@pytest.mark.parametrize("slots", [960, 240, 20])
+def test_a_wheel_with_less_gain_turns_as_fast_as_it_is_told(speed: float, slots: int) -> None:
+    rig = Rig(CONTROLLED, slots=slots, wheel=WEAK)
+    turned, _ = driven(rig, speed)
+    assert turned == pytest.approx(speed, rel=0.03)
+
+
+def test_without_control_it_does_not() -> None:
+    turned, _ = driven(Rig(wheel=WEAK), SPEED)
+    assert turned == pytest.approx(SPEED * 0.7, rel=0.03)
+
+
+def test_an_encoder_with_few_counts_lets_the_wheel_turn_evenly() -> None:
+    _, velocities = driven(Rig(CONTROLLED, slots=20, wheel=WEAK), SPEED)
+    assert max(velocities) - min(velocities) < 0.05 * SPEED
+
+
+def test_a_wheel_that_is_as_its_model_says_is_let_be() -> None:
+    rig = Rig(CONTROLLED)
+    peak = 0.0
+    for _ in range(50):
+        rig.motor.set_velocity(SPEED)
+        rig.let_pass(0.04)
+        peak = max(peak, rig.velocity)
+    assert peak < 1.02 * SPEED
+
+
+def test_a_wheel_that_was_blocked_does_not_shoot_off() -> None:
+    rig = Rig(CONTROLLED, wheel={"dead_band": 0.99})
+    driven(rig, 2.0)
+    rig.wheel = rig.wheel.model_copy(update={"dead_band": 0.1})
+    peak = 0.0
+    for _ in range(50):
+        rig.let_pass(0.02)
+        peak = max(peak, rig.velocity)
+    assert peak < 2 * 2.0 + 14.0 / 4
+    assert rig.velocity == pytest.approx(2.0, rel=0.1)
+
+
+def test_a_limit_that_cannot_be_held_is_not_made_up_for_afterwards() -> None:
+    rig = Rig(CONTROLLED, wheel={"forward_rad_s": 8.0})
+    driven(rig, 12.0)
+    assert rig.duty() == 1.0
+    rig.motor.set_velocity(3.0)
+    rig.let_pass(1.0)
+    assert rig.velocity == pytest.approx(3.0, rel=0.05)
+
+
+def test_a_stop_goes_out_at_once_and_nothing_turns_the_wheel_after_it() -> None:
+    rig = Rig(CONTROLLED, wheel=WEAK)
+    driven(rig, SPEED)
+    rig.motor.stop()
+    duties: list[float] = [rig.duty()]
+    rig.on_step = lambda: duties.append(rig.duty())
+    rig.let_pass(0.5)
+    assert set(duties) == {0.0}
+
+
+def test_a_stop_between_the_look_at_the_encoder_and_the_correction_wins() -> None:
+    rig = Rig(CONTROLLED, wheel=WEAK)
+    driven(rig, SPEED)
+    motor = rig.motor
+    assert isinstance(motor, ControlledMotor)
+    motor._encoder = Stopping(rig)  # type: ignore[assignment]
+    rig.let_pass(0.06)
+    assert rig.duty() == 0.0
+
+
+@pytest.mark.parametrize("again", [SPEED, -SPEED])
+def test_what_was_corrected_is_forgotten_at_a_stop_and_where_the_direction_turns(again: float) -> None:
+    rig, fresh = Rig(CONTROLLED, wheel=WEAK), Rig(CONTROLLED, wheel=WEAK)
+    driven(rig, SPEED)
+    corrected = abs(rig.duty())
+    if again > 0:
+        rig.motor.stop()
+    rig.motor.set_velocity(again)
+    fresh.motor.set_velocity(again)
+    assert rig.duty() == fresh.duty()
+    assert abs(rig.duty()) < corrected - 0.05
+
+
+def test_a_command_that_changes_the_velocity_keeps_the_correction() -> None:
+    rig, fresh = Rig(CONTROLLED, wheel=WEAK), Rig(CONTROLLED, wheel=WEAK)
+    driven(rig, SPEED)
+    rig.motor.set_velocity(SPEED / 2)
+    fresh.motor.set_velocity(SPEED / 2)
+    assert rig.duty() > fresh.duty() + 0.05
+
+
+def test_an_encoder_that_fails_stops_the_motor_and_the_next_command_says_why() -> None:
+    rig = Rig(CONTROLLED)
+    driven(rig, SPEED)
+    rig.encoder._newest = broken  # type: ignore[method-assign]
+    rig.let_pass(0.06)
+    assert rig.duty() == 0.0
+    rig.motor.stop()
+    with pytest.raises(DeviceError, match="left_encoder: unplugged"):
+        rig.motor.set_velocity(SPEED)
+    assert rig.duty() == 0.0
+
+
+def test_it_works_again_when_the_encoder_does() -> None:
+    rig = Rig(CONTROLLED)
+    driven(rig, SPEED)
+    whole, rig.encoder._newest = rig.encoder._newest, broken  # type: ignore[method-assign]
+    rig.let_pass(0.06)
+    rig.encoder._newest = whole  # type: ignore[method-assign]
+    with pytest.raises(DeviceError):
+        rig.motor.set_velocity(SPEED)
+    turned, _ = driven(rig, SPEED)
+    assert turned == pytest.approx(SPEED, rel=0.03)
+
+
+def test_closing_ends_the_control() -> None:
+    rig = Rig(CONTROLLED)
+    driven(rig, SPEED)
+    rig.motor.close()
+    taken = rig.encoder.read().sequence
+    rig.let_pass(0.5)
+    assert rig.encoder.read().sequence == taken + 1
+
+
+def test_control_without_an_encoder_on_the_wheel_is_refused() -> None:
+    robot = rover({"left_motor": CONTROLLED, "left_encoder": QUADRATURE})
+    assert robot.drive
+    bare = robot.model_copy(
+        update={"drive": robot.drive.model_copy(update={"left_encoder": None, "right_encoder": None})}
+    )
+    with pytest.raises(
+        DescriptionError, match=r"raspberrypi.left_motor: .*left_motor has no encoder.*leave control out"
+    ):
+        fit(bare, "raspberrypi", ["left_motor"])
+
+
+def test_control_more_often_than_the_pulses_come_is_refused() -> None:
+    with pytest.raises(DescriptionError, match=r"control.period_s 0.01 is shorter than a cycle of 50 Hz"):
+        Rig({**H_BRIDGE, "frequency_hz": 50, "control": {"period_s": 0.01}})
+
+
+def test_a_motor_whose_encoder_is_not_open_cannot_be_controlled() -> None:
+    with pytest.raises(DeviceError, match="left_motor: cannot be controlled without the encoder 'left_encoder'"):
+        Rig(CONTROLLED, names=("left_motor",))
+
+
+class Stopping:
+    """An encoder during whose reading somebody stops the motor."""
+
+    def __init__(self, rig: Rig) -> None:
+        self._rig = rig
+
+    def read(self) -> Angle:
+        sample = self._rig.encoder.read()
+        self._rig.motor.stop()
+        return sample
+
+
+def driven(rig: Rig, speed: float) -> tuple[float, list[float]]:
+    """Return how fast the wheel turns, in the mean and at each step, once it has settled."""
+    velocities: list[float] = []
+    for second in (SETTLED_S, 1.0):
+        rig.on_step = lambda: velocities.append(rig.velocity)
+        for _ in range(int(second / 0.04)):
+            rig.motor.set_velocity(speed)
+            rig.let_pass(0.04)
+    last = velocities[-250:]
+    rig.on_step = lambda: None
+    return sum(last) / len(last), last
+
+
+def broken() -> Any:
+    raise DeviceError("left_encoder", "unplugged")

@@ -1,0 +1,204 @@
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import pytest
+from gpiozero import OutputDevice
+from gpiozero.exc import PinInvalidState
+from gpiozero.pins.mock import MockFactory, MockPWMPin
+
+from drivers.raspberrypi.motors.hbridge import HBridge
+from robotcore.devices import Motor
+from robotcore.errors import DescriptionError, DeviceError
+from robotcore.hardware import Host, fit
+from tests.drivers.raspberrypi.motors.rig import BACKWARD, FORWARD, H_BRIDGE, MODEL, Rig, rover
+
+ENABLE, STANDBY = 12, 22
+
+
+class Unwilling(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
+    """A pin that can be made to fail when it is written to."""
+
+    is_broken = False
+
+    def _set_state(self, value: float) -> None:
+        if self.is_broken:
+            raise PinInvalidState("not today")
+        super()._set_state(value)
+
+
+@pytest.mark.parametrize(
+    "velocity, forward, backward",
+    [(7.0, 0.55, 0), (-7.0, 0, 0.55), (0.0, 0, 0), (100.0, 0.87, 0), (0.001, 0.1, 0)],
+)
+def test_a_velocity_is_a_duty_on_the_pin_of_its_direction(velocity: float, forward: float, backward: float) -> None:
+    rig = Rig()
+    rig.motor.set_velocity(velocity)
+    assert levels(rig) == pytest.approx((forward, backward))
+
+
+def test_turning_the_other_way_lets_go_of_the_first() -> None:
+    rig = Rig()
+    rig.motor.set_velocity(7.0)
+    rig.motor.set_velocity(-7.0)
+    assert levels(rig) == pytest.approx((0, 0.55))
+    rig.motor.set_velocity(7.0)
+    assert levels(rig) == pytest.approx((0.55, 0))
+
+
+def test_the_limit_is_the_description_s_and_is_told() -> None:
+    assert Rig().motor.set_velocity(100.0) == 12.0
+
+
+def test_each_direction_has_a_duty_of_its_own() -> None:
+    rig = Rig({**H_BRIDGE, "model": {**MODEL, "backward_rad_s": 12.6}})
+    rig.motor.set_velocity(-12.6 / 2)
+    assert levels(rig) == pytest.approx((0, 0.55))
+
+
+def test_stopping_pulls_both_low() -> None:
+    rig = Rig()
+    rig.motor.set_velocity(7.0)
+    rig.motor.stop()
+    assert levels(rig) == (0, 0)
+
+
+@pytest.mark.parametrize("velocity", [7.0, -7.0, 0.0])
+def test_a_command_like_the_last_is_sent_again(velocity: float) -> None:
+    rig = Rig()
+    rig.motor.set_velocity(velocity)
+    sent = levels(rig)
+    for number in (FORWARD, BACKWARD):
+        rig.pins.pin(number).state = 0.33  # somebody stopped it meanwhile, or worse
+    rig.motor.set_velocity(velocity)
+    assert levels(rig) == sent
+
+
+def test_pulses_come_at_the_frequency_asked_for() -> None:
+    rig = Rig({**H_BRIDGE, "frequency_hz": 1000})
+    assert [rig.pins.pin(number).frequency for number in (FORWARD, BACKWARD)] == [1000, 1000]
+
+
+def test_opening_turns_nothing() -> None:
+    rig = Rig()
+    assert levels(rig) == (0, 0)
+
+
+def test_an_enable_line_is_high_while_the_motor_is_open() -> None:
+    rig = Rig({**H_BRIDGE, "enable": ENABLE})
+    pin = rig.pins.pin(ENABLE)
+    assert (pin.function, pin.state) == ("output", 1)
+    rig.motor.stop()
+    assert pin.state == 1
+    rig.close()
+    assert pin.function == "input"
+
+
+def test_the_standby_line_is_left_to_the_guardian() -> None:
+    rig = Rig({**H_BRIDGE, "standby": STANDBY})
+    OutputDevice(STANDBY, pin_factory=rig.pins).close()
+
+
+def test_closing_stops_and_gives_every_pin_back() -> None:
+    rig = Rig({**H_BRIDGE, "enable": ENABLE})
+    rig.motor.set_velocity(7.0)
+    rig.close()
+    for number in (FORWARD, BACKWARD, ENABLE):
+        assert rig.pins.pin(number).state == 0
+        OutputDevice(number, pin_factory=rig.pins).close()
+
+
+@pytest.mark.parametrize("broken, other", [(FORWARD, BACKWARD), (BACKWARD, FORWARD)])
+@pytest.mark.parametrize("leave", [Motor.stop, Motor.close])
+def test_a_pin_that_fails_keeps_the_other_from_nothing(broken: int, other: int, leave: Any) -> None:
+    rig = Rig(pin_class=Unwilling)
+    rig.motor.set_velocity(7.0 if other == FORWARD else -7.0)
+    assert rig.pins.pin(other).state > 0
+    rig.pins.pin(broken).is_broken = True
+    with pytest.raises(DeviceError, match=r"left_motor: GPIO 17, 27 failed .*not today"):
+        leave(rig.motor)
+    assert rig.pins.pin(other).state == 0
+
+
+def test_what_fails_while_it_turns_is_told_by_name_with_what_to_do() -> None:
+    rig = Rig(pin_class=Unwilling)
+    rig.pins.pin(BACKWARD).is_broken = True
+    with pytest.raises(DeviceError, match=r"left_motor: .*wiring.*robotcore doctor") as told:
+        rig.motor.set_velocity(1.0)
+    assert isinstance(told.value.__cause__, PinInvalidState)
+    assert rig.pins.pin(FORWARD).state == 0
+
+
+@pytest.mark.parametrize("taken", [FORWARD, BACKWARD, ENABLE])
+def test_a_pin_that_is_in_use_is_named_and_the_others_are_given_back(taken: int) -> None:
+    pins = MockFactory(pin_class=MockPWMPin)
+    with OutputDevice(taken, pin_factory=pins):
+        with pytest.raises(DeviceError, match=f"left_motor: .*GPIO{taken} "):
+            Rig({**H_BRIDGE, "enable": ENABLE}, pins=pins)
+        for number in {FORWARD, BACKWARD, ENABLE} - {taken}:
+            OutputDevice(number, pin_factory=pins).close()
+
+
+def test_every_wire_has_its_place_and_standby_may_be_shared() -> None:
+    section = {"left_motor": {**H_BRIDGE, "enable": ENABLE, "standby": STANDBY}}
+    (fitting,) = fit(rover(section), "raspberrypi", ["left_motor"])
+    wires = {wire.signal: (str(wire), wire.is_shared) for wire in fitting.connections}
+    assert wires == {
+        "forward": ("GPIO 17", False),
+        "backward": ("GPIO 27", False),
+        "enable": ("GPIO 12", False),
+        "standby": ("GPIO 22", True),
+    }
+
+
+@pytest.mark.parametrize(
+    "model, words",
+    [
+        ({"forward_rad_s": 11.0}, "forward at 11 rad/s at most.*max_velocity_rad_s of left_motor is 12.*forward_rad_s"),
+        ({"backward_rad_s": 11.0}, "backward at 11 rad/s at most.*backward_rad_s"),
+        ({"max_duty": 0.5}, "forward at 6.22 rad/s at most.*max_duty"),
+    ],
+)
+def test_a_velocity_that_the_model_does_not_reach_is_refused(model: dict[str, float], words: str) -> None:
+    with pytest.raises(DescriptionError, match=f"raspberrypi.left_motor: .*{words}"):
+        Rig({**H_BRIDGE, "model": {**MODEL, **model}})
+
+
+def test_a_motor_without_a_model_is_refused() -> None:
+    with pytest.raises(DescriptionError, match=r"raspberrypi.left_motor.model: is missing"):
+        Rig({"driver": "h-bridge", "forward": FORWARD, "backward": BACKWARD})
+
+
+def test_on_pins_that_nobody_else_sees_there_is_nothing_to_cut_off() -> None:
+    rig = Rig({**H_BRIDGE, "standby": STANDBY})
+    assert rig.fittings["left_motor"].cutoffs(rig.host) == ()
+
+
+def test_another_process_stops_it_by_the_standby_line_where_there_is_one() -> None:
+    (spec,) = cutoffs({**H_BRIDGE, "standby": STANDBY})
+    assert (spec.device, spec.cutoff) == ("left_motor", "drivers.raspberrypi.cutoff:StandbyLine")
+    assert spec.parameters == {"line": STANDBY}
+    spec.make()
+
+
+def test_another_process_stops_it_by_its_own_lines_where_there_is_no_standby() -> None:
+    (spec,) = cutoffs({**H_BRIDGE, "enable": ENABLE})
+    assert spec.cutoff == "drivers.raspberrypi.cutoff:MotorLines"
+    assert spec.parameters == {"lines": [FORWARD, BACKWARD, ENABLE], "owner": os.getpid()}
+    spec.make()
+
+
+def test_the_driver_is_found_by_its_name() -> None:
+    (fitting,) = fit(rover({"left_motor": H_BRIDGE}), "raspberrypi", ["left_motor"])
+    assert isinstance(fitting.driver, HBridge)
+
+
+def cutoffs(section: dict[str, Any]) -> Any:
+    robot = rover({"left_motor": section})
+    (fitting,) = fit(robot, "raspberrypi", ["left_motor"])
+    return fitting.cutoffs(Host(robot, Rig().clock, pins=object()))
+
+
+def levels(rig: Rig) -> tuple[float, float]:
+    return rig.pins.pin(FORWARD).state, rig.pins.pin(BACKWARD).state

@@ -1,0 +1,74 @@
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from drivers.raspberrypi.motors.model import MotorModel, whole_percent
+
+models = st.builds(
+    MotorModel,
+    dead_band=st.floats(0, 0.8),
+    forward_rad_s=st.floats(0.5, 100),
+    backward_rad_s=st.floats(0.5, 100),
+    max_duty=st.floats(0.1, 1),
+)
+
+
+@given(models, st.floats(-1, 1))
+def test_a_duty_makes_the_velocity_that_it_was_chosen_for(model: MotorModel, share: float) -> None:
+    velocity = share * model.reach(share)
+    assert model.velocity(model.duty(velocity)) == pytest.approx(velocity, rel=1e-9, abs=1e-9)
+
+
+@given(models, st.floats(-1000, 1000))
+def test_no_duty_is_beyond_the_greatest_and_each_has_the_sign_of_its_velocity(
+    model: MotorModel, velocity: float
+) -> None:
+    duty = model.duty(velocity)
+    assert abs(duty) <= model.max_duty
+    assert not velocity or math.copysign(1, duty) == math.copysign(1, velocity)
+
+
+def test_standing_is_no_duty_at_all_whatever_the_dead_band() -> None:
+    model = MotorModel(dead_band=0.3, forward_rad_s=10, backward_rad_s=10)
+    assert model.duty(0.0) == 0
+    assert model.duty(-0.0) == 0
+
+
+def test_a_wheel_stands_within_the_dead_band() -> None:
+    model = MotorModel(dead_band=0.3, forward_rad_s=10, backward_rad_s=10)
+    assert [model.velocity(duty) for duty in (0.0, 0.2, -0.3)] == [0, 0, 0]
+    assert model.velocity(0.31) > 0 > model.velocity(-0.31)
+
+
+def test_each_direction_has_a_full_velocity_of_its_own() -> None:
+    model = MotorModel(forward_rad_s=16, backward_rad_s=8)
+    assert (model.duty(4), model.duty(-4)) == (0.25, -0.5)
+    assert (model.reach(1), model.reach(-1)) == (16, 8)
+
+
+def test_the_reach_ends_at_the_greatest_duty() -> None:
+    assert MotorModel(dead_band=0.2, forward_rad_s=12, backward_rad_s=8, max_duty=0.6).reach(-1) == pytest.approx(4)
+
+
+@pytest.mark.parametrize("percent", range(-100, 101))
+def test_lgpio_sends_the_whole_percent_that_was_meant(percent: int) -> None:
+    duty = whole_percent(percent / 100)
+    assert int(duty * 100) == percent
+    assert duty == pytest.approx(percent / 100)
+    assert abs(duty) <= 1
+
+
+@given(st.floats(-1, 1))
+def test_a_duty_is_rounded_to_the_nearest_percent(duty: float) -> None:
+    assert abs(whole_percent(duty) - duty) <= 0.005 + 1e-12
+
+
+@pytest.mark.parametrize("wrong", [{"dead_band": 1.0}, {"dead_band": -0.1}, {"max_duty": 1.2}, {"forward_rad_s": 0}])
+def test_a_model_of_no_motor_is_refused(wrong: dict[str, float]) -> None:
+    with pytest.raises(ValidationError):
+        MotorModel(**{"forward_rad_s": 10, "backward_rad_s": 10, **wrong})

@@ -1,0 +1,80 @@
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from gpiozero import OutputDevice
+from gpiozero.pins.mock import MockFactory, MockPWMPin
+
+from robotcore.errors import DeviceError
+from tests.drivers.raspberrypi.motors.rig import MODEL, Rig
+
+PHASE, ENABLE = 23, 24
+PHASE_ENABLE = {"driver": "phase-enable", "phase": PHASE, "enable": ENABLE, "model": dict(MODEL)}
+
+
+@pytest.mark.parametrize("velocity, phase, enable", [(7.0, 0, 0.55), (-7.0, 1, 0.55), (0.0, 0, 0)])
+def test_a_velocity_is_a_duty_and_a_direction(velocity: float, phase: int, enable: float) -> None:
+    rig = Rig(PHASE_ENABLE)
+    rig.motor.set_velocity(velocity)
+    assert levels(rig) == (phase, pytest.approx(enable))
+
+
+def test_stopping_takes_the_duty_away() -> None:
+    rig = Rig(PHASE_ENABLE)
+    rig.motor.set_velocity(-7.0)
+    rig.motor.stop()
+    assert levels(rig)[1] == 0
+
+
+def test_the_duty_is_away_while_the_direction_turns() -> None:
+    rig = Rig(PHASE_ENABLE, pin_class=Noting)
+    rig.motor.set_velocity(7.0)
+    sent = rig.pins.sent = []
+    rig.motor.set_velocity(-7.0)
+    assert sent == [(ENABLE, 0), (PHASE, 1), (ENABLE, pytest.approx(0.55))]
+
+
+def test_a_command_like_the_last_is_sent_again_without_a_gap() -> None:
+    rig = Rig(PHASE_ENABLE, pin_class=Noting)
+    rig.motor.set_velocity(-7.0)
+    sent = rig.pins.sent = []
+    rig.motor.set_velocity(-7.0)
+    assert sent == [(PHASE, 1), (ENABLE, pytest.approx(0.55))]
+
+
+def test_closing_stops_and_gives_every_pin_back() -> None:
+    rig = Rig(PHASE_ENABLE)
+    rig.motor.set_velocity(-7.0)
+    rig.close()
+    assert levels(rig) == (0, 0)
+    for number in (PHASE, ENABLE):
+        OutputDevice(number, pin_factory=rig.pins).close()
+
+
+@pytest.mark.parametrize("taken, other", [(PHASE, ENABLE), (ENABLE, PHASE)])
+def test_a_pin_that_is_in_use_is_named_and_the_other_is_given_back(taken: int, other: int) -> None:
+    pins = MockFactory(pin_class=MockPWMPin)
+    with OutputDevice(taken, pin_factory=pins):
+        with pytest.raises(DeviceError, match=f"left_motor: .*GPIO{taken} "):
+            Rig(PHASE_ENABLE, pins=pins)
+        OutputDevice(other, pin_factory=pins).close()
+
+
+def test_every_wire_has_its_place() -> None:
+    rig = Rig({**PHASE_ENABLE, "standby": 22})
+    wires = {wire.signal: (wire.where, wire.is_shared) for wire in rig.fittings["left_motor"].connections}
+    assert wires == {"phase": ("23", False), "enable": ("24", False), "standby": ("22", True)}
+
+
+class Noting(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
+    """Tells its factory of everything that is sent."""
+
+    def _set_state(self, value: float) -> None:
+        super()._set_state(value)
+        if hasattr(self.factory, "sent"):
+            self.factory.sent.append((self.info.name and int(self.info.name.removeprefix("GPIO")), value))
+
+
+def levels(rig: Rig) -> tuple[Any, Any]:
+    return rig.pins.pin(PHASE).state, rig.pins.pin(ENABLE).state
