@@ -1,0 +1,156 @@
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+from gpiozero import InputDevice, OutputDevice
+from gpiozero.pins.mock import MockFactory, MockPWMPin
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drivers.raspberrypi.encoders.quadrature import QuadratureDecoder
+from robotcore.errors import DescriptionError, DeviceClosedError, DeviceError
+from tests.drivers.raspberrypi.encoders.wires import TURN, Wires
+
+A, B = 5, 6
+PLAIN = {"driver": "quadrature", "a": A, "b": B}
+PHASES = ((0, 0), (1, 0), (1, 1), (0, 1))
+"""The levels of a and b, one edge after the other, forward."""
+
+
+def test_a_turn_is_as_many_cycles_as_the_description_counts() -> None:
+    wires = Wires(PLAIN)
+    turn(wires, 4 * TURN)
+    assert wires.angle() == pytest.approx(math.tau)
+
+
+def test_a_turn_is_as_many_edges_where_edges_are_counted() -> None:
+    wires = Wires({**PLAIN, "counts": "edges"})
+    turn(wires, TURN)
+    assert wires.angle() == pytest.approx(math.tau)
+
+
+def test_every_edge_tells() -> None:
+    wires = Wires(PLAIN)
+    angles = []
+    for edge in range(4):
+        turn(wires, 1, 2 + edge)
+        angles.append(wires.angle())
+    assert angles == pytest.approx([math.tau / TURN / 4 * edges for edges in (1, 2, 3, 4)])
+
+
+def test_backward_counts_down() -> None:
+    wires = Wires(PLAIN)
+    turn(wires, -4 * TURN)
+    assert wires.angle() == pytest.approx(-math.tau)
+
+
+def test_swapping_the_channels_turns_the_sign() -> None:
+    wires = Wires({**PLAIN, "a": B, "b": A})
+    turn(wires, 4 * TURN)
+    assert wires.angle() == pytest.approx(-math.tau)
+
+
+@pytest.mark.parametrize("start", range(4))
+def test_wherever_the_wheel_stands_the_angle_begins_at_zero(start: int) -> None:
+    pins = MockFactory(pin_class=MockPWMPin)
+    for number, level in zip((A, B), PHASES[start], strict=True):
+        pins.pin(number).drive_high() if level else pins.pin(number).drive_low()
+    wires = Wires({**PLAIN, "pull_up": False}, pins)
+    assert wires.angle() == 0
+    turn(wires, 1, start)
+    assert wires.angle() == pytest.approx(math.tau / TURN / 4)
+
+
+def test_a_wheel_that_trembles_at_an_edge_stays_where_it_is() -> None:
+    wires = Wires(PLAIN)
+    before = wires.angle()
+    for _ in range(10):
+        wires.set(A, 0)
+        wires.set(A, 1)
+    assert wires.angle() == before
+
+
+@given(st.lists(st.sampled_from([1, -1]), max_size=200))
+def test_the_count_is_the_sum_of_all_steps(steps: list[int]) -> None:
+    decoder, phase = QuadratureDecoder(a=False, b=False), 0
+    for step in steps:
+        phase += step
+        decoder.a_changed(0.0, PHASES[phase % 4][0])
+        decoder.b_changed(0.0, PHASES[phase % 4][1])
+    assert decoder.edges == sum(steps)
+
+
+@given(st.integers(0, 40))
+def test_a_missed_edge_costs_a_cycle_at_most_and_what_follows_counts(missed: int) -> None:
+    decoder = QuadratureDecoder(a=False, b=False)
+    for edge in range(1, 101):
+        a, b = PHASES[edge % 4]
+        if edge != missed:
+            decoder.a_changed(0.0, a) if edge % 2 else decoder.b_changed(0.0, b)
+        if edge == missed + 4:
+            since = decoder.edges
+    assert abs(decoder.edges - 100) <= 4
+    assert decoder.edges - since == 100 - missed - 4
+
+
+def test_a_sample_is_of_the_moment_it_is_read_and_an_instant_has_one() -> None:
+    wires = Wires(PLAIN)
+    first = wires.encoder.read()
+    turn(wires, 1)
+    assert wires.encoder.read() is first
+    wires.clock.sleep_until(0.5)
+    second = wires.encoder.read()
+    assert (second.time, second.sequence) == (0.5, 1)
+    assert second.angle > first.angle == 0
+
+
+@pytest.mark.parametrize("pull_up, pull", [(True, "up"), (False, "floating")])
+def test_the_pull_up_is_as_it_is_asked_for(pull_up: bool, pull: str) -> None:
+    wires = Wires({**PLAIN, "pull_up": pull_up})
+    assert [wires.pins.pin(number).pull for number in (A, B)] == [pull, pull]
+
+
+def test_bounce_is_the_pin_s_to_keep_out() -> None:
+    wires = Wires({**PLAIN, "bounce_s": 0.002})
+    assert [wires.pins.pin(number).bounce for number in (A, B)] == [0.002, 0.002]
+
+
+def test_closing_gives_the_pins_back_and_counts_no_more() -> None:
+    wires = Wires(PLAIN)
+    wires.encoder.close()
+    for number in (A, B):
+        assert wires.pins.pin(number).when_changed is None
+        InputDevice(number, pin_factory=wires.pins).close()
+    with pytest.raises(DeviceClosedError):
+        wires.encoder.read()
+
+
+@pytest.mark.parametrize("taken, other", [(A, B), (B, A)])
+def test_a_pin_that_is_in_use_is_named_and_the_other_is_given_back(taken: int, other: int) -> None:
+    pins = MockFactory(pin_class=MockPWMPin)
+    with OutputDevice(taken, pin_factory=pins):
+        with pytest.raises(DeviceError, match=f"left_encoder: .*GPIO{taken} "):
+            Wires(PLAIN, pins)
+        InputDevice(other, pin_factory=pins).close()
+
+
+def test_a_pull_that_a_pin_cannot_have_is_told_with_what_to_do() -> None:
+    with pytest.raises(DeviceError, match=r"left_encoder: GPIO 2 failed \(PinFixedPull: .*wiring"):
+        Wires({**PLAIN, "a": 2, "pull_up": False})
+
+
+@pytest.mark.parametrize("wrong", [{"counts": "turns"}, {"bounce_s": 1.0}, {"a": 40}])
+def test_settings_of_no_encoder_are_refused(wrong: dict[str, Any]) -> None:
+    with pytest.raises(DescriptionError, match=f"raspberrypi.left_encoder.{next(iter(wrong))}"):
+        Wires({**PLAIN, **wrong})
+
+
+def turn(wires: Wires, edges: int, start: int = 2) -> None:
+    """Turn by so many edges, by default from where both channels are high."""
+    sign = 1 if edges > 0 else -1
+    for edge in range(start + sign, start + edges + sign, sign):
+        a, b = PHASES[edge % 4]
+        wires.set(A, a)
+        wires.set(B, b)
