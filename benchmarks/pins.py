@@ -1,0 +1,155 @@
+"""What the drivers of motors and encoders cost beside gpiozero's own devices, on the same kind of mock pins.
+
+    python -m benchmarks.pins
+
+Each of ours and of gpiozero's is timed right after the other, in turn, so that a ratio of the two is of one machine at
+one time. A command goes to two alternating velocities; `Motor.value` is given the duties that make them. An encoder is
+read once an instant, as an app does; `RotaryEncoder.steps` is a bare attribute, with neither time nor unit. An edge is
+the cost of the callback that a turning wheel makes, four of them a cycle. Exit status 1 where a bound is broken.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable
+from time import perf_counter
+
+from gpiozero import Motor, RotaryEncoder
+from gpiozero.pins.mock import MockFactory, MockPWMPin
+
+from benchmarks.pairs import paired_ratios
+from benchmarks.report import machine, print_table
+from robotcore.clock import SteppedClock
+from robotcore.description import load_robot
+from robotcore.devices import Device, Encoder
+from robotcore.devices import Motor as OurMotor
+from robotcore.hardware import Host, fit, open_devices
+
+BOUND = 1.1
+FASTER, SLOWER = 8.0, 4.0
+Work = Callable[[int], None]
+
+
+def main() -> int:
+    """Time every pair and print medians and ratios."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--pairs", type=int, default=41)
+    parser.add_argument("--calls", type=int, default=4000)
+    asked = parser.parse_args()
+    motor, encoder, clock, pins = _ours()
+    theirs = MockFactory(pin_class=MockPWMPin)
+    wheel, knob = Motor(17, 27, pin_factory=theirs), RotaryEncoder(5, 6, max_steps=0, pin_factory=theirs)
+    cases: list[tuple[str, Work, Work]] = [
+        ("h-bridge set_velocity against Motor.value", _commands(motor), _values(wheel)),
+        ("h-bridge set_velocity against Motor.forward", _commands(motor), _forwards(wheel)),
+        ("h-bridge stop against Motor.stop", _calls(motor.stop), _calls(wheel.stop)),
+        ("quadrature edge against RotaryEncoder's", _edges(pins), _edges(theirs)),
+        ("quadrature read against RotaryEncoder.steps", _reads(encoder, clock), _steps(knob)),
+    ]
+    rows, are_bound = [], []
+    for name, our, other in cases:
+        spent: tuple[list[float], list[float]] = ([], [])
+        median, low, high = paired_ratios(
+            _timed(our, asked.calls, spent[0]), _timed(other, asked.calls, spent[1]), asked.pairs
+        )
+        rows.append((name, f"{min(spent[0]):.2f}", f"{min(spent[1]):.2f}", f"{median:.2f}", f"{low:.2f} to {high:.2f}"))
+        are_bound.append(median <= BOUND)
+    print(machine())
+    print_table(("µs a call, least; ratio, median", "ours", "gpiozero's", "ratio", "95 % interval of it"), rows)
+    print(f"bound: {BOUND:g} for all but a read")
+    return int(not all(are_bound[:-1]))
+
+
+def _ours() -> tuple[OurMotor, Encoder, SteppedClock, MockFactory]:
+    """Return the rover's left motor and encoder, opened by our drivers."""
+    robot, pins, opened = load_robot("rover"), MockFactory(pin_class=MockPWMPin), dict[str, Device]()
+    section = {name: robot.backends["raspberrypi"][name] for name in ("left_motor", "left_encoder")}
+    robot = robot.model_copy(update={"backends": {"raspberrypi": section}})
+    clock = SteppedClock(20.0, lambda _steps: None)
+    open_devices(fit(robot, "raspberrypi", section), Host(robot, clock, pins, opened), opened)
+    motor, encoder = opened["left_motor"], opened["left_encoder"]
+    assert isinstance(motor, OurMotor)
+    assert isinstance(encoder, Encoder)
+    return motor, encoder, clock, pins
+
+
+def _timed(work: Work, calls: int, spent: list[float]) -> Callable[[], float]:
+    """Return what takes the microseconds of a call, and notes them."""
+
+    def once() -> float:
+        start = perf_counter()
+        work(calls)
+        spent.append((perf_counter() - start) / calls * 1e6)
+        return spent[-1]
+
+    return once
+
+
+def _commands(motor: OurMotor) -> Work:
+    def work(calls: int) -> None:
+        for _ in range(calls // 2):
+            motor.set_velocity(FASTER)
+            motor.set_velocity(SLOWER)
+
+    return work
+
+
+def _values(motor: Motor) -> Work:
+    def work(calls: int) -> None:
+        for _ in range(calls // 2):
+            motor.value = 0.61
+            motor.value = 0.36
+
+    return work
+
+
+def _forwards(motor: Motor) -> Work:
+    def work(calls: int) -> None:
+        for _ in range(calls // 2):
+            motor.forward(0.61)
+            motor.forward(0.36)
+
+    return work
+
+
+def _calls(call: Callable[[], object]) -> Work:
+    def work(calls: int) -> None:
+        for _ in range(calls):
+            call()
+
+    return work
+
+
+def _edges(pins: MockFactory) -> Work:
+    a, b = pins.pin(5), pins.pin(6)
+
+    def work(calls: int) -> None:
+        for _ in range(calls // 4):
+            a.drive_low()
+            b.drive_low()
+            a.drive_high()
+            b.drive_high()
+
+    return work
+
+
+def _reads(encoder: Encoder, clock: SteppedClock) -> Work:
+    def work(calls: int) -> None:
+        for _ in range(calls):
+            encoder.read()
+            clock._count += 1  # noqa: SLF001  the next instant, without the price of sleeping
+
+    return work
+
+
+def _steps(encoder: RotaryEncoder) -> Work:
+    def work(calls: int) -> None:
+        for _ in range(calls):
+            encoder.steps  # noqa: B018  what is timed
+
+    return work
+
+
+if __name__ == "__main__":
+    sys.exit(main())
