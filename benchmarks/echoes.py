@@ -1,0 +1,121 @@
+"""What the reader of an ultrasonic module makes of its echoes, and what reading it costs.
+
+    python -m benchmarks.echoes
+
+The module is simulated on mocked pins and a stepped clock: distances from 5 cm to 2 m, each echo off by a normal error,
+a share of them lost (the module's own time-out comes instead), all drawn by a seed. Exit status 1 where a value is
+further off than 1 cm and the error that was drawn for it, where a lost echo is told as anything, or where a heard one
+is not told. The cost of a read is set against gpiozero's own DistanceSensor, in pairs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import sys
+import warnings
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from time import perf_counter
+
+from benchmarks.pairs import paired_ratios
+from benchmarks.report import machine, print_table
+from tests.drivers.raspberrypi.ranging.modules import ECHO, NO_ECHO, NOSE, TRIGGER, Bench, Edges, echo_at
+
+BOUND_M = 0.01
+NOISE_M = 0.003
+"""Standard deviation of a distance. Source: HC-SR04 data sheet, ElecFreaks: ranging accuracy up to 3 mm."""
+LOST = 0.1
+READS = 2000
+OFF = "heard, told more than 1 cm off"
+WRONG = (OFF, "heard, not told", "lost, told as a distance", "lost, told as inf")
+
+
+@dataclass(frozen=True)
+class Echo:
+    """How far away something is, and what the module hears of it: a distance, or nothing."""
+
+    true: float
+    heard: float | None
+
+    @property
+    def edges(self) -> Edges:
+        return NO_ECHO if self.heard is None else echo_at(self.heard)
+
+
+def main() -> int:
+    """Print what came of the echoes, and what a read costs."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--cycles", type=int, default=20000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--pairs", type=int, default=40)
+    asked = parser.parse_args()
+    print(machine())
+    counts, worst = _judged(asked.cycles, random.Random(asked.seed))
+    print_table((f"of {asked.cycles} cycles", ""), [(what, str(count)) for what, count in counts.items()])
+    print(f"furthest from the truth: {worst * 1000:.1f} mm; standard deviation of the echoes: {NOISE_M * 1000:g} mm")
+    ratio, low, high = _cost(asked.pairs)
+    print(f"a read against gpiozero's DistanceSensor.distance: {ratio:.3f} ({low:.3f} to {high:.3f})")
+    return int(any(counts[what] for what in WRONG))
+
+
+def _judged(cycles: int, draw: random.Random) -> tuple[Counter[str], float]:
+    """Return how many cycles came out how, and the greatest error of a distance in metres."""
+    echoes = [Echo(1.0, 1.0), *_echoes(cycles, draw)]
+    bench = Bench([echo.edges for echo in echoes])
+    counts, worst = Counter(dict.fromkeys(("heard, told", "lost, not told", *WRONG), 0)), 0.0
+    sensor = bench.open()
+    sequence = sensor.read().sequence
+    for echo in echoes[1:]:
+        bench.cycles()
+        sample = sensor.read()
+        counts[_verdict(echo, sample.distance, is_new=sample.sequence > sequence)] += 1
+        if echo.heard is not None:
+            worst = max(worst, abs(sample.distance - echo.true))
+        sequence = sample.sequence
+    sensor.close()
+    return counts, worst
+
+
+def _echoes(count: int, draw: random.Random) -> Iterator[Echo]:
+    for _ in range(count):
+        true = draw.uniform(0.05, 1.98)
+        error = draw.gauss(0.0, NOISE_M)
+        yield Echo(true, None if draw.random() < LOST else true + error)
+
+
+def _verdict(echo: Echo, distance: float, *, is_new: bool) -> str:
+    if echo.heard is None:
+        if not is_new:
+            return "lost, not told"
+        return "lost, told as inf" if distance == float("inf") else "lost, told as a distance"
+    if not is_new:
+        return "heard, not told"
+    return "heard, told" if abs(distance - echo.heard) <= BOUND_M else OFF
+
+
+def _cost(pairs: int) -> tuple[float, float, float]:
+    """Return how long a read takes against gpiozero's own sensor, and the interval of it."""
+    from gpiozero import DistanceSensor
+    from gpiozero.pins.mock import MockFactory, MockPin, MockTriggerPin
+
+    pins = MockFactory(pin_class=MockPin)
+    pins.pin(TRIGGER, pin_class=MockTriggerPin, echo_pin=pins.pin(ECHO), echo_time=0.002)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        theirs = DistanceSensor(ECHO, TRIGGER, max_distance=NOSE.max_range_m, pin_factory=pins)
+    ours = Bench([echo_at(1.0)]).open()
+    with theirs:
+        return paired_ratios(lambda: _seconds(ours.read), lambda: _seconds(lambda: theirs.distance), pairs)
+
+
+def _seconds(read: Callable[[], object]) -> float:
+    start = perf_counter()
+    for _ in range(READS):
+        read()
+    return perf_counter() - start
+
+
+if __name__ == "__main__":
+    sys.exit(main())
