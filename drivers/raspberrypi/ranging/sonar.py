@@ -5,6 +5,7 @@ from __future__ import annotations
 from contextlib import ExitStack
 
 from drivers.raspberrypi.ranging.echopins import EchoPins
+from drivers.raspberrypi.ranging.findings import Findings
 from drivers.raspberrypi.ranging.hearing import Hearing
 from robotcore.clock import Clock
 from robotcore.description import RangeSensorDescription
@@ -15,10 +16,17 @@ class Sonar(RangeSensor):
     """Triggers the module once a cycle; the falling edge of its echo tells the distance."""
 
     def __init__(
-        self, told: RangeSensorDescription, hearing: Hearing, pins: EchoPins, clock: Clock, cycle_s: float
+        self,
+        told: RangeSensorDescription,
+        findings: Findings,
+        hearing: Hearing,
+        pins: EchoPins,
+        clock: Clock,
+        cycle_s: float,
     ) -> None:
         super().__init__(told.name, min_range=told.min_range_m, max_range=told.max_range_m, cone=told.cone_rad)
-        self._hearing, self._pins, self._clock, self._cycle_s = hearing, pins, clock, cycle_s
+        self._findings, self._hearing, self._pins = findings, hearing, pins
+        self._clock, self._cycle_s = clock, cycle_s
         self._stopping = ExitStack()
 
     def start(self, first_cycles: int) -> None:
@@ -29,7 +37,7 @@ class Sonar(RangeSensor):
         for _ in range(first_cycles):
             self._cycle()
             self._hearing.ended.wait(self._cycle_s)
-            if self._hearing.has_told:
+            if self._findings.has_told:
                 break
         self._newest()
         self._stopping.callback(self._clock.every(self._cycle_s, self._cycle, self.name).stop)
@@ -48,7 +56,7 @@ class Sonar(RangeSensor):
         self._pins.trigger()
 
     def _newest(self) -> Range:
-        return self._hearing.newest.get()
+        return self._findings.newest.get()
 
     def _release(self) -> None:
         self._stopping.close()

@@ -10,7 +10,8 @@ from pydantic import Field
 
 from drivers.raspberrypi.gpio import Gpio, gpio
 from drivers.raspberrypi.ranging.echopins import EchoPins
-from drivers.raspberrypi.ranging.hearing import Acoustics, Hearing
+from drivers.raspberrypi.ranging.findings import Findings
+from drivers.raspberrypi.ranging.hearing import Hearing
 from drivers.raspberrypi.ranging.sonar import Sonar
 from drivers.raspberrypi.ranging.sound import speed_of_sound
 from robotcore.description import Described, RangeSensorDescription, RobotDescription
@@ -61,12 +62,12 @@ class Ultrasonic(DeviceDriver[RangeSensorDescription, UltrasonicSettings]):
         return gpio("trigger", settings.trigger), gpio("echo", settings.echo)
 
     def open(self, told: RangeSensorDescription, settings: UltrasonicSettings, host: Host) -> RangeSensor:
+        findings = Findings(told, settings.echo_free_cycles)
         speed = speed_of_sound(settings.air_temperature_c)
-        acoustics = Acoustics(speed, told.min_range_m, told.max_range_m, settings.echo_free_cycles)
-        hearing = Hearing(told.name, acoustics, settings.cycle_s, host.pins.ticks_diff)
+        hearing = Hearing(told.name, findings, speed, settings.cycle_s, host.pins.ticks_diff)
         pins = EchoPins(told.name, settings.trigger, settings.echo, host.pins)
         with ExitStack() as undo:
-            sonar = Sonar(told, hearing, pins, host.clock, settings.cycle_s)
+            sonar = Sonar(told, findings, hearing, pins, host.clock, settings.cycle_s)
             undo.callback(sonar.close)
             sonar.start(_VERDICT_CYCLES * max(settings.echo_free_cycles, 10))
             undo.pop_all()

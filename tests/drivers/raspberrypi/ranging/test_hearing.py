@@ -8,11 +8,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drivers.raspberrypi.ranging.hearing import LONGEST_ECHO_S, SILENCE_S, STUCK_S, Acoustics, Hearing
+from drivers.raspberrypi.ranging.findings import Findings
+from drivers.raspberrypi.ranging.hearing import LONGEST_ECHO_S, SILENCE_S, STUCK_S, Hearing
 from robotcore.devices import Range
 from robotcore.errors import DeviceError
+from tests.drivers.raspberrypi.ranging.modules import NOSE
 
-ACOUSTICS = Acoustics(speed=340.0, min_range=0.02, max_range=2.0, echo_free_cycles=3)
+SPEED = 340.0
+ECHO_FREE_CYCLES = 3
 Kind = Literal["trigger", "wait", "rise", "fall"]
 EDGES: list[Kind] = ["rise", "fall", "rise", "fall", "wait"]
 LIMITS = [0.0, 1e-4, 0.005, LONGEST_ECHO_S, 0.0285, 0.031, 0.038, 0.038, 0.2, 0.4]
@@ -38,9 +41,14 @@ def events(draw: st.DrawFn) -> list[Event]:
     return told
 
 
+def listening() -> tuple[Findings, Hearing]:
+    findings = Findings(NOSE, ECHO_FREE_CYCLES)
+    return findings, Hearing("nose", findings, SPEED, 0.06, lambda later, earlier: later - earlier)
+
+
 def heard(told: list[Event]) -> Iterator[tuple[Range, int]]:
     """Yield every sample, and after how many events it came."""
-    hearing = Hearing("nose", ACOUSTICS, 0.06, lambda later, earlier: later - earlier)
+    findings, hearing = listening()
     last = None
     for count, event in enumerate(told, 1):
         match event.kind:
@@ -51,7 +59,7 @@ def heard(told: list[Event]) -> Iterator[tuple[Range, int]]:
             case _:
                 hearing.edge(event.ticks, event.kind == "rise")
         try:
-            sample = hearing.newest.get()
+            sample = findings.newest.get()
         except DeviceError:
             continue
         if sample is not last:
@@ -80,11 +88,11 @@ def test_no_value_is_told_that_no_measured_pulse_supports(told: list[Event]) -> 
     for sample, count in heard(told):
         *_, pulse = row = pulses(told[:count])
         if math.isfinite(sample.distance):
-            assert sample.distance == pytest.approx(max(pulse * ACOUSTICS.speed / 2, ACOUSTICS.min_range))
-            assert sample.distance <= ACOUSTICS.max_range
-        elif not 2 * ACOUSTICS.max_range / ACOUSTICS.speed < pulse <= LONGEST_ECHO_S:
-            assert len(row) >= 3
-            assert all(SILENCE_S <= silent <= STUCK_S for silent in row[-3:])
+            assert sample.distance == pytest.approx(max(pulse * SPEED / 2, NOSE.min_range_m))
+            assert sample.distance <= NOSE.max_range_m
+        elif not 2 * NOSE.max_range_m / SPEED < pulse <= LONGEST_ECHO_S:
+            assert len(row) >= ECHO_FREE_CYCLES
+            assert all(SILENCE_S <= silent <= STUCK_S for silent in row[-ECHO_FREE_CYCLES:])
 
 
 @settings(max_examples=300)
@@ -98,14 +106,14 @@ def test_a_sample_is_of_the_newest_trigger_and_each_trigger_gives_one_at_most(to
 
 
 def test_edges_before_the_first_trigger_say_nothing() -> None:
-    hearing = Hearing("nose", ACOUSTICS, 0.06, lambda later, earlier: later - earlier)
+    findings, hearing = listening()
     hearing.edge(1.0, is_high=True)
     hearing.edge(1.005, is_high=False)
-    assert not hearing.has_told
+    assert not findings.has_told
 
 
 def test_a_cycle_without_a_trigger_is_not_over_before_it_has_begun() -> None:
-    hearing = Hearing("nose", ACOUSTICS, 0.06, lambda later, earlier: later - earlier)
+    _, hearing = listening()
     hearing.begin(0.0, 1.0)
     hearing.edge(1.001, is_high=False)
     assert hearing.ended.is_set()
@@ -115,9 +123,9 @@ def test_a_cycle_without_a_trigger_is_not_over_before_it_has_begun() -> None:
 
 @pytest.mark.parametrize("pulse, is_vouched", [(0.0285, False), (0.031, True), (0.299, True), (0.301, False)])
 def test_only_pulses_that_are_a_modules_time_out_make_a_cycle_echo_free(pulse: float, is_vouched: bool) -> None:
-    hearing = Hearing("nose", ACOUSTICS, 0.06, lambda later, earlier: later - earlier)
-    for cycle in range(ACOUSTICS.echo_free_cycles):
+    findings, hearing = listening()
+    for cycle in range(ECHO_FREE_CYCLES):
         hearing.begin(float(cycle), float(cycle))
         hearing.edge(cycle + 0.001, is_high=True)
         hearing.edge(cycle + 0.001 + pulse, is_high=False)
-    assert hearing.has_told == is_vouched
+    assert findings.has_told == is_vouched

@@ -139,7 +139,7 @@ def test_with_nothing_in_range_at_the_opening_it_opens_with_inf_in_no_simulated_
 
 
 def test_with_nothing_to_be_judged_at_the_opening_it_fails_by_name() -> None:
-    with pytest.raises(DeviceError, match=r"nose: has heard nothing that could be judged; .* echo_free_cycles"):
+    with pytest.raises(DeviceError, match=r"nose: has found nothing that could be judged; .* echo_free_cycles"):
         Bench([NO_ECHO], {"echo_free_cycles": 0}).open()
 
 

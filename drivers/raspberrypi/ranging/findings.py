@@ -1,0 +1,66 @@
+"""What a range sensor has found, as samples."""
+
+from __future__ import annotations
+
+import math
+
+from robotcore.description import RangeSensorDescription
+from robotcore.devices import Range
+from robotcore.errors import DeviceError
+from robotcore.hardware import Newest
+
+
+class Findings:
+    """Makes samples of what a sensor's measurements say; ``newest`` has the last of them, or why it failed.
+
+    A measurement that found nothing may have missed something: it gives no sample. A row of ``echo_free_cycles`` such
+    ones vouches for nothing in range; where it is 0, none does. Times are of the robot's clock.
+    """
+
+    def __init__(self, told: RangeSensorDescription, echo_free_cycles: int) -> None:
+        self.newest: Newest[Range] = Newest(told.name, DeviceError(told.name, _NOTHING_YET))
+        self.has_told = False
+        """Whether there has been a sample, or a failure."""
+        self._told, self._echo_free_cycles = told, echo_free_cycles
+        self._last: Range | None = None
+        self._is_failed = False
+        self._empty = 0
+
+    def found(self, distance: float, time: float) -> None:
+        """Take a distance in metres; `inf` is something out of range."""
+        self._empty = 0
+        is_near = distance <= self._told.max_range_m
+        self._tell(max(distance, self._told.min_range_m) if is_near else math.inf, time)
+
+    def nothing(self, time: float) -> None:
+        """Take a measurement that found nothing."""
+        self._empty += 1
+        if 0 < self._echo_free_cycles <= self._empty:
+            self._tell(math.inf, time)
+
+    def unclear(self) -> None:
+        """Take a measurement that says neither."""
+        self._empty = 0
+
+    def failed(self, error: Exception) -> None:
+        """Let the sensor fail, until it works again."""
+        self._empty = 0
+        self._is_failed = self.has_told = True
+        self.newest.fail(error)
+
+    def recovered(self) -> None:
+        """Take a failure back: the newest sample is the one before it, and as old as it is."""
+        if self._is_failed and self._last:
+            self._is_failed = False
+            self.newest.put(self._last)
+
+    def _tell(self, distance: float, time: float) -> None:
+        self._last = Range(distance, time, self._last.sequence + 1 if self._last else 0)
+        self._is_failed, self.has_told = False, True
+        self.newest.put(self._last)
+
+
+_NOTHING_YET = (
+    "has found nothing that could be judged; hold something flat in front of it. "
+    "Where nothing is in range when it is opened, echo_free_cycles must not be 0"
+)
