@@ -21,7 +21,7 @@ SECTION = "raspberrypi"
 
 
 class RaspberryPiOptions(Described):
-    """The library that drives the pins: lgpio, where gpiozero's own setting names no other."""
+    """The library that drives the pins, against gpiozero's own setting: lgpio, the only one that serves."""
 
     pin_factory: str | None = None
 

@@ -10,6 +10,8 @@ from drivers.raspberrypi.holders import held_by
 from drivers.raspberrypi.lg import chip_number, load
 from robotcore.errors import BackendError
 
+AT_THE_DESK = "At the desk: --backend virtualpi"
+
 
 class HeldError(BackendError):
     """A line is another process's."""
@@ -55,7 +57,7 @@ def why_closed(number: int) -> str:
     """Return why a chip could not be opened, and what to do, which lgpio does not tell."""
     chip = Path(f"/dev/gpiochip{number}")
     if not chip.exists():
-        return f"there is no {chip}: this is no Raspberry Pi. At the desk: --backend virtualpi"
+        return f"there is no {chip}: this is no Raspberry Pi. {AT_THE_DESK}"
     if not os.access(chip, os.R_OK | os.W_OK):
         return f"no permission for {chip}. sudo usermod -aG gpio $USER, then log in again"
     return f"{chip} cannot be opened. Run robotcore doctor on the robot"

@@ -30,20 +30,23 @@ def held_by(gpio: int, root: Path = _ROOT) -> str:
     """
     chip = f"gpiochip{chip_number()}"
     handles = list(_handles(root / "proc"))
-    if holders := _named(process for process, info in handles if _tells(info, chip, gpio)):
+    if holders := _all_of(process for process, info in handles if _tells(info, chip, gpio)):
         return holders
-    may_be = (process for process, info in handles if _LINE not in info and process.name != str(os.getpid()))
-    return ", as ".join(filter(None, [_perhaps(_named(may_be)), _label(root / "dev" / chip, gpio)]))
+    this = f"process {os.getpid()} ("
+    suspects = _all_of(process for process, info in handles if _LINE not in info and not process.startswith(this))
+    who = f"perhaps {suspects}" if suspects else "somebody"
+    return ", as ".join(filter(None, [who, _label(root / "dev" / chip, gpio)]))
 
 
-def _handles(proc: Path) -> Iterator[tuple[Path, str]]:
-    """Yield the process of each handle of GPIO lines, and what the kernel tells of the handle."""
+def _handles(proc: Path) -> Iterator[tuple[str, str]]:
+    """Yield the process of each handle of GPIO lines, in words, and what the kernel tells of the handle."""
     for process in sorted(proc.glob("[0-9]*"), key=lambda process: int(process.name)):
         with suppress(OSError):  # gone, or another user's
             for file in (process / "fd").iterdir():
                 with suppress(OSError):  # closed meanwhile
                     if str(file.readlink()).startswith(LINE):
-                        yield process, (process / "fdinfo" / file.name).read_text()
+                        name = (process / "comm").read_text().strip()
+                        yield f"process {process.name} ({name})", (process / "fdinfo" / file.name).read_text()
 
 
 def _tells(info: str, chip: str, gpio: int) -> bool:
@@ -51,13 +54,8 @@ def _tells(info: str, chip: str, gpio: int) -> bool:
     return f"{_LINE} {gpio}" in lines and f"{_CHIP} {chip}" in lines
 
 
-def _named(processes: Iterator[Path]) -> str:
-    names = {f"process {process.name} ({(process / 'comm').read_text().strip()})": None for process in processes}
-    return " or ".join(names)
-
-
-def _perhaps(names: str) -> str:
-    return f"perhaps {names}" if names else "somebody"
+def _all_of(processes: Iterator[str]) -> str:
+    return " or ".join(dict.fromkeys(processes))
 
 
 def _label(chip: Path, gpio: int) -> str:

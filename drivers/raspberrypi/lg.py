@@ -13,7 +13,7 @@ from types import ModuleType
 FIFO_FOLDER = "LG_WD"
 """Names the folder in which lgpio makes its FIFO, by default the working directory."""
 
-STUB = "pip took an empty lgpio, of which nothing can be used; sudo apt install python3-lgpio"
+STUB = "pip took an empty one, without gpiochip_open"
 """PyPI's 0.0.0.2 is the newest that fits where there is neither a wheel nor a compiler: one empty file."""
 
 _PI_5 = 0x17

@@ -76,7 +76,7 @@ def error_text(errnum: int) -> str:
 
 def gpiochip_open(gpiochip: int) -> int:
     chip = _Chip(gpiochip)
-    if not os.access(chip.folder, os.R_OK | os.W_OK):
+    if not chip.folder.is_dir():
         return _result(CANNOT_OPEN_CHIP)
     _chips.append(chip)
     return len(_chips) - 1 | gpiochip << 16

@@ -1,0 +1,109 @@
+"""What importing lgpio leaves behind, and how true the tests' own one is to it."""
+
+from __future__ import annotations
+
+import inspect
+import os
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from drivers.raspberrypi import lg
+from tests.drivers.raspberrypi.lines import ROOT, Lines
+from tests.drivers.raspberrypi.lines import lgpio as ours
+
+needs_lgpio = pytest.mark.skipif(find_spec("lgpio") is None, reason="lgpio is not installed here")
+
+LEAVING = """
+import os
+before = dict(os.environ)
+from drivers.raspberrypi.lg import load
+lgpio = load()
+assert load() is lgpio
+assert dict(os.environ) == before
+print(os.getcwd())
+"""
+
+
+def run(code: str, folder: Path, environment: dict[str, str]) -> str:
+    ran = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert ran.returncode == 0, ran.stderr
+    return ran.stdout.strip()
+
+
+@pytest.mark.parametrize("library", [pytest.param("real", marks=needs_lgpio), "ours"])
+def test_importing_leaves_neither_another_working_directory_nor_a_fifo_nor_a_setting(
+    library: str, tmp_path: Path
+) -> None:
+    here, temporary = tmp_path / "here", tmp_path / "tmp"
+    here.mkdir()
+    temporary.mkdir()
+    base = Lines(tmp_path / "dev").environment if library == "ours" else environment()
+    told = run(LEAVING, here, {**base, "TMPDIR": str(temporary)})
+    assert Path(told).samefile(here)
+    assert not [*here.iterdir(), *temporary.iterdir()]
+
+
+@needs_lgpio
+def test_the_folder_that_is_set_for_the_fifo_is_used(tmp_path: Path) -> None:
+    with pytest.raises(AssertionError, match=r"No such file or directory: .*missing"):
+        run(LEAVING, tmp_path, environment(LG_WD=str(tmp_path / "missing")))
+
+
+def test_the_empty_one_is_told_from_a_missing_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "lgpio", ModuleType("lgpio"))
+    with pytest.raises(ImportError, match="pip took an empty one"):
+        lg.load()
+
+
+@pytest.mark.parametrize(
+    "revision, has_chip_4, number",
+    [(0xA02082, True, 0), (0xC04170, False, 0), (0xC04170, True, 4)],
+)
+def test_the_header_is_on_chip_4_where_an_early_kernel_of_a_pi_5_has_it_there(
+    revision: int, has_chip_4: bool, number: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gpiozero.pins.local.get_pi_revision", lambda: revision)
+    monkeypatch.setattr(Path, "exists", lambda file: has_chip_4 and file == Path("/dev/gpiochip4"))
+    assert lg.chip_number() == number
+
+
+@needs_lgpio
+def test_the_lines_of_these_tests_speak_as_lgpio_does(tmp_path: Path) -> None:
+    """In a process of its own, for lgpio's thread never ends."""
+    run("from tests.drivers.raspberrypi.test_lg import compare; compare()", tmp_path, environment())
+
+
+def compare() -> None:
+    real = lg.load()
+    for name in (name for name in vars(ours) if not name.startswith("_") and hasattr(real, name)):
+        mine, theirs = getattr(ours, name), getattr(real, name)
+        if inspect.isfunction(mine):
+            assert parameters(mine) == parameters(theirs), name
+        elif isinstance(mine, int):
+            assert mine == theirs, name
+    for status in (ours.CANNOT_OPEN_CHIP, ours.GPIO_BUSY):
+        assert ours.error_text(status) == real.error_text(status)
+    assert str(ours.error("GPIO busy")) == str(real.error("GPIO busy"))
+    assert ours.error("GPIO busy").value == real.error("GPIO busy").value
+
+
+def parameters(function: Any) -> list[tuple[str, Any]]:
+    return [(each.name, each.default) for each in inspect.signature(function).parameters.values()]
+
+
+def environment(**more: str) -> dict[str, str]:
+    return {**os.environ, "PYTHONPATH": str(ROOT), **more}

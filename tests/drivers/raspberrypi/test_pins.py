@@ -1,0 +1,138 @@
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from drivers.raspberrypi.chip import Chip, HeldError
+from drivers.raspberrypi.claiming import claiming
+from drivers.raspberrypi.pins import open_pins
+from robotcore.errors import BackendError, BackendMissingError, DeviceError, UnknownNameError, UsageError
+from tests.drivers.raspberrypi.lines import Lines
+from tests.drivers.raspberrypi.lines import lgpio as ours
+
+PI_3 = 0xA02082
+
+
+@pytest.fixture(autouse=True)
+def _fresh(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let gpiozero take lgpio as it is in each test, and be on a Pi."""
+    monkeypatch.setitem(sys.modules, "lgpio", ours)
+    monkeypatch.delitem(sys.modules, "gpiozero.pins.lgpio", raising=False)
+    monkeypatch.delenv("GPIOZERO_PIN_FACTORY", raising=False)
+    monkeypatch.setattr("gpiozero.pins.local.get_pi_revision", lambda: PI_3)
+
+
+@pytest.fixture
+def lines(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Lines:
+    monkeypatch.setenv("FAKE_DEV", str(tmp_path))
+    return Lines(tmp_path)
+
+
+@pytest.fixture
+def other(lines: Lines) -> Iterator[Chip]:
+    """Whoever else works the lines."""
+    made = Chip()
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def pins(lines: Lines) -> Iterator[Any]:
+    made = open_pins()
+    yield made
+    made.close()
+
+
+def test_closing_frees_every_line(lines: Lines, pins: Any, other: Chip) -> None:
+    from gpiozero import PWMLED
+
+    lamp = PWMLED(17, pin_factory=pins)
+    lamp.value = 0.6
+    assert lines.level(17) == 60
+    with pytest.raises(HeldError, match="GPIO 17 is held by"):
+        other.claim_low([17])
+    pins.close()
+    other.claim_low([17])
+
+
+def test_a_device_whose_line_is_another_process_s_is_told_by_name_line_and_holder(pins: Any, other: Chip) -> None:
+    from gpiozero import LED
+
+    other.claim_low([17])
+    words = r"^lamp: GPIO 17 is held by somebody\. End that, or connect lamp to another GPIO"
+    with pytest.raises(DeviceError, match=words), claiming("lamp", [17]):
+        LED(17, pin_factory=pins)
+
+
+def test_a_line_that_two_devices_of_a_program_want_is_told_as_that(pins: Any) -> None:
+    from gpiozero import LED
+
+    words = "lamp: GPIO 17 is another device's too"
+    with LED(17, pin_factory=pins), pytest.raises(DeviceError, match=words), claiming("lamp", [17]):
+        LED(17, pin_factory=pins)
+
+
+@pytest.mark.parametrize("name", ["rpigpio", "pigpio", "native", "mock"])
+def test_a_library_whose_lines_nobody_else_could_take_is_refused(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("GPIOZERO_PIN_FACTORY", name)
+    with pytest.raises(UsageError, match=f"{name}.*--option pin_factory=lgpio, or unset GPIOZERO_PIN_FACTORY"):
+        open_pins()
+
+
+def test_what_is_asked_for_here_goes_before_gpiozero_s_own_setting(
+    lines: Lines, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("GPIOZERO_PIN_FACTORY", "pigpio")
+    open_pins("lgpio").close()
+
+
+def test_an_unknown_library_is_told() -> None:
+    with pytest.raises(UnknownNameError, match=r"unknown pin factory 'lgpoi'.*lgpio"):
+        open_pins("lgpoi")
+
+
+def test_a_missing_lgpio_is_told_with_the_command_that_installs_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delitem(sys.modules, "lgpio")
+    monkeypatch.setattr(sys, "path", [])
+    with pytest.raises(BackendMissingError, match=r"No module named 'lgpio'.*sudo apt install python3-lgpio"):
+        open_pins()
+
+
+def test_an_empty_lgpio_is_told_with_the_command_that_mends_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "lgpio", ModuleType("lgpio"))
+    with pytest.raises(BackendMissingError, match=r"pip took an empty one.*sudo apt install python3-lgpio"):
+        open_pins()
+
+
+def test_a_machine_that_is_no_pi_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    from gpiozero.exc import PinUnknownPi
+
+    def unknown() -> int:
+        raise PinUnknownPi("unable to locate Pi revision")
+
+    monkeypatch.setattr("gpiozero.pins.local.get_pi_revision", unknown)
+    with pytest.raises(BackendError, match=r"this is no Raspberry Pi .*At the desk: --backend virtualpi"):
+        open_pins()
+
+
+@pytest.mark.parametrize(
+    "exists, is_allowed, words",
+    [
+        (False, False, "there is no {chip}: this is no Raspberry Pi"),
+        (True, False, r"no permission for {chip}\. sudo usermod -aG gpio \$USER, then log in again"),
+        (True, True, r"{chip} cannot be opened\. Run robotcore doctor"),
+    ],
+)
+def test_a_chip_that_cannot_be_opened_is_told_with_what_to_do(
+    exists: bool, is_allowed: bool, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FAKE_DEV", str(tmp_path))
+    monkeypatch.setattr("pathlib.Path.exists", lambda _: exists)
+    monkeypatch.setattr("os.access", lambda *_: is_allowed)
+    with pytest.raises(BackendError, match=words.format(chip="/dev/gpiochip0")):
+        open_pins()
