@@ -1,0 +1,85 @@
+"""Whether the app finds the ball through gpiozero as it does in the simulator, and how much memory that takes.
+
+    python -m benchmarks.virtual_pi --seeds 1-50
+
+Every seed is run on the simulator, and on the drivers of a real Pi with the same simulator behind their virtual pins.
+Memory is the most that a fresh process held (VmHWM, on Linux): of importing robotcore, and of a whole run. Exit status 1
+where a bound is broken.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+
+from benchmarks.report import machine, print_table
+from robotcore.plan import RunRequest
+from robotcore.sweep import LocalEngine, Record, Sweep, run_sweep
+from robotcore.sweep.agreement import agreements_of
+from robotcore.sweep.local import cores
+from robotcore.sweep.seeds import seeds_of
+from robotcore.sweep.statistics import grouped
+from robotcore.sweep.words import contacts_told, fault, time_told
+
+VERIFIED, ALIKE = 0.97, 0.95
+"""The bounds: of verified runs on virtual pins, and of seeds with the same milestones as in the simulator."""
+
+IMPORT_MB, RUN_MB = 45.0, 120.0
+"""The bounds of memory."""
+
+IMPORT = "import robotcore"
+RUN = "from robotcore import RunRequest, run; run(RunRequest('green-search', 'virtualpi', seed=1))"
+HELD = "print([line.split()[1] for line in open('/proc/self/status') if line.startswith('VmHWM')][0])"
+
+
+def main() -> int:
+    """Run every seed on both, and print how they compare."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", default="1-50")
+    parser.add_argument("--world", default="arena")
+    parser.add_argument("--jobs", type=int, default=cores())
+    asked = parser.parse_args()
+    print(machine())
+    seeds = seeds_of(asked.seeds)
+    backends = ("kinematic", "virtualpi")
+    sweep = Sweep(RunRequest("green-search"), backends, (asked.world,), seeds)
+    is_alike = _is_alike(list(run_sweep(sweep, LocalEngine(asked.jobs)).records()))
+    return int(not (_is_small() and is_alike))
+
+
+def _is_alike(records: list[Record]) -> bool:
+    """Print how the runs went on either, and return whether those on virtual pins were good enough."""
+    groups = grouped(records)
+    rows = [
+        (g.backend, f"{g.verified}/{g.runs}", contacts_told(g), time_told(g.median_time_s), time_told(g.slowest_time_s))
+        for g in groups
+    ]
+    print_table(("backend", "verified", "contacts", "median", "slowest"), rows)
+    for record in sorted(records, key=lambda record: record.command):
+        if record.is_failure:
+            print(f"failing: {record.command}  # {fault(record)}")
+    (agreement,) = agreements_of(records)
+    same, pairs = agreement.same_milestones, len(agreement.pairs)
+    print(f"the same milestones in the same order on {same} of {pairs} seeds")
+    shares = {group.backend: group.verified_share or 0.0 for group in groups}
+    return shares["virtualpi"] >= VERIFIED and same / pairs >= ALIKE
+
+
+def _is_small() -> bool:
+    """Print how much memory a fresh process held at most, and return whether that is little enough."""
+    held = [(what, bound, _held_mb(what)) for what, bound in ((IMPORT, IMPORT_MB), (RUN, RUN_MB))]
+    print_table(("process", "held at most", "bound"), [(w, f"{mb:.1f} MB", f"{b:g} MB") for w, b, mb in held])
+    return all(mb <= bound for _, bound, mb in held)
+
+
+def _held_mb(code: str) -> float:
+    """Return the most memory that a fresh process held that ran this code, in MB (2^20 bytes)."""
+    told = subprocess.run(  # noqa: S603  our own code
+        [sys.executable, "-c", f"{code}; {HELD}"], check=True, capture_output=True, text=True
+    )
+    return int(told.stdout.split()[-1]) / 1024
+
+
+if __name__ == "__main__":
+    sys.exit(main())
