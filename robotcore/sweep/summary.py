@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from pathlib import Path
+from typing import TypeVar
 
 from rich import box
 from rich.console import Group as Lines
@@ -13,12 +14,16 @@ from rich.text import Text
 
 from robotcore.appfile import is_app_file
 from robotcore.plan import RunRequest
+from robotcore.sweep.place import Place
 from robotcore.sweep.record import Record
 from robotcore.sweep.statistics import Group
 from robotcore.sweep.words import COLUMNS, fault, judge_told
 
-LONGEST = 20
-"""So many failing runs are told one by one; a file has them all."""
+KeyT = TypeVar("KeyT", bound=Hashable)
+
+MAX_CAUSES = 20
+MAX_SEEDS = 8
+"""So many causes are told, and so many seeds of each in a place; a file has them all."""
 
 _TEXTS = ("backend", "world")
 _SHOWN = (*_TEXTS, "verified", "%", "95 %", "contacts", "median", "slowest")
@@ -26,7 +31,7 @@ _SHOWN = (*_TEXTS, "verified", "%", "95 %", "contacts", "median", "slowest")
 
 
 def summary(request: RunRequest, groups: Sequence[Group], failing: Sequence[Record], file: Path) -> RenderableType:
-    """Return the table, then the failing runs with their reasons and commands; ``file`` has every one of them."""
+    """Return the table, then the failing runs by their causes, each with a command; ``file`` has every one of them."""
     return Lines(_table(groups), *_judge(request, groups), *_failures(failing, file))
 
 
@@ -46,12 +51,37 @@ def _judge(request: RunRequest, groups: Sequence[Group]) -> Iterator[Text]:
 
 
 def _failures(failing: Sequence[Record], file: Path) -> Iterator[Text]:
+    """Yield each cause, the commonest first, with where it is met and what repeats it."""
     if not failing:
         return
     yield Text(f"\n{len(failing)} failing run{'' if len(failing) == 1 else 's'}:", "bold")
-    ordered = sorted(failing, key=lambda record: (record.result.backend, record.result.world, record.result.seed))
-    for record in ordered[:LONGEST]:
-        yield Text(f"  {fault(record)}", "yellow")
-        yield Text(f"    {record.command}")
-    if len(failing) > LONGEST:
-        yield Text(f"  and {len(failing) - LONGEST} more: {file}")
+    causes = _by(fault, failing)
+    for cause, records in sorted(causes.items(), key=lambda item: -len(item[1]))[:MAX_CAUSES]:
+        yield from _cause(cause, records)
+    if len(causes) > MAX_CAUSES:
+        yield Text(f"  and {len(causes) - MAX_CAUSES} more causes")
+    if len(failing) > 1:
+        yield Text(f"  each of them: {file}")
+
+
+def _cause(cause: str, records: Sequence[Record]) -> Iterator[Text]:
+    yield Text(f"  {len(records)} × {cause}" if len(records) > 1 else f"  {cause}", "yellow")
+    if len(records) > 1:
+        for place, there in _by(Place.of, records).items():
+            yield Text(f"    {place}: {_seeds(there)}")
+    yield Text(f"    {records[0].command}")
+
+
+def _seeds(records: Sequence[Record]) -> str:
+    some = ", ".join(str(record.result.seed) for record in records[:MAX_SEEDS])
+    more = f" and {len(records) - MAX_SEEDS} more" if len(records) > MAX_SEEDS else ""
+    return f"seed{'' if len(records) == 1 else 's'} {some}{more}"
+
+
+def _by(key: Callable[[Record], KeyT], records: Sequence[Record]) -> dict[KeyT, list[Record]]:
+    """Return the records of each key, in the order of backends, worlds and seeds."""
+    ordered = sorted(records, key=lambda record: (record.result.backend, record.result.world, record.result.seed))
+    found: dict[KeyT, list[Record]] = {}
+    for record in ordered:
+        found.setdefault(key(record), []).append(record)
+    return found

@@ -41,10 +41,31 @@ def test_the_table_fits_into_80_letters() -> None:
     assert len(_lines([record_of()])) == 3
 
 
-def test_failing_runs_are_told_in_the_order_of_their_seeds() -> None:
-    lines = _lines([record_of(Outcome.TIMEOUT, seed=seed, reason="late") for seed in (10, 9)])
-    assert "2 failing runs:" in lines
-    assert [line.split()[-1] for line in lines if "robotcore run" in line] == ["9", "10"]
+def test_one_failing_run_is_told_by_its_cause_and_its_command() -> None:
+    lines = _lines([record_of(Outcome.TIMEOUT, seed=9, reason="late"), record_of()])
+    assert lines[4:] == ["1 failing run:", "  timeout, late", "    robotcore run green-search --world open --seed 9"]
+
+
+def test_failing_runs_of_one_cause_are_told_together_the_commonest_first() -> None:
+    late = [record_of(Outcome.TIMEOUT, seed=seed, reason="late") for seed in (10, 9)]
+    late += [record_of(Outcome.TIMEOUT, seed=seed, reason="late", world="clutter") for seed in range(9)]
+    lines = _lines([record_of(Outcome.FAILURE, world="arena", reason="stuck"), *late])
+    assert lines[6:] == [
+        "12 failing runs:",
+        "  11 × timeout, late",
+        "    in clutter on kinematic: seeds 0, 1, 2, 3, 4, 5, 6, 7 and 1 more",
+        "    in open on kinematic: seeds 9, 10",
+        "    robotcore run green-search --world clutter --seed 0",
+        "  failure, stuck",
+        "    robotcore run green-search --world arena --seed 1",
+        "  each of them: failures.csv",
+    ]
+
+
+def test_many_causes_are_left_to_the_file() -> None:
+    lines = _lines([record_of(Outcome.ERROR, seed=seed, reason=f"reason {seed}") for seed in range(23)])
+    assert sum("robotcore run" in line for line in lines) == 20
+    assert lines[-2:] == ["  and 3 more causes", "  each of them: failures.csv"]
 
 
 def test_whose_word_it_is_is_told_of_an_app_in_a_file_and_where_a_judge_was_named() -> None:
