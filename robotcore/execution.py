@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
+from dataclasses import replace
 from functools import partial
 
 from robotcore.account import Ending, outcome_of, told
@@ -211,7 +212,7 @@ class Execution:
     def _end_hard(self, error: RobotcoreError) -> None:
         """End the process, which nothing else ends; but not one whose main thread has other things to do."""
         if self._interrupts.are_heard:
-            self._farewell(error)
+            self._farewell(error, len(self._loop.untold) if self._loop else 0)
             os._exit(error.exit_status)
 
     def _last_resort(self) -> None:
@@ -223,9 +224,10 @@ class Execution:
         if self._interrupts.raised:
             self._farewell(self._interrupts.raised)
 
-    def _farewell(self, error: RobotcoreError | Interrupted) -> None:
-        """Tell everyone how the run ends, while there is still somebody to tell it."""
+    def _farewell(self, error: RobotcoreError | Interrupted, untold: int = 0) -> None:
+        """Tell everyone how the run ends, while there is still somebody to; of interventions also those untold."""
         result = self._told(error, outcome_of(error))
+        result = replace(result, interventions=result.interventions + untold)
         for hear in (partial(self._tell, result), partial(self._last_words, result)):
             Errand("farewell", hear).is_done_within(FAREWELL_S)
 

@@ -10,7 +10,7 @@ from robotcore.errors import BehaviourError, DeviceError, Interrupted, Robotcore
 from robotcore.interrupts import Recalled
 from robotcore.layers import Assembled
 from robotcore.outcome import Outcome
-from robotcore.safety import Commit, Stay
+from robotcore.safety import Commit, Intervention, Stay
 from robotcore.trace import TickRecord, Trace
 
 TickObserver = Callable[[TickRecord], None]
@@ -52,6 +52,12 @@ class Loop:
     def time(self) -> float:
         """The robot's time at the last tick, in seconds."""
         return self._clock.now()
+
+    @property
+    def untold(self) -> Sequence[Intervention]:
+        """What stopped the robot for good in a tick that has not come back to tell it."""
+        is_told = self._latch.error is None or self._is_latch_noted
+        return () if is_told else self._latch.interventions(self._clock.now())
 
     def run(self) -> Outcome:
         """Tick until the end; return how it ended. The wheels then stand.

@@ -46,4 +46,5 @@ def with_recording(result: RunResult, recorder: Recorder) -> tuple[RunResult, st
         return result, ""
     result = recorder.completed(result)
     lost = f", {recorder.dropped} picture(s) dropped: it cannot be replayed" if recorder.dropped else ""
-    return result, f"The recording: {recorder.path}{lost}"
+    cut = ", cut: its end was not awaited" if recorder.is_writing else ""
+    return result, f"The recording: {recorder.path}{lost}{cut}"

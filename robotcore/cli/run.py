@@ -57,7 +57,7 @@ def command(picture: Path | None, record: Path | None, *, record_jpeg: bool, as_
 
     with Interrupts() as interrupts:
         drawer, recorder = _drawer(picture), recorder_for(record, dict(asked["options"]), is_jpeg=record_jpeg)
-        last_words = _last_words(as_json=as_json)
+        last_words = _last_words(recorder, as_json=as_json)
         with printing_apart(as_json=as_json):
             result = _run(asked, drawer, recorder, interrupts, last_words)
         interrupts.hold()
@@ -133,13 +133,14 @@ def _run(
         return run(RunRequest(**_requested(**asked)), observers, taps, last_words=last_words)
 
 
-def _last_words(*, as_json: bool) -> Callable[[RunResult], None]:
+def _last_words(recorder: Recorder | None, *, as_json: bool) -> Callable[[RunResult], None]:
     """Return what tells the end of a process that ends itself; standard output is what it is now."""
     stdout = sys.stdout
 
     def tell_the_last(result: RunResult) -> None:
+        result, recorded = with_recording(result, recorder) if recorder else (result, "")
         with redirect_stdout(stdout):
-            tell_result(result, as_json=as_json)
+            _told(result, [recorded] if recorded else [], as_json=as_json)
 
     return tell_the_last
 

@@ -52,6 +52,11 @@ class Recorder:
         return self._thread is not None
 
     @property
+    def is_writing(self) -> bool:
+        """Whether some of it is not in the file yet."""
+        return self._thread is not None and self._thread.is_alive()
+
+    @property
     def dropped(self) -> int:
         """How many pictures were left out."""
         return self.tap.dropped

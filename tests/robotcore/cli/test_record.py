@@ -1,12 +1,28 @@
 from __future__ import annotations
 
+import json
+import subprocess
+import sys
+import threading
 from pathlib import Path
 
 import pytest
 
+from robotcore import Outcome, RunResult
+from robotcore.cli.recorded import with_recording
 from robotcore.recording import read
-from tests.robotcore.cli.conftest import Cli
+from robotcore.recording.recorder import Recorder
+from tests.robotcore.cli.conftest import AppFile, Cli
 
+DEAF = """
+            from threading import Event
+            while True:
+                try:
+                    Event().wait()
+                except BaseException:
+                    pass
+"""
+RUN = RunResult("an-app", "kinematic", "rover", "open", 1, Outcome.SUCCESS, 0)
 SHORT = ("run", "avoid-obstacles", "--world", "open", "--set", "duration_s=0.5")
 
 
@@ -36,6 +52,29 @@ def test_pictures_that_were_dropped_are_counted(cli: Cli, tmp_path: Path, monkey
     assert told.json["dropped_pictures"] > 0
     assert f"{told.json['dropped_pictures']} picture(s) dropped" in told.err
     assert cli("info", str(file), "--json").json["dropped_pictures"] == told.json["dropped_pictures"]
+
+
+def test_an_app_that_never_comes_back_leaves_its_recording_and_is_told_with_what_stopped_it(
+    app_file: AppFile, tmp_path: Path
+) -> None:
+    file = tmp_path / "run.mcap"
+    command = [sys.executable, "-m", "robotcore", "run", app_file(DEAF), "--record", str(file), "--json"]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert ended.returncode == 4
+    assert ended.stderr.endswith(f"\nThe recording: {file}\n")
+    in_ticks = [each.cause for tick in read(file).ticks for each in tick.interventions]
+    assert json.loads(ended.stdout)["interventions"] == len(in_ticks) + 1
+
+
+def test_a_recording_whose_end_was_not_awaited_says_so(tmp_path: Path) -> None:
+    is_written = threading.Event()
+    recorder = Recorder(tmp_path / "run.mcap")
+    recorder._thread = threading.Thread(target=is_written.wait)
+    recorder._thread.start()
+    _, told = with_recording(RUN, recorder)
+    assert told == f"The recording: {recorder.path}, cut: its end was not awaited"
+    is_written.set()
+    recorder._thread.join()
 
 
 def test_record_jpeg_is_recorded_as_jpeg(cli: Cli, tmp_path: Path) -> None:
