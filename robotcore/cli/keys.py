@@ -50,6 +50,10 @@ class SpaceBar:
         self._is_paused = False
         self._thread = Thread(target=self._listen, name="space bar", daemon=True)
 
+    def hint(self) -> str:
+        """Return what the key does, while the terminal is ours; else nothing, for it does nothing."""
+        return HINT if self._before is not None and _is_in_front(self._terminal) else ""
+
     def begin(self, run: Run) -> None:
         self._run = run
         self._take()

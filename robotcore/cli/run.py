@@ -114,17 +114,18 @@ def _run(
     interrupts: Interrupts,
     last_words: Callable[[RunResult], None],
 ) -> RunResult:
-    from robotcore.cli.keys import HINT, SpaceBar, can_listen
+    from robotcore.cli.keys import SpaceBar, can_listen
     from robotcore.session import RunRequest, run
 
     with ExitStack() as stack:
         in_terminal: list[SpaceBar | Progress] = []
-        if has_keys := can_listen():
-            in_terminal.append(stack.enter_context(closing(SpaceBar())))
+        bar = stack.enter_context(closing(SpaceBar())) if can_listen() else None
+        if bar:
+            in_terminal.append(bar)
         if sys.stderr and sys.stderr.isatty():
             from robotcore.view.progress import Progress
 
-            in_terminal.append(stack.enter_context(closing(Progress(hint=HINT if has_keys else ""))))
+            in_terminal.append(stack.enter_context(closing(Progress(hint=bar.hint if bar else str))))
         interrupts.suspend_with(
             lambda: [each.pause() for each in in_terminal], lambda: [each.go_on() for each in in_terminal]
         )

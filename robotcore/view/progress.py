@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import isfinite
 
 from rich.console import Console
@@ -21,10 +22,11 @@ REFRESH_HZ = 10
 class Progress:
     """An observer: state, range, time and its pace, and which faults are there; on stderr, gone when it is closed.
 
-    A tick only leaves its record; a thread draws the newest one ten times a second. ``hint`` stands at its end.
+    A tick only leaves its record; a thread draws the newest one ten times a second. What ``hint`` returns by then
+    stands at its end.
     """
 
-    def __init__(self, console: Console | None = None, hint: str = "") -> None:
+    def __init__(self, console: Console | None = None, hint: Callable[[], str] = str) -> None:
         self._hint = hint
         self._spinner = Spinner("dots")
         self._wall = MonotonicClock()
@@ -71,7 +73,7 @@ class Progress:
                 f"{record.time:.1f} s",
                 f"{pace:.1f}x real time",
                 _faults_at(self._run, record.time),
-                self._hint,
+                self._hint(),
             )
         return line
 

@@ -253,6 +253,19 @@ def test_paused_it_leaves_the_terminal_alone_though_it_still_listens(terminal: T
     assert terminal.is_as_it_was
 
 
+def test_the_key_is_offered_only_while_the_terminal_is_ours(
+    bar: keys.SpaceBar, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert not bar.hint()
+    bar.go_on()
+    assert bar.hint() == "space: stop"
+    monkeypatch.setattr(keys, "_is_in_front", lambda _: False)
+    assert not bar.hint()
+    monkeypatch.setattr(keys, "_is_in_front", lambda _: True)
+    bar.pause()
+    assert not bar.hint()
+
+
 def test_an_interrupt_just_after_the_terminal_was_taken_leaves_it_as_it_was(
     terminal: Terminal, bar: keys.SpaceBar, monkeypatch: pytest.MonkeyPatch
 ) -> None:

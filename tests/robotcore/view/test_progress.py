@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import io
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
@@ -19,10 +20,10 @@ REQUEST = RunRequest("avoid-obstacles", world="open", settings={"duration_s": 0.
 class Painted(Progress):
     """Draws its line at each tick too, and keeps what was on it."""
 
-    def __init__(self) -> None:
+    def __init__(self, hint: Callable[[], str] = str) -> None:
         self.console = Console(file=io.StringIO(), force_terminal=True, width=160)
         self.lines: list[str] = []
-        super().__init__(self.console)
+        super().__init__(self.console, hint)
 
     def tick(self, record: TickRecord) -> None:
         super().tick(record)
@@ -53,6 +54,14 @@ def test_the_line_tells_the_faults_that_are_there() -> None:
     fault = "range noise=0.01 after=0.2 lasts=0.2"
     run(replace(REQUEST, faults=(fault,)), [progress])
     assert [fault in line for line in progress.lines] == [4 <= tick < 8 for tick in range(11)]
+
+
+def test_the_line_ends_in_the_hint_of_that_moment() -> None:
+    hints = iter(["space: stop", *[""] * 5, *["space: stop"] * 5])
+    progress = Painted(lambda: next(hints))
+    progress._live.auto_refresh = False
+    run(REQUEST, [progress])
+    assert ["space: stop" in line for line in progress.lines] == [True, *[False] * 5, *[True] * 5]
 
 
 def test_nothing_is_left_running_when_the_run_raises() -> None:
