@@ -3,8 +3,8 @@
     python -m benchmarks.virtual_pi --seeds 1-50
 
 Every seed is run on the simulator, and on the drivers of a real Pi with the same simulator behind their virtual pins.
-Memory is the most that a fresh process held (VmHWM, on Linux): of importing robotcore, and of a whole run. Exit status 1
-where a bound is broken.
+Memory is the most that a fresh process held (VmHWM, on Linux): of importing robotcore, and of a whole run. Exit
+status 1 where a bound is broken.
 """
 
 from __future__ import annotations

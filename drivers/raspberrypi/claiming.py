@@ -30,13 +30,13 @@ def pin_failure(device: str, gpios: Sequence[int], error: Exception) -> DeviceEr
     """
     from gpiozero import GPIOPinInUse
 
+    where = "GPIO " + ", ".join(map(str, gpios))
     if isinstance(error, GPIOPinInUse):
-        return DeviceError(device, f"{error}. Close the robot that this program has opened before")
+        return DeviceError(device, f"{where} is in use in this program already. Close what has it first")
     if "busy" in str(error).lower():
         held = ", ".join(f"GPIO {gpio} is held by {held_by(gpio)}" for gpio in gpios)
         return DeviceError(device, f"{held}. End that program first")
     cause = f"{type(error).__name__}: {error}".removesuffix(": ")
-    where = "GPIO " + ", ".join(map(str, gpios))
     return DeviceError(
         device, f"{where} failed ({cause}). Look at the wiring in the robot's file, and run robotcore doctor"
     )

@@ -14,7 +14,6 @@ from robotcore.description import CameraDescription
 from robotcore.hardware import Connection, DeviceDriver, Host
 
 
-
 def _pair(value: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value  # a file has lists only
 

@@ -64,7 +64,7 @@ def test_a_device_whose_line_is_another_process_s_is_told_by_name_line_and_holde
     from gpiozero import LED
 
     other.claim_low([17])
-    words = r"^lamp: GPIO 17 is held by somebody\. End that, or connect lamp to another GPIO"
+    words = r"^lamp: GPIO 17 is held by somebody\. End that program first"
     with pytest.raises(DeviceError, match=words), claiming("lamp", [17]):
         LED(17, pin_factory=pins)
 
@@ -72,7 +72,7 @@ def test_a_device_whose_line_is_another_process_s_is_told_by_name_line_and_holde
 def test_a_line_that_two_devices_of_a_program_want_is_told_as_that(pins: Any) -> None:
     from gpiozero import LED
 
-    words = "lamp: GPIO 17 is another device's too"
+    words = "lamp: GPIO 17 is in use in this program already"
     with LED(17, pin_factory=pins), pytest.raises(DeviceError, match=words), claiming("lamp", [17]):
         LED(17, pin_factory=pins)
 
