@@ -1,0 +1,1 @@
+"""Real kernels and another processor in place of a Raspberry Pi; not part of the test suite, see README.md."""

@@ -1,0 +1,38 @@
+"""A virtual machine that runs one command on the host's files and tells, line by line, what comes of it."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from threading import Timer
+
+from tests.system.gpio.kernel import Kernel
+
+TOLD = "/dev/ttyS1"
+"""Where the command writes what the host is to read; what it prints goes to the console's log."""
+
+MACHINE = ("-accel", "tcg", "-cpu", "max", "-smp", "2", "-m", "1024", "-nodefaults", "-display", "none", "-no-reboot")
+HOST_FILES = "local,path=/,mount_tag=host,security_model=none,readonly=on,multidevs=remap"
+KERNEL_LINE = "console=ttyS0 quiet panic=-1 rdinit=/init --"
+
+
+@contextmanager
+def running(kernel: Kernel, command: Sequence[str], console: Path, limit_s: float) -> Iterator[Iterator[str]]:
+    """Run a command as root in the machine; gives the lines it tells, until it ends or its time is up."""
+    qemu = ["qemu-system-x86_64", *MACHINE, "-virtfs", HOST_FILES]
+    boot = ["-kernel", str(kernel.image), "-initrd", str(kernel.initramfs)]
+    line = " ".join([KERNEL_LINE, *command])
+    ports = ["-serial", f"file:{console}", "-serial", "stdio"]
+    with subprocess.Popen(
+        [*qemu, *boot, "-append", line, *ports], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True
+    ) as process:
+        timer = Timer(limit_s, process.kill)
+        timer.start()
+        try:
+            assert process.stdout
+            yield iter(process.stdout)
+        finally:
+            timer.cancel()
+            process.kill()

@@ -1,0 +1,1 @@
+"""Checks on a real kernel's GPIO chip and camera: run by tests/system/gpio, in its virtual machine."""

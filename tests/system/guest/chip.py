@@ -1,0 +1,53 @@
+"""A chip of simulated lines, seen from outside: what a pin puts out, and what the world puts in.
+
+Source: https://www.kernel.org/doc/html/v6.1/admin-guide/gpio/gpio-sim.html.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+CONFIG = Path("/sys/kernel/config/gpio-sim/pi")
+LINES = Path("/sys/devices/platform")
+PERSIST = Path("/sys/module/gpio_sim/parameters/persist_gpio_outputs")
+LABEL = "pinctrl-bcm2835"
+HEADER = range(28)
+
+
+class Chip:
+    """Every GPIO of the header; new ones are low, and nobody holds them."""
+
+    def __init__(self) -> None:
+        bank = CONFIG / "bank"
+        bank.mkdir(parents=True)
+        bank.joinpath("num_lines").write_text(str(len(HEADER)))
+        bank.joinpath("label").write_text(LABEL)
+        CONFIG.joinpath("live").write_text("1")
+        device, chip = CONFIG.joinpath("dev_name").read_text().strip(), bank.joinpath("chip_name").read_text().strip()
+        self._lines = LINES / device / chip
+        self.set_persistent(is_persistent=False)
+
+    def remove(self) -> None:
+        CONFIG.joinpath("live").write_text("0")
+        CONFIG.joinpath("bank").rmdir()
+        CONFIG.rmdir()
+
+    def level(self, gpio: int) -> int:
+        """Return whether a line is high: what its holder puts out, or what pulls it."""
+        return int(self.file(gpio, "value").read_text())
+
+    def high(self) -> list[int]:
+        """Return the GPIOs that are high."""
+        return [gpio for gpio in HEADER if self.level(gpio)]
+
+    def pull(self, gpio: int, level: int) -> None:
+        """Put a level on an input."""
+        self.file(gpio, "pull").write_text("pull-up" if level else "pull-down")
+
+    def file(self, gpio: int, name: str) -> Path:
+        """Return the file ``value`` or ``pull`` of a line."""
+        return self._lines / f"sim_gpio{gpio}" / name
+
+    def set_persistent(self, *, is_persistent: bool) -> None:
+        """Let lines keep their level when nobody holds them any more, as Raspberry Pi OS does, or not."""
+        PERSIST.write_text("Y" if is_persistent else "N")

@@ -1,0 +1,19 @@
+"""Waiting for what another process or thread brings about; generous, against a hang alone."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import TypeVar
+
+ValueT = TypeVar("ValueT")
+
+PATIENCE_S = 20.0
+
+
+def settled(got: Callable[[], ValueT], expected: object) -> ValueT:
+    """Return what was got last: what is expected as soon as it is, anything else when patience is at its end."""
+    end = time.monotonic() + PATIENCE_S
+    while (value := got()) != expected and time.monotonic() < end:
+        time.sleep(0.01)
+    return value

@@ -1,0 +1,94 @@
+"""What these tests need of the machine, installed where that can be done; said in one line where not."""
+
+from __future__ import annotations
+
+import os
+import platform
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+NOT_RUN = 77
+"""The exit status of a test that could not run here, as automake has it."""
+
+ROOT = Path(__file__).parents[2]
+RELEASE = "12"
+"""The one release of Debian whose packages are known to fit each other here."""
+
+
+class NotRunError(Exception):
+    """A test cannot run here, and why."""
+
+
+def told(name: str, test: Callable[[], bool]) -> int:
+    """Run a test and return its exit status, with the reason told where it could not run."""
+    try:
+        return 0 if test() else 1
+    except NotRunError as why:
+        print(f"{name}: not run: {why}", flush=True)
+        return NOT_RUN
+
+
+def debian() -> None:
+    """Raise NotRunError unless this is the release of Debian for amd64 whose packages are used, and we are root."""
+    try:
+        system = platform.freedesktop_os_release()
+    except OSError:
+        system = {}
+    if (system.get("ID"), system.get("VERSION_ID"), platform.machine()) != ("debian", RELEASE, "x86_64"):
+        here = system.get("PRETTY_NAME", platform.system())
+        raise NotRunError(f"needs Debian {RELEASE} on x86_64 for its packages; this is {here} on {platform.machine()}")
+    if os.geteuid() != 0:
+        raise NotRunError("needs root, to install packages and to mount; run it as root, or in a container")
+
+
+def packages(*names: str) -> None:
+    """Install what is missing of these Debian packages; raises NotRunError where that fails."""
+    missing = [name for name in names if not _is_installed(name)]
+    if not missing:
+        return
+    install = ["install", "--yes", "--no-install-recommends", *missing]
+    if _apt(*install) and (fault := _apt("update") or _apt(*install)):
+        raise NotRunError(f"needs {', '.join(missing)}, and apt-get said: {fault}")
+
+
+def download(folder: Path, *names: str) -> None:
+    """Download Debian packages into a folder; raises NotRunError where that fails."""
+    if _apt("download", *names, folder=folder) and (fault := _apt("update") or _apt("download", *names, folder=folder)):
+        raise NotRunError(f"needs to download {', '.join(names)}, and apt-get said: {fault}")
+
+
+def wheels(folder: Path, arguments: Iterable[str]) -> None:
+    """Install packages for Python into a folder, by uv where there is one; raises NotRunError where that fails."""
+    uv = shutil.which("uv")
+    command = [uv, "pip", "install", "--python", sys.executable] if uv else [sys.executable, "-m", "pip", "install"]
+    command += ["--quiet", "--target", str(folder), *arguments]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    if run.returncode:
+        raise NotRunError(f"needs {' '.join(arguments)}: {_last_line(run.stderr)}")
+
+
+def cache() -> Path:
+    """Return the folder for what takes long to make, and make it."""
+    folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "robotcore-system"
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def _is_installed(name: str) -> bool:
+    query = ["dpkg-query", "--show", "--showformat", "${db:Status-Status}", name]
+    return subprocess.run(query, capture_output=True, text=True, check=False).stdout == "installed"
+
+
+def _apt(*arguments: str, folder: Path | None = None) -> str:
+    """Run apt-get; return what it said where it failed."""
+    environment = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
+    command = ["apt-get", "--quiet", *arguments]
+    run = subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True, check=False)
+    return _last_line(run.stderr or run.stdout) if run.returncode else ""
+
+
+def _last_line(text: str) -> str:
+    return (text.strip().splitlines() or ["nothing"])[-1]
