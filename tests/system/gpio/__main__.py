@@ -16,7 +16,7 @@ from tests.system.gpio.machine import TOLD, running
 LIMIT_S = 300.0
 CHECK_LIMIT_S = 60
 GUEST = needs.ROOT / "tests" / "system" / "guest"
-SUPPORT = ("__init__", "conftest", "telling", "chip", "waiting")
+SUPPORT = ("__init__", "bench", "chip", "conftest", "sonar", "telling", "waiting", "wheel")
 
 
 def main(names: list[str]) -> bool:
@@ -52,7 +52,7 @@ def _command(files: Iterable[Path]) -> list[str]:
         "PYTHONDONTWRITEBYTECODE=1",
         "PYTEST_DISABLE_PLUGIN_AUTOLOAD=1",
         "HOME=/run",
-        "LG_WD=/run",
+        "LG_WD=/tmp",
         f"ECHO_HELPER={build_echo()}",
         f"CHECKS_TOLD={TOLD}",
     ]

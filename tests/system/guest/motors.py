@@ -1,40 +1,58 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, cast
 
 import pytest
-from gpiozero import Motor
 
+from robotcore.devices import Motor
+from tests.system.guest.bench import open_device
 from tests.system.guest.chip import Chip
 from tests.system.guest.waiting import settled
 
 FORWARD, BACKWARD = 17, 27
+FULL_RAD_S = 12.0
 
 
 @pytest.fixture
 def motor(pins: Any) -> Iterator[Motor]:
-    with Motor(FORWARD, BACKWARD, pin_factory=pins) as made:
-        yield made
+    opened = cast("Motor", open_device("left_motor", pins))
+    yield opened
+    opened.close()
 
 
-def test_forward_drives_the_forward_pin_alone(chip: Chip, motor: Motor) -> None:
-    motor.forward()
+def share_high(chip: Chip, gpio: int) -> float:
+    """Return for how much of the time a line is high: its duty, near enough."""
+    samples = [chip.level(gpio) for _ in range(4000)]
+    return sum(samples) / len(samples)
+
+
+def test_full_speed_forward_holds_the_forward_pin_high_and_no_other(chip: Chip, motor: Motor) -> None:
+    motor.set_velocity(FULL_RAD_S)
     assert settled(chip.high, [FORWARD]) == [FORWARD]
 
 
-def test_backward_drives_the_backward_pin_alone(chip: Chip, motor: Motor) -> None:
-    motor.backward()
+def test_full_speed_backward_holds_the_backward_pin_high_and_no_other(chip: Chip, motor: Motor) -> None:
+    motor.set_velocity(-FULL_RAD_S)
     assert settled(chip.high, [BACKWARD]) == [BACKWARD]
 
 
-def test_stop_leaves_every_pin_low(chip: Chip, motor: Motor) -> None:
-    motor.forward()
+def test_a_stop_leaves_every_pin_low(chip: Chip, motor: Motor) -> None:
+    motor.set_velocity(FULL_RAD_S)
+    settled(chip.high, [FORWARD])
     motor.stop()
     assert settled(chip.high, []) == []
 
 
-def test_half_the_duty_is_high_about_half_the_time(chip: Chip, motor: Motor) -> None:
-    motor.forward(0.5)
-    samples = [chip.level(FORWARD) for _ in range(4000)]
-    assert 0.3 < sum(samples) / len(samples) < 0.7
+@pytest.mark.parametrize("share", [0.25, 0.75])
+def test_a_share_of_the_speed_is_that_share_of_the_duty(chip: Chip, motor: Motor, share: float) -> None:
+    motor.set_velocity(share * FULL_RAD_S)
+    assert share_high(chip, FORWARD) == pytest.approx(share, abs=0.15)
+    assert chip.level(BACKWARD) == 0
+
+
+def test_closing_leaves_every_pin_low(chip: Chip, motor: Motor) -> None:
+    motor.set_velocity(FULL_RAD_S)
+    settled(chip.high, [FORWARD])
+    motor.close()
+    assert settled(chip.high, []) == []

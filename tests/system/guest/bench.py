@@ -1,0 +1,45 @@
+"""The robots of the guest, opened device by device, and the app's own process with one of them."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from robotcore.clock import MonotonicClock
+from robotcore.description import load_robot
+from robotcore.devices import Device
+from robotcore.hardware import Host, fit
+
+GUEST = Path(__file__).parent
+ROBOTS = GUEST / "robots"
+ONWARDS = str(GUEST / "apps" / "onwards.py")
+MOTOR_LINES = {"left": (17, 27), "right": (23, 24)}
+STANDBY = 22
+
+
+def open_device(name: str, pins: Any, robot: str = "bench") -> Device:
+    """Open one device of a robot of the guest's."""
+    described = load_robot(str(ROBOTS / f"{robot}.toml"))
+    (fitting,) = fit(described, "raspberrypi", [name])
+    return fitting.open(Host(described, MonotonicClock(), pins))
+
+
+def run_command(app: str, robot: str, *options: str) -> list[str]:
+    """Return the command that runs an app on the pins, slowly, for this machine is slow."""
+    command = [sys.executable, "-m", "robotcore", "run", app, "--backend", "raspberrypi", "--rate", "5", "--json"]
+    return [*command, "--robot", str(ROBOTS / f"{robot}.toml"), *options]
+
+
+@contextmanager
+def started(command: list[str]) -> Iterator[subprocess.Popen[str]]:
+    """Run a command beside the check; it does not outlive it."""
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            yield process
+        finally:
+            process.send_signal(signal.SIGKILL)

@@ -1,0 +1,50 @@
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from robotcore.errors import DeviceError
+from tests.system.guest.bench import ONWARDS, open_device, run_command, started
+from tests.system.guest.chip import Chip
+
+ORDINARY_USER = ("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups")
+SEES_THE_PROGRAM = ("--inh-caps=+dac_read_search", "--ambient-caps=+dac_read_search")
+"""It may read whatever this checkout's Python is made of, and write nothing more for it."""
+
+HOLDING = """
+import lgpio, sys
+chip = lgpio.gpiochip_open(0)
+lgpio.gpio_claim_output(chip, 17, 0)
+print("holding", flush=True)
+sys.stdin.read()
+"""
+
+
+def test_a_line_that_another_program_holds_is_told_by_its_number_and_holder(chip: Chip, pins: Any) -> None:
+    with started([sys.executable, "-c", HOLDING]) as holder:
+        assert holder.stdout
+        assert holder.stdout.readline() == "holding\n"
+        with pytest.raises(DeviceError) as caught:
+            open_device("left_motor", pins)
+    assert re.search(rf"left_motor: GPIO 17 is held by .*process {holder.pid} \(python", str(caught.value))
+
+
+def test_what_a_closed_robot_held_is_free_for_the_next_process(chip: Chip, pins: Any) -> None:
+    open_device("left_motor", pins).close()
+    pins.close()
+    with started([sys.executable, "-c", HOLDING]) as holder:
+        assert holder.stdout
+        assert holder.stdout.readline() == "holding\n"
+
+
+def test_a_user_without_permission_is_told_what_to_do(chip: Chip) -> None:
+    assert Path("/dev/gpiochip0").stat().st_mode & 0o077 == 0
+    command = [*ORDINARY_USER, *SEES_THE_PROGRAM, *run_command(ONWARDS, "plain")]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert run.returncode == 3, run.stderr
+    assert "no permission for /dev/gpiochip0" in run.stderr + run.stdout

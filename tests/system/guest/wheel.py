@@ -1,0 +1,52 @@
+"""What turns on the bench: encoder discs, and wheels that motors turn."""
+
+from __future__ import annotations
+
+from types import TracebackType
+
+from robotcore.clock import MonotonicClock
+from tests.system.guest.chip import Chip
+
+PHASES = ((0, 0), (1, 0), (1, 1), (0, 1))
+"""Levels of the channels A and B, forward."""
+
+SAMPLE_S = 0.003
+
+
+class Disc:
+    """A quadrature encoder's disc: its two lines go through the four phases."""
+
+    def __init__(self, chip: Chip, a: int, b: int) -> None:
+        self._chip, self._lines = chip, (a, b)
+        self._phase = 0
+
+    def turn(self, edges: int) -> None:
+        """Turn on by so many edges, forward or backward."""
+        for _ in range(abs(edges)):
+            before, self._phase = PHASES[self._phase], (self._phase + (1 if edges > 0 else -1)) % 4
+            for line, old, new in zip(self._lines, before, PHASES[self._phase], strict=True):
+                if old != new:
+                    self._chip.pull(line, new)
+
+
+class Wheels:
+    """Turns discs while the forward lines of their motors are high, by ``edges_s`` at full duty, beside a check."""
+
+    def __init__(self, chip: Chip, discs: dict[int, Disc], edges_s: float) -> None:
+        self._chip, self._discs = chip, discs
+        self._edges_a_sample = edges_s * SAMPLE_S
+        self._owed = dict.fromkeys(discs, 0.0)
+
+    def __enter__(self) -> None:
+        self._work = MonotonicClock().every(SAMPLE_S, self._sample, "wheels")
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._work.stop()
+
+    def _sample(self) -> None:
+        for forward, disc in self._discs.items():
+            self._owed[forward] += self._chip.level(forward) * self._edges_a_sample
+            disc.turn(int(self._owed[forward]))
+            self._owed[forward] %= 1.0
