@@ -162,14 +162,17 @@ def test_a_motor_whose_encoder_is_not_open_cannot_be_controlled() -> None:
 
 
 class Stopping:
-    """An encoder during whose reading somebody stops the motor."""
+    """An encoder during whose first reading somebody stops the motor."""
 
     def __init__(self, rig: Rig) -> None:
         self._rig = rig
+        self._is_stopped = False
 
     def read(self) -> Angle:
         sample = self._rig.encoder.read()
-        self._rig.motor.stop()
+        if not self._is_stopped:
+            self._is_stopped = True
+            self._rig.motor.stop()
         return sample
 
 

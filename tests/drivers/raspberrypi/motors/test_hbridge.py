@@ -134,7 +134,7 @@ def test_what_fails_while_it_turns_is_told_by_name_with_what_to_do() -> None:
 def test_a_pin_that_is_in_use_is_named_and_the_others_are_given_back(taken: int) -> None:
     pins = MockFactory(pin_class=MockPWMPin)
     with OutputDevice(taken, pin_factory=pins):
-        with pytest.raises(DeviceError, match=f"left_motor: .*GPIO{taken} "):
+        with pytest.raises(DeviceError, match=f"left_motor: GPIO {taken} is in use"):
             Rig({**H_BRIDGE, "enable": ENABLE}, pins=pins)
         for number in {FORWARD, BACKWARD, ENABLE} - {taken}:
             OutputDevice(number, pin_factory=pins).close()
