@@ -83,6 +83,6 @@ def open_input(device: str, number: int, settings: EncoderSettings, pins: Factor
 
 def watch(device: str, pin: Pin, changed: Callable[[float, int], None], opened: ExitStack) -> None:
     """Have a bound method told of every edge, with the tick and the level; its object has to be kept."""
-    with claiming(device, (pin.info.number,)):
+    with claiming(device, (int(pin.info.name.removeprefix("GPIO")),)):
         opened.callback(setattr, pin, "when_changed", None)
         pin.when_changed = changed

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 from gpiozero import InputDevice, OutputDevice
+from gpiozero.exc import PinEdgeDetectUnsupported
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 from hypothesis import given
 from hypothesis import strategies as st
@@ -117,8 +118,15 @@ def test_bounce_is_the_pin_s_to_keep_out() -> None:
     assert [wires.pins.pin(number).bounce for number in (A, B)] == [0.002, 0.002]
 
 
+class Lasting(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
+    """A pin that, as lgpio's, tells of edges also after it was closed, unless it is asked not to."""
+
+    def close(self) -> None:
+        self.function = "input"
+
+
 def test_closing_gives_the_pins_back_and_counts_no_more() -> None:
-    wires = Wires(PLAIN)
+    wires = Wires(PLAIN, MockFactory(pin_class=Lasting))
     wires.encoder.close()
     for number in (A, B):
         assert wires.pins.pin(number).when_changed is None
@@ -131,7 +139,7 @@ def test_closing_gives_the_pins_back_and_counts_no_more() -> None:
 def test_a_pin_that_is_in_use_is_named_and_the_other_is_given_back(taken: int, other: int) -> None:
     pins = MockFactory(pin_class=MockPWMPin)
     with OutputDevice(taken, pin_factory=pins):
-        with pytest.raises(DeviceError, match=f"left_encoder: .*GPIO{taken} "):
+        with pytest.raises(DeviceError, match=f"left_encoder: GPIO {taken} is in use"):
             Wires(PLAIN, pins)
         InputDevice(other, pin_factory=pins).close()
 
@@ -139,6 +147,21 @@ def test_a_pin_that_is_in_use_is_named_and_the_other_is_given_back(taken: int, o
 def test_a_pull_that_a_pin_cannot_have_is_told_with_what_to_do() -> None:
     with pytest.raises(DeviceError, match=r"left_encoder: GPIO 2 failed \(PinFixedPull: .*wiring"):
         Wires({**PLAIN, "a": 2, "pull_up": False})
+
+
+class Deaf(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
+    """A pin that cannot tell of edges."""
+
+    def _enable_event_detect(self) -> None:
+        raise PinEdgeDetectUnsupported("no edges here")
+
+
+def test_a_pin_that_cannot_tell_of_edges_is_named_and_both_are_given_back() -> None:
+    pins = MockFactory(pin_class=Deaf)
+    with pytest.raises(DeviceError, match=r"left_encoder: GPIO 5 failed \(PinEdgeDetectUnsupported: no edges here"):
+        Wires(PLAIN, pins)
+    for number in (A, B):
+        InputDevice(number, pin_factory=pins).close()
 
 
 @pytest.mark.parametrize("wrong", [{"counts": "turns"}, {"bounce_s": 1.0}, {"a": 40}])
