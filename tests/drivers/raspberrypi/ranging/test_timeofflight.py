@@ -1,0 +1,256 @@
+import math
+import sys
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from drivers.raspberrypi.ranging.timeofflight import VL53L0X, VL53L1X, TimeOfFlight, TimeOfFlightSettings
+from robotcore.clock import SteppedClock
+from robotcore.description import load_robot
+from robotcore.devices import RangeSensor
+from robotcore.errors import DescriptionError, DeviceClosedError, DeviceError
+from robotcore.hardware import Host, fit
+from tests.drivers.raspberrypi.ranging.lightbus import FakeBus, FakeChip, FakeVL53L0X, FakeVL53L1X
+from tests.drivers.raspberrypi.ranging.modules import NOSE
+
+extended_bus = pytest.importorskip("adafruit_extended_bus", reason="needs pip install 'robotcore[tof]'")
+
+TOLD = NOSE.model_copy(update={"max_range_m": 1.2})
+
+
+@dataclass
+class Kind:
+    """A driver, its chip, and what the chip's status is where it sees a target, something beyond, or nothing."""
+
+    driver: type[TimeOfFlight]
+    chip: type[FakeChip]
+    target: int
+    beyond: int
+    nothing: int
+    too_near: int
+    unclear: int
+
+
+KINDS = [
+    Kind(VL53L0X, FakeVL53L0X, target=11, beyond=6, nothing=4, too_near=10, unclear=7),
+    Kind(VL53L1X, FakeVL53L1X, target=9, beyond=5, nothing=4, too_near=8, unclear=6),
+]
+BROKEN = 2
+
+
+class Bench:
+    """A chip on a bus, and the driver that reads it by the real library."""
+
+    def __init__(self, kind: Kind, patch: pytest.MonkeyPatch) -> None:
+        self.kind = kind
+        self.chip = kind.chip(kind.target, 500)
+        self.bus = FakeBus(self.chip)
+        self.clock = SteppedClock(1000, lambda _steps: None)
+        patch.setattr(extended_bus, "ExtendedI2C", self.bus.open)
+
+    def open(self, **settings: Any) -> RangeSensor:
+        host = Host(load_robot("rover"), self.clock)
+        return self.kind.driver().open(TOLD, TimeOfFlightSettings(**settings), host)
+
+    def measures(self, status: int, millimetres: int = 500, cycles: int = 1) -> None:
+        self.chip.status, self.chip.millimetres = status, millimetres
+        self.cycles(cycles)
+
+    def cycles(self, count: int = 1) -> None:
+        self.clock.sleep_until(self.clock.now() + 0.05 * count)
+
+
+@pytest.fixture(params=KINDS, ids=lambda kind: str(kind.driver.name))
+def bench(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Bench:
+    return Bench(request.param, monkeypatch)
+
+
+def test_the_first_sample_is_in_hand_when_it_is_open(bench: Bench) -> None:
+    sample = bench.open().read()
+    assert (sample.distance, sample.time, sample.sequence) == (0.5, 0.0, 0)
+
+
+def test_each_measurement_is_a_sample_of_the_cycle_before(bench: Bench) -> None:
+    sensor = bench.open()
+    bench.measures(bench.kind.target, 750)
+    bench.measures(bench.kind.target, 800)
+    sample = sensor.read()
+    assert (sample.distance, sample.time, sample.sequence) == pytest.approx((0.8, 0.05, 2))
+
+
+def test_a_measurement_is_taken_once(bench: Bench) -> None:
+    sensor = bench.open()
+    taken = bench.chip.cleared
+    bench.cycles()
+    assert bench.chip.cleared == taken + 1
+    bench.chip.is_frozen = True
+    first = sensor.read()
+    bench.cycles(5)
+    assert sensor.read() is first
+
+
+def test_nearer_than_min_range_reads_min_range(bench: Bench) -> None:
+    sensor = bench.open()
+    bench.measures(bench.kind.target, 3)
+    assert sensor.read().distance == TOLD.min_range_m
+    bench.measures(bench.kind.target)
+    bench.measures(bench.kind.too_near, 700)
+    assert (sensor.read().distance, sensor.read().sequence) == (TOLD.min_range_m, 3)
+
+
+def test_a_target_beyond_max_range_and_a_status_that_says_so_are_inf(bench: Bench) -> None:
+    sensor = bench.open()
+    bench.measures(bench.kind.target, 1300)
+    assert (sensor.read().distance, sensor.read().sequence) == (math.inf, 1)
+    bench.measures(bench.kind.beyond, 300)
+    assert (sensor.read().distance, sensor.read().sequence) == (math.inf, 2)
+
+
+def test_too_little_light_is_no_new_sample_until_a_row_of_it_vouches_for_nothing_in_range(bench: Bench) -> None:
+    sensor = bench.open(echo_free_cycles=3)
+    first = sensor.read()
+    bench.measures(bench.kind.nothing, cycles=2)
+    bench.measures(bench.kind.unclear)
+    bench.measures(bench.kind.nothing, cycles=2)
+    assert sensor.read() is first
+    bench.cycles()
+    assert sensor.read().distance == math.inf
+
+
+def test_with_nothing_in_range_at_the_opening_it_opens_with_inf(bench: Bench) -> None:
+    bench.chip.status = bench.kind.nothing
+    assert bench.open(cycle_s=0.02, echo_free_cycles=2).read().distance == math.inf
+
+
+def test_with_nothing_to_be_judged_at_the_opening_it_fails_by_name_and_lets_the_bus_go(bench: Bench) -> None:
+    bench.chip.status = bench.kind.unclear
+    with pytest.raises(DeviceError, match="nose: has found nothing that could be judged"):
+        bench.open(cycle_s=0.02)
+    assert not bench.bus.is_open
+
+
+def test_a_chip_that_does_not_answer_at_the_opening_is_told_by_its_place(bench: Bench) -> None:
+    bench.chip.is_plugged_in = False
+    with pytest.raises(DeviceError, match=r"nose: no answer at I2C 0x29 on bus 1 .*raspi-config"):
+        bench.open()
+    assert not bench.bus.is_open
+
+
+def test_a_chip_that_is_unplugged_fails_until_it_is_plugged_in_again(bench: Bench) -> None:
+    sensor = bench.open()
+    bench.chip.is_plugged_in = False
+    bench.cycles()
+    with pytest.raises(DeviceError, match=r"nose: no answer at I2C 0x29 on bus 1 .*Remote I/O error"):
+        sensor.read()
+    bench.cycles(3)
+    with pytest.raises(DeviceError, match=r"nose: no answer at I2C 0x29 on bus 1 .*No I2C device"):
+        sensor.read()
+    bench.chip.is_plugged_in = True
+    bench.chip.lose_power()
+    bench.measures(bench.kind.target, 650)
+    assert (sensor.read().distance, sensor.read().sequence) == (0.65, 1)
+
+
+def test_a_chip_that_stops_measuring_fails_and_is_set_up_anew(bench: Bench) -> None:
+    sensor = bench.open()
+    bench.chip.is_frozen = True
+    bench.cycles(21)
+    with pytest.raises(DeviceError, match="nose: has stopped measuring"):
+        sensor.read()
+    bench.chip.is_frozen = False
+    bench.cycles()
+    assert sensor.read().sequence == 1
+
+
+def test_after_a_failure_a_measurement_of_nothing_leaves_the_sample_before_it_as_old_as_it_is(bench: Bench) -> None:
+    sensor = bench.open()
+    first = sensor.read()
+    bench.chip.is_plugged_in = False
+    bench.cycles()
+    bench.chip.is_plugged_in = True
+    bench.measures(bench.kind.nothing)
+    assert sensor.read() is first
+
+
+def test_a_broken_laser_fails_it_by_name(bench: Bench) -> None:
+    sensor = bench.open()
+    bench.measures(BROKEN)
+    with pytest.raises(DeviceError, match="nose: says that its laser is broken"):
+        sensor.read()
+
+
+def test_closing_lets_the_laser_rest_and_the_bus_go(bench: Bench) -> None:
+    sensor = bench.open()
+    assert bench.chip.is_measuring
+    sensor.close()
+    assert not bench.chip.is_measuring
+    assert not bench.bus.is_open
+    bench.cycles(3)
+    assert not bench.bus.is_open
+    with pytest.raises(DeviceClosedError):
+        sensor.read()
+
+
+def test_what_is_unplugged_can_be_closed(bench: Bench) -> None:
+    sensor = bench.open()
+    bench.chip.is_plugged_in = False
+    sensor.close()
+    assert not bench.bus.is_open
+
+
+def test_another_chip_at_its_address_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench(KINDS[1], monkeypatch)
+    bench.bus.chip = FakeVL53L0X(11, 500)
+    with pytest.raises(DeviceError, match=r"nose: no answer at I2C 0x29 .*Wrong sensor ID.* the chip that"):
+        bench.open()
+
+
+def test_a_chip_that_answers_and_never_measures_does_not_hang_the_opening(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench.chip.is_frozen = True
+    monkeypatch.setattr("adafruit_vl53l1x.time", SimpleNamespace(sleep=lambda _seconds: None))
+    with pytest.raises(DeviceError, match="nose: "):
+        bench.open(cycle_s=0.02)
+    assert not bench.bus.is_open
+
+
+def test_a_bus_that_is_switched_off_is_told_by_its_number() -> None:
+    host = Host(load_robot("rover"), SteppedClock(1000, lambda _steps: None))
+    with pytest.raises(DeviceError, match=r"nose: no answer at I2C 0x29 on bus 30 .*/dev/i2c-30.*is I2C switched on"):
+        VL53L1X().open(TOLD, TimeOfFlightSettings(bus=30), host)
+
+
+def test_a_library_that_is_missing_is_told_with_its_remedy(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, f"adafruit_{bench.kind.driver.name}", None)
+    with pytest.raises(DeviceError, match=r"nose: .* pip install 'robotcore\[tof\]'"):
+        bench.open()
+
+
+@pytest.mark.parametrize("max_range_m, is_short", [(1.3, True), (1.4, False)])
+def test_the_long_range_is_asked_of_a_vl53l1x_only_where_it_is_needed(
+    max_range_m: float, is_short: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench = Bench(KINDS[1], monkeypatch)
+    told = TOLD.model_copy(update={"max_range_m": max_range_m})
+    VL53L1X().open(told, TimeOfFlightSettings(), Host(load_robot("rover"), bench.clock))
+    assert bench.chip.registers[0x004B] == (0x14 if is_short else 0x0A)
+
+
+def test_the_lines_are_shared_and_the_address_is_not() -> None:
+    wires = VL53L0X().connections(TimeOfFlightSettings())
+    assert [(wire.signal, str(wire), wire.is_shared) for wire in wires] == [
+        ("SDA", "GPIO 2", True),
+        ("SCL", "GPIO 3", True),
+        ("address", "I2C 0x29 on bus 1", False),
+    ]
+    assert str(VL53L0X().connections(TimeOfFlightSettings(bus=3))[0]) == "I2C SDA of bus 3"
+
+
+def test_a_range_that_it_cannot_see_is_refused_by_the_robots_file() -> None:
+    wires = {"raspberrypi": {"nose": {"driver": "vl53l0x"}}}
+    robot = load_robot("rover").model_copy(update={"devices": (NOSE,), "backends": wires})
+    with pytest.raises(DescriptionError, match=r"a VL53L0X sees as far as 1.2 m, and max_range_m is 2\. Lower it"):
+        fit(robot, "raspberrypi")
