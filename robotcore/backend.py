@@ -7,13 +7,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from importlib.util import find_spec
-from typing import Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from pydantic import ValidationError
 
 from robotcore.description import Described, RobotDescription, WorldDescription, first_fault, load_robot
 from robotcore.errors import BackendMissingError, UnknownNameError, UsageError
 from robotcore.robot import Robot
+
+if TYPE_CHECKING:
+    from robotcore.hardware import Wiring
 
 OptionsT = TypeVar("OptionsT", bound=Described)
 
@@ -84,8 +87,19 @@ class Backend(ABC):
         """
         return load_robot(robot)
 
-    def check(self, robot: RobotDescription) -> None:  # noqa: B027  most have no section
-        """Raise DescriptionError where the backend's own section of a robot's file is wrong."""
+    def check(self, robot: RobotDescription) -> str:
+        """Return what the backend's own section of a robot's file has, in words; nothing where it reads none.
+
+        Raises DescriptionError where the section is wrong.
+        """
+        return ""
+
+    def wiring(self, robot: RobotDescription) -> Wiring | None:
+        """Return where a robot's wires go, as its section says; None where there is nothing to wire.
+
+        Raises DescriptionError where the section is wrong.
+        """
+        return None
 
     @property
     def remedy(self) -> str:

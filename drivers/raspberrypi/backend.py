@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from drivers.raspberrypi.pins import open_pins
 from robotcore.backend import Backend, Setup
@@ -15,6 +15,9 @@ from robotcore.display import MemoryDisplay
 from robotcore.hardware import Host, fit, open_devices
 from robotcore.robot import Robot
 from robotcore.truth import TruthSource
+
+if TYPE_CHECKING:
+    from robotcore.hardware import Wiring
 
 SECTION = "raspberrypi"
 """Where a robot's file says how its devices are connected."""
@@ -37,8 +40,14 @@ class RaspberryPiBackend(Backend):
     def remedy(self) -> str:
         return "On the Pi: pip install 'robotcore[pi]', see docs/raspberry-pi.md"
 
-    def check(self, robot: RobotDescription) -> None:
-        fit(robot, SECTION)
+    def check(self, robot: RobotDescription) -> str:
+        fittings = fit(robot, SECTION)
+        return f"{len(fittings)} devices, {sum(len(fitting.connections) for fitting in fittings)} wires"
+
+    def wiring(self, robot: RobotDescription) -> Wiring:
+        from drivers.raspberrypi.header import wiring_of
+
+        return wiring_of(fit(robot, SECTION))
 
     def open(self, setup: Setup) -> Robot:
         options = setup.options_as(RaspberryPiOptions)

@@ -4,12 +4,26 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
+from drivers.raspberrypi.header import HEADER
 from robotcore.hardware import Connection
 
-Gpio = Annotated[int, Field(ge=0, le=27, description="the number of a GPIO on the header (BCM), 0 to 27")]
-"""A pin in a robot's file. Source: https://pinout.xyz, the same on every board since the B+."""
+
+def _on_header(number: int) -> int:
+    if number not in GPIOS:
+        pad = next((f"; pad {number} of the header is {pad.name}" for pad in HEADER if pad.number == number), "")
+        raise ValueError(f"there is no GPIO {number} on the header{pad}; take 0 to 27, the numbers of the chip (BCM)")
+    return number
+
+
+GPIOS = range(28)
+"""Those on the header, the same on every board since the B+. Source: https://pinout.xyz."""
+
+Gpio = Annotated[
+    int, AfterValidator(_on_header), Field(description="the number of a GPIO on the header (BCM), 0 to 27")
+]
+"""A pin in a robot's file."""
 
 
 def gpio(signal: str, number: int, *, is_shared: bool = False) -> Connection:

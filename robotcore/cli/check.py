@@ -19,13 +19,33 @@ SECTIONS = ("conditions", "randomisation")
 def command(file: str) -> None:
     """Check a robot or a world FILE.
 
-    Says what it describes, or all that is wrong with it and what would be right. A name will do too.
+    Says what it describes, or all that is wrong with it and what would be right. A name will do too. What a robot's
+    file has for a single backend, such as its wiring, is checked by that backend.
     """
     from robotcore.description import RobotDescription, load_any
 
     described = load_any(file)
-    summary = _robot(described) if isinstance(described, RobotDescription) else _world(described)
-    click.echo(f"{file}: OK, {summary}")
+    if not isinstance(described, RobotDescription):
+        click.echo(f"{file}: OK, {_world(described)}")
+        return
+    told = [f"OK, {_robot(described)}", *(_checked(file, described, section) for section in described.backends)]
+    for line in told:
+        click.echo(f"{file}: {line}")
+
+
+def _checked(file: str, robot: RobotDescription, section: str) -> str:
+    """Return what a backend says of its own section, or why it was not asked; raises DescriptionError."""
+    from robotcore.catalogue import load_backend
+    from robotcore.errors import BackendMissingError, DescriptionError
+
+    try:
+        has = load_backend(section).check(robot)
+    except BackendMissingError as error:
+        return f"[{section}] was not checked: {error}"
+    except DescriptionError as error:
+        faults = [(each.key, each.fault, each.remedy) for each in (error, *error.others)]
+        raise DescriptionError.of_all(file, faults) from error
+    return f"[{section}] OK, {has}" if has else f"[{section}] was not checked: the backend reads no section"
 
 
 def _robot(robot: RobotDescription) -> str:

@@ -5,5 +5,18 @@ from robotcore.hardware.driver import DeviceDriver, Host
 from robotcore.hardware.fitting import Fitting, fit
 from robotcore.hardware.newest import Newest
 from robotcore.hardware.opening import open_devices
+from robotcore.hardware.wiring import Pad, PadKind, Wire, Wiring
 
-__all__ = ["Connection", "DeviceDriver", "Fitting", "Host", "Newest", "fit", "open_devices"]
+__all__ = [
+    "Connection",
+    "DeviceDriver",
+    "Fitting",
+    "Host",
+    "Newest",
+    "Pad",
+    "PadKind",
+    "Wire",
+    "Wiring",
+    "fit",
+    "open_devices",
+]

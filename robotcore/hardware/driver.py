@@ -36,7 +36,8 @@ class DeviceDriver(ABC, Generic[ToldT, SettingsT]):
 
     ``described`` is the description it takes, ``settings`` the model of what a robot's file says beside ``driver``.
     A value that is wrong only together with others is a ValueError of that model: the fault, a semicolon, the remedy.
-    ``modules`` are the libraries it works with, looked for without importing them.
+    ``modules`` are the libraries it works with, looked for without importing them. ``supply`` names the pads
+    of the board that feed the device, such as ``5 V`` and ``ground``; none where it has a plug of its own.
     """
 
     name: ClassVar[str]
@@ -45,6 +46,7 @@ class DeviceDriver(ABC, Generic[ToldT, SettingsT]):
     settings: ClassVar[type[Described]]
     modules: ClassVar[tuple[str, ...]] = ()
     remedy: ClassVar[str] = ""
+    supply: ClassVar[tuple[str, ...]] = ()
 
     @abstractmethod
     def open(self, told: ToldT, settings: SettingsT, host: Host) -> Device:
@@ -58,6 +60,10 @@ class DeviceDriver(ABC, Generic[ToldT, SettingsT]):
 
     def connections(self, settings: SettingsT) -> Sequence[Connection]:
         """Return where its wires go."""
+        return ()
+
+    def notes(self, settings: SettingsT) -> Sequence[str]:
+        """Return what whoever connects it must know besides, in whole sentences."""
         return ()
 
     def cutoffs(self, told: ToldT, settings: SettingsT, host: Host) -> Sequence[CutoffSpec]:

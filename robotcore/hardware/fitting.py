@@ -37,6 +37,10 @@ class Fitting:
     def connections(self) -> tuple[Connection, ...]:
         return tuple(self.driver.connections(self.settings))
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        return tuple(self.driver.notes(self.settings))
+
     def open(self, host: Host) -> Device:
         """Open the device; raises DeviceError."""
         return self.driver.open(self.told, self.settings, host)
@@ -53,6 +57,10 @@ def fit(robot: RobotDescription, section: str, names: Iterable[str] | None = Non
     """
     table = robot.backends.get(section, {})
     chosen = {device.name for device in robot.devices} if names is None else set(names)
+    wired = [told.name for told in robot.devices if told.name in chosen and not isinstance(told, DisplayDescription)]
+    if section not in robot.backends and wired:
+        remedy = f"Say how each device is connected, from [{section}.{wired[0]}] on"
+        raise DescriptionError(f"robot {robot.name}", section, "is missing", remedy)
     faults: list[Fault] = list(_strangers(robot, section, table))
     fittings = []
     for told in robot.devices:
@@ -61,7 +69,7 @@ def fit(robot: RobotDescription, section: str, names: Iterable[str] | None = Non
                 fittings.append(_fitting(told, section, table[told.name], robot))
             except _UnfitError as unfit:
                 faults += unfit.faults
-        elif told.name in chosen and not isinstance(told, DisplayDescription):
+        elif told.name in wired:
             faults.append(_untold(told, section))
     faults += _clashes(section, fittings)
     if faults:
@@ -88,16 +96,19 @@ def _fitting(told: AnyDevice, section: str, table: Any, robot: RobotDescription)
 
 
 def _driver(told: AnyDevice, key: str, table: Any) -> DeviceDriver[Any, Any]:
-    if not isinstance(table, Mapping) or not isinstance(table.get("driver"), str):
-        raise _UnfitError((f"{key}.driver", "is missing", f"Name one: {', '.join(_fitting_drivers(told))}"))
-    name = table["driver"]
+    if not isinstance(table, Mapping):
+        raise _UnfitError((key, f"should be a table, got {table!r}", f"Name its driver: {_choice(told)}"))
+    if "driver" not in table:
+        raise _UnfitError((f"{key}.driver", "is missing", f"Add it: {_choice(told)}"))
+    if not isinstance(name := table["driver"], str):
+        raise _UnfitError((f"{key}.driver", f"should be a name in quotes, got {name!r}", f"Name one: {_choice(told)}"))
     try:
         driver: DeviceDriver[Any, Any] = load_registered("device driver", DEVICES, name)()
     except UnknownNameError as unknown:
         raise _UnfitError((f"{key}.driver", *_halves(str(unknown)))) from unknown
     if not isinstance(told, driver.described):
         fault = f"{name!r} is no driver of a {told.kind.replace('_', ' ')}"
-        raise _UnfitError((f"{key}.driver", fault, f"Name one: {', '.join(_fitting_drivers(told))}"))
+        raise _UnfitError((f"{key}.driver", fault, f"Name one: {_choice(told)}"))
     return driver
 
 
@@ -110,14 +121,14 @@ def _settings(driver: DeviceDriver[Any, Any], key: str, table: Mapping[str, Any]
         raise _UnfitError(*told) from error
 
 
-def _fitting_drivers(told: AnyDevice) -> list[str]:
+def _choice(told: AnyDevice) -> str:
     """Return the names of the drivers that take such a device, of those that can be loaded."""
     fitting = []
     for name in device_driver_names():
         with suppress(BackendMissingError):
             if isinstance(told, load_registered("device driver", DEVICES, name).described):
                 fitting.append(name)
-    return fitting
+    return ", ".join(fitting) or "there is none for it"
 
 
 def _strangers(robot: RobotDescription, section: str, table: Mapping[str, Any]) -> Iterator[Fault]:
@@ -129,8 +140,7 @@ def _strangers(robot: RobotDescription, section: str, table: Mapping[str, Any]) 
 
 
 def _untold(told: AnyDevice, section: str) -> Fault:
-    drivers = ", ".join(_fitting_drivers(told))
-    return f"{section}.{told.name}", "is missing", f"Say how it is connected: driver = one of {drivers}"
+    return f"{section}.{told.name}", "is missing", f"Say how it is connected, first of all its driver: {_choice(told)}"
 
 
 def _clashes(section: str, fittings: Iterable[Fitting]) -> Iterator[Fault]:

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests.robotcore.cli.conftest import Cli
+from tests.robotcore.hardware.plugs import EYE, NECK, register, robot_file
 
 
 @pytest.mark.parametrize(
@@ -15,7 +16,43 @@ from tests.robotcore.cli.conftest import Cli
     ],
 )
 def test_check_says_what_is_described(cli: Cli, name: str, summary: str) -> None:
-    assert cli("check", name) == (0, f"{name}: OK, {summary}\n", "")
+    told = cli("check", name)
+    assert (told.status, told.out.splitlines()[0], told.err) == (0, f"{name}: OK, {summary}", "")
+
+
+def test_check_lets_a_backend_check_its_own_section(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    register(monkeypatch)
+    file = tmp_path / "post.toml"
+    file.write_text(robot_file(NECK + EYE))
+    assert cli("check", str(file)).out.splitlines()[1:] == [f"{file}: [plugboard] OK, 2 plugs"]
+
+
+def test_check_tells_all_that_is_wrong_with_a_section_by_the_files_own_name(
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    register(monkeypatch)
+    file = tmp_path / "post.toml"
+    file.write_text(robot_file(NECK.replace("pin", "pni") + EYE.replace("2", "10")))
+    told = cli("check", str(file))
+    assert (told.status, told.out) == (2, "")
+    assert [line.removeprefix(f"error: {file}: ").partition(":")[0] for line in told.err.splitlines()] == [
+        *("plugboard.neck.pni", "plugboard.eye.pin")
+    ]
+
+
+def test_check_says_which_sections_nobody_could_check(
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    register(monkeypatch, broken="no_such_package:Thing")
+    file = tmp_path / "post.toml"
+    broken = EYE.replace('"plug"', '"broken"')
+    file.write_text(robot_file(f"{NECK}{broken}[kinematic]\nx = 1\n"))
+    told = cli("check", str(file))
+    _, *sections = told.out.splitlines()
+    assert (told.status, len(sections)) == (0, 2)
+    by_name = {line.removeprefix(f"{file}: ").partition(" ")[0]: line for line in sections}
+    assert "was not checked: the device driver 'broken'" in by_name["[plugboard]"]
+    assert by_name["[kinematic]"].endswith("was not checked: the backend reads no section")
 
 
 def test_check_reads_a_users_own_file(cli: Cli, tmp_path: Path) -> None:

@@ -137,7 +137,7 @@ def test_share_of_lost_echoes_that_is_none_is_refused(share: str) -> None:
 
 def test_robot_whose_file_tells_no_wiring_is_refused() -> None:
     bare = ROVER.model_copy(update={"backends": {}})
-    with pytest.raises(DescriptionError, match=r"raspberrypi\.nose: is missing"):
+    with pytest.raises(DescriptionError, match=r"raspberrypi: is missing\. Say how"):
         VirtualPiBackend().open(replace(setup(), robot=bare))
 
 

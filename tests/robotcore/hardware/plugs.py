@@ -1,0 +1,106 @@
+"""A board of the tests' own: its device drivers, found by entry point, and the backend that has them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib.metadata import EntryPoint
+from typing import Annotated, Any, ClassVar
+
+import pytest
+from pydantic import Field
+
+from robotcore import registry
+from robotcore.backend import Backend, Setup
+from robotcore.description import Described, MotorDescription, RobotDescription
+from robotcore.devices import Device
+from robotcore.hardware import Connection, DeviceDriver, Host, Pad, PadKind, Wire, Wiring, fit
+from robotcore.robot import Robot
+
+
+class PlugSettings(Described):
+    """``pin`` is its own, ``bus`` may be others' too."""
+
+    pin: Annotated[int, Field(ge=1, le=9, description="the number of a hole, 1 to 9")]
+    spare: int | None = None
+    bus: int | None = None
+
+
+class Plug(DeviceDriver[Any, PlugSettings]):
+    """Takes any device."""
+
+    name = "plug"
+    summary = "for tests"
+    described: ClassVar[type[Described]] = Described
+    settings = PlugSettings
+
+    def open(self, told: Any, settings: PlugSettings, host: Host) -> Device:
+        raise NotImplementedError
+
+    def check(self, told: Any, settings: PlugSettings, robot: RobotDescription) -> None:
+        if settings.pin == 9:
+            raise ValueError("hole 9 is stopped up; take another one")
+
+    def connections(self, settings: PlugSettings) -> Sequence[Connection]:
+        wires = [Connection("pin", "hole", str(settings.pin))]
+        wires += [Connection("spare", "hole", str(settings.spare))] if settings.spare else []
+        wires += [Connection("bus", "rail", str(settings.bus), is_shared=True)] if settings.bus else []
+        return wires
+
+    def notes(self, settings: PlugSettings) -> Sequence[str]:
+        return ("Push it in all the way.",)
+
+
+class MotorPlug(Plug):
+    """Takes motors only."""
+
+    name = "motor-plug"
+    described = MotorDescription
+
+
+class PlugBoard(Backend):
+    """Has nine holes, of which two are drawn."""
+
+    name = "plugboard"
+    summary = "for tests"
+
+    def open(self, setup: Setup) -> Robot:
+        raise NotImplementedError
+
+    def check(self, robot: RobotDescription) -> str:
+        return f"{len(fit(robot, self.name))} plugs"
+
+    def wiring(self, robot: RobotDescription) -> Wiring:
+        fittings = fit(robot, self.name)
+        pads = (Pad(1, "GPIO 1", PadKind.SIGNAL), Pad(2, "ground", PadKind.GROUND))
+        wires = [
+            Wire(fitting.name, fitting.driver.name, wire.signal, str(wire), (int(wire.where),))
+            for fitting in fittings
+            for wire in fitting.connections
+        ]
+        return Wiring(pads, wires, [(fitting.name, note) for fitting in fittings for note in fitting.notes])
+
+
+def register(monkeypatch: pytest.MonkeyPatch, **broken: str) -> None:
+    """Let the board, its drivers and those that are ``broken`` be installed, besides what is."""
+    drivers = {"plug": f"{__name__}:Plug", "motor-plug": f"{__name__}:MotorPlug", **broken}
+    groups = (registry.APPS, registry.BACKENDS, registry.DEVICES, registry.FAULTS)
+    points = {group: dict(registry._points(group)) for group in groups}
+    points[registry.DEVICES] = {name: EntryPoint(name, value, registry.DEVICES) for name, value in drivers.items()}
+    points[registry.BACKENDS]["plugboard"] = EntryPoint("plugboard", f"{__name__}:PlugBoard", registry.BACKENDS)
+    monkeypatch.setattr("robotcore.registry._points", points.get)
+
+
+def robot_file(section: str) -> str:
+    """Return a robot with a motor, a camera and a display, and what its file says of the board."""
+    body = "length_m = 0.2\nwidth_m = 0.2\nheight_m = 0.1\nclearance_m = 0.01\nmass_kg = 1.0\n"
+    eye = "mount = { z_m = 0.1 }\nwidth_px = 320\nheight_px = 240\nhorizontal_fov_rad = 1.0\n"
+    return (
+        f'name = "post"\n[body]\n{body}\n'
+        '[[devices]]\nkind = "motor"\nname = "neck"\nmax_velocity_rad_s = 1.0\n'
+        f'[[devices]]\nkind = "camera"\nname = "eye"\n{eye}'
+        f'[[devices]]\nkind = "display"\nname = "screen"\n{section}'
+    )
+
+
+NECK = '[plugboard.neck]\ndriver = "motor-plug"\npin = 1\n'
+EYE = '[plugboard.eye]\ndriver = "plug"\npin = 2\n'
