@@ -53,7 +53,6 @@ def _pad(number: int, what: str) -> Pad:
 HEADER = tuple(_pad(number, what) for number, what in enumerate(_LAYOUT.split(), start=1))
 """Its pads by their numbers, from 1."""
 
-_ON_BUS = {("I2C", "SDA"): "GPIO 2", ("I2C", "SCL"): "GPIO 3"}
 _RENAMED = {"GPIO 0": "ID_SD", "GPIO 1": "ID_SC"}
 
 
@@ -76,8 +75,8 @@ def pads_of(name: str) -> tuple[int, ...]:
 
 def _signals(fitting: Fitting) -> Iterator[Wire]:
     for wire in fitting.connections:
-        place = _ON_BUS.get((wire.bus, wire.signal), str(wire))
-        yield Wire(fitting.name, _what(fitting), wire.signal, str(wire), pads_of(_RENAMED.get(place, place)))
+        place = str(wire)
+        yield Wire(fitting.name, _what(fitting), wire.signal, place, pads_of(_RENAMED.get(place, place)))
 
 
 def _supply(fitting: Fitting, signals: Iterable[Wire], taken: Counter[int]) -> Iterator[Wire]:

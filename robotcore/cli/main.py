@@ -40,6 +40,7 @@ UNWRITTEN = 1
         "worlds",
         "check",
         "export",
+        "wiring",
     ),
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"]},

@@ -18,6 +18,12 @@ from robotcore.sampling import OnceAnInstant
 if TYPE_CHECKING:
     from gpiozero import Factory, Pin
 
+LEVELS = (
+    "Fed with 3.3 V, its outputs fit the pins. One that needs 5 V drives its outputs to 5 V: then each needs a "
+    "divider, 1 kΩ and 2 kΩ to ground."
+)
+"""What whoever connects an encoder must know."""
+
 
 class EncoderSettings(Described):
     """What a count is, and the electrics of the lines.

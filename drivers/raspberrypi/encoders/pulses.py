@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from typing import ClassVar
 
-from drivers.raspberrypi.encoders.encoder import EncoderSettings, PinEncoder, open_input, watch
+from drivers.raspberrypi.encoders.encoder import LEVELS, EncoderSettings, PinEncoder, open_input, watch
 from drivers.raspberrypi.gpio import Gpio, gpio
 from drivers.raspberrypi.pairing import motor_of
 from robotcore.description import EncoderDescription, RobotDescription
@@ -36,10 +36,14 @@ class Pulses(DeviceDriver[EncoderDescription, PulsesSettings]):
     described = EncoderDescription
     settings = PulsesSettings
     modules = ("gpiozero",)
+    supply = ("3.3 V", "ground")
     remedy = "pip install 'robotcore[pi]'"
 
     def connections(self, settings: PulsesSettings) -> Sequence[Connection]:
         return (gpio("gpio", settings.gpio),)
+
+    def notes(self, settings: PulsesSettings) -> Sequence[str]:
+        return (LEVELS,)
 
     def check(self, told: EncoderDescription, settings: PulsesSettings, robot: RobotDescription) -> None:
         if motor_of(told.name, robot) is None:

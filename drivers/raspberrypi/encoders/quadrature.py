@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import ClassVar
 
-from drivers.raspberrypi.encoders.encoder import EncoderSettings, PinEncoder, open_input, watch
+from drivers.raspberrypi.encoders.encoder import LEVELS, EncoderSettings, PinEncoder, open_input, watch
 from drivers.raspberrypi.gpio import Gpio, gpio
 from robotcore.description import EncoderDescription
 from robotcore.devices import Encoder
@@ -34,10 +34,14 @@ class Quadrature(DeviceDriver[EncoderDescription, QuadratureSettings]):
     described = EncoderDescription
     settings = QuadratureSettings
     modules = ("gpiozero",)
+    supply = ("3.3 V", "ground")
     remedy = "pip install 'robotcore[pi]'"
 
     def connections(self, settings: QuadratureSettings) -> Sequence[Connection]:
         return gpio("a", settings.a), gpio("b", settings.b)
+
+    def notes(self, settings: QuadratureSettings) -> Sequence[str]:
+        return (LEVELS,)
 
     def open(self, told: EncoderDescription, settings: QuadratureSettings, host: Host) -> Encoder:
         with ExitStack() as opened:

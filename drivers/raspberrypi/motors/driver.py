@@ -21,6 +21,20 @@ from robotcore.errors import DeviceError
 from robotcore.guardian import CutoffSpec
 from robotcore.hardware import Connection, DeviceDriver, Host
 
+BATTERY = (
+    "The motors have a battery of their own, never a pad of the header: it gives them too little, and they disturb it. "
+    "Its ground, the motor board's and the Pi's are joined."
+)
+PULLED_DOWN = (
+    "A resistor of 10 kΩ from GPIO {line} (standby) to ground keeps the motors off while the Pi starts, and when "
+    "nobody drives that line any more; take off what pulls it up on the motor board."
+)
+UNGUARDED = (
+    "There is no standby line: where the kernel keeps outputs (robotcore doctor tells), motors may go on after the "
+    "program and its guardian were killed. A board with STBY or nSLEEP can have one: standby = GPIO."
+)
+"""What whoever connects a motor must know."""
+
 
 class MotorSettings(Described):
     """A motor's model, the frequency of its PWM, the control by its encoder, and the line that lets its board sleep.
@@ -47,6 +61,7 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
 
     described = MotorDescription
     modules = ("gpiozero",)
+    supply = ("ground",)
     remedy = "pip install 'robotcore[pi]'"
 
     @abstractmethod
@@ -60,6 +75,11 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
     def connections(self, settings: SettingsT) -> Sequence[Connection]:
         wires = self.wires(settings)
         return wires if settings.standby is None else (*wires, gpio("standby", settings.standby, is_shared=True))
+
+    def notes(self, settings: SettingsT) -> Sequence[str]:
+        if settings.standby is None:
+            return (BATTERY, UNGUARDED)
+        return (BATTERY, PULLED_DOWN.format(line=settings.standby))
 
     def check(self, told: MotorDescription, settings: SettingsT, robot: RobotDescription) -> None:
         for direction, word in ((1, "forward"), (-1, "backward")):

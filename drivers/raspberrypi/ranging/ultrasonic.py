@@ -24,6 +24,13 @@ REACH_M = 4.0
 _VERDICT_CYCLES = 5
 """What one echo-free cycle may last at the opening: copies end it after 200 ms."""
 
+LEVEL = (
+    "The echo is 5 V, and GPIO {echo} takes 3.3 V: 1 kΩ from the echo to GPIO {echo}, and 2 kΩ from there to ground, "
+    "make 3.3 V of it. Without them the board may be destroyed. A module that runs on 3.3 V (HC-SR04P, RCWL-1601) is "
+    "fed from a pad of 3.3 V and needs none."
+)
+"""What whoever connects one must know."""
+
 
 class UltrasonicSettings(Described):
     """Its two pins, how often it is triggered, and how it is judged.
@@ -50,6 +57,7 @@ class Ultrasonic(DeviceDriver[RangeSensorDescription, UltrasonicSettings]):
     described = RangeSensorDescription
     settings = UltrasonicSettings
     modules = ("gpiozero",)
+    supply = ("5 V", "ground")
     remedy = "On the Pi: pip install 'robotcore[pi]'"
 
     def check(self, told: RangeSensorDescription, settings: UltrasonicSettings, robot: RobotDescription) -> None:
@@ -60,6 +68,9 @@ class Ultrasonic(DeviceDriver[RangeSensorDescription, UltrasonicSettings]):
 
     def connections(self, settings: UltrasonicSettings) -> Sequence[Connection]:
         return gpio("trigger", settings.trigger), gpio("echo", settings.echo)
+
+    def notes(self, settings: UltrasonicSettings) -> Sequence[str]:
+        return (LEVEL.format(echo=settings.echo),)
 
     def open(self, told: RangeSensorDescription, settings: UltrasonicSettings, host: Host) -> RangeSensor:
         findings = Findings(told, settings.echo_free_cycles)

@@ -1,0 +1,68 @@
+from __future__ import annotations
+
+from gpiozero import PiBoardInfo
+
+from drivers.raspberrypi.gpio import gpio
+from drivers.raspberrypi.header import HEADER, pads_of, wiring_of
+from robotcore.hardware import Connection, PadKind, Wire
+from tests.drivers.raspberrypi.doctor.fittings import Fed, fitting
+
+PI_4 = 0xC03111
+
+
+def test_the_header_is_the_one_that_gpiozero_knows() -> None:
+    theirs = PiBoardInfo.from_revision(PI_4).headers["J8"]
+    assert len(HEADER) == len(theirs.pins) == 40
+    plain = {"3V3": "3.3 V", "5V": "5 V", "GND": "ground", "GPIO0": "ID_SD", "GPIO1": "ID_SC"}
+    for pad in HEADER:
+        name = theirs.pins[pad.number].name
+        assert pad.name == plain.get(name, name.replace("GPIO", "GPIO "))
+
+
+def test_pads_of_power_and_ground_are_known_by_their_kind() -> None:
+    assert pads_of("3.3 V") == (1, 17)
+    assert pads_of("5 V") == (2, 4)
+    assert [pad.number for pad in HEADER if pad.kind is PadKind.GROUND] == [6, 9, 14, 20, 25, 30, 34, 39]
+    assert [pad.name for pad in HEADER if pad.kind is PadKind.RESERVED] == ["ID_SD", "ID_SC"]
+
+
+def test_signals_go_to_the_pads_of_their_gpios() -> None:
+    wiring = wiring_of([fitting("nose", gpio("trigger", 16), gpio("echo", 26))])
+    assert [(wire.signal, wire.where, wire.pads) for wire in wiring.wires] == [
+        ("trigger", "GPIO 16", (36,)),
+        ("echo", "GPIO 26", (37,)),
+    ]
+
+
+def test_a_plug_and_an_address_have_no_pad() -> None:
+    laser = fitting("nose", gpio("SDA", 2, is_shared=True), Connection("address", "I2C", "0x29 on bus 1"))
+    camera = fitting("eye", Connection("camera", "CSI", "0"))
+    assert [wire.pads for wire in wiring_of([laser, camera]).wires] == [(3,), (), ()]
+
+
+def test_a_reserved_gpio_has_a_pad_all_the_same() -> None:
+    (wire,) = wiring_of([fitting("nose", gpio("trigger", 0))]).wires
+    assert (wire.where, wire.pads) == ("GPIO 0", (27,))
+
+
+def test_what_feeds_a_device_is_shown_on_the_nearest_pads_that_are_free() -> None:
+    first = fitting("left_encoder", gpio("a", 5), kind=Fed)
+    second = fitting("right_encoder", gpio("a", 6), kind=Fed)
+    wires = wiring_of([first, second]).wires
+    assert wires[1] == Wire("left_encoder", "encoder, plugged", "supply", "3.3 V", (17, 1))
+    assert wires[2].pads[0] == 30
+    assert [wire.pads[0] for wire in wires if wire.signal == "supply"] == [17, 1]
+    assert sorted(wires[2].pads) == list(pads_of("ground"))
+    assert wires[5].pads[0] != 30
+
+
+def test_notes_go_with_their_device() -> None:
+    wiring = wiring_of([fitting("nose", notes=("mind the voltage", "hold it level")), fitting("eye")])
+    assert wiring.notes == (("nose", "mind the voltage"), ("nose", "hold it level"))
+
+
+def test_two_devices_more_than_there_are_pads_share_them() -> None:
+    names = ("left_motor", "right_motor", "left_encoder", "right_encoder")
+    wires = wiring_of([fitting(name, kind=Fed) for name in names]).wires
+    taken = [wire.pads[0] for wire in wires if wire.signal == "supply"]
+    assert sorted(taken) == sorted(2 * pads_of("3.3 V"))

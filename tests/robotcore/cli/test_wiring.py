@@ -1,0 +1,96 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from robotcore.cli.connector import FREE, USED, drawing
+from robotcore.hardware import Pad, PadKind, Wire, Wiring
+from tests.robotcore.cli.conftest import Cli
+from tests.robotcore.hardware.plugs import EYE, NECK, register, robot_file
+
+LONG = "a_device_with_a_name_that_nobody_would_want_to_write"
+
+
+@pytest.fixture
+def post(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    register(monkeypatch)
+    file = tmp_path / "post.toml"
+    file.write_text(robot_file(NECK + EYE))
+    return str(file)
+
+
+def test_each_wire_has_a_row_and_a_place_on_the_board(cli: Cli, post: str) -> None:
+    told = cli("wiring", post, "--backend", "plugboard")
+    assert (told.status, told.err) == (0, "")
+    lines = told.out.splitlines()
+    assert [line.split() for line in lines if line.startswith(("neck", "eye"))] == [
+        ["neck", "pin", "hole", "1", "1", "motor-plug"],
+        ["eye", "pin", "hole", "2", "2", "plug"],
+    ]
+    (pads,) = (line for line in lines if "│" in line)
+    shown = ["neck", "pin", "GPIO", "1", USED, "1", "2", USED, "ground", "eye", "pin"]
+    assert pads.replace("│", " ").split() == shown
+
+
+def test_a_note_is_told_once_with_all_devices_that_it_belongs_to(cli: Cli, post: str) -> None:
+    assert "- neck, eye: Push it in all the way.\n" in cli("wiring", post, "--backend", "plugboard").out
+
+
+def test_json_tells_wires_pads_and_notes(cli: Cli, post: str) -> None:
+    told = cli("wiring", post, "--backend", "plugboard", "--json").json
+    assert (told["robot"], told["backend"]) == (post, "plugboard")
+    assert told["wires"][0] == {
+        "device": "neck",
+        "what": "motor-plug",
+        "signal": "pin",
+        "where": "hole 1",
+        "pads": [1],
+    }
+    assert told["pads"][1] == {"number": 2, "name": "ground", "kind": "ground"}
+    assert told["notes"][0] == {"device": "neck", "note": "Push it in all the way."}
+
+
+def test_a_backend_without_wires_says_which_has_some(cli: Cli) -> None:
+    told = cli("wiring", "rover", "--backend", "kinematic")
+    assert (told.status, told.out) == (2, "")
+    assert (
+        told.err == "error: the backend 'kinematic' has nothing to wire. Take the real robot's: --backend raspberrypi\n"
+    )
+
+
+def test_a_robot_that_is_connected_wrongly_is_told_all_its_faults(cli: Cli, post: str) -> None:
+    Path(post).write_text(robot_file(NECK + EYE.replace("2", "1")))
+    told = cli("wiring", post, "--backend", "plugboard")
+    assert (told.status, told.out) == (2, "")
+    assert "plugboard.eye.pin: hole 1 is already plugboard.neck.pin" in told.err
+
+
+def test_a_robot_without_the_section_says_what_is_missing(cli: Cli) -> None:
+    told = cli("wiring", "lookout")
+    assert told.status == 2
+    assert "raspberrypi: is missing. Say how each device is connected, from [raspberrypi.eye] on" in told.err
+
+
+def row(*wires: Wire) -> str:
+    pads = (Pad(1, "GPIO 2", PadKind.SIGNAL), Pad(2, "5 V", PadKind.POWER))
+    return list(drawing(Wiring(pads, wires, ())))[1]
+
+
+def test_no_row_of_the_drawing_is_wider_than_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("click.style", lambda words, *_, **__: words)
+    drawn = row(Wire(LONG, "", "forward", "", (1,)), Wire(LONG, "", "supply", "", (2, 4)))
+    assert len(drawn) <= 100
+    assert drawn.count("…") == 2
+    assert drawn.count(USED) == 2
+
+
+def test_devices_that_share_a_pad_are_told_with_their_signal_once() -> None:
+    shared = (Wire(name, "", "standby", "", (1,)) for name in ("left", "right"))
+    assert "left + right standby" in row(*shared)
+
+
+def test_a_wire_is_drawn_at_its_best_pad_only() -> None:
+    drawn = row(Wire("nose", "", "supply", "", (4, 2)))
+    assert USED not in drawn
+    assert drawn.count(FREE) == 2
