@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from importlib.util import find_spec
@@ -16,6 +16,7 @@ from robotcore.errors import BackendMissingError, UnknownNameError, UsageError
 from robotcore.robot import Robot
 
 if TYPE_CHECKING:
+    from robotcore.doctor import Finding
     from robotcore.hardware import Wiring
 
 OptionsT = TypeVar("OptionsT", bound=Described)
@@ -94,12 +95,26 @@ class Backend(ABC):
         """
         return ""
 
+    def examine(self, robot: RobotDescription | None) -> Iterable[Finding]:
+        """Yield what is right and what is wrong with this machine for the backend, and with the robot if there is one.
+
+        By default: whether it is installed and, where it simulates, whether a robot opens, moves and sees.
+        """
+        from robotcore.doctor.trial import trial_of
+
+        return trial_of(self, robot)
+
     def wiring(self, robot: RobotDescription) -> Wiring | None:
         """Return where a robot's wires go, as its section says; None where there is nothing to wire.
 
         Raises DescriptionError where the section is wrong.
         """
         return None
+
+    @property
+    def is_at_home(self) -> bool:
+        """Whether this machine is the board that it is made for."""
+        return False
 
     @property
     def remedy(self) -> str:

@@ -41,6 +41,7 @@ UNWRITTEN = 1
         "check",
         "export",
         "wiring",
+        "doctor",
     ),
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"]},

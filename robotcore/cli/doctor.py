@@ -1,0 +1,131 @@
+"""``robotcore doctor``: what is right and what is wrong with this machine, and what to do.
+
+``--json`` prints ``{"findings": [{"about", "level", "what", "said", "remedy"}, …], "warnings": n, "errors": n,
+"exit_status": n}``: ``about`` is the backend's name or ``machine``, ``level`` one of ok, warning, error, ``remedy``
+empty where there is none to give.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from robotcore.cli.output import as_json, write_json
+
+if TYPE_CHECKING:
+    from robotcore.description import RobotDescription
+    from robotcore.doctor import Finding
+
+    Told = tuple[str, Finding]
+
+MACHINE = "machine"
+STYLES = {"ok": "green", "warning": "yellow", "error": "red"}
+NEWLINE, INDENT, PIPED_WIDTH = "\n", 23, 1000
+
+
+@click.command("doctor")
+@click.option("--robot", help="A robot by its name or its file, whose devices are looked at too.")
+@click.option("--backend", help="Look at this one only; by default this board's, or all that are no board's.")
+@as_json
+def command(robot: str | None, backend: str | None, *, as_json: bool) -> int:
+    """Look whether this machine can run a robot.
+
+    Says what is right, what is wrong and what to do about it; the exit status is 1 where there is an error.
+    """
+    told = _told(robot, backend)
+    findings = list(told if as_json else _shown(told))
+    levels = [finding.level.value for _, finding in findings]
+    warnings, errors = levels.count("warning"), levels.count("error")
+    status = 1 if errors else 0
+    if as_json:
+        rows = [_row(about, finding) for about, finding in findings]
+        write_json({"findings": rows, "warnings": warnings, "errors": errors, "exit_status": status})
+    else:
+        click.echo(f"\n{_count(errors, 'error')}, {_count(warnings, 'warning')}")
+    return status
+
+
+def _told(robot: str | None, backend: str | None) -> Iterator[Told]:
+    """Yield what is found, as it is found; what robots are made of is imported after the machine was looked at."""
+    from robotcore.doctor.checks import findings_of
+    from robotcore.doctor.machine import machine_checks
+
+    found = list(findings_of(machine_checks()))
+    yield from ((MACHINE, finding) for finding in found)
+    if any(finding.level.value == "error" and finding.what == "NumPy" for finding in found):
+        return  # nothing else can be imported
+    from robotcore.description import load_robot
+
+    described = None if robot is None else load_robot(robot)
+    for name in (backend,) if backend else _chosen():
+        yield from ((name, finding) for finding in _examined(name, described, is_asked=backend is not None))
+
+
+def _chosen() -> list[str]:
+    """Return the backends of this board; all of them, where this is no board of theirs."""
+    from contextlib import suppress
+
+    from robotcore.catalogue import load_backend
+    from robotcore.registry import backend_names
+
+    at_home = []
+    for name in backend_names():
+        with suppress(Exception):  # what it raises is told when it is examined
+            at_home += [name] if load_backend(name).is_at_home else []
+    return at_home or backend_names()
+
+
+def _examined(name: str, robot: RobotDescription | None, *, is_asked: bool) -> Iterator[Finding]:
+    from robotcore.catalogue import load_backend
+    from robotcore.doctor import Finding, findings_of
+    from robotcore.errors import BackendMissingError
+
+    try:
+        backend = load_backend(name)
+    except BackendMissingError as error:
+        if is_asked:
+            raise
+        yield Finding.error(name, *_halves(str(error)))
+        return
+    yield from findings_of([(name, lambda: backend.examine(robot))])
+
+
+def _halves(message: str) -> tuple[str, str]:
+    fault, _, remedy = message.rpartition(". ")
+    return fault, remedy
+
+
+def _shown(told: Iterable[Told]) -> Iterator[Told]:
+    """Write each finding as it comes."""
+    for about, finding in told:
+        click.echo(_lines(finding))
+        yield about, finding
+
+
+def _lines(finding: Finding) -> str:
+    """Return a finding, and its remedy below it, as wide as the terminal, or in long lines."""
+    from shutil import get_terminal_size
+
+    width = max(get_terminal_size().columns, 2 * INDENT) if sys.stdout.isatty() else PIPED_WIDTH
+    level = finding.level.value
+    lines = click.wrap_text(f"{level:<9}{finding.what:<14}{finding.said}", width, "", " " * INDENT)
+    if finding.remedy:
+        lines += NEWLINE + click.wrap_text(finding.remedy, width, f"{'→':>{INDENT - 1}} ", " " * INDENT)
+    return lines.replace(level, click.style(level, STYLES[level]), 1)
+
+
+def _row(about: str, finding: Finding) -> dict[str, Any]:
+    return {
+        "about": about,
+        "level": finding.level.value,
+        "what": finding.what,
+        "said": finding.said,
+        "remedy": finding.remedy,
+    }
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
