@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,7 @@ from robotcore.robot import Robot
 from robotcore.truth import TruthSource
 
 if TYPE_CHECKING:
+    from robotcore.doctor import Finding
     from robotcore.hardware import Wiring
 
 SECTION = "raspberrypi"
@@ -43,6 +44,17 @@ class RaspberryPiBackend(Backend):
     def check(self, robot: RobotDescription) -> str:
         fittings = fit(robot, SECTION)
         return f"{len(fittings)} devices, {sum(len(fitting.connections) for fitting in fittings)} wires"
+
+    @property
+    def is_at_home(self) -> bool:
+        from drivers.raspberrypi.doctor import is_raspberry_pi
+
+        return not self.needs_world and is_raspberry_pi()  # virtual pins are at home on no board
+
+    def examine(self, robot: RobotDescription | None) -> Iterable[Finding]:
+        from drivers.raspberrypi.doctor import examine
+
+        return super().examine(robot) if self.needs_world else examine(robot, SECTION)
 
     def wiring(self, robot: RobotDescription) -> Wiring:
         from drivers.raspberrypi.header import wiring_of

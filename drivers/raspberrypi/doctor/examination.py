@@ -1,0 +1,69 @@
+"""All that is looked at, in the order in which it is told: the board, the robot's devices, what a run leans on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from functools import partial
+from pathlib import Path
+
+from drivers.raspberrypi.doctor.board import board, is_raspberry_pi
+from drivers.raspberrypi.doctor.bus import bus
+from drivers.raspberrypi.doctor.camera import camera, picamera2
+from drivers.raspberrypi.doctor.clock import clock
+from drivers.raspberrypi.doctor.disk import disk
+from drivers.raspberrypi.doctor.library import library
+from drivers.raspberrypi.doctor.permissions import permissions
+from drivers.raspberrypi.doctor.persistence import persistence
+from drivers.raspberrypi.doctor.pins import pins
+from drivers.raspberrypi.doctor.power import power
+from drivers.raspberrypi.doctor.release import release
+from robotcore.description import RobotDescription
+from robotcore.doctor import Check, Finding, findings_of
+from robotcore.errors import DescriptionError
+from robotcore.hardware import Fitting, fit
+
+ROOT = Path("/")
+
+
+def examine(robot: RobotDescription | None, section: str, root: Path = ROOT) -> Iterator[Finding]:
+    """Yield what is right and what is wrong with this Pi, and with the robot's devices on it where there is a robot."""
+    if not is_raspberry_pi(root):
+        remedy = "Run robotcore doctor on the robot; at the desk, --backend virtualpi needs no pins"
+        yield Finding.warning("board", "this is no Raspberry Pi: its pins and cameras are not looked at", remedy)
+        return
+    before: list[tuple[str, Check]] = [
+        ("board", partial(board, root)),
+        ("system", partial(release, root)),
+        ("pin factory", library),
+        ("permissions", partial(permissions, root)),
+        ("killed runs", partial(persistence, root)),
+    ]
+    after: list[tuple[str, Check]] = [
+        ("power", partial(power, root)),
+        ("disk", partial(disk, root)),
+        ("clock", partial(clock, root)),
+    ]
+    yield from findings_of([*before, ("robot", partial(devices, root, robot, section)), *after])
+
+
+def devices(root: Path, robot: RobotDescription | None, section: str) -> Iterator[Finding]:
+    """Look whether what the robot's file says of its devices can be, and whether they are there."""
+    if robot is None:
+        yield Finding.warning("robot", "its devices are not looked at", "Name it: robotcore doctor --robot FILE.toml")
+        return
+    try:
+        fittings = fit(robot, section)
+    except DescriptionError as error:
+        for each in (error, *error.others):
+            yield Finding.error("robot", f"{each.key}: {each.fault}", each.remedy)
+        return
+    yield Finding.ok("robot", f"{len(fittings)} devices of {robot.name} can be connected as its file says")
+    yield from findings_of(_checks(root, fittings))
+
+
+def _checks(root: Path, fittings: Iterable[Fitting]) -> Iterator[tuple[str, Check]]:
+    yield "pins", partial(pins, fittings)
+    yield "I2C", partial(bus, root, fittings)
+    yield "camera", partial(camera, root, fittings)
+    if any("picamera2" in fitting.driver.modules for fitting in fittings):
+        yield "picamera2", picamera2

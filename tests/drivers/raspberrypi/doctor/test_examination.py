@@ -1,0 +1,89 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from drivers.raspberrypi.doctor import examine
+from robotcore.description import load_robot
+from robotcore.doctor import Finding, Level
+from robotcore.errors import DescriptionError
+from tests.drivers.raspberrypi.doctor.test_devices import EYE, NOSE
+
+
+@pytest.fixture(autouse=True)
+def _as_on_a_board(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is asked of programs and libraries, which a tree of files cannot answer."""
+    place = "drivers.raspberrypi.doctor.examination"
+    for name in ("library", "power"):
+        monkeypatch.setattr(f"{place}.{name}", lambda *_, name=name: [Finding.ok(name, "as it should be")])
+    monkeypatch.setattr(f"{place}.pins", lambda fittings: [Finding.ok("pins", "free")])
+
+
+def levels(found: list[Finding]) -> dict[str, Level]:
+    return {each.what: each.level for each in found}
+
+
+def fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.raspberrypi.doctor.examination.fit", lambda *_: (NOSE, EYE))
+
+
+def test_a_laptop_is_told_that_it_is_no_pi_and_nothing_else(tmp_path: Path) -> None:
+    (found,) = examine(None, "raspberrypi", tmp_path)
+    assert found.level is Level.WARNING
+    assert "no Raspberry Pi" in found.said
+    assert "virtualpi" in found.remedy
+
+
+def test_a_pi_on_which_all_is_well_has_nothing_but_ok(pi_4: Path, pi_5: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fit(monkeypatch)
+    for pi in (pi_4, pi_5):
+        found = list(examine(load_robot("rover"), "raspberrypi", pi))
+        assert set(levels(found).values()) == {Level.OK}
+        assert {"board", "system", "killed runs", "permissions", "robot", "pins", "camera", "clock"} <= set(
+            levels(found)
+        )
+
+
+def test_a_broken_pi_is_told_all_that_is_wrong_each_with_its_remedy(
+    broken: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fit(monkeypatch)
+    found = list(examine(load_robot("rover"), "raspberrypi", broken))
+    wrong = {each.what: each.level for each in found if each.level is not Level.OK}
+    assert (
+        wrong.items()
+        >= {
+            "board": Level.WARNING,
+            "system": Level.WARNING,
+            "killed runs": Level.WARNING,
+            "camera": Level.ERROR,
+            "clock": Level.WARNING,
+        }.items()
+    )
+
+
+def test_what_cannot_be_checked_is_no_ok_and_keeps_nothing_else_from_being_checked(pi_4: Path) -> None:
+    (pi_4 / "etc/os-release").unlink()
+    (pi_4 / "proc/self/exe").unlink()
+    found = levels(list(examine(None, "raspberrypi", pi_4)))
+    assert (found["board"], found["system"], found["clock"]) == (Level.WARNING, Level.WARNING, Level.OK)
+
+
+def test_without_a_robot_its_devices_are_said_not_to_be_looked_at(pi_4: Path) -> None:
+    found = list(examine(None, "raspberrypi", pi_4))
+    assert [each.remedy for each in found if each.what == "robot"] == ["Name it: robotcore doctor --robot FILE.toml"]
+    assert "pins" not in levels(found)
+
+
+def test_each_fault_of_a_robots_section_is_an_error_and_its_devices_are_left_alone(
+    pi_4: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def unfit(*_: object) -> None:
+        raise DescriptionError.of_all("robot rover", [("raspberrypi.nose", "is missing", "Add it"), ("b", "c", "D")])
+
+    monkeypatch.setattr("drivers.raspberrypi.doctor.examination.fit", unfit)
+    found = list(examine(load_robot("rover"), "raspberrypi", pi_4))
+    told = [(each.level, each.said, each.remedy) for each in found if each.what == "robot"]
+    assert told == [(Level.ERROR, "raspberrypi.nose: is missing", "Add it"), (Level.ERROR, "b: c", "D")]
+    assert "camera" not in levels(found)

@@ -1,0 +1,69 @@
+"""Made-up trees of files: what a board's kernel and system tell, by their paths."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+ELF_64, ELF_32 = b"\x7fELF\x02\x01\x01", b"\x7fELF\x01\x01\x01"
+
+BOOKWORM = 'PRETTY_NAME="Debian GNU/Linux 12 (bookworm)"\nID=debian\nVERSION_CODENAME=bookworm\n'
+TRIXIE = 'PRETTY_NAME="Debian GNU/Linux 13 (trixie)"\nID=debian\nVERSION_CODENAME=trixie\n'
+BULLSEYE = 'PRETTY_NAME="Raspbian GNU/Linux 11 (bullseye)"\nID=raspbian\nVERSION_CODENAME=bullseye\n'
+
+GROUPS = "root:x:0:\nvideo:x:44:pi\ngpio:x:986:pi\ni2c:x:994:pi\n"
+
+Tree = Mapping[str, str | bytes]
+
+PI_4_BOOKWORM: Tree = {
+    "proc/device-tree/model": "Raspberry Pi 4 Model B Rev 1.4\0",
+    "proc/self/exe": ELF_64,
+    "proc/self/status": "Name:\tpython\nGroups:\t44 986 994 1000 \n",
+    "etc/os-release": BOOKWORM,
+    "etc/group": GROUPS,
+    "sys/module/pinctrl_bcm2835/parameters/persist_gpio_outputs": "N\n",
+    "sys/class/video4linux/video0/name": "unicam-image\n",
+    "sys/class/video4linux/video10/name": "bcm2835-codec-decode\n",
+    "run/systemd/timesync/synchronized": "",
+    "dev/gpiochip0": "",
+    "dev/i2c-1": "",
+    "dev/video0": "",
+}
+
+PI_5_TRIXIE: Tree = {
+    "proc/device-tree/model": "Raspberry Pi 5 Model B Rev 1.0\0",
+    "proc/self/exe": ELF_64,
+    "proc/self/status": "Name:\tpython\nGroups:\t44 986 994 1000 \n",
+    "etc/os-release": TRIXIE,
+    "etc/group": GROUPS,
+    "sys/module/pinctrl_bcm2835/parameters/persist_gpio_outputs": "N\n",
+    "sys/module/pinctrl_rp1/parameters/persist_gpio_outputs": "N\n",
+    "sys/class/video4linux/video0/name": "rp1-cfe-csi2_ch0\n",
+    "sys/class/video4linux/video20/name": "pispbe-input\n",
+    "run/systemd/timesync/synchronized": "",
+    "dev/gpiochip0": "",
+    "dev/i2c-1": "",
+    "dev/video0": "",
+}
+
+BROKEN: Tree = {
+    "proc/device-tree/model": "Raspberry Pi 3 Model B Plus Rev 1.3\0",
+    "proc/self/exe": ELF_32,
+    "proc/self/status": "Name:\tpython\nGroups:\t1000 \n",
+    "etc/os-release": BULLSEYE,
+    "etc/group": "root:x:0:\nvideo:x:44:\ngpio:x:986:pi\n",
+    "sys/module/pinctrl_bcm2835/parameters/persist_gpio_outputs": "Y\n",
+    "sys/class/video4linux/video10/name": "bcm2835-codec-decode\n",
+    "dev/gpiochip0": "",
+    "dev/video10": "",
+}
+"""A 32-bit system of the year before, whose user was put into one group only, without camera, I2C and network."""
+
+
+def grown(root: Path, tree: Tree) -> Path:
+    """Write a tree of files below ``root`` and return that."""
+    for path, content in tree.items():
+        file = root / path
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return root
