@@ -16,6 +16,8 @@ from robotcore.recording import Recording
 from robotcore.registry import backend_names
 from robotcore.robot import Robot
 from robotcore.testing import Capability, ConformanceSuite
+from tests.drivers.raspberrypi import test_conformance as on_a_pi
+from tests.drivers.raspberrypi.virtual import test_conformance as on_virtual_pins
 from tests.robotcore.replay.memory import recorded
 
 EVERY_ECHO = "every ray that is cast is answered"
@@ -69,9 +71,7 @@ def _search() -> Recording:
     return recorded("green-search", seed=7, timeout_s=6.0)
 
 
-ELSEWHERE = {"virtualpi": "tests/drivers/raspberrypi/virtual", "raspberrypi": "its device drivers are virtualpi's"}
-
-
 def test_every_backend_is_tried() -> None:
-    suites = (TestKinematic, TestPyBullet, TestMock, TestReplay)
-    assert sorted([*(suite.backend.name for suite in suites), *ELSEWHERE]) == backend_names()
+    on_pins = (on_a_pi.TestRaspberryPi, on_virtual_pins.TestVirtualPi)
+    suites = (TestKinematic, TestPyBullet, TestMock, TestReplay, *on_pins)
+    assert sorted(suite.backend.name for suite in suites) == backend_names()

@@ -1,0 +1,67 @@
+"""The Pi's backend keeps the kit's rules in real time: pins that are mocked, with an ultrasonic module on them."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import pytest
+
+from drivers.raspberrypi import backend
+from drivers.raspberrypi.backend import RaspberryPiBackend
+from drivers.raspberrypi.ranging.sound import speed_of_sound
+from drivers.raspberrypi.virtual.echo import VirtualEcho
+from drivers.raspberrypi.virtual.pins import VirtualPin, VirtualPins
+from robotcore.backend import Setup
+from robotcore.clock import MonotonicClock
+from robotcore.description import RobotDescription, load_robot
+from robotcore.robot import Robot
+from robotcore.testing import Capability, ConformanceSuite, Gate
+from tests.drivers.raspberrypi.virtual.fakes import FakeRange
+
+
+class TestRaspberryPi(ConformanceSuite):
+    backend = RaspberryPiBackend
+    lacks: ClassVar = {
+        Capability.WORLD: "nothing but a module is on its pins",
+        Capability.MOTION: "nothing but a module is on its pins",
+        Capability.LOST_ECHO: "an echo may be on its way; virtualpi shows it in lockstep",
+    }
+
+    @property
+    def description(self) -> RobotDescription:
+        """The rover without its camera, which is on no pin."""
+        rover = load_robot("rover")
+        wiring = {name: told for name, told in rover.backends["raspberrypi"].items() if name != "eye"}
+        devices = tuple(device for device in rover.devices if device.name != "eye")
+        return rover.model_copy(update={"devices": devices, "backends": {"raspberrypi": wiring}})
+
+    @pytest.fixture(autouse=True)
+    def _on_mocked_pins(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.gate = Gate()
+        monkeypatch.setattr(backend, "open_pins", lambda _library: ModulePins(self.gate))
+
+    def open_gated(self, setup: Setup, gate: Gate) -> Robot:
+        self.gate = gate
+        return self.open(setup)
+
+
+class ModulePins(VirtualPins):
+    """Pins in real time, whose levels are read through a gate, with an ultrasonic module and a wall before it."""
+
+    def __init__(self, gate: Gate) -> None:
+        super().__init__(MonotonicClock())
+        self.gate = gate
+        self.pin_class = GatedPin
+        VirtualEcho(self._clock, FakeRange(0.7), self.pin(16), self.pin(26), speed_of_sound(20.0), lambda: False)
+
+    def close(self) -> None:
+        super().close()
+        self._clock.close()
+
+
+class GatedPin(VirtualPin):
+    """A pin whose level comes through a gate."""
+
+    def _get_state(self) -> Any:
+        self._factory.gate.pass_through()
+        return super()._get_state()
