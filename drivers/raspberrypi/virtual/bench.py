@@ -6,14 +6,16 @@ import math
 from collections.abc import Callable
 
 from drivers.raspberrypi.encoders.encoder import EncoderSettings
+from drivers.raspberrypi.encoders.pulses import PulsesSettings
 from drivers.raspberrypi.encoders.quadrature import QuadratureSettings
 from drivers.raspberrypi.motors.hbridge import HBridgeSettings
+from drivers.raspberrypi.motors.phase import PhaseEnableSettings
 from drivers.raspberrypi.ranging.sound import speed_of_sound
 from drivers.raspberrypi.ranging.ultrasonic import UltrasonicSettings
-from drivers.raspberrypi.virtual.discs import Disc, QuadratureDisc
+from drivers.raspberrypi.virtual.discs import Disc, QuadratureDisc, SlottedDisc
 from drivers.raspberrypi.virtual.echo import VirtualEcho
-from drivers.raspberrypi.virtual.pins import VirtualPin, VirtualPins
-from drivers.raspberrypi.virtual.wheels import two_inputs
+from drivers.raspberrypi.virtual.pins import VirtualPins
+from drivers.raspberrypi.virtual.wheels import wire_phase_and_enable, wire_two_inputs
 from robotcore.clock import MIN_PHYSICS_RATE_HZ, SteppedClock
 from robotcore.description import AnyDevice, EncoderDescription
 from robotcore.devices import Encoder, Motor, RangeSensor
@@ -29,19 +31,23 @@ class Bench:
 
     def __init__(self, simulated: Robot, pins: VirtualPins, is_lost: Callable[[], bool]) -> None:
         self._simulated, self._pins, self._is_lost = simulated, pins, is_lost
-        self._discs: list[Disc] = []
 
     def connect(self, fitting: Fitting) -> bool:
         """Put a model on the other end of a device's pins; return whether there is one."""
-        match fitting.settings, self._simulated.devices[fitting.name]:
-            case HBridgeSettings() as on, Motor() as motor:
-                enable = None if on.enable is None else self._pin(on.enable)
-                two_inputs(motor, on.model.velocity, self._pin(on.forward), self._pin(on.backward), enable)
-            case QuadratureSettings() as on, Encoder() as encoder:
-                self._turn(QuadratureDisc(encoder, _edge_rad(fitting, on), self._pin(on.a), self._pin(on.b)))
-            case UltrasonicSettings() as on, RangeSensor() as sensor:
-                speed, pins = speed_of_sound(on.air_temperature_c), (self._pin(on.trigger), self._pin(on.echo))
-                VirtualEcho(self._simulated.clock, sensor, *pins, speed, self._is_lost)
+        pin = self._pins.pin
+        match fitting.settings, fitting.told, self._simulated.devices[fitting.name]:
+            case HBridgeSettings() as on, _, Motor() as motor:
+                enable = None if on.enable is None else pin(on.enable)
+                wire_two_inputs(motor, on.model.velocity, pin(on.forward), pin(on.backward), enable)
+            case PhaseEnableSettings() as on, _, Motor() as motor:
+                wire_phase_and_enable(motor, on.model.velocity, pin(on.phase), pin(on.enable))
+            case QuadratureSettings() as on, EncoderDescription() as told, Encoder() as encoder:
+                self._turn(QuadratureDisc(encoder, math.tau / on.edges_per_turn(told), pin(on.a), pin(on.b)))
+            case PulsesSettings() as on, EncoderDescription() as told, Encoder() as encoder:
+                self._turn(SlottedDisc(encoder, math.tau / on.edges_per_turn(told), pin(on.gpio)))
+            case UltrasonicSettings() as on, _, RangeSensor() as sensor:
+                speed = speed_of_sound(on.air_temperature_c)
+                VirtualEcho(self._simulated.clock, sensor, pin(on.trigger), pin(on.echo), speed, self._is_lost)
             case _:
                 return False
         return True
@@ -51,10 +57,6 @@ class Bench:
         clock = self._simulated.clock
         step = clock.step if isinstance(clock, SteppedClock) else 1 / MIN_PHYSICS_RATE_HZ
         clock.every(step, disc.turn, "disc")
-
-    def _pin(self, number: int) -> VirtualPin:
-        pin: VirtualPin = self._pins.pin(number)
-        return pin
 
 
 def as_built(fitting: Fitting) -> AnyDevice:
@@ -68,10 +70,3 @@ def as_built(fitting: Fitting) -> AnyDevice:
         case UltrasonicSettings(), told:
             return told.model_copy(update={"max_range_m": HEARD_M})
     return fitting.told
-
-
-def _edge_rad(fitting: Fitting, settings: EncoderSettings) -> float:
-    """Return how far a wheel turns from one edge of its encoder to the next, in radians."""
-    told = fitting.told
-    assert isinstance(told, EncoderDescription), f"{fitting.name} is a {told.kind}"
-    return math.tau / settings.edges_per_turn(told)

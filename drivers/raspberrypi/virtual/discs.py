@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+
 from drivers.raspberrypi.virtual.pins import VirtualPin
 from robotcore.devices import Encoder
 
@@ -9,7 +11,7 @@ QUADRATURE = ((1, 1), (0, 1), (0, 0), (1, 0))
 """The levels of a and b, one edge after the other; forward, a leads."""
 
 
-class Disc:
+class Disc(ABC):
     """Turns with a wheel, and gives an edge each time that ``radians`` have passed."""
 
     def __init__(self, encoder: Encoder, radians: float) -> None:
@@ -24,8 +26,9 @@ class Disc:
             self._at += step
             self._show(self._at)
 
+    @abstractmethod
     def _show(self, edge: int) -> None:
-        raise NotImplementedError
+        """Set the channels to what they are after so many edges; backward they are counted down."""
 
 
 class QuadratureDisc(Disc):

@@ -54,13 +54,8 @@ class VirtualPin(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
         """Begin at now."""
         self._last_change = self._factory.ticks()
 
-    def _set_function(self, value: str) -> None:
-        super()._set_function(value)
-        if value == "input" and self._pull == "floating" and not self._is_driven:
-            self._change_state(False)  # boards pull their inputs down
-
     def _set_state(self, value: float) -> None:
-        super()._set_state(bool(value) if self._frequency is None else int(value * 100) / 100)
+        super()._set_state(int(value * 100) / 100)
 
     def _change_state(self, value: float) -> bool:
         if self._state == value:
@@ -80,7 +75,7 @@ class VirtualPins(MockFactory):  # type: ignore[misc]  # gpiozero has no types
     >>> with VirtualPins(SteppedClock(20.0, lambda steps: None)) as pins, LED(17, pin_factory=pins) as led:
     ...     led.on()
     ...     pins.pin(17).state
-    True
+    1.0
     """
 
     def __init__(self, clock: Clock) -> None:

@@ -18,7 +18,7 @@ from drivers.raspberrypi.virtual.backend import VirtualPiBackend
 from drivers.raspberrypi.virtual.pins import VirtualPins
 from robotcore.backend import Backend, Setup
 from robotcore.catalogue import load_backend
-from robotcore.description import RangeSensorDescription, WorldDescription, load_robot
+from robotcore.description import RangeSensorDescription, RobotDescription, WorldDescription, load_robot
 from robotcore.devices import RangeSensor
 from robotcore.errors import BackendMissingError, DescriptionError, DeviceClosedError, DeviceError, UsageError
 from robotcore.robot import Robot
@@ -31,6 +31,13 @@ NOSE = next(device for device in ROVER.devices if isinstance(device, RangeSensor
 def setup(*devices: str, world: WorldDescription | None = None, **options: Any) -> Setup:
     chosen = devices or tuple(device.name for device in ROVER.devices)
     return Setup(ROVER, world or scenes.empty(), frozenset(chosen), options=options)
+
+
+def _rewired(device: str, **changed: Any) -> RobotDescription:
+    """Return the rover with other settings of a device's driver."""
+    section = ROVER.backends["raspberrypi"]
+    wiring = section | {device: section[device] | changed}
+    return ROVER.model_copy(update={"backends": {"raspberrypi": wiring}})
 
 
 def distances_heard(asked: Setup, seconds: float = 3.0) -> list[float]:
@@ -67,25 +74,30 @@ def test_no_thread_is_started_and_no_guardian_is_asked_for() -> None:
 
 
 def test_wheel_turns_at_the_duty_that_is_sent_in_whole_percent() -> None:
-    with VirtualPiBackend().open(setup()) as robot:
-        motor = robot["left_motor"]
+    assert _turned_in_a_second(setup(), 5.03) == pytest.approx(14 * (0.42 - 0.10) / 0.90, abs=0.003)
+
+
+def test_wheel_that_is_held_by_its_encoder_makes_up_for_what_whole_percent_take() -> None:
+    asked = replace(setup(), robot=_rewired("left_motor", control={}))
+    assert _turned_in_a_second(asked, 5.03) == pytest.approx(5.03, abs=0.02)
+
+
+def _turned_in_a_second(asked: Setup, rad_s: float) -> float:
+    """Return by how much the left wheel turns when it has settled; its encoder tells it to 0.0016 rad."""
+    with VirtualPiBackend().open(asked) as robot:
+        motor, encoder = robot["left_motor"], robot["left_encoder"]
         assert isinstance(motor, PinMotor)
-        motor.set_velocity(5.03)  # 0.4233 of the duty, of which 0.42 is sent
-        robot.clock.sleep_until(1.0)
-        start = _angle(robot)
+        assert isinstance(encoder, PinEncoder)
+        motor.set_velocity(rad_s)
         robot.clock.sleep_until(2.0)
-        assert _angle(robot) - start == pytest.approx(14 * (0.42 - 0.10) / 0.90, abs=2 * math.tau / 3840)
+        before = encoder.read().angle
+        robot.clock.sleep_until(3.0)
+        return encoder.read().angle - before
 
 
-def _angle(robot: Robot) -> float:
-    encoder = robot["left_encoder"]
-    assert isinstance(encoder, PinEncoder)
-    return encoder.read().angle
-
-
-def test_wall_beyond_the_maximum_answers_each_trigger_as_a_real_one_does() -> None:
-    world = scenes.wall(NOSE.mount, NOSE.max_range_m + 0.5)
-    assert set(distances_heard(setup("nose", world=world))) == {math.inf}
+def test_wall_beyond_the_maximum_gives_an_echo_by_which_the_driver_vouches_for_inf() -> None:
+    asked = setup("nose", world=scenes.wall(NOSE.mount, NOSE.max_range_m + 0.5))
+    assert set(distances_heard(replace(asked, robot=_rewired("nose", echo_free_cycles=0)))) == {math.inf}
 
 
 @pytest.mark.parametrize("share, most", [(0.0, 51), (0.5, 35), (1.0, 0)])

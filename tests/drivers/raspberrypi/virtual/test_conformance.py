@@ -8,8 +8,10 @@ import pytest
 
 from drivers.raspberrypi.virtual.backend import VirtualPiBackend
 from robotcore.backend import Setup
+from robotcore.description import RobotDescription
 from robotcore.robot import Robot
 from robotcore.testing import Capability, ConformanceSuite
+from tests.drivers.raspberrypi.virtual.rewired import rewired
 
 
 class TestVirtualPi(ConformanceSuite):
@@ -27,3 +29,11 @@ class TestVirtualPi(ConformanceSuite):
 @pytest.mark.usefixtures("pybullet")
 class TestVirtualPiOnBullet(TestVirtualPi):
     options: ClassVar = {"simulator": "pybullet"}
+
+
+class TestVirtualPiWiredOtherwise(TestVirtualPi):
+    """Boards with a phase and an enable line, encoders with one channel."""
+
+    @property
+    def description(self) -> RobotDescription:
+        return rewired()
