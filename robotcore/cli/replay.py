@@ -75,7 +75,9 @@ def _tell(came_out: Replayed | Rehearsed) -> None:
 
 
 def _draw(recording: Recording, came_out: Replayed | Rehearsed, picture: Path) -> None:
+    from robotcore.replay import Rehearsed
     from robotcore.view.picture import png_of, save_png
     from robotcore.view.recorded import story_of
 
-    save_png(png_of(story_of(recording, came_out.states, came_out.result)), picture)
+    is_rehearsal = isinstance(came_out, Rehearsed)
+    save_png(png_of(story_of(recording, came_out.states, came_out.result, is_rehearsal=is_rehearsal)), picture)

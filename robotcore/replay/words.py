@@ -14,7 +14,7 @@ from robotcore.outcome import RunResult
 from robotcore.recording.ended import result_of
 from robotcore.replay.rehearsal import Rehearsed
 from robotcore.replay.verdict import Replayed
-from robotcore.view.summary import counted, heading
+from robotcore.view.summary import counted, heading, rehearsed_heading
 
 _GOOD, _FAIR, _BAD = "bold green", "bold yellow", "bold red"
 
@@ -80,7 +80,7 @@ def _digest(replayed: Replayed) -> Iterator[str]:
 
 def _rehearsed(rehearsed: Rehearsed) -> RenderableType:
     recorded, other = result_of(rehearsed.recording), rehearsed.result
-    title = Text(f"{other.app} on the samples of {heading(recorded)}", "bold")
+    title = Text(rehearsed_heading(other, recorded), "bold")
     parts = [Text(f"  {line}") for line in _differences(rehearsed)]
     return Group(title, *parts, Text(), _table(rehearsed, recorded))
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from robotcore.description import Floor, WorldDescription
 from robotcore.devices import Frame, Image
 from robotcore.outcome import RunResult
-from robotcore.recording import Recording, SampleKey
+from robotcore.recording import Recording, SampleKey, Tick
 from robotcore.recording.ended import result_of
 from robotcore.recording.path import odometry_path, true_path
 from robotcore.view.sheet import Story
@@ -18,26 +18,36 @@ _ROOM_M = 0.5
 """Around a path in an unknown place."""
 
 
-def story_of(recording: Recording, states: Sequence[str] | None = None, result: RunResult | None = None) -> Story:
+def story_of(
+    recording: Recording,
+    states: Sequence[str] | None = None,
+    result: RunResult | None = None,
+    *,
+    is_rehearsal: bool = False,
+) -> Story:
     """Return what a picture tells of a recording: the true path where a simulator told it, else the odometry's.
 
-    ``states`` and ``result`` are those of a replay, which may end before its recording.
+    ``states`` and ``result`` are those of a replay, which may end before its recording, or of a rehearsal.
     """
     about, path = recording.metadata, true_path(recording) or odometry_path(recording)
     track = Track()
     told = [tick.state for tick in recording.ticks] if states is None else states
-    for tick, state in zip(recording.ticks, told, strict=False):
+    ticks = recording.ticks[: len(told)]
+    for tick, state in zip(ticks, told, strict=False):
         if tick.number in path:
             track.steps.append(Footstep(tick.time, state, path[tick.number]))
     recorded = result_of(recording)
     ended = replace(result, world=recorded.world) if result else recorded
-    return Story(about.description, world_of(recording, track), track, last_seen(recording), ended)
+    return Story(
+        *(about.description, world_of(recording, track), track, last_seen(recording, ticks), ended),
+        recorded=recorded if is_rehearsal else None,
+    )
 
 
-def last_seen(recording: Recording) -> Image | None:
-    """Return the picture that was shown last, else the one that was read last."""
-    shown = (each.key for tick in reversed(recording.ticks) for each in reversed(tick.shown))
-    read = (each.key for tick in reversed(recording.ticks) for each in reversed(tick.reads))
+def last_seen(recording: Recording, ticks: Sequence[Tick]) -> Image | None:
+    """Return the picture that was shown last in some ticks, else the one that was read last."""
+    shown = (each.key for tick in reversed(ticks) for each in reversed(tick.shown))
+    read = (each.key for tick in reversed(ticks) for each in reversed(tick.reads))
     for keys in (shown, read):
         if frame := next(filter(None, (_frame(recording, key) for key in keys)), None):
             return frame.image

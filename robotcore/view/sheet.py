@@ -13,7 +13,7 @@ from robotcore.outcome import Outcome, RunResult
 from robotcore.view import overhead
 from robotcore.view.canvas import Canvas, Colour, text_width
 from robotcore.view.palette import BAD, FADED, FAIR, GOOD, INK, PAPER, RULE, state_colours
-from robotcore.view.summary import heading, measures
+from robotcore.view.summary import heading, measures, rehearsed_heading
 from robotcore.view.track import Track
 
 WIDTH, HEIGHT = 1600, 1000
@@ -33,13 +33,17 @@ _OUTCOME_COLOURS: dict[Outcome, Colour] = {
 
 @dataclass(frozen=True, eq=False)
 class Story:
-    """All that is told of a run; ``seen`` is the last picture, BGR or grey, if there was one."""
+    """All that is told of a run; ``seen`` is the last picture, BGR or grey, if there was one.
+
+    ``recorded`` is the run on whose samples an app only rehearsed: the track is that run's.
+    """
 
     robot: RobotDescription
     world: WorldDescription | None
     track: Track
     seen: Image | None
     result: RunResult
+    recorded: RunResult | None = None
 
 
 def draw(story: Story) -> Image:
@@ -47,7 +51,7 @@ def draw(story: Story) -> Image:
     colours = state_colours(story.track.states)
     seen = _seen(story.seen)
     canvas = Canvas(WIDTH, HEIGHT, PAPER)
-    _draw_title(canvas, story.result)
+    _draw_title(canvas, *_title(story))
     _draw_legend(canvas, _TOP + len(seen), story, colours)
     image = canvas.image()
     _lay(image, _map(story, colours), _EDGE)
@@ -55,11 +59,20 @@ def draw(story: Story) -> Image:
     return image
 
 
-def _draw_title(canvas: Canvas, result: RunResult) -> None:
-    canvas.text((_EDGE, 66), heading(result), INK, 25, bold=True)
+def _title(story: Story) -> tuple[str, str, Colour, str]:
+    """Return the heading, how it ended in a word, its colour, and what else there is to say."""
+    result = story.result
+    if story.recorded:
+        words = f"{result.sim_time_s:.1f} s of what it would have decided, along the recorded path"
+        return rehearsed_heading(result, story.recorded), "rehearsal", FAIR, words
     colour = BAD if result.dispute else _OUTCOME_COLOURS.get(result.outcome, BAD)
-    width = canvas.text((_EDGE, 108), result.outcome.value, colour, 17, bold=True)
-    canvas.text((_EDGE + width + 18, 108), ", ".join(measures(result)), FADED, 17)
+    return heading(result), result.outcome.value, colour, ", ".join(measures(result))
+
+
+def _draw_title(canvas: Canvas, heading: str, word: str, colour: Colour, words: str) -> None:
+    canvas.text((_EDGE, 66), heading, INK, 25, bold=True)
+    width = canvas.text((_EDGE, 108), word, colour, 17, bold=True)
+    canvas.text((_EDGE + width + 18, 108), words, FADED, 17)
 
 
 def _map(story: Story, colours: dict[str, Colour]) -> Image:

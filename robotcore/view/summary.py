@@ -32,6 +32,11 @@ def heading(result: RunResult) -> str:
     return ", ".join([f"{result.app} on {result.backend}", *place, *seed])
 
 
+def rehearsed_heading(result: RunResult, recorded: RunResult) -> str:
+    """Return what was rehearsed on what: ``avoid-obstacles on the samples of green-search on kinematic, arena``."""
+    return f"{result.app} on the samples of {heading(recorded)}"
+
+
 def measures(result: RunResult) -> Iterator[str]:
     """Yield what the run was measured by, in words."""
     if result.outcome is Outcome.SUCCESS and result.verified is not None:

@@ -11,6 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from robotcore.recording.chunks import ChunkedFile, Place
+from robotcore.view.palette import GOOD
 from tests.robotcore.cli.conftest import AppFile, Cli
 
 COMMANDS = ("replay", "info", "compare")
@@ -41,6 +42,7 @@ def test_another_setting_is_rehearsed_and_drawn(cli: Cli, search: Path, tmp_path
     drawn = cv2.imread(str(picture))
     assert drawn is not None
     assert drawn.shape == (1000, 1600, 3)
+    assert not (drawn[:130, :, ::-1] == GOOD).all(axis=2).any()
 
 
 def test_app_that_needs_another_sensor_is_refused_by_its_name(cli: Cli, brief: Path) -> None:

@@ -8,7 +8,7 @@ import pytest
 from robotcore.description import load_world
 from robotcore.devices import Image
 from robotcore.view.overhead import Chart
-from robotcore.view.palette import BAD, GOOD, state_colours
+from robotcore.view.palette import BAD, FAIR, GOOD, state_colours
 from robotcore.view.sheet import _EDGE, _MAP, _SIDE, _TOP, Story, draw
 from robotcore.view.track import Track
 
@@ -97,6 +97,11 @@ def test_success_is_green_unless_the_simulator_does_not_agree(
         is_green,
         not is_green,
     )
+
+
+def test_a_rehearsal_is_no_success_of_its_own(story: Story) -> None:
+    title = draw(dataclasses.replace(story, recorded=story.result))[:_TOP, :, ::-1]
+    assert [(title == colour).all(axis=2).any() for colour in (GOOD, BAD, FAIR)] == [False, False, True]
 
 
 def test_without_a_camera_a_world_or_a_truth_there_is_still_a_sheet(story: Story) -> None:
