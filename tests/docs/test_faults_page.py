@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import runpy
 import shlex
+import sys
 from importlib.metadata import EntryPoint
 from itertools import pairwise
 from pathlib import Path
@@ -21,6 +22,11 @@ from robotcore.registry import fault_names
 from tests.docs.listings import Exchange, code_in, exchanges, listings, rows
 from tests.robotcore.fakes import picture
 from tests.robotcore.faults.rigs import faulty
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
 PAGE = (Path(__file__).parents[2] / "docs" / "faults.md").read_text()
 LISTINGS = listings(PAGE)
@@ -71,7 +77,7 @@ def test_test_of_an_app_passes(folder: Path) -> None:
 
 
 def test_fault_of_ones_own_works(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
-    points = {**registry._points(registry.FAULTS), "fog": EntryPoint("fog", "fog:Fog", registry.FAULTS)}
+    points = {**registry._points(registry.FAULTS), **_entry_points(FILES[-1])}
     monkeypatch.setattr(registry, "_points", lambda _: points)
     rig = faulty("camera fog=0.5 after=0.05")
     rig.eye.image = picture((20, 180, 220))
@@ -80,6 +86,14 @@ def test_fault_of_ones_own_works(monkeypatch: pytest.MonkeyPatch, folder: Path) 
         shown.append(np.unique(rig.robot.camera.read().image).tolist())
         rig.sleep(0.05)
     assert shown == [[20, 180, 220], [100, 180, 200]]
+
+
+def _entry_points(pyproject: str) -> dict[str, EntryPoint]:
+    """The faults that a package of the page brings."""
+    project = tomllib.loads(pyproject)["project"]
+    assert {"name", "version"} <= project.keys(), "else it cannot be installed"
+    faults = project["entry-points"][registry.FAULTS]
+    return {name: EntryPoint(name, value, registry.FAULTS) for name, value in faults.items()}
 
 
 def _written(name: str) -> tuple[str, tuple[str, ...]]:
