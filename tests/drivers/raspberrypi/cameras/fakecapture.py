@@ -44,7 +44,8 @@ class FakeWebcam:
 
     def meter(self) -> None:
         """Do what the automatics do, where they are on."""
-        if self.controls.get(cv2.CAP_PROP_AUTO_EXPOSURE) == self.only_auto:
+        is_automatic = self.controls.get(cv2.CAP_PROP_AUTO_EXPOSURE) == self.only_auto
+        if is_automatic and cv2.CAP_PROP_EXPOSURE in self.controls:
             self.controls[cv2.CAP_PROP_EXPOSURE] += 0.5 * (FOUND_UNITS / self.lamp - self.exposure)
         if self.controls.get(cv2.CAP_PROP_AUTO_WB) == 1:
             self.controls[cv2.CAP_PROP_WB_TEMPERATURE] = FOUND_KELVIN

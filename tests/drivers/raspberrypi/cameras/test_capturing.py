@@ -114,6 +114,16 @@ def test_it_is_tried_again_ever_more_seldom(clock: LabClock, source: FakeSource)
     assert camera.read()
 
 
+def test_a_camera_that_worked_in_between_is_tried_again_soon(clock: LabClock, source: FakeSource) -> None:
+    camera = opened(source, clock)
+    for seconds in (10.0, 0.1):
+        source.failing = gone()
+        clock.let_pass(seconds)
+        source.failing = None
+        clock.let_pass(4.0 if seconds > 1 else 0.6)
+        assert camera.read()
+
+
 def test_every_failure_closes_what_was_open(clock: LabClock, source: FakeSource) -> None:
     opened(source, clock)
     source.failing = gone()
@@ -154,6 +164,16 @@ def test_a_closed_camera_takes_no_more_pictures(clock: LabClock, source: FakeSou
     assert source.diary[-2:] == ["hold 100", "close"]
     with pytest.raises(DeviceClosedError):
         camera.read()
+
+
+def test_work_that_was_due_as_the_camera_was_closed_does_not_open_it_again(clock: LabClock, source: FakeSource) -> None:
+    camera = opened(source, clock)
+    source.failing = gone()
+    clock.let_pass(0.1)
+    camera.close()
+    clock.let_pass(5.0)
+    camera._poll()
+    assert source.diary.count("open") == 1
 
 
 @pytest.fixture

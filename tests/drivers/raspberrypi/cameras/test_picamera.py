@@ -10,12 +10,14 @@ import numpy as np
 import pytest
 
 from drivers.raspberrypi.cameras.capturing import CapturingCamera
+from drivers.raspberrypi.cameras.csi import CsiSource
 from drivers.raspberrypi.cameras.modes import widest
 from drivers.raspberrypi.cameras.picamera import PiCamera, PiCameraSettings
+from drivers.raspberrypi.cameras.source import Shot
 from robotcore.description import CameraDescription, load_robot
 from robotcore.errors import DeviceError
 from robotcore.hardware import Connection, Host, fit
-from tests.drivers.raspberrypi.cameras.bench import EYE, RED_BGR, LabClock
+from tests.drivers.raspberrypi.cameras.bench import EYE, RED_BGR, LabClock, plain
 from tests.drivers.raspberrypi.cameras.fakepicamera import FOUND_GAIN, FOUND_GAINS, FOUND_US, IMX219, FakeCamera
 
 ROVER = load_robot("rover")
@@ -76,6 +78,25 @@ def test_what_was_found_is_held_whatever_the_light_does_then(is_new: bool, clock
     camera.lamp = 0.5
     clock.let_pass(0.1)
     assert tuple(eye.read().image[0, 0]) == tuple(level // 2 for level in RED_BGR)
+
+
+@pytest.mark.parametrize(
+    "told, is_found",
+    [
+        ({"AeState": 1}, False),
+        ({"AeState": 2}, True),
+        ({"AeState": 0}, True),  # set by hand: there is nothing to find
+        ({"AeLocked": False}, False),
+        ({"AeLocked": True}, True),
+        ({}, None),
+    ],
+)
+def test_the_camera_s_word_on_its_exposure_is_taken_from_old_libraries_and_new_ones(
+    told: dict[str, Any], is_found: bool | None, clock: LabClock
+) -> None:
+    source = CsiSource(EYE, PiCameraSettings(), clock)
+    shot = Shot(plain(), 0.0, {"ExposureTime": 10_000, "AnalogueGain": 2.0, **told})
+    assert source.light(shot) == ((20_000.0,), is_found)
 
 
 def test_nothing_is_held_that_is_to_follow_the_light(clock: LabClock, camera: FakeCamera) -> None:

@@ -138,6 +138,11 @@ class TestExposure:
             "eye: does not let its exposure and white balance be held; colours may drift as the robot drives",
         ]
 
+    def test_that_a_camera_does_not_tell_stays_its_own_business(self, webcam: FakeWebcam) -> None:
+        del webcam.controls[cv2.CAP_PROP_EXPOSURE]
+        opened(webcam)
+        assert webcam.controls[cv2.CAP_PROP_AUTO_EXPOSURE] == APERTURE_PRIORITY
+
 
 class TestUnplugged:
     def test_is_told_and_works_again_when_it_is_plugged_in_again(self, webcam: FakeWebcam) -> None:
