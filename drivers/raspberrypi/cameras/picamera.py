@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import Annotated
 
-from pydantic import BeforeValidator, Field
+from pydantic import Field
 
 from drivers.raspberrypi.cameras.capturing import CapturingCamera
 from drivers.raspberrypi.cameras.csicameras import REMEDY
@@ -13,13 +13,8 @@ from drivers.raspberrypi.cameras.settings import CameraSettings
 from robotcore.description import CameraDescription
 from robotcore.hardware import Connection, DeviceDriver, Host
 
-
-def _pair(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value  # a file has lists only
-
-
 Gain = Annotated[float, Field(gt=0, le=32)]
-Gains = Annotated[tuple[Gain, Gain], BeforeValidator(_pair), Field(description="[red, blue]")]
+Gains = Annotated[tuple[Gain, Gain], Field(description="[red, blue]")]
 
 
 class PiCameraSettings(CameraSettings):

@@ -235,8 +235,8 @@ def test_it_is_told_where_the_ribbon_goes() -> None:
     assert PiCamera().connections(PiCameraSettings(camera=1)) == (Connection("camera", "CSI", "1"),)
 
 
-def test_the_rover_s_camera_is_fitted_from_its_file_lists_included() -> None:
-    table = {"driver": "picamera2", "colour_gains": [2.0, 1.5], "rotate_180": True}
+def test_the_rover_s_camera_is_fitted_from_its_file() -> None:
+    table = {"driver": "picamera2", "colour_gains": (2.0, 1.5), "rotate_180": True}
     robot = ROVER.model_copy(update={"backends": {"raspberrypi": {"eye": table}}})
     (fitting,) = fit(robot, "raspberrypi", ["eye"])
     assert fitting.settings == PiCameraSettings(colour_gains=(2.0, 1.5), rotate_180=True)
