@@ -23,7 +23,6 @@ class Findings:
         """Whether there has been a sample, or a failure."""
         self._told, self._echo_free_cycles = told, echo_free_cycles
         self._last: Range | None = None
-        self._is_failed = False
         self._empty = 0
 
     def found(self, distance: float, time: float) -> None:
@@ -45,18 +44,17 @@ class Findings:
     def failed(self, error: Exception) -> None:
         """Let the sensor fail, until it works again."""
         self._empty = 0
-        self._is_failed = self.has_told = True
+        self.has_told = True
         self.newest.fail(error)
 
     def recovered(self) -> None:
-        """Take a failure back: the newest sample is the one before it, and as old as it is."""
-        if self._is_failed and self._last:
-            self._is_failed = False
+        """Take a failure back, if there was one: the newest sample is the one before it, and as old as it is."""
+        if self._last:
             self.newest.put(self._last)
 
     def _tell(self, distance: float, time: float) -> None:
         self._last = Range(distance, time, self._last.sequence + 1 if self._last else 0)
-        self._is_failed, self.has_told = False, True
+        self.has_told = True
         self.newest.put(self._last)
 
 

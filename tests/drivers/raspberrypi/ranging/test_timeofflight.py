@@ -85,6 +85,8 @@ def test_a_measurement_is_taken_once(bench: Bench) -> None:
     taken = bench.chip.cleared
     bench.cycles()
     assert bench.chip.cleared == taken + 1
+    bench.cycles(100)
+    assert sensor.read().sequence == 101
     bench.chip.is_frozen = True
     first = sensor.read()
     bench.cycles(5)
@@ -162,6 +164,17 @@ def test_a_chip_that_stops_measuring_fails_and_is_set_up_anew(bench: Bench) -> N
     bench.chip.is_frozen = False
     bench.cycles()
     assert sensor.read().sequence == 1
+
+
+def test_a_chip_that_is_set_up_anew_has_time_to_measure(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench(KINDS[0], monkeypatch)
+    sensor = bench.open()
+    bench.chip.is_plugged_in = False
+    bench.cycles(30)
+    bench.chip.is_plugged_in = bench.chip.is_frozen = True
+    bench.cycles(2)
+    with pytest.raises(DeviceError, match="no answer"):
+        sensor.read()
 
 
 def test_after_a_failure_a_measurement_of_nothing_leaves_the_sample_before_it_as_old_as_it_is(bench: Bench) -> None:
