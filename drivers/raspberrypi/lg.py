@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from threading import Lock
 from types import ModuleType
 
 FIFO_FOLDER = "LG_WD"
@@ -23,16 +24,19 @@ LINE = "anon_inode:gpio-line"
 """How the link in /proc/PID/fd of a handle of lines begins. Source: Linux, drivers/gpio/gpiolib-cdev.c."""
 
 _FILES = Path("/proc/self/fd")
+_LOADING = Lock()
+"""The guardian opens its cutoffs at once, each in a thread of its own."""
 
 
 def load() -> ModuleType:
     """Import lgpio; raises ImportError where it is missing, or is the empty one of PyPI."""
-    if "lgpio" not in sys.modules:
-        with _fifo_apart():
+    with _LOADING:
+        if "lgpio" not in sys.modules:
+            with _fifo_apart():
+                import lgpio
+            os.register_at_fork(after_in_child=let_go)
+        else:
             import lgpio
-        os.register_at_fork(after_in_child=let_go)
-    else:
-        import lgpio
     if not hasattr(lgpio, "gpiochip_open"):
         raise ImportError(STUB)
     return lgpio  # type: ignore[no-any-return]

@@ -29,6 +29,23 @@ assert dict(os.environ) == before
 print(os.getcwd())
 """
 
+AT_ONCE = """
+import os, tempfile, time
+from concurrent.futures import ThreadPoolExecutor
+from drivers.raspberrypi import lg
+
+class Slow(tempfile.TemporaryDirectory):
+    def __init__(self, **options):
+        time.sleep(0.5)
+        super().__init__(**options)
+
+lg.TemporaryDirectory = Slow
+before = dict(os.environ)
+with ThreadPoolExecutor(2) as pool:
+    assert len(set(map(id, pool.map(lambda _: lg.load(), range(2))))) == 1
+assert dict(os.environ) == before
+"""
+
 
 def run(code: str, folder: Path, environment: dict[str, str]) -> str:
     ran = subprocess.run(
@@ -55,6 +72,11 @@ def test_importing_leaves_neither_another_working_directory_nor_a_fifo_nor_a_set
     told = run(LEAVING, here, {**base, "TMPDIR": str(temporary)})
     assert Path(told).samefile(here)
     assert not [*here.iterdir(), *temporary.iterdir()]
+
+
+def test_threads_that_import_it_at_once_do_not_take_each_other_s_folder_for_a_setting(tmp_path: Path) -> None:
+    """As the cutoffs of two motors do, in the guardian."""
+    run(AT_ONCE, tmp_path, {**Lines(tmp_path / "dev").environment, "TMPDIR": str(tmp_path)})
 
 
 @needs_lgpio
