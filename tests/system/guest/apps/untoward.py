@@ -1,0 +1,47 @@
+"""Drives, and then does what no app should: what a guardian is for."""
+
+import ctypes
+import os
+import signal
+import warnings
+from dataclasses import dataclass
+
+from robotcore import Behaviour, Robot, Role, Status
+
+LONG_S = 3
+
+
+@dataclass
+class Untoward(Behaviour):
+    """Does the deed in its tenth tick, and ends two ticks later."""
+
+    needs = frozenset({Role.DRIVE})
+
+    deed: str = "holds"
+
+    def __post_init__(self) -> None:
+        self._ticks = 0
+
+    def step(self, robot: Robot) -> Status:
+        self._ticks += 1
+        if self._ticks == 9 and self.deed == "rests":
+            robot.drive.stop()
+        if self._ticks == 10:
+            getattr(self, f"_{self.deed}")()
+        if self._ticks < 9:
+            robot.drive.set_velocity(0.2, 0.0)
+        return Status.RUNNING if self._ticks < 12 else Status.SUCCESS
+
+    def _holds(self) -> None:
+        """Hold the interpreter lock, as a vendor's call may."""
+        ctypes.PyDLL(None).sleep(LONG_S)
+
+    _rests = _holds
+
+    def _copies(self) -> None:
+        """Leave a copy of the process behind, which lives on for a while, and die."""
+        warnings.simplefilter("ignore", DeprecationWarning)
+        if os.fork() == 0:
+            ctypes.CDLL(None).sleep(20)
+            os._exit(0)
+        os.kill(os.getpid(), signal.SIGKILL)
