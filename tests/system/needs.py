@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import os
 import platform
-import shutil
 import subprocess
-import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 
 NOT_RUN = 77
@@ -60,16 +58,6 @@ def download(folder: Path, *names: str) -> None:
         raise NotRunError(f"needs to download {', '.join(names)}, and apt-get said: {fault}")
 
 
-def wheels(folder: Path, arguments: Iterable[str]) -> None:
-    """Install packages for Python into a folder, by uv where there is one; raises NotRunError where that fails."""
-    uv = shutil.which("uv")
-    command = [uv, "pip", "install", "--python", sys.executable] if uv else [sys.executable, "-m", "pip", "install"]
-    command += ["--quiet", "--target", str(folder), *arguments]
-    run = subprocess.run(command, capture_output=True, text=True, check=False)
-    if run.returncode:
-        raise NotRunError(f"needs {' '.join(arguments)}: {_last_line(run.stderr)}")
-
-
 def cache() -> Path:
     """Return the folder for what takes long to make, and make it."""
     folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "robotcore-system"
@@ -87,8 +75,9 @@ def _apt(*arguments: str, folder: Path | None = None) -> str:
     environment = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
     command = ["apt-get", "--quiet", *arguments]
     run = subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True, check=False)
-    return _last_line(run.stderr or run.stdout) if run.returncode else ""
+    return last_line(run.stderr or run.stdout) if run.returncode else ""
 
 
-def _last_line(text: str) -> str:
+def last_line(text: str) -> str:
+    """Return the last line of what a program said."""
     return (text.strip().splitlines() or ["nothing"])[-1]

@@ -15,7 +15,7 @@ TOLD = "/dev/ttyS1"
 
 MACHINE = ("-accel", "tcg", "-cpu", "max", "-smp", "2", "-m", "1024", "-nodefaults", "-display", "none", "-no-reboot")
 HOST_FILES = "local,path=/,mount_tag=host,security_model=none,readonly=on,multidevs=remap"
-KERNEL_LINE = "console=ttyS0 quiet panic=-1 rdinit=/init --"
+KERNEL_LINE = "console=ttyS0 quiet no_timer_check panic=-1 rdinit=/init --"
 
 
 @contextmanager

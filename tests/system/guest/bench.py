@@ -19,7 +19,10 @@ GUEST = Path(__file__).parent
 ROBOTS = GUEST / "robots"
 ONWARDS = str(GUEST / "apps" / "onwards.py")
 MOTOR_LINES = {"left": (17, 27), "right": (23, 24)}
+TOUR = str(GUEST / "apps" / "tour.py")
 STANDBY = 22
+EDGES_A_SECOND = 40.0
+"""What an encoder of the bench has at full speed, 12 rad/s: 20 edges a turn."""
 
 
 def open_device(name: str, pins: Any, robot: str = "bench") -> Device:

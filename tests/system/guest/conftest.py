@@ -13,7 +13,9 @@ from tests.system.guest.chip import Chip
 @pytest.fixture(scope="session", autouse=True)
 def _lgpio_is_running() -> None:
     """Import lgpio before any check: its thread lives as long as the process."""
-    import lgpio  # noqa: F401
+    from drivers.raspberrypi.lg import load
+
+    load()
 
 
 @pytest.fixture

@@ -7,26 +7,30 @@ from types import TracebackType
 from robotcore.clock import MonotonicClock
 from tests.system.guest.chip import Chip
 
-PHASES = ((0, 0), (1, 0), (1, 1), (0, 1))
+PHASES = ((1, 1), (0, 1), (0, 0), (1, 0))
 """Levels of the channels A and B, forward."""
 
-SAMPLE_S = 0.003
+SAMPLE_S = 0.007
 
 
 class Disc:
-    """A quadrature encoder's disc: its two lines go through the four phases."""
+    """A quadrature encoder's disc: its two lines go through the four phases, from both high, as resistors pull them."""
 
     def __init__(self, chip: Chip, a: int, b: int) -> None:
         self._chip, self._lines = chip, (a, b)
-        self._phase = 0
+        self._turned = 0
+        self._show()
 
-    def turn(self, edges: int) -> None:
-        """Turn on by so many edges, forward or backward."""
+    def turn(self, edges: int) -> int:
+        """Turn on by so many edges, forward or backward; return by how many it has turned in all."""
         for _ in range(abs(edges)):
-            before, self._phase = PHASES[self._phase], (self._phase + (1 if edges > 0 else -1)) % 4
-            for line, old, new in zip(self._lines, before, PHASES[self._phase], strict=True):
-                if old != new:
-                    self._chip.pull(line, new)
+            self._turned += 1 if edges > 0 else -1
+            self._show()
+        return self._turned
+
+    def _show(self) -> None:
+        for line, level in zip(self._lines, PHASES[self._turned % 4], strict=True):
+            self._chip.pull(line, level)
 
 
 class Wheels:

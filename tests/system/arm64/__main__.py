@@ -1,0 +1,74 @@
+"""Run this checkout's wheel on an emulated arm64, with old and with new libraries: python -m tests.system.arm64."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from itertools import product
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from tests.system import needs, wheels
+from tests.system.arm64.target import Target, target
+
+LIMIT_S = 300.0
+"""A hang; on a machine of its own a run takes about 25 s."""
+
+LIBRARIES = {
+    "old": ("numpy==1.24.*", "opencv-python-headless==4.6.*", "gpiozero>=2.0.1"),
+    "new": ("gpiozero>=2.0.1",),
+}
+SIDE_BY_SIDE = 2
+BACKENDS = ("kinematic", "virtualpi")
+VERSIONS = (
+    "import cv2, numpy, platform; print(f'NumPy {numpy.__version__}, OpenCV {cv2.__version__}, {platform.machine()}')"
+)
+EXPECTED = {"outcome": "success", "verified": True, "exit_status": 0}
+
+
+def main() -> bool:
+    """Return whether every run came out as expected."""
+    needs.debian()
+    machine = target()
+    with TemporaryDirectory() as folder:
+        wheel = wheels.build(Path(folder))
+        for site, libraries in LIBRARIES.items():
+            machine.install(site, [str(wheel), *libraries])
+    with ThreadPoolExecutor(SIDE_BY_SIDE) as pool:
+        runs = [pool.submit(_is_passed, machine, *case) for case in product(LIBRARIES, BACKENDS)]
+    return all(run.result() for run in runs)
+
+
+def _is_passed(machine: Target, site: str, backend: str) -> bool:
+    """Run green-search; print what came of it, and return whether that is as expected."""
+    command = machine.command(site, "-m", "robotcore", "run", "green-search", "--backend", backend, "--json")
+    name = f"green-search on {backend}, with {_versions(machine, site)}"
+    try:
+        run = _run(command)
+    except subprocess.TimeoutExpired:
+        print(f"not ok  {name}: it did not end within {LIMIT_S:.0f} s", flush=True)
+        return False
+    told: dict[str, Any] = json.loads(run.stdout or "{}")
+    got = {key: told.get(key) for key in EXPECTED}
+    if got == EXPECTED:
+        print(f"ok      {name}", flush=True)
+        return True
+    reason = told.get("reason") or needs.last_line(run.stderr)
+    print(f"not ok  {name}\n          got {got}, expected {EXPECTED}: {reason}", flush=True)
+    return False
+
+
+def _versions(machine: Target, site: str) -> str:
+    run = _run(machine.command(site, "-c", VERSIONS))
+    return run.stdout.strip() or needs.last_line(run.stderr)
+
+
+def _run(command: list[str]) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=LIMIT_S)
+
+
+if __name__ == "__main__":
+    sys.exit(needs.told("arm64", main))
