@@ -9,10 +9,10 @@ READY := $(VENV)/.ready-$(VERSION)
 UV := $(shell command -v uv 2>/dev/null)
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all lint types rules package coverage check clean
+.PHONY: help demo test test-all system system-gpio system-arm64 lint types rules package coverage check clean
 
 help:  ## show what there is
-	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
+	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
 $(READY): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
@@ -42,6 +42,14 @@ test-all:  ## run the tests on every Python from 3.10 to 3.13 that is on this ma
 		else echo "== Python $$version is not on this machine"; fi; \
 	done
 
+system: system-gpio system-arm64  ## both tests on other machines than this, where they can run
+
+system-gpio: $(READY)  ## test the Pi's drivers on a real kernel's GPIO chip and camera, in QEMU
+	@$(BIN)/python -m tests.system.gpio || [ $$? -eq 77 ]
+
+system-arm64: $(READY)  ## test the wheel on an emulated arm64
+	@$(BIN)/python -m tests.system.arm64 || [ $$? -eq 77 ]
+
 lint: $(READY)  ## style: ruff
 	@$(BIN)/ruff check . && $(BIN)/ruff format --check .
 
@@ -57,7 +65,7 @@ package: $(READY)  ## build the wheel and look at what is in it
 coverage: $(READY)  ## run the tests with branch coverage
 	@$(BIN)/python -m pytest --cov --cov-report=term:skip-covered
 
-check: lint types rules package coverage  ## all that CI does
+check: lint types rules package coverage  ## all that CI does, but for the system tests
 
 clean:  ## remove what was built
 	@rm -rf .venv .venv-* dist build .coverage* .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

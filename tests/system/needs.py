@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import os
 import platform
+import signal
 import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
 NOT_RUN = 77
 """The exit status of a test that could not run here, as automake has it."""
+
+ENDING_WITH_US = ("setpriv", "--pdeathsig", "KILL")
+"""Runs a command that is not to outlive this process, however it ends."""
 
 ROOT = Path(__file__).parents[2]
 RELEASE = "12"
@@ -27,6 +32,11 @@ def told(name: str, test: Callable[[], bool]) -> int:
     except NotRunError as why:
         print(f"{name}: not run: {why}", flush=True)
         return NOT_RUN
+
+
+def leave_on_sigterm() -> None:
+    """Let SIGTERM leave every context of this process, as SIGINT does."""
+    signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
 
 
 def debian() -> None:

@@ -71,4 +71,5 @@ def _run(command: list[str]) -> subprocess.CompletedProcess[str]:
 
 
 if __name__ == "__main__":
+    needs.leave_on_sigterm()
     sys.exit(needs.told("arm64", main))

@@ -27,7 +27,16 @@ class Target:
 
     def command(self, site: str, *arguments: str) -> list[str]:
         """Return the command that runs Python in it, with the packages of a folder of ``sites``."""
-        alone = ["unshare", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc=/proc", f"--root={self.root}"]
+        alone = [
+            *needs.ENDING_WITH_US,
+            "unshare",
+            "--mount",
+            "--pid",
+            "--fork",
+            "--kill-child",
+            "--mount-proc=/proc",
+            f"--root={self.root}",
+        ]
         python = [f"/{EMULATOR.name}", "-E", f"PYTHONPATH=/sites/{site}", f"/usr/bin/python{PYTHON}"]
         return [*alone, *python, *arguments]
 

@@ -130,4 +130,9 @@ def _in_order(scratch: Path, release: str) -> list[Path]:
 
 
 def _run(*command: str) -> None:
-    subprocess.run(command, check=True, capture_output=True, env={**os.environ, "LC_ALL": "C"})
+    environment = {**os.environ, "LC_ALL": "C"}
+    run = subprocess.run(command, check=False, capture_output=True, text=True, env=environment)
+    if run.returncode:
+        raise needs.NotRunError(
+            f"needs {command[0]} to make a kernel's module, and it said: {needs.last_line(run.stderr)}"
+        )

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from threading import Timer
 
+from tests.system import needs
 from tests.system.gpio.kernel import Kernel
 
 TOLD = "/dev/ttyS1"
@@ -21,7 +22,7 @@ KERNEL_LINE = "console=ttyS0 quiet no_timer_check panic=-1 rdinit=/init --"
 @contextmanager
 def running(kernel: Kernel, command: Sequence[str], console: Path, limit_s: float) -> Iterator[Iterator[str]]:
     """Run a command as root in the machine; gives the lines it tells, until it ends or its time is up."""
-    qemu = ["qemu-system-x86_64", *MACHINE, "-virtfs", HOST_FILES]
+    qemu = [*needs.ENDING_WITH_US, "qemu-system-x86_64", *MACHINE, "-virtfs", HOST_FILES]
     boot = ["-kernel", str(kernel.image), "-initrd", str(kernel.initramfs)]
     line = " ".join([KERNEL_LINE, *command])
     ports = ["-serial", f"file:{console}", "-serial", "stdio"]
