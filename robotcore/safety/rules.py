@@ -96,7 +96,7 @@ class DistanceAhead:
 
     def __call__(self, speed: float) -> float:
         now = self._clock.now()
-        return min(left.at(now, speed) for left in self._left)
+        return min([left.at(now, speed) for left in self._left])
 
 
 class _Left:
