@@ -5,7 +5,7 @@ from itertools import pairwise
 from typing import Literal
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from drivers.raspberrypi.ranging.findings import Findings
@@ -14,6 +14,7 @@ from robotcore.devices import Range
 from robotcore.errors import DeviceError
 from tests.drivers.raspberrypi.ranging.modules import NOSE
 
+UNHURRIED = settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 SPEED = 340.0
 ECHO_FREE_CYCLES = 3
 Kind = Literal["trigger", "wait", "rise", "fall"]
@@ -82,7 +83,7 @@ def pulses(told: list[Event]) -> list[float]:
     return [two[1].ticks - two[0].ticks if [e.kind for e in two] == ["rise", "fall"] else math.nan for two in edges]
 
 
-@settings(max_examples=300)
+@UNHURRIED
 @given(events())
 def test_no_value_is_told_that_no_measured_pulse_supports(told: list[Event]) -> None:
     for sample, count in heard(told):
@@ -95,7 +96,7 @@ def test_no_value_is_told_that_no_measured_pulse_supports(told: list[Event]) -> 
             assert all(SILENCE_S <= silent <= STUCK_S for silent in row[-ECHO_FREE_CYCLES:])
 
 
-@settings(max_examples=300)
+@UNHURRIED
 @given(events())
 def test_a_sample_is_of_the_newest_trigger_and_each_trigger_gives_one_at_most(told: list[Event]) -> None:
     samples = list(heard(told))
