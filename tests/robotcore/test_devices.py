@@ -8,7 +8,7 @@ import pytest
 from robotcore.clock import SteppedClock
 from robotcore.devices import Frame, Intrinsics
 from robotcore.display import MemoryDisplay
-from robotcore.errors import DeviceClosedError, DeviceError, InvalidCommandError
+from robotcore.errors import BackendError, DeviceClosedError, DeviceError, InvalidCommandError
 from tests.robotcore.fakes import NullMotor, NullRange, picture
 
 
@@ -20,6 +20,37 @@ def motor() -> NullMotor:
 @pytest.fixture
 def sensor() -> NullRange:
     return NullRange(SteppedClock(20, lambda _: None), distance=0.5)
+
+
+@pytest.mark.parametrize("fault, told", [(OSError("no bus"), "OSError: no bus"), (KeyError(), "KeyError")])
+def test_what_a_driver_has_not_translated_is_told_by_the_devices_name(
+    motor: NullMotor, sensor: NullRange, monkeypatch: pytest.MonkeyPatch, fault: Exception, told: str
+) -> None:
+    def fail(*_: object) -> None:
+        raise fault
+
+    monkeypatch.setattr(motor, "_apply", fail)
+    monkeypatch.setattr(sensor, "_newest", fail)
+    for name, use in (("left", lambda: motor.set_velocity(1.0)), ("left", motor.stop), ("nose", sensor.read)):
+        with pytest.raises(DeviceError, match=rf"^{name}: {told}$") as raised:
+            use()
+        assert raised.value.__cause__ is fault
+
+
+def test_what_a_driver_has_translated_is_raised_as_it_is(
+    motor: NullMotor, sensor: NullRange, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fault = BackendError("the simulator is gone")
+
+    def fail(*_: object) -> None:
+        raise fault
+
+    monkeypatch.setattr(motor, "_apply", fail)
+    monkeypatch.setattr(sensor, "_newest", fail)
+    for use in (lambda: motor.set_velocity(1.0), motor.stop, sensor.read):
+        with pytest.raises(BackendError) as raised:
+            use()
+        assert raised.value is fault
 
 
 class TestMotor:
