@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from drivers.raspberrypi.gpio import Gpio, gpio
 from drivers.raspberrypi.motors.driver import MotorDriver, MotorSettings
 from drivers.raspberrypi.motors.motor import Bridge
-from drivers.raspberrypi.motors.outputs import digital_output, pwm_output
+from drivers.raspberrypi.motors.outputs import digital_output, fall, pwm_output
 from robotcore.hardware import Connection, Host
 
 if TYPE_CHECKING:
@@ -60,13 +60,13 @@ class TwoInputs(Bridge):
 
     def turn(self, duty: float) -> None:
         if duty > 0:  # what goes low goes first
-            self._backward.value = 0
+            fall(self._backward)
             self._forward.value = duty
         elif duty < 0:
-            self._forward.value = 0
+            fall(self._forward)
             self._backward.value = -duty
         else:
             try:
-                self._forward.off()
+                fall(self._forward)
             finally:
-                self._backward.off()
+                fall(self._backward)

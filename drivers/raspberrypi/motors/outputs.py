@@ -25,3 +25,15 @@ def digital_output(device: str, number: int, pins: Factory, opened: ExitStack, *
 
     with claiming(device, (number,)):
         return opened.enter_context(DigitalOutputDevice(number, initial_value=is_high, pin_factory=pins))
+
+
+def fall(output: PWMOutputDevice) -> None:
+    """Make a line low at once, its PWM ready for the next duty.
+
+    lgpio lets a line of duty 0 fall in the course of its cycle: in a process that is suspended before, it stays high.
+    """
+    frequency = output.frequency
+    if output.value:
+        output.frequency = None
+    output.off()
+    output.frequency = frequency

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from drivers.raspberrypi.gpio import Gpio, gpio
 from drivers.raspberrypi.motors.driver import MotorDriver, MotorSettings
 from drivers.raspberrypi.motors.motor import Bridge
-from drivers.raspberrypi.motors.outputs import digital_output, pwm_output
+from drivers.raspberrypi.motors.outputs import digital_output, fall, pwm_output
 from robotcore.hardware import Connection, Host
 
 if TYPE_CHECKING:
@@ -59,10 +59,10 @@ class PhaseAndEnable(Bridge):
 
     def turn(self, duty: float) -> None:
         if duty == 0:
-            self._enable.off()
+            fall(self._enable)
             return
         if (is_backward := duty < 0) != self._is_backward:
-            self._enable.off()
+            fall(self._enable)
             self._is_backward = is_backward
         self._phase.value = is_backward
         self._enable.value = abs(duty)

@@ -33,7 +33,8 @@ class Motor:
         self._lgpio.tx_pwm(self._chip, FORWARD, 100, DUTY)
 
     def stop(self) -> None:
-        self._lgpio.tx_pwm(self._chip, FORWARD, 100, 0)
+        self._lgpio.tx_pwm(self._chip, FORWARD, 0, 0)
+        self._lgpio.gpio_write(self._chip, FORWARD, 0)
         self._guardian.is_resting()
 
     def close(self) -> None:

@@ -2,7 +2,8 @@
 
 A chip is a folder, a line a file: who has claimed it has it locked, so that it is free once its holder's process has
 ended; what was put out stays in it, as on a Raspberry Pi. PWM is its duty, in percent. As in the library, a claim of
-a line that is an output already changes nothing, and whatever fails tells its kind in words only.
+a line that is an output already changes nothing, and whatever fails tells its kind in words only. PWM whose duty
+becomes 0 falls when its cycle is over: never here, as in a process that is suspended before.
 """
 
 from __future__ import annotations
@@ -140,7 +141,8 @@ def tx_pwm(
 ) -> int:
     if pwm_frequency:
         gpio_claim_output(handle, gpio)
-        _chip(handle).put(gpio, str(int(pwm_duty_cycle)))
+        if pwm_duty_cycle:
+            _chip(handle).put(gpio, str(int(pwm_duty_cycle)))
     return 0
 
 
