@@ -20,12 +20,11 @@ import os, signal, time
 from drivers.raspberrypi.pins import open_pins
 from tests.system.guest.bench import open_device
 motor = open_device("left_motor", open_pins(), "plain")
-while True:
+while print("on", flush=True) is None:
     motor.set_velocity(6.0)
     time.sleep(0.1)
     motor.stop()
     os.kill(os.getpid(), signal.SIGSTOP)
-    print("on", flush=True)
 """
 
 
@@ -65,12 +64,12 @@ def test_a_copy_of_a_killed_app_s_process_keeps_no_line_high(chip: Chip) -> None
 def test_a_motor_that_was_told_to_stand_has_its_lines_low_when_its_process_is_suspended_at_once(chip: Chip) -> None:
     """Software PWM stands still too, wherever in its cycle it is: hence some rounds."""
     with started([sys.executable, "-c", HALTING]) as program:
+        assert program.stdout
         for _ in range(20):
+            assert program.stdout.readline() == "on\n"
             assert settled(lambda: state(program.pid), "T") == "T"
             assert chip.high() == []
             program.send_signal(signal.SIGCONT)
-            assert program.stdout
-            assert program.stdout.readline() == "on\n"
 
 
 def until_high(chip: Chip, gpio: int, app: subprocess.Popen[str]) -> None:
