@@ -77,8 +77,13 @@ class MotorLines(Cutoff):
 
     def _claim_from_owner(self) -> None:
         """Have the owner end, where it must, and claim its lines."""
-        if self._is_turning and not self._owner.is_ending():
-            self._owner.kill()
-            self._told = f"ended process {self._pid}: it was silent, and held the lines of motors that turned"
+        if self._is_turning:
+            self._end_owner()
         if self._owner.has_ended_within(GOING_S) or self._is_turning:
             self._chip.claim_low(self._lines)
+
+    def _end_owner(self) -> None:
+        """End the owner; what it does by itself already, is not told."""
+        if not self._owner.is_ending():
+            self._told = f"ended process {self._pid}: it was silent, and held the lines of motors that turned"
+        self._owner.kill()

@@ -24,7 +24,7 @@ class Owner:
         self._handle = os.pidfd_open(number)
 
     def is_ending(self) -> bool:
-        """Return whether its end has come, for whatever reason, or is over."""
+        """Return whether its end has begun, for whatever reason; threads of it may still be at work."""
         if self.has_ended_within(0.0):
             return True
         try:
