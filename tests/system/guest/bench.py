@@ -34,14 +34,15 @@ def open_device(name: str, pins: Any, robot: str = "bench") -> Device:
 
 def run_command(app: str, robot: str, *options: str) -> list[str]:
     """Return the command that runs an app on the pins, slowly, for this machine is slow."""
-    command = [sys.executable, "-m", "robotcore", "run", app, "--backend", "raspberrypi", "--rate", "5", "--json"]
+    command = [sys.executable, "-m", "robotcore", "run", app, "--backend", "raspberrypi", "--rate", "2", "--json"]
     return [*command, "--robot", str(ROBOTS / f"{robot}.toml"), *options]
 
 
 @contextmanager
 def started(command: list[str]) -> Iterator[subprocess.Popen[str]]:
     """Run a command beside the check; it does not outlive it."""
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, text=True) as process:
         try:
             yield process
         finally:

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 ValueT = TypeVar("ValueT")
 
-PATIENCE_S = 20.0
+PATIENCE_S = 60.0
 
 
 def settled(got: Callable[[], ValueT], expected: object) -> ValueT:
