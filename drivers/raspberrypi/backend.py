@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import ExitStack
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -76,18 +77,20 @@ def open_robot(
     truth: TruthSource | None = None,
     opened: Mapping[str, Device] = MappingProxyType({}),
 ) -> Robot:
-    """Open a robot's devices on these pins; ``release`` lets go of what they are on, whatever happens.
+    """Open a robot's devices on these pins; ``release`` lets go of what they are on, whatever fails.
 
     Devices that are ``opened`` already are taken as they are.
     """
     opened = dict(opened)
     host = Host(setup.robot, clock, pins, opened)
-    fittings = fit(setup.robot, SECTION, setup.devices - opened.keys())
-    try:
+    with ExitStack() as undo:
+        undo.callback(release)
+        fittings = fit(setup.robot, SECTION, setup.devices - opened.keys())
         open_devices(fittings, host, opened)
-    except BaseException:
-        release()
-        raise
-    devices = [opened.get(told.name) or MemoryDisplay(told.name) for told in setup.chosen]
-    cutoffs = [cutoff for fitting in fittings for cutoff in fitting.cutoffs(host)]
-    return Robot(setup.robot.name, clock, devices, truth=truth, release=release, cutoffs=cutoffs)
+        for device in opened.values():
+            undo.callback(device.close)
+        devices = [opened.get(told.name) or MemoryDisplay(told.name) for told in setup.chosen]
+        cutoffs = [cutoff for fitting in fittings for cutoff in fitting.cutoffs(host)]
+        robot = Robot(setup.robot.name, clock, devices, truth=truth, release=release, cutoffs=cutoffs)
+        undo.pop_all()
+    return robot

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from robotcore.description import AnyDevice, Described, DisplayDescription, RobotDescription
 from robotcore.description.faults import faults_of
 from robotcore.devices import Device
-from robotcore.errors import BackendMissingError, DescriptionError, UnknownNameError
+from robotcore.errors import BackendMissingError, DescriptionError, DeviceError, RobotcoreError, UnknownNameError
 from robotcore.guardian import CutoffSpec
 from robotcore.hardware.connections import Connection
 from robotcore.hardware.driver import DeviceDriver, Host
@@ -42,8 +42,15 @@ class Fitting:
         return tuple(self.driver.notes(self.settings))
 
     def open(self, host: Host) -> Device:
-        """Open the device; raises DeviceError."""
-        return self.driver.open(self.told, self.settings, host)
+        """Open the device; raises DeviceError, for what its driver has not translated too."""
+        try:
+            return self.driver.open(self.told, self.settings, host)
+        except RobotcoreError:
+            raise
+        except ImportError as error:
+            raise DeviceError(self.name, f"a library is not installed ({error}). {self.driver.remedy}") from error
+        except Exception as error:
+            raise DeviceError(self.name, f"{type(error).__name__}: {error}".removesuffix(": ")) from error
 
     def cutoffs(self, host: Host) -> tuple[CutoffSpec, ...]:
         return tuple(self.driver.cutoffs(self.told, self.settings, host))

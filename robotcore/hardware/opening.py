@@ -17,9 +17,10 @@ _ORDER = (EncoderDescription, RangeSensorDescription, CameraDescription, Display
 def open_devices(fittings: Iterable[Fitting], host: Host, opened: dict[str, Device]) -> None:
     """Open every device into ``opened``, which the host shows to those that come later: motors last.
 
-    Every device is tried; where one fails, all are closed again. Raises the DeviceError, or DeviceGroupError with all.
+    Every device is tried; where one fails, all are closed again. Raises the DeviceError, or DeviceGroupError with all
+    that failed, in closing too.
     """
-    failures: list[DeviceError] = []
+    failures: list[Exception] = []
     with ExitStack() as undo:
         for fitting in sorted(fittings, key=_rank):
             try:
@@ -27,7 +28,7 @@ def open_devices(fittings: Iterable[Fitting], host: Host, opened: dict[str, Devi
             except DeviceError as failure:
                 failures.append(failure)
                 continue
-            undo.callback(device.close)
+            undo.callback(_close, device, failures)
             opened[fitting.name] = device
         if not failures:
             undo.pop_all()
@@ -35,6 +36,13 @@ def open_devices(fittings: Iterable[Fitting], host: Host, opened: dict[str, Devi
         raise failures[0]
     if failures:
         raise DeviceGroupError(f"opening {host.robot.name}", failures)
+
+
+def _close(device: Device, failures: list[Exception]) -> None:
+    try:
+        device.close()
+    except Exception as failure:  # noqa: BLE001  it hides neither why it is closed, nor what else fails
+        failures.append(failure)
 
 
 def _rank(fitting: Fitting) -> int:

@@ -8,7 +8,7 @@ from robotcore.description import AnyDevice, load_robot
 from robotcore.devices import Device
 from robotcore.errors import DeviceError, DeviceGroupError
 from robotcore.hardware import Host, open_devices
-from tests.robotcore.hardware.bench import NoSettings, NotingDriver, fitted, host
+from tests.robotcore.hardware.bench import NoSettings, Noted, NotingDriver, fitted, host
 
 ROVER = load_robot("rover")
 ORDER = ["left_encoder", "right_encoder", "nose", "eye", "screen", "left_motor", "right_motor"]
@@ -52,3 +52,45 @@ def test_an_interruption_closes_what_is_open() -> None:
     with pytest.raises(KeyboardInterrupt):
         opened_by(driver)
     assert driver.diary[-3:] == ["close nose", "close right_encoder", "close left_encoder"]
+
+
+@pytest.mark.parametrize(
+    "raised, told",
+    [
+        (ConnectionError("no such port"), "eye: ConnectionError: no such port"),
+        (
+            ImportError("No module named 'serial'"),
+            r"eye: a library is not installed \(No module .*\)\. pip install noting",
+        ),
+    ],
+)
+def test_what_a_driver_has_not_translated_is_told_by_the_device_s_name(raised: Exception, told: str) -> None:
+    class Untranslated(NotingDriver):
+        remedy = "pip install noting"
+
+        def open(self, told: AnyDevice, settings: NoSettings, host: Host) -> Device:
+            if told.name == "eye":
+                raise raised
+            return super().open(told, settings, host)
+
+    driver = Untranslated()
+    with pytest.raises(DeviceError, match=told) as caught:
+        opened_by(driver)
+    assert caught.value.__cause__ is raised
+    assert len([line for line in driver.diary if line.startswith("close")]) == len(ORDER) - 1
+
+
+def test_a_device_that_fails_in_closing_hides_neither_why_nor_keeps_the_others_open() -> None:
+    class Stuck(Noted):
+        def _release(self) -> None:
+            raise DeviceError(self.name, "cannot be let go")
+
+    class StuckDriver(NotingDriver):
+        def open(self, told: AnyDevice, settings: NoSettings, host: Host) -> Device:
+            device = super().open(told, settings, host)
+            return Stuck(told.name, self.diary) if told.name == "eye" else device
+
+    driver = StuckDriver("left_motor")
+    with pytest.raises(DeviceGroupError, match=r"(?s)left_motor: does not answer.*eye: cannot be let go"):
+        opened_by(driver)
+    assert driver.diary[-1] == "close left_encoder"

@@ -11,6 +11,7 @@ import pytest
 
 from drivers.kinematic.backend import KinematicBackend
 from drivers.raspberrypi.encoders.encoder import PinEncoder
+from drivers.raspberrypi.motors.hbridge import HBridge
 from drivers.raspberrypi.motors.motor import PinMotor
 from drivers.raspberrypi.ranging.sonar import Sonar
 from drivers.raspberrypi.ranging.ultrasonic import Ultrasonic
@@ -167,6 +168,23 @@ def test_driver_that_fails_leaves_no_simulator_open(monkeypatch: pytest.MonkeyPa
     simulated = _kept(monkeypatch)
     with pytest.raises(DeviceError, match="nose: broken"):
         VirtualPiBackend().open(setup())
+    _require_closed(simulated)
+
+
+@pytest.mark.parametrize("interruption", [KeyboardInterrupt, OSError])
+def test_interruption_when_all_are_open_leaves_nothing_open(
+    monkeypatch: pytest.MonkeyPatch, interruption: type[BaseException]
+) -> None:
+    def fail(*_: object) -> list[object]:
+        raise interruption
+
+    closed: list[str] = []
+    monkeypatch.setattr(PinMotor, "_release", lambda motor: closed.append(motor.name))
+    monkeypatch.setattr(HBridge, "cutoffs", fail)
+    simulated = _kept(monkeypatch)
+    with pytest.raises(interruption):
+        VirtualPiBackend().open(setup())
+    assert closed == ["right_motor", "left_motor"]
     _require_closed(simulated)
 
 
