@@ -28,7 +28,7 @@ NOISE_M = 0.003
 """Standard deviation of a distance. Source: HC-SR04 data sheet, ElecFreaks: ranging accuracy up to 3 mm."""
 LOST = 0.1
 READS = 2000
-OFF = "heard, told more than 1 cm off"
+OFF = "heard, told further off than 1 cm and the echo's own error"
 WRONG = (OFF, "heard, not told", "lost, told as a distance", "lost, told as inf")
 
 
