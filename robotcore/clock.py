@@ -12,6 +12,7 @@ import threading
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from functools import partial
 
 from robotcore.errors import UsageError
 from robotcore.polling import Polling, Pumped, Threaded
@@ -44,7 +45,8 @@ class Clock(ABC):
         """Do ``work`` every ``period`` seconds from now on, until the polling is stopped.
 
         Where time is simulated, whoever lets it pass does it, when it is due; else a thread called ``name`` does, so
-        that what waits for hardware holds up nobody. ``work`` deals with its own errors.
+        that what waits for hardware holds up nobody. ``work`` deals with its own errors; what it raises all the same is
+        raised to whoever lets time pass.
         """
         return Pumped(self, period, work)
 
@@ -110,7 +112,8 @@ class SteppedClock(Clock):
 class MonotonicClock(Clock):
     """The machine's own time, from zero. Calls are made by a thread of the clock's.
 
-    What a call raises there is raised again by the next `sleep_until`, or by `close`; later calls are still made.
+    What a call or polled work raises there is raised again by the next `sleep_until`, or by `close`; later calls are
+    still made.
     """
 
     _longest_nap = math.inf
@@ -144,7 +147,7 @@ class MonotonicClock(Clock):
             self._wake.notify()
 
     def every(self, period: float, work: Callable[[], object], name: str) -> Polling:
-        return Threaded(self, period, work, name)
+        return Threaded(self, period, partial(self._attempt, work), name)
 
     def time_of(self, monotonic_s: float) -> float:
         return min(monotonic_s - self._start, self.now())
@@ -169,7 +172,7 @@ class MonotonicClock(Clock):
         except Exception as failure:  # noqa: BLE001  a server's time may fail; raised where somebody listens
             self._failure = failure
 
-    def _attempt(self, callback: Callback) -> None:
+    def _attempt(self, callback: Callable[[], object]) -> None:
         try:
             callback()
         except Exception as failure:  # noqa: BLE001  raised where somebody listens

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
+from contextlib import suppress
 
 import pytest
 
@@ -59,6 +60,14 @@ class TestUnderSimulatedTime:
         stepped.sleep_until(1.0)
         polling.stop()
         assert done == pytest.approx([0.025, 0.05])
+
+    def test_what_work_raises_is_raised_to_whoever_lets_time_pass(self, stepped: SteppedClock) -> None:
+        def work() -> None:
+            raise ValueError("a bug in a driver")
+
+        stepped.every(0.025, work, "echo")
+        with pytest.raises(ValueError, match="a bug in a driver"):
+            stepped.sleep_until(1.0)
 
     def test_views_of_a_clock_hand_the_work_on(self, stepped: SteppedClock) -> None:
         done: list[str] = []
@@ -119,6 +128,23 @@ class TestInRealTime:
 
         polling = monotonic.every(0.02, work, "echo")
         assert stopped.wait(AGES_S)
+
+    def test_what_work_raises_ends_the_sleep_of_whoever_ticks_and_not_the_work(self) -> None:
+        clock, calls, third = MonotonicClock(), list[int](), threading.Event()
+
+        def work() -> None:
+            calls.append(len(calls))
+            if len(calls) == 3:
+                third.set()
+            raise ValueError("a bug in a driver")
+
+        polling = clock.every(0.001, work, "echo")
+        assert third.wait(AGES_S)
+        with pytest.raises(ValueError, match="a bug in a driver"):
+            clock.sleep_until(clock.now() + AGES_S)
+        polling.stop()
+        with suppress(ValueError):
+            clock.close()
 
     def test_a_server_s_time_is_followed_by_a_thread_too(self) -> None:
         done = threading.Event()
