@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from contextlib import ExitStack
+from threading import Lock
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Protocol
 
 from pydantic import Field
@@ -56,7 +57,8 @@ class Counter(Protocol):
 class PinEncoder(Encoder):
     """Tells the edges counted by now as an angle: true whenever it is read.
 
-    It cannot tell a wheel that stands from an encoder that is unplugged: both count nothing.
+    It cannot tell a wheel that stands from an encoder that is unplugged: both count nothing. A motor that is controlled
+    by it reads it in a thread of its own.
     """
 
     def __init__(self, name: str, clock: Clock, counter: Counter, edges_per_turn: int, opened: ExitStack) -> None:
@@ -64,9 +66,11 @@ class PinEncoder(Encoder):
         self._counter, self._opened = counter, opened
         self._edge_rad = math.tau / edges_per_turn
         self._newest_at = OnceAnInstant(clock, self._take)
+        self._lock = Lock()
 
     def _newest(self) -> Angle:
-        return self._newest_at()
+        with self._lock:
+            return self._newest_at()
 
     def _take(self, time: float, sequence: int) -> Angle:
         return Angle(self._counter.edges * self._edge_rad, time, sequence)

@@ -22,9 +22,11 @@ class EchoPins:
 
         self._factory = pins
         self._never = threading.Event()
-        with claiming(device, (trigger, echo)), ExitStack() as undo:
-            self._trigger = undo.enter_context(OutputDevice(trigger, pin_factory=pins))
-            self._echo = undo.enter_context(InputDevice(echo, pin_factory=pins))
+        with ExitStack() as undo:
+            with claiming(device, (trigger,)):
+                self._trigger = undo.enter_context(OutputDevice(trigger, pin_factory=pins))
+            with claiming(device, (echo,)):
+                self._echo = undo.enter_context(InputDevice(echo, pin_factory=pins))
             self._undo = undo.pop_all()
 
     @property

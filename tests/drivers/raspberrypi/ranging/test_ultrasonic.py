@@ -3,6 +3,7 @@ import threading
 from typing import Any
 
 import pytest
+from gpiozero import InputDevice
 from gpiozero.pins.mock import MockFactory, MockPin, MockTriggerPin
 
 from drivers.raspberrypi.ranging.sound import speed_of_sound
@@ -315,6 +316,17 @@ def test_a_pin_that_is_taken_fails_the_opening_by_name() -> None:
     with pytest.raises(DeviceError, match=f"nose: GPIO {TRIGGER}"):
         bench.open()
     assert sensor.read().distance == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("taken", [TRIGGER, ECHO])
+def test_of_its_two_pins_the_one_that_is_taken_is_told_and_the_other_let_go(taken: int) -> None:
+    bench = Bench([echo_at(1.0)])
+    with (
+        InputDevice(taken, pin_factory=bench.pins),
+        pytest.raises(DeviceError, match=f"nose: GPIO {taken} is in use in this program already"),
+    ):
+        bench.open()
+    assert bench.open().read().distance == pytest.approx(1.0)
 
 
 def test_its_wires_are_told() -> None:
