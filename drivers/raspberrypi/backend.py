@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from contextlib import ExitStack
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from drivers.raspberrypi.pins import open_pins
 from robotcore.backend import Backend, Setup
-from robotcore.clock import Clock, MonotonicClock
+from robotcore.clock import MonotonicClock
 from robotcore.description import Described, RobotDescription
-from robotcore.devices import Device
-from robotcore.display import MemoryDisplay
-from robotcore.hardware import Host, fit, open_devices
+from robotcore.hardware import fit, open_robot
 from robotcore.robot import Robot
-from robotcore.truth import TruthSource
 
 if TYPE_CHECKING:
     from robotcore.doctor import Finding
@@ -66,31 +61,4 @@ class RaspberryPiBackend(Backend):
         options = setup.options_as(RaspberryPiOptions)
         fit(setup.robot, SECTION, setup.devices)  # what is wrong with a file is told before anything is opened
         pins = open_pins(options.pin_factory)
-        return open_robot(setup, MonotonicClock(), pins, pins.close)
-
-
-def open_robot(
-    setup: Setup,
-    clock: Clock,
-    pins: Any,
-    release: Callable[[], None],
-    truth: TruthSource | None = None,
-    opened: Mapping[str, Device] = MappingProxyType({}),
-) -> Robot:
-    """Open a robot's devices on these pins; ``release`` lets go of what they are on, whatever fails.
-
-    Devices that are ``opened`` already are taken as they are.
-    """
-    opened = dict(opened)
-    host = Host(setup.robot, clock, pins, opened)
-    with ExitStack() as undo:
-        undo.callback(release)
-        fittings = fit(setup.robot, SECTION, setup.devices - opened.keys())
-        open_devices(fittings, host, opened)
-        for device in opened.values():
-            undo.callback(device.close)
-        devices = [opened.get(told.name) or MemoryDisplay(told.name) for told in setup.chosen]
-        cutoffs = [cutoff for fitting in fittings for cutoff in fitting.cutoffs(host)]
-        robot = Robot(setup.robot.name, clock, devices, truth=truth, release=release, cutoffs=cutoffs)
-        undo.pop_all()
-    return robot
+        return open_robot(setup, SECTION, MonotonicClock(), pins=pins, release=pins.close)

@@ -4,7 +4,8 @@ from robotcore.hardware.connections import Connection
 from robotcore.hardware.driver import DeviceDriver, Host
 from robotcore.hardware.fitting import Fitting, fit
 from robotcore.hardware.newest import Newest
-from robotcore.hardware.opening import open_devices
+from robotcore.hardware.opening import open_devices, open_robot
+from robotcore.hardware.shared import Shared
 from robotcore.hardware.wiring import Pad, PadKind, Wire, Wiring
 
 __all__ = [
@@ -15,8 +16,10 @@ __all__ = [
     "Newest",
     "Pad",
     "PadKind",
+    "Shared",
     "Wire",
     "Wiring",
     "fit",
     "open_devices",
+    "open_robot",
 ]

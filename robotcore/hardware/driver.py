@@ -12,6 +12,7 @@ from robotcore.description import Described, RobotDescription
 from robotcore.devices import Device
 from robotcore.guardian import CutoffSpec
 from robotcore.hardware.connections import Connection
+from robotcore.hardware.shared import Shared
 
 ToldT = TypeVar("ToldT", bound=Described)
 SettingsT = TypeVar("SettingsT", bound=Described)
@@ -22,13 +23,15 @@ class Host:
     """What the devices of a robot share while they are open.
 
     ``opened`` are those that are open by now, by name: encoders first, then sensors, cameras and displays, motors last.
-    ``pins`` makes pins (gpiozero's factory), where the backend has any.
+    ``pins`` makes pins (gpiozero's factory), where the backend has any. ``shared`` has what several of them open
+    together, such as the port of a board with motors and encoders.
     """
 
     robot: RobotDescription
     clock: Clock
     pins: Any = None
     opened: Mapping[str, Device] = field(default_factory=dict)
+    shared: Shared = field(default_factory=Shared)
 
 
 class DeviceDriver(ABC, Generic[ToldT, SettingsT]):

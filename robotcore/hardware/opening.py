@@ -1,17 +1,57 @@
-"""Devices opened one by one: all of them, or none."""
+"""Devices opened one by one, all of them or none, and the robot that has them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
+from types import MappingProxyType
+from typing import Any
 
+from robotcore.backend import Setup
+from robotcore.clock import Clock
 from robotcore.description import CameraDescription, DisplayDescription, EncoderDescription, RangeSensorDescription
 from robotcore.devices import Device
+from robotcore.display import MemoryDisplay
 from robotcore.errors import DeviceError, DeviceGroupError
 from robotcore.hardware.driver import Host
-from robotcore.hardware.fitting import Fitting
+from robotcore.hardware.fitting import Fitting, fit
+from robotcore.robot import Robot
+from robotcore.truth import TruthSource
 
 _ORDER = (EncoderDescription, RangeSensorDescription, CameraDescription, DisplayDescription)
+
+
+def open_robot(
+    setup: Setup,
+    section: str,
+    clock: Clock,
+    *,
+    pins: Any = None,
+    release: Callable[[], None] = lambda: None,
+    truth: TruthSource | None = None,
+    opened: Mapping[str, Device] = MappingProxyType({}),
+) -> Robot:
+    """Open a robot's devices as that ``section`` of its file says, on these ``pins``, where there are any.
+
+    Those that are ``opened`` already are taken as they are; a display that the section does not tell of is kept in
+    memory. When all are closed, also where opening fails, what they share is, and then ``release`` lets go of what they
+    are on. Raises what `fit` and `open_devices` raise.
+    """
+    opened = dict(opened)
+    host = Host(setup.robot, clock, pins, opened)
+    with ExitStack() as undo:
+        beneath = undo.enter_context(ExitStack())
+        beneath.callback(release)
+        beneath.callback(host.shared.close)
+        fittings = fit(setup.robot, section, setup.devices - opened.keys())
+        open_devices(fittings, host, opened)
+        for device in opened.values():
+            undo.callback(device.close)
+        devices = [opened.get(told.name) or MemoryDisplay(told.name) for told in setup.chosen]
+        cutoffs = [cutoff for fitting in fittings for cutoff in fitting.cutoffs(host)]
+        robot = Robot(setup.robot.name, clock, devices, truth=truth, release=beneath.close, cutoffs=cutoffs)
+        undo.pop_all()
+    return robot
 
 
 def open_devices(fittings: Iterable[Fitting], host: Host, opened: dict[str, Device]) -> None:

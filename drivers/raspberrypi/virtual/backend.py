@@ -10,12 +10,12 @@ from typing import Annotated
 
 from pydantic import Field
 
-from drivers.raspberrypi.backend import SECTION, RaspberryPiBackend, open_robot
+from drivers.raspberrypi.backend import SECTION, RaspberryPiBackend
 from robotcore.backend import Backend, Setup, Vouch
 from robotcore.catalogue import load_backend
 from robotcore.description import AnyDevice, Described, RobotDescription
 from robotcore.errors import UsageError
-from robotcore.hardware import fit
+from robotcore.hardware import fit, open_robot
 from robotcore.robot import Robot
 
 
@@ -60,7 +60,9 @@ class VirtualPiBackend(RaspberryPiBackend):
             on_pins = {fitting.name for fitting in fittings if bench.connect(fitting)}
             release = undo.pop_all().close
         own = {name: device for name, device in simulated.devices.items() if name not in on_pins}
-        return open_robot(setup, simulated.clock, pins, release, simulated.truth, own)
+        return open_robot(
+            setup, SECTION, simulated.clock, pins=pins, release=release, truth=simulated.truth, opened=own
+        )
 
     def _simulator(self, name: str) -> Backend:
         """Return the backend that simulates; raises UsageError where it is no simulator in lockstep."""

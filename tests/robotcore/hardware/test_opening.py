@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import pytest
 
+from robotcore.backend import Setup
+from robotcore.clock import SteppedClock
 from robotcore.description import AnyDevice, load_robot
 from robotcore.devices import Device
 from robotcore.errors import DeviceError, DeviceGroupError
-from robotcore.hardware import Host, open_devices
+from robotcore.hardware import Host, open_devices, open_robot
+from robotcore.robot import Robot
 from tests.robotcore.hardware.bench import NoSettings, Noted, NotingDriver, fitted, host
 
 ROVER = load_robot("rover")
@@ -94,3 +97,47 @@ def test_a_device_that_fails_in_closing_hides_neither_why_nor_keeps_the_others_o
     with pytest.raises(DeviceGroupError, match=r"(?s)left_motor: does not answer.*eye: cannot be let go"):
         opened_by(driver)
     assert driver.diary[-1] == "close left_encoder"
+
+
+class Board:
+    """One port with all devices on it."""
+
+    def __init__(self, diary: list[str]) -> None:
+        self.diary = diary
+        diary.append("open the board")
+
+    def close(self) -> None:
+        self.diary.append("close the board")
+
+
+class OnBoardDriver(NotingDriver):
+    """Opens devices that are all on one board."""
+
+    def open(self, told: AnyDevice, settings: NoSettings, host: Host) -> Device:
+        host.shared.take(Board, "/dev/ttyUSB0", lambda: Board(self.diary))
+        return super().open(told, settings, host)
+
+
+def on_board(monkeypatch: pytest.MonkeyPatch, driver: OnBoardDriver) -> Robot:
+    monkeypatch.setattr("robotcore.hardware.opening.fit", lambda *_: fitted(driver, ROVER))
+    setup = Setup(ROVER, None, frozenset(ORDER))
+    clock = SteppedClock(20, lambda _steps: None)
+    return open_robot(setup, "board", clock, release=lambda: driver.diary.append("release"))
+
+
+def test_a_board_that_devices_share_is_opened_once_and_closed_after_the_last_of_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    driver = OnBoardDriver()
+    on_board(monkeypatch, driver).close()
+    assert driver.diary[0] == "open the board"
+    assert driver.diary.count("open the board") == 1
+    assert driver.diary[-2:] == ["close the board", "release"]
+    assert len([line for line in driver.diary if line.startswith("close")]) == len(ORDER) + 1
+
+
+def test_a_robot_that_cannot_be_opened_leaves_no_board_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    driver = OnBoardDriver("left_motor")
+    with pytest.raises(DeviceError, match="left_motor: does not answer"):
+        on_board(monkeypatch, driver)
+    assert driver.diary[-3:] == ["close left_encoder", "close the board", "release"]
