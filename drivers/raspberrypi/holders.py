@@ -28,7 +28,7 @@ def held_by(gpio: int, root: Path = _ROOT) -> str:
     Since 6.2 the kernel tells the lines of each handle (/proc/PID/fdinfo); where it does not, whoever has a handle may
     have this line. A holder in the kernel has no process, but a label. Other users' handles are seen by root only.
     """
-    chip = f"gpiochip{chip_number()}"
+    chip = (root / f"dev/gpiochip{chip_number(root)}").resolve().name  # gpiochip4 of a Pi 5 may be a link to gpiochip0
     handles = list(_handles(root / "proc"))
     if holders := _all_of(process for process, info in handles if _tells(info, chip, gpio)):
         return holders

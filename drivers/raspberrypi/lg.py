@@ -17,6 +17,10 @@ FIFO_FOLDER = "LG_WD"
 STUB = "pip took an empty one, without gpiochip_open"
 """PyPI's 0.0.0.2 is the newest that fits where there is neither a wheel nor a compiler: one empty file."""
 
+HEADER_DRIVERS = ("pinctrl-rp1", "pinctrl-bcm2835")
+"""The kernel's drivers of the chip that has the header: on a Pi 5, and before. Source: github.com/raspberrypi/linux."""
+
+_ROOT = Path("/")
 _PI_5 = 0x17
 """The model in a revision code. Source: github.com/raspberrypi/documentation, revision-codes.adoc."""
 
@@ -42,11 +46,31 @@ def load() -> ModuleType:
     return lgpio  # type: ignore[no-any-return]
 
 
-def chip_number() -> int:
-    """Return which /dev/gpiochip has the header's pins, by the rule of gpiozero's LGPIOFactory.
+def chip_number(root: Path = _ROOT) -> int:
+    """Return which /dev/gpiochip has the header's pins: the one whose driver is the header's.
 
-    Early kernels of the Pi 5 numbered it 4.
+    A Pi 5 has had it as 4, as 0, and beyond 10, and other chips of its own by these numbers: on them are Wi-Fi and the
+    card's supply. Where the kernel does not tell, it is by the rule of gpiozero's LGPIOFactory.
+    Source: https://github.com/raspberrypi/linux/pull/6144, https://github.com/adafruit/Adafruit_Blinka/issues/1119.
     """
+    numbers = {driver: number for number, driver in _chips(root)}
+    driver = header_driver(root)
+    return _chip_by_rule() if driver is None else numbers[driver]
+
+
+def header_driver(root: Path = _ROOT) -> str | None:
+    """Return the name of the kernel's driver of the header, where the kernel tells."""
+    told = [driver for _, driver in _chips(root)]
+    return next((driver for driver in HEADER_DRIVERS if driver in told), None)
+
+
+def _chips(root: Path) -> Iterator[tuple[int, str]]:
+    """Yield the number of each chip, and the name of its driver."""
+    for chip in sorted(root.glob("sys/bus/gpio/devices/gpiochip*")):
+        yield int(chip.name.removeprefix("gpiochip")), (chip.resolve().parent / "driver").resolve().name
+
+
+def _chip_by_rule() -> int:
     from gpiozero.exc import PinUnknownPi
     from gpiozero.pins.local import get_pi_revision
 

@@ -44,9 +44,11 @@ def _on_lgpio() -> Factory:
     lgpio = load()
     from gpiozero.exc import PinUnknownPi
     from gpiozero.pins.lgpio import LGPIOFactory
+    from gpiozero.pins.local import get_pi_revision
 
     try:
-        return LGPIOFactory()
+        get_pi_revision()
+        return LGPIOFactory(chip_number())  # the guardian's too: lines of one number on two chips are different lines
     except PinUnknownPi as error:
         raise BackendError(f"this is no Raspberry Pi ({error}). {AT_THE_DESK}") from error
     except lgpio.error as error:

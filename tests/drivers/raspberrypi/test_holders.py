@@ -51,6 +51,16 @@ def test_the_same_line_of_another_chip_is_another_line(processes: Processes) -> 
     assert held_by(17, processes.root) == "somebody"
 
 
+def test_a_chip_that_has_two_names_is_asked_by_its_own(processes: Processes, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A Pi 5 has /dev/gpiochip4 as a link to /dev/gpiochip0."""
+    processes.root.joinpath("dev").mkdir()
+    processes.root.joinpath("dev/gpiochip0").touch()
+    processes.root.joinpath("dev/gpiochip4").symlink_to("gpiochip0")
+    monkeypatch.setattr(holders, "chip_number", lambda _: 4)
+    processes.add(77, "gpioset", handle(17))
+    assert held_by(17, processes.root) == "process 77 (gpioset)"
+
+
 def test_17_is_not_7(processes: Processes) -> None:
     processes.add(77, "gpioset", handle(17))
     assert held_by(7, processes.root) == "somebody"

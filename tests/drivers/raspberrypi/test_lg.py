@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 from drivers.raspberrypi import lg
+from tests.drivers.raspberrypi.doctor.trees import grow_chip
 from tests.drivers.raspberrypi.lines import ROOT, Lines
 from tests.drivers.raspberrypi.lines import lgpio as ours
 
@@ -33,6 +34,7 @@ AT_ONCE = """
 import os, tempfile, time
 from concurrent.futures import ThreadPoolExecutor
 from drivers.raspberrypi import lg
+from tests.drivers.raspberrypi.doctor.trees import grow_chip
 
 class Slow(tempfile.TemporaryDirectory):
     def __init__(self, **options):
@@ -96,11 +98,28 @@ def test_the_empty_one_is_told_from_a_missing_one(monkeypatch: pytest.MonkeyPatc
     [(0xA02082, True, 0), (0xC04170, False, 0), (0xC04170, True, 4)],
 )
 def test_the_header_is_on_chip_4_where_an_early_kernel_of_a_pi_5_has_it_there(
-    revision: int, has_chip_4: bool, number: int, monkeypatch: pytest.MonkeyPatch
+    revision: int, has_chip_4: bool, number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("gpiozero.pins.local.get_pi_revision", lambda: revision)
     monkeypatch.setattr(Path, "exists", lambda file: has_chip_4 and file == Path("/dev/gpiochip4"))
-    assert lg.chip_number() == number
+    assert lg.chip_number(tmp_path) == number
+
+
+@pytest.mark.parametrize(
+    "chips, number",
+    [
+        ({0: "pinctrl-bcm2835", 1: "raspberrypi-exp-gpio"}, 0),
+        ({0: "brcmstb-gpio", 3: "brcmstb-gpio", 4: "pinctrl-rp1"}, 4),
+        ({0: "pinctrl-rp1", 4: "brcmstb-gpio"}, 0),
+        ({11: "brcmstb-gpio", 15: "pinctrl-rp1"}, 15),
+    ],
+)
+def test_the_header_is_on_the_chip_whose_driver_says_so_whatever_its_number(
+    chips: dict[int, str], number: int, tmp_path: Path
+) -> None:
+    for each, driver in chips.items():
+        grow_chip(tmp_path, each, driver)
+    assert lg.chip_number(tmp_path) == number
 
 
 @needs_lgpio

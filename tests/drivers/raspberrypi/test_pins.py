@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -89,6 +90,19 @@ def test_what_is_asked_for_here_goes_before_gpiozero_s_own_setting(
 ) -> None:
     monkeypatch.setenv("GPIOZERO_PIN_FACTORY", "pigpio")
     open_pins("lgpio").close()
+
+
+def test_the_pins_are_on_the_same_chip_as_the_guardian_s_lines(lines: Lines, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another gpiozero may take another chip by itself."""
+    for module in ("pins", "chip"):
+        monkeypatch.setattr(f"drivers.raspberrypi.{module}.chip_number", lambda: 15)
+    Path(os.environ["FAKE_DEV"], "gpiochip15").mkdir()
+    pins, guardian = open_pins(), Chip()
+    pins.pin(17)
+    with pytest.raises(HeldError):
+        guardian.claim_low([17])
+    guardian.close()
+    pins.close()
 
 
 def test_an_unknown_library_is_told() -> None:

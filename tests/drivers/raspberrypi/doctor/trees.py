@@ -67,3 +67,13 @@ def grown(root: Path, tree: Tree) -> Path:
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_bytes(content if isinstance(content, bytes) else content.encode())
     return root
+
+
+def grow_chip(root: Path, number: int, driver: str) -> None:
+    """Let a tree have a GPIO chip with its driver, as sysfs tells of it."""
+    device = root / "sys/devices/platform" / f"{number}.gpio"
+    made, known = device / f"gpiochip{number}", root / "sys/bus/platform/drivers" / driver
+    for folder in (made, known, root / "sys/bus/gpio/devices"):
+        folder.mkdir(parents=True, exist_ok=True)
+    device.joinpath("driver").symlink_to(known)
+    (root / "sys/bus/gpio/devices" / made.name).symlink_to(made)
