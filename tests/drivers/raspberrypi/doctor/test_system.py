@@ -11,7 +11,7 @@ from drivers.raspberrypi.doctor.clock import clock
 from drivers.raspberrypi.doctor.disk import disk
 from drivers.raspberrypi.doctor.persistence import persistence
 from robotcore.doctor import Level
-from tests.drivers.raspberrypi.doctor.trees import grown
+from tests.drivers.raspberrypi.doctor.trees import grow_chip, grown
 
 Usage = namedtuple("Usage", "total used free")  # noqa: PYI024  as shutil has it
 
@@ -31,6 +31,16 @@ def test_the_chip_that_has_the_pins_of_a_pi_5_counts_too(pi_5: Path) -> None:
     grown(pi_5, {"sys/module/pinctrl_rp1/parameters/persist_gpio_outputs": "Y\n"})
     (found,) = persistence(pi_5)
     assert "(pinctrl_rp1.persist_gpio_outputs=Y)" in found.said
+
+
+@pytest.mark.parametrize("driver", ["pinctrl-rp1", "pinctrl-bcm2835"])
+def test_the_driver_of_another_board_s_pins_does_not_count(pi_5: Path, driver: str) -> None:
+    """Its setting is never changed by strict_gpiod, which would be asked for again and again."""
+    for module in ("pinctrl_rp1", "pinctrl_bcm2835"):
+        keeps = module != driver.replace("-", "_")
+        grown(pi_5, {f"sys/module/{module}/parameters/persist_gpio_outputs": "Y\n" if keeps else "N\n"})
+    grow_chip(pi_5, 0, driver)
+    assert [each.level for each in persistence(pi_5)] == [Level.OK]
 
 
 def test_a_kernel_that_does_not_tell_is_never_taken_for_ok(tmp_path: Path) -> None:
