@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import sys
+from collections.abc import Iterable
 from contextlib import suppress
 from socket import socket
 
@@ -54,7 +55,8 @@ class Watch:
                 said = heard(self._link)
             except TimeoutError:
                 self._is_armed = False
-                self._say(self._all("stop", STOPPING_S).to_line())
+                self._say((stops := self._all("stop", STOPPING_S)).to_line())
+                _tell(_warnings(stops))  # the app, which fell silent, may never hear of it
                 continue
             if not said or said.endswith(BYE):
                 return bool(said)
@@ -78,11 +80,17 @@ class Watch:
 
 
 def _cry(app: int, stops: Report) -> None:
-    """Say on standard error what nobody else is left to say."""
+    """Say what nobody else is left to say."""
     stopped = ", ".join(stops.done) or "nothing"
-    lines = [f"guardian: the run of process {app} broke off; stopped {stopped}"]
-    lines += [f"guardian: {words}" for words in stops.told]
-    lines += [f"guardian: CANNOT STOP {fault}. Cut the motors' supply" for fault in stops.failed]
+    _tell([f"the run of process {app} broke off; stopped {stopped}", *stops.told, *_warnings(stops)])
+
+
+def _warnings(stops: Report) -> list[str]:
+    return [f"CANNOT STOP {fault}. Cut the motors' supply" for fault in stops.failed]
+
+
+def _tell(lines: Iterable[str]) -> None:
+    """Say lines on standard error."""
     with suppress(OSError):
-        sys.stderr.write("".join(f"{line}\n" for line in lines))
+        sys.stderr.write("".join(f"guardian: {line}\n" for line in lines))
         sys.stderr.flush()

@@ -231,6 +231,15 @@ def test_a_cutoff_that_cannot_stop_is_told_where_nobody_is_left_to_hear_it(start
     assert "CANNOT STOP left_motor: OSError: no stop. Cut the motors' supply" in err
 
 
+def test_a_cutoff_that_cannot_stop_a_suspended_app_is_told_at_once(start: Start) -> None:
+    running = start("drives", "fails to stop")
+    running.process.send_signal(signal.SIGSTOP)
+    assert running.process.stderr
+    assert "CANNOT STOP left_motor: OSError: no stop. Cut the motors' supply" in running.process.stderr.readline()
+    running.process.kill()
+    running.end()
+
+
 def until(running: Running, deed: str, times: int = 1) -> None:
     """Wait for a deed; a test that waits in vain is ended by its time limit."""
     while running.deeds.count(deed) < times:
