@@ -31,7 +31,8 @@ class Chip:
     def claim_low(self, gpios: Sequence[int]) -> None:
         """Make lines low outputs of this process; those that it has claimed before stay as they are.
 
-        All are tried. Raises HeldError where another process has one.
+        Pulled down, they are low too when nobody drives them any more. All are tried. Raises HeldError where another
+        process has one.
         """
         if held := [gpio for gpio in gpios if not self._is_claimed(gpio)]:
             raise HeldError("; ".join(f"GPIO {gpio} is held by {held_by(gpio)}" for gpio in held))
@@ -45,7 +46,7 @@ class Chip:
 
     def _is_claimed(self, gpio: int) -> bool:
         try:
-            self._lgpio.gpio_claim_output(self._handle, gpio, 0)
+            self._lgpio.gpio_claim_output(self._handle, gpio, 0, self._lgpio.SET_PULL_DOWN)
         except self._lgpio.error as error:
             if error.value != self._lgpio.error_text(self._lgpio.GPIO_BUSY):
                 raise

@@ -53,18 +53,18 @@ def chip_number(root: Path = _ROOT) -> int:
     card's supply. Where the kernel does not tell, it is by the rule of gpiozero's LGPIOFactory.
     Source: https://github.com/raspberrypi/linux/pull/6144, https://github.com/adafruit/Adafruit_Blinka/issues/1119.
     """
-    numbers = {driver: number for number, driver in _chips(root)}
+    numbers = {driver: number for number, driver in chips(root)}
     driver = header_driver(root)
     return _chip_by_rule() if driver is None else numbers[driver]
 
 
 def header_driver(root: Path = _ROOT) -> str | None:
     """Return the name of the kernel's driver of the header, where the kernel tells."""
-    told = [driver for _, driver in _chips(root)]
+    told = [driver for _, driver in chips(root)]
     return next((driver for driver in HEADER_DRIVERS if driver in told), None)
 
 
-def _chips(root: Path) -> Iterator[tuple[int, str]]:
+def chips(root: Path) -> Iterator[tuple[int, str]]:
     """Yield the number of each chip, and the name of its driver."""
     for chip in sorted(root.glob("sys/bus/gpio/devices/gpiochip*")):
         yield int(chip.name.removeprefix("gpiochip")), (chip.resolve().parent / "driver").resolve().name

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING
 
 from drivers.raspberrypi.claiming import claiming
@@ -16,7 +16,9 @@ def pwm_output(device: str, number: int, frequency_hz: int, pins: Factory, opene
     from gpiozero import PWMOutputDevice
 
     with claiming(device, (number,)):
-        return opened.enter_context(PWMOutputDevice(number, frequency=frequency_hz, pin_factory=pins))
+        output = PWMOutputDevice(number, frequency=frequency_hz, pin_factory=pins)
+        opened.callback(_pull_down, device, number, pins)
+        return opened.enter_context(output)
 
 
 def digital_output(device: str, number: int, pins: Factory, opened: ExitStack, *, is_high: bool) -> DigitalOutputDevice:
@@ -24,7 +26,20 @@ def digital_output(device: str, number: int, pins: Factory, opened: ExitStack, *
     from gpiozero import DigitalOutputDevice
 
     with claiming(device, (number,)):
-        return opened.enter_context(DigitalOutputDevice(number, initial_value=is_high, pin_factory=pins))
+        output = DigitalOutputDevice(number, initial_value=is_high, pin_factory=pins)
+        opened.callback(_pull_down, device, number, pins)
+        return opened.enter_context(output)
+
+
+def _pull_down(device: str, number: int, pins: Factory) -> None:
+    """Pull a line down that is closed: gpiozero leaves it floating until the Pi is started again.
+
+    A board without resistors of its own, such as one with an L298N, takes a floating input for high or for noise.
+    """
+    from gpiozero import PinFixedPull
+
+    with claiming(device, (number,)), suppress(PinFixedPull):  # GPIO 2 and 3 have resistors to 3.3 V on the Pi
+        pins.pin(number).pull = "down"
 
 
 def fall(output: PWMOutputDevice) -> None:

@@ -74,6 +74,8 @@ def test_the_lines_of_a_killed_program_go_low(start: Start, lines: Lines) -> Non
     program.kill()
     _, err = over(program)
     assert lines.level(FORWARD) == lines.level(BACKWARD) == 0
+    assert lines.is_pulled_down(FORWARD)
+    assert lines.is_pulled_down(BACKWARD)
     assert err == f"guardian: the run of process {program.pid} broke off; stopped left_motor\n"
 
 
@@ -147,3 +149,4 @@ def test_a_standby_line_falls_when_its_program_is_killed(start: Start, lines: Li
     program.kill()
     over(program)
     assert lines.level(STANDBY) == 0
+    assert lines.is_pulled_down(STANDBY)

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from drivers.raspberrypi import lg
 from tests.system.guest.bench import ONWARDS, open_device, run_command, started
 from tests.system.guest.chip import Chip
 
@@ -37,6 +38,11 @@ def test_what_a_closed_robot_held_is_free_for_the_next_process(chip: Chip, pins:
     with started([sys.executable, "-c", HOLDING]) as holder:
         assert holder.stdout
         assert holder.stdout.readline() == "holding\n"
+
+
+def test_the_kernel_tells_the_driver_of_a_chip_where_it_is_looked_for(chip: Chip) -> None:
+    """By it the header is found, whatever the chip's number."""
+    assert ("gpio-sim", 0) in [(driver, number) for number, driver in lg.chips(Path("/"))]
 
 
 def test_a_user_without_permission_is_told_what_to_do(chip: Chip) -> None:

@@ -9,11 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.guest.bench import ONWARDS, STANDBY, run_command, started
+from tests.system.guest.bench import MOTOR_LINES, ONWARDS, STANDBY, run_command, started
 from tests.system.guest.chip import Chip
 from tests.system.guest.waiting import settled
 
 UNTOWARD = str(Path(ONWARDS).with_name("untoward.py"))
+LINES = [gpio for lines in MOTOR_LINES.values() for gpio in lines]
 LIMIT_S = 50
 HALTING = """
 import os, signal, time
@@ -34,10 +35,13 @@ def _lines_keep_their_level(chip: Chip) -> None:
 
 
 def test_a_hung_app_that_drives_is_ended_and_its_lines_are_low(chip: Chip) -> None:
+    for gpio in LINES:
+        chip.pull(gpio, 1)
     app = run(UNTOWARD, "plain", "--set", "deed=holds")
     assert (app.returncode, app.stdout) == (-signal.SIGKILL, "")
     assert "broke off; stopped left_motor, right_motor\nguardian: ended process " in app.stderr
     assert chip.high() == []
+    assert {chip.file(gpio, "pull").read_text().strip() for gpio in LINES} == {"pull-down"}
 
 
 def test_a_hung_app_whose_board_has_a_standby_line_lives_on_with_the_board_asleep(chip: Chip) -> None:

@@ -56,3 +56,11 @@ def test_closing_leaves_every_pin_low(chip: Chip, motor: Motor) -> None:
     settled(chip.high, [FORWARD])
     motor.close()
     assert settled(chip.high, []) == []
+
+
+def test_closing_leaves_every_pin_pulled_down(chip: Chip, pins: Any) -> None:
+    for gpio in (FORWARD, BACKWARD):
+        chip.pull(gpio, 1)
+    open_device("left_motor", pins).close()
+    pins.close()
+    assert [chip.file(gpio, "pull").read_text().strip() for gpio in (FORWARD, BACKWARD)] == ["pull-down"] * 2

@@ -7,6 +7,8 @@ from pathlib import Path
 
 FOLDER = Path(__file__).parent
 ROOT = Path(__file__).parents[4]
+SET_PULL_DOWN = 64
+"""lgpio's."""
 
 
 class Lines:
@@ -21,6 +23,11 @@ class Lines:
         """Return what was put out last: 0, 1, or a duty in percent."""
         line = self._chip / str(gpio)
         return int(line.read_text()) if line.exists() else 0
+
+    def is_pulled_down(self, gpio: int) -> bool:
+        """Return whether it is low where nobody drives it, as far as the last holder has it."""
+        pull = self._chip / f"{gpio}.pull"
+        return pull.exists() and int(pull.read_text()) == SET_PULL_DOWN
 
     @property
     def environment(self) -> dict[str, str]:

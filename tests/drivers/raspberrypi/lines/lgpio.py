@@ -1,9 +1,9 @@
 """lgpio, as far as gpiozero and the drivers use it, on a folder that several processes have in common.
 
 A chip is a folder, a line a file: who has claimed it has it locked, so that it is free once its holder's process has
-ended; what was put out stays in it, as on a Raspberry Pi. PWM is its duty, in percent. As in the library, a claim of
-a line that is an output already changes nothing, and whatever fails tells its kind in words only. PWM whose duty
-becomes 0 falls when its cycle is over: never here, as in a process that is suspended before.
+ended; what was put out stays in it, as on a Raspberry Pi, and beside it what pulls it. PWM is its duty, in percent. As
+in the library, a claim of a line that is an output already changes nothing, and whatever fails tells its kind in words
+only. PWM whose duty becomes 0 falls when its cycle is over: never here, as in a process that is suspended before.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ exceptions = True
 
 _WORDS = {CANNOT_OPEN_CHIP: "can not open gpiochip", GPIO_BUSY: "GPIO busy"}
 _INPUT, _OUTPUT = 0x10000, 0x2
+_PULLS = SET_PULL_UP | SET_PULL_DOWN | SET_PULL_NONE
 _chips: list[_Chip] = []
 
 
@@ -39,7 +40,7 @@ class _Chip:
         self.files: dict[int, int] = {}
         self.modes: dict[int, int] = {}
 
-    def claim(self, gpio: int, mode: int, level: int = 0) -> int:
+    def claim(self, gpio: int, mode: int, level: int = 0, flags: int = 0) -> int:
         if self.modes.get(gpio) == mode:
             return 0
         self.free(gpio)
@@ -51,6 +52,8 @@ class _Chip:
             return _result(GPIO_BUSY)
         self.files[gpio], self.modes[gpio] = file, mode
         self.put(gpio, str(level))
+        if pull := flags & _PULLS:
+            self.folder.joinpath(f"{gpio}.pull").write_text(str(pull))
         return 0
 
     def free(self, gpio: int) -> None:
@@ -91,11 +94,11 @@ def gpiochip_close(handle: int) -> int:
 
 
 def gpio_claim_input(handle: int, gpio: int, lFlags: int = 0) -> int:  # noqa: N803
-    return _chip(handle).claim(gpio, _INPUT)
+    return _chip(handle).claim(gpio, _INPUT, flags=lFlags)
 
 
 def gpio_claim_output(handle: int, gpio: int, level: int = 0, lFlags: int = 0) -> int:  # noqa: N803
-    return _chip(handle).claim(gpio, _OUTPUT, level)
+    return _chip(handle).claim(gpio, _OUTPUT, level, lFlags)
 
 
 def gpio_claim_alert(

@@ -109,6 +109,18 @@ def test_closing_stops_and_gives_every_pin_back() -> None:
         OutputDevice(number, pin_factory=rig.pins).close()
 
 
+def test_lines_that_are_closed_are_pulled_down_and_do_not_float() -> None:
+    rig = Rig({**H_BRIDGE, "enable": ENABLE})
+    rig.close()
+    assert [rig.pins.pin(number).pull for number in (FORWARD, BACKWARD, ENABLE)] == ["down"] * 3
+
+
+def test_a_line_that_the_pi_pulls_up_by_a_resistor_is_closed_all_the_same() -> None:
+    rig = Rig({**H_BRIDGE, "forward": 2})
+    rig.close()
+    OutputDevice(2, pin_factory=rig.pins).close()
+
+
 @pytest.mark.parametrize("broken, other", [(FORWARD, BACKWARD), (BACKWARD, FORWARD)])
 @pytest.mark.parametrize("leave", [Motor.stop, Motor.close])
 def test_a_pin_that_fails_keeps_the_other_from_nothing(broken: int, other: int, leave: Any) -> None:
