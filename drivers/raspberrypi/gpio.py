@@ -20,6 +20,13 @@ def _on_header(number: int) -> int:
 GPIOS = range(28)
 """Those on the header, the same on every board since the B+. Source: https://pinout.xyz."""
 
+PULLED_UP = range(9)
+"""Inputs with a pull-up, until a program drives them: the others have a pull-down.
+Source: BCM2835 ARM Peripherals, 6.2, the column Pull; the same on a Pi 5."""
+
+HELD_UP = (2, 3)
+"""Of these, those with a resistor of 1.8 kΩ to 3.3 V on the board besides, for I²C."""
+
 Gpio = Annotated[
     int, AfterValidator(_on_header), Field(description="the number of a GPIO on the header (BCM), 0 to 27")
 ]

@@ -9,7 +9,7 @@ from typing import Annotated, Generic, TypeVar
 
 from pydantic import Field
 
-from drivers.raspberrypi.gpio import Gpio, gpio
+from drivers.raspberrypi.gpio import HELD_UP, PULLED_UP, Gpio, gpio
 from drivers.raspberrypi.motors.control import Control, VelocityControl
 from drivers.raspberrypi.motors.controlled import ControlledMotor
 from drivers.raspberrypi.motors.model import MotorModel
@@ -32,6 +32,10 @@ PULLED_DOWN = (
 UNGUARDED = (
     "There is no standby line: where the kernel keeps outputs (robotcore doctor tells), motors may go on after the "
     "program and its guardian were killed. A board with STBY or nSLEEP can have one: standby = GPIO."
+)
+RISING = (
+    "GPIO 0 to 8 are pulled up from when the Pi is switched on until a program takes them, and {lines} may turn this "
+    "motor then: take GPIO 9 to 27, or resistors of 10 kΩ to ground."
 )
 """What whoever connects a motor must know."""
 
@@ -77,11 +81,18 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
         return wires if settings.standby is None else (*wires, gpio("standby", settings.standby, is_shared=True))
 
     def notes(self, settings: SettingsT) -> Sequence[str]:
+        lines = [line for line in self._enabling(settings) if line in PULLED_UP]
+        rising = (RISING.format(lines=f"GPIO {', '.join(map(str, lines))}"),) if lines else ()
         if settings.standby is None:
-            return (BATTERY, UNGUARDED)
-        return (BATTERY, PULLED_DOWN.format(line=settings.standby))
+            return (BATTERY, UNGUARDED, *rising)
+        return (BATTERY, PULLED_DOWN.format(line=settings.standby), *rising)
 
     def check(self, told: MotorDescription, settings: SettingsT, robot: RobotDescription) -> None:
+        if held := [line for line in self._enabling(settings) if line in HELD_UP]:
+            raise ValueError(
+                f"GPIO {held[0]} is held high by a resistor on the Pi, so {told.name} may turn when no program runs; "
+                "take another one, best of 9 to 27"
+            )
         for direction, word in ((1, "forward"), (-1, "backward")):
             if (reach := settings.model.reach(direction)) < told.max_velocity_rad_s:
                 raise ValueError(
@@ -111,6 +122,10 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
             return (CutoffSpec(told.name, "drivers.raspberrypi.cutoff:StandbyLine", {"line": settings.standby}),)
         lines = {"lines": list(self._gpios(settings)), "owner": os.getpid()}
         return (CutoffSpec(told.name, "drivers.raspberrypi.cutoff:MotorLines", lines),)
+
+    def _enabling(self, settings: SettingsT) -> tuple[int, ...]:
+        """Return the lines that must be low where nobody drives them, or the motor may turn: standby alone does it."""
+        return self._gpios(settings) if settings.standby is None else (settings.standby,)
 
     def _gpios(self, settings: SettingsT) -> tuple[int, ...]:
         return tuple(int(wire.where) for wire in self.wires(settings))

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import ExitStack
 from typing import Any
 
 import pytest
@@ -9,6 +10,7 @@ from gpiozero.exc import PinInvalidState
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
 from drivers.raspberrypi.motors.hbridge import HBridge
+from drivers.raspberrypi.motors.outputs import pwm_output
 from robotcore.devices import Motor
 from robotcore.errors import DescriptionError, DeviceError
 from robotcore.hardware import Host, fit
@@ -116,9 +118,31 @@ def test_lines_that_are_closed_are_pulled_down_and_do_not_float() -> None:
 
 
 def test_a_line_that_the_pi_pulls_up_by_a_resistor_is_closed_all_the_same() -> None:
-    rig = Rig({**H_BRIDGE, "forward": 2})
-    rig.close()
-    OutputDevice(2, pin_factory=rig.pins).close()
+    pins = MockFactory(pin_class=MockPWMPin)
+    with ExitStack() as opened:
+        pwm_output("left_motor", 2, 100, pins, opened)
+    OutputDevice(2, pin_factory=pins).close()
+
+
+@pytest.mark.parametrize("lines", [{"forward": 2}, {"backward": 3}, {"enable": 2}, {"standby": 3}])
+def test_a_line_that_a_resistor_holds_high_is_refused(lines: dict[str, int]) -> None:
+    with pytest.raises(DescriptionError, match=r"GPIO [23] is held high by a resistor on the Pi.* Take another one"):
+        fit(rover({"left_motor": {**H_BRIDGE, **lines}}), "raspberrypi", ["left_motor"])
+
+
+@pytest.mark.parametrize(
+    "lines, told",
+    [
+        ({}, False),
+        ({"forward": 9}, False),
+        ({"forward": 8}, True),
+        ({"standby": 4}, True),
+        ({"forward": 8, "standby": 22}, False),
+    ],
+)
+def test_a_line_that_is_pulled_up_while_the_pi_starts_is_noted(lines: dict[str, int], told: bool) -> None:
+    (fitting,) = fit(rover({"left_motor": {**H_BRIDGE, **lines}}), "raspberrypi", ["left_motor"])
+    assert any("are pulled up" in note for note in fitting.notes) is told
 
 
 @pytest.mark.parametrize("broken, other", [(FORWARD, BACKWARD), (BACKWARD, FORWARD)])
