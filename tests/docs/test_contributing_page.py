@@ -1,0 +1,38 @@
+"""What CONTRIBUTING shows of a device driver works as it stands there."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.docs.listings import listings
+
+PAGE = (Path(__file__).parents[2] / "CONTRIBUTING.md").read_text(encoding="utf-8")
+DRIVER, TEST = "bumper.py", "test_bumper.py"
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    for listing in listings(PAGE):
+        if listing.file in {DRIVER, TEST}:
+            (tmp_path / listing.file).write_text(listing.text, encoding="utf-8")
+    return tmp_path
+
+
+def outcome_in(package: Path) -> str:
+    """Return what the page's test says of the page's driver."""
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", TEST]
+    return subprocess.run(command, cwd=package, capture_output=True, text=True, check=False, timeout=60).stdout
+
+
+def test_the_device_driver_passes_its_own_test(package: Path) -> None:
+    assert "1 passed" in outcome_in(package)
+
+
+def test_its_test_fails_where_the_driver_is_wrong(package: Path) -> None:
+    driver = package / DRIVER
+    driver.write_text(driver.read_text().replace("self.min_range if", "self.max_range if"), encoding="utf-8")
+    assert "1 failed" in outcome_in(package)
