@@ -120,7 +120,7 @@ class Device:
         """Let the hardware go. May be called again; every other call then raises."""
         if not self._is_closed:
             self._is_closed = True
-            self._release()
+            self._attempt(self._release)
 
     def _release(self) -> None:
         """Give back what opening took. Called once."""

@@ -53,6 +53,19 @@ def test_what_a_driver_has_translated_is_raised_as_it_is(
         assert raised.value is fault
 
 
+def test_what_closing_raises_is_told_by_the_device_s_name(
+    motor: NullMotor, sensor: NullRange, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail() -> None:
+        raise ValueError("bad handle")
+
+    for device in (motor, sensor):
+        monkeypatch.setattr(device, "_release", fail)
+        with pytest.raises(DeviceError, match=f"{device.name}: ValueError: bad handle"):
+            device.close()
+        device.close()
+
+
 class TestMotor:
     @pytest.mark.parametrize("asked, sent", [(3.0, 3.0), (-3.0, -3.0), (10.0, 10.0), (11.0, 10.0), (-1e9, -10.0)])
     def test_sends_what_is_asked_within_its_limit_and_says_so(
