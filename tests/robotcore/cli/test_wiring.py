@@ -66,10 +66,11 @@ def test_a_robot_that_is_connected_wrongly_is_told_all_its_faults(cli: Cli, post
     assert "plugboard.eye.pin: hole 1 is already plugboard.neck.pin" in told.err
 
 
-def test_a_robot_without_the_section_says_what_is_missing(cli: Cli) -> None:
-    told = cli("wiring", "lookout")
+def test_a_robot_without_the_section_says_what_is_missing(cli: Cli, post: str) -> None:
+    Path(post).write_text(robot_file(""))
+    told = cli("wiring", post)
     assert told.status == 2
-    assert "raspberrypi: is missing. Say how each device is connected, from [raspberrypi.eye] on" in told.err
+    assert "raspberrypi: is missing. Say how each device is connected, from [raspberrypi.neck] on" in told.err
 
 
 def row(*wires: Wire) -> str:
