@@ -114,7 +114,7 @@ def _driver(told: AnyDevice, key: str, table: Any) -> DeviceDriver[Any, Any]:
     except UnknownNameError as unknown:
         raise _UnfitError((f"{key}.driver", *_halves(str(unknown)))) from unknown
     if not isinstance(told, driver.described):
-        fault = f"{name!r} is no driver of a {told.kind.replace('_', ' ')}"
+        fault = f"{name!r} opens no {told.kind.replace('_', ' ')}"
         raise _UnfitError((f"{key}.driver", fault, f"Name one: {_choice(told)}"))
     return driver
 

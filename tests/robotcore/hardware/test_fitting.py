@@ -69,7 +69,7 @@ def test_a_display_alone_needs_no_section(post: Path) -> None:
         ('driver = "plug"', "", "eye.driver: is missing. Add it: plug"),
         ('"plug"', '"plugg"', "eye.driver: unknown device driver 'plugg'. Did you mean 'plug'?"),
         ('"plug"', "4", "eye.driver: should be a name in quotes, got 4. Name one: plug"),
-        ('"plug"', '"motor-plug"', "eye.driver: 'motor-plug' is no driver of a camera. Name one: plug"),
+        ('"plug"', '"motor-plug"', "eye.driver: 'motor-plug' opens no camera. Name one: plug"),
         ("pin = 2", "", "eye.pin: is missing. Add it"),
         ("pin", "pni", "eye.pni: is unknown. Correct it or take it out. Did you mean 'pin'?"),
         ("2", '"2"', "eye.pin: should be the number of a hole, 1 to 9, got '2'. Correct it"),
