@@ -59,7 +59,7 @@ SettingsT = TypeVar("SettingsT", bound=MotorSettings)
 class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT]):
     """Opens a motor on the lines that a subclass knows.
 
-    lgpio, the default library, makes PWM in software and begins a command with the next cycle: one that is no stop
+    lgpio makes PWM in software and begins a command with the next cycle: one that is no stop
     may be late by ``1 / frequency_hz``.
     """
 

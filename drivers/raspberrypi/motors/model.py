@@ -52,7 +52,7 @@ class MotorModel(Described):
 def whole_percent(duty: float) -> float:
     """Return the nearest duty in whole percent, such that lgpio, which cuts ``int(duty * 100)``, sends just that.
 
-    One percent is the resolution of every motor here, on each library and on simulated pins alike: of
+    One percent is the resolution of every motor here, on simulated pins too: of
     ``forward_rad_s / (1 - dead_band)``, so 0.16 rad/s for a wheel of 14 rad/s with a dead band of 0.1.
 
     >>> int(0.29 * 100), int(whole_percent(0.29) * 100)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from robotcore.description import RangeSensorDescription
+from robotcore.description import RangeSensorDescription, RobotDescription
 from robotcore.devices import Range
 from robotcore.errors import DeviceError
 from robotcore.hardware import Newest
@@ -56,6 +56,15 @@ class Findings:
         self._last = Range(distance, time, self._last.sequence + 1 if self._last else 0)
         self.has_told = True
         self.newest.put(self._last)
+
+
+def require_timely(echo_free_cycles: int, cycle_s: float, robot: RobotDescription) -> None:
+    """Raise ValueError where a sample is too old before a row of cycles has vouched for nothing in range."""
+    if (takes := echo_free_cycles * cycle_s) >= robot.safety.max_age_s:
+        raise ValueError(
+            f"echo_free_cycles of cycle_s take {takes:g} s, and a sample may be {robot.safety.max_age_s:g} s old: with "
+            "nothing in range the robot would be stopped; lower one of them, or raise safety.max_age_s"
+        )
 
 
 _NOTHING_YET = (

@@ -24,9 +24,6 @@ STUCK_S = 0.3
 UNANSWERED_CYCLES = 5
 """So many triggers in a row without an answer are a fault."""
 
-_LATE_S = 10.0
-"""An edge so long after its trigger came before it, by a counter of ticks that began again."""
-
 
 class _Echo(Enum):
     OVER = auto()
@@ -80,7 +77,7 @@ class Hearing:
     def edge(self, ticks: Any, is_high: bool) -> None:  # noqa: FBT001  gpiozero's pins call it so
         """Take an edge of the echo; one from before the trigger, or after the pulse, says nothing."""
         with self._lock:
-            if self._echo is _Echo.OVER or not 0 <= self._elapsed(ticks, self._triggered) < _LATE_S:
+            if self._echo is _Echo.OVER or self._elapsed(ticks, self._triggered) < 0:
                 return
             self._findings.recovered()
             if is_high and self._echo is _Echo.AWAITED:

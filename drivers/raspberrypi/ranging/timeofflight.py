@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from drivers.raspberrypi.gpio import gpio
-from drivers.raspberrypi.ranging.findings import Findings
+from drivers.raspberrypi.ranging.findings import Findings, require_timely
 from drivers.raspberrypi.ranging.i2c import I2CChip, Place
 from drivers.raspberrypi.ranging.lidar import Lidar
 from drivers.raspberrypi.ranging.lightchips import LightChip, VL53L0XChip, VL53L1XChip
@@ -55,6 +55,7 @@ class TimeOfFlight(DeviceDriver[RangeSensorDescription, TimeOfFlightSettings]):
                 f"a {self.name.upper()} sees as far as {self.chip.reach:g} m, and max_range_m is {told.max_range_m:g}; "
                 "lower it"
             )
+        require_timely(settings.echo_free_cycles, settings.cycle_s, robot)
 
     def connections(self, settings: TimeOfFlightSettings) -> Sequence[Connection]:
         address = Connection("address", "I2C", f"0x{settings.address:02x} on bus {settings.bus}")

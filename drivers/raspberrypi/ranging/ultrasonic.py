@@ -10,7 +10,7 @@ from pydantic import Field
 
 from drivers.raspberrypi.gpio import Gpio, gpio
 from drivers.raspberrypi.ranging.echopins import EchoPins
-from drivers.raspberrypi.ranging.findings import Findings
+from drivers.raspberrypi.ranging.findings import Findings, require_timely
 from drivers.raspberrypi.ranging.hearing import Hearing
 from drivers.raspberrypi.ranging.sonar import Sonar
 from drivers.raspberrypi.ranging.sound import speed_of_sound
@@ -50,6 +50,8 @@ class Ultrasonic(DeviceDriver[RangeSensorDescription, UltrasonicSettings]):
 
     A sample's time is when its trigger was given. A lost echo is no new sample; `inf` is an echo from beyond
     ``max_range_m``, or a row of cycles without one.
+
+    Each module is triggered by itself: one that hears another's burst tells a distance that is too short.
     """
 
     name = "hc-sr04"
@@ -65,6 +67,7 @@ class Ultrasonic(DeviceDriver[RangeSensorDescription, UltrasonicSettings]):
             raise ValueError(
                 f"an HC-SR04 hears as far as {REACH_M:g} m, and max_range_m is {told.max_range_m:g}; lower it"
             )
+        require_timely(settings.echo_free_cycles, settings.cycle_s, robot)
 
     def connections(self, settings: UltrasonicSettings) -> Sequence[Connection]:
         return gpio("trigger", settings.trigger), gpio("echo", settings.echo)

@@ -267,3 +267,10 @@ def test_a_range_that_it_cannot_see_is_refused_by_the_robots_file() -> None:
     robot = load_robot("rover").model_copy(update={"devices": (NOSE,), "backends": wires})
     with pytest.raises(DescriptionError, match=r"a VL53L0X sees as far as 1.2 m, and max_range_m is 2\. Lower it"):
         fit(robot, "raspberrypi")
+
+
+def test_a_row_that_takes_longer_than_a_sample_may_be_old_is_refused_by_the_robots_file() -> None:
+    wires = {"raspberrypi": {"nose": {"driver": "vl53l1x", "cycle_s": 0.1}}}
+    robot = load_robot("rover").model_copy(update={"devices": (NOSE,), "backends": wires})
+    with pytest.raises(DescriptionError, match=r"nose: echo_free_cycles of cycle_s take 1 s"):
+        fit(robot, "raspberrypi")

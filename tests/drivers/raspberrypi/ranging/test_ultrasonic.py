@@ -345,6 +345,15 @@ def test_a_range_that_it_cannot_hear_is_refused_by_the_robots_file() -> None:
         fit(robot, "raspberrypi")
 
 
+def test_a_row_that_takes_longer_than_a_sample_may_be_old_is_refused_by_the_robots_file() -> None:
+    wires = {"nose": {"driver": "hc-sr04", "trigger": TRIGGER, "echo": ECHO, "cycle_s": 0.1}}
+    robot = load_robot("rover").model_copy(update={"devices": (NOSE,), "backends": {"raspberrypi": wires}})
+    with pytest.raises(DescriptionError, match=r"nose: echo_free_cycles of cycle_s take 1 s, .*\. Lower one of them"):
+        fit(robot, "raspberrypi")
+    wires["nose"]["echo_free_cycles"] = 9
+    assert fit(robot, "raspberrypi")
+
+
 def test_the_speed_of_sound_is_that_of_the_tables() -> None:
     assert speed_of_sound(0.0) == pytest.approx(331.4, abs=0.2)
     assert speed_of_sound(20.0) == pytest.approx(343.3, abs=0.2)
