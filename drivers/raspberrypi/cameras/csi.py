@@ -13,7 +13,7 @@ from typing import Any
 
 from drivers.raspberrypi.cameras.csicameras import imported, require_there
 from drivers.raspberrypi.cameras.modes import widest
-from drivers.raspberrypi.cameras.picamera import PiCameraSettings
+from drivers.raspberrypi.cameras.settings import PiCameraSettings
 from drivers.raspberrypi.cameras.source import Light, Shot, Source
 from drivers.raspberrypi.cameras.stamps import Stamps
 from robotcore.clock import Clock

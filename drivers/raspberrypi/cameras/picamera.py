@@ -3,26 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated
-
-from pydantic import Field
 
 from drivers.raspberrypi.cameras.capturing import CapturingCamera
 from drivers.raspberrypi.cameras.csicameras import REMEDY
-from drivers.raspberrypi.cameras.settings import CameraSettings
+from drivers.raspberrypi.cameras.settings import PiCameraSettings
 from robotcore.description import CameraDescription
 from robotcore.hardware import Connection, DeviceDriver, Host
-
-Gain = Annotated[float, Field(gt=0, le=32)]
-Gains = Annotated[tuple[Gain, Gain], Field(description="[red, blue]")]
-
-
-class PiCameraSettings(CameraSettings):
-    """Which of the Pi's cameras, and what is set by hand: the sensor's gain, and the gains of red and of blue."""
-
-    camera: Annotated[int, Field(ge=0, le=7)] = 0
-    gain: Annotated[float, Field(ge=1, le=64)] | None = None
-    colour_gains: Gains | None = None
 
 
 class PiCamera(DeviceDriver[CameraDescription, PiCameraSettings]):

@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 
 from drivers.raspberrypi.cameras.nodes import require_usable
+from drivers.raspberrypi.cameras.settings import UsbCameraSettings
 from drivers.raspberrypi.cameras.source import Light, Shot, Source
 from drivers.raspberrypi.cameras.stamps import Stamps
 from drivers.raspberrypi.cameras.usbcontrols import UsbControls
-from drivers.raspberrypi.cameras.v4l2 import UsbCameraSettings
 from robotcore.clock import Clock
 from robotcore.description import CameraDescription
 from robotcore.errors import DeviceError

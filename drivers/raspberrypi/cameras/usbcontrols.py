@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import cv2
 
-from drivers.raspberrypi.cameras.v4l2 import UsbCameraSettings
+from drivers.raspberrypi.cameras.settings import UsbCameraSettings
 
 AUTO, MANUAL, APERTURE_PRIORITY = 0, 1, 3
 """V4L2_CID_EXPOSURE_AUTO; webcams, whose aperture is fixed, call their automatic aperture priority."""

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from drivers.raspberrypi.cameras.v4l2 import UsbCamera, UsbCameraSettings
+from drivers.raspberrypi.cameras.settings import UsbCameraSettings
+from drivers.raspberrypi.cameras.v4l2 import UsbCamera
 from robotcore.clock import MonotonicClock
 from robotcore.description import CameraDescription, load_robot
 from robotcore.devices import Camera

@@ -12,7 +12,8 @@ import pytest
 from drivers.raspberrypi.cameras.capturing import CapturingCamera
 from drivers.raspberrypi.cameras.csi import CsiSource
 from drivers.raspberrypi.cameras.modes import widest
-from drivers.raspberrypi.cameras.picamera import PiCamera, PiCameraSettings
+from drivers.raspberrypi.cameras.picamera import PiCamera
+from drivers.raspberrypi.cameras.settings import PiCameraSettings
 from drivers.raspberrypi.cameras.source import Shot
 from robotcore.description import CameraDescription, load_robot
 from robotcore.errors import DeviceError

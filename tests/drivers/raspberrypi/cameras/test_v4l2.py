@@ -9,7 +9,8 @@ import cv2
 import pytest
 
 from drivers.raspberrypi.cameras.capturing import CapturingCamera
-from drivers.raspberrypi.cameras.v4l2 import UsbCamera, UsbCameraSettings
+from drivers.raspberrypi.cameras.settings import UsbCameraSettings
+from drivers.raspberrypi.cameras.v4l2 import UsbCamera
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError, DeviceError
 from robotcore.hardware import Connection, Host, fit
