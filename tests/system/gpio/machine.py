@@ -14,9 +14,22 @@ from tests.system.gpio.kernel import Kernel
 TOLD = "/dev/ttyS1"
 """Where the command writes what the host is to read; what it prints goes to the console's log."""
 
-MACHINE = ("-accel", "tcg", "-cpu", "max", "-smp", "2", "-m", "1024", "-nodefaults", "-display", "none", "-no-reboot")
+MACHINE = (
+    "-accel",
+    "tcg",
+    "-cpu",
+    "Nehalem",
+    "-smp",
+    "2",
+    "-m",
+    "1024",
+    "-nodefaults",
+    "-display",
+    "none",
+    "-no-reboot",
+)
 HOST_FILES = "local,path=/,mount_tag=host,security_model=none,readonly=on,multidevs=remap"
-KERNEL_LINE = "console=ttyS0 quiet no_timer_check panic=-1 rdinit=/init --"
+KERNEL_LINE = "console=ttyS0 quiet mitigations=off no_timer_check panic=-1 rdinit=/init --"
 
 
 @contextmanager

@@ -22,18 +22,12 @@ sys.stdin.read()
 """
 
 
-@pytest.fixture(params=[False, True], ids=["lines that fall when let go", "lines that keep their level"])
-def is_persistent(chip: Chip, request: pytest.FixtureRequest) -> bool:
-    chip.set_persistent(is_persistent=request.param)
-    return bool(request.param)
+@pytest.fixture(autouse=True)
+def _lines_keep_their_level(chip: Chip) -> None:
+    chip.set_persistent(is_persistent=True)
 
 
-def turning(chip: Chip) -> list[int]:
-    """Return the motors' lines that are high, where their board is awake."""
-    return [gpio for gpio in chip.high() if gpio in MOTORS]
-
-
-def test_sigterm_while_driving_leaves_every_line_low(chip: Chip, is_persistent: bool) -> None:
+def test_sigterm_while_driving_leaves_every_line_low(chip: Chip) -> None:
     with started(run_command(ONWARDS, "plain")) as app:
         assert settled(lambda: chip.level(FORWARD), 1) == 1
         app.send_signal(signal.SIGTERM)
@@ -41,14 +35,14 @@ def test_sigterm_while_driving_leaves_every_line_low(chip: Chip, is_persistent: 
     assert settled(chip.high, []) == []
 
 
-def test_sigkill_while_driving_leaves_every_line_low_by_the_guardian(chip: Chip, is_persistent: bool) -> None:
+def test_sigkill_while_driving_leaves_every_line_low_by_the_guardian(chip: Chip) -> None:
     with started(run_command(ONWARDS, "plain")) as app:
         assert settled(lambda: chip.level(FORWARD), 1) == 1
         app.kill()
     assert settled(chip.high, []) == []
 
 
-def test_sigkill_while_driving_leaves_the_board_asleep_by_the_guardian(chip: Chip, is_persistent: bool) -> None:
+def test_sigkill_while_driving_leaves_the_board_asleep_by_the_guardian(chip: Chip) -> None:
     with started(run_command(ONWARDS, "standby")) as app:
         assert settled(lambda: chip.level(STANDBY), 1) == 1
         assert settled(lambda: chip.level(FORWARD), 1) == 1
@@ -56,14 +50,11 @@ def test_sigkill_while_driving_leaves_the_board_asleep_by_the_guardian(chip: Chi
     assert settled(lambda: chip.level(STANDBY), 0) == 0
 
 
-def test_sigstop_while_driving_leaves_every_line_low_by_the_guardian(chip: Chip) -> None:
-    with started(run_command(ONWARDS, "plain")) as app:
-        assert settled(lambda: chip.level(FORWARD), 1) == 1
-        app.send_signal(signal.SIGSTOP)
-        assert settled(chip.high, []) == []
-
-
-def test_without_a_guardian_sigkill_leaves_a_line_that_keeps_its_level_high(chip: Chip, is_persistent: bool) -> None:
+@pytest.mark.parametrize("is_persistent", [True, False])
+def test_without_a_guardian_sigkill_leaves_a_line_high_where_it_keeps_its_level(
+    chip: Chip, is_persistent: bool
+) -> None:
+    chip.set_persistent(is_persistent=is_persistent)
     with started([sys.executable, "-c", BARE]) as program:
         assert settled(lambda: chip.level(FORWARD), 1) == 1
         program.kill()

@@ -37,12 +37,13 @@ class Wheels:
     """Turns discs while the forward lines of their motors are high, by ``edges_s`` at full duty, beside a check."""
 
     def __init__(self, chip: Chip, discs: dict[int, Disc], edges_s: float) -> None:
-        self._chip, self._discs = chip, discs
-        self._edges_a_sample = edges_s * SAMPLE_S
+        self._chip, self._discs, self._edges_s = chip, discs, edges_s
+        self._clock = MonotonicClock()
+        self._sampled = self._clock.now()
         self._owed = dict.fromkeys(discs, 0.0)
 
     def __enter__(self) -> None:
-        self._work = MonotonicClock().every(SAMPLE_S, self._sample, "wheels")
+        self._work = self._clock.every(SAMPLE_S, self._sample, "wheels")
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -50,7 +51,9 @@ class Wheels:
         self._work.stop()
 
     def _sample(self) -> None:
+        now = self._clock.now()
+        edges, self._sampled = (now - self._sampled) * self._edges_s, now
         for forward, disc in self._discs.items():
-            self._owed[forward] += self._chip.level(forward) * self._edges_a_sample
+            self._owed[forward] += self._chip.level(forward) * edges
             disc.turn(int(self._owed[forward]))
             self._owed[forward] %= 1.0
