@@ -22,7 +22,7 @@ from time import monotonic, sleep
 
 from benchmarks.report import machine, print_table
 from robotcore.description import load_robot
-from robotcore.plan import RunRequest
+from robotcore.running.plan import RunRequest
 from robotcore.safety.deadman import MIN_LEASE_S
 from robotcore.safety.patience import PATIENCE_S
 from tests.robotcore.guardian.diary import Note, notes

@@ -36,10 +36,10 @@ from robotcore.description import (
     load_world,
 )
 from robotcore.layers import assemble, needed_devices
-from robotcore.loop import Loop
-from robotcore.plan import RunRequest
 from robotcore.robot import Robot, Role
-from robotcore.session import run
+from robotcore.running.loop import Loop
+from robotcore.running.plan import RunRequest
+from robotcore.running.session import run
 from robotcore.vision import ColourDetector
 
 RATE_HZ, STEPS_A_TICK = 20.0, 12

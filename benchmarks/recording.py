@@ -28,8 +28,8 @@ from benchmarks.report import machine, print_table
 from robotcore.errors import RecordingError
 from robotcore.recording import read
 from robotcore.recording.recorder import Recorder
-from robotcore.session import Run, RunRequest, RunResult, run
-from robotcore.trace import TickRecord
+from robotcore.running.session import Run, RunRequest, RunResult, run
+from robotcore.running.trace import TickRecord
 
 WATCHED_S = 4.0
 COST_BOUND_MS, LOST_BOUND_S = 0.3, 1.0

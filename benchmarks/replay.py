@@ -26,11 +26,11 @@ from benchmarks.replayed.disturbances import (
 )
 from benchmarks.report import machine, print_table
 from robotcore.clock import MonotonicClock
-from robotcore.plan import RunRequest
 from robotcore.recording import read
 from robotcore.recording.recorder import Recorder
 from robotcore.replay import Replayed, replay
-from robotcore.session import run
+from robotcore.running.plan import RunRequest
+from robotcore.running.session import run
 
 CLUMSY = str(Path(__file__).parent / "replayed" / "clumsy_search.py")
 FAULTS = (

@@ -4,8 +4,8 @@
 
 Whole sweeps are timed, from the check to the tables, start of the processes included: the first ten seconds of runs, so
 that none is much longer than the others and both processes have work to the end. The overhead is measured with a
-hundred shorter runs, against the same ones by `robotcore.session.run`, one after another in one warm process. All take
-turns; the machine must have two cores to spare. Exit status 1 where a bound is broken.
+hundred shorter runs, against the same ones by `robotcore.run`, one after another in one warm process. All
+take turns; the machine must have two cores to spare. Exit status 1 where a bound is broken.
 """
 
 from __future__ import annotations

@@ -24,9 +24,9 @@ from robotcore.clock import Clock, SteppedClock
 from robotcore.description import load_robot
 from robotcore.devices import Camera, Frame, Intrinsics, Motor, Range, RangeSensor
 from robotcore.layers import assemble
-from robotcore.loop import Loop
-from robotcore.outcome import Outcome
 from robotcore.robot import Robot
+from robotcore.running.loop import Loop
+from robotcore.running.outcome import Outcome
 
 BOUND_US = 15.0
 RATE_HZ = 20.0

@@ -12,25 +12,25 @@ if TYPE_CHECKING:
     from robotcore.behaviour import Behaviour as Behaviour
     from robotcore.behaviour import Status as Status
     from robotcore.behaviour import Stopping as Stopping
-    from robotcore.outcome import Outcome as Outcome
-    from robotcore.outcome import RunResult as RunResult
-    from robotcore.plan import RunRequest as RunRequest
     from robotcore.robot import Robot as Robot
     from robotcore.robot import Role as Role
-    from robotcore.session import run as run
+    from robotcore.running.outcome import Outcome as Outcome
+    from robotcore.running.outcome import RunResult as RunResult
+    from robotcore.running.plan import RunRequest as RunRequest
+    from robotcore.running.session import run as run
     from robotcore.truth import Truth as Truth
 
 _HOMES = {
     "Behaviour": "behaviour",
-    "Outcome": "outcome",
+    "Outcome": "running.outcome",
     "Robot": "robot",
     "Role": "robot",
-    "RunRequest": "plan",
-    "RunResult": "outcome",
+    "RunRequest": "running.plan",
+    "RunResult": "running.outcome",
     "Status": "behaviour",
     "Stopping": "behaviour",
     "Truth": "truth",
-    "run": "session",
+    "run": "running.session",
 }
 
 __all__ = [

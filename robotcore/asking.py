@@ -7,7 +7,7 @@ from pathlib import Path
 from types import FrameType
 
 _OURS = "robotcore"
-_LOOP = "robotcore.loop"
+_LOOP = "robotcore.running.loop"
 """It calls apps: what is outside of it is none."""
 
 

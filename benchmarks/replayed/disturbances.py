@@ -7,9 +7,9 @@ import signal
 from robotcore.devices import SampleT, Sensor
 from robotcore.layers.layer import Layer
 from robotcore.layers.readers import Reader
-from robotcore.outcome import RunResult
-from robotcore.session import Run
-from robotcore.trace import TickRecord
+from robotcore.running.outcome import RunResult
+from robotcore.running.session import Run
+from robotcore.running.trace import TickRecord
 
 
 class Disturbance(Layer):

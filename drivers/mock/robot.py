@@ -23,9 +23,9 @@ from robotcore.drive import Wheels
 from robotcore.errors import UnmetNeedError
 from robotcore.faults import plan_faults
 from robotcore.layers import Assembled, assemble, needed_devices
-from robotcore.loop import Loop
 from robotcore.robot import Robot
-from robotcore.trace import TickRecord
+from robotcore.running.loop import Loop
+from robotcore.running.trace import TickRecord
 
 
 class MockRobot:

@@ -23,9 +23,9 @@ from robotcore.description import (
 )
 from robotcore.devices import Device
 from robotcore.errors import UnmetNeedError, UsageError
-from robotcore.plan import RunRequest
 from robotcore.recording import Recording, read
 from robotcore.robot import Robot
+from robotcore.running.plan import RunRequest
 
 
 class ReplayOptions(Described):

@@ -28,7 +28,7 @@ class AnsweringCommand(click.Command):
             raise
 
     def invoke(self, ctx: click.Context) -> Any:
-        from robotcore.interrupts import Interrupts
+        from robotcore.running.interrupts import Interrupts
 
         with Interrupts():
             try:

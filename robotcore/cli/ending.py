@@ -13,7 +13,7 @@ from robotcore.cli.failure import tell, tell_error
 from robotcore.errors import Interrupted, RobotcoreError
 
 if TYPE_CHECKING:
-    from robotcore.outcome import RunResult
+    from robotcore.running.outcome import RunResult
 
 
 class RunCommand(AnsweringCommand):
@@ -40,7 +40,7 @@ def tell_result(result: RunResult, *, as_json: bool) -> None:
 
 def _unstarted(asked: Mapping[str, Any], error: RobotcoreError | Interrupted) -> RunResult:
     """Return the result of a run that ended before it began; ``asked`` is what is known of the request."""
-    from robotcore.outcome import Outcome, RunResult
+    from robotcore.running.outcome import Outcome, RunResult
 
     return RunResult(
         app=asked.get("app") or "",

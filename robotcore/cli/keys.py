@@ -11,9 +11,9 @@ from select import select
 from threading import Event, RLock, Thread, main_thread
 from typing import Any
 
-from robotcore.observer import Run
-from robotcore.outcome import RunResult
-from robotcore.trace import TickRecord
+from robotcore.running.observer import Run
+from robotcore.running.outcome import RunResult
+from robotcore.running.trace import TickRecord
 
 KEY = b" "
 HINT = "space: stop"

@@ -91,7 +91,7 @@ def _exit(status: int) -> NoReturn:
         status = status or UNWRITTEN
     _flushed(sys.stderr)
     if status > SIGNALLED:
-        from robotcore.interrupts import die_of
+        from robotcore.running.interrupts import die_of
 
         die_of(status - SIGNALLED)
     sys.exit(status)

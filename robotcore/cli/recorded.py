@@ -12,8 +12,8 @@ from robotcore.cli.outputs import is_same
 from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
-    from robotcore.outcome import RunResult
     from robotcore.recording.recorder import Recorder
+    from robotcore.running.outcome import RunResult
 
 
 def recorder_for(file: Path | None, options: Mapping[str, str], *, is_jpeg: bool) -> Recorder | None:

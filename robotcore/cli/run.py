@@ -19,10 +19,10 @@ from robotcore.cli.requested import requested
 from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
-    from robotcore.interrupts import Interrupts
-    from robotcore.outcome import RunResult
     from robotcore.recording.recorder import Recorder
-    from robotcore.session import Observer
+    from robotcore.running.interrupts import Interrupts
+    from robotcore.running.outcome import RunResult
+    from robotcore.running.session import Observer
     from robotcore.view.picture import PictureRecorder
     from robotcore.view.progress import Progress
 
@@ -53,7 +53,7 @@ def command(picture: Path | None, record: Path | None, *, record_jpeg: bool, as_
     Exit status: 0 success, 1 failure, timeout or a success that the simulator does not see, 2 wrong usage, 3 a device
     or backend failed, 4 the safety stage stopped it, 5 the app raised, 128 + the signal's number when interrupted.
     """
-    from robotcore.interrupts import Interrupts
+    from robotcore.running.interrupts import Interrupts
 
     with Interrupts() as interrupts:
         drawer, recorder = _drawer(picture), recorder_for(record, dict(asked["options"]), is_jpeg=record_jpeg)
@@ -115,7 +115,7 @@ def _run(
     last_words: Callable[[RunResult], None],
 ) -> RunResult:
     from robotcore.cli.keys import SpaceBar, can_listen
-    from robotcore.session import RunRequest, run
+    from robotcore.running.session import RunRequest, run
 
     with ExitStack() as stack:
         in_terminal: list[SpaceBar | Progress] = []

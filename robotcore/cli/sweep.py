@@ -16,7 +16,7 @@ from robotcore.cli.values import Folder, count, names
 from robotcore.errors import BackendError, Interrupted, UsageError
 
 if TYPE_CHECKING:
-    from robotcore.plan import RunRequest
+    from robotcore.running.plan import RunRequest
     from robotcore.sweep import Results
     from robotcore.sweep.engine import Engine
     from robotcore.sweep.requirements import Requirement
@@ -104,7 +104,7 @@ def command(
 
 
 def _request(settings: tuple[tuple[str, str], ...], options: tuple[tuple[str, str], ...], **asked: Any) -> RunRequest:
-    from robotcore.plan import RunRequest
+    from robotcore.running.plan import RunRequest
 
     return RunRequest(**asked, settings=dict(settings), options=dict(options))
 
@@ -126,7 +126,7 @@ def _engine(cluster: str | None, jobs: int | None, wall_timeout_s: float | None)
 
 def _run(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | BackendError | None:
     """Run what is missing; return what kept it from its end, if anything did."""
-    from robotcore.interrupts import Interrupts
+    from robotcore.running.interrupts import Interrupts
     from robotcore.sweep.execution import execute
     from robotcore.sweep.progress import SweepProgress
 

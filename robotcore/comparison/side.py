@@ -8,11 +8,11 @@ from functools import cached_property
 from typing import Any
 
 from robotcore.geometry import Pose
-from robotcore.outcome import RunResult
 from robotcore.recording import Recording
 from robotcore.recording.contents import interventions_of, rate_of
 from robotcore.recording.ended import result_of
 from robotcore.recording.path import Path, length_of, odometry_path, true_path
+from robotcore.running.outcome import RunResult
 
 Room = tuple[Sequence[object], ...]
 """The sides of the floor, and the outline of each thing, in metres."""

@@ -13,7 +13,7 @@ from robotcore.appfile import app_path, is_app_file
 from robotcore.behaviour import Behaviour
 from robotcore.catalogue import load_backend
 from robotcore.recording.recording import Metadata
-from robotcore.session import Run
+from robotcore.running.session import Run
 from robotcore.versions import libraries
 
 

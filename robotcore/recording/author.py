@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, NamedTuple
 from robotcore.description import CameraDescription, RangeSensorDescription
 from robotcore.devices import Frame
 from robotcore.geometry import Pose
-from robotcore.outcome import RunResult
 from robotcore.recording import channels
 from robotcore.recording.channels import writer_for
 from robotcore.recording.events import Glimpse, Raised
@@ -32,8 +31,9 @@ from robotcore.recording.schemas import RESULT, RUN, TICK, TRUTH
 from robotcore.recording.story import Line, Story, last_line
 from robotcore.recording.ticks import Ticks
 from robotcore.recording.wire import plain, to_json
-from robotcore.session import Run
-from robotcore.trace import TickRecord
+from robotcore.running.outcome import RunResult
+from robotcore.running.session import Run
+from robotcore.running.trace import TickRecord
 
 if TYPE_CHECKING:
     from foxglove.messages import FrameTransform

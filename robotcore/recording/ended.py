@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from robotcore.catalogue import app_name
-from robotcore.outcome import Outcome, RunResult
 from robotcore.recording.recording import Recording
-from robotcore.trace import TickRecord, Trace
+from robotcore.running.outcome import Outcome, RunResult
+from robotcore.running.trace import TickRecord, Trace
 
 
 def result_of(recording: Recording) -> RunResult:

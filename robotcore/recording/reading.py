@@ -12,7 +12,6 @@ from mcap.records import Channel, McapRecord, Message, Schema
 
 from robotcore.devices import Angle, Image, Range
 from robotcore.errors import RecordingError
-from robotcore.outcome import Outcome, RunResult
 from robotcore.recording import channels
 from robotcore.recording.channels import DEVICE
 from robotcore.recording.chunks import DAMAGE, ChunkedFile, Place
@@ -21,6 +20,7 @@ from robotcore.recording.protobuf import compressed_image, raw_image
 from robotcore.recording.recording import FORMAT, Metadata, Recording
 from robotcore.recording.samples import FileSamples, Picture
 from robotcore.recording.wire import from_json
+from robotcore.running.outcome import Outcome, RunResult
 
 _NUMBERS: dict[str, type[Range | Angle]] = {"robotcore.Range": Range, "robotcore.Angle": Angle}
 _PICTURES: dict[str, Callable[[bytes], Image]] = {

@@ -10,7 +10,6 @@ from pathlib import Path
 
 from robotcore.clock import MonotonicClock
 from robotcore.errors import Interrupted, RecordingError, RobotcoreError
-from robotcore.outcome import RunResult
 from robotcore.recording.about import metadata_of
 from robotcore.recording.author import Author, Entry
 from robotcore.recording.backlog import ROOM_BYTES, Backlog
@@ -18,8 +17,9 @@ from robotcore.recording.events import Glimpse, Raised
 from robotcore.recording.mcapfile import McapFile
 from robotcore.recording.recording import Metadata
 from robotcore.recording.tap import Tap
-from robotcore.session import Run
-from robotcore.trace import TickRecord
+from robotcore.running.outcome import RunResult
+from robotcore.running.session import Run
+from robotcore.running.trace import TickRecord
 
 FLUSH_S = 0.5
 """What is lost at most where the process is killed: this, and what the disk takes. Nothing before the first tick is."""

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from robotcore.description import RobotDescription, WorldDescription
-from robotcore.outcome import RunResult
-from robotcore.plan import RunRequest
 from robotcore.recording.events import Glimpse, Recorded, SampleKey, Tick
+from robotcore.running.outcome import RunResult
+from robotcore.running.plan import RunRequest
 
 FORMAT = 1
 """Of the files that this version writes; it reads those up to it."""

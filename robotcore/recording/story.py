@@ -7,8 +7,8 @@ from enum import Enum
 from typing import NamedTuple
 
 from robotcore.faults import PlannedFault
-from robotcore.outcome import RunResult
 from robotcore.recording.events import Tick
+from robotcore.running.outcome import RunResult
 
 
 class Level(Enum):

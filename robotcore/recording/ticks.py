@@ -9,7 +9,7 @@ from robotcore.drive import DifferentialGeometry, Odometry, Wheels
 from robotcore.geometry import Pose
 from robotcore.recording.events import Raised, Tick, Turned
 from robotcore.recording.notes import Notes
-from robotcore.trace import TickRecord
+from robotcore.running.trace import TickRecord
 
 
 class Ticks:

@@ -6,11 +6,11 @@ import re
 from contextlib import suppress
 
 from robotcore.errors import DeviationError, RecordingEndedError
-from robotcore.outcome import Outcome, RunResult
 from robotcore.recording import Recording
 from robotcore.recording.ended import why_no_end
 from robotcore.replay.cues import Cues
 from robotcore.replay.script import Script
+from robotcore.running.outcome import Outcome, RunResult
 
 _GOES_ON = "the app goes on"
 

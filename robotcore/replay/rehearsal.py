@@ -14,16 +14,16 @@ from robotcore.drive import Wheels
 from robotcore.errors import Interrupted, RecordingEndedError
 from robotcore.layers.layer import Layer
 from robotcore.layers.readers import Reader
-from robotcore.outcome import RunResult
 from robotcore.recording import MotorAsk, Recording, Tick
 from robotcore.recording.tap import Tap
 from robotcore.replay.cues import Cues
 from robotcore.replay.deviation import motor_told, wheels_told
 from robotcore.replay.likeness import Likeness
 from robotcore.replay.replaying import request_for, require_app, require_ticks
+from robotcore.running.outcome import RunResult
+from robotcore.running.session import Observer, Run, run
+from robotcore.running.trace import TickRecord
 from robotcore.safety import Latch
-from robotcore.session import Observer, Run, run
-from robotcore.trace import TickRecord
 
 
 @dataclass(frozen=True)

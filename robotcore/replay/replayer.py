@@ -10,15 +10,15 @@ from robotcore.drive import Wheels
 from robotcore.errors import RobotcoreError
 from robotcore.layers.layer import Layer
 from robotcore.layers.readers import Reader
-from robotcore.outcome import RunResult
 from robotcore.recording import Recording
 from robotcore.replay.likeness import Likeness
 from robotcore.replay.motor import ReplayedMotor, require_all
 from robotcore.replay.script import Script
 from robotcore.replay.stage import ReplayedStage, again
+from robotcore.running.outcome import RunResult
+from robotcore.running.session import Run
+from robotcore.running.trace import TickRecord
 from robotcore.safety import Latch, Stage
-from robotcore.session import Run
-from robotcore.trace import TickRecord
 
 
 class Replayer(Layer):

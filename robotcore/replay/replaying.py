@@ -8,8 +8,6 @@ from pathlib import Path
 
 from robotcore.appfile import app_path, is_app_file
 from robotcore.errors import Interrupted, RecordingError
-from robotcore.outcome import RunResult
-from robotcore.plan import RunRequest
 from robotcore.recording import Recording
 from robotcore.recording.about import source_of
 from robotcore.replay.ending import hold_end
@@ -17,7 +15,9 @@ from robotcore.replay.likeness import ACROSS_PLATFORMS, Likeness
 from robotcore.replay.platforms import differences
 from robotcore.replay.replayer import Replayer
 from robotcore.replay.verdict import Replayed
-from robotcore.session import Observer, run
+from robotcore.running.outcome import RunResult
+from robotcore.running.plan import RunRequest
+from robotcore.running.session import Observer, run
 
 BACKEND = "replay"
 

@@ -8,7 +8,7 @@ from robotcore.errors import DeviationError, RecordingEndedError, RobotcoreError
 from robotcore.recording import Recording
 from robotcore.replay.cues import Cues
 from robotcore.replay.deviation import Deviation
-from robotcore.trace import TickRecord, Trace
+from robotcore.running.trace import TickRecord, Trace
 
 
 class Script:

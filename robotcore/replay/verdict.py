@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from robotcore.errors import Interrupted
-from robotcore.outcome import RunResult
 from robotcore.recording import Recording
 from robotcore.replay.deviation import Deviation
 from robotcore.replay.ending import ended_from_outside
+from robotcore.running.outcome import RunResult
 
 DIFFERS = 1
 

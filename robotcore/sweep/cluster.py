@@ -11,7 +11,7 @@ from typing import Any
 
 from robotcore.clock import MonotonicClock
 from robotcore.errors import BackendError, RobotcoreError
-from robotcore.plan import RunRequest
+from robotcore.running.plan import RunRequest
 from robotcore.sweep.engine import imported, patience
 from robotcore.sweep.kit import Kit
 from robotcore.sweep.remote import perform_there, refusal

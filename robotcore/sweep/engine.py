@@ -7,7 +7,7 @@ from importlib import import_module
 from typing import Any, Protocol
 
 from robotcore.errors import BackendMissingError
-from robotcore.plan import RunRequest
+from robotcore.running.plan import RunRequest
 from robotcore.sweep.spec import Sweep
 from robotcore.sweep.worker import Ended
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from robotcore.outcome import RunResult
-from robotcore.session import Run
+from robotcore.running.outcome import RunResult
+from robotcore.running.session import Run
+from robotcore.running.trace import TickRecord
 from robotcore.sweep.record import TruePath
-from robotcore.trace import TickRecord
 from robotcore.truth import Truth
 
 INTERVAL_S = 0.5

@@ -11,7 +11,7 @@ from typing import Any, get_type_hints
 from pydantic import ConfigDict, ValidationError, create_model
 
 from robotcore.description import first_fault
-from robotcore.outcome import Outcome, RunResult
+from robotcore.running.outcome import Outcome, RunResult
 
 TruePath = tuple[tuple[float, float, float], ...]
 """Where the robot truly was: (t, x, y) in seconds and metres, in the order of time."""

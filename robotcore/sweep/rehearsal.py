@@ -8,7 +8,7 @@ from contextlib import closing
 from robotcore.appfile import INSTEAD, app_path, is_app_file
 from robotcore.catalogue import load_app, load_backend
 from robotcore.errors import BackendError, UsageError
-from robotcore.plan import RunRequest
+from robotcore.running.plan import RunRequest
 from robotcore.settings import configure
 from robotcore.sweep.child import Child, ChildDiedError, ChildHungError
 from robotcore.sweep.spec import Sweep

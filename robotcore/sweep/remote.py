@@ -11,7 +11,7 @@ from threading import Lock
 from robotcore.appfile import app_path
 from robotcore.catalogue import app_name
 from robotcore.errors import BackendError, RobotcoreError
-from robotcore.plan import RunRequest
+from robotcore.running.plan import RunRequest
 from robotcore.sweep.child import Child
 from robotcore.sweep.command import command_of
 from robotcore.sweep.kit import Kit

@@ -14,7 +14,7 @@ from types import TracebackType
 from robotcore.appfile import app_path
 from robotcore.catalogue import app_name
 from robotcore.errors import UsageError
-from robotcore.plan import RunRequest
+from robotcore.running.plan import RunRequest
 from robotcore.sweep.fingerprint import Parts, digest, parts
 from robotcore.sweep.journal import Journal
 from robotcore.sweep.kept import Run, Wanted, kept

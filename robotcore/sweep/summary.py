@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from robotcore.appfile import is_app_file
-from robotcore.plan import RunRequest
+from robotcore.running.plan import RunRequest
 from robotcore.sweep.place import Place
 from robotcore.sweep.record import Record
 from robotcore.sweep.statistics import Group

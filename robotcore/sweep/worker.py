@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from robotcore.errors import RobotcoreError
-    from robotcore.outcome import RunResult
-    from robotcore.plan import RunRequest
+    from robotcore.running.outcome import RunResult
+    from robotcore.running.plan import RunRequest
     from robotcore.sweep.child import Child
     from robotcore.sweep.record import Record
 
@@ -36,7 +36,7 @@ def prepare() -> None:
     os.environ.update(dict.fromkeys(_THREADS, "1"))
     import cv2
 
-    import robotcore.session
+    import robotcore.running.session
     import robotcore.view.picture  # noqa: F401
 
     cv2.setNumThreads(1)
@@ -45,7 +45,7 @@ def prepare() -> None:
 def perform(request: RunRequest) -> Ended:
     """Run, and tell how it ended, whatever that was."""
     from robotcore.errors import RobotcoreError
-    from robotcore.session import run
+    from robotcore.running.session import run
     from robotcore.sweep.command import command_of
     from robotcore.sweep.path import PathRecorder
     from robotcore.sweep.record import Record
@@ -87,7 +87,7 @@ def _perform_or_end(request: RunRequest) -> Ended:
     """Run; a process that was told to end in the middle of it does so. What a library raises costs this run alone."""
     from robotcore.clock import MonotonicClock
     from robotcore.errors import RobotcoreError
-    from robotcore.outcome import Outcome
+    from robotcore.running.outcome import Outcome
 
     wall = MonotonicClock()
     try:
@@ -114,7 +114,7 @@ def unfinished(request: RunRequest, error: RobotcoreError, wall_time_s: float = 
 def _unstarted(request: RunRequest, error: RobotcoreError) -> RunResult:
     from robotcore.catalogue import app_name
     from robotcore.description import load_robot, load_world
-    from robotcore.outcome import Outcome, RunResult
+    from robotcore.running.outcome import Outcome, RunResult
 
     return RunResult(
         app=app_name(request.app),
@@ -135,7 +135,7 @@ def _unstarted(request: RunRequest, error: RobotcoreError) -> RunResult:
 def _drawn(request: RunRequest) -> dict[str, float | str]:
     """Return the conditions that the run was to be under; none where no such world can be drawn."""
     from robotcore.errors import RobotcoreError
-    from robotcore.plan import drawn_for
+    from robotcore.running.plan import drawn_for
 
     with suppress(RobotcoreError):
         return dict(drawn_for(request))

@@ -10,10 +10,10 @@ import cv2
 from robotcore.devices import Image
 from robotcore.errors import UsageError
 from robotcore.layers.devices import LayeredCamera, LayeredDisplay
-from robotcore.outcome import RunResult
 from robotcore.robot import Robot
-from robotcore.session import Run
-from robotcore.trace import TickRecord
+from robotcore.running.outcome import RunResult
+from robotcore.running.session import Run
+from robotcore.running.trace import TickRecord
 from robotcore.view.sheet import Story, draw
 from robotcore.view.track import Footstep, Track
 

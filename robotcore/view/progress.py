@@ -12,9 +12,9 @@ from rich.table import Table
 
 from robotcore.clock import MonotonicClock
 from robotcore.layers.devices import LayeredRangeSensor
-from robotcore.outcome import RunResult
-from robotcore.session import Run
-from robotcore.trace import TickRecord
+from robotcore.running.outcome import RunResult
+from robotcore.running.session import Run
+from robotcore.running.trace import TickRecord
 
 REFRESH_HZ = 10
 

@@ -8,7 +8,7 @@ from rich.text import Text
 
 from robotcore.errors import RobotcoreError
 from robotcore.faults.spec import Spec
-from robotcore.outcome import Outcome, RunResult
+from robotcore.running.outcome import Outcome, RunResult
 
 _STYLES = {Outcome.SUCCESS: "bold green", Outcome.INTERRUPTED: "bold yellow", Outcome.TIMEOUT: "bold yellow"}
 _BAD = "bold red"

@@ -3,8 +3,8 @@ from __future__ import annotations
 import pytest
 
 from robotcore import Outcome, RunRequest, RunResult, run
-from robotcore.session import Run
-from robotcore.trace import TickRecord
+from robotcore.running.session import Run
+from robotcore.running.trace import TickRecord
 from robotcore.vision.marks import YELLOW
 
 SEED = 6

@@ -7,9 +7,9 @@ from typing import Any
 
 from robotcore.behaviour import Status
 from robotcore.robot import Robot
+from robotcore.running.session import Run, RunResult
+from robotcore.running.trace import TickRecord
 from robotcore.safety import REST
-from robotcore.session import Run, RunResult
-from robotcore.trace import TickRecord
 from tests.robotcore.fakes import Deed
 
 Runner = Callable[..., RunResult]

@@ -8,8 +8,8 @@ import pytest
 from robotcore.asking import asking_line
 from robotcore.drive import Wheels
 from robotcore.errors import InvalidCommandError
-from robotcore.outcome import Outcome
 from robotcore.robot import Robot
+from robotcore.running.outcome import Outcome
 from robotcore.safety.rules import VelocityLimit
 from tests.robotcore.runs import Runner, driving, then
 

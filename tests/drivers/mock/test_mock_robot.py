@@ -20,7 +20,7 @@ from robotcore.errors import (
     UsageError,
 )
 from robotcore.robot import Robot, Role
-from robotcore.session import RunRequest, run
+from robotcore.running.session import RunRequest, run
 
 
 @dataclass

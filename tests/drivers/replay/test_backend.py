@@ -10,11 +10,11 @@ from robotcore.backend import Setup
 from robotcore.description import load_robot
 from robotcore.devices import Range, RangeSensor
 from robotcore.errors import DeviceError, UnmetNeedError, UsageError
-from robotcore.outcome import Outcome
-from robotcore.plan import RunRequest
 from robotcore.recording import Metadata, Raised, Read, Recording, SampleKey, Tick
 from robotcore.robot import Robot
-from robotcore.session import run
+from robotcore.running.outcome import Outcome
+from robotcore.running.plan import RunRequest
+from robotcore.running.session import run
 
 ROVER = load_robot("rover")
 EVERY = tuple(device.name for device in ROVER.devices)

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -36,6 +37,7 @@ class Ward(Backend):
             raise self.error
 
 
+POLE = 'name = "pole"\n[body]\nlength_m = 0.1\nwidth_m = 0.1\nheight_m = 0.5\nclearance_m = 0.0\nmass_kg = 1.0\n'
 FINE = Finding.ok("board", "number 1")
 POOR = Finding.warning("power", "the voltage was low", "Take a stronger supply")
 BAD = Finding.error("pins", "GPIO 17 is held by somebody", "End that program")
@@ -114,9 +116,11 @@ def test_what_a_backend_raises_is_no_traceback_and_no_ok(cli: Cli, ward: type[Wa
     assert "warning  ward          could not be checked: the board does not answer" in told.out
 
 
-def test_a_robot_is_looked_at_too(cli: Cli, ward: type[Ward]) -> None:
-    found = cli("doctor", "--backend", "ward", "--robot", "lookout", "--json").json["findings"]
-    assert found[-1]["said"] == "lookout"
+def test_a_robot_is_looked_at_too(cli: Cli, ward: type[Ward], tmp_path: Path) -> None:
+    pole = tmp_path / "pole.toml"
+    pole.write_text(POLE, encoding="utf-8")
+    found = cli("doctor", "--backend", "ward", "--robot", str(pole), "--json").json["findings"]
+    assert found[-1]["said"] == "pole"
 
 
 @pytest.mark.parametrize("option", [("--robot", "rovr"), ("--backend", "wrd")])

@@ -11,9 +11,9 @@ from rich.console import Console
 from robotcore.comparison import Comparison, Parting, Side
 from robotcore.comparison.words import NOTHING, rows, told
 from robotcore.geometry import Pose
-from robotcore.outcome import Outcome
 from robotcore.recording import Glimpse, Recording
 from robotcore.recording.path import length_of
+from robotcore.running.outcome import Outcome
 from robotcore.view.canvas import Canvas
 from robotcore.view.compared import FIRST, SECOND, draw_comparison
 from tests.robotcore.replay.memory import changed, recorded

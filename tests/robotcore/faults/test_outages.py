@@ -9,8 +9,8 @@ from robotcore.clock import MonotonicClock, PacedClock, SteppedClock
 from robotcore.errors import DeviceError
 from robotcore.faults.clocks import Stalling
 from robotcore.faults.outages import Lost
-from robotcore.loop import Loop
 from robotcore.robot import Robot
+from robotcore.running.loop import Loop
 from tests.robotcore.fakes import Deed, picture
 from tests.robotcore.faults.rigs import TICK_S, faulty
 

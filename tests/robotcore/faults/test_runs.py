@@ -9,7 +9,7 @@ import pytest
 from robotcore import Outcome, RunRequest, RunResult
 from robotcore.faults.catalogue import load_fault
 from robotcore.registry import fault_names
-from robotcore.session import run
+from robotcore.running.session import run
 
 SPECS = {
     "eye drop=0.5": Outcome.TIMEOUT,

@@ -15,8 +15,8 @@ from robotcore.backend import Backend
 from robotcore.behaviour import Behaviour, Status
 from robotcore.devices import Motor
 from robotcore.robot import Robot
-from robotcore.session import Observer, Run, RunRequest, RunResult, run
-from robotcore.trace import TickRecord
+from robotcore.running.session import Observer, Run, RunRequest, RunResult, run
+from robotcore.running.trace import TickRecord
 from tests.robotcore.fakes import Deed
 from tests.robotcore.guardian.diary import Diary
 from tests.robotcore.guardian.recording import RecordingBackend, RecordingMotor
@@ -120,9 +120,9 @@ class Deeds:
 def run_on(backend: Backend, app: Behaviour, observer: Observer, timeout_s: float = 60.0) -> RunResult:
     """Run an app on a backend that no entry point names."""
     with (
-        patch("robotcore.plan.load_backend", lambda _: backend),
-        patch("robotcore.plan.load_app", lambda _: object),
-        patch("robotcore.plan.configure", lambda *_: app),
+        patch("robotcore.running.plan.load_backend", lambda _: backend),
+        patch("robotcore.running.plan.load_app", lambda _: object),
+        patch("robotcore.running.plan.configure", lambda *_: app),
     ):
         return run(RunRequest("app", timeout_s=timeout_s), [observer])
 

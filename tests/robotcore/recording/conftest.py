@@ -10,13 +10,13 @@ from robotcore.errors import DeviceError
 from robotcore.geometry import Pose
 from robotcore.layers.layer import Layer
 from robotcore.layers.readers import Reader
-from robotcore.outcome import RunResult
 from robotcore.recording import Recording, read
 from robotcore.recording.notes import Notes
 from robotcore.recording.recorder import Recorder
 from robotcore.recording.tap import Tap
-from robotcore.session import Run, RunRequest, run
-from robotcore.trace import TickRecord
+from robotcore.running.outcome import RunResult
+from robotcore.running.session import Run, RunRequest, run
+from robotcore.running.trace import TickRecord
 from tests.robotcore.recording import unruly
 
 UNRULY = str(Path(unruly.__file__))

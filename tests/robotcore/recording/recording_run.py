@@ -10,8 +10,8 @@ import sys
 from pathlib import Path
 
 from robotcore.recording.recorder import Recorder
-from robotcore.session import Run, RunRequest, RunResult, run
-from robotcore.trace import TickRecord
+from robotcore.running.session import Run, RunRequest, RunResult, run
+from robotcore.running.trace import TickRecord
 
 
 class Teller:

@@ -12,12 +12,12 @@ from pathlib import Path
 import pytest
 
 from robotcore.errors import BackendMissingError, Interrupted, RecordingError
-from robotcore.outcome import Outcome
 from robotcore.recording import read
 from robotcore.recording.mcapfile import McapFile, require_recordable
 from robotcore.recording.recorder import Recorder
-from robotcore.session import RunRequest, run
-from robotcore.trace import TickRecord
+from robotcore.running.outcome import Outcome
+from robotcore.running.session import RunRequest, run
+from robotcore.running.trace import TickRecord
 from tests.robotcore.recording.conftest import UNRULY, record
 from tests.robotcore.runs import Watcher
 

@@ -9,11 +9,11 @@ import pytest
 
 from robotcore.devices import Frame
 from robotcore.errors import DeviceError, InvalidCommandError
-from robotcore.outcome import Outcome, RunResult
 from robotcore.recording import Raised, SampleKey, read
 from robotcore.recording.recorder import Recorder
-from robotcore.session import Run, RunRequest, run
-from robotcore.trace import TickRecord
+from robotcore.running.outcome import Outcome, RunResult
+from robotcore.running.session import Run, RunRequest, run
+from robotcore.running.trace import TickRecord
 from tests.robotcore.recording.conftest import UNRULY, Recorded, record
 from tests.robotcore.recording.test_wire import bits
 

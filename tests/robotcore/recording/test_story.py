@@ -2,9 +2,9 @@ from __future__ import annotations
 
 from robotcore.drive import Wheels
 from robotcore.faults import plan_faults
-from robotcore.outcome import Outcome, RunResult
 from robotcore.recording import Raised, Read, Tick
 from robotcore.recording.story import Level, Story, last_line
+from robotcore.running.outcome import Outcome, RunResult
 from robotcore.safety import Intervention
 from tests.robotcore.fakes import ROVER
 

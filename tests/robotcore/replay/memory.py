@@ -7,13 +7,13 @@ from dataclasses import replace
 from typing import Any
 
 from robotcore.errors import Interrupted, RobotcoreError
-from robotcore.outcome import RunResult
 from robotcore.recording import Glimpse, Metadata, Raised, Recorded, Recording, SampleKey, Tick
 from robotcore.recording.about import metadata_of
 from robotcore.recording.tap import Tap
 from robotcore.recording.ticks import Ticks
-from robotcore.session import Run, RunRequest, run
-from robotcore.trace import TickRecord
+from robotcore.running.outcome import RunResult
+from robotcore.running.session import Run, RunRequest, run
+from robotcore.running.trace import TickRecord
 
 
 class Memory:

@@ -16,11 +16,11 @@ from robotcore.devices import Display, Image, Range, RangeSensor
 from robotcore.errors import DeviceError
 from robotcore.layers.layer import Layer
 from robotcore.layers.readers import Reader
-from robotcore.outcome import Outcome
 from robotcore.recording import Recording
 from robotcore.replay import rehearse, replay
 from robotcore.robot import Robot
-from robotcore.trace import TickRecord
+from robotcore.running.outcome import Outcome
+from robotcore.running.trace import TickRecord
 from tests.robotcore.fakes import NullMotor
 from tests.robotcore.replay.memory import changed, recorded
 from tests.robotcore.replay.test_replaying import require_equal

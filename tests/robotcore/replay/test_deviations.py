@@ -12,7 +12,7 @@ from robotcore.drive import Wheels
 from robotcore.recording import Ask, Read, Recording
 from robotcore.replay import Deviation, replay
 from robotcore.robot import Robot, Role
-from robotcore.session import RunRequest, run
+from robotcore.running.session import RunRequest, run
 from tests.robotcore.replay.memory import Memory, changed
 
 AT = 4
@@ -45,8 +45,8 @@ class Doing(Behaviour):
 def app(monkeypatch: pytest.MonkeyPatch) -> Doing:
     """What is run and replayed; the recording is of an app that only drives."""
     doing = Doing()
-    monkeypatch.setattr("robotcore.plan.load_app", lambda _: Doing)
-    monkeypatch.setattr("robotcore.plan.configure", lambda *_: doing)
+    monkeypatch.setattr("robotcore.running.plan.load_app", lambda _: Doing)
+    monkeypatch.setattr("robotcore.running.plan.configure", lambda *_: doing)
     return doing
 
 

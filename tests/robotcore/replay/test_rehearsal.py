@@ -7,10 +7,10 @@ import pytest
 from rich.console import Console
 
 from robotcore.errors import UnmetNeedError
-from robotcore.outcome import Outcome
 from robotcore.recording import Recording
 from robotcore.replay import Rehearsed, rehearse
 from robotcore.replay.words import told
+from robotcore.running.outcome import Outcome
 from tests.robotcore.replay.memory import recorded
 
 APPS = str(Path(__file__).parent / "recorded_apps.py")

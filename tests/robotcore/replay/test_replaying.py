@@ -18,11 +18,11 @@ from benchmarks.replayed.disturbances import (
 )
 from robotcore.drive import Wheels
 from robotcore.errors import EmergencyStopError, Interrupted, RecordingError
-from robotcore.outcome import Outcome, RunResult
 from robotcore.recording import Raised, Recording, Tick
 from robotcore.replay import replay
+from robotcore.running.outcome import Outcome, RunResult
+from robotcore.running.trace import TickRecord, Trace
 from robotcore.safety import Intervention
-from robotcore.trace import TickRecord, Trace
 from tests.robotcore.replay.memory import changed, recorded
 
 APPS = str(Path(__file__).parent / "recorded_apps.py")

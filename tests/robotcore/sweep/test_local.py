@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from robotcore import Outcome, RunRequest, run
-from robotcore.plan import Plan
+from robotcore.running.plan import Plan
 from robotcore.sweep import LocalEngine, Record, Sweep, run_sweep
 from tests.robotcore.sweep.conftest import AppFile, sweep_of
 

@@ -10,8 +10,8 @@ from rich.console import Console
 
 from robotcore import RunRequest, run
 from robotcore.devices import Range
-from robotcore.session import Run
-from robotcore.trace import TickRecord
+from robotcore.running.session import Run
+from robotcore.running.trace import TickRecord
 from robotcore.view.progress import Progress
 
 REQUEST = RunRequest("avoid-obstacles", world="open", settings={"duration_s": 0.5})

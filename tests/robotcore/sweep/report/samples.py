@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from robotcore.outcome import Outcome, RunResult
+from robotcore.running.outcome import Outcome, RunResult
 from robotcore.sweep.record import Record, TruePath
 
 PASSED = RunResult(

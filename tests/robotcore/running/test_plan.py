@@ -9,8 +9,8 @@ import pytest
 from robotcore.behaviour import Behaviour, Status, Stopping
 from robotcore.description import Conditions, MotorDescription
 from robotcore.errors import BackendMissingError, UnknownNameError, UnmetNeedError, UsageError
-from robotcore.plan import Plan, RunRequest
 from robotcore.robot import Robot, Role
+from robotcore.running.plan import Plan, RunRequest
 from tests.robotcore.fakes import ROVER, RigBackend
 
 
@@ -32,8 +32,8 @@ class Stopper(Behaviour):
 @pytest.fixture(autouse=True)
 def backend(monkeypatch: pytest.MonkeyPatch) -> RigBackend:
     backend = RigBackend()
-    monkeypatch.setattr("robotcore.plan.load_backend", lambda _: backend)
-    monkeypatch.setattr("robotcore.plan.load_app", lambda _: Stopper)
+    monkeypatch.setattr("robotcore.running.plan.load_backend", lambda _: backend)
+    monkeypatch.setattr("robotcore.running.plan.load_app", lambda _: Stopper)
     return backend
 
 

@@ -6,9 +6,9 @@ import pytest
 
 from robotcore.behaviour import Status
 from robotcore.errors import DeviceError, DeviceGroupError
-from robotcore.interrupts import Interrupts
-from robotcore.outcome import Outcome
 from robotcore.robot import Robot, Role
+from robotcore.running.interrupts import Interrupts
+from robotcore.running.outcome import Outcome
 from tests.robotcore.fakes import Rig, RigBackend
 from tests.robotcore.runs import Runner, then
 

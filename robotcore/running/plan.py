@@ -25,8 +25,8 @@ from robotcore.description import (
 )
 from robotcore.errors import UsageError
 from robotcore.faults import PlannedFault, plan_faults
-from robotcore.judging import load_judge
 from robotcore.layers import needed_devices
+from robotcore.running.judging import load_judge
 from robotcore.safety import stopping_distance
 from robotcore.settings import configure
 

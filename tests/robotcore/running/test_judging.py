@@ -8,7 +8,7 @@ import pytest
 
 from robotcore import Outcome, RunRequest, run
 from robotcore.errors import UsageError
-from robotcore.judging import load_judge
+from robotcore.running.judging import load_judge
 
 App = Callable[..., str]
 

@@ -7,10 +7,10 @@ from typing import NamedTuple
 from robotcore.behaviour import Behaviour
 from robotcore.catalogue import app_name
 from robotcore.errors import Interrupted, RobotcoreError, SafetyStop
-from robotcore.judging import Judgement
-from robotcore.loop import Loop
-from robotcore.outcome import Outcome, RunResult
-from robotcore.plan import Plan, RunRequest
+from robotcore.running.judging import Judgement
+from robotcore.running.loop import Loop
+from robotcore.running.outcome import Outcome, RunResult
+from robotcore.running.plan import Plan, RunRequest
 
 
 class Ending(NamedTuple):

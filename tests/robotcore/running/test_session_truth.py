@@ -7,8 +7,8 @@ import pytest
 from robotcore.behaviour import Status
 from robotcore.errors import BackendError, DeviceError
 from robotcore.geometry import Pose, Twist
-from robotcore.outcome import Outcome
-from robotcore.session import RunRequest
+from robotcore.running.outcome import Outcome
+from robotcore.running.session import RunRequest
 from robotcore.truth import Truth
 from tests.robotcore.fakes import Deed, RigBackend, StillTruth
 from tests.robotcore.runs import Runner, then

@@ -8,20 +8,20 @@ from contextlib import ExitStack, suppress
 from dataclasses import replace
 from functools import partial
 
-from robotcore.account import Ending, outcome_of, told
 from robotcore.clock import Clock, MonotonicClock, PacedClock
 from robotcore.errors import BackendError, DeviceClosedError, DeviceError, Interrupted, RobotcoreError
 from robotcore.guardian.guarding import guarded
-from robotcore.interrupts import Interrupts, Recalled
-from robotcore.judging import Judgement, judged
 from robotcore.layers import Assembled, assemble
 from robotcore.layers.layer import Layer
-from robotcore.loop import Loop
-from robotcore.observer import Observer, Run
-from robotcore.outcome import Outcome, RunResult
-from robotcore.overdue import SIMULATED, closing, judging, opening, stepping, watching
-from robotcore.plan import Plan
 from robotcore.robot import Robot
+from robotcore.running.account import Ending, outcome_of, told
+from robotcore.running.interrupts import Interrupts, Recalled
+from robotcore.running.judging import Judgement, judged
+from robotcore.running.loop import Loop
+from robotcore.running.observer import Observer, Run
+from robotcore.running.outcome import Outcome, RunResult
+from robotcore.running.overdue import SIMULATED, closing, judging, opening, stepping, watching
+from robotcore.running.plan import Plan
 from robotcore.safety import EmergencyStop, Watchdog, Whereabouts
 from robotcore.safety.errand import Errand
 from robotcore.truth import Truth

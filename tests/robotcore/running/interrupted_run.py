@@ -1,4 +1,4 @@
-"""A run of null devices to be interrupted: ``python -m tests.robotcore.interrupted_run APP``."""
+"""A run of null devices to be interrupted: ``python -m tests.robotcore.running.interrupted_run APP``."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from unittest.mock import patch
 
 from robotcore.behaviour import Status
 from robotcore.robot import Robot
-from robotcore.session import RunRequest, RunResult, run
+from robotcore.running.session import RunRequest, RunResult, run
 from tests.robotcore.fakes import Deed, RigBackend
 from tests.robotcore.runs import Watcher
 
@@ -104,9 +104,9 @@ def main() -> int:
         tell(json.dumps({**json.loads(result.to_json()), **told}))
 
     with (
-        patch("robotcore.plan.load_backend", lambda _: backend),
-        patch("robotcore.plan.load_app", lambda _: object),
-        patch("robotcore.plan.configure", lambda *_: App(deed)),
+        patch("robotcore.running.plan.load_backend", lambda _: backend),
+        patch("robotcore.running.plan.load_app", lambda _: object),
+        patch("robotcore.running.plan.configure", lambda *_: App(deed)),
     ):
         result = run(RunRequest("app", timeout_s=1e9), [Saying()], last_words=tell_all)
     tell_all(result)

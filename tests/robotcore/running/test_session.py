@@ -6,7 +6,6 @@ from typing import Any
 
 import pytest
 
-from robotcore import execution
 from robotcore.behaviour import Status
 from robotcore.clock import Clock, PacedClock
 from robotcore.errors import (
@@ -19,9 +18,10 @@ from robotcore.errors import (
     UnmetNeedError,
     UsageError,
 )
-from robotcore.outcome import Outcome
 from robotcore.robot import Robot, Role
-from robotcore.session import RunRequest
+from robotcore.running import execution
+from robotcore.running.outcome import Outcome
+from robotcore.running.session import RunRequest
 from tests.robotcore.fakes import Deed, RigBackend
 from tests.robotcore.runs import Runner, driving, raising, then
 

@@ -7,8 +7,8 @@ import struct
 import pytest
 
 from robotcore.drive import Wheels
+from robotcore.running.trace import TickRecord, Trace
 from robotcore.safety import Intervention
-from robotcore.trace import TickRecord, Trace
 
 
 def record(state: str, asked: Wheels | None = None, *, tick: int = 0, interventions: int = 0) -> TickRecord:

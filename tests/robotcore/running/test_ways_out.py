@@ -13,13 +13,13 @@ import pytest
 from robotcore.behaviour import Status
 from robotcore.devices import Motor
 from robotcore.errors import BehaviourError, DeviceClosedError, DeviceError, Interrupted, WatchdogError
-from robotcore.interrupts import Interrupts
 from robotcore.layers import Assembled, assemble
-from robotcore.outcome import Outcome, RunResult
-from robotcore.plan import RunRequest
 from robotcore.robot import Robot
-from robotcore.session import Run
-from robotcore.trace import TickRecord
+from robotcore.running.interrupts import Interrupts
+from robotcore.running.outcome import Outcome, RunResult
+from robotcore.running.plan import RunRequest
+from robotcore.running.session import Run
+from robotcore.running.trace import TickRecord
 from tests.robotcore.fakes import Deed, Rig, RigBackend
 from tests.robotcore.runs import Runner, Watcher, driving, ended_by, raising, then
 
@@ -41,7 +41,7 @@ def test_from_the_third_signal_on_every_command_is_refused(
             with suppress(Interrupted):
                 signal.raise_signal(signal.SIGTERM)
 
-    monkeypatch.setattr("robotcore.interrupts.die_of", die_of)
+    monkeypatch.setattr("robotcore.running.interrupts.die_of", die_of)
     perform(then(press))
     assert died == [(0.0, 0.0)]
 
@@ -63,7 +63,7 @@ def test_a_recall_in_the_last_moment_ends_the_run_by_what_was_latched(
         runs.append(assemble(*parts))
         return runs[0]
 
-    monkeypatch.setattr("robotcore.execution.assemble", keep)
+    monkeypatch.setattr("robotcore.running.execution.assemble", keep)
     monkeypatch.setattr(Interrupts, "hold", hold_too_late)
     result = perform(then(lambda _: Status.SUCCESS))
     assert (result.outcome, result.reason) == (Outcome.STOPPED, "not back")

@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 
-from robotcore.execution import Execution
-from robotcore.interrupts import Interrupts
 from robotcore.layers.layer import Layer
-from robotcore.observer import Observer, Run
-from robotcore.outcome import RunResult
-from robotcore.plan import Plan, RunRequest
+from robotcore.running.execution import Execution
+from robotcore.running.interrupts import Interrupts
+from robotcore.running.observer import Observer, Run
+from robotcore.running.outcome import RunResult
+from robotcore.running.plan import Plan, RunRequest
 
 __all__ = ["Observer", "Run", "RunRequest", "RunResult", "run"]
 

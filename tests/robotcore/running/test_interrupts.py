@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from robotcore.errors import Interrupted
-from robotcore.interrupts import LAST_SIGNAL, RECALL, Interrupts, Recalled
+from robotcore.running.interrupts import LAST_SIGNAL, RECALL, Interrupts, Recalled
 
 SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT]
 
@@ -59,7 +59,7 @@ class TestInterrupts:
             signal.raise_signal(signal.SIGTERM)  # a fourth one cuts nothing short
             ended.append("stopped")
 
-        monkeypatch.setattr("robotcore.interrupts.die_of", die)
+        monkeypatch.setattr("robotcore.running.interrupts.die_of", die)
         with Interrupts() as interrupts:
             interrupts.stop_with(stop)
             for _ in range(2):
@@ -139,12 +139,15 @@ class TestInterrupts:
 @pytest.mark.parametrize("number", SIGNALS)
 def test_a_process_dies_of_the_signal_whatever_was_done_about_it_before(number: signal.Signals) -> None:
     before = f"signal.signal({number}, lambda *_: print('heard'))"
-    assert _status_of(f"import signal; from robotcore.interrupts import die_of; {before}; die_of({number})") == -number
+    assert (
+        _status_of(f"import signal; from robotcore.running.interrupts import die_of; {before}; die_of({number})")
+        == -number
+    )
 
 
 def test_a_signal_that_is_blocked_is_told_by_the_exit_status() -> None:
     before = "signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTERM])"
-    assert _status_of(f"import signal; from robotcore.interrupts import die_of; {before}; die_of(15)") == 143
+    assert _status_of(f"import signal; from robotcore.running.interrupts import die_of; {before}; die_of(15)") == 143
 
 
 def _status_of(code: str) -> int:
@@ -157,8 +160,8 @@ def interrupted() -> Iterator[Callable[[str, signal.Signals], tuple[int, dict[st
     processes: list[subprocess.Popen[str]] = []
 
     def run(app: str, number: signal.Signals) -> tuple[int, dict[str, Any]]:
-        command = [sys.executable, "-m", "tests.robotcore.interrupted_run", app]
-        process = subprocess.Popen(command, cwd=RUN.parents[2], stdout=subprocess.PIPE, text=True)
+        command = [sys.executable, "-m", "tests.robotcore.running.interrupted_run", app]
+        process = subprocess.Popen(command, cwd=RUN.parents[3], stdout=subprocess.PIPE, text=True)
         processes.append(process)
         assert process.stdout
         assert process.stdout.readline() == "moving\n"
@@ -187,8 +190,8 @@ def test_a_signal_stops_the_motors_and_ends_the_run(
 
 @pytest.mark.parametrize("app", ["impervious", "beyond_python"])
 def test_an_app_that_never_comes_back_ends_with_its_process_after_all_is_stopped_and_told(app: str) -> None:
-    command = [sys.executable, "-m", "tests.robotcore.interrupted_run", app]
-    ended = subprocess.run(command, cwd=RUN.parents[2], capture_output=True, text=True, timeout=60, check=False)
+    command = [sys.executable, "-m", "tests.robotcore.running.interrupted_run", app]
+    ended = subprocess.run(command, cwd=RUN.parents[3], capture_output=True, text=True, timeout=60, check=False)
     moving, *_, observed, told = ended.stdout.splitlines()
     assert (moving, observed) == ("moving", "observed")
     assert ended.returncode == 4
@@ -197,8 +200,8 @@ def test_an_app_that_never_comes_back_ends_with_its_process_after_all_is_stopped
 
 
 def test_the_third_signal_ends_the_process_when_all_is_stopped_and_told() -> None:
-    command = [sys.executable, "-m", "tests.robotcore.interrupted_run", "impervious"]
-    with subprocess.Popen(command, cwd=RUN.parents[2], stdout=subprocess.PIPE, text=True) as process:
+    command = [sys.executable, "-m", "tests.robotcore.running.interrupted_run", "impervious"]
+    with subprocess.Popen(command, cwd=RUN.parents[3], stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout
         assert process.stdout.readline() == "moving\n"
         for _ in range(LAST_SIGNAL):

@@ -4,7 +4,7 @@ import json
 
 from robotcore.behaviour import Status
 from robotcore.errors import DeviceError
-from robotcore.session import RunRequest, RunResult
+from robotcore.running.session import RunRequest, RunResult
 from tests.robotcore.fakes import RigBackend
 from tests.robotcore.runs import Runner, Watcher, raising, then
 

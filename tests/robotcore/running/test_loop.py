@@ -7,10 +7,10 @@ import pytest
 from robotcore.behaviour import Status
 from robotcore.drive import Wheels
 from robotcore.errors import BehaviourError, DeviceError, SafetyStop
-from robotcore.loop import Loop
-from robotcore.outcome import Outcome
 from robotcore.robot import Robot
-from robotcore.trace import TickRecord
+from robotcore.running.loop import Loop
+from robotcore.running.outcome import Outcome
+from robotcore.running.trace import TickRecord
 from tests.robotcore.fakes import Deed, Rig
 
 

@@ -8,7 +8,7 @@ from robotcore.appfile import app_path, is_app_file
 from robotcore.behaviour import Behaviour
 from robotcore.catalogue import load_app
 from robotcore.errors import BehaviourError, RobotcoreError, UnknownNameError, UsageError
-from robotcore.outcome import Outcome
+from robotcore.running.outcome import Outcome
 from robotcore.settings import configure, settings_of
 from robotcore.siblings import import_beside
 from robotcore.truth import Truth

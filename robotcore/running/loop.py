@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 from robotcore.behaviour import Behaviour, Status
 from robotcore.drive import DifferentialDrive
 from robotcore.errors import BehaviourError, DeviceError, Interrupted, RobotcoreError, UsageError
-from robotcore.interrupts import Recalled
 from robotcore.layers import Assembled
-from robotcore.outcome import Outcome
+from robotcore.running.interrupts import Recalled
+from robotcore.running.outcome import Outcome
+from robotcore.running.trace import TickRecord, Trace
 from robotcore.safety import Commit, Intervention, Stay
-from robotcore.trace import TickRecord, Trace
 
 TickObserver = Callable[[TickRecord], None]
 

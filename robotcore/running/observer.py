@@ -9,11 +9,11 @@ from typing import Protocol
 from robotcore.behaviour import Behaviour
 from robotcore.description import RobotDescription, WorldDescription
 from robotcore.faults import PlannedFault
-from robotcore.outcome import RunResult
-from robotcore.plan import RunRequest
 from robotcore.robot import Robot
+from robotcore.running.outcome import RunResult
+from robotcore.running.plan import RunRequest
+from robotcore.running.trace import TickRecord
 from robotcore.safety import EmergencyStop
-from robotcore.trace import TickRecord
 from robotcore.truth import Truth
 
 

@@ -13,10 +13,10 @@ import pytest
 import robotcore.description
 from robotcore.behaviour import Status
 from robotcore.errors import WatchdogError
-from robotcore.outcome import Outcome, RunResult
-from robotcore.plan import RunRequest
 from robotcore.robot import Robot
-from robotcore.trace import TickRecord
+from robotcore.running.outcome import Outcome, RunResult
+from robotcore.running.plan import RunRequest
+from robotcore.running.trace import TickRecord
 from tests.robotcore.fakes import RigBackend
 from tests.robotcore.runs import Runner, Watcher, ended_by, then
 
@@ -175,7 +175,7 @@ def test_a_window_that_is_held_up_ends_no_run(
 def test_a_backend_that_does_not_open_the_robot_is_named(
     perform: Runner, backend: RigBackend, gate: threading.Event, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("robotcore.overdue.OPENING_S", 0.3)
+    monkeypatch.setattr("robotcore.running.overdue.OPENING_S", 0.3)
     monkeypatch.setattr("robotcore.safety.watchdog.FIRST_TICK_S", 0.3)
     monkeypatch.setattr(backend, "_prepare", lambda _: gate.wait())
     result = perform(then(lambda _: None))
