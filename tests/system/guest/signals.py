@@ -10,7 +10,6 @@ from tests.system.guest.chip import Chip
 from tests.system.guest.waiting import settled
 
 FORWARD = MOTOR_LINES["left"][0]
-MOTORS = [gpio for lines in MOTOR_LINES.values() for gpio in lines]
 
 BARE = """
 import sys
