@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Protocol
 from pydantic import Field
 
 from drivers.raspberrypi.claiming import claiming
+from drivers.raspberrypi.edges import hear_no_more
 from robotcore.clock import Clock
 from robotcore.description import Described, EncoderDescription
 from robotcore.devices import Angle, Encoder
@@ -94,5 +95,5 @@ def open_input(device: str, number: int, settings: EncoderSettings, pins: Factor
 def watch(device: str, pin: Pin, changed: Callable[[float, int], None], opened: ExitStack) -> None:
     """Have a bound method told of every edge, with the tick and the level; its object has to be kept."""
     with claiming(device, (int(pin.info.name.removeprefix("GPIO")),)):
-        opened.callback(setattr, pin, "when_changed", None)
+        opened.callback(hear_no_more, pin)
         pin.when_changed = changed

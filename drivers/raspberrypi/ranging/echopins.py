@@ -8,6 +8,7 @@ from contextlib import ExitStack
 from typing import Any
 
 from drivers.raspberrypi.claiming import claiming
+from drivers.raspberrypi.edges import hear_no_more
 
 TRIGGER_S = 10e-6
 """How long the trigger is high at least. Source: HC-SR04 data sheet, ElecFreaks."""
@@ -51,4 +52,4 @@ class EchoPins:
     def close(self) -> None:
         """Hear no edge any more, and let both go."""
         with self._undo:
-            self._echo.pin.when_changed = None
+            hear_no_more(self._echo.pin)
