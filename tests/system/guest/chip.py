@@ -5,7 +5,10 @@ Source: https://www.kernel.org/doc/html/v6.1/admin-guide/gpio/gpio-sim.html.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
+
+from tests.system.guest.waiting import settled
 
 CONFIG = Path("/sys/kernel/config/gpio-sim/pi")
 LINES = Path("/sys/devices/platform")
@@ -28,6 +31,8 @@ class Chip:
         self.set_persistent(is_persistent=False)
 
     def remove(self) -> None:
+        """Wait until nobody has it open, for the next one could not have its number, and take it away."""
+        settled(_holders, set())
         CONFIG.joinpath("live").write_text("0")
         CONFIG.joinpath("bank").rmdir()
         CONFIG.rmdir()
@@ -51,3 +56,13 @@ class Chip:
     def set_persistent(self, *, is_persistent: bool) -> None:
         """Let lines keep their level when nobody holds them any more, as Raspberry Pi OS does, or not."""
         PERSIST.write_text("Y" if is_persistent else "N")
+
+
+def _holders() -> set[str]:
+    """Return the processes that have the chip open, by their numbers."""
+    holders = set()
+    for file in Path("/proc").glob("[0-9]*/fd/*"):
+        with suppress(OSError):  # closed meanwhile
+            if str(file.readlink()).startswith("/dev/gpiochip"):
+                holders.add(file.parts[2])
+    return holders
