@@ -48,7 +48,7 @@ def world_names() -> list[str]:
 
 def load_robot(name_or_file: str) -> RobotDescription:
     """Return a shipped robot by name, or a user's own from a ``.toml`` file."""
-    return _robot(*_read(name_or_file, "robot"))
+    return _robot(*_read(name_or_file, "robot"), _own(name_or_file))
 
 
 def load_world(name_or_file: str) -> WorldDescription:
@@ -68,19 +68,19 @@ def load_any(name_or_file: str) -> RobotDescription | WorldDescription:
     if kind is None:
         fault = "it describes neither a robot nor a world"
         raise DescriptionError(file, "", fault, "A robot has a [body], a world has a [floor]")
-    return _robot(file, table) if kind == "robot" else _world(file, table)
+    return _robot(file, table, _own(name_or_file)) if kind == "robot" else _world(file, table)
 
 
-def _robot(file: str, table: Table) -> RobotDescription:
+def _robot(file: str, table: Table, own: str | None) -> RobotDescription:
     _require_kind("robot", file, table)
     if BACKENDS in table:
         raise DescriptionError(
             file, BACKENDS, "a backend's section stands at the top", "Write [NAME], not [backends.NAME]"
         )
     sections = backend_names()
-    own = {name: table[name] for name in sections if name in table}
-    rest = {key: value for key, value in table.items() if key not in own}
-    return _validated(RobotDescription, file, {**rest, BACKENDS: own}, sections)
+    told = {name: table[name] for name in sections if name in table}
+    rest = {key: value for key, value in table.items() if key not in told}
+    return _validated(RobotDescription, file, {**rest, BACKENDS: told}, sections, own)
 
 
 def _world(file: str, table: Table) -> WorldDescription:
@@ -90,9 +90,11 @@ def _world(file: str, table: Table) -> WorldDescription:
     return world
 
 
-def _validated(model: type[ModelT], file: str, table: Table, sections: Sequence[str] = ()) -> ModelT:
+def _validated(
+    model: type[ModelT], file: str, table: Table, sections: Sequence[str] = (), own: str | None = None
+) -> ModelT:
     try:
-        return model.model_validate(table, strict=True)
+        return model.model_validate(table, strict=True, context={"file": own})
     except ValidationError as error:
         raise DescriptionError.of_all(file, faults_of(error, model, table, sections)) from error
 
@@ -122,14 +124,19 @@ def _shipped_names(kind: str) -> list[str]:
 
 def _read(name_or_file: str, *kinds: str) -> tuple[str, Table]:
     """Return what to call the file in messages, and what is in it."""
-    path = Path(name_or_file)
-    if path.suffix == ".toml" or path.name != name_or_file:
-        return name_or_file, _parsed(name_or_file, _content(path))
+    if _own(name_or_file):
+        return name_or_file, _parsed(name_or_file, _content(Path(name_or_file)))
     shipped = {name: kind for kind in kinds for name in _shipped_names(kind)}
     if name_or_file not in shipped:
         raise UnknownNameError(" or ".join(kinds), name_or_file, list(shipped))
     file = f"{name_or_file}.toml"
     return file, _parsed(file, _shipped(shipped[name_or_file]).joinpath(file).read_bytes())
+
+
+def _own(name_or_file: str) -> str | None:
+    """Return the file of the user's that is named, as it was; None for a name."""
+    path = Path(name_or_file)
+    return name_or_file if path.suffix == ".toml" or path.name != name_or_file else None
 
 
 def _content(path: Path) -> bytes:

@@ -7,9 +7,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
+from pydantic import (
+    Field,
+    NonNegativeFloat,
+    PositiveFloat,
+    PositiveInt,
+    PrivateAttr,
+    ValidationInfo,
+    model_validator,
+)
 
 from robotcore.description.base import Colour, Described, Metres, Name, Place, require_unique
 from robotcore.devices import Intrinsics
@@ -187,8 +196,18 @@ AnyDevice = MotorDescription | EncoderDescription | RangeSensorDescription | Cam
 DescriptionT = TypeVar("DescriptionT", bound=Described)
 
 
+@dataclass(frozen=True)
+class _Origin:
+    """Where a description comes from, which makes no difference: all are equal."""
+
+    file: str | None = field(default=None, compare=False)
+
+
 class RobotDescription(Described):
-    """A robot: a body, perhaps a drive, devices, and what a single backend needs besides."""
+    """A robot: a body, perhaps a drive, devices, and what a single backend needs besides.
+
+    Where it is validated with the context ``{"file": …}``, that is the user's own file which it is from.
+    """
 
     name: Name
     summary: str = ""
@@ -197,6 +216,13 @@ class RobotDescription(Described):
     safety: Safety = Safety()
     devices: Annotated[tuple[DeviceDescription, ...], Field(description="a list of tables: [[devices]]")] = ()
     backends: dict[str, dict[str, Any]] = Field(default_factory=dict)
+    _origin: _Origin = PrivateAttr(default_factory=_Origin)
+
+    @model_validator(mode="after")
+    def _is_from(self, info: ValidationInfo) -> RobotDescription:
+        if info.context and "file" in info.context:
+            self._origin = _Origin(info.context["file"])
+        return self
 
     @model_validator(mode="after")
     def _names_fit(self) -> RobotDescription:
@@ -223,6 +249,16 @@ class RobotDescription(Described):
         if body.clearance_m == 0:
             raise ValueError("the body lies on the floor; raise body.clearance_m, or leave out [drive]")
         return self
+
+    @property
+    def file(self) -> str | None:
+        """The user's own file that it is from, as it was named; None where there is none."""
+        return self._origin.file
+
+    @property
+    def source(self) -> str:
+        """What it is called where it is wrong: its file, or ``robot NAME``."""
+        return self.file or f"robot {self.name}"
 
     @property
     def range_sensors_ahead(self) -> tuple[RangeSensorDescription, ...]:

@@ -67,7 +67,7 @@ def fit(robot: RobotDescription, section: str, names: Iterable[str] | None = Non
     wired = [told.name for told in robot.devices if told.name in chosen and not isinstance(told, DisplayDescription)]
     if section not in robot.backends and wired:
         remedy = f"Say how each device is connected, from [{section}.{wired[0]}] on"
-        raise DescriptionError(f"robot {robot.name}", section, "is missing", remedy)
+        raise DescriptionError(robot.source, section, "is missing", remedy)
     faults: list[Fault] = list(_strangers(robot, section, table))
     fittings = []
     for told in robot.devices:
@@ -80,7 +80,7 @@ def fit(robot: RobotDescription, section: str, names: Iterable[str] | None = Non
             faults.append(_untold(told, section))
     faults += _clashes(section, fittings)
     if faults:
-        raise DescriptionError.of_all(f"robot {robot.name}", faults)
+        raise DescriptionError.of_all(robot.source, faults)
     return tuple(fitting for fitting in fittings if fitting.name in chosen)
 
 

@@ -38,6 +38,19 @@ def test_a_file_is_told_by_its_content(tmp_path: Path) -> None:
     assert isinstance(load_any(str(world)), WorldDescription)
 
 
+def test_a_robot_is_told_by_the_file_that_it_is_from_which_makes_no_other_robot_of_it(tmp_path: Path) -> None:
+    file = tmp_path / "my.toml"
+    file.write_text(ROVER, encoding="utf-8")
+    shipped = load_robot("rover")
+    assert (shipped.file, shipped.source) == (None, "robot rover")
+    for mine in (load_robot(str(file)), load_any(str(file))):
+        assert isinstance(mine, RobotDescription)
+        assert (mine.file, mine.source) == (str(file), str(file))
+        assert mine == shipped
+        assert mine.model_dump_json() == shipped.model_dump_json()
+        assert RobotDescription.model_validate(mine).model_copy(update={"summary": "mine"}).file == str(file)
+
+
 def test_a_robot_given_as_a_world_is_told_so_and_the_other_way_round(tmp_path: Path) -> None:
     robot, world = tmp_path / "one.toml", tmp_path / "two.toml"
     robot.write_text(ROVER, encoding="utf-8")

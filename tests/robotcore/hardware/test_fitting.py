@@ -28,7 +28,9 @@ def described(file: Path, section: str) -> RobotDescription:
 def told(file: Path, section: str) -> list[str]:
     with pytest.raises(DescriptionError) as raised:
         fit(described(file, section), "plugboard")
-    return [line.removeprefix("robot post: ") for line in str(raised.value).splitlines()]
+    faults = [line.partition(f"{file}: ") for line in str(raised.value).splitlines()]
+    assert {before for before, *_ in faults} == {""}
+    return [fault for *_, fault in faults]
 
 
 def test_devices_are_fitted_in_the_order_of_the_file_whoever_brings_their_drivers(post: Path) -> None:
