@@ -83,7 +83,8 @@ def _fault(found: ErrorDetails, model: type[BaseModel], data: Mapping[str, Any],
         known = [*_keys_beside(model, loc), *(sections if len(loc) == 1 else ())]
         return Fault(key, message, f"Correct it or take it out. {suggestion(_shown(loc[-1]), known)}")
     if kind == "missing":
-        return Fault(key, message, "Add it")
+        form = written_form(model, loc)
+        return Fault(key, message, f"Add it: {form}" if form else "Add it")
     if kind.startswith("union_tag"):
         return _unknown_kind(key, found)
     if kind == "value_error":

@@ -40,6 +40,9 @@ def _inside(schema: Schema, part: str | int) -> Schema:
 
 
 def _resolved(schema: Schema, parts: Schema) -> Schema:
-    """Return what a schema refers to, the None of an optional part left out."""
-    first = schema.get("anyOf", [schema])[0]
+    """Return what a schema refers to, the None of an optional part left out.
+
+    A part with a description of its own is wrapped in ``allOf`` by pydantic before 2.9.
+    """
+    first = (schema.get("anyOf") or schema.get("allOf") or [schema])[0]
     return dict(parts[first["$ref"].rpartition("/")[2]]) if "$ref" in first else first

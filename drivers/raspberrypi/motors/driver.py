@@ -40,6 +40,15 @@ RISING = (
 """What whoever connects a motor must know."""
 
 
+Model = Annotated[
+    MotorModel,
+    Field(
+        description="a table such as { dead_band = 0.1, forward_rad_s = 14.0, backward_rad_s = 14.0 }; "
+        "docs/raspberry-pi.md says how to measure it"
+    ),
+]
+
+
 class MotorSettings(Described):
     """A motor's model, the frequency of its PWM, the control by its encoder, and the line that lets its board sleep.
 
@@ -49,7 +58,7 @@ class MotorSettings(Described):
 
     standby: Gpio | None = None
     frequency_hz: Annotated[int, Field(ge=10, le=10_000)] = 100
-    model: MotorModel
+    model: Model
     control: Control | None = None
 
 

@@ -9,6 +9,8 @@ from pydantic import Field, PositiveFloat
 
 from robotcore.description import Described
 
+FullSpeed = Annotated[PositiveFloat, Field(description="the wheel's velocity at full duty in rad/s, such as 14.0")]
+
 
 class MotorModel(Described):
     """A wheel that stands up to the dead band, and from there turns the faster the greater the duty, in a line.
@@ -25,8 +27,8 @@ class MotorModel(Described):
     """
 
     dead_band: Annotated[float, Field(ge=0, lt=1)] = 0.0
-    forward_rad_s: PositiveFloat
-    backward_rad_s: PositiveFloat
+    forward_rad_s: FullSpeed
+    backward_rad_s: FullSpeed
     max_duty: Annotated[float, Field(gt=0, le=1)] = 1.0
 
     def duty(self, rad_s: float) -> float:

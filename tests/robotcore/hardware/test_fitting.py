@@ -72,7 +72,7 @@ def test_a_display_alone_needs_no_section(post: Path) -> None:
         ('"plug"', '"plugg"', "eye.driver: unknown device driver 'plugg'. Did you mean 'plug'?"),
         ('"plug"', "4", "eye.driver: should be a name in quotes, got 4. Name one: plug"),
         ('"plug"', '"motor-plug"', "eye.driver: 'motor-plug' opens no camera. Name one: plug"),
-        ("pin = 2", "", "eye.pin: is missing. Add it"),
+        ("pin = 2", "", "eye.pin: is missing. Add it: the number of a hole, 1 to 9"),
         ("pin", "pni", "eye.pni: is unknown. Correct it or take it out. Did you mean 'pin'?"),
         ("2", '"2"', "eye.pin: should be the number of a hole, 1 to 9, got '2'. Correct it"),
         ("2", "9", "eye: hole 9 is stopped up. Take another one"),
