@@ -67,10 +67,10 @@ class UsageError(RobotcoreError, ValueError):
 
 
 class UnknownNameError(UsageError, LookupError):
-    """There is nothing of that name; the nearest one is offered."""
+    """There is nothing of that name; what was ``meant`` is offered, or the nearest one that is known."""
 
-    def __init__(self, kind: str, name: str, known: Sequence[str]) -> None:
-        super().__init__(f"unknown {kind} {name!r}. {suggestion(name, known)}")
+    def __init__(self, kind: str, name: str, known: Sequence[str], meant: str = "") -> None:
+        super().__init__(f"unknown {kind} {name!r}. {f'Did you mean {meant}?' if meant else suggestion(name, known)}")
         self.name = name
 
 
@@ -273,6 +273,11 @@ def _restored(kind: type[_Portable], args: tuple[Any, ...], state: dict[str, Any
 
 def suggestion(name: str, known: Sequence[str]) -> str:
     """Say which known name was probably meant, or list them all."""
-    if close := get_close_matches(name, known, n=1, cutoff=0.5):
-        return f"Did you mean {close[0]!r}?"
+    if close := nearest(name, known):
+        return f"Did you mean {close!r}?"
     return f"There are: {', '.join(sorted(known)) or 'none'}."
+
+
+def nearest(name: str, known: Sequence[str]) -> str | None:
+    """Return which known name was probably meant, if one was."""
+    return next(iter(get_close_matches(name, known, n=1, cutoff=0.5)), None)

@@ -40,7 +40,8 @@ class DeviceDriver(ABC, Generic[ToldT, SettingsT]):
     ``described`` is the description it takes, ``settings`` the model of what a robot's file says beside ``driver``.
     A value that is wrong only together with others is a ValueError of that model: the fault, a semicolon, the remedy.
     ``modules`` are the libraries it works with, looked for without importing them. ``supply`` names the pads
-    of the board that feed the device, such as ``5 V`` and ``ground``; none where it has a plug of its own.
+    of the board that feed the device, such as ``5 V`` and ``ground``; none where it has a plug of its own. ``parts``
+    are other words for it, what it drives or what is printed on that: who names one of them is told the driver's name.
     """
 
     name: ClassVar[str]
@@ -50,6 +51,7 @@ class DeviceDriver(ABC, Generic[ToldT, SettingsT]):
     modules: ClassVar[tuple[str, ...]] = ()
     remedy: ClassVar[str] = ""
     supply: ClassVar[tuple[str, ...]] = ()
+    parts: ClassVar[tuple[str, ...]] = ()
 
     @abstractmethod
     def open(self, told: ToldT, settings: SettingsT, host: Host) -> Device:

@@ -10,9 +10,17 @@ from typing import Any
 from pydantic import ValidationError
 
 from robotcore.description import AnyDevice, Described, DisplayDescription, RobotDescription
-from robotcore.description.faults import faults_of
+from robotcore.description.faults import LONGEST, faults_of
 from robotcore.devices import Device
-from robotcore.errors import BackendMissingError, DescriptionError, DeviceError, RobotcoreError, UnknownNameError
+from robotcore.errors import (
+    BackendMissingError,
+    DescriptionError,
+    DeviceError,
+    RobotcoreError,
+    UnknownNameError,
+    nearest,
+    suggestion,
+)
 from robotcore.guardian import CutoffSpec
 from robotcore.hardware.connections import Connection
 from robotcore.hardware.driver import DeviceDriver, Host
@@ -112,7 +120,8 @@ def _driver(told: AnyDevice, key: str, table: Any) -> DeviceDriver[Any, Any]:
     try:
         driver: DeviceDriver[Any, Any] = load_registered("device driver", DEVICES, name)()
     except UnknownNameError as unknown:
-        raise _UnfitError((f"{key}.driver", *_halves(str(unknown)))) from unknown
+        fault = f"unknown device driver {name[:LONGEST]!r}"
+        raise _UnfitError((f"{key}.driver", fault, _meant(name, told))) from unknown
     if not isinstance(told, driver.described):
         fault = f"{name!r} opens no {told.kind.replace('_', ' ')}"
         raise _UnfitError((f"{key}.driver", fault, f"Name one: {_choice(told)}"))
@@ -129,21 +138,43 @@ def _settings(driver: DeviceDriver[Any, Any], key: str, table: Mapping[str, Any]
 
 
 def _choice(told: AnyDevice) -> str:
-    """Return the names of the drivers that take such a device, of those that can be loaded."""
-    fitting = []
+    """Return the names of the drivers that take such a device."""
+    return ", ".join(_drivers_of(told)) or "there is none for it"
+
+
+def _meant(name: str, told: AnyDevice) -> str:
+    """Return which driver of such a device was probably meant, by its name or by what it drives; or name them all."""
+    drivers = _drivers_of(told)
+    word = _plain(name)
+    for driver, kind in drivers.items():
+        if any(part in word or (len(word) > 2 and word in part) for part in map(_plain, kind.parts)):
+            return f"Did you mean {driver!r}?"
+    return suggestion(name, list(drivers))
+
+
+def _plain(word: str) -> str:
+    """Return a word as it may be written: ``Pi Camera``, ``pi-camera`` and ``picamera`` are one."""
+    return "".join(letter for letter in word.lower() if letter.isalnum())
+
+
+def _drivers_of(told: AnyDevice) -> dict[str, type[DeviceDriver[Any, Any]]]:
+    """Return the drivers that take such a device, by their names, of those that can be loaded."""
+    found = {}
     for name in device_driver_names():
         with suppress(BackendMissingError):
-            if isinstance(told, load_registered("device driver", DEVICES, name).described):
-                fitting.append(name)
-    return ", ".join(fitting) or "there is none for it"
+            driver: type[DeviceDriver[Any, Any]] = load_registered("device driver", DEVICES, name)
+            if isinstance(told, driver.described):
+                found[name] = driver
+    return found
 
 
 def _strangers(robot: RobotDescription, section: str, table: Mapping[str, Any]) -> Iterator[Fault]:
     names = [device.name for device in robot.devices]
     for name in table:
         if name not in names:
-            fault, remedy = _halves(str(UnknownNameError("device", name, names)))
-            yield f"{section}.{name}", fault, remedy
+            meant = nearest(name, [device for device in names if device not in table])
+            remedy = f"Did you mean {meant!r}?" if meant else "Take the section out, or add [[devices]] of that name"
+            yield f"{section}.{name}", "no device has this name", remedy
 
 
 def _untold(told: AnyDevice, section: str) -> Fault:
@@ -159,11 +190,6 @@ def _clashes(section: str, fittings: Iterable[Fitting]) -> Iterator[Fault]:
             first, before = taken.setdefault((wire.bus, wire.where), (key, wire))
             if before is not wire and not (wire.is_shared and before.is_shared and wire.signal == before.signal):
                 yield key, f"{wire} is already {first}", "Connect one of them elsewhere"
-
-
-def _halves(message: str) -> tuple[str, str]:
-    fault, _, remedy = message.partition(". ")
-    return fault, remedy
 
 
 def _sentence(words: str) -> str:

@@ -17,6 +17,7 @@ class UsbCamera(DeviceDriver[CameraDescription, UsbCameraSettings]):
     summary = "a camera on USB"
     described = CameraDescription
     settings = UsbCameraSettings
+    parts = ("usb", "webcam", "uvc")
     modules = ("cv2",)
     remedy = "pip install opencv-python-headless"
 

@@ -35,6 +35,7 @@ class Pulses(DeviceDriver[EncoderDescription, PulsesSettings]):
     summary = "a wheel's encoder with one channel on a GPIO; its motor tells the direction"
     described = EncoderDescription
     settings = PulsesSettings
+    parts = ("slotted", "light-barrier")
     modules = ("gpiozero",)
     supply = ("3.3 V", "ground")
     remedy = "pip install 'robotcore[pi]'"

@@ -33,6 +33,7 @@ class HBridge(MotorDriver[HBridgeSettings]):
     name = "h-bridge"
     summary = "a motor on an H-bridge with two inputs: L298N, DRV8833, TB6612, L9110S"
     settings = HBridgeSettings
+    parts = ("l298", "tb6612", "drv8833", "l9110", "mx1508")
 
     def wires(self, settings: HBridgeSettings) -> Sequence[Connection]:
         inputs = gpio("forward", settings.forward), gpio("backward", settings.backward)

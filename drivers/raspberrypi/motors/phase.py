@@ -32,6 +32,7 @@ class PhaseEnable(MotorDriver[PhaseEnableSettings]):
     name = "phase-enable"
     summary = "a motor on a board with a direction input and a PWM input: DRV8835, DRV8838, MAX14870"
     settings = PhaseEnableSettings
+    parts = ("drv8835", "drv8838", "max14870", "tb67h420", "md10c")
 
     def wires(self, settings: PhaseEnableSettings) -> Sequence[Connection]:
         return gpio("enable", settings.enable), gpio("phase", settings.phase)

@@ -32,6 +32,7 @@ class Plug(DeviceDriver[Any, PlugSettings]):
     summary = "for tests"
     described: ClassVar[type[Described]] = Described
     settings = PlugSettings
+    parts = ("banana", "jack-42")
 
     def open(self, told: Any, settings: PlugSettings, host: Host) -> Device:
         raise NotImplementedError

@@ -70,6 +70,10 @@ def test_a_display_alone_needs_no_section(post: Path) -> None:
         (EYE, "[plugboard]\neye = 3\n", "eye: should be a table, got 3. Name its driver: plug"),
         ('driver = "plug"', "", "eye.driver: is missing. Add it: plug"),
         ('"plug"', '"plugg"', "eye.driver: unknown device driver 'plugg'. Did you mean 'plug'?"),
+        ('"plug"', '"Jack 42B"', "eye.driver: unknown device driver 'Jack 42B'. Did you mean 'plug'?"),
+        ('"plug"', '"bana"', "eye.driver: unknown device driver 'bana'. Did you mean 'plug'?"),
+        ('"plug"', '"a"', "eye.driver: unknown device driver 'a'. There are: plug."),
+        ('"plug"', '"motor-plgu"', "eye.driver: unknown device driver 'motor-plgu'. There are: plug."),
         ('"plug"', "4", "eye.driver: should be a name in quotes, got 4. Name one: plug"),
         ('"plug"', '"motor-plug"', "eye.driver: 'motor-plug' opens no camera. Name one: plug"),
         ("pin = 2", "", "eye.pin: is missing. Add it: the number of a hole, 1 to 9"),
@@ -86,9 +90,19 @@ def test_each_fault_is_told_in_a_line_with_its_key_and_remedy(
     assert told(post, NECK + EYE.replace(right, wrong)) == [f"plugboard.{expected}"]
 
 
-def test_a_device_that_the_robot_has_not_is_told_with_the_nearest_that_it_has(post: Path) -> None:
-    other = EYE.replace("eye", "eyes").replace("2", "3")
-    assert told(post, NECK + EYE + other) == ["plugboard.eyes: unknown device 'eyes'. Did you mean 'eye'?"]
+@pytest.mark.parametrize(
+    "name, remedy",
+    [
+        ("screm", "Did you mean 'screen'?"),
+        ("eyes", "Take the section out, or add [[devices]] of that name"),
+        ("whiskers", "Take the section out, or add [[devices]] of that name"),
+    ],
+)
+def test_a_device_that_the_robot_has_not_is_told_with_the_nearest_that_has_no_section(
+    post: Path, name: str, remedy: str
+) -> None:
+    other = EYE.replace("eye", name).replace("2", "3")
+    assert told(post, NECK + EYE + other) == [f"plugboard.{name}: no device has this name. {remedy}"]
 
 
 def test_all_faults_are_told_at_once(post: Path) -> None:
