@@ -128,7 +128,10 @@ def _read(name_or_file: str, *kinds: str) -> tuple[str, Table]:
         return name_or_file, _parsed(name_or_file, _content(Path(name_or_file)))
     shipped = {name: kind for kind in kinds for name in _shipped_names(kind)}
     if name_or_file not in shipped:
-        raise UnknownNameError(" or ".join(kinds), name_or_file, list(shipped))
+        file = f"{name_or_file}.toml"
+        raise UnknownNameError(
+            " or ".join(kinds), name_or_file, list(shipped), f"the file {file}" if _is_file(file) else ""
+        )
     file = f"{name_or_file}.toml"
     return file, _parsed(file, _shipped(shipped[name_or_file]).joinpath(file).read_bytes())
 
@@ -137,6 +140,13 @@ def _own(name_or_file: str) -> str | None:
     """Return the file of the user's that is named, as it was; None for a name."""
     path = Path(name_or_file)
     return name_or_file if path.suffix == ".toml" or path.name != name_or_file else None
+
+
+def _is_file(name: str) -> bool:
+    try:
+        return Path(name).is_file()
+    except (OSError, ValueError):  # longer than a name can be, or with a NUL
+        return False
 
 
 def _content(path: Path) -> bytes:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -49,6 +50,23 @@ def test_a_robot_is_told_by_the_file_that_it_is_from_which_makes_no_other_robot_
         assert mine == shipped
         assert mine.model_dump_json() == shipped.model_dump_json()
         assert RobotDescription.model_validate(mine).model_copy(update={"summary": "mine"}).file == str(file)
+
+
+@pytest.mark.parametrize("load, kind", [(load_robot, "robot"), (load_world, "world"), (load_any, "robot or world")])
+def test_a_file_that_is_named_without_its_ending_is_offered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, load: Callable[[str], object], kind: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "my_own.toml").write_text("")
+    with pytest.raises(UnknownNameError) as raised:
+        load("my_own")
+    assert str(raised.value) == f"unknown {kind} 'my_own'. Did you mean the file my_own.toml?"
+
+
+@pytest.mark.parametrize("name", ["a" * 5000, "a\0b", ""])
+def test_a_name_that_can_be_no_file_is_unknown_all_the_same(name: str) -> None:
+    with pytest.raises(UnknownNameError, match="unknown robot"):
+        load_robot(name)
 
 
 def test_a_robot_given_as_a_world_is_told_so_and_the_other_way_round(tmp_path: Path) -> None:
