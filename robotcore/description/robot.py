@@ -26,6 +26,9 @@ from robotcore.drive import DifferentialGeometry
 
 AHEAD_RAD = math.pi / 4
 
+MISTAKEN = 10
+"""What is so many times as wide as the body is in another unit."""
+
 
 class Body(Described):
     """A box; its footprint takes in the wheels."""
@@ -239,6 +242,16 @@ class RobotDescription(Described):
         if (drive := self.drive) is None:
             return self
         body, across = self.body, drive.track_m + drive.wheel_width_m
+        if drive.wheel_radius_m > body.length_m:
+            raise ValueError(
+                f"a wheel's radius is {drive.wheel_radius_m:g} m, and the body with its wheels {body.length_m:g} m "
+                "long; give drive.wheel_radius_m in metres"
+            )
+        for key in ("track_m", "wheel_width_m"):
+            if (given := getattr(drive, key)) > MISTAKEN * body.width_m:
+                raise ValueError(
+                    f"drive.{key} is {given:g}, and the body with its wheels {body.width_m:g} m wide; give it in metres"
+                )
         if across > body.width_m:
             raise ValueError(
                 f"the wheels are {across:g} m from outside to outside, the body is {body.width_m:g} m wide; "

@@ -104,6 +104,24 @@ COLOUR = "[red, green, blue] from 0 to 255, or the name of a colour"
             ),
         ),
         (
+            "wheel_radius_m = 0.0325",
+            "wheel_radius_m = 32.5",
+            (
+                "a wheel's radius is 32.5 m, and the body with its wheels 0.21 m long. "
+                "Give drive.wheel_radius_m in metres"
+            ),
+        ),
+        (
+            "track_m = 0.155",
+            "track_m = 15.5",
+            "drive.track_m is 15.5, and the body with its wheels 0.185 m wide. Give it in metres",
+        ),
+        (
+            "wheel_width_m = 0.026",
+            "wheel_width_m = 26",
+            "drive.wheel_width_m is 26, and the body with its wheels 0.185 m wide. Give it in metres",
+        ),
+        (
             "centre_x_m = 0.035",
             "centre_x_m = 0.5",
             "the axle is not under the body. Correct body.centre_x_m or body.length_m",
