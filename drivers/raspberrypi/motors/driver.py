@@ -68,8 +68,8 @@ SettingsT = TypeVar("SettingsT", bound=MotorSettings)
 class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT]):
     """Opens a motor on the lines that a subclass knows.
 
-    lgpio makes PWM in software and begins a command with the next cycle: one that is no stop
-    may be late by ``1 / frequency_hz``.
+    lgpio makes PWM in software and begins a command with the next cycle: one that is no stop may be late by
+    ``1 / frequency_hz``.
     """
 
     described = MotorDescription

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from contextlib import ExitStack
 
-from drivers.raspberrypi.claiming import pin_failure
+from drivers.raspberrypi.claiming import claiming, pin_failure
 from drivers.raspberrypi.motors.model import MotorModel, whole_percent
 from robotcore.description import MotorDescription
 from robotcore.devices import Motor
@@ -52,7 +52,5 @@ class PinMotor(Motor):
             raise pin_failure(self.name, self._bridge.gpios, error) from error
 
     def _release(self) -> None:
-        try:
+        with claiming(self.name, self._bridge.gpios):
             self._bridge.close()
-        except Exception as error:
-            raise pin_failure(self.name, self._bridge.gpios, error) from error

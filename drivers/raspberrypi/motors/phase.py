@@ -48,8 +48,7 @@ class PhaseAndEnable(Bridge):
     """A direction and a duty.
 
     gpiozero's PhaseEnableMotor takes the duty away at every command, which a PWM cycle that begins meanwhile misses;
-    here it goes only where the direction turns. lgpio first ends the cycle that is under way: for so long the old duty
-    may turn the motor the new way.
+    here it goes only where the direction turns.
     """
 
     def __init__(

@@ -157,6 +157,19 @@ def test_a_pin_that_fails_keeps_the_other_from_nothing(broken: int, other: int, 
     assert rig.pins.pin(other).state == 0
 
 
+def test_a_line_that_cannot_be_pulled_down_is_told_alone_and_once() -> None:
+    class Unpullable(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
+        def _set_pull(self, value: str) -> None:
+            if value == "down" and self.info.name == f"GPIO{BACKWARD}":
+                raise OSError("bad handle")
+            super()._set_pull(value)
+
+    rig = Rig(pin_class=Unpullable)
+    with pytest.raises(DeviceError, match=rf"^left_motor: GPIO {BACKWARD} failed \(OSError: bad handle\)"):
+        rig.motor.close()
+    assert rig.pins.pin(FORWARD).pull == "down"
+
+
 def test_what_fails_while_it_turns_is_told_by_name_with_what_to_do() -> None:
     rig = Rig(pin_class=Unwilling)
     rig.pins.pin(BACKWARD).is_broken = True
