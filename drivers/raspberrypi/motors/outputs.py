@@ -47,8 +47,12 @@ def fall(output: PWMOutputDevice) -> None:
 
     lgpio lets a line of duty 0 fall in the course of its cycle: in a process that is suspended before, it stays high.
     """
+    if not output.value:  # it has fallen, or was never high
+        output.off()
+        return
     frequency = output.frequency
-    if output.value:
-        output.frequency = None
-    output.off()
-    output.frequency = frequency
+    output.frequency = None
+    try:
+        output.off()
+    finally:
+        output.frequency = frequency  # without one, any duty above 0 would be all of it

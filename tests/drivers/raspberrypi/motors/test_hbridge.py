@@ -157,6 +157,15 @@ def test_a_pin_that_fails_keeps_the_other_from_nothing(broken: int, other: int, 
     assert rig.pins.pin(other).state == 0
 
 
+def test_a_stop_that_fails_leaves_no_line_without_its_pwm() -> None:
+    rig = Rig(pin_class=Unwilling)
+    rig.motor.set_velocity(7.0)
+    rig.pins.pin(FORWARD).is_broken = True
+    with pytest.raises(DeviceError, match="not today"):
+        rig.motor.stop()
+    assert rig.pins.pin(FORWARD).frequency == 100
+
+
 def test_a_line_that_cannot_be_pulled_down_is_told_alone_and_once() -> None:
     class Unpullable(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
         def _set_pull(self, value: str) -> None:
