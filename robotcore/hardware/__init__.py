@@ -5,6 +5,7 @@ from robotcore.hardware.driver import DeviceDriver, Host
 from robotcore.hardware.fitting import Fitting, fit
 from robotcore.hardware.newest import Newest
 from robotcore.hardware.opening import open_devices, open_robot
+from robotcore.hardware.pairing import encoder_of, motor_of
 from robotcore.hardware.shared import Shared
 from robotcore.hardware.wiring import Pad, PadKind, Wire, Wiring
 
@@ -19,7 +20,9 @@ __all__ = [
     "Shared",
     "Wire",
     "Wiring",
+    "encoder_of",
     "fit",
+    "motor_of",
     "open_devices",
     "open_robot",
 ]

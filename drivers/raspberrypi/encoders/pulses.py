@@ -8,11 +8,10 @@ from typing import ClassVar
 
 from drivers.raspberrypi.encoders.encoder import LEVELS, EncoderSettings, PinEncoder, open_input, watch
 from drivers.raspberrypi.gpio import Gpio, gpio
-from drivers.raspberrypi.pairing import motor_of
 from robotcore.description import EncoderDescription, RobotDescription
 from robotcore.devices import Device, Encoder
 from robotcore.errors import DeviceError
-from robotcore.hardware import Connection, DeviceDriver, Host
+from robotcore.hardware import Connection, DeviceDriver, Host, motor_of
 
 
 class PulsesSettings(EncoderSettings):

@@ -14,12 +14,11 @@ from drivers.raspberrypi.motors.control import Control, VelocityControl
 from drivers.raspberrypi.motors.controlled import ControlledMotor
 from drivers.raspberrypi.motors.model import MotorModel
 from drivers.raspberrypi.motors.motor import Bridge, PinMotor
-from drivers.raspberrypi.pairing import encoder_of
 from robotcore.description import Described, EncoderDescription, MotorDescription, RobotDescription
 from robotcore.devices import Encoder, Motor
 from robotcore.errors import DeviceError
 from robotcore.guardian import CutoffSpec
-from robotcore.hardware import Connection, DeviceDriver, Host
+from robotcore.hardware import Connection, DeviceDriver, Host, encoder_of
 
 BATTERY = (
     "The motors have a battery of their own, never a pad of the header: it gives them too little, and they disturb it. "
