@@ -44,7 +44,11 @@ def main() -> bool:
             machine.install(site, [str(wheel), *libraries])
     with ThreadPoolExecutor(SIDE_BY_SIDE) as pool:
         runs = [pool.submit(_is_passed, machine, *case) for case in product(LIBRARIES, EXPECTED)]
-    return all(run.result() for run in runs)
+        try:
+            return all(run.result() for run in runs)
+        except BaseException:
+            pool.shutdown(cancel_futures=True)  # else what has not begun would still be run
+            raise
 
 
 def _is_passed(machine: Target, site: str, command: str) -> bool:
