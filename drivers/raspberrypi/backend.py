@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from drivers.raspberrypi.gpio import on_header
 from drivers.raspberrypi.pins import open_pins
 from robotcore.backend import Backend, Setup
 from robotcore.clock import MonotonicClock
 from robotcore.description import Described, RobotDescription
-from robotcore.hardware import fit, open_robot
+from robotcore.hardware import Fitting, fit, open_robot
 from robotcore.robot import Robot
 
 if TYPE_CHECKING:
@@ -37,8 +38,12 @@ class RaspberryPiBackend(Backend):
     def remedy(self) -> str:
         return "On the Pi: pip install 'robotcore[pi]', see docs/raspberry-pi.md"
 
+    def fittings(self, robot: RobotDescription, names: Iterable[str] | None = None) -> tuple[Fitting, ...]:
+        """Return how the devices of those names, by default all, are connected to this board; see `fit`."""
+        return fit(robot, SECTION, names, on_header)
+
     def check(self, robot: RobotDescription) -> str:
-        fittings = fit(robot, SECTION)
+        fittings = self.fittings(robot)
         return f"{len(fittings)} devices, {sum(len(fitting.connections) for fitting in fittings)} wires"
 
     @property
@@ -55,10 +60,10 @@ class RaspberryPiBackend(Backend):
     def wiring(self, robot: RobotDescription) -> Wiring:
         from drivers.raspberrypi.header import wiring_of
 
-        return wiring_of(fit(robot, SECTION))
+        return wiring_of(self.fittings(robot))
 
     def open(self, setup: Setup) -> Robot:
         options = setup.options_as(RaspberryPiOptions)
-        fit(setup.robot, SECTION, setup.devices)  # what is wrong with a file is told before anything is opened
+        self.fittings(setup.robot, setup.devices)  # what is wrong with a file is told before anything is opened
         pins = open_pins(options.pin_factory)
         return open_robot(setup, SECTION, MonotonicClock(), pins=pins, release=pins.close)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 from pydantic import AfterValidator, Field
 
@@ -12,9 +12,13 @@ from robotcore.hardware import Connection
 
 def _on_header(number: int) -> int:
     if number not in GPIOS:
-        pad = next((f"; pad {number} of the header is {pad.name}" for pad in HEADER if pad.number == number), "")
-        raise ValueError(f"there is no GPIO {number} on the header{pad}; take 0 to 27, the numbers of the chip (BCM)")
+        _refuse(number)
     return number
+
+
+def _refuse(number: int | str) -> NoReturn:
+    pad = next((f"; pad {number} of the header is {pad.name}" for pad in HEADER if pad.number == number), "")
+    raise ValueError(f"there is no GPIO {number} on the header{pad}; take 0 to 27, the numbers of the chip (BCM)")
 
 
 GPIOS = range(28)
@@ -36,3 +40,9 @@ Gpio = Annotated[
 def gpio(signal: str, number: int, *, is_shared: bool = False) -> Connection:
     """Return the wire from a device's ``signal`` to a GPIO."""
     return Connection(signal, "GPIO", str(number), is_shared)
+
+
+def on_header(wire: Connection) -> None:
+    """Raise ValueError, the fault, a semicolon and the remedy, for a wire to a GPIO that is none of the header's."""
+    if wire.bus == "GPIO" and wire.where not in map(str, GPIOS):
+        _refuse(int(wire.where) if wire.where.isdecimal() else wire.where)

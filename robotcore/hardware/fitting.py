@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from pydantic import ValidationError
@@ -64,11 +65,17 @@ class Fitting:
         return tuple(self.driver.cutoffs(self.told, self.settings, host))
 
 
-def fit(robot: RobotDescription, section: str, names: Iterable[str] | None = None) -> tuple[Fitting, ...]:
+def fit(
+    robot: RobotDescription,
+    section: str,
+    names: Iterable[str] | None = None,
+    place: Callable[[Connection], object] = str,
+) -> tuple[Fitting, ...]:
     """Return how the devices of those names, by default all, are connected, by a backend's ``section`` of the file.
 
-    A display that the section does not tell of is left out: it needs no wires. Raises DescriptionError, with all that
-    is wrong.
+    A display that the section does not tell of is left out: it needs no wires. ``place`` raises ValueError, the fault,
+    a semicolon and the remedy, for a wire that goes to no place of the board. Raises DescriptionError, with all that is
+    wrong.
     """
     table = robot.backends.get(section, {})
     chosen = {device.name for device in robot.devices} if names is None else set(names)
@@ -86,7 +93,7 @@ def fit(robot: RobotDescription, section: str, names: Iterable[str] | None = Non
                 faults += unfit.faults
         elif told.name in wired:
             faults.append(_untold(told, section))
-    faults += _clashes(section, fittings)
+    faults += [*_misplaced(section, fittings, place), *_clashes(section, fittings)]
     if faults:
         raise DescriptionError.of_all(robot.source, faults)
     return tuple(fitting for fitting in fittings if fitting.name in chosen)
@@ -102,11 +109,8 @@ def _fitting(told: AnyDevice, section: str, table: Any, robot: RobotDescription)
     key = f"{section}.{told.name}"
     driver = _driver(told, key, table)
     settings = _settings(driver, key, {name: value for name, value in table.items() if name != "driver"})
-    try:
-        driver.check(told, settings, robot)
-    except ValueError as error:
-        fault, _, remedy = str(error).partition("; ")
-        raise _UnfitError((key, fault, _sentence(remedy))) from error
+    if refused := list(_refused(key, partial(driver.check, told, settings, robot))):
+        raise _UnfitError(*refused)
     return Fitting(told, driver, settings)
 
 
@@ -181,6 +185,12 @@ def _untold(told: AnyDevice, section: str) -> Fault:
     return f"{section}.{told.name}", "is missing", f"Say how it is connected, first of all its driver: {_choice(told)}"
 
 
+def _misplaced(section: str, fittings: Iterable[Fitting], place: Callable[[Connection], object]) -> Iterator[Fault]:
+    for fitting in fittings:
+        for wire in fitting.connections:
+            yield from _refused(f"{section}.{fitting.name}.{wire.signal}", partial(place, wire))
+
+
 def _clashes(section: str, fittings: Iterable[Fitting]) -> Iterator[Fault]:
     """Yield every place to which two wires go, of which one would have it alone."""
     taken: dict[tuple[str, str], tuple[str, Connection]] = {}
@@ -192,5 +202,10 @@ def _clashes(section: str, fittings: Iterable[Fitting]) -> Iterator[Fault]:
                 yield key, f"{wire} is already {first}", "Connect one of them elsewhere"
 
 
-def _sentence(words: str) -> str:
-    return words[:1].upper() + words[1:]
+def _refused(key: str, check: Callable[[], object]) -> Iterator[Fault]:
+    """Yield what a check raises: ValueError, the fault, a semicolon and the remedy."""
+    try:
+        check()
+    except ValueError as error:
+        fault, _, remedy = str(error).rpartition("; ")
+        yield (key, fault, remedy[:1].upper() + remedy[1:]) if fault else (key, remedy, "Correct it")

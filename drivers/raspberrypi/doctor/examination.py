@@ -17,6 +17,7 @@ from drivers.raspberrypi.doctor.persistence import persistence
 from drivers.raspberrypi.doctor.pins import pins
 from drivers.raspberrypi.doctor.power import power
 from drivers.raspberrypi.doctor.release import release
+from drivers.raspberrypi.gpio import on_header
 from robotcore.description import RobotDescription
 from robotcore.doctor import Check, Finding, findings_of
 from robotcore.errors import DescriptionError
@@ -52,7 +53,7 @@ def devices(root: Path, robot: RobotDescription | None, section: str) -> Iterato
         yield Finding.warning("robot", "its devices are not looked at", "Name it: robotcore doctor --robot FILE.toml")
         return
     try:
-        fittings = fit(robot, section)
+        fittings = fit(robot, section, None, on_header)
     except DescriptionError as error:
         for each in (error, *error.others):
             yield Finding.error("robot", f"{each.key}: {each.fault}", each.remedy)

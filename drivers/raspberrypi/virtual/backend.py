@@ -15,7 +15,7 @@ from robotcore.backend import Backend, Setup, Vouch
 from robotcore.catalogue import load_backend
 from robotcore.description import AnyDevice, Described, RobotDescription
 from robotcore.errors import UsageError
-from robotcore.hardware import fit, open_robot
+from robotcore.hardware import open_robot
 from robotcore.robot import Robot
 
 
@@ -51,7 +51,7 @@ class VirtualPiBackend(RaspberryPiBackend):
 
         options = setup.options_as(VirtualPiOptions)
         simulator = self._simulator(options.simulator)
-        fittings = fit(setup.robot, SECTION, setup.devices)
+        fittings = self.fittings(setup.robot, setup.devices)
         built = _with(setup.robot, map(as_built, fittings))
         with ExitStack() as undo:
             simulated = undo.enter_context(simulator.open(replace(setup, robot=built, options={})))

@@ -1,0 +1,67 @@
+"""Device drivers of somebody else's package, and the rover with them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib.metadata import EntryPoint
+from typing import Any
+
+import pytest
+
+from robotcore import registry
+from robotcore.description import Described, MotorDescription, RangeSensorDescription, RobotDescription, load_robot
+from robotcore.devices import Device
+from robotcore.hardware import Connection, DeviceDriver, Host
+
+
+class IrSettings(Described):
+    """Where its output goes: any number, as many a driver has it."""
+
+    out: int
+
+
+class IrSwitch(DeviceDriver[RangeSensorDescription, IrSettings]):
+    """Sees something near, or nothing."""
+
+    name = "ir-switch"
+    summary = "for tests"
+    described = RangeSensorDescription
+    settings = IrSettings
+
+    def connections(self, settings: IrSettings) -> Sequence[Connection]:
+        return (Connection("out", "GPIO", str(settings.out)),)
+
+    def open(self, told: RangeSensorDescription, settings: IrSettings, host: Host) -> Device:
+        raise NotImplementedError
+
+
+class Nothing(Described):
+    """No settings."""
+
+
+class Hat(DeviceDriver[MotorDescription, Nothing]):
+    """A motor on a board that stands on the header."""
+
+    name = "hat"
+    summary = "for tests"
+    described = MotorDescription
+    settings = Nothing
+
+    def open(self, told: MotorDescription, settings: Nothing, host: Host) -> Device:
+        raise NotImplementedError
+
+
+def install(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the drivers be installed, besides those that are."""
+    points = {group: dict(registry._points(group)) for group in (registry.BACKENDS, registry.DEVICES)}
+    points[registry.DEVICES] |= {
+        kind.name: EntryPoint(kind.name, f"{__name__}:{kind.__name__}", registry.DEVICES) for kind in (IrSwitch, Hat)
+    }
+    before = registry._points
+    monkeypatch.setattr("robotcore.registry._points", lambda group: points.get(group) or before(group))
+
+
+def rover(**sections: dict[str, Any]) -> RobotDescription:
+    """Return the rover with these sections in place of its own."""
+    shipped = load_robot("rover")
+    return shipped.model_copy(update={"backends": {"raspberrypi": {**shipped.backends["raspberrypi"], **sections}}})
