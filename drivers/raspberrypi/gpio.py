@@ -37,9 +37,9 @@ Gpio = Annotated[
 """A pin in a robot's file."""
 
 
-def gpio(signal: str, number: int, *, is_shared: bool = False) -> Connection:
+def gpio(signal: str, number: int, *, is_shared: bool = False, instead: str = "") -> Connection:
     """Return the wire from a device's ``signal`` to a GPIO."""
-    return Connection(signal, "GPIO", str(number), is_shared)
+    return Connection(signal, "GPIO", str(number), is_shared, instead)
 
 
 def on_header(wire: Connection) -> None:

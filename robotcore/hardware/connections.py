@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
@@ -10,7 +10,8 @@ class Connection:
     """One wire or plug of a device: what goes over it, and where it goes.
 
     ``signal`` is the device's own word (trigger, SDA), ``bus`` the kind of place (GPIO, I2C, CSI, USB, serial) and
-    ``where`` the place on it. What ``is_shared`` may have several devices; anything else has one.
+    ``where`` the place on it. What ``is_shared`` may have several devices; anything else has one. ``instead`` is what
+    else to do where two devices have that signal on one place, such as to take another key that they may share.
 
     >>> str(Connection("trigger", "GPIO", "16"))
     'GPIO 16'
@@ -20,6 +21,7 @@ class Connection:
     bus: str
     where: str
     is_shared: bool = False
+    instead: str = field(default="", compare=False)
 
     def __str__(self) -> str:
         return f"{self.bus} {self.where}"

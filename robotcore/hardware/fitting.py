@@ -199,7 +199,8 @@ def _clashes(section: str, fittings: Iterable[Fitting]) -> Iterator[Fault]:
             key = f"{section}.{fitting.name}.{wire.signal}"
             first, before = taken.setdefault((wire.bus, wire.where), (key, wire))
             if before is not wire and not (wire.is_shared and before.is_shared and wire.signal == before.signal):
-                yield key, f"{wire} is already {first}", "Connect one of them elsewhere"
+                instead = f", or {wire.instead}" if wire.instead and wire.signal == before.signal else ""
+                yield key, f"{wire} is already {first}", f"Connect one of them elsewhere{instead}"
 
 
 def _refused(key: str, check: Callable[[], object]) -> Iterator[Fault]:

@@ -30,7 +30,8 @@ PULLED_DOWN = (
 )
 UNGUARDED = (
     "There is no standby line: where the kernel keeps outputs (robotcore doctor tells), motors may go on after the "
-    "program and its guardian were killed. A board with STBY or nSLEEP can have one: standby = GPIO."
+    "program and its guardian were killed. STBY, nSLEEP, or an L298N's ENA and ENB joined (jumpers off) can be one: "
+    "standby = GPIO, in place of enable."
 )
 RISING = (
     "GPIO 0 to 8 are pulled up from when the Pi is switched on until a program takes them, and {lines} may turn this "

@@ -16,6 +16,13 @@ if TYPE_CHECKING:
     from gpiozero import PWMOutputDevice
 
 
+INPUTS = (
+    "Which of a board's inputs is which: TB6612: forward AIN1 and BIN1, backward AIN2 and BIN2, standby STBY, and PWMA "
+    "and PWMB to 3.3 V. DRV8833: the same four, standby nSLEEP. L298N: forward IN1 and IN3, backward IN2 and IN4."
+)
+"""What whoever connects one must know besides."""
+
+
 class HBridgeSettings(MotorSettings):
     """``forward`` high turns one way, ``backward`` high the other; ``enable`` is high while the motor is open.
 
@@ -37,7 +44,12 @@ class HBridge(MotorDriver[HBridgeSettings]):
 
     def wires(self, settings: HBridgeSettings) -> Sequence[Connection]:
         inputs = gpio("forward", settings.forward), gpio("backward", settings.backward)
-        return inputs if settings.enable is None else (*inputs, gpio("enable", settings.enable))
+        if settings.enable is None:
+            return inputs
+        return (*inputs, gpio("enable", settings.enable, instead="make it standby, which motors may share"))
+
+    def notes(self, settings: HBridgeSettings) -> Sequence[str]:
+        return (*super().notes(settings), INPUTS)
 
     def bridge(self, name: str, settings: HBridgeSettings, host: Host) -> Bridge:
         with ExitStack() as opened:

@@ -42,6 +42,14 @@ def test_a_standby_line_is_pulled_down_and_one_that_is_missing_is_recommended() 
     without = notes(HBridge(), **settings)
     assert "10 kΩ" not in without
     assert "There is no standby line" in without
+    assert "an L298N's ENA and ENB joined" in without
+
+
+def test_the_inputs_of_the_usual_boards_are_told_by_their_names() -> None:
+    told = notes(HBridge(), forward=17, backward=27, model=MODEL)
+    for inputs in ("TB6612: forward AIN1", "PWMB to 3.3 V", "standby nSLEEP", "L298N: forward IN1 and IN3"):
+        assert inputs in told
+    assert "AIN1" not in notes(PhaseEnable(), phase=17, enable=27, model=MODEL)
 
 
 @pytest.mark.parametrize("driver, lines", [(Quadrature(), {"a": 5, "b": 6}), (Pulses(), {"gpio": 5})])

@@ -49,3 +49,13 @@ def test_a_pin_that_is_missing_is_told_with_what_it_is() -> None:
     assert told(forward=None) == [
         "left_motor.forward: is missing. Add it: the number of a GPIO on the header (BCM), 0 to 27"
     ]
+
+
+def test_an_enable_line_that_two_motors_want_may_be_their_standby() -> None:
+    left = {**H_BRIDGE, "enable": 22}
+    right = {**left, "forward": 23, "backward": 24}
+    (clash,) = faults({"left_motor": left, "right_motor": right})
+    assert clash.startswith("right_motor.enable: GPIO 22 is already raspberrypi.left_motor.enable. ")
+    assert clash.endswith("Connect one of them elsewhere, or make it standby, which motors may share")
+    (clash,) = faults({"left_motor": left, "right_motor": {**right, "enable": 17}})
+    assert clash.endswith("Connect one of them elsewhere")
