@@ -42,6 +42,8 @@ class DeviceDriver(ABC, Generic[ToldT, SettingsT]):
     ``modules`` are the libraries it works with, looked for without importing them. ``supply`` names the pads
     of the board that feed the device, such as ``5 V`` and ``ground``; none where it has a plug of its own. ``parts``
     are other words for it, what it drives or what is printed on that: who names one of them is told the driver's name.
+    A motor driver that ``tells_direction`` opens motors with a ``direction``: 1 or -1, in which they were last told to
+    turn, for an encoder that cannot tell it.
     """
 
     name: ClassVar[str]
@@ -52,6 +54,7 @@ class DeviceDriver(ABC, Generic[ToldT, SettingsT]):
     remedy: ClassVar[str] = ""
     supply: ClassVar[tuple[str, ...]] = ()
     parts: ClassVar[tuple[str, ...]] = ()
+    tells_direction: ClassVar[bool] = False
 
     @abstractmethod
     def open(self, told: ToldT, settings: SettingsT, host: Host) -> Device:
@@ -62,6 +65,12 @@ class DeviceDriver(ABC, Generic[ToldT, SettingsT]):
 
     def check(self, told: ToldT, settings: SettingsT, robot: RobotDescription) -> None:
         """Raise ValueError, the fault, a semicolon and the remedy, where the settings do not fit the robot."""
+
+    def check_beside(self, told: ToldT, robot: RobotDescription, drivers: Mapping[str, DeviceDriver[Any, Any]]) -> None:
+        """Raise ValueError, as `check` does, where it cannot work beside the ``drivers`` of the robot's other devices.
+
+        They are by the devices' names; one whose section is wrong is left out.
+        """
 
     def connections(self, settings: SettingsT) -> Sequence[Connection]:
         """Return where its wires go."""

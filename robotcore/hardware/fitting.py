@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -93,7 +93,7 @@ def fit(
                 faults += unfit.faults
         elif told.name in wired:
             faults.append(_untold(told, section))
-    faults += [*_misplaced(section, fittings, place), *_clashes(section, fittings)]
+    faults += [*_at_odds(section, fittings, robot), *_misplaced(section, fittings, place), *_clashes(section, fittings)]
     if faults:
         raise DescriptionError.of_all(robot.source, faults)
     return tuple(fitting for fitting in fittings if fitting.name in chosen)
@@ -183,6 +183,13 @@ def _strangers(robot: RobotDescription, section: str, table: Mapping[str, Any]) 
 
 def _untold(told: AnyDevice, section: str) -> Fault:
     return f"{section}.{told.name}", "is missing", f"Say how it is connected, first of all its driver: {_choice(told)}"
+
+
+def _at_odds(section: str, fittings: Sequence[Fitting], robot: RobotDescription) -> Iterator[Fault]:
+    drivers = {fitting.name: fitting.driver for fitting in fittings}
+    for fitting in fittings:
+        check = partial(fitting.driver.check_beside, fitting.told, robot, drivers)
+        yield from _refused(f"{section}.{fitting.name}", check)
 
 
 def _misplaced(section: str, fittings: Iterable[Fitting], place: Callable[[Connection], object]) -> Iterator[Fault]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from drivers.raspberrypi.encoders.encoder import LEVELS, EncoderSettings, PinEncoder, open_input, watch
 from drivers.raspberrypi.gpio import Gpio, gpio
@@ -50,6 +50,16 @@ class Pulses(DeviceDriver[EncoderDescription, PulsesSettings]):
             raise ValueError(
                 f"{told.name} is on no wheel of the drive, so no motor tells its direction; name it in [drive], or "
                 "take a quadrature encoder"
+            )
+
+    def check_beside(
+        self, told: EncoderDescription, robot: RobotDescription, drivers: Mapping[str, DeviceDriver[Any, Any]]
+    ) -> None:
+        motor = motor_of(told.name, robot) or ""
+        if motor in drivers and not drivers[motor].tells_direction:
+            raise ValueError(
+                f"the driver of {motor}, {drivers[motor].name!r}, tells no direction, and {told.name} has none of its "
+                "own; take a quadrature encoder for that wheel"
             )
 
     def open(self, told: EncoderDescription, settings: PulsesSettings, host: Host) -> Encoder:
