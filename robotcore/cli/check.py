@@ -20,29 +20,33 @@ def command(file: str) -> None:
     """Check a robot or a world FILE.
 
     Says what it describes, or all that is wrong with it and what would be right. A name will do too. What a robot's
-    file has for a single backend, such as its wiring, is checked by that backend.
+    file has for a single backend, such as its wiring, is checked by that backend; where that cannot be, for a package
+    is broken, the exit status is 3.
     """
     from robotcore.description import RobotDescription, load_any
+    from robotcore.errors import BackendMissingError
 
     described = load_any(file)
     if not isinstance(described, RobotDescription):
         click.echo(f"{file}: OK, {_world(described)}")
         return
-    told = [f"OK, {_robot(described)}", *(_checked(described, section) for section in described.backends)]
-    for line in told:
+    checked = [([f"OK, {_robot(described)}"], ""), *(_checked(described, section) for section in described.backends)]
+    for line in (line for lines, _ in checked for line in lines):
         click.echo(f"{file}: {line}")
+    if unchecked := [f"{file}: {why}" for _, why in checked if why]:
+        raise BackendMissingError("\n".join(unchecked))
 
 
-def _checked(robot: RobotDescription, section: str) -> str:
-    """Return what a backend says of its own section, or why it was not asked; raises DescriptionError."""
+def _checked(robot: RobotDescription, section: str) -> tuple[list[str], str]:
+    """Return what a backend says of its own section, and why it cannot be asked; raises DescriptionError."""
     from robotcore.catalogue import load_backend
     from robotcore.errors import BackendMissingError
 
     try:
         has = load_backend(section).check(robot)
     except BackendMissingError as error:
-        return f"[{section}] was not checked: {error}"
-    return f"[{section}] OK, {has}" if has else f"[{section}] was not checked: the backend reads no section"
+        return [], f"[{section}] was not checked: {error}"
+    return [f"[{section}] OK, {has}" if has else f"[{section}] was not checked: the backend reads no section"], ""
 
 
 def _robot(robot: RobotDescription) -> str:

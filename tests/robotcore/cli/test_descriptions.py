@@ -40,19 +40,33 @@ def test_check_tells_all_that_is_wrong_with_a_section_by_the_files_own_name(
     ]
 
 
-def test_check_says_which_sections_nobody_could_check(
+def test_check_says_which_section_no_backend_reads(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    register(monkeypatch)
+    file = tmp_path / "post.toml"
+    file.write_text(robot_file(f"{NECK}{EYE}[kinematic]\nx = 1\n"))
+    told = cli("check", str(file))
+    assert told.status == 0
+    assert f"{file}: [kinematic] was not checked: the backend reads no section" in told.out.splitlines()
+
+
+def test_check_fails_where_a_section_cannot_be_checked_and_checks_the_others_all_the_same(
     cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     register(monkeypatch, broken="no_such_package:Thing")
     file = tmp_path / "post.toml"
     broken = EYE.replace('"plug"', '"broken"')
+    file.write_text(robot_file(f'{NECK}{broken}[raspberrypi.eye]\ndriver = "plug"\npin = 2\n[kinematic]\nx = 1\n'))
+    told = cli("check", str(file))
+    assert told.status == 2
+    assert "raspberrypi.neck: is missing" in told.err
     file.write_text(robot_file(f"{NECK}{broken}[kinematic]\nx = 1\n"))
     told = cli("check", str(file))
-    _, *sections = told.out.splitlines()
-    assert (told.status, len(sections)) == (0, 2)
-    by_name = {line.removeprefix(f"{file}: ").partition(" ")[0]: line for line in sections}
-    assert "was not checked: the device driver 'broken'" in by_name["[plugboard]"]
-    assert by_name["[kinematic]"].endswith("was not checked: the backend reads no section")
+    assert told.status == 3
+    assert [line.removeprefix(f"{file}: ").partition(",")[0] for line in told.out.splitlines()] == [
+        *("OK", "[kinematic] was not checked: the backend reads no section")
+    ]
+    assert told.err.startswith(f"error: {file}: [plugboard] was not checked: the device driver 'broken'")
+    assert "no_such_package" in told.err
 
 
 def test_check_reads_a_users_own_file(cli: Cli, tmp_path: Path) -> None:
