@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from importlib.util import find_spec
@@ -94,6 +94,13 @@ class Backend(ABC):
         Raises DescriptionError where the section is wrong.
         """
         return ""
+
+    def warnings(self, robot: RobotDescription) -> Sequence[str]:
+        """Return what of a section that is right may do harm all the same, in whole sentences: what, then what to do.
+
+        Raises what `check` raises.
+        """
+        return ()
 
     def examine(self, robot: RobotDescription | None) -> Iterable[Finding]:
         """Yield what is right and what is wrong with this machine for the backend, and with the robot if there is one.

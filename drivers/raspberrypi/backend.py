@@ -46,6 +46,9 @@ class RaspberryPiBackend(Backend):
         fittings = self.fittings(robot)
         return f"{len(fittings)} devices, {sum(len(fitting.connections) for fitting in fittings)} wires"
 
+    def warnings(self, robot: RobotDescription) -> list[str]:
+        return [f"{fitting.name}: {each}" for fitting in self.fittings(robot) for each in fitting.warnings]
+
     @property
     def is_at_home(self) -> bool:
         from drivers.raspberrypi.doctor import is_raspberry_pi

@@ -53,6 +53,15 @@ def _pad(number: int, what: str) -> Pad:
 HEADER = tuple(_pad(number, what) for number, what in enumerate(_LAYOUT.split(), start=1))
 """Its pads by their numbers, from 1."""
 
+OTHERS_TOO = {
+    (0, 1): "GPIO 0 and 1 are where the Pi asks at its start which HAT it carries. Take others, unless all are taken.",
+    (14, 15): (
+        "GPIO 14 and 15 are the serial console's where it is switched on, and 14 sends while the Pi starts. Switch it "
+        "off (sudo raspi-config, Interface Options, Serial Port), or take others."
+    ),
+}
+"""What to know of GPIOs that the Pi uses for something else, whatever is connected to them."""
+
 _RENAMED = {"GPIO 0": "ID_SD", "GPIO 1": "ID_SC"}
 
 
@@ -64,7 +73,7 @@ def wiring_of(fittings: Iterable[Fitting]) -> Wiring:
         signals = list(_signals(fitting))
         wires += signals
         wires += _supply(fitting, signals, taken=Counter(wire.pads[0] for wire in wires if wire.pads))
-    notes = ((fitting.name, note) for fitting in fittings for note in fitting.notes)
+    notes = ((fitting.name, note) for fitting in fittings for note in (*fitting.notes, *_of_gpios(fitting)))
     return Wiring(HEADER, wires, tuple(notes))
 
 
@@ -77,6 +86,11 @@ def _signals(fitting: Fitting) -> Iterator[Wire]:
     for wire in fitting.connections:
         place = str(wire)
         yield Wire(fitting.name, _what(fitting), wire.signal, place, pads_of(_RENAMED.get(place, place)))
+
+
+def _of_gpios(fitting: Fitting) -> Iterator[str]:
+    places = {str(wire) for wire in fitting.connections}
+    yield from (note for gpios, note in OTHERS_TOO.items() if places & {f"GPIO {gpio}" for gpio in gpios})
 
 
 def _supply(fitting: Fitting, signals: Iterable[Wire], taken: Counter[int]) -> Iterator[Wire]:

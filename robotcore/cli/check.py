@@ -43,10 +43,12 @@ def _checked(robot: RobotDescription, section: str) -> tuple[list[str], str]:
     from robotcore.errors import BackendMissingError
 
     try:
-        has = load_backend(section).check(robot)
+        backend = load_backend(section)
+        has, warnings = backend.check(robot), [f"[{section}] warning: {each}" for each in backend.warnings(robot)]
     except BackendMissingError as error:
         return [], f"[{section}] was not checked: {error}"
-    return [f"[{section}] OK, {has}" if has else f"[{section}] was not checked: the backend reads no section"], ""
+    said = f"[{section}] OK, {has}" if has else f"[{section}] was not checked: the backend reads no section"
+    return [said, *warnings], ""
 
 
 def _robot(robot: RobotDescription) -> str:

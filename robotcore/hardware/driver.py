@@ -80,6 +80,10 @@ class DeviceDriver(ABC, Generic[ToldT, SettingsT]):
         """Return what whoever connects it must know besides, in whole sentences."""
         return ()
 
+    def warnings(self, settings: SettingsT) -> Sequence[str]:
+        """Return what may do harm as it is connected, in whole sentences: what, then what to do."""
+        return ()
+
     def cutoffs(self, told: ToldT, settings: SettingsT, host: Host) -> Sequence[CutoffSpec]:
         """Return how another process stops it, where it turns something."""
         return ()

@@ -47,8 +47,13 @@ class Fitting:
         return tuple(self.driver.connections(self.settings))
 
     @property
+    def warnings(self) -> tuple[str, ...]:
+        return tuple(self.driver.warnings(self.settings))
+
+    @property
     def notes(self) -> tuple[str, ...]:
-        return tuple(self.driver.notes(self.settings))
+        """What whoever connects it must know, at last what may do harm."""
+        return (*self.driver.notes(self.settings), *self.warnings)
 
     def open(self, host: Host) -> Device:
         """Open the device; raises DeviceError, for what its driver has not translated too."""

@@ -59,6 +59,10 @@ def devices(root: Path, robot: RobotDescription | None, section: str) -> Iterato
             yield Finding.error("robot", f"{each.key}: {each.fault}", each.remedy)
         return
     yield Finding.ok("robot", f"{len(fittings)} devices of {robot.name} can be connected as its file says")
+    for fitting in fittings:
+        for warning in fitting.warnings:
+            said, _, remedy = warning.partition(". ")
+            yield Finding.warning("robot", f"{fitting.name}: {said}", remedy)
     yield from findings_of(_checks(root, fittings))
 
 

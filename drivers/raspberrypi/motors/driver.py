@@ -35,7 +35,7 @@ UNGUARDED = (
 )
 RISING = (
     "GPIO 0 to 8 are pulled up from when the Pi is switched on until a program takes them, and {lines} may turn this "
-    "motor then: take GPIO 9 to 27, or resistors of 10 kΩ to ground."
+    "motor then. Take GPIO 9 to 27, resistors of 10 kΩ to ground, or a standby line."
 )
 """What whoever connects a motor must know."""
 
@@ -91,11 +91,11 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
         return wires if settings.standby is None else (*wires, gpio("standby", settings.standby, is_shared=True))
 
     def notes(self, settings: SettingsT) -> Sequence[str]:
+        return (BATTERY, UNGUARDED if settings.standby is None else PULLED_DOWN.format(line=settings.standby))
+
+    def warnings(self, settings: SettingsT) -> Sequence[str]:
         lines = [line for line in self._enabling(settings) if line in PULLED_UP]
-        rising = (RISING.format(lines=f"GPIO {', '.join(map(str, lines))}"),) if lines else ()
-        if settings.standby is None:
-            return (BATTERY, UNGUARDED, *rising)
-        return (BATTERY, PULLED_DOWN.format(line=settings.standby), *rising)
+        return (RISING.format(lines=f"GPIO {', '.join(map(str, lines))}"),) if lines else ()
 
     def check(self, told: MotorDescription, settings: SettingsT, robot: RobotDescription) -> None:
         if held := [line for line in self._enabling(settings) if line in HELD_UP]:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import pytest
 from gpiozero import PiBoardInfo
 
 from drivers.raspberrypi.gpio import gpio
@@ -66,3 +67,14 @@ def test_two_devices_more_than_there_are_pads_share_them() -> None:
     wires = wiring_of([fitting(name, kind=Fed) for name in names]).wires
     taken = [wire.pads[0] for wire in wires if wire.signal == "supply"]
     assert sorted(taken) == sorted(2 * pads_of("3.3 V"))
+
+
+@pytest.mark.parametrize("number, told", [(0, "HAT"), (1, "HAT"), (14, "serial console"), (15, "serial console")])
+def test_a_gpio_that_the_pi_has_a_use_for_itself_is_noted_with_any_device(number: int, told: str) -> None:
+    ((name, note),) = wiring_of([fitting("nose", gpio("trigger", number))]).notes
+    assert name == "nose"
+    assert told in note
+
+
+def test_a_gpio_that_is_free_is_not_noted() -> None:
+    assert wiring_of([fitting("nose", gpio("trigger", 16), Connection("address", "I2C", "0"))]).notes == ()

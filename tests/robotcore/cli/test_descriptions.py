@@ -27,6 +27,16 @@ def test_check_lets_a_backend_check_its_own_section(cli: Cli, tmp_path: Path, mo
     assert cli("check", str(file)).out.splitlines()[1:] == [f"{file}: [plugboard] OK, 2 plugs"]
 
 
+def test_check_tells_what_may_do_harm_and_passes(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    register(monkeypatch)
+    monkeypatch.setattr("tests.robotcore.hardware.plugs.PlugBoard.warnings", lambda *_: ["neck: it wobbles. Tie it"])
+    file = tmp_path / "post.toml"
+    file.write_text(robot_file(NECK + EYE))
+    told = cli("check", str(file))
+    assert told.status == 0
+    assert told.out.splitlines()[2:] == [f"{file}: [plugboard] warning: neck: it wobbles. Tie it"]
+
+
 def test_check_tells_all_that_is_wrong_with_a_section_by_the_files_own_name(
     cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from drivers.raspberrypi.backend import RaspberryPiBackend
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError
 from robotcore.hardware import fit
@@ -59,3 +60,17 @@ def test_an_enable_line_that_two_motors_want_may_be_their_standby() -> None:
     assert clash.endswith("Connect one of them elsewhere, or make it standby, which motors may share")
     (clash,) = faults({"left_motor": left, "right_motor": {**right, "enable": 17}})
     assert clash.endswith("Connect one of them elsewhere")
+
+
+def test_a_check_warns_of_a_line_that_is_pulled_up_while_the_pi_starts() -> None:
+    rover = load_robot("rover")
+    left = {**H_BRIDGE, "forward": 8}
+    wired = rover.model_copy(
+        update={"backends": {"raspberrypi": {**rover.backends["raspberrypi"], "left_motor": left}}}
+    )
+    backend = RaspberryPiBackend()
+    (warning,) = backend.warnings(wired)
+    assert warning.startswith("left_motor: GPIO 0 to 8 are pulled up")
+    assert "GPIO 8 may turn this motor then. Take GPIO 9 to 27" in warning
+    assert backend.warnings(rover) == []
+    assert warning.removeprefix("left_motor: ") in [note for _, note in backend.wiring(wired).notes]

@@ -143,6 +143,7 @@ def test_a_line_that_a_resistor_holds_high_is_refused(lines: dict[str, int]) -> 
 def test_a_line_that_is_pulled_up_while_the_pi_starts_is_noted(lines: dict[str, int], told: bool) -> None:
     (fitting,) = fit(rover({"left_motor": {**H_BRIDGE, **lines}}), "raspberrypi", ["left_motor"])
     assert any("are pulled up" in note for note in fitting.notes) is told
+    assert bool(fitting.warnings) is told
 
 
 @pytest.mark.parametrize("broken, other", [(FORWARD, BACKWARD), (BACKWARD, FORWARD)])
