@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from drivers.raspberrypi.gpio import on_header
+from drivers.raspberrypi.header import counted, wiring_of
 from drivers.raspberrypi.pins import open_pins
 from robotcore.backend import Backend, Setup
 from robotcore.clock import MonotonicClock
@@ -43,8 +44,7 @@ class RaspberryPiBackend(Backend):
         return fit(robot, SECTION, names, on_header)
 
     def check(self, robot: RobotDescription) -> str:
-        fittings = self.fittings(robot)
-        return f"{len(fittings)} devices, {sum(len(fitting.connections) for fitting in fittings)} wires"
+        return counted(self.fittings(robot))
 
     def warnings(self, robot: RobotDescription) -> list[str]:
         return [f"{fitting.name}: {each}" for fitting in self.fittings(robot) for each in fitting.warnings]
@@ -61,8 +61,6 @@ class RaspberryPiBackend(Backend):
         return super().examine(robot) if self.needs_world else examine(robot, SECTION)
 
     def wiring(self, robot: RobotDescription) -> Wiring:
-        from drivers.raspberrypi.header import wiring_of
-
         return wiring_of(self.fittings(robot))
 
     def open(self, setup: Setup) -> Robot:

@@ -7,7 +7,7 @@ gpiozero.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 from robotcore.hardware import Fitting, Pad, PadKind, Wire, Wiring
 
@@ -75,6 +75,11 @@ def wiring_of(fittings: Iterable[Fitting]) -> Wiring:
         wires += _supply(fitting, signals, taken=Counter(wire.pads[0] for wire in wires if wire.pads))
     notes = ((fitting.name, note) for fitting in fittings for note in (*fitting.notes, *_of_gpios(fitting)))
     return Wiring(HEADER, wires, tuple(notes))
+
+
+def counted(fittings: Sequence[Fitting]) -> str:
+    """Return how many devices and wires these are, in words."""
+    return f"{len(fittings)} devices, {sum(len(fitting.connections) for fitting in fittings)} wires"
 
 
 def pads_of(name: str) -> tuple[int, ...]:

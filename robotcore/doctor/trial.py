@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from robotcore.backend import Backend, Setup
 from robotcore.description import RobotDescription, load_robot, load_world
 from robotcore.doctor.finding import Finding
-from robotcore.errors import RobotcoreError
+from robotcore.errors import DescriptionError, RobotcoreError
 from robotcore.robot import Robot, Role
 
 ROBOT, WORLD = "rover", "open"
@@ -37,6 +37,10 @@ def _tried(backend: Backend, robot: RobotDescription) -> Finding:
     try:
         with backend.open(setup) as opened:
             return _driven(backend.name, opened)
+    except DescriptionError as error:
+        others = f", and {len(error.others)} more" if error.others else ""
+        said = f"cannot open {error.file}: {error.key}: {error.fault}{others}"
+        return Finding.error(backend.name, said, f"robotcore check {robot.file or robot.name}")
     except RobotcoreError as error:
         return Finding.error(backend.name, str(error), f"Try robotcore run green-search --backend {backend.name}")
     except Exception as error:  # noqa: BLE001  a simulator of another build raises anything

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -18,6 +18,7 @@ from drivers.raspberrypi.doctor.pins import pins
 from drivers.raspberrypi.doctor.power import power
 from drivers.raspberrypi.doctor.release import release
 from drivers.raspberrypi.gpio import on_header
+from drivers.raspberrypi.header import counted
 from robotcore.description import RobotDescription
 from robotcore.doctor import Check, Finding, findings_of
 from robotcore.errors import DescriptionError
@@ -31,6 +32,8 @@ def examine(robot: RobotDescription | None, section: str, root: Path = ROOT) -> 
     if not is_raspberry_pi(root):
         remedy = "Run robotcore doctor on the robot; at the desk, --backend virtualpi needs no pins"
         yield Finding.warning("board", "this is no Raspberry Pi: its pins and cameras are not looked at", remedy)
+        if robot and section in robot.backends:
+            yield from described(_fitted(robot, section), robot)
         return
     before: list[tuple[str, Check]] = [
         ("board", partial(board, root)),
@@ -52,18 +55,30 @@ def devices(root: Path, robot: RobotDescription | None, section: str) -> Iterato
     if robot is None:
         yield Finding.warning("robot", "its devices are not looked at", "Name it: robotcore doctor --robot FILE.toml")
         return
-    try:
-        fittings = fit(robot, section, None, on_header)
-    except DescriptionError as error:
-        for each in (error, *error.others):
+    fitted = _fitted(robot, section)
+    yield from described(fitted, robot)
+    if not isinstance(fitted, DescriptionError):
+        yield from findings_of(_checks(root, fitted))
+
+
+def described(fitted: Sequence[Fitting] | DescriptionError, robot: RobotDescription) -> Iterator[Finding]:
+    """Tell what is wrong with what the robot's file says of its devices, or that it is right, and what may do harm."""
+    if isinstance(fitted, DescriptionError):
+        for each in (fitted, *fitted.others):
             yield Finding.error("robot", f"{each.key}: {each.fault}", each.remedy)
         return
-    yield Finding.ok("robot", f"{len(fittings)} devices of {robot.name} can be connected as its file says")
-    for fitting in fittings:
+    yield Finding.ok("robot", f"{robot.file or robot.name} OK, {counted(fitted)}")
+    for fitting in fitted:
         for warning in fitting.warnings:
             said, _, remedy = warning.partition(". ")
             yield Finding.warning("robot", f"{fitting.name}: {said}", remedy)
-    yield from findings_of(_checks(root, fittings))
+
+
+def _fitted(robot: RobotDescription, section: str) -> Sequence[Fitting] | DescriptionError:
+    try:
+        return fit(robot, section, None, on_header)
+    except DescriptionError as error:
+        return error
 
 
 def _checks(root: Path, fittings: Iterable[Fitting]) -> Iterator[tuple[str, Check]]:

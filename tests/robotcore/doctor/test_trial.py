@@ -6,7 +6,7 @@ from robotcore.backend import Backend, Setup
 from robotcore.catalogue import load_backend
 from robotcore.description import load_robot
 from robotcore.doctor import Finding, Level
-from robotcore.errors import DeviceError
+from robotcore.errors import DescriptionError, DeviceError
 from robotcore.robot import Robot
 from tests.robotcore.fakes import RigBackend
 
@@ -77,3 +77,13 @@ def test_a_window_needs_a_display(monkeypatch: pytest.MonkeyPatch, display: str,
     monkeypatch.setenv("DISPLAY", display)
     monkeypatch.setattr("drivers.kinematic.backend.KinematicBackend.has_gui", True)
     assert [each.level for each in examined(load_backend("kinematic")) if each.what == "display"] == [level]
+
+
+def test_a_robot_s_file_that_is_wrong_is_an_error_with_the_command_that_tells_all_of_it() -> None:
+    error = DescriptionError.of_all(
+        "my.toml", [("board.nose", "is missing", "Add it"), ("b", "c", "D"), ("e", "f", "G")]
+    )
+    (found,) = examined(Dead(error), "lookout")
+    assert found == Finding.error(
+        "rig", "cannot open my.toml: board.nose: is missing, and 2 more", "robotcore check lookout"
+    )

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from importlib import resources
 from pathlib import Path
 
 import pytest
@@ -33,6 +34,20 @@ def test_a_laptop_is_told_that_it_is_no_pi_and_nothing_else(tmp_path: Path) -> N
     assert found.level is Level.WARNING
     assert "no Raspberry Pi" in found.said
     assert "virtualpi" in found.remedy
+
+
+def test_at_the_desk_a_robot_s_file_is_looked_at_all_the_same(tmp_path: Path) -> None:
+    file = tmp_path / "my.toml"
+    shipped = resources.files("robotcore.description").joinpath("robots/rover.toml").read_text(encoding="utf-8")
+    file.write_text(shipped, encoding="utf-8")
+    _, found = examine(load_robot(str(file)), "raspberrypi", tmp_path)
+    assert found == Finding.ok("robot", f"{file} OK, 6 devices, 13 wires")
+    file.write_text(shipped.replace("trigger = 16", "trigger = 40").replace('"picamera2"', '"csi"'), encoding="utf-8")
+    _, *wrong = examine(load_robot(str(file)), "raspberrypi", tmp_path)
+    assert [each.said.partition(":")[0] for each in wrong] == ["raspberrypi.nose.trigger", "raspberrypi.eye.driver"]
+    assert {each.level for each in wrong} == {Level.ERROR}
+    file.write_text(shipped.partition("# On a Raspberry Pi")[0], encoding="utf-8")
+    assert len(list(examine(load_robot(str(file)), "raspberrypi", tmp_path))) == 1
 
 
 def test_a_pi_on_which_all_is_well_has_nothing_but_ok(pi_4: Path, pi_5: Path, monkeypatch: pytest.MonkeyPatch) -> None:
