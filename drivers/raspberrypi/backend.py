@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from drivers.raspberrypi.chip import AT_THE_DESK
 from drivers.raspberrypi.gpio import on_header
 from drivers.raspberrypi.header import counted, wiring_of
 from drivers.raspberrypi.pins import open_pins
@@ -37,7 +38,7 @@ class RaspberryPiBackend(Backend):
 
     @property
     def remedy(self) -> str:
-        return "On the Pi: pip install 'robotcore[pi]', see docs/raspberry-pi.md"
+        return f"On the Pi: pip install 'robotcore[pi]', see docs/raspberry-pi.md. {AT_THE_DESK}"
 
     def fittings(self, robot: RobotDescription, names: Iterable[str] | None = None) -> tuple[Fitting, ...]:
         """Return how the devices of those names, by default all, are connected to this board; see `fit`."""

@@ -34,25 +34,32 @@ def open_pins(library: str | None = None) -> Factory:
         )
     if name != LGPIO:
         raise UnknownNameError("pin factory", name, [LGPIO])
+    _require_board()
     try:
         return _on_lgpio()
     except ImportError as error:
         raise BackendMissingError(f"lgpio cannot be used: {error}. {_REMEDY}") from error
 
 
-def _on_lgpio() -> Factory:
-    lgpio = load()
+def _require_board() -> None:
+    """Raise BackendError where this is no Raspberry Pi: before a library, which elsewhere nobody needs."""
     from gpiozero.exc import PinUnknownPi
-    from gpiozero.pins.lgpio import LGPIOFactory
     from gpiozero.pins.local import get_pi_revision
 
     try:
         get_pi_revision()
-        return LGPIOFactory(chip_number())  # the guardian's too: lines of one number on two chips are different lines
     except PinUnknownPi as error:
         raise BackendError(f"this is no Raspberry Pi ({error}). {AT_THE_DESK}") from error
+
+
+def _on_lgpio() -> Factory:
+    lgpio = load()
+    from gpiozero.pins.lgpio import LGPIOFactory
+
+    try:
+        return LGPIOFactory(chip_number())  # the guardian's too: lines of one number on two chips are different lines
     except lgpio.error as error:
         raise BackendError(why_closed(chip_number())) from error
 
 
-_REMEDY = "On the Pi: sudo apt install python3-lgpio, and a venv made with --system-site-packages"
+_REMEDY = f"On the Pi: sudo apt install python3-lgpio, and a venv made with --system-site-packages. {AT_THE_DESK}"

@@ -12,6 +12,7 @@ import pytest
 from drivers.raspberrypi.chip import Chip, HeldError
 from drivers.raspberrypi.claiming import claiming
 from drivers.raspberrypi.pins import open_pins
+from robotcore.catalogue import load_backend
 from robotcore.errors import BackendError, BackendMissingError, DeviceError, UnknownNameError, UsageError
 from tests.drivers.raspberrypi.lines import Lines
 from tests.drivers.raspberrypi.lines import lgpio as ours
@@ -113,7 +114,9 @@ def test_an_unknown_library_is_told() -> None:
 def test_a_missing_lgpio_is_told_with_the_command_that_installs_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delitem(sys.modules, "lgpio")
     monkeypatch.setattr(sys, "path", [])
-    with pytest.raises(BackendMissingError, match=r"No module named 'lgpio'.*sudo apt install python3-lgpio"):
+    with pytest.raises(
+        BackendMissingError, match=r"No module named 'lgpio'.*sudo apt install python3-lgpio.*virtualpi$"
+    ):
         open_pins()
 
 
@@ -123,12 +126,15 @@ def test_an_empty_lgpio_is_told_with_the_command_that_mends_it(monkeypatch: pyte
         open_pins()
 
 
-def test_a_machine_that_is_no_pi_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("has_lgpio", [True, False])
+def test_a_machine_that_is_no_pi_is_told_whatever_it_has(*, has_lgpio: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     from gpiozero.exc import PinUnknownPi
 
     def unknown() -> int:
         raise PinUnknownPi("unable to locate Pi revision")
 
+    if not has_lgpio:
+        monkeypatch.setitem(sys.modules, "lgpio", None)
     monkeypatch.setattr("gpiozero.pins.local.get_pi_revision", unknown)
     with pytest.raises(BackendError, match=r"this is no Raspberry Pi .*At the desk: --backend virtualpi"):
         open_pins()
@@ -150,3 +156,7 @@ def test_a_chip_that_cannot_be_opened_is_told_with_what_to_do(
     monkeypatch.setattr("os.access", lambda *_: is_allowed)
     with pytest.raises(BackendError, match=words.format(chip="/dev/gpiochip0")):
         open_pins()
+
+
+def test_the_backend_that_is_not_installed_says_what_takes_its_place_at_the_desk() -> None:
+    assert load_backend("raspberrypi").remedy.endswith("At the desk: --backend virtualpi")
