@@ -102,6 +102,13 @@ class Backend(ABC):
         """
         return ()
 
+    def notes(self, setup: Setup) -> Sequence[str]:
+        """Return what whoever runs this must know, in plain words: what of the robot is not what it seems.
+
+        Raises DescriptionError where the section is wrong.
+        """
+        return ()
+
     def examine(self, robot: RobotDescription | None) -> Iterable[Finding]:
         """Yield what is right and what is wrong with this machine for the backend, and with the robot if there is one.
 

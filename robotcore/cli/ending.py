@@ -24,7 +24,9 @@ class RunCommand(AnsweringCommand):
 
 
 def tell_result(result: RunResult, *, as_json: bool) -> None:
-    """Tell how a run ended: on stderr what went wrong, on stdout the result."""
+    """Tell how a run ended: on stderr what is to be known of it and what went wrong, on stdout the result."""
+    for note in result.notes:
+        click.echo(f"note: {note}", err=True)
     if isinstance(result.error, RobotcoreError):
         tell_error(result.error)
     elif result.error and not result.ticks:

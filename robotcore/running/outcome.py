@@ -25,8 +25,9 @@ class RunResult:
     ``verified`` is the simulator's word on ``outcome``; ``judge`` is the app that was asked for it instead of this
     one. ``exit_status`` is 0 for a success that is not disputed. ``milestones`` maps each one reached to its time;
     ``conditions`` are what the seed drew of light, looks, sensors and wheels, by name, and what the world's file fixes
-    of sensors and wheels; ``faults`` are the specs of what was to fail on purpose; ``dropped_pictures`` is how many its
-    recording had to leave out, None where it was not recorded; ``error`` is what ended the run, if an error did.
+    of sensors and wheels; ``faults`` are the specs of what was to fail on purpose; ``notes`` say what of the robot was
+    not what it seems; ``dropped_pictures`` is how many its recording had to leave out, None where it was not recorded;
+    ``error`` is what ended the run, if an error did.
     """
 
     app: str
@@ -49,6 +50,7 @@ class RunResult:
     milestones: dict[str, float] = field(default_factory=dict)
     conditions: dict[str, float | str] = field(default_factory=dict)
     faults: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
     trace_sha256: str | None = None
     dropped_pictures: int | None = None
     error: BaseException | None = field(default=None, repr=False, compare=False)

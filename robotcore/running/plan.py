@@ -64,7 +64,7 @@ class Plan:
     """A request with everything it names found, checked, and fitting together.
 
     ``drawn`` is what the seed made of the world's looks and conditions, by name, and which conditions the world's
-    file fixes.
+    file fixes; ``notes`` are the backend's.
     """
 
     request: RunRequest
@@ -76,6 +76,7 @@ class Plan:
     setup: Setup
     drawn: Told = field(default_factory=dict)
     faults: tuple[PlannedFault, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def conditions(self) -> Conditions:
@@ -100,8 +101,8 @@ class Plan:
         backend.require_installed()
         robot = _lagging(description, world) if world and backend.needs_world else description
         setup = Setup(robot, world, devices, request.rate_hz, request.seed or 0, request.gui, request.options)
-        judge = behaviour if judge is None else judge
-        return cls(request, behaviour, judge, backend, description, world, setup, drawn, faults)
+        judge, notes = behaviour if judge is None else judge, tuple(backend.notes(setup))
+        return cls(request, behaviour, judge, backend, description, world, setup, drawn, faults, notes)
 
 
 def drawn_for(request: RunRequest) -> Told:

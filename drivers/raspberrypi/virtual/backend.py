@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
 from dataclasses import replace
 from typing import Annotated
@@ -14,6 +14,7 @@ from drivers.raspberrypi.backend import SECTION, RaspberryPiBackend
 from robotcore.backend import Backend, Setup, Vouch
 from robotcore.catalogue import load_backend
 from robotcore.description import AnyDevice, Described, RobotDescription
+from robotcore.doctor import Finding, Level
 from robotcore.errors import UsageError
 from robotcore.hardware import open_robot
 from robotcore.robot import Robot
@@ -44,6 +45,29 @@ class VirtualPiBackend(RaspberryPiBackend):
     @property
     def remedy(self) -> str:
         return "pip install 'robotcore[pi]'"
+
+    def notes(self, setup: Setup) -> list[str]:
+        from drivers.raspberrypi.virtual.bench import SIMULATED, stood_in_for
+
+        fittings = stood_in_for(self.fittings(setup.robot, setup.devices))
+        return [
+            f"{fitting.name}: its driver {fitting.driver.name!r} does not run on {self.name}; the simulator's own "
+            f"{fitting.told.kind.replace('_', ' ')} stands in"
+            for fitting in fittings
+            if not isinstance(fitting.settings, SIMULATED)
+        ]
+
+    def examine(self, robot: RobotDescription | None) -> Iterator[Finding]:
+        for finding in super().examine(robot):
+            stood_in = self._stood_in(robot) if robot and finding.level is Level.OK else ""
+            yield replace(finding, said=finding.said + stood_in)
+
+    def _stood_in(self, robot: RobotDescription) -> str:
+        """Return for which of a robot's devices the simulator's own stand in, to be added to what is told."""
+        from drivers.raspberrypi.virtual.bench import stood_in_for
+
+        names = [f"{fitting.name} ({fitting.driver.name})" for fitting in stood_in_for(self.fittings(robot))]
+        return f"; the simulator's own device stands in for {', '.join(names)}" if names else ""
 
     def open(self, setup: Setup) -> Robot:
         from drivers.raspberrypi.virtual.bench import Bench, as_built

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
+from drivers.raspberrypi.cameras.settings import CameraSettings
 from drivers.raspberrypi.encoders.encoder import EncoderSettings
 from drivers.raspberrypi.encoders.pulses import PulsesSettings
 from drivers.raspberrypi.encoders.quadrature import QuadratureSettings
 from drivers.raspberrypi.motors.hbridge import HBridgeSettings
 from drivers.raspberrypi.motors.phase import PhaseEnableSettings
 from drivers.raspberrypi.ranging.sound import speed_of_sound
+from drivers.raspberrypi.ranging.timeofflight import TimeOfFlightSettings
 from drivers.raspberrypi.ranging.ultrasonic import UltrasonicSettings
 from drivers.raspberrypi.virtual.discs import Disc, QuadratureDisc, SlottedDisc
 from drivers.raspberrypi.virtual.echo import VirtualEcho
@@ -21,6 +23,12 @@ from robotcore.description import AnyDevice, EncoderDescription
 from robotcore.devices import Encoder, Motor, RangeSensor
 from robotcore.hardware import Fitting
 from robotcore.robot import Robot
+
+MODELLED = (HBridgeSettings, PhaseEnableSettings, QuadratureSettings, PulsesSettings, UltrasonicSettings)
+"""What `Bench.connect` knows, by the settings of its driver."""
+
+SIMULATED = (CameraSettings, TimeOfFlightSettings)
+"""Ours that are on no pins: the simulator's own device is meant to stand in."""
 
 HEARD_M = 4.3
 """The farthest wall that an HC-SR04 hears."""
@@ -57,6 +65,11 @@ class Bench:
         clock = self._simulated.clock
         step = clock.step if isinstance(clock, SteppedClock) else 1 / MIN_PHYSICS_RATE_HZ
         clock.every(step, disc.turn, "disc")
+
+
+def stood_in_for(fittings: Iterable[Fitting]) -> list[Fitting]:
+    """Return the devices for which the simulator's own stand in: their drivers do not run."""
+    return [fitting for fitting in fittings if not isinstance(fitting.settings, MODELLED)]
 
 
 def as_built(fitting: Fitting) -> AnyDevice:
