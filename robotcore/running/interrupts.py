@@ -7,7 +7,7 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType, TracebackType
 from typing import Any, NoReturn
 
@@ -50,7 +50,7 @@ class Interrupts:
 
     def __init__(self) -> None:
         self._thread = threading.get_ident()
-        self._is_held = self._is_put_off = False
+        self._is_held = self._is_put_off = self._is_recalled = False
         self.raised: Interrupted | None = None
         self._last_resort: Callable[[], object] = lambda: None
         self._count = 0
@@ -69,8 +69,8 @@ class Interrupts:
         """From here on no signal raises: the robot is being closed."""
         self._is_held = True
         self._is_to_wait = False
-        if not self.are_heard:
-            _raise_in(self._thread, None)
+        if self._is_recalled:
+            _take_back()
 
     @contextmanager
     def put_off(self) -> Iterator[None]:
@@ -114,6 +114,7 @@ class Interrupts:
         if self.are_heard:
             signal.pthread_kill(self._thread, RECALL)
         else:
+            self._is_recalled = True
             _raise_in(self._thread, Recalled)
 
     def __enter__(self) -> Interrupts:
@@ -173,10 +174,25 @@ class Interrupts:
             die_of(number)
 
 
-def _raise_in(thread: int, kind: type[BaseException] | None) -> None:
-    """Let an exception be raised in a thread when it next comes to Python's own code; None takes that back."""
-    wanted = None if kind is None else ctypes.py_object(kind)
-    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), wanted)
+class _TakenBackError(BaseException):
+    """Raised in the place of what was not raised yet."""
+
+
+def _raise_in(thread: int, kind: type[BaseException]) -> None:
+    """Let an exception be raised in a thread when it next comes to Python's own code."""
+    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(kind))
+
+
+def _take_back() -> None:
+    """Let nothing be raised in this thread any more.
+
+    CPython 3.11 goes on looking for what is not to be raised after all, and no tracer, a debugger's for one, comes past
+    that; so another exception is raised in its place.
+    """
+    with suppress(_TakenBackError):
+        _raise_in(threading.get_ident(), _TakenBackError)
+        while True:
+            pass
 
 
 def _is_to_be_heard(number: int) -> bool:

@@ -198,3 +198,17 @@ def test_a_run_outside_the_main_thread_is_brought_back_from_pythons_own_code(
     (result,) = results
     assert isinstance(result.error, WatchdogError)
     assert backend.rig.wheels == (0.0, 0.0)
+
+
+def test_a_tracer_works_after_a_run_outside_the_main_thread(perform: Runner, backend: RigBackend) -> None:
+    thread = threading.Thread(target=lambda: perform(then(lambda _: None)))
+    thread.start()
+    thread.join(60)
+    seen = []
+    before = sys.gettrace()
+    sys.settrace(lambda frame, *_: seen.append(frame))
+    try:
+        threading.active_count()
+    finally:
+        sys.settrace(before)
+    assert seen
