@@ -56,7 +56,8 @@ class CutoffSpec:
     """How the guardian makes a cutoff by itself.
 
     ``device`` is what messages call it, ``cutoff`` names its class as "module:Class". The class takes ``parameters`` by
-    name: plain data, which JSON can tell.
+    name: plain data, which JSON can tell. A cutoff that does harm where the app only was slow asks for ``patience_s``
+    beyond the lease; all of a robot's wait with it.
 
     >>> CutoffSpec("left_motor", "my_board.cutoff:StopFrame", {"port": "/dev/ttyACM0", "frame": "m 0 0"}).device
     'left_motor'
@@ -65,6 +66,7 @@ class CutoffSpec:
     device: str
     cutoff: str
     parameters: Mapping[str, Any] = field(default_factory=dict)
+    patience_s: float = 0.0
 
     def make(self) -> Cutoff:
         """Import the class and make a cutoff, not yet open."""

@@ -27,14 +27,15 @@ if TYPE_CHECKING:
 def guarded(raw: Robot, lease: float, end: ExitStack) -> Layer:
     """Return the layer that has a robot's motors guarded until ``end``; without cutoffs it does nothing.
 
-    ``lease`` is the deadman's. The guardian's is longer by the time for which the deadman waits for its lock: it steps
-    in where the deadman has not. Raises GuardianError where no guardian comes up.
+    ``lease`` is the deadman's. The guardian's is longer by the time for which the deadman waits for its lock, for it
+    steps in where the deadman has not, and by the cutoffs' patience. Raises GuardianError where no guardian comes up.
     """
     if not raw.cutoffs:
         return Layer()
     from robotcore.guardian.guardian import Guardian
 
-    return Guarding(end.enter_context(Guardian(raw.cutoffs, max(lease, MIN_LEASE_S) + PATIENCE_S)), raw.clock)
+    patience = PATIENCE_S + max(cutoff.patience_s for cutoff in raw.cutoffs)
+    return Guarding(end.enter_context(Guardian(raw.cutoffs, max(lease, MIN_LEASE_S) + patience)), raw.clock)
 
 
 class Guarding(Layer):

@@ -9,7 +9,7 @@ from robotcore.errors import DeviceError
 
 REMEDY = "On the Pi: sudo apt install python3-picamera2, and a venv made with --system-site-packages"
 
-OLDER = "In the venv: pip install 'numpy<2' 'opencv-python-headless<4.12'"
+OTHER_NUMPY = "In the venv: pip install 'numpy<2' 'opencv-python-headless<4.12'"
 """Raspberry Pi OS 12 builds its picamera2 for NumPy 1.24; a later OpenCV wants NumPy 2."""
 
 
@@ -20,7 +20,9 @@ def imported(camera: str) -> Any:
     except ImportError as error:
         raise DeviceError(camera, f"picamera2 is not installed ({error}). {REMEDY}") from error
     except ValueError as error:  # Source: https://github.com/raspberrypi/picamera2/issues/1088
-        raise DeviceError(camera, f"picamera2 is built for another NumPy than this one ({error}). {OLDER}") from error
+        raise DeviceError(
+            camera, f"picamera2 is built for another NumPy than this one ({error}). {OTHER_NUMPY}"
+        ) from error
     return picamera2
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from importlib import import_module
 from pathlib import Path
 
+from drivers.raspberrypi.cameras.csicameras import OTHER_NUMPY
 from drivers.raspberrypi.doctor.files import told
 from robotcore.doctor import Finding
 from robotcore.hardware import Fitting
@@ -22,10 +23,6 @@ NO_CAMERA = (
     "camera_auto_detect=1 in /boot/firmware/config.txt; rpicam-hello --list-cameras tells what is found"
 )
 FROM_APT = "sudo apt install python3-picamera2, and make the venv with --system-site-packages"
-OTHER_NUMPY = (
-    "It is built for the NumPy that apt has: pip uninstall numpy opencv-python-headless in the venv, and "
-    "sudo apt install python3-numpy python3-opencv; or pip install --force-reinstall simplejpeg"
-)
 
 
 def camera(root: Path, fittings: Iterable[Fitting]) -> Iterator[Finding]:
@@ -33,14 +30,17 @@ def camera(root: Path, fittings: Iterable[Fitting]) -> Iterator[Finding]:
     for fitting in fittings:
         for wire in fitting.connections:
             if wire.bus == CSI:
-                yield _on_connector(root, fitting.name)
+                yield _on_connector(root, fitting.name, wire.where)
             elif wire.where.startswith("/dev/"):
                 yield _at(root, fitting.name, wire.where)
 
 
-def _on_connector(root: Path, name: str) -> Finding:
+def _on_connector(root: Path, name: str, number: str) -> Finding:
     nodes = [told(file) for file in sorted(root.glob(NODES))]
     if found := next((node for node in nodes if node.startswith(RECEIVERS)), None):
+        if number != "0":
+            said = f"there is a sensor ({found}); whether it is camera {number}, for {name}, could not be checked"
+            return Finding.warning(WHAT, said, "rpicam-hello --list-cameras tells their numbers")
         return Finding.ok(WHAT, f"a sensor for {name} is on the connector ({found})")
     return Finding.error(WHAT, f"no camera was found on the connector, and {name} needs one", NO_CAMERA)
 

@@ -14,7 +14,7 @@ EMPTY_STUB = "0.0.0.2"
 """The only lgpio that pip has ready built for Python 3.13 on a Pi: nothing is in it, and it hides apt's in a venv."""
 
 OLDEST_GPIOZERO = (2, 0, 1)
-"""Earlier ones take the wrong chip on a Pi 5. Source: https://github.com/gpiozero/gpiozero/issues/1166."""
+"""As the extra ``pi`` asks for."""
 
 
 def library() -> Iterator[Finding]:

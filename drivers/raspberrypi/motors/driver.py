@@ -39,6 +39,8 @@ RISING = (
 )
 """What whoever connects a motor must know."""
 
+PAUSE_S = 0.25
+"""An app that is silent for no longer only swaps, collects garbage or waits for a slow card: it is not ended for it."""
 
 Model = Annotated[
     MotorModel,
@@ -131,7 +133,7 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
         if settings.standby is not None:
             return (CutoffSpec(told.name, "drivers.raspberrypi.cutoff:StandbyLine", {"line": settings.standby}),)
         lines = {"lines": list(self._gpios(settings)), "owner": os.getpid()}
-        return (CutoffSpec(told.name, "drivers.raspberrypi.cutoff:MotorLines", lines),)
+        return (CutoffSpec(told.name, "drivers.raspberrypi.cutoff:MotorLines", lines, PAUSE_S),)
 
     def _enabling(self, settings: SettingsT) -> tuple[int, ...]:
         """Return the lines that must be low where nobody drives them, or the motor may turn: standby alone does it."""

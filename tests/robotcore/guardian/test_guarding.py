@@ -8,12 +8,14 @@ import pytest
 from robotcore.clock import SteppedClock
 from robotcore.drive import Wheels
 from robotcore.errors import DeviceError, GuardianError
+from robotcore.guardian import CutoffSpec
 from robotcore.guardian.guardian import Guardian
 from robotcore.guardian.guarding import Guarding, guarded
 from robotcore.guardian.link import Report
 from robotcore.layers import assemble
 from robotcore.layers.layer import Layer
 from robotcore.robot import Robot
+from robotcore.safety.patience import PATIENCE_S
 from tests.robotcore.fakes import UNHURRIED, NullMotor, Rig
 
 
@@ -148,3 +150,19 @@ def test_a_robot_without_cutoffs_needs_no_guardian() -> None:
     with ExitStack() as end:
         layer = guarded(Robot("bare", SteppedClock(20.0, lambda _: None), []), 0.1, end)
     assert type(layer) is Layer
+
+
+def test_the_guardian_waits_as_long_as_the_most_patient_cutoff_asks_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    leases: list[float] = []
+
+    class Noted(ExitStack):
+        def __init__(self, _: object, lease: float) -> None:
+            super().__init__()
+            leases.append(lease)
+
+    monkeypatch.setattr("robotcore.guardian.guardian.Guardian", Noted)
+    for patience in ((0.0, 0.0), (0.0, 0.25)):
+        cutoffs = [CutoffSpec("motor", "my_board:Stop", {}, each) for each in patience]
+        with ExitStack() as end:
+            guarded(Robot("bare", SteppedClock(20.0, lambda _: None), [], cutoffs=cutoffs), 0.125, end)
+    assert leases == pytest.approx([0.125 + PATIENCE_S, 0.125 + PATIENCE_S + 0.25])

@@ -40,8 +40,10 @@ def test_a_group_that_does_not_help_is_not_given_as_the_remedy(pi_4: Path) -> No
     assert found.remedy.startswith("The group i2c does not help")
 
 
-def test_devices_that_are_not_there_are_nobodys_permission(tmp_path: Path) -> None:
-    assert [each.level for each in permissions(tmp_path, lambda _: False)] == [Level.OK]
+def test_where_there_are_no_devices_nothing_is_called_right(tmp_path: Path) -> None:
+    (found,) = permissions(tmp_path, lambda _: False)
+    assert found.level is Level.WARNING
+    assert "no pins" in found.said
 
 
 def test_a_file_that_is_not_there_may_not_be_opened(tmp_path: Path, pi_4: Path) -> None:
