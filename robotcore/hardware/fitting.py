@@ -88,7 +88,8 @@ def fit(
     if section not in robot.backends and wired:
         remedy = f"Say how each device is connected, from [{section}.{wired[0]}] on"
         raise DescriptionError(robot.source, section, "is missing", remedy)
-    faults: list[Fault] = list(_strangers(robot, section, table))
+    meant = _meant_by_strangers(robot, table)
+    faults: list[Fault] = list(_strangers(section, meant))
     fittings = []
     for told in robot.devices:
         if told.name in table:
@@ -96,7 +97,7 @@ def fit(
                 fittings.append(_fitting(told, section, table[told.name], robot))
             except _UnfitError as unfit:
                 faults += unfit.faults
-        elif told.name in wired:
+        elif told.name in wired and told.name not in meant.values():
             faults.append(_untold(told, section))
     faults += [*_at_odds(section, fittings, robot), *_misplaced(section, fittings, place), *_clashes(section, fittings)]
     if faults:
@@ -177,13 +178,17 @@ def _drivers_of(told: AnyDevice) -> dict[str, type[DeviceDriver[Any, Any]]]:
     return found
 
 
-def _strangers(robot: RobotDescription, section: str, table: Mapping[str, Any]) -> Iterator[Fault]:
+def _meant_by_strangers(robot: RobotDescription, table: Mapping[str, Any]) -> dict[str, str | None]:
+    """Return the names in a section that no device has, and which device without a section each probably means."""
     names = [device.name for device in robot.devices]
-    for name in table:
-        if name not in names:
-            meant = nearest(name, [device for device in names if device not in table])
-            remedy = f"Did you mean {meant!r}?" if meant else "Take the section out, or add [[devices]] of that name"
-            yield f"{section}.{name}", "no device has this name", remedy
+    untold = [name for name in names if name not in table]
+    return {name: nearest(name, untold) for name in table if name not in names}
+
+
+def _strangers(section: str, meant: Mapping[str, str | None]) -> Iterator[Fault]:
+    for name, device in meant.items():
+        remedy = f"Did you mean {device!r}?" if device else "Take the section out, or add [[devices]] of that name"
+        yield f"{section}.{name}", "no device has this name", remedy
 
 
 def _untold(told: AnyDevice, section: str) -> Fault:

@@ -105,6 +105,11 @@ def test_a_device_that_the_robot_has_not_is_told_with_the_nearest_that_has_no_se
     assert told(post, NECK + EYE + other) == [f"plugboard.{name}: no device has this name. {remedy}"]
 
 
+def test_a_device_whose_section_is_misspelt_is_not_said_to_be_missing_too(post: Path) -> None:
+    misspelt = EYE.replace("eye", "eey")
+    assert told(post, NECK + misspelt) == ["plugboard.eey: no device has this name. Did you mean 'eye'?"]
+
+
 def test_all_faults_are_told_at_once(post: Path) -> None:
     section = NECK.replace("pin = 1", "pin = 0") + EYE.replace("driver", "drive")
     assert [line.partition(":")[0] for line in told(post, section)] == ["plugboard.neck.pin", "plugboard.eye.driver"]
