@@ -66,10 +66,16 @@ class DeviceDriver(ABC, Generic[ToldT, SettingsT]):
     def check(self, told: ToldT, settings: SettingsT, robot: RobotDescription) -> None:
         """Raise ValueError, the fault, a semicolon and the remedy, where the settings do not fit the robot."""
 
-    def check_beside(self, told: ToldT, robot: RobotDescription, drivers: Mapping[str, DeviceDriver[Any, Any]]) -> None:
-        """Raise ValueError, as `check` does, where it cannot work beside the ``drivers`` of the robot's other devices.
+    def check_beside(
+        self,
+        told: ToldT,
+        settings: SettingsT,
+        robot: RobotDescription,
+        drivers: Mapping[str, DeviceDriver[Any, Any]],
+    ) -> None:
+        """Raise ValueError, as `check` does, where it cannot work beside the ``drivers`` of the robot's devices.
 
-        They are by the devices' names; one whose section is wrong is left out.
+        They are by the devices' names, its own too; one whose section is wrong is left out.
         """
 
     def connections(self, settings: SettingsT) -> Sequence[Connection]:

@@ -198,7 +198,7 @@ def _untold(told: AnyDevice, section: str) -> Fault:
 def _at_odds(section: str, fittings: Sequence[Fitting], robot: RobotDescription) -> Iterator[Fault]:
     drivers = {fitting.name: fitting.driver for fitting in fittings}
     for fitting in fittings:
-        check = partial(fitting.driver.check_beside, fitting.told, robot, drivers)
+        check = partial(fitting.driver.check_beside, fitting.told, fitting.settings, robot, drivers)
         yield from _refused(f"{section}.{fitting.name}", check)
 
 

@@ -53,7 +53,11 @@ class Pulses(DeviceDriver[EncoderDescription, PulsesSettings]):
             )
 
     def check_beside(
-        self, told: EncoderDescription, robot: RobotDescription, drivers: Mapping[str, DeviceDriver[Any, Any]]
+        self,
+        told: EncoderDescription,
+        settings: PulsesSettings,
+        robot: RobotDescription,
+        drivers: Mapping[str, DeviceDriver[Any, Any]],
     ) -> None:
         motor = motor_of(told.name, robot) or ""
         if motor in drivers and not drivers[motor].tells_direction:

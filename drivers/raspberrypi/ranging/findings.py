@@ -58,12 +58,16 @@ class Findings:
         self.newest.put(self._last)
 
 
-def require_timely(echo_free_cycles: int, cycle_s: float, robot: RobotDescription) -> None:
-    """Raise ValueError where a sample is too old before a row of cycles has vouched for nothing in range."""
-    if (takes := echo_free_cycles * cycle_s) >= robot.safety.max_age_s:
+def require_timely(echo_free_cycles: int, cycle_s: float, robot: RobotDescription, modules: int = 1) -> None:
+    """Raise ValueError where a sample is too old before a row of cycles has vouched for nothing in range.
+
+    So many ``modules`` take turns.
+    """
+    if (takes := echo_free_cycles * cycle_s * modules) >= robot.safety.max_age_s:
+        turns = f", by turns with {modules - 1} more," if modules > 1 else ""
         raise ValueError(
-            f"echo_free_cycles of cycle_s take {takes:g} s, and a sample may be {robot.safety.max_age_s:g} s old: with "
-            "nothing in range the robot would be stopped; lower one of them, or raise safety.max_age_s"
+            f"echo_free_cycles of cycle_s{turns} take {takes:g} s, a sample may be {robot.safety.max_age_s:g} s old: "
+            "with nothing in range the robot would be stopped; lower one of them, or raise safety.max_age_s"
         )
 
 

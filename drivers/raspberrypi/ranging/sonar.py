@@ -7,13 +7,14 @@ from contextlib import ExitStack
 from drivers.raspberrypi.ranging.echopins import EchoPins
 from drivers.raspberrypi.ranging.findings import Findings
 from drivers.raspberrypi.ranging.hearing import Hearing
+from drivers.raspberrypi.ranging.turns import Turns
 from robotcore.clock import Clock
 from robotcore.description import RangeSensorDescription
 from robotcore.devices import Range, RangeSensor
 
 
 class Sonar(RangeSensor):
-    """Triggers the module once a cycle; the falling edge of its echo tells the distance."""
+    """Triggers the module whenever it is its turn; the falling edge of its echo tells the distance."""
 
     def __init__(
         self,
@@ -22,11 +23,12 @@ class Sonar(RangeSensor):
         hearing: Hearing,
         pins: EchoPins,
         clock: Clock,
+        turns: Turns,
         cycle_s: float,
     ) -> None:
         super().__init__(told.name, min_range=told.min_range_m, max_range=told.max_range_m, cone=told.cone_rad)
         self._findings, self._hearing, self._pins = findings, hearing, pins
-        self._clock, self._cycle_s = clock, cycle_s
+        self._clock, self._turns, self._cycle_s = clock, turns, cycle_s
         self._stopping = ExitStack()
 
     def start(self, first_cycles: int) -> None:
@@ -34,13 +36,15 @@ class Sonar(RangeSensor):
         self._stopping.callback(self._pins.close)
         self._stopping.callback(self._hearing.stop)
         self._pins.listen(self._hearing.edge)
+        self._turns.pause()
         for _ in range(first_cycles):
             self._cycle()
             self._hearing.ended.wait(self._cycle_s)
             if self._findings.has_told:
                 break
         self._newest()
-        self._stopping.callback(self._clock.every(self._cycle_s, self._cycle, self.name).stop)
+        self._stopping.callback(self._turns.leave, self._cycle)
+        self._turns.join(self._cycle, self._cycle_s)
 
     def _cycle(self) -> None:
         try:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -14,6 +14,7 @@ from drivers.raspberrypi.ranging.findings import Findings, require_timely
 from drivers.raspberrypi.ranging.hearing import Hearing
 from drivers.raspberrypi.ranging.sonar import Sonar
 from drivers.raspberrypi.ranging.sound import speed_of_sound
+from drivers.raspberrypi.ranging.turns import Turns
 from robotcore.description import Described, RangeSensorDescription, RobotDescription
 from robotcore.devices import RangeSensor
 from robotcore.hardware import Connection, DeviceDriver, Host
@@ -51,7 +52,8 @@ class Ultrasonic(DeviceDriver[RangeSensorDescription, UltrasonicSettings]):
     A sample's time is when its trigger was given. A lost echo is no new sample; `inf` is an echo from beyond
     ``max_range_m``, or a row of cycles without one.
 
-    Each module is triggered by itself: one that hears another's burst tells a distance that is too short.
+    Several modules take turns, each a ``cycle_s``: one that heard another's burst would tell a distance that is too
+    short.
     """
 
     name = "hc-sr04"
@@ -68,7 +70,16 @@ class Ultrasonic(DeviceDriver[RangeSensorDescription, UltrasonicSettings]):
             raise ValueError(
                 f"an HC-SR04 hears as far as {REACH_M:g} m, and max_range_m is {told.max_range_m:g}; lower it"
             )
-        require_timely(settings.echo_free_cycles, settings.cycle_s, robot)
+
+    def check_beside(
+        self,
+        told: RangeSensorDescription,
+        settings: UltrasonicSettings,
+        robot: RobotDescription,
+        drivers: Mapping[str, DeviceDriver[Any, Any]],
+    ) -> None:
+        modules = sum(isinstance(driver, Ultrasonic) for driver in drivers.values())
+        require_timely(settings.echo_free_cycles, settings.cycle_s, robot, modules)
 
     def connections(self, settings: UltrasonicSettings) -> Sequence[Connection]:
         return gpio("trigger", settings.trigger), gpio("echo", settings.echo)
@@ -82,7 +93,8 @@ class Ultrasonic(DeviceDriver[RangeSensorDescription, UltrasonicSettings]):
         hearing = Hearing(told.name, findings, speed, settings.cycle_s, host.pins.ticks_diff)
         pins = EchoPins(told.name, settings.trigger, settings.echo, host.pins)
         with ExitStack() as undo:
-            sonar = Sonar(told, findings, hearing, pins, host.clock, settings.cycle_s)
+            turns = host.shared.take(Turns, None, lambda: Turns(host.clock))
+            sonar = Sonar(told, findings, hearing, pins, host.clock, turns, settings.cycle_s)
             undo.callback(sonar.close)
             sonar.start(_VERDICT_CYCLES * max(settings.echo_free_cycles, 10))
             undo.pop_all()

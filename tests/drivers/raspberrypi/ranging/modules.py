@@ -76,9 +76,10 @@ class Module:
     answers: list[Edges]
     triggers: list[float] = field(default_factory=list)
     is_at_once: bool = False
+    gpios: tuple[int, int] = (TRIGGER, ECHO)
 
     def __post_init__(self) -> None:
-        self.trigger, self.echo = self.pins.pin(TRIGGER), self.pins.pin(ECHO)
+        self.trigger, self.echo = map(self.pins.pin, self.gpios)
         self.trigger.on_fall = self._triggered
 
     def _triggered(self) -> None:

@@ -354,6 +354,18 @@ def test_a_row_that_takes_longer_than_a_sample_may_be_old_is_refused_by_the_robo
     assert fit(robot, "raspberrypi")
 
 
+def test_what_takes_turns_takes_longer() -> None:
+    wire = {"driver": "hc-sr04", "echo_free_cycles": 9}
+    wires = {"nose": {**wire, "trigger": 16, "echo": 26}, "tail": {**wire, "trigger": 5, "echo": 6}}
+    tail = NOSE.model_copy(update={"name": "tail"})
+    robot = load_robot("rover").model_copy(update={"devices": (NOSE, tail), "backends": {"raspberrypi": wires}})
+    with pytest.raises(DescriptionError, match=r"tail: echo_free_cycles of cycle_s, by turns with 1 more, take 1.08 s"):
+        fit(robot, "raspberrypi")
+    for each in wires.values():
+        each["echo_free_cycles"] = 8
+    assert fit(robot, "raspberrypi")
+
+
 def test_the_speed_of_sound_is_that_of_the_tables() -> None:
     assert speed_of_sound(0.0) == pytest.approx(331.4, abs=0.2)
     assert speed_of_sound(20.0) == pytest.approx(343.3, abs=0.2)

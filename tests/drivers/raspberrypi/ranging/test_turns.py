@@ -1,0 +1,87 @@
+"""Several ultrasonic modules: one is triggered at a time."""
+
+from __future__ import annotations
+
+import pytest
+
+from drivers.raspberrypi.ranging.ultrasonic import Ultrasonic, UltrasonicSettings
+from robotcore.clock import SteppedClock
+from robotcore.description import load_robot
+from robotcore.devices import RangeSensor
+from robotcore.hardware import Host
+from tests.drivers.raspberrypi.ranging.modules import NOSE, Edges, Module, TimedFactory, echo_at
+
+NOSE_GPIOS, TAIL_GPIOS = (16, 26), (5, 6)
+
+
+class Pair:
+    """A nose and a tail on one robot."""
+
+    def __init__(self, nose: list[Edges], tail: list[Edges]) -> None:
+        self.clock = SteppedClock(10000, lambda _steps: None)
+        self.pins = TimedFactory(self.clock)
+        self.host = Host(load_robot("rover"), self.clock, self.pins)
+        self.nose = Module(self.clock, self.pins, nose, gpios=NOSE_GPIOS)
+        self.tail = Module(self.clock, self.pins, tail, gpios=TAIL_GPIOS)
+
+    def open(self, name: str, module: Module, cycle_s: float = 0.06) -> RangeSensor:
+        trigger, echo = module.gpios
+        settings = UltrasonicSettings(trigger=trigger, echo=echo, cycle_s=cycle_s)
+        module.is_at_once = True
+        sensor = Ultrasonic().open(NOSE.model_copy(update={"name": name}), settings, self.host)
+        module.is_at_once = False
+        return sensor
+
+
+@pytest.fixture
+def pair() -> Pair:
+    return Pair([echo_at(1.0), echo_at(0.5)], [echo_at(1.5), echo_at(0.7)])
+
+
+def test_they_are_triggered_one_after_the_other_a_cycle_apart(pair: Pair) -> None:
+    pair.open("nose", pair.nose)
+    pair.open("tail", pair.tail)
+    pair.clock.sleep_until(0.61)
+    times = sorted((time, name) for name in ("nose", "tail") for time in getattr(pair, name).triggers[1:])
+    assert [time for time, _ in times] == pytest.approx([0.06 * n for n in range(1, 11)])
+    assert {name for _, name in times[::2]} != {name for _, name in times[1::2]}
+    assert len({name for _, name in times[::2]}) == 1
+
+
+def test_each_hears_its_own_echo(pair: Pair) -> None:
+    nose, tail = pair.open("nose", pair.nose), pair.open("tail", pair.tail)
+    pair.clock.sleep_until(0.13)
+    assert (nose.read().distance, tail.read().distance) == pytest.approx((0.5, 0.7))
+
+
+def test_the_longest_cycle_is_everybodys(pair: Pair) -> None:
+    pair.open("nose", pair.nose, cycle_s=0.06)
+    pair.open("tail", pair.tail, cycle_s=0.1)
+    pair.clock.sleep_until(0.45)
+    assert sorted(pair.nose.triggers[1:] + pair.tail.triggers[1:]) == pytest.approx([0.1, 0.2, 0.3, 0.4])
+
+
+def test_no_module_is_triggered_while_another_is_being_opened(pair: Pair) -> None:
+    pair.open("nose", pair.nose)
+
+    def triggered() -> None:
+        pair.clock.sleep_until(pair.clock.now() + 0.5)  # as on a robot, where opening takes time
+        pair.tail._triggered()
+
+    pair.tail.trigger.on_fall = triggered
+    told = len(pair.nose.triggers)
+    pair.open("tail", pair.tail)
+    assert len(pair.nose.triggers) == told
+
+
+def test_the_one_that_is_left_has_every_turn(pair: Pair) -> None:
+    nose, tail = pair.open("nose", pair.nose), pair.open("tail", pair.tail)
+    pair.clock.sleep_until(0.13)
+    nose.close()
+    told = len(pair.nose.triggers)
+    pair.clock.sleep_until(0.38)
+    assert len(pair.nose.triggers) == told
+    assert pair.tail.triggers[-4:] == pytest.approx([0.19, 0.25, 0.31, 0.37])
+    tail.close()
+    pair.clock.sleep_until(0.6)
+    assert pair.tail.triggers[-1] == pytest.approx(0.37)
