@@ -40,7 +40,10 @@ def leave_on_sigterm() -> None:
 
 
 def debian() -> None:
-    """Raise NotRunError unless this is the release of Debian for amd64 whose packages are used, and we are root."""
+    """Raise NotRunError unless this is the release of Debian for amd64 whose packages are used, and we are root.
+
+    What only root has is found from here on, also from a shell or a service that does not look there.
+    """
     try:
         system = platform.freedesktop_os_release()
     except OSError:
@@ -50,6 +53,7 @@ def debian() -> None:
         raise NotRunError(f"needs Debian {RELEASE} on x86_64 for its packages; this is {here} on {platform.machine()}")
     if os.geteuid() != 0:
         raise NotRunError("needs root, to install packages and to mount; run it as root, or in a container")
+    os.environ["PATH"] = os.pathsep.join([os.environ.get("PATH", os.defpath), "/usr/sbin", "/sbin"])
 
 
 def packages(*names: str) -> None:
