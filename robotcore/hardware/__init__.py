@@ -2,10 +2,11 @@
 
 from robotcore.hardware.connections import Connection
 from robotcore.hardware.driver import DeviceDriver, Host
-from robotcore.hardware.fitting import Fitting, fit
+from robotcore.hardware.fitting import Fitting
 from robotcore.hardware.newest import Newest
 from robotcore.hardware.opening import open_devices, open_robot
 from robotcore.hardware.pairing import encoder_of, motor_of
+from robotcore.hardware.section import fit
 from robotcore.hardware.shared import Shared
 from robotcore.hardware.wiring import Pad, PadKind, Wire, Wiring
 

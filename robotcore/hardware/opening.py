@@ -14,7 +14,8 @@ from robotcore.devices import Device
 from robotcore.display import MemoryDisplay
 from robotcore.errors import DeviceError, DeviceGroupError
 from robotcore.hardware.driver import Host
-from robotcore.hardware.fitting import Fitting, fit
+from robotcore.hardware.fitting import Fitting
+from robotcore.hardware.section import fit
 from robotcore.robot import Robot
 from robotcore.truth import TruthSource
 

@@ -1,0 +1,114 @@
+"""A backend's section of a robot's file: a driver and its settings for each device."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
+from typing import Any
+
+from pydantic import ValidationError
+
+from robotcore.description import AnyDevice, Described, DisplayDescription, RobotDescription
+from robotcore.description.faults import LONGEST, faults_of
+from robotcore.errors import DescriptionError, UnknownNameError, nearest
+from robotcore.hardware.choice import choice, meant
+from robotcore.hardware.connections import Connection
+from robotcore.hardware.driver import DeviceDriver
+from robotcore.hardware.fitting import Fitting
+from robotcore.hardware.refusal import Fault, refused
+from robotcore.hardware.together import at_odds, clashes, misplaced
+from robotcore.registry import DEVICES, load_registered
+
+
+def fit(
+    robot: RobotDescription,
+    section: str,
+    names: Iterable[str] | None = None,
+    place: Callable[[Connection], object] = str,
+) -> tuple[Fitting, ...]:
+    """Return how the devices of those names, by default all, are connected, by a backend's ``section`` of the file.
+
+    A display that the section does not tell of is left out: it needs no wires. ``place`` raises ValueError, the fault,
+    a semicolon and the remedy, for a wire that goes to no place of the board. Raises DescriptionError, with all that is
+    wrong.
+    """
+    table = robot.backends.get(section, {})
+    chosen = {device.name for device in robot.devices} if names is None else set(names)
+    wired = [told.name for told in robot.devices if told.name in chosen and not isinstance(told, DisplayDescription)]
+    if section not in robot.backends and wired:
+        remedy = f"Say how each device is connected, from [{section}.{wired[0]}] on"
+        raise DescriptionError(robot.source, section, "is missing", remedy)
+    strangers = _strangers(robot, table)
+    faults: list[Fault] = list(_strange(section, strangers))
+    fittings = []
+    for told in robot.devices:
+        if told.name in table:
+            try:
+                fittings.append(_fitting(told, section, table[told.name], robot))
+            except _UnfitError as unfit:
+                faults += unfit.faults
+        elif told.name in wired and told.name not in strangers.values():
+            faults.append(_untold(told, section))
+    faults += [*at_odds(section, fittings, robot), *misplaced(section, fittings, place), *clashes(section, fittings)]
+    if faults:
+        raise DescriptionError.of_all(robot.source, faults)
+    return tuple(fitting for fitting in fittings if fitting.name in chosen)
+
+
+class _UnfitError(Exception):
+    def __init__(self, *faults: Fault) -> None:
+        super().__init__(faults)
+        self.faults = faults
+
+
+def _fitting(told: AnyDevice, section: str, table: Any, robot: RobotDescription) -> Fitting:
+    key = f"{section}.{told.name}"
+    driver = _driver(told, key, table)
+    settings = _settings(driver, key, {name: value for name, value in table.items() if name != "driver"})
+    if faults := list(refused(key, partial(driver.check, told, settings, robot))):
+        raise _UnfitError(*faults)
+    return Fitting(told, driver, settings)
+
+
+def _driver(told: AnyDevice, key: str, table: Any) -> DeviceDriver[Any, Any]:
+    if not isinstance(table, Mapping):
+        raise _UnfitError((key, f"should be a table, got {table!r}", f"Name its driver: {choice(told)}"))
+    if "driver" not in table:
+        raise _UnfitError((f"{key}.driver", "is missing", f"Add it: {choice(told)}"))
+    if not isinstance(name := table["driver"], str):
+        raise _UnfitError((f"{key}.driver", f"should be a name in quotes, got {name!r}", f"Name one: {choice(told)}"))
+    try:
+        driver: DeviceDriver[Any, Any] = load_registered("device driver", DEVICES, name)()
+    except UnknownNameError as unknown:
+        fault = f"unknown device driver {name[:LONGEST]!r}"
+        raise _UnfitError((f"{key}.driver", fault, meant(name, told))) from unknown
+    if not isinstance(told, driver.described):
+        fault = f"{name!r} opens no {told.kind.replace('_', ' ')}"
+        raise _UnfitError((f"{key}.driver", fault, f"Name one: {choice(told)}"))
+    return driver
+
+
+def _settings(driver: DeviceDriver[Any, Any], key: str, table: Mapping[str, Any]) -> Described:
+    try:
+        return driver.settings.model_validate(table, strict=True)
+    except ValidationError as error:
+        faults = faults_of(error, driver.settings, table)
+        told = ((f"{key}.{fault.key}".rstrip("."), fault.fault, fault.remedy) for fault in faults)
+        raise _UnfitError(*told) from error
+
+
+def _strangers(robot: RobotDescription, table: Mapping[str, Any]) -> dict[str, str | None]:
+    """Return the names in a section that no device has, and which device without a section each probably means."""
+    names = [device.name for device in robot.devices]
+    untold = [name for name in names if name not in table]
+    return {name: nearest(name, untold) for name in table if name not in names}
+
+
+def _strange(section: str, strangers: Mapping[str, str | None]) -> Iterator[Fault]:
+    for name, device in strangers.items():
+        remedy = f"Did you mean {device!r}?" if device else "Take the section out, or add [[devices]] of that name"
+        yield f"{section}.{name}", "no device has this name", remedy
+
+
+def _untold(told: AnyDevice, section: str) -> Fault:
+    return f"{section}.{told.name}", "is missing", f"Say how it is connected, first of all its driver: {choice(told)}"

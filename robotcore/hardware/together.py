@@ -1,0 +1,38 @@
+"""What is wrong with devices together, though each alone is right."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
+
+from robotcore.description import RobotDescription
+from robotcore.hardware.connections import Connection
+from robotcore.hardware.fitting import Fitting
+from robotcore.hardware.refusal import Fault, refused
+
+
+def at_odds(section: str, fittings: Sequence[Fitting], robot: RobotDescription) -> Iterator[Fault]:
+    """Yield what drivers refuse of what the robot's other devices have as drivers."""
+    drivers = {fitting.name: fitting.driver for fitting in fittings}
+    for fitting in fittings:
+        check = partial(fitting.driver.check_beside, fitting.told, fitting.settings, robot, drivers)
+        yield from refused(f"{section}.{fitting.name}", check)
+
+
+def misplaced(section: str, fittings: Iterable[Fitting], place: Callable[[Connection], object]) -> Iterator[Fault]:
+    """Yield what ``place`` refuses: a wire that goes to no place of the board."""
+    for fitting in fittings:
+        for wire in fitting.connections:
+            yield from refused(f"{section}.{fitting.name}.{wire.signal}", partial(place, wire))
+
+
+def clashes(section: str, fittings: Iterable[Fitting]) -> Iterator[Fault]:
+    """Yield every place to which two wires go, of which one would have it alone."""
+    taken: dict[tuple[str, str], tuple[str, Connection]] = {}
+    for fitting in fittings:
+        for wire in fitting.connections:
+            key = f"{section}.{fitting.name}.{wire.signal}"
+            first, before = taken.setdefault((wire.bus, wire.where), (key, wire))
+            if before is not wire and not (wire.is_shared and before.is_shared and wire.signal == before.signal):
+                instead = f", or {wire.instead}" if wire.instead and wire.signal == before.signal else ""
+                yield key, f"{wire} is already {first}", f"Connect one of them elsewhere{instead}"
