@@ -84,6 +84,10 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
     def wires(self, settings: SettingsT) -> Sequence[Connection]:
         """Return the motor's own lines: where all are low, it stands."""
 
+    def turning(self, settings: SettingsT) -> tuple[int, ...]:
+        """Return the GPIOs of which one that is high may turn the motor."""
+        return self._gpios(settings)
+
     @abstractmethod
     def bridge(self, name: str, settings: SettingsT, host: Host) -> Bridge:
         """Open the motor's own lines, all of them low but such as only enable; raises DeviceError."""
@@ -137,7 +141,7 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
 
     def _enabling(self, settings: SettingsT) -> tuple[int, ...]:
         """Return the lines that must be low where nobody drives them, or the motor may turn: standby alone does it."""
-        return self._gpios(settings) if settings.standby is None else (settings.standby,)
+        return self.turning(settings) if settings.standby is None else (settings.standby,)
 
     def _gpios(self, settings: SettingsT) -> tuple[int, ...]:
         return tuple(int(wire.where) for wire in self.wires(settings))

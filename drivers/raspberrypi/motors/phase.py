@@ -37,6 +37,9 @@ class PhaseEnable(MotorDriver[PhaseEnableSettings]):
     def wires(self, settings: PhaseEnableSettings) -> Sequence[Connection]:
         return gpio("enable", settings.enable), gpio("phase", settings.phase)
 
+    def turning(self, settings: PhaseEnableSettings) -> tuple[int, ...]:
+        return (settings.enable,)
+
     def bridge(self, name: str, settings: PhaseEnableSettings, host: Host) -> Bridge:
         with ExitStack() as opened:
             phase = digital_output(name, settings.phase, host.pins, opened, is_high=False)

@@ -5,48 +5,26 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable
 
 import pytest
 
-from tests.drivers.raspberrypi.lines import ROOT, Lines
+from tests.drivers.raspberrypi.lines import END_S, Launch, Lines, Program
 from tests.drivers.raspberrypi.turning import BACKWARD, DUTY, FORWARD, STANDBY
 
-END_S = 60.0
 KILLED = -signal.SIGKILL
-Program = subprocess.Popen[str]
 Start = Callable[..., Program]
 
 
 @pytest.fixture
-def lines(tmp_path: Path) -> Lines:
-    return Lines(tmp_path)
-
-
-@pytest.fixture
-def start(lines: Lines) -> Iterator[Start]:
-    programs: list[Program] = []
-
+def start(launch: Launch) -> Start:
     def start(cutoff: str, deed: str) -> Program:
-        program = subprocess.Popen(
-            [sys.executable, "-m", "tests.drivers.raspberrypi.turning", cutoff, deed],
-            cwd=ROOT,
-            env=lines.environment,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        programs.append(program)
+        program = launch("tests.drivers.raspberrypi.turning", cutoff, deed, stdin=subprocess.PIPE)
         assert program.stdout
         assert program.stdout.readline() == "turning\n", program.communicate()
         return program
 
-    yield start
-    for program in programs:
-        program.kill()
-        program.communicate(timeout=END_S)
+    return start
 
 
 def over(program: Program) -> tuple[str, str]:

@@ -5,49 +5,25 @@ from __future__ import annotations
 import json
 import signal
 import subprocess
-import sys
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable
 
 import pytest
 
-from tests.drivers.raspberrypi.lines import ROOT, Lines
+from tests.drivers.raspberrypi.lines import END_S, ROOT, Launch, Lines, Program
 
 GUEST = ROOT / "tests" / "system" / "guest"
 FORWARD, BACKWARD, STANDBY = (17, 23), (27, 24), 22
-END_S = 60.0
-Program = subprocess.Popen[str]
 Start = Callable[..., Program]
 
 
 @pytest.fixture
-def lines(tmp_path: Path) -> Lines:
-    return Lines(tmp_path)
-
-
-@pytest.fixture
-def start(lines: Lines) -> Iterator[Start]:
-    programs: list[Program] = []
-
+def start(launch: Launch) -> Start:
     def start(robot: str, app: str, *options: str) -> Program:
         where = ["--backend", "raspberrypi", "--robot", str(GUEST / "robots" / f"{robot}.toml"), "--json"]
         run = ["run", str(GUEST / "apps" / f"{app}.py"), *where, *options]
-        program = subprocess.Popen(
-            [sys.executable, "-m", "tests.drivers.raspberrypi.on_a_pi", *run],
-            cwd=ROOT,
-            env=lines.environment,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        programs.append(program)
-        return program
+        return launch("tests.drivers.raspberrypi.on_a_pi", *run)
 
-    yield start
-    for program in programs:
-        program.kill()
-        program.communicate(timeout=END_S)
+    return start
 
 
 def over(program: Program) -> tuple[str, str]:

@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 import os
+import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
 FOLDER = Path(__file__).parent
 ROOT = Path(__file__).parents[4]
 SET_PULL_DOWN = 64
 """lgpio's."""
+
+END_S = 60.0
+"""A program that was ended is gone by then."""
+
+Program = subprocess.Popen[str]
+Launch = Callable[..., Program]
 
 
 class Lines:

@@ -6,8 +6,9 @@ import pytest
 from gpiozero import OutputDevice
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
-from robotcore.errors import DeviceError
-from tests.drivers.raspberrypi.motors.rig import MODEL, Rig
+from robotcore.errors import DescriptionError, DeviceError
+from robotcore.hardware import fit
+from tests.drivers.raspberrypi.motors.rig import MODEL, Rig, rover
 
 PHASE, ENABLE = 23, 24
 PHASE_ENABLE = {"driver": "phase-enable", "phase": PHASE, "enable": ENABLE, "model": dict(MODEL)}
@@ -78,3 +79,10 @@ class Noting(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
 
 def levels(rig: Rig) -> tuple[Any, Any]:
     return rig.pins.pin(PHASE).state, rig.pins.pin(ENABLE).state
+
+
+def test_only_the_line_that_turns_the_motor_must_not_be_held_high() -> None:
+    told = {"driver": "phase-enable", "phase": 2, "enable": 17, "model": dict(MODEL)}
+    assert fit(rover({"left_motor": told}), "raspberrypi", ["left_motor"])
+    with pytest.raises(DescriptionError, match="GPIO 2 is held high"):
+        fit(rover({"left_motor": {**told, "phase": 17, "enable": 2}}), "raspberrypi", ["left_motor"])
