@@ -62,8 +62,8 @@ class Setup:
 class Backend(ABC):
     """Opens robots of one kind: in one simulator, or on one kind of board.
 
-    ``modules`` are the libraries it works with, looked for without importing them; ``remedy`` is
-    what to do where they are missing.
+    One that ``needs_world`` simulates the world that it is given. ``modules`` are the libraries it works with, looked
+    for without importing them; ``remedy`` is what to do where they are missing.
     """
 
     name: ClassVar[str]
@@ -87,6 +87,10 @@ class Backend(ABC):
         ``options`` are the user's. Raises UsageError where there is none.
         """
         return load_robot(robot)
+
+    def builds_world(self, robot: RobotDescription) -> bool:
+        """Whether it makes the world for this robot, and does not find it as it is."""
+        return self.needs_world
 
     def check(self, robot: RobotDescription) -> str:
         """Return what the backend's own section of a robot's file has, in words; nothing where it reads none.
@@ -134,11 +138,6 @@ class Backend(ABC):
     def remedy(self) -> str:
         """How to get what is missing."""
         return f"pip install {' '.join(self.modules)}"
-
-    @property
-    def is_lockstep(self) -> bool:
-        """Whether its time passes only while the robot's clock sleeps."""
-        return Vouch.LOCKSTEP in self.vouches_for
 
     @property
     def is_installed(self) -> bool:

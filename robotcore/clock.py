@@ -20,6 +20,9 @@ from robotcore.polling import Polling, Pumped, Threaded
 MIN_PHYSICS_RATE_HZ = 240
 """A stepped clock never takes coarser steps than this."""
 
+_SAME = 1e-6
+"""By so much a time step that a server keeps in single precision may differ from what was meant."""
+
 CLOSING_S = 1.0
 """A call that hangs does not keep a clock from being closed for longer."""
 
@@ -27,7 +30,12 @@ Callback = Callable[[], None]
 
 
 class Clock(ABC):
-    """Seconds since the robot was opened."""
+    """Seconds since the robot was opened.
+
+    ``is_lockstep`` is whether time passes only while somebody sleeps.
+    """
+
+    is_lockstep: bool = True
 
     @abstractmethod
     def now(self) -> float:
@@ -63,16 +71,18 @@ class Clock(ABC):
 
 
 class SteppedClock(Clock):
-    """Simulated time: a whole number of physics steps, taken only while somebody sleeps.
+    """Simulated time: a whole number of steps, taken only while somebody sleeps.
 
     ``advance(n)`` makes the simulator take n steps. Calls asked for by `call_at` cut a sleep
-    exactly at their step.
+    exactly at their step. ``step_s`` is the step of a simulator that has one of its own, in seconds, and takes its
+    finer physics steps by itself; raises UsageError where the tick is no whole number of them.
     """
 
-    def __init__(self, rate_hz: float, advance: Callable[[int], None]) -> None:
+    def __init__(self, rate_hz: float, advance: Callable[[int], None], step_s: float | None = None) -> None:
         if not (math.isfinite(rate_hz) and rate_hz > 0):
             raise UsageError(f"the rate is {rate_hz} Hz; it must be a positive number")
-        self.steps_per_second = rate_hz * math.ceil(MIN_PHYSICS_RATE_HZ / rate_hz)
+        per_tick = math.ceil(MIN_PHYSICS_RATE_HZ / rate_hz) if step_s is None else _steps_in_a_tick(rate_hz, step_s)
+        self.steps_per_second = rate_hz * per_tick
         self._advance = advance
         self._count = 0
         self._calls: list[tuple[int, int, Callback]] = []
@@ -80,7 +90,7 @@ class SteppedClock(Clock):
 
     @property
     def step(self) -> float:
-        """The physics step: 1 / (rate · ⌈240 / rate⌉), in seconds."""
+        """In seconds: 1 / (rate · ⌈240 / rate⌉), a physics step, where the simulator has none of its own."""
         return 1 / self.steps_per_second
 
     def now(self) -> float:
@@ -109,6 +119,18 @@ class SteppedClock(Clock):
             self._count = count
 
 
+def _steps_in_a_tick(rate_hz: float, step_s: float) -> int:
+    """Return how many of a simulator's steps make a tick; raises UsageError where no whole number does."""
+    steps = 1 / (rate_hz * step_s)
+    fitting_hz = 1 / (max(round(steps), 1) * step_s)
+    if steps < 1 - _SAME or abs(steps - round(steps)) > _SAME * steps:
+        raise UsageError(
+            f"a tick of 1/{rate_hz:g} s is no whole number of the simulator's steps of {step_s:g} s. "
+            f"Take --rate {fitting_hz:g}, or set the simulator's time step to {1 / rate_hz:g} s"
+        )
+    return round(steps)
+
+
 class MonotonicClock(Clock):
     """The machine's own time, from zero. Calls are made by a thread of the clock's.
 
@@ -116,6 +138,7 @@ class MonotonicClock(Clock):
     still made.
     """
 
+    is_lockstep = False
     _longest_nap = math.inf
 
     def __init__(self) -> None:
@@ -210,6 +233,7 @@ class ClockOver(Clock):
 
     def __init__(self, source: Clock) -> None:
         self._source = source
+        self.is_lockstep = source.is_lockstep
 
     def now(self) -> float:
         return self._source.now()
@@ -269,6 +293,7 @@ class AppClock(Clock):
 
     def __init__(self, ticks: TickClock) -> None:
         self._ticks = ticks
+        self.is_lockstep = ticks.is_lockstep
 
     def now(self) -> float:
         return self._ticks.now()

@@ -19,12 +19,13 @@ REST_ANGULAR_RAD_S = 0.05
 class TruthSource(Protocol):
     """What a simulator backend gives: the robot's true pose and velocity, and its touches.
 
-    ``contacts`` counts touches of anything but the floor; one touch is one, however long it lasts.
+    ``contacts`` counts touches of anything but the floor; one touch is one, however long it lasts. It is None where the
+    simulator does not tell.
     """
 
     def pose(self) -> Pose: ...
     def twist(self) -> Twist: ...
-    def contacts(self) -> int: ...
+    def contacts(self) -> int | None: ...
 
 
 class Truth:
@@ -41,7 +42,7 @@ class Truth:
         return self._source.pose()
 
     @property
-    def contacts(self) -> int:
+    def contacts(self) -> int | None:
         return self._source.contacts()
 
     @property

@@ -11,7 +11,6 @@ from typing import Any
 
 from robotcore.appfile import app_path, is_app_file
 from robotcore.behaviour import Behaviour
-from robotcore.catalogue import load_backend
 from robotcore.recording.recording import Metadata
 from robotcore.running.session import Run
 from robotcore.versions import libraries
@@ -23,7 +22,7 @@ def metadata_of(run: Run) -> Metadata:
     return Metadata(
         request=request,
         description=run.description,
-        is_stepped=load_backend(request.backend).is_lockstep,
+        is_stepped=run.robot.clock.is_lockstep,
         world=run.world,
         devices=tuple(run.robot.devices),
         settings=_settings(run.behaviour),

@@ -150,9 +150,12 @@ class Tick:
 
 @dataclass(frozen=True, slots=True)
 class Glimpse:
-    """What the simulator knew after a tick: the true pose, and how many touches there had been. Never replayed."""
+    """What the simulator knew after a tick: the true pose, and how many touches there had been. Never replayed.
+
+    ``contacts`` is None where it does not tell.
+    """
 
     tick: int
     time: float
     pose: Pose
-    contacts: int
+    contacts: int | None = None

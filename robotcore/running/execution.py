@@ -124,7 +124,7 @@ class Execution:
             plan.request.timeout_s,
             [*(observer.tick for observer in self._observers), lambda _: self._interrupts.check()],
             stepping(plan.behaviour, safety.watchdog_s),
-            watching(safety.watchdog_s * (SIMULATED if plan.backend.is_lockstep else 1.0)),
+            watching(safety.watchdog_s * (SIMULATED if assembled.robot.clock.is_lockstep else 1.0)),
         )
         self._interrupts.stop_with(self._last_resort)
         self._interrupts.suspend_with(assembled.suspend, self._let_sensors_wake, is_to_wait=True)
@@ -149,7 +149,7 @@ class Execution:
 
     def _clock_for(self, raw: Robot) -> Clock:
         is_paced = self._plan.request.realtime or self._plan.request.gui
-        return PacedClock(raw.clock) if is_paced and self._plan.backend.is_lockstep else raw.clock
+        return PacedClock(raw.clock) if is_paced and raw.clock.is_lockstep else raw.clock
 
     def _truth_of(self, raw: Robot) -> Truth | None:
         if raw.truth is None or self._plan.world is None:

@@ -81,7 +81,8 @@ class Plan:
     @property
     def conditions(self) -> Conditions:
         """What the simulated devices are under; a real robot's are its own."""
-        return self.world.conditions if self.world and self.backend.needs_world else Conditions()
+        builds = self.backend.builds_world(self.description)
+        return self.world.conditions if self.world and builds else Conditions()
 
     @classmethod
     def of(cls, request: RunRequest) -> Plan:
@@ -96,10 +97,11 @@ class Plan:
         faults = plan_faults(request.faults, description, devices)
         _require_room_to_stop(behaviour, description)
         _require_window(request, backend)
-        _require_randomisable(request, backend)
-        world, drawn = _world(request, backend, description)
+        builds_world = backend.builds_world(description)
+        _require_randomisable(request, backend, builds_world=builds_world)
+        world, drawn = _world(request, description, builds_world=builds_world)
         backend.require_installed()
-        robot = _lagging(description, world) if world and backend.needs_world else description
+        robot = _lagging(description, world) if world and builds_world else description
         setup = Setup(robot, world, devices, request.rate_hz, request.seed or 0, request.gui, request.options)
         judge, notes = behaviour if judge is None else judge, tuple(backend.notes(setup))
         return cls(request, behaviour, judge, backend, description, world, setup, drawn, faults, notes)
@@ -107,7 +109,9 @@ class Plan:
 
 def drawn_for(request: RunRequest) -> Told:
     """Return what a plan of the request has as ``drawn``; no app is loaded for it."""
-    _, drawn = _world(request, load_backend(request.backend), load_robot(request.robot))
+    description = load_robot(request.robot)
+    builds_world = load_backend(request.backend).builds_world(description)
+    _, drawn = _world(request, description, builds_world=builds_world)
     return drawn
 
 
@@ -143,8 +147,8 @@ def _require_window(request: RunRequest, backend: Backend) -> None:
         )
 
 
-def _require_randomisable(request: RunRequest, backend: Backend) -> None:
-    if request.randomise and not backend.needs_world:
+def _require_randomisable(request: RunRequest, backend: Backend, *, builds_world: bool) -> None:
+    if request.randomise and not builds_world:
         raise UsageError(
             f"the backend {backend.name!r} simulates no world, so there is nothing to randomise. "
             "Leave --randomise out, or take --backend kinematic"
@@ -154,10 +158,10 @@ def _require_randomisable(request: RunRequest, backend: Backend) -> None:
 
 
 def _world(
-    request: RunRequest, backend: Backend, description: RobotDescription
+    request: RunRequest, description: RobotDescription, *, builds_world: bool
 ) -> tuple[WorldDescription | None, Told]:
     """Return the world, if there is to be one, and what is told of its looks and conditions."""
-    if not (request.world or backend.needs_world):
+    if not (request.world or builds_world):
         return None, {}
     world = load_world(request.world or DEFAULT_WORLD)
     drawn: Told = {}
@@ -165,7 +169,7 @@ def _world(
         require_start(world, description)
     else:
         world, drawn = _drawn(world, description, request.seed, is_randomised=request.randomise)
-    fixed = conditions_told(world.conditions) if backend.needs_world else {}
+    fixed = conditions_told(world.conditions) if builds_world else {}
     return world, {**drawn, **fixed}
 
 

@@ -51,7 +51,7 @@ class Sweep:
 
 
 def _require_simulator(plan: Plan) -> None:
-    if not plan.backend.needs_world:
+    if not plan.backend.builds_world(plan.description):
         raise UsageError(
             f"the backend {plan.backend.name!r} simulates no world, so there is nothing to sweep. "
             "Take --backend kinematic, or another simulator (robotcore backends)"

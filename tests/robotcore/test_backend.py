@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from robotcore.backend import Backend, Setup, Vouch
+from robotcore.backend import Backend, Setup
 from robotcore.description import Described
 from robotcore.errors import BackendMissingError, UnknownNameError, UsageError
 from robotcore.robot import Robot
@@ -54,11 +54,3 @@ def test_a_backend_that_is_not_installed_says_how_to_get_it() -> None:
 
 def test_a_backend_that_needs_no_library_is_installed() -> None:
     RigBackend().require_installed()
-
-
-@pytest.mark.parametrize("vouches, is_lockstep", [(frozenset(Vouch), True), (frozenset({Vouch.POSE}), False)])
-def test_time_is_in_lockstep_where_the_backend_vouches_for_it(vouches: frozenset[Vouch], is_lockstep: bool) -> None:
-    class Vouching(Missing):
-        vouches_for = vouches
-
-    assert Vouching().is_lockstep is is_lockstep

@@ -57,6 +57,27 @@ class TestSteppedClock:
         assert set(taken) == {math.ceil(240 / rate_hz)}
         assert clock.now() == sum(taken) / (rate_hz * taken[0])
 
+    @pytest.mark.parametrize("rate_hz, step_s, steps", [(20, 0.05, 1), (10, 0.05, 2), (20, 0.0250000004, 2)])
+    def test_a_simulators_own_step_is_taken_where_it_divides_the_tick(
+        self, rate_hz: float, step_s: float, steps: int
+    ) -> None:
+        taken: list[int] = []
+        clock = SteppedClock(rate_hz, taken.append, step_s)
+        clock.sleep_until(1.0)
+        assert taken == [steps * rate_hz]
+        assert clock.now() == 1.0
+
+    @pytest.mark.parametrize(
+        "rate_hz, step_s, fitting", [(30, 0.05, "--rate 20"), (12, 0.05, "--rate 10"), (9, 0.05, "--rate 10")]
+    )
+    def test_a_simulators_own_step_that_does_not_fit_is_refused_with_a_rate_that_does(
+        self, rate_hz: float, step_s: float, fitting: str
+    ) -> None:
+        with pytest.raises(
+            UsageError, match=f"no whole number of the simulator's steps of 0.05 s. Take {fitting}, or set"
+        ):
+            SteppedClock(rate_hz, lambda _: None, step_s)
+
     def test_looking_at_it_lets_no_time_pass(self) -> None:
         clock = SteppedClock(20, _refuse)
         assert clock.now() == clock.now() == 0.0

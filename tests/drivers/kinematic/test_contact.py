@@ -25,7 +25,7 @@ from tests.drivers.kinematic.rooms import (
 FRONT = ROVER.body.front_x_m
 
 
-def contacts(robot: Robot) -> int:
+def contacts(robot: Robot) -> int | None:
     return truth_of(robot).contacts()
 
 

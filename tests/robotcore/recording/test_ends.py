@@ -135,7 +135,7 @@ def test_simulated_time_waits_for_a_disk_that_is_too_slow(file: Path) -> None:
 
 
 def test_a_real_robot_does_not_wait_but_loses_pictures_and_says_so(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("drivers.kinematic.backend.KinematicBackend.is_lockstep", False)
+    monkeypatch.setattr("robotcore.clock.SteppedClock.is_lockstep", False)
     recorder = Recorder(file, room=0)
     result = run(RunRequest(UNRULY), [recorder], [recorder.tap])
     recording = read(file)

@@ -13,6 +13,7 @@ import pytest
 
 import robotcore.description
 from robotcore.behaviour import Status
+from robotcore.clock import SteppedClock
 from robotcore.errors import WatchdogError
 from robotcore.robot import Robot
 from robotcore.running.outcome import Outcome, RunResult
@@ -137,7 +138,7 @@ def test_an_observer_that_hangs_is_told_where(
             if record.tick == 3:
                 gate.wait()
 
-    monkeypatch.setattr(backend, "vouches_for", frozenset())  # as on a robot, whose time waits for nobody
+    monkeypatch.setattr(SteppedClock, "is_lockstep", False)  # as on a robot, whose time waits for nobody
     result = perform(then(lambda _: None), hasty, observers=[Hung()])
     assert isinstance(result.error, WatchdogError)
     assert result.reason.startswith("what looks at the run has not come back for")
