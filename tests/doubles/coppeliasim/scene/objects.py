@@ -1,0 +1,171 @@
+"""What a scene holds. Handles, aliases and places are the graph's to give."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tests.doubles.coppeliasim.scene.poses import Transform, Vector
+
+Pixels = NDArray[np.uint8]
+"""Height x width x 3, red, green, blue; row 0 at the bottom, column 0 on the left."""
+Depths = NDArray[np.float32]
+"""Height x width, metres along the optical axis; row 0 at the bottom."""
+
+
+class Type(IntEnum):
+    """The API's ``object_..._type``."""
+
+    SHAPE = 0
+    JOINT = 1
+    CAMERA = 3
+    DUMMY = 4
+    PROXIMITY_SENSOR = 5
+    VISION_SENSOR = 9
+    FORCE_SENSOR = 12
+    LIGHT = 13
+    SCRIPT = 17
+
+
+class Primitive(IntEnum):
+    """The API's ``primitiveshape_...``."""
+
+    CUBOID = 3
+    SPHEROID = 4
+    CYLINDER = 5
+
+
+class JointMode(IntEnum):
+    """How a dynamic joint is driven: the API's ``jointdynctrl_...``."""
+
+    FREE = 0
+    VELOCITY = 4
+
+
+@dataclass(eq=False)
+class Thing:
+    """An object of a scene; ``local`` is its place in its parent's frame.
+
+    ``flat_name`` is what V-REP called it (``bubbleRob_leftMotor``); ``explicit`` tells that somebody handles it.
+    ``parameters`` are those that are kept and have no effect here.
+    """
+
+    type = Type.DUMMY
+
+    alias: str
+    handle: int = -1
+    parent: Thing | None = field(default=None, repr=False)
+    children: list[Thing] = field(default_factory=list, repr=False)
+    local: Transform = Transform()
+    flat_name: str = ""
+    is_model_base: bool = False
+    explicit: bool = False
+    parameters: dict[int, float] = field(default_factory=dict, repr=False)
+
+    @property
+    def carried(self) -> Transform:
+        """The frame that its children are in, in its parent's."""
+        return self.local
+
+
+@dataclass(eq=False)
+class Dummy(Thing):
+    """A place with a name."""
+
+
+@dataclass(eq=False)
+class Camera(Thing):
+    """A camera of the window; it sees nothing here."""
+
+    type = Type.CAMERA
+
+
+@dataclass(eq=False)
+class Light(Thing):
+    """A lamp of the window; it lights nothing here."""
+
+    type = Type.LIGHT
+
+
+@dataclass(eq=False)
+class ForceSensor(Thing):
+    """A stiff link."""
+
+    type = Type.FORCE_SENSOR
+
+
+@dataclass(eq=False)
+class Shape(Thing):
+    """A primitive; ``size`` are its full lengths along x, y and z, in metres; ``colour`` from 0 to 1."""
+
+    type = Type.SHAPE
+
+    primitive: Primitive = Primitive.CUBOID
+    size: Vector = (0.1, 0.1, 0.1)
+    colour: Vector = (0.95, 0.95, 0.95)
+    is_static: bool = True
+    is_respondable: bool = False
+    mass: float = 1.0
+
+
+@dataclass(eq=False)
+class Joint(Thing):
+    """A revolute joint about its z; radians and rad/s. ``lag`` is of a motor that follows its target, in seconds."""
+
+    type = Type.JOINT
+
+    is_dynamic: bool = True
+    control: int = JointMode.FREE
+    position: float = 0.0
+    velocity: float = 0.0
+    target_velocity: float = 0.0
+    target_force: float = 50.0
+    lag: float = 0.0
+
+    @property
+    def carried(self) -> Transform:
+        return self.local.then(Transform.turned(self.position))
+
+
+@dataclass(eq=False)
+class VisionSensor(Thing):
+    """A pinhole camera that looks along its z, with y upwards. ``angle`` is across the longer side, in radians.
+
+    ``picture`` and ``depths`` are of the last time it was rendered; ``is_due``: it is to be rendered before it is read.
+    """
+
+    type = Type.VISION_SENSOR
+
+    width: int = 16
+    height: int = 16
+    angle: float = math.pi / 3
+    near: float = 0.01
+    far: float = 10.0
+    takes_external_pictures: bool = False
+    picture: Pixels | None = None
+    depths: Depths | None = None
+    is_due: bool = False
+
+
+@dataclass(eq=False)
+class ProximitySensor(Thing):
+    """An ultrasonic cone along its z: ``cone`` is the full angle in radians, ``reach`` and ``offset`` are in metres."""
+
+    type = Type.PROXIMITY_SENSOR
+
+    offset: float = 0.0
+    reach: float = 1.0
+    cone: float = math.pi / 6
+
+
+@dataclass(eq=False)
+class Script(Thing):
+    """Lua of somebody's."""
+
+    type = Type.SCRIPT
+
+    text: str = ""

@@ -1,0 +1,108 @@
+"""Places in space, by CoppeliaSim's conventions: quaternions are x, y, z, w; Euler angles are alpha, beta, gamma."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+
+class Transform(NamedTuple):
+    """A place and an orientation in some frame.
+
+    >>> Transform((1.0, 0.0, 0.0)).apply((0.0, 2.0, 0.0))
+    (1.0, 2.0, 0.0)
+    """
+
+    position: Vector = (0.0, 0.0, 0.0)
+    quaternion: Quaternion = (0.0, 0.0, 0.0, 1.0)
+
+    @classmethod
+    def of_pose(cls, pose: Sequence[float]) -> Transform:
+        """Return what seven numbers tell: x, y, z, then the quaternion."""
+        x, y, z, qx, qy, qz, qw = pose
+        return cls((x, y, z), unit((qx, qy, qz, qw)))
+
+    @classmethod
+    def turned(cls, yaw: float, position: Vector = (0.0, 0.0, 0.0)) -> Transform:
+        """Return a place turned about z, in radians."""
+        return cls(position, (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)))
+
+    @property
+    def pose(self) -> list[float]:
+        return [*self.position, *self.quaternion]
+
+    @property
+    def axes(self) -> tuple[Vector, Vector, Vector]:
+        """The unit vectors of x, y and z in the outer frame."""
+        x, y, z, w = self.quaternion
+        return (
+            (1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)),
+            (2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)),
+            (2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)),
+        )
+
+    @property
+    def yaw(self) -> float:
+        """The direction of x in plan, in radians."""
+        ahead = self.axes[0]
+        return math.atan2(ahead[1], ahead[0])
+
+    @property
+    def inverse(self) -> Transform:
+        x, y, z, w = self.quaternion
+        back = Transform((0.0, 0.0, 0.0), (-x, -y, -z, w))
+        px, py, pz = back.apply(self.position)
+        return Transform((-px, -py, -pz), back.quaternion)
+
+    def apply(self, point: Vector) -> Vector:
+        """Return where a point of this frame lies in the outer one."""
+        (ax, ay, az), (bx, by, bz), (cx, cy, cz) = self.axes
+        (x, y, z), (px, py, pz) = point, self.position
+        return (
+            px + ax * x + bx * y + cx * z,
+            py + ay * x + by * y + cy * z,
+            pz + az * x + bz * y + cz * z,
+        )
+
+    def then(self, inner: Transform) -> Transform:
+        """Return in the outer frame what is at ``inner`` in this one."""
+        return Transform(self.apply(inner.position), multiplied(self.quaternion, inner.quaternion))
+
+
+def multiplied(a: Quaternion, b: Quaternion) -> Quaternion:
+    """Return the turn that is first ``b``, then ``a``."""
+    ax, ay, az, aw = a
+    bx, by, bz, bw = b
+    return (
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+        aw * bw - ax * bx - ay * by - az * bz,
+    )
+
+
+def unit(quaternion: Quaternion) -> Quaternion:
+    """Return it at length one; one of no length turns nothing."""
+    x, y, z, w = quaternion
+    norm = math.sqrt(x * x + y * y + z * z + w * w)
+    return (x / norm, y / norm, z / norm, w / norm) if norm else (0.0, 0.0, 0.0, 1.0)
+
+
+def of_euler(angles: Sequence[float]) -> Quaternion:
+    """Return the turn Rx(alpha)·Ry(beta)·Rz(gamma), CoppeliaSim's Euler angles."""
+    a, b, c = (angle / 2 for angle in angles)
+    about_x = (math.sin(a), 0.0, 0.0, math.cos(a))
+    about_y = (0.0, math.sin(b), 0.0, math.cos(b))
+    about_z = (0.0, 0.0, math.sin(c), math.cos(c))
+    return multiplied(multiplied(about_x, about_y), about_z)
+
+
+def euler_of(quaternion: Quaternion) -> list[float]:
+    """Return alpha, beta and gamma of a turn, in radians."""
+    (xx, _, _), (yx, _, _), (zx, zy, zz) = Transform((0.0, 0.0, 0.0), quaternion).axes
+    beta = math.asin(max(-1.0, min(1.0, zx)))
+    return [math.atan2(-zy, zz), beta, math.atan2(-yx, xx)]

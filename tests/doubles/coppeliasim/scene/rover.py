@@ -1,0 +1,122 @@
+"""A differential-drive robot of a scene, moved exactly: its wheels by `drivers.kinematic`, its objects after them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from drivers.kinematic.motion import Chassis, Wheel
+from drivers.kinematic.surroundings import Surroundings
+from robotcore.geometry import Pose
+from tests.doubles.coppeliasim.scene.contacts import GRAVITY_M_S2, Contact, Feeler, nearest_points
+from tests.doubles.coppeliasim.scene.drives import Drive
+from tests.doubles.coppeliasim.scene.graph import Graph
+from tests.doubles.coppeliasim.scene.objects import Joint, Primitive, Shape
+from tests.doubles.coppeliasim.scene.poses import Transform
+from tests.doubles.coppeliasim.scene.scenery import Scenery
+from tests.doubles.coppeliasim.scene.standing import Standing, lowest, standing
+
+ON_FLOOR_M = 0.002
+"""A part of the robot that is no higher than this rolls or slides on the floor."""
+
+
+class Side:
+    """A joint and the wheel that it drives; a target that is no number leaves the wheel standing."""
+
+    def __init__(self, joint: Joint, sign: float, step: float) -> None:
+        self.wheel = Wheel(joint.lag, step)
+        self.joint = joint
+        self._sign = sign
+        self._start = joint.position
+
+    def command(self) -> None:
+        target = self.joint.target_velocity
+        self.wheel.target = self._sign * target if math.isfinite(target) else 0.0
+
+    def tell(self) -> None:
+        """Write into the graph how the wheel has turned; positions of a joint without ends are within a half turn."""
+        self.joint.velocity = self._sign * self.wheel.velocity
+        self.joint.position = math.remainder(self._start + self._sign * self.wheel.angle, math.tau)
+
+
+class Rover:
+    """Moves a robot's body and joints through the scenery, in steps of ``step`` seconds."""
+
+    def __init__(self, drive: Drive, graph: Graph, scenery: Scenery, step: float) -> None:
+        self._drive, self._graph = drive, graph
+        self._left = Side(drive.left, drive.left_sign, step)
+        self._right = Side(drive.right, drive.right_sign, step)
+        pose = graph.pose(drive.body)
+        base = Transform.turned(drive.start.heading, (drive.start.x, drive.start.y, 0.0))
+        self._body_on_base = base.inverse.then(pose)
+        self._stand = _body_of(drive.body, self._body_on_base)
+        self._feeler = Feeler(self._surroundings(scenery), drive.start)
+        self._chassis = Chassis(drive.start, drive.geometry, self._left.wheel, self._right.wheel, self._feeler)
+        self._written = drive.body.local
+
+    def advance(self, count: int) -> None:
+        """Take steps, and put the robot's objects where they then are."""
+        self._notice_a_push()
+        for side in (self._left, self._right):
+            side.command()
+        for _ in range(count):
+            self._chassis.advance()
+        for side in (self._left, self._right):
+            side.tell()
+        self._write()
+
+    def face(self, scenery: Scenery) -> None:
+        """Go on among other things."""
+        self._feeler.move_to(self._surroundings(scenery), self._chassis.pose)
+
+    def contacts(self, scenery: Scenery) -> list[Contact]:
+        """Return what its wheels and casters stand on, and what its body has driven against."""
+        against = [self._touch(self._around[i]) for i in self._feeler.touching]
+        return [*self._standing_on(scenery), *against]
+
+    def _surroundings(self, scenery: Scenery) -> Surroundings:
+        self._around = scenery.between(self._stand.low, self._stand.high)
+        return Surroundings(self._stand.outline, scenery.described(self._around))
+
+    def _notice_a_push(self) -> None:
+        """Begin from where somebody has put the body meanwhile."""
+        if self._drive.body.local is self._written:
+            return
+        base = self._graph.pose(self._drive.body).then(self._body_on_base.inverse)
+        self._chassis.pose = Pose(base.position[0], base.position[1], base.yaw)
+        self._feeler.move_to(None, self._chassis.pose)
+
+    def _write(self) -> None:
+        pose, body = self._chassis.pose, self._drive.body
+        base = Transform.turned(pose.heading, (pose.x, pose.y, 0.0))
+        body.local = self._graph.frame(body.parent).inverse.then(base.then(self._body_on_base))
+        self._written = body.local
+
+    def _standing_on(self, scenery: Scenery) -> list[Contact]:
+        if not scenery.floors:
+            return []
+        shapes = [thing for thing in self._graph.tree([self._drive.body]) if isinstance(thing, Shape)]
+        placed = [(shape, self._graph.pose(shape)) for shape in shapes]
+        rolling = [(shape, pose.position) for shape, pose in placed if lowest(shape, pose) <= ON_FLOOR_M]
+        weight = GRAVITY_M_S2 * sum(shape.mass for shape in shapes) / max(len(rolling), 1)
+        floor = scenery.floors[0].shape.handle
+        return [Contact.of(shape.handle, floor, (x, y, 0.0), (0.0, 0.0, 1.0), weight) for shape, (x, y, _) in rolling]
+
+    def _touch(self, other: Standing) -> Contact:
+        pose, body = self._chassis.pose, self._drive.body
+        outline = [pose.to_world(x, y) for x, y in self._stand.outline]
+        (x, y), (from_x, from_y) = nearest_points(outline, other.outline)
+        away = math.hypot(x - from_x, y - from_y) or 1.0
+        normal = (float(x - from_x) / away, float(y - from_y) / away, 0.0)
+        height = max(self._stand.low, other.low)
+        return Contact.of(
+            body.handle, other.shape.handle, (float(x), float(y), height), normal, GRAVITY_M_S2 * body.mass
+        )
+
+
+def _body_of(body: Shape, pose: Transform) -> Standing:
+    """Return how a robot's body stands in its own frame; one that is tilted or no ball is taken as an upright box."""
+    boxed = replace(body, primitive=Primitive.CUBOID)
+    stand = standing(body, pose) or standing(boxed, Transform.turned(pose.yaw, pose.position))
+    assert stand, "an upright box stands"
+    return stand

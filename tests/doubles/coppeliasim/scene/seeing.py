@@ -1,0 +1,78 @@
+"""What vision sensors see: painted where everything stands on the floor, by rays otherwise."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotcore.description import Light
+from robotcore.devices import Intrinsics
+from robotcore.projection import View
+from tests.doubles.coppeliasim.scene.objects import Depths, Pixels, VisionSensor
+from tests.doubles.coppeliasim.scene.poses import Transform
+from tests.doubles.coppeliasim.scene.rays import Hits
+from tests.doubles.coppeliasim.scene.scenery import Scenery
+
+Array = NDArray[np.float64]
+
+LEVEL = 1e-6
+"""The painter's cameras have no roll: their rows are level to this."""
+
+EMPTY = 1.63e-5
+"""Where nothing is in view, a depth ends short of ``far`` by this part of the range, as recorded."""
+
+
+def view_of(sensor: VisionSensor, pose: Transform) -> View:
+    """Return the view of a sensor that looks along its z, with y upwards and x to the left."""
+    left, up, ahead = (np.array(axis) for axis in pose.axes)
+    return View(intrinsics_of(sensor), np.array(pose.position), np.array((-left, -up, ahead)))
+
+
+def intrinsics_of(sensor: VisionSensor) -> Intrinsics:
+    """Return them; the sensor's angle is across the longer side of its picture."""
+    wide = math.tan(sensor.angle / 2) * min(1.0, sensor.width / sensor.height)
+    return Intrinsics(sensor.width, sensor.height, 2 * math.atan(wide))
+
+
+def picture_of(sensor: VisionSensor, pose: Transform, scenery: Scenery, light: Light) -> Pixels:
+    """Return what it sees: red, green, blue; row 0 at the bottom."""
+    view = view_of(sensor, pose)
+    if scenery.painter and abs(view.rotation[0, 2]) < LEVEL:
+        return scenery.painter.picture(view)[::-1, :, ::-1]
+    return _cast(view, sensor, scenery, light)[::-1]
+
+
+def depths_of(sensor: VisionSensor, pose: Transform, scenery: Scenery) -> Depths:
+    """Return how far it sees along its optical axis, in metres; row 0 at the bottom."""
+    view = view_of(sensor, pose)
+    lengths = scenery.solids.cast(view.eye, _directions(view))
+    empty = sensor.far - EMPTY * (sensor.far - sensor.near)
+    lengths = np.where((lengths >= sensor.near) & (lengths <= sensor.far), lengths, empty)
+    return lengths.reshape(sensor.height, sensor.width)[::-1].astype(np.float32)
+
+
+def _cast(view: View, sensor: VisionSensor, scenery: Scenery, light: Light) -> Pixels:
+    """Return the picture from the top, a ray a pixel."""
+    hits = scenery.solids.hits(view.eye, _directions(view))
+    is_seen = (hits.lengths >= sensor.near) & (hits.lengths <= sensor.far)
+    colours = np.where(is_seen[:, None], _lit(hits, scenery, light), light.sky_colour)
+    return np.rint(colours).astype(np.uint8).reshape(sensor.height, sensor.width, 3)
+
+
+def _lit(hits: Hits, scenery: Scenery, light: Light) -> Array:
+    """Return the colours of what is hit, (n, 3), shaded as the painter does it."""
+    palette = 255 * np.array([shape.colour for shape in scenery.solids.shapes] or [(0.0, 0.0, 0.0)])
+    cosines = np.maximum(hits.normals @ np.array(light.direction), 0.0)
+    shade = np.minimum(light.ambient + light.diffuse * cosines, 1.0) * light.brightness
+    return np.asarray(np.minimum(palette[hits.solids] * shade[:, None], 255.0))
+
+
+def _directions(view: View) -> Array:
+    """Return the rays through the middles of all pixels, (n, 3), row by row from the top, one metre deep."""
+    i = view.intrinsics
+    right, down = (np.arange(i.width) - i.cx) / i.focal_length, (np.arange(i.height) - i.cy) / i.focal_length
+    across, along = np.meshgrid(right, down)
+    local = np.stack((across.ravel(), along.ravel(), np.ones(across.size)), axis=1)
+    return np.asarray(local @ view.rotation)

@@ -1,0 +1,165 @@
+"""The simulator without any protocol: objects, time, who lets it pass, and what sensors see."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tests.doubles.coppeliasim.scene.contacts import Contact
+from tests.doubles.coppeliasim.scene.errors import SceneError
+from tests.doubles.coppeliasim.scene.graph import Graph
+from tests.doubles.coppeliasim.scene.initial import Initial
+from tests.doubles.coppeliasim.scene.look import Look
+from tests.doubles.coppeliasim.scene.objects import Depths, Pixels, ProximitySensor, VisionSensor
+from tests.doubles.coppeliasim.scene.ranging import Detection
+from tests.doubles.coppeliasim.scene.states import State, States
+from tests.doubles.coppeliasim.scene.stepping import Stepping
+from tests.doubles.coppeliasim.scene.world import World, physics_steps
+
+TIME_STEP_S = 0.05
+PHYSICS_STEP_S = 0.005
+
+
+@dataclass(frozen=True)
+class Ticket:
+    """A client's step: made when the count of steps has passed ``step``, void when the simulation does not run."""
+
+    step: int
+    is_void: bool
+
+
+@dataclass
+class Simulator:
+    """A scene that runs. Whoever uses it holds ``lock``.
+
+    ``can_detect``: whether the maker's plug-in for proximity, collisions and distances is there.
+    """
+
+    graph: Graph = field(default_factory=Graph)
+    look: Look = field(default_factory=Look)
+    can_detect: bool = True
+    time_step: float = TIME_STEP_S
+    physics_step: float = PHYSICS_STEP_S
+
+    def __post_init__(self) -> None:
+        self.lock = threading.RLock()
+        self.changed = threading.Condition(self.lock)
+        self.stepping = Stepping()
+        self.time = 0.0
+        self.steps = 0
+        self._states = States()
+        self._initial: Initial | None = None
+        self._world = World(self.graph, self.look)
+
+    @property
+    def state(self) -> State:
+        return self._states.state
+
+    def start(self) -> None:
+        """Start the simulation, or go on after a pause."""
+        if self.state is State.STOPPED:
+            self.time = 0.0
+            self._initial = Initial(self.graph)
+            self._world.begin(self.time_step / self._substeps)
+        self._states.start()
+        self.changed.notify_all()
+
+    def pause(self) -> None:
+        self._states.pause()
+        self.changed.notify_all()
+
+    def stop(self) -> None:
+        """Ask for the stop; nobody steps from now on, and it takes a few steps more."""
+        self.stepping.reset()
+        self._states.stop()
+        self.changed.notify_all()
+
+    def step(self, client: Hashable) -> Ticket:
+        """Let time go on by a step as far as this client is concerned; it is made at once where nobody else holds it."""
+        ticket = Ticket(self.steps, not self.state.is_advancing)
+        if self.stepping.level(client):
+            self.stepping.ask(client)
+            if self.state.is_advancing and not self.stepping.is_held:
+                self.advance()
+        return ticket
+
+    def is_done(self, ticket: Ticket) -> bool:
+        """Return whether a step has been made, or will never be."""
+        return ticket.is_void or self.steps > ticket.step or not self.state.is_advancing
+
+    def advance(self) -> None:
+        """Make one step, whoever may hold time."""
+        self.time += self.time_step
+        self._world.advance(self._substeps)
+        self._expose()
+        self.steps += 1
+        self.stepping.made()
+        if self._states.next() is State.STOPPED:
+            self._put_back()
+        self.changed.notify_all()
+
+    def set_time_step(self, step: float) -> bool:
+        """Take another time step, in seconds; only while stopped. What is below 0.1 ms becomes 0.1 ms."""
+        if self.state is not State.STOPPED:
+            return False
+        self.time_step = max(step, 1e-4) if step == step else step  # noqa: PLR0124  the server stores NaN
+        return True
+
+    def picture(self, sensor: VisionSensor) -> Pixels:
+        """Return what it saw when it was last rendered; black if that has never been."""
+        if sensor.is_due:
+            self._render(sensor)
+        if sensor.picture is None:
+            return np.zeros((sensor.height, sensor.width, 3), np.uint8)
+        return sensor.picture
+
+    def depth(self, sensor: VisionSensor) -> Depths:
+        """Return how far it saw when it was last rendered, in metres; exactly ``far`` if that has never been."""
+        if sensor.is_due:
+            self._render(sensor)
+        if sensor.picture is None or sensor.takes_external_pictures:
+            return np.full((sensor.height, sensor.width), sensor.far, np.float32)
+        if sensor.depths is None:
+            sensor.depths = self._world.depths(sensor)
+        return sensor.depths
+
+    def show(self, sensor: VisionSensor, picture: Pixels) -> None:
+        """Give it a picture, (height, width, 3), as `picture` returns it."""
+        sensor.picture, sensor.is_due = picture, False
+
+    def handle(self, sensor: VisionSensor) -> None:
+        """Render it, of this instant."""
+        if not sensor.explicit:
+            raise SceneError("object not tagged for explicit handling.")
+        self._render(sensor)
+
+    def detection(self, sensor: ProximitySensor) -> Detection | None:
+        """Return what it detects; without the plug-in it never detects anything."""
+        return self._world.detection(sensor) if self.can_detect else None
+
+    def contacts(self) -> list[Contact]:
+        """Return who touches whom since the last step; nobody while stopped."""
+        return [] if self.state is State.STOPPED else self._world.contacts
+
+    @property
+    def _substeps(self) -> int:
+        return physics_steps(self.time_step, self.physics_step)
+
+    def _expose(self) -> None:
+        for sensor in self.graph.all_of(VisionSensor):
+            if not sensor.explicit and not sensor.takes_external_pictures:
+                sensor.is_due = True
+
+    def _render(self, sensor: VisionSensor) -> None:
+        sensor.is_due = False
+        sensor.depths = None
+        if not sensor.takes_external_pictures:
+            sensor.picture = self._world.picture(sensor)
+
+    def _put_back(self) -> None:
+        self._world.end()
+        if self._initial:
+            self._initial.restore(self.graph)

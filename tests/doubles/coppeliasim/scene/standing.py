@@ -1,0 +1,93 @@
+"""How a shape stands in the world: its outline in plan, and from where to where it reaches up."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from robotcore.description import Ball, Box, Cylinder
+from robotcore.description.world import Outline
+from tests.doubles.coppeliasim.scene.objects import Primitive, Shape
+from tests.doubles.coppeliasim.scene.poses import Transform
+
+UPRIGHT = 0.9999
+"""An axis whose z is more than this is vertical."""
+
+
+class Standing(NamedTuple):
+    """A shape that stands upright: what it is in a world's description, and the height of its lower and upper end."""
+
+    shape: Shape
+    thing: Box | Cylinder | Ball
+    low: float
+    high: float
+
+    @property
+    def outline(self) -> Outline:
+        return self.thing.outline
+
+
+def standing(shape: Shape, pose: Transform) -> Standing | None:
+    """Return how a shape at ``pose`` stands; None where it is tilted, or no box, cylinder or ball."""
+    if shape.primitive is Primitive.CUBOID:
+        return _box(shape, pose)
+    if shape.primitive is Primitive.CYLINDER:
+        return _cylinder(shape, pose)
+    return _ball(shape, pose)
+
+
+def lowest(shape: Shape, pose: Transform) -> float:
+    """Return the height of a shape's lowest point, in metres."""
+    x, y, z = (axis[2] * size / 2 for axis, size in zip(pose.axes, shape.size, strict=True))
+    if shape.primitive is Primitive.CUBOID:
+        reach = abs(x) + abs(y) + abs(z)
+    elif shape.primitive is Primitive.CYLINDER:
+        reach = math.hypot(x, y) + abs(z)
+    else:
+        reach = math.sqrt(x * x + y * y + z * z)
+    return pose.position[2] - reach
+
+
+def _box(shape: Shape, pose: Transform) -> Standing | None:
+    up = next((i for i, axis in enumerate(pose.axes) if abs(axis[2]) > UPRIGHT), None)
+    if up is None:
+        return None
+    along, across = (i for i in range(3) if i != up)
+    ahead = pose.axes[along]
+    box = Box.model_construct(
+        shape="box",
+        yaw_rad=math.atan2(ahead[1], ahead[0]),
+        length_m=shape.size[along],
+        width_m=shape.size[across],
+        **_common(shape, pose, shape.size[up] / 2),
+    )
+    return _spanning(shape, box, pose, shape.size[up] / 2)
+
+
+def _cylinder(shape: Shape, pose: Transform) -> Standing | None:
+    if abs(pose.axes[2][2]) <= UPRIGHT or shape.size[0] != shape.size[1]:
+        return None
+    half = shape.size[2] / 2
+    cylinder = Cylinder.model_construct(
+        shape="cylinder", yaw_rad=pose.yaw, radius_m=shape.size[0] / 2, **_common(shape, pose, half)
+    )
+    return _spanning(shape, cylinder, pose, half)
+
+
+def _ball(shape: Shape, pose: Transform) -> Standing | None:
+    if len(set(shape.size)) > 1:
+        return None
+    radius = shape.size[0] / 2
+    common = _common(shape, pose, radius)
+    del common["height_m"], common["texture"]
+    return _spanning(shape, Ball.model_construct(radius_m=radius, **common), pose, radius)
+
+
+def _spanning(shape: Shape, thing: Box | Cylinder | Ball, pose: Transform, half: float) -> Standing:
+    return Standing(shape, thing, pose.position[2] - half, pose.position[2] + half)
+
+
+def _common(shape: Shape, pose: Transform, half: float) -> dict[str, Any]:
+    x, y, z = pose.position
+    colour = tuple(round(255 * min(max(part, 0.0), 1.0)) for part in shape.colour)
+    return {"name": shape.alias, "x_m": x, "y_m": y, "height_m": z + half, "colour": colour, "texture": None}

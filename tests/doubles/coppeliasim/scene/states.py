@@ -1,0 +1,69 @@
+"""The simulation's state, and how it goes from one to the next."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class State(IntEnum):
+    """The API's ``simulation_...``."""
+
+    STOPPED = 0
+    PAUSED = 8
+    FIRST_AFTER_STOP = 16
+    RUNNING = 17
+    LAST_BEFORE_PAUSE = 19
+    FIRST_AFTER_PAUSE = 20
+    ABOUT_TO_STOP = 21
+    LAST_BEFORE_STOP = 22
+
+    @property
+    def is_advancing(self) -> bool:
+        return self >= State.FIRST_AFTER_STOP
+
+
+class States:
+    """The state, and what has been asked for. A request takes effect when the step that is under way has been made.
+
+    >>> states = States()
+    >>> states.start()
+    >>> states.state.name, states.next().name, states.next().name
+    ('FIRST_AFTER_STOP', 'RUNNING', 'RUNNING')
+    """
+
+    def __init__(self) -> None:
+        self.state = State.STOPPED
+        self._is_to_pause = self._is_to_stop = False
+
+    def start(self) -> None:
+        """Ask for a start, or for going on after a pause; one that runs is left alone."""
+        if self.state is State.STOPPED:
+            self.state = State.FIRST_AFTER_STOP
+        elif self.state is State.PAUSED:
+            self.state = State.FIRST_AFTER_PAUSE
+
+    def pause(self) -> None:
+        self._is_to_pause = self.state.is_advancing
+
+    def stop(self) -> None:
+        if self.state is State.PAUSED:
+            self.state = State.ABOUT_TO_STOP
+        self._is_to_stop = self.state in {State.FIRST_AFTER_STOP, State.RUNNING, State.FIRST_AFTER_PAUSE}
+
+    def next(self) -> State:
+        """Go on by a step, and return the state that it led to."""
+        self.state = self._following()
+        return self.state
+
+    def _following(self) -> State:
+        if self.state is State.ABOUT_TO_STOP:
+            return State.LAST_BEFORE_STOP
+        if self.state is State.LAST_BEFORE_STOP:
+            self._is_to_pause = self._is_to_stop = False
+            return State.STOPPED
+        if self.state is State.LAST_BEFORE_PAUSE:
+            self._is_to_pause = False
+            return State.PAUSED
+        if self._is_to_stop:
+            return State.ABOUT_TO_STOP
+        return State.LAST_BEFORE_PAUSE if self._is_to_pause else State.RUNNING

@@ -1,0 +1,71 @@
+"""The kinematic world behind a scene: its robots and its scenery, found in the graph whenever somebody changes it."""
+
+from __future__ import annotations
+
+import math
+
+from tests.doubles.coppeliasim.scene.contacts import Contact
+from tests.doubles.coppeliasim.scene.drives import drives_of
+from tests.doubles.coppeliasim.scene.graph import Graph
+from tests.doubles.coppeliasim.scene.look import Look
+from tests.doubles.coppeliasim.scene.objects import Depths, Pixels, ProximitySensor, VisionSensor
+from tests.doubles.coppeliasim.scene.ranging import Detection, detect
+from tests.doubles.coppeliasim.scene.rover import Rover
+from tests.doubles.coppeliasim.scene.scenery import Scenery
+from tests.doubles.coppeliasim.scene.seeing import depths_of, picture_of
+
+
+class World:
+    """Moves what moves, and looks at what stands. Robots are those that the scene had when the simulation began."""
+
+    def __init__(self, graph: Graph, look: Look) -> None:
+        self.contacts: list[Contact] = []
+        self._graph, self._look = graph, look
+        self._rovers: list[Rover] = []
+        self._known: Scenery | None = None
+        self._revision = -1
+
+    def begin(self, step: float) -> None:
+        """Find the robots; they move in steps of so many seconds."""
+        drives = drives_of(self._graph)
+        self._rovers = [Rover(drive, self._graph, self.scenery, step) for drive in drives]
+
+    def end(self) -> None:
+        self._rovers = []
+        self.contacts = []
+
+    def advance(self, count: int) -> None:
+        """Take physics steps."""
+        scenery = self.scenery
+        for rover in self._rovers:
+            rover.advance(count)
+        self.contacts = [contact for rover in self._rovers for contact in rover.contacts(scenery)]
+
+    def picture(self, sensor: VisionSensor) -> Pixels:
+        return picture_of(sensor, self._graph.pose(sensor), self.scenery, self._look.light)
+
+    def depths(self, sensor: VisionSensor) -> Depths:
+        return depths_of(sensor, self._graph.pose(sensor), self.scenery)
+
+    def detection(self, sensor: ProximitySensor) -> Detection | None:
+        return detect(sensor, self._graph.pose(sensor), self.scenery.solids)
+
+    @property
+    def scenery(self) -> Scenery:
+        """What stands around, as of now."""
+        if self._known is None or self._revision != self._graph.revision:
+            self._known = self._look_around()
+            self._revision = self._graph.revision
+        return self._known
+
+    def _look_around(self) -> Scenery:
+        robots = self._graph.tree([drive.body for drive in drives_of(self._graph)])
+        scenery = Scenery(self._graph, set(robots), self._look.light)
+        for rover in self._rovers:
+            rover.face(scenery)
+        return scenery
+
+
+def physics_steps(time_step: float, physics_step: float) -> int:
+    """Return how many physics steps make a time step: the fewest that are no longer than asked for."""
+    return max(1, math.ceil(time_step / physics_step - 1e-6))
