@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import Any
 
@@ -10,7 +10,8 @@ from pydantic import ValidationError
 
 from robotcore.description import AnyDevice, Described, DisplayDescription, RobotDescription
 from robotcore.description.faults import LONGEST, faults_of
-from robotcore.errors import DescriptionError, UnknownNameError, nearest
+from robotcore.description.strangers import faults_of_strangers, strangers_in
+from robotcore.errors import DescriptionError, UnknownNameError
 from robotcore.hardware.choice import choice, meant
 from robotcore.hardware.connections import Connection
 from robotcore.hardware.driver import DeviceDriver
@@ -38,8 +39,8 @@ def fit(
     if section not in robot.backends and wired:
         remedy = f"Say how each device is connected, from [{section}.{wired[0]}] on"
         raise DescriptionError(robot.source, section, "is missing", remedy)
-    strangers = _strangers(robot, table)
-    faults: list[Fault] = list(_strange(section, strangers))
+    strangers = strangers_in(robot, table)
+    faults: list[Fault] = list(faults_of_strangers(section, strangers))
     fittings = []
     for told in robot.devices:
         if told.name in table:
@@ -95,19 +96,6 @@ def _settings(driver: DeviceDriver[Any, Any], key: str, table: Mapping[str, Any]
         faults = faults_of(error, driver.settings, table)
         told = ((f"{key}.{fault.key}".rstrip("."), fault.fault, fault.remedy) for fault in faults)
         raise _UnfitError(*told) from error
-
-
-def _strangers(robot: RobotDescription, table: Mapping[str, Any]) -> dict[str, str | None]:
-    """Return the names in a section that no device has, and which device without a section each probably means."""
-    names = [device.name for device in robot.devices]
-    untold = [name for name in names if name not in table]
-    return {name: nearest(name, untold) for name in table if name not in names}
-
-
-def _strange(section: str, strangers: Mapping[str, str | None]) -> Iterator[Fault]:
-    for name, device in strangers.items():
-        remedy = f"Did you mean {device!r}?" if device else "Take the section out, or add [[devices]] of that name"
-        yield f"{section}.{name}", "no device has this name", remedy
 
 
 def _untold(told: AnyDevice, section: str) -> Fault:

@@ -55,8 +55,9 @@ class State(str, Enum):
 class Scene(ABC):
     """A scene behind a connection.
 
+    One whose time is followed, not stepped, is called by several threads: the app's, the clock's, and those that poll.
     Every call raises BackendError, with what was asked and of whom, where the server is gone, hangs, or answers what
-    it must not.
+    it must not; after one that has waited in vain, all fail at once.
     """
 
     @abstractmethod
@@ -73,7 +74,10 @@ class Scene(ABC):
 
     @abstractmethod
     def start(self) -> None:
-        """Start the simulation, or let a paused one go on; in lockstep, time then stands until `advance`."""
+        """Start the simulation, or join the one that runs; in lockstep, time then stands until `advance`.
+
+        Raises BackendError where the simulation does not begin to run.
+        """
 
     @abstractmethod
     def stop(self) -> None:
@@ -89,7 +93,10 @@ class Scene(ABC):
 
     @abstractmethod
     def advance(self, steps: int) -> None:
-        """Let so many time steps pass, in lockstep; what is read then is of the end of the last."""
+        """Let so many time steps pass, in lockstep; what is read then is of the end of the last.
+
+        Raises BackendError where time did not move by so much: somebody has paused or stopped the simulation.
+        """
 
     @abstractmethod
     def set_joint_velocity(self, joint: int, rad_s: float) -> None:
@@ -97,11 +104,19 @@ class Scene(ABC):
 
     @abstractmethod
     def joint_position(self, joint: int) -> float:
-        """Return a joint's angle in radians."""
+        """Return a joint's angle in radians; of one that turns round and round, between -π and π."""
 
     @abstractmethod
     def detected(self, sensor: int) -> Point | None:
         """Return the point that a proximity sensor detects, in its own frame; None where it detects nothing."""
+
+    def blindness(self, sensor: int) -> str | None:
+        """Return why a proximity sensor cannot be believed where it detects nothing; None where it can.
+
+        For servers that answer so although they do not look: the way would seem free. A sentence, and what to do. Asked
+        before the simulation is started.
+        """
+        return None
 
     @abstractmethod
     def lens(self, sensor: int) -> Lens:
@@ -118,6 +133,10 @@ class Scene(ABC):
     @abstractmethod
     def position(self, handle: int) -> Point:
         """Return where an object is in the world, in metres."""
+
+    @abstractmethod
+    def velocity(self, handle: int) -> Point:
+        """Return how an object moved in the world in the last time step, in m/s, one whose `position` was asked."""
 
     @abstractmethod
     def close(self) -> None:

@@ -1,0 +1,115 @@
+"""A robot in somebody's scene: everything found before anything runs, and the scene left as it was found."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack
+
+from robotcore.backend import Setup
+from robotcore.clock import Clock, FollowingClock, SteppedClock
+from robotcore.description import (
+    AnyDevice,
+    CameraDescription,
+    DisplayDescription,
+    EncoderDescription,
+    MotorDescription,
+    RangeSensorDescription,
+    RobotDescription,
+)
+from robotcore.devices import Device
+from robotcore.display import MemoryDisplay
+from robotcore.guardian import CutoffSpec
+from robotcore.robot import Robot
+from robotcore.scene.finding import Found, find_all
+from robotcore.scene.pictures import SceneCamera, SceneDisplay, intrinsics_of
+from robotcore.scene.port import Scene
+from robotcore.scene.ranging import SceneRangeSensor
+from robotcore.scene.section import JointPlace, LensPlace, Placed, places
+from robotcore.scene.simulating import Whose, running
+from robotcore.scene.truth import SceneTruth
+from robotcore.scene.wheels import SceneEncoder, SceneMotor
+
+FASTEST_RAD_S = 30.0
+"""No wheel turns faster, where the description does not say."""
+
+
+def join(
+    setup: Setup,
+    section: str,
+    connect: Callable[[], Scene],
+    whose: Whose = Whose.OURS,
+    *,
+    is_stepped: bool = True,
+    cutoffs: Iterable[CutoffSpec] = (),
+) -> Robot:
+    """Open a robot whose devices are objects of a scene, as that ``section`` of its file says.
+
+    Its clock is stepped, or follows the scene's time. Its motors stand from the first step on. Raises DescriptionError
+    before it connects, UsageError where the rate does not fit the time step, and what `find_all` and `running` raise;
+    what was opened by then is closed again.
+    """
+    placed = places(setup.robot, section, setup.devices)
+    with ExitStack() as undo:
+        beneath = undo.enter_context(ExitStack())
+        scene = connect()
+        beneath.callback(scene.close)
+        found = find_all(setup.robot.name, placed, scene)
+        stepped = SteppedClock(setup.rate_hz, scene.advance, scene.time_step()) if is_stepped else None
+        beneath.enter_context(running(scene, whose))
+        _stand(scene, placed, found)
+        if stepped:
+            scene.advance(1)  # before its first step a scene shows nothing
+        clock = stepped or FollowingClock(scene.time)
+        undo.callback(clock.close)
+        devices = []
+        for told in setup.chosen:
+            devices.append(device := _opened(told, scene, clock, setup.robot, placed, found))
+            undo.callback(device.close)
+        truth = _truth(setup.robot, scene, found)
+        robot = Robot(setup.robot.name, clock, devices, truth=truth, release=beneath.close, cutoffs=cutoffs)
+        undo.pop_all()
+    return robot
+
+
+def _stand(scene: Scene, placed: Iterable[Placed], found: Found) -> None:
+    """Let motors stand that the scene itself, or whoever was here before, has left turning."""
+    for each in placed:
+        if isinstance(each.told, MotorDescription) and (joint := found[each.told.name]):
+            scene.set_joint_velocity(joint.handle, 0.0)
+
+
+def _opened(
+    told: AnyDevice, scene: Scene, clock: Clock, robot: RobotDescription, placed: Iterable[Placed], found: Found
+) -> Device:
+    thing = found.get(told.name)
+    if thing is None:
+        return MemoryDisplay(told.name)
+    place = next(each.place for each in placed if each.told.name == told.name)
+    is_reversed = isinstance(place, JointPlace) and place.reversed
+    if isinstance(told, MotorDescription):
+        return SceneMotor(told, scene, thing.handle, is_reversed=is_reversed)
+    if isinstance(told, EncoderDescription):
+        return SceneEncoder(told, scene, thing.handle, clock, _half_a_turn(robot) / 2, is_reversed=is_reversed)
+    if isinstance(told, RangeSensorDescription):
+        return SceneRangeSensor(told, scene, thing.handle, clock)
+    if isinstance(told, CameraDescription):
+        as_found = isinstance(place, LensPlace) and place.as_found
+        intrinsics = intrinsics_of(told, scene.lens(thing.handle), as_found=as_found)
+        return SceneCamera(told.name, intrinsics, scene, thing.handle, clock)
+    display: DisplayDescription = told  # of a new kind of device, the type checker tells
+    return SceneDisplay(display.name, scene, thing.handle)
+
+
+def _half_a_turn(robot: RobotDescription) -> float:
+    """Return how long the fastest wheel needs for half a turn, in seconds."""
+    limits = [motor.max_velocity_rad_s for motor in robot.all_of(MotorDescription)]
+    return math.pi / max(limits, default=FASTEST_RAD_S)
+
+
+def _truth(robot: RobotDescription, scene: Scene, found: Found) -> SceneTruth | None:
+    """Return the truth by the drive's joints, where they are open."""
+    if robot.drive is None:
+        return None
+    left, right = found.get(robot.drive.left), found.get(robot.drive.right)
+    return SceneTruth(scene, left.handle, right.handle) if left and right else None

@@ -1,0 +1,123 @@
+"""A backend's section of a robot's file: which object of somebody's scene each device is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field, ValidationError
+
+from robotcore.description import (
+    AnyDevice,
+    CameraDescription,
+    Described,
+    DisplayDescription,
+    EncoderDescription,
+    MotorDescription,
+    RangeSensorDescription,
+    RobotDescription,
+)
+from robotcore.description.faults import faults_of
+from robotcore.description.strangers import faults_of_strangers, strangers_in
+from robotcore.errors import DescriptionError
+from robotcore.scene.port import Kind
+
+Fault = tuple[str, str, str]
+
+Paths = Annotated[
+    tuple[Annotated[str, Field(min_length=1)], ...],
+    BeforeValidator(lambda told: (told,) if isinstance(told, str) else told),
+    Field(min_length=1, description='a path in quotes, or a list of them: ["/robot/joint", "old_name"]'),
+]
+"""Where an object may be: the first that is there counts. Names of old scenes stand beside paths so."""
+
+
+class Place(Described):
+    """The object that a device is."""
+
+    path: Paths
+
+
+class JointPlace(Place):
+    """A wheel's joint; ``reversed`` where it turns backwards when the robot drives forward."""
+
+    reversed: bool = False
+
+
+class LensPlace(Place):
+    """A camera's vision sensor; ``as_found``: its picture's size and field of view count, not the description's."""
+
+    as_found: bool = False
+
+
+class ScreenPlace(Place):
+    """The vision sensor that shows what a display is shown; where ``optional``, a scene may do without it."""
+
+    optional: bool = False
+
+
+_PLACES: dict[type[Described], tuple[type[Place], Kind]] = {
+    MotorDescription: (JointPlace, Kind.JOINT),
+    EncoderDescription: (JointPlace, Kind.JOINT),
+    RangeSensorDescription: (Place, Kind.PROXIMITY_SENSOR),
+    CameraDescription: (LensPlace, Kind.VISION_SENSOR),
+    DisplayDescription: (ScreenPlace, Kind.VISION_SENSOR),
+}
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A device, where it is in the scene, and what kind of object that has to be."""
+
+    told: AnyDevice
+    place: Place
+    kind: Kind
+
+
+def places(robot: RobotDescription, section: str, names: Iterable[str] | None = None) -> tuple[Placed, ...]:
+    """Return where the devices of those names, by default all, are, by a backend's ``section`` of the file.
+
+    A display that the section does not tell of is left out: its pictures are kept in memory. Raises DescriptionError,
+    with all that is wrong.
+    """
+    table = robot.backends.get(section, {})
+    chosen = {told.name for told in robot.devices} if names is None else set(names)
+    needed = [told for told in robot.devices if told.name in chosen and not isinstance(told, DisplayDescription)]
+    if section not in robot.backends and needed:
+        name = needed[0].name
+        remedy = f'Name the object of the scene that each device is: [{section}.{name}] with path = "/robot/{name}"'
+        raise DescriptionError(robot.source, section, "is missing", remedy)
+    strangers = strangers_in(robot, table)
+    faults: list[Fault] = list(faults_of_strangers(section, strangers))
+    placed = []
+    for told in robot.devices:
+        if told.name in table:
+            try:
+                placed.append(_placed(told, f"{section}.{told.name}", table[told.name]))
+            except _UnfitError as unfit:
+                faults += unfit.faults
+        elif told in needed and told.name not in strangers.values():
+            remedy = f'Name the {_PLACES[type(told)][1].value} that it is: path = "/robot/{told.name}"'
+            faults.append((f"{section}.{told.name}", "is missing", remedy))
+    if faults:
+        raise DescriptionError.of_all(robot.source, faults)
+    return tuple(each for each in placed if each.told.name in chosen)
+
+
+class _UnfitError(Exception):
+    def __init__(self, *faults: Fault) -> None:
+        super().__init__(faults)
+        self.faults = faults
+
+
+def _placed(told: AnyDevice, key: str, table: Any) -> Placed:
+    model, kind = _PLACES[type(told)]
+    if not isinstance(table, Mapping):
+        raise _UnfitError((key, f"should be a table, got {table!r}", f'Write [{key}] and path = "/robot/{told.name}"'))
+    try:
+        return Placed(told, model.model_validate(table, strict=True), kind)
+    except ValidationError as error:
+        faults = faults_of(error, model, table)
+        told_of = ((f"{key}.{fault.key}".rstrip("."), fault.fault, fault.remedy) for fault in faults)
+        raise _UnfitError(*told_of) from error
