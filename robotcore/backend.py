@@ -122,6 +122,15 @@ class Backend(ABC):
 
         return trial_of(self, robot)
 
+    def look(self, setup: Setup) -> Iterable[Finding]:
+        """Yield which of a robot's devices are there in the scene that a simulator has open; nothing is moved.
+
+        Raises UsageError where there is no such scene, and BackendError where nobody answers.
+        """
+        raise UsageError(
+            f"the backend {self.name!r} joins nobody's scene, so there is nothing to look at. Leave it out"
+        )
+
     def wiring(self, robot: RobotDescription) -> Wiring | None:
         """Return where a robot's wires go, as its section says; None where there is nothing to wire.
 

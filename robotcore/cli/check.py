@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import click
+
+from robotcore.cli.findings import lines_of
+from robotcore.cli.values import pair
+from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
     from robotcore.description import RobotDescription, WorldDescription
@@ -16,25 +21,61 @@ SECTIONS = ("conditions", "randomisation")
 
 @click.command("check")
 @click.argument("file")
-def command(file: str) -> None:
+@click.option("--backend", help="Look whether a robot's devices are in the scene that this simulator has open.")
+@click.option("--host", help="Short for --option host=…")
+@click.option("--port", help="Short for --option port=…")
+@click.option("--option", "options", metavar="KEY=VALUE", type=pair, multiple=True, help="An option of the backend.")
+def command(
+    file: str, backend: str | None, host: str | None, port: str | None, options: tuple[tuple[str, str], ...]
+) -> int:
     """Check a robot or a world FILE.
 
     Says what it describes, or all that is wrong with it and what would be right. A name will do too. What a robot's
     file has for a single backend, such as its wiring, is checked by that backend; where that cannot be, for a package
-    is broken, the exit status is 3.
+    is broken, the exit status is 3. With --backend, the simulator that runs is asked: 1 where something is missing in
+    its scene, 3 where nobody answers.
     """
     from robotcore.description import RobotDescription, load_any
+
+    told = {**dict(options), **{key: value for key, value in (("host", host), ("port", port)) if value is not None}}
+    if told and backend is None:
+        raise UsageError(f"option {next(iter(told))}: of which backend? Name it with --backend")
+    described = load_any(file)
+    if isinstance(described, RobotDescription):
+        return _look(file, described, backend, told) if backend else _check(file, described)
+    if backend:
+        raise UsageError(f"{file} describes a world; --backend looks for the devices of a robot. Leave it out")
+    click.echo(f"{file}: OK, {_world(described)}")
+    return 0
+
+
+def _check(file: str, robot: RobotDescription) -> int:
+    """Tell what a robot has, and what each backend says of its own section."""
     from robotcore.errors import BackendMissingError
 
-    described = load_any(file)
-    if not isinstance(described, RobotDescription):
-        click.echo(f"{file}: OK, {_world(described)}")
-        return
-    checked = [([f"OK, {_robot(described)}"], ""), *(_checked(described, section) for section in described.backends)]
+    checked = [([f"OK, {_robot(robot)}"], ""), *(_checked(robot, section) for section in robot.backends)]
     for line in (line for lines, _ in checked for line in lines):
         click.echo(f"{file}: {line}")
     if unchecked := [f"{file}: {why}" for _, why in checked if why]:
         raise BackendMissingError("\n".join(unchecked))
+    return 0
+
+
+def _look(file: str, robot: RobotDescription, name: str, options: Mapping[str, str]) -> int:
+    """Tell what of a robot is there in the scene of a simulator that runs."""
+    from robotcore.backend import Setup
+    from robotcore.catalogue import load_backend
+    from robotcore.doctor import Level
+
+    backend = load_backend(name)
+    backend.require_installed()
+    everything = frozenset(device.name for device in robot.devices)
+    status = 0
+    click.echo(f"{file}: OK, {_robot(robot)}")
+    for finding in backend.look(Setup(robot, None, everything, options=options)):
+        click.echo(lines_of(finding))
+        status = 1 if finding.level is Level.ERROR else status
+    return status
 
 
 def _checked(robot: RobotDescription, section: str) -> tuple[list[str], str]:

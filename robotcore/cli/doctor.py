@@ -7,12 +7,12 @@ empty where there is none to give.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from robotcore.cli.findings import lines_of
 from robotcore.cli.output import as_json, write_json
 
 if TYPE_CHECKING:
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     Told = tuple[str, Finding]
 
 MACHINE = "machine"
-STYLES = {"ok": "green", "warning": "yellow", "error": "red"}
-NEWLINE, INDENT, PIPED_WIDTH = "\n", 23, 1000
 
 
 @click.command("doctor")
@@ -101,20 +99,8 @@ def _halves(message: str) -> tuple[str, str]:
 def _shown(told: Iterable[Told]) -> Iterator[Told]:
     """Write each finding as it comes."""
     for about, finding in told:
-        click.echo(_lines(finding))
+        click.echo(lines_of(finding))
         yield about, finding
-
-
-def _lines(finding: Finding) -> str:
-    """Return a finding, and its remedy below it, as wide as the terminal, or in long lines."""
-    from shutil import get_terminal_size
-
-    width = max(get_terminal_size().columns, 2 * INDENT) if sys.stdout.isatty() else PIPED_WIDTH
-    level = finding.level.value
-    lines = click.wrap_text(f"{level:<9}{finding.what:<14}{finding.said}", width, "", " " * INDENT)
-    if finding.remedy:
-        lines += NEWLINE + click.wrap_text(finding.remedy, width, f"{'→':>{INDENT - 1}} ", " " * INDENT)
-    return lines.replace(level, click.style(level, STYLES[level]), 1)
 
 
 def _row(about: str, finding: Finding) -> dict[str, Any]:

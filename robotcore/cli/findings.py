@@ -1,0 +1,26 @@
+"""How a finding is written in a terminal."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from robotcore.doctor import Finding
+
+STYLES = {"ok": "green", "warning": "yellow", "error": "red"}
+NEWLINE, INDENT, PIPED_WIDTH = "\n", 23, 1000
+
+
+def lines_of(finding: Finding) -> str:
+    """Return a finding, and its remedy below it, as wide as the terminal, or in long lines."""
+    from shutil import get_terminal_size
+
+    width = max(get_terminal_size().columns, 2 * INDENT) if sys.stdout.isatty() else PIPED_WIDTH
+    level = finding.level.value
+    lines = click.wrap_text(f"{level:<9}{finding.what:<14}{finding.said}", width, "", " " * INDENT)
+    if finding.remedy:
+        lines += NEWLINE + click.wrap_text(finding.remedy, width, f"{'→':>{INDENT - 1}} ", " " * INDENT)
+    return lines.replace(level, click.style(level, STYLES[level]), 1)
