@@ -1,0 +1,1 @@
+"""The V-REP backend: the legacy remote API over TCP, in pure Python."""

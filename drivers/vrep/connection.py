@@ -1,0 +1,177 @@
+"""A simulator in lockstep: it waits for us before each step, and we for it after."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, TypeVar
+
+from drivers.vrep import requests
+from drivers.vrep.answers import Answers
+from drivers.vrep.errors import RemoteApiError, ServerHangsError
+from drivers.vrep.link import TIMEOUT_S, Link
+from drivers.vrep.messages import NOTHING_DONE, Header
+from drivers.vrep.request import Identity, Request
+from robotcore.clock import MonotonicClock
+
+T = TypeVar("T")
+
+_SHORTEST_PAUSE_S, _LONGEST_PAUSE_S = 0.0005, 0.004
+"""Between asking a simulator that has nothing new yet and asking it again."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """What was read after a step: ``values`` in the order asked for, at ``time_s`` of the simulation."""
+
+    time_s: float
+    values: tuple[Any, ...]
+
+
+class Connection:
+    """A connection on which nothing is said unless somebody calls. Calls from several threads take turns.
+
+    The server answers a message at once, with what it has done since the last one; what the message asks for is done by
+    its main thread later, between two steps. So a value takes two round trips, and a step three: one to send all
+    commands and the trigger; one that learns that the step has begun, and asks for what is to be read after it; one to
+    fetch that. While the simulator is still busy it is asked again, a little later each time.
+    """
+
+    def __init__(self, link: Link, timeout_s: float) -> None:
+        self._link, self._timeout_s = link, timeout_s
+        self._clock = MonotonicClock()
+        self._number = 0
+        self._turn = threading.RLock()
+        self._waiting: dict[Identity, Request[None]] = {}
+        self._unconfirmed: dict[Identity, Request[None]] = {}
+        self._time_ms = 0
+        self.server: Header
+        self._exchange(())
+
+    @classmethod
+    def to(cls, host: str, port: int, timeout_s: float = TIMEOUT_S) -> Connection:
+        """Connect to a server that answers; whatever is asked of it has to be done within ``timeout_s``."""
+        link = Link.to(host, port, timeout_s)
+        try:
+            return cls(link, timeout_s)
+        except BaseException:
+            link.close()
+            raise
+
+    @property
+    def time_s(self) -> float:
+        """The simulation's time in the newest answer, 0 while it is stopped; servers tell whole milliseconds."""
+        return self._time_ms / 1000
+
+    @property
+    def round_trips(self) -> int:
+        """How many messages have been answered."""
+        return self._link.exchanges
+
+    def set(self, request: Request[None]) -> None:
+        """Send with the next message, in place of an earlier one that sets the same and still waits.
+
+        Where the server refuses it, the call that learns of it raises RefusedError.
+        """
+        with self._turn:
+            self._waiting[request.identity] = request
+
+    def call(self, request: Request[T]) -> T:
+        """Return the answer, with all that waits done before; RefusedError if it cannot be done."""
+        with self._turn:
+            self._send_waiting()
+            return request.read(self._fetch(Answers([request]))[request])
+
+    def step(self, *reads: Request[Any]) -> Step:
+        """Send what waits, let the simulation take one step, and return what is read after it.
+
+        The server has to wait for triggers (`wait_for_triggers`). A simulation that is stopped or paused raises
+        SimulationHaltedError. A step shorter than a millisecond cannot be seen.
+        """
+        with self._turn:
+            number = self._send_waiting(requests.TRIGGER)
+            answers = self._fetch(Answers(reads or (requests.CLOCK,), number))
+            return Step(self.time_s, tuple(read.read(answers[read]) for read in reads))
+
+    def wait_for_triggers(self, *, wait: bool) -> None:
+        """Let the server wait for a trigger before each step, or go on by itself."""
+        self.call(requests.SYNCHRONOUS_ON if wait else requests.SYNCHRONOUS_OFF)
+
+    def start(self) -> None:
+        """Start the simulation, or let it go on, and return when the server says that it runs."""
+        self.call(requests.START)
+        self._await_state("started", lambda server: server.is_running and not server.is_paused)
+
+    def stop(self) -> None:
+        """Stop the simulation and return when the server says that it has."""
+        self.call(requests.STOP)
+        self._await_state("stopped", lambda server: not server.is_running)
+
+    def close(self) -> None:
+        """Say goodbye, so that the server is free for the next one, and hang up. What waits is not sent."""
+        with self._turn:
+            with suppress(RemoteApiError):
+                self._exchange([requests.GOODBYE])
+            self._link.close()
+
+    def __enter__(self) -> Connection:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self.close()
+
+    def _send_waiting(self, *more: Request[None]) -> int:
+        """Send what waits, and ``more``; return the message's number."""
+        waiting, self._waiting = self._waiting, {}
+        self._unconfirmed |= waiting
+        return self._exchange([*waiting.values(), *more]) if waiting or more else self._number
+
+    def _fetch(self, answers: Answers) -> Answers:
+        """Ask until the answers are complete."""
+        deadline = self._clock.now() + self._timeout_s
+        for pause_s in _pauses():
+            self._exchange(answers.to_ask(self._number), answers)
+            if answers.are_complete:
+                break
+            if self._clock.now() > deadline:
+                raise self._too_late("done what it was asked for")
+            if self.server.message == NOTHING_DONE:
+                self._clock.sleep_until(self._clock.now() + pause_s)
+        return answers
+
+    def _await_state(self, word: str, is_reached: Callable[[Header], bool]) -> None:
+        deadline = self._clock.now() + self._timeout_s
+        while not is_reached(self.server):
+            if self._clock.now() > deadline:
+                raise self._too_late(f"{word} the simulation")
+            self.call(requests.CLOCK)
+
+    def _too_late(self, deed: str) -> ServerHangsError:
+        return ServerHangsError(
+            f"the simulator answers, but has not {deed} within {self._timeout_s:g} s. "
+            "Does it show a dialog, or wait for another program?"
+        )
+
+    def _exchange(self, asked: Iterable[Request[Any]], answers: Answers | None = None) -> int:
+        """Exchange one message; return its number."""
+        number, self._number = self._number, self._number + 1
+        self.server, pieces = self._link.exchange(number, [request.encoded() for request in asked])
+        if pieces:
+            self._time_ms = pieces[-1].time_ms
+        for piece in pieces:
+            if request := self._unconfirmed.pop((piece.command, piece.key), None):
+                request.read(piece)
+        if answers:
+            answers.take(self.server, pieces)
+        return number
+
+
+def _pauses() -> Iterator[float]:
+    """Yield how long to wait before each time a busy simulator is asked again, in seconds."""
+    pause_s = _SHORTEST_PAUSE_S
+    while True:
+        yield pause_s
+        pause_s = min(2 * pause_s, _LONGEST_PAUSE_S)

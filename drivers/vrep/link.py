@@ -1,0 +1,105 @@
+"""One TCP connection to a server that answers every message with one message."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Iterable
+from contextlib import suppress
+from types import TracebackType
+
+from drivers.vrep.errors import NobodyListensError, ServerHangsError, ServerLostError
+from drivers.vrep.messages import Header, Piece, decoded, encoded
+from drivers.vrep.packets import Unpacker, packed
+from drivers.vrep.pieces import Assembly
+from robotcore.clock import MonotonicClock
+
+TIMEOUT_S = 1.5
+"""A server that takes longer over a message is taken for dead: an app is to stop within two seconds."""
+
+_CHUNK_BYTES = 1 << 18
+_CLIENT_TIME_MASK = 0x03FFFFFF
+
+
+class Link:
+    """A line on which one message at a time is exchanged; the first error ends it. For one thread at a time."""
+
+    def __init__(self, line: socket.socket, name: str, timeout_s: float) -> None:
+        self._line, self._name, self._timeout_s = line, name, timeout_s
+        self._clock = MonotonicClock()
+        self._chunk = bytearray(_CHUNK_BYTES)
+        self._assembly = Assembly()
+        self.exchanges = 0
+
+    @classmethod
+    def to(cls, host: str, port: int, timeout_s: float = TIMEOUT_S) -> Link:
+        """Connect to a server."""
+        name = f"the simulator at {host}:{port}"
+        try:
+            line = socket.create_connection((host, port), timeout_s)
+        except OSError as error:
+            raise NobodyListensError(
+                f"nobody answers at {host}:{port} ({error}). Start the simulator, or give its port with --port: "
+                "19997 as it is shipped, 19999 where a script of a running scene has called simRemoteApi.start(19999)"
+            ) from error
+        line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        return cls(line, name, timeout_s)
+
+    def exchange(self, number: int, commands: Iterable[bytes]) -> tuple[Header, list[Piece]]:
+        """Send a message of that number; return the server's state and all whole answers that have come with its reply.
+
+        The answers to these commands come with a later reply, when the simulator's main thread has done them.
+        """
+        try:
+            header, pieces = decoded(self._reply_to(encoded(number, self._client_time_ms(), commands)))
+        except BaseException:
+            self.close()
+            raise
+        self.exchanges += 1
+        return header, [whole for piece in pieces if (whole := self._assembly.whole(piece))]
+
+    def close(self) -> None:
+        """Hang up, also on a thread that waits for a reply."""
+        with suppress(OSError):
+            self._line.shutdown(socket.SHUT_RDWR)
+        self._line.close()
+
+    def __enter__(self) -> Link:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self.close()
+
+    def _reply_to(self, message: bytes) -> bytes:
+        deadline = self._clock.now() + self._timeout_s
+        try:
+            self._line.settimeout(self._timeout_s)
+            self._line.sendall(packed(message))
+            return self._received(deadline)
+        except TimeoutError as error:
+            raise ServerHangsError(self._why_silent()) from error
+        except OSError as error:
+            raise ServerLostError(
+                f"{self._name} is gone ({error}). Was it closed, its scene stopped, or killed? Start it and run again"
+            ) from error
+
+    def _received(self, deadline: float) -> bytes:
+        unpacker, view = Unpacker(), memoryview(self._chunk)
+        while (left := deadline - self._clock.now()) > 0:
+            self._line.settimeout(left)
+            size = self._line.recv_into(view)
+            if size == 0:
+                raise ConnectionResetError("it hung up")
+            if (message := unpacker.feed(view[:size])) is not None:
+                return message
+        raise TimeoutError
+
+    def _client_time_ms(self) -> int:
+        return int(self._clock.now() * 1000) & _CLIENT_TIME_MASK
+
+    def _why_silent(self) -> str:
+        if self.exchanges:
+            return f"{self._name} has not answered for {self._timeout_s:g} s. If it hangs, restart it and run again"
+        return (
+            f"{self._name} takes the connection and says nothing for {self._timeout_s:g} s. A port serves one program "
+            "at a time: end the other one, or take another port"
+        )

@@ -1,0 +1,121 @@
+"""What a message says: a header, and after it commands, each with its data.
+
+The layout is that of `simx_headeroffset_…` and `simx_cmdheaderoffset_…` in the maker's simConst.h, seen in recorded
+sessions of version 11; version 9 (V-REP 3.2) has the same. The check sum is CRC-16/XMODEM over all that follows it.
+Early servers demand and send it, later ones neither look at it nor send it (zero): so we always send it, and check what
+is not zero.
+"""
+
+from __future__ import annotations
+
+import struct
+from binascii import crc_hqx
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from drivers.vrep.errors import GarbledReplyError
+
+VERSION = 11
+_HEADER = struct.Struct("<HBiiiHB")
+_COMMAND = struct.Struct("<iiHiiHiBB")
+_CRC_BYTES = 2
+NUMBER_MASK = 0xFFFF
+"""The bits of a command that are its number; those above are its operation mode."""
+
+NOTHING_DONE = -1
+"""The message number of a reply that comes before anything asked for since the last one was done."""
+
+_RUNNING, _PAUSED = 1, 2
+_FAILED = 1
+
+
+@dataclass(frozen=True)
+class Header:
+    """How things are with the server: the last message it has done, its own time, its scene and state."""
+
+    version: int
+    message: int
+    client_time_ms: int
+    server_time_ms: int
+    scene: int
+    state: int
+
+    @property
+    def is_running(self) -> bool:
+        """Whether the simulation is not stopped; it may be paused."""
+        return bool(self.state & _RUNNING)
+
+    @property
+    def is_paused(self) -> bool:
+        return bool(self.state & _PAUSED)
+
+
+@dataclass(frozen=True)
+class Piece:
+    """What one reply says of one command: all of its data, or ``data`` from ``offset`` on of ``total`` bytes.
+
+    ``key`` tells like commands apart: handles or names. ``time_ms`` is the simulation's time at which it was done.
+    """
+
+    command: int
+    key: bytes
+    mode: int
+    time_ms: int
+    is_failed: bool
+    data: memoryview
+    offset: int = 0
+    total: int = 0
+
+    @property
+    def is_whole(self) -> bool:
+        return len(self.data) == self.total
+
+
+def encoded(number: int, time_ms: int, commands: Iterable[bytes]) -> bytes:
+    """Return the message of that number, sent at ``time_ms`` of the client's own time."""
+    header = _HEADER.pack(0, VERSION, number, time_ms, 0, 0, 0)
+    rest = b"".join((header[_CRC_BYTES:], *commands))
+    return crc_hqx(rest, 0).to_bytes(_CRC_BYTES, "little") + rest
+
+
+def encoded_command(command: int, mode: int, delay: int, key: bytes, data: bytes) -> bytes:
+    """Return a command as it stands in a message.
+
+    ``delay`` is the least time in ms between streamed answers, or how many bytes one piece of a split answer has.
+    """
+    size = _COMMAND.size + len(key) + len(data)
+    return _COMMAND.pack(size, size, len(key), 0, command | mode, delay, 0, 0, 0) + key + data
+
+
+def decoded(message: bytes) -> tuple[Header, list[Piece]]:
+    """Return what a reply says; GarbledReplyError if it is none."""
+    if len(message) < _HEADER.size:
+        raise GarbledReplyError(f"its header has {len(message)} bytes instead of {_HEADER.size}")
+    crc, *fields = _HEADER.unpack_from(message)
+    header = Header(*fields)
+    if not 1 <= header.version <= VERSION:
+        raise GarbledReplyError(f"its version is {header.version}; this client knows 1 to {VERSION}")
+    if crc and crc != crc_hqx(memoryview(message)[_CRC_BYTES:], 0):
+        raise GarbledReplyError("its check sum is wrong")
+    return header, _pieces(memoryview(message)[_HEADER.size :])
+
+
+def _pieces(rest: memoryview) -> list[Piece]:
+    pieces = []
+    while rest:
+        piece, size = _piece(rest)
+        pieces.append(piece)
+        rest = rest[size:]
+    return pieces
+
+
+def _piece(rest: memoryview) -> tuple[Piece, int]:
+    if len(rest) < _COMMAND.size:
+        raise GarbledReplyError(f"{len(rest)} bytes stand where a command should")
+    size, full, key_size, offset, command, _, time_ms, status, _ = _COMMAND.unpack_from(rest)
+    first = _COMMAND.size + key_size
+    if not first <= size <= len(rest) or offset < 0 or full < size + offset:
+        raise GarbledReplyError(f"a command says that it has {size} of {full} bytes, where {len(rest)} are left")
+    number, mode = command & NUMBER_MASK, command & ~NUMBER_MASK
+    key, data = bytes(rest[_COMMAND.size : first]), rest[first:size]
+    return Piece(number, key, mode, time_ms, bool(status & _FAILED), data, offset, full - first), size
