@@ -111,9 +111,11 @@ class Connection:
         self._await_state("stopped", lambda server: not server.is_running)
 
     def close(self) -> None:
-        """Say goodbye, so that the server is free for the next one, and hang up. What waits is not sent."""
+        """Have what waits done, say goodbye, so that the server is free for the next one, and hang up."""
         with self._turn:
             with suppress(RemoteApiError):
+                if self._waiting or self._unconfirmed:
+                    self.call(requests.CLOCK)
                 self._exchange([requests.GOODBYE])
             self._link.close()
 

@@ -10,8 +10,7 @@ from typing import Generic, TypeVar
 from drivers.vrep.errors import GarbledReplyError, RefusedError
 from drivers.vrep.messages import Piece, encoded_command
 
-T = TypeVar("T")
-U = TypeVar("U")
+T_co = TypeVar("T_co", covariant=True)
 
 ONESHOT = 0x000000
 BLOCKING = 0x010000
@@ -27,7 +26,7 @@ Identity = tuple[int, bytes]
 
 
 @dataclass(frozen=True)
-class Request(Generic[T]):
+class Request(Generic[T_co]):
     """Ask ``command`` about ``key``, the handles or names it concerns, with ``data``; ``decode`` reads the answer.
 
     ``words`` are for error messages.
@@ -37,7 +36,7 @@ class Request(Generic[T]):
     command: int
     key: bytes
     data: bytes
-    decode: Callable[[memoryview], T] = field(compare=False)
+    decode: Callable[[memoryview], T_co] = field(compare=False)
 
     @property
     def identity(self) -> Identity:
@@ -47,7 +46,7 @@ class Request(Generic[T]):
         """Return it as it stands in a message."""
         return encoded_command(self.command, mode, delay, self.key, self.data)
 
-    def read(self, answer: Piece) -> T:
+    def read(self, answer: Piece) -> T_co:
         """Return the value in an answer; RefusedError if the server could not do it."""
         if answer.is_failed:
             raise RefusedError(f"the simulator refused to {self.words}")

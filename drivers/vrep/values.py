@@ -96,3 +96,8 @@ def packed_floats(*values: float) -> bytes:
 def packed_ints(*values: int) -> bytes:
     """Return numbers as C's ints, whatever type they are of."""
     return struct.pack(f"<{len(values)}i", *values)
+
+
+def read_text(data: memoryview) -> str:
+    """Return a text, which ends where it has a zero."""
+    return bytes(data).split(b"\0")[0].decode("utf-8", "replace")

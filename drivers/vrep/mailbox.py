@@ -1,0 +1,173 @@
+"""A conversation with a server that goes on by itself, on a thread of its own: what goes out, what came last."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+from drivers.vrep.errors import RemoteApiError
+from drivers.vrep.link import Link
+from drivers.vrep.messages import NOTHING_DONE, Header, Piece
+from drivers.vrep.request import DISCONTINUE, Identity, Request
+
+RECONNECT_S = 0.1
+_ASKING_S = 0.001
+"""How often a server is asked while somebody waits for its answer."""
+
+
+class Mailbox:
+    """Exchanges messages with whatever ``connect`` connects to, at most every ``period_s``, until it is closed.
+
+    Whoever waits for an answer makes it ask more often. If the line breaks, everything is forgotten; where it
+    ``reconnects``, it tries again, else it says why in `failure`. All methods may be called from any thread.
+    """
+
+    def __init__(self, connect: Callable[[], Link], period_s: float, *, reconnects: bool) -> None:
+        self._connect, self._period_s, self._reconnects = connect, period_s, reconnects
+        self._changed = threading.Condition()
+        self._outgoing: dict[Identity, bytes] = {}
+        self._newest: dict[Identity, Piece] = {}
+        self._number = 0
+        self._last_asked = -1
+        self._waiters = 0
+        self._is_urgent = self._is_held = self._is_closing = False
+        self._link: Link | None = None
+        self.connections = 0
+        self.server: Header | None = None
+        self.failure: RemoteApiError | None = None
+        self._thread = threading.Thread(target=self._run, name="remote api", daemon=True)
+        self._thread.start()
+
+    @property
+    def is_connected(self) -> bool:
+        return self._link is not None
+
+    @property
+    def number(self) -> int:
+        """The number of the next message."""
+        return self._number
+
+    def post(self, request: Request[object], mode: int, delay: int = 0) -> int:
+        """Send with the next message, in place of what is of the same identity; return the message's number."""
+        with self._changed:
+            self._outgoing[request.identity] = request.encoded(mode, delay)
+            self._last_asked = self._number
+            return self._number
+
+    def wait(self, number: int, timeout_s: float) -> bool:
+        """Wait until the server has done the message of that number; return whether it has."""
+        with self._changed:
+            self._waiters += 1
+            self._is_urgent = True
+            self._changed.notify_all()
+            self._changed.wait_for(lambda: self._has_done(number) or self._is_over, timeout_s)
+            self._waiters -= 1
+            return self._has_done(number)
+
+    def wait_connected(self, timeout_s: float) -> bool:
+        """Wait until it is connected; return whether it is."""
+        with self._changed:
+            self._changed.wait_for(lambda: self.is_connected or self._is_over, timeout_s)
+            return self.is_connected
+
+    def newest(self, request: Request[object]) -> Piece | None:
+        """Return the newest answer that has come to such a request."""
+        with self._changed:
+            return self._newest.get(request.identity)
+
+    def forget(self, request: Request[object]) -> bool:
+        """Drop the newest answer to such a request; return whether there was one."""
+        with self._changed:
+            return self._newest.pop(request.identity, None) is not None
+
+    def hold(self, *, held: bool) -> None:
+        """Send nothing for a while, so that all that is posted in it goes out in one message."""
+        with self._changed:
+            self._is_held = held
+            self._changed.notify_all()
+
+    def flush(self, timeout_s: float) -> bool:
+        """Wait until the server has done all that was posted; return whether it has."""
+        self.hold(held=False)
+        return self._last_asked < 0 or self.wait(self._last_asked, timeout_s)
+
+    def close(self, timeout_s: float) -> None:
+        """Send what is posted, hang up and end the thread. A server that hangs is hung up on after ``timeout_s``."""
+        with self._changed:
+            self._is_closing, self._is_held = True, False
+            self._changed.notify_all()
+        self._thread.join(timeout_s)
+        if link := self._link:
+            link.close()
+        self._thread.join(timeout_s)
+
+    @property
+    def _is_over(self) -> bool:
+        return not self._thread.is_alive() or self.failure is not None
+
+    def _has_done(self, number: int) -> bool:
+        return self.server is not None and self.server.message >= number
+
+    def _run(self) -> None:
+        while not self._is_closing:
+            try:
+                with self._connect() as link:
+                    self._talk(link)
+            except RemoteApiError as failure:
+                self._lose(failure)
+                if not self._reconnects:
+                    return
+                with self._changed:
+                    self._changed.wait_for(lambda: self._is_closing, RECONNECT_S)
+            self._link = None
+
+    def _talk(self, link: Link) -> None:
+        with self._changed:
+            self._link = link
+            self.connections += 1
+            self._changed.notify_all()
+        is_last = False
+        while not is_last:
+            self._await_turn()
+            number, outgoing, is_last = self._taken()
+            self._merge(*link.exchange(number, outgoing))
+
+    def _await_turn(self) -> None:
+        with self._changed:
+            self._changed.wait_for(lambda: self._is_closing or self._is_urgent, self._pause_s)
+            self._changed.wait_for(lambda: not self._is_held)
+
+    @property
+    def _pause_s(self) -> float:
+        return min(self._period_s, _ASKING_S) if self._waiters else self._period_s
+
+    def _taken(self) -> tuple[int, list[bytes], bool]:
+        """Return the next message and whether it is the last one."""
+        with self._changed:
+            number, self._number = self._number, self._number + 1
+            outgoing = list(self._outgoing.values())
+            self._outgoing.clear()
+            self._is_urgent = False
+            return number, outgoing, self._is_closing
+
+    def _merge(self, server: Header, answers: list[Piece]) -> None:
+        """Take what has come. The answer to the end of a stream is the end of what is known of it."""
+        with self._changed:
+            for answer in answers:
+                identity = answer.command, answer.key
+                if answer.mode == DISCONTINUE:
+                    self._newest.pop(identity, None)
+                else:
+                    self._newest[identity] = answer
+            if server.message != NOTHING_DONE:
+                self.server = server
+            self._changed.notify_all()
+
+    def _lose(self, failure: RemoteApiError) -> None:
+        with self._changed:
+            self._link = self.server = None
+            self.failure = None if self._reconnects else failure
+            self._outgoing.clear()
+            self._newest.clear()
+            self._last_asked = -1
+            self._changed.notify_all()

@@ -1,0 +1,94 @@
+"""The clients that a script has started, by their numbers, as the official binding keeps them for a whole process."""
+
+from __future__ import annotations
+
+import threading
+from functools import partial
+
+from drivers.vrep import requests
+from drivers.vrep.link import Link
+from drivers.vrep.mailbox import Mailbox
+from drivers.vrep.messages import Piece
+from drivers.vrep.request import BLOCKING, BUFFER, ONESHOT, REMOVE, Request
+from drivers.vrep.simx import constants as c
+
+MAX_CLIENTS = 255
+REPLY_TIMEOUT_S = 5.0
+_EXCHANGE_TIMEOUT_S = 5.0
+"""A server that loads a scene answers nobody for a while, and the official binding waits."""
+
+_FINISH_TIMEOUT_S = 0.5
+_OPMODE_MASK = 0xFF0000
+
+Address = tuple[str, int]
+
+
+class Client:
+    """One line to a server, and how long a blocking call waits on it."""
+
+    def __init__(self, address: Address, period_s: float, reply_timeout_s: float, *, reconnects: bool) -> None:
+        self.address = address
+        self._reply_timeout_s = reply_timeout_s
+        self.last_command_ms = 0
+        self.mailbox = Mailbox(partial(Link.to, *address, _EXCHANGE_TIMEOUT_S), period_s, reconnects=reconnects)
+
+    def ask(self, request: Request[object], operation_mode: int) -> tuple[int, Piece | None]:
+        """Do what the operation mode says; return the code and the newest answer, if there is one."""
+        mode, delay = operation_mode & _OPMODE_MASK, operation_mode & ~_OPMODE_MASK
+        if operation_mode & ~0x7FFFF:
+            return c.simx_return_illegal_opmode_flag, None
+        if mode == REMOVE:
+            return (c.simx_return_ok if self.mailbox.forget(request) else c.simx_return_novalue_flag), None
+        code = c.simx_return_ok
+        if mode != BUFFER:
+            number = self.mailbox.post(request, mode, delay)
+            if mode == BLOCKING and not self.mailbox.wait(number, self._reply_timeout_s):
+                code |= c.simx_return_timeout_flag
+        answer = self.mailbox.newest(request)
+        if mode == BLOCKING:
+            self.mailbox.forget(request)
+        return code | self._judged(answer), answer
+
+    def finish(self) -> None:
+        """Have all done that was posted, then say goodbye: the server forgets what it has not done by then."""
+        self.mailbox.flush(_FINISH_TIMEOUT_S)
+        self.mailbox.post(requests.GOODBYE, ONESHOT)
+        self.mailbox.close(_FINISH_TIMEOUT_S)
+
+    def _judged(self, answer: Piece | None) -> int:
+        if answer is None:
+            return c.simx_return_novalue_flag
+        self.last_command_ms = answer.time_ms
+        return c.simx_return_remote_error_flag if answer.is_failed else c.simx_return_ok
+
+
+class Clients:
+    """All clients of a process. Its methods may be called from any thread."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._clients: dict[int, Client] = {}
+
+    def get(self, number: int) -> Client | None:
+        with self._lock:
+            return self._clients.get(number)
+
+    def start(self, address: Address, period_s: float, reply_timeout_s: float, *, reconnects: bool) -> int:
+        """Return a new client's number, -1 if there already is one to that address, or too many."""
+        with self._lock:
+            number = next((one for one in range(MAX_CLIENTS) if one not in self._clients), -1)
+            if number == -1 or any(client.address == address for client in self._clients.values()):
+                return -1
+            self._clients[number] = Client(address, period_s, reply_timeout_s, reconnects=reconnects)
+            return number
+
+    def finish(self, number: int) -> None:
+        """End a client if there is one of that number; -1 ends all."""
+        with self._lock:
+            numbers = list(self._clients) if number == -1 else [number]
+            ended = [self._clients.pop(one) for one in numbers if one in self._clients]
+        for client in ended:
+            client.finish()
+
+
+CLIENTS = Clients()
