@@ -1,0 +1,77 @@
+"""The server's side of one client: what it may ask for, what it has asked for, and the errors that came of it."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from dataclasses import replace
+
+from tests.doubles.coppeliasim.legacy.codec import Command
+from tests.doubles.coppeliasim.legacy.conversation import Conversation
+from tests.doubles.coppeliasim.legacy.functions import Functions
+from tests.doubles.coppeliasim.legacy.objects import answers_on_objects
+from tests.doubles.coppeliasim.legacy.pictures import answers_on_pictures
+from tests.doubles.coppeliasim.legacy.refused import Answers, RefusedError
+from tests.doubles.coppeliasim.legacy.running import ERRORS_KEPT, Errors, Running, answers_on_the_run
+from tests.doubles.coppeliasim.legacy.values import answers_on_values
+from tests.doubles.coppeliasim.scene.simulator import Simulator
+from tests.doubles.coppeliasim.scene.states import State
+
+IS_RUNNING, IS_PAUSED = 1, 2
+"""Bits of the state that a header tells; that of real time and those of the edit mode are never set."""
+
+
+class Client:
+    """Whoever is connected to a service; hold the simulator's lock around every use."""
+
+    def __init__(self, simulator: Simulator) -> None:
+        self._simulator = simulator
+        self._errors: Errors = deque(maxlen=ERRORS_KEPT)
+        self._running = Running(simulator, self, self._errors)
+        functions = Functions(simulator)
+        self._answers: Answers = {
+            **answers_on_objects(functions),
+            **answers_on_pictures(functions),
+            **answers_on_values(functions),
+            **answers_on_the_run(self._running),
+        }
+        self._conversation = Conversation()
+        self.turn()
+
+    @property
+    def is_leaving(self) -> bool:
+        """Whether the client has said goodbye."""
+        return self._conversation.is_over
+
+    def receive(self, message: bytes) -> bytes:
+        """Take in a message; return the answer to it, which is ready already."""
+        return self._conversation.receive(message)
+
+    def turn(self) -> None:
+        """Execute what was asked for, then take the time step that was asked for."""
+        self._conversation.execute(self._execute, int(time.monotonic() * 1000), self._state)
+        self._running.step()
+
+    def leave(self) -> None:
+        """Hold time no longer."""
+        self._simulator.stepping.forget(self)
+
+    def _execute(self, command: Command) -> Command:
+        """Return the reply to a command; one that the double does not know is an error, and sent back as it is."""
+        sim_ms = round(self._simulator.time * 1000) if self._simulator.state else 0
+        try:
+            data, status = self._answers.get(command.code, _unknown)(command), 0
+        except RefusedError as refusal:
+            data, status = refusal.data, 1
+            if refusal.text:
+                self._errors.append(refusal.text)
+        return replace(command, data=data, status=status, sim_ms=sim_ms, delay_ms=0)
+
+    @property
+    def _state(self) -> int:
+        state = self._simulator.state
+        return IS_RUNNING * (state is not State.STOPPED) | IS_PAUSED * (state is State.PAUSED)
+
+
+def _unknown(command: Command) -> bytes:
+    raise RefusedError(None, command.data)

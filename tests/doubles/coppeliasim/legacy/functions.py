@@ -1,0 +1,118 @@
+"""The simulator's functions that the legacy plug-in calls (``simGetJointPosition``, …), over the double's scene.
+
+Metres, radians, seconds, handles. SceneError is raised in the simulator's words where something cannot be.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+from tests.doubles.coppeliasim.scene.errors import NoObjectError, SceneError
+from tests.doubles.coppeliasim.scene.objects import Joint, Pixels, ProximitySensor, Thing, VisionSensor
+from tests.doubles.coppeliasim.scene.poses import Transform, Vector, euler_of, of_euler
+from tests.doubles.coppeliasim.scene.ranging import Detection
+from tests.doubles.coppeliasim.scene.simulator import Simulator
+
+NOBODY = -1
+"""The handle of no object: poses relative to it are in the world."""
+
+TIME_STEP = 1
+"""A floating parameter's number: the length of a time step."""
+
+INTEGERS = {1: 41000}
+"""Integer parameters by number: the program's version, 4.10.0, as in the recordings."""
+
+KINDS = {Joint: "a joint", VisionSensor: "a vision sensor", ProximitySensor: "a proximity sensor"}
+
+ThingT = TypeVar("ThingT", bound=Thing)
+
+
+@dataclass(frozen=True)
+class Functions:
+    """What a simulator does for the clients of its legacy remote API."""
+
+    simulator: Simulator
+
+    def handle(self, name: str) -> int:
+        """Return an object's handle by its path, or by its alias or old flat name."""
+        graph = self.simulator.graph
+        if (thing := graph.find(name) if name.startswith("/") else graph.find_flat(name)) is None:
+            raise NoObjectError("object does not exist, or alias/path is ill formatted.")
+        return thing.handle
+
+    def parent(self, handle: int) -> int:
+        parent = self.simulator.graph[handle].parent
+        return parent.handle if parent else NOBODY
+
+    def joint_position(self, handle: int) -> float:
+        return self._one(Joint, handle).position
+
+    def set_joint_position(self, handle: int, position: float) -> None:
+        self._one(Joint, handle).position = position
+        self.simulator.graph.revision += 1
+
+    def set_joint_target_velocity(self, handle: int, velocity: float) -> None:
+        self._one(Joint, handle).target_velocity = velocity
+
+    def detection(self, handle: int) -> Detection | None:
+        return self.simulator.detection(self._one(ProximitySensor, handle))
+
+    def picture(self, handle: int) -> Pixels:
+        return self.simulator.picture(self._one(VisionSensor, handle))
+
+    def resolution(self, handle: int) -> tuple[int, int]:
+        """Return a vision sensor's rows and columns."""
+        sensor = self._one(VisionSensor, handle)
+        return sensor.height, sensor.width
+
+    def show(self, handle: int, picture: Pixels) -> None:
+        self.simulator.show(self._one(VisionSensor, handle), picture)
+
+    def position(self, handle: int, relative_to: int) -> Vector:
+        return self._pose(handle, relative_to).position
+
+    def set_position(self, handle: int, relative_to: int, position: Vector) -> None:
+        self._put(handle, relative_to, Transform(position, self._pose(handle, relative_to).quaternion))
+
+    def orientation(self, handle: int, relative_to: int) -> list[float]:
+        """Return the Euler angles alpha, beta, gamma."""
+        return euler_of(self._pose(handle, relative_to).quaternion)
+
+    def set_orientation(self, handle: int, relative_to: int, angles: Vector) -> None:
+        self._put(handle, relative_to, Transform(self._pose(handle, relative_to).position, of_euler(angles)))
+
+    def floating(self, parameter: int) -> float:
+        if parameter != TIME_STEP:
+            raise SceneError("invalid parameter.")
+        return self.simulator.time_step
+
+    def set_floating(self, parameter: int, value: float) -> None:
+        """Take a parameter; a time step that comes while the simulation runs is accepted and changes nothing."""
+        if parameter != TIME_STEP:
+            raise SceneError("invalid parameter.")
+        self.simulator.set_time_step(value)
+
+    def integer(self, parameter: int) -> int:
+        if parameter not in INTEGERS:
+            raise SceneError("invalid parameter.")
+        return INTEGERS[parameter]
+
+    def _one(self, kind: type[ThingT], handle: int) -> ThingT:
+        thing = self.simulator.graph[handle]
+        if not isinstance(thing, kind):
+            raise SceneError(f"object is not {KINDS[kind]}.")
+        return thing
+
+    def _frame(self, relative_to: int) -> Transform:
+        graph = self.simulator.graph
+        return Transform() if relative_to == NOBODY else graph.pose(graph[relative_to])
+
+    def _pose(self, handle: int, relative_to: int) -> Transform:
+        graph = self.simulator.graph
+        pose = graph.pose(graph[handle])
+        return pose if relative_to == NOBODY else self._frame(relative_to).inverse.then(pose)
+
+    def _put(self, handle: int, relative_to: int, pose: Transform) -> None:
+        graph = self.simulator.graph
+        graph.put(graph[handle], self._frame(relative_to).then(pose))
