@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 from tests.doubles.coppeliasim.legacy.codec import Command, ProtocolError, is_kept
 from tests.doubles.coppeliasim.legacy.codes import Mode
@@ -50,7 +49,7 @@ class Inbox:
         replies = []
         for each in self._waiting:
             if each.command.mode == Mode.DISCONTINUE:
-                replies.append(replace(each.command, data=b"", status=0, delay_ms=0))
+                replies.append(Command(each.command.code, each.command.mode, each.command.identity))
             elif each.is_due(now_ms):
                 replies.append(execute(each.command))
         self._waiting = [each for each in self._waiting if is_kept(each.command.mode)]

@@ -47,13 +47,16 @@ class Service:
     def close(self) -> None:
         """Hang up and listen no longer."""
         self._is_over = True
-        with suppress(OSError):
-            self._listening.shutdown(socket.SHUT_RDWR)
-        self._listening.close()
+        self._stop_listening()
         self._release()
         self.hang_up()
         if self._thread is not threading.current_thread():
             self._thread.join()
+
+    def _stop_listening(self) -> None:
+        with suppress(OSError):
+            self._listening.shutdown(socket.SHUT_RDWR)
+        self._listening.close()
 
     def _serve(self) -> None:
         with suppress(OSError):

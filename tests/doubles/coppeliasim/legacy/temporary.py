@@ -9,6 +9,9 @@ from tests.doubles.coppeliasim.legacy.service import Service
 from tests.doubles.coppeliasim.scene.simulator import Simulator
 from tests.doubles.coppeliasim.scene.states import State
 
+LAST_WORD_S = 0.2
+"""Who has a question on the way when the simulation stops is answered, if it comes within this time."""
+
 
 class TemporaryService(Service):
     """A service that ends with the run it was started in."""
@@ -28,4 +31,7 @@ class TemporaryService(Service):
     def _end_with_the_run(self) -> None:
         with self._simulator.lock:
             self._simulator.changed.wait_for(lambda: self._is_over or self._simulator.state is State.STOPPED)
+        self._is_over = True
+        self._stop_listening()
+        self._thread.join(LAST_WORD_S)
         self.close()

@@ -1,0 +1,95 @@
+"""Where a reply of the double differs from one of the real server.
+
+Equal must be: what commands come in what order, each with its number, mode, identity, size, error bit; the header's
+state, scene, and the message it is numbered by; handles, error texts, parameters, signals. Poses, joint positions,
+pixels and times are held to a tolerance: the real robot slips and its light is another machine's.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Iterator
+from itertools import zip_longest
+
+import numpy as np
+
+from tests.doubles.coppeliasim.legacy.codec import Command, Header
+from tests.doubles.coppeliasim.legacy.codes import Code
+
+JOINT_RAD = 0.01
+POSITION_M = 0.006
+ORIENTATION_RAD = 0.005
+PIXELS_MEAN = 10
+"""Grey levels by which a picture may be off, on average."""
+TIME_MS = 1
+LAST_STEPS_MS = 100
+"""Simulated times: on the millisecond, but the last steps before a stop, which the real one took by itself."""
+
+RESOLUTION = struct.calcsize("<2i")
+
+Message = tuple[Header, list[Command]]
+
+
+def differences(recorded: Message, told: Message, time_ms: int = TIME_MS) -> list[str]:
+    """Return what is different, a line each; nothing where the double's reply is as good as the real one's."""
+    return [*_in_headers(recorded[0], told[0]), *_in_commands(recorded[1], told[1], time_ms)]
+
+
+def _in_headers(recorded: Header, told: Header) -> Iterator[str]:
+    for name in ("scene", "state"):
+        if getattr(recorded, name) != getattr(told, name):
+            yield f"header: {name} {getattr(told, name)}, recorded {getattr(recorded, name)}"
+
+
+def _in_commands(recorded: list[Command], told: list[Command], time_ms: int) -> Iterator[str]:
+    for one, other in zip_longest(recorded, told):
+        if one is None or other is None:
+            yield f"commands: {told}, recorded {recorded}"
+            return
+        yield from _in_command(one, other, time_ms)
+
+
+def _in_command(recorded: Command, told: Command, time_ms: int) -> Iterator[str]:
+    for name in ("code", "mode", "identity", "delay_ms", "status"):
+        if getattr(recorded, name) != getattr(told, name):
+            yield f"command {recorded.code}: {name} {getattr(told, name)}, recorded {getattr(recorded, name)}"
+    if abs(recorded.sim_ms - told.sim_ms) > time_ms:
+        yield f"command {recorded.code}: at {told.sim_ms} ms, recorded {recorded.sim_ms} ms"
+    if len(recorded.data) != len(told.data):
+        yield f"command {recorded.code}: {len(told.data)} bytes of data, recorded {len(recorded.data)}"
+    elif not CLOSE.get(recorded.code, _equal)(recorded.data, told.data):
+        yield f"command {recorded.code}: {told.data.hex()}, recorded {recorded.data.hex()}"
+
+
+def _equal(one: bytes, other: bytes) -> bool:
+    return one == other
+
+
+def _within(tolerance: float) -> Callable[[bytes, bytes], bool]:
+    def close(one: bytes, other: bytes) -> bool:
+        return bool(np.allclose(np.frombuffer(one, "<f4"), np.frombuffer(other, "<f4"), rtol=0, atol=tolerance))
+
+    return close
+
+
+def _pictures(one: bytes, other: bytes) -> bool:
+    """Compare resolutions, and pixels on average."""
+    if not one:
+        return True
+    pixels = [np.frombuffer(data[RESOLUTION:], np.uint8).astype(int) for data in (one, other)]
+    return one[:RESOLUTION] == other[:RESOLUTION] and bool(np.abs(pixels[0] - pixels[1]).mean() <= PIXELS_MEAN)
+
+
+def _detections(one: bytes, other: bytes) -> bool:
+    """Compare whether anything is detected; where nothing is, the rest is rubbish on purpose."""
+    return one[0] == other[0] == 0
+
+
+CLOSE: dict[int, Callable[[bytes, bytes], bool]] = {
+    Code.GET_JOINT_POSITION: _within(JOINT_RAD),
+    Code.GET_OBJECT_POSITION: _within(POSITION_M),
+    Code.GET_OBJECT_ORIENTATION: _within(ORIENTATION_RAD),
+    Code.GET_VISION_SENSOR_IMAGE_BW: _pictures,
+    Code.GET_VISION_SENSOR_IMAGE_RGB: _pictures,
+    Code.READ_PROXIMITY_SENSOR: _detections,
+}
