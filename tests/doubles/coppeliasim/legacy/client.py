@@ -54,7 +54,7 @@ class Client:
 
     def leave(self) -> None:
         """Hold time no longer."""
-        self._simulator.stepping.forget(self)
+        self._running.leave()
 
     def _execute(self, command: Command) -> Command:
         """Return the reply to a command; one that the double does not know is an error, and sent back as it is."""

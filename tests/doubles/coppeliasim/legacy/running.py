@@ -47,8 +47,13 @@ class Running:
         return b""
 
     def let_time_pass(self, command: Command) -> bytes:
-        self._simulator.stepping.forget(self._client)
+        self.leave()
         return b""
+
+    def leave(self) -> None:
+        """Hold time no longer."""
+        self._simulator.stepping.forget(self._client)
+        self._simulator.changed.notify_all()
 
     def trigger(self, command: Command) -> bytes:
         """Ask for a time step, which comes after the other commands; an error where time is not held, or stands."""

@@ -1,0 +1,119 @@
+"""What a client is told about a scene, byte by byte."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from tests.doubles.coppeliasim.legacy.codes import Code
+from tests.doubles.coppeliasim.legacy.recorded_scenes import AHEAD, later_scene
+from tests.doubles.coppeliasim.legacy.server import LegacyServer
+from tests.doubles.coppeliasim.legacy.talking import Talker, floats, ints, name
+from tests.doubles.coppeliasim.scene.objects import ProximitySensor, Shape, VisionSensor
+from tests.doubles.coppeliasim.scene.poses import Transform
+from tests.doubles.coppeliasim.scene.simulator import Simulator
+
+BODY, LEFT, CAMERA, BALL, NOSE, SCREEN = 181, 182, 190, 191, 192, 193
+ROWS, COLUMNS = 12, 16
+
+
+@pytest.fixture
+def simulator() -> Simulator:
+    simulator = later_scene(180)
+    graph = simulator.graph
+    box = graph.add(Shape("box", size=(0.2, 0.2, 0.4)))
+    graph.put(box, Transform((0.6, 0.0, 0.2)))
+    nose = graph.add(ProximitySensor("nose", reach=2.0), graph[BODY])
+    graph.put(nose, Transform((0.1, 0.0, 0.06), AHEAD))
+    graph.add(VisionSensor("v1", width=COLUMNS, height=ROWS, takes_external_pictures=True))
+    graph[LEFT].flat_name = "bubbleRob_leftMotor"
+    return simulator
+
+
+@pytest.fixture
+def client(simulator: Simulator) -> Iterator[Talker]:
+    with LegacyServer(simulator) as server, Talker(server.port) as talker:
+        yield talker
+
+
+@pytest.mark.parametrize("path", ["/rover/leftMotor", "/leftMotor", "leftMotor", "bubbleRob_leftMotor"])
+def test_an_object_is_found_by_path_by_alias_and_by_its_old_name(client: Talker, path: str) -> None:
+    reply = client.ask(Code.GET_OBJECT_HANDLE, name(path))
+    assert (reply.data, reply.status) == (ints(LEFT), 0)
+
+
+def test_what_is_not_there_is_an_error_with_a_text(client: Talker) -> None:
+    reply = client.ask(Code.GET_OBJECT_HANDLE, name("/nope"))
+    assert (reply.data, reply.status) == (ints(-1), 1)
+    client.ask(Code.SET_JOINT_TARGET_VELOCITY, ints(BODY), floats(1.0))
+    told = client.ask(Code.GET_LAST_ERRORS).data
+    assert told[:4] == ints(2)
+    assert told.endswith(b"object is not a joint. (simSetJointTargetVelocity)\0")
+    assert client.ask(Code.GET_LAST_ERRORS).data == ints(0)
+
+
+def test_a_detection_is_a_byte_the_point_the_handle_and_the_normal(client: Talker) -> None:
+    reply = client.ask(Code.READ_PROXIMITY_SENSOR, ints(NOSE))
+    seen, *numbers = struct.unpack("<b3fi3f", reply.data)
+    point, handle, normal = numbers[:3], numbers[3], numbers[4:]
+    assert (reply.status, seen, handle) == (0, 1, BALL)
+    assert np.linalg.norm(point) == pytest.approx(0.4, abs=1e-6)
+    assert normal == pytest.approx([0, 0, -1], abs=1e-6)
+
+
+def test_where_nothing_is_detected_only_the_first_byte_can_be_relied_on(client: Talker, simulator: Simulator) -> None:
+    with simulator.lock:
+        simulator.graph.put(simulator.graph[BALL], Transform((-3.0, 0.0, 0.2)))
+    reply = client.ask(Code.READ_PROXIMITY_SENSOR, ints(NOSE))
+    assert (reply.status, reply.data[0], len(reply.data)) == (0, 0, 29)
+    assert any(reply.data)
+
+
+def test_a_picture_that_is_shown_is_read_back_in_colour_and_in_grey(client: Talker) -> None:
+    pixels = np.random.default_rng(1).integers(0, 256, (ROWS, COLUMNS, 3), np.uint8)
+    assert client.ask(Code.SET_VISION_SENSOR_IMAGE_RGB, ints(SCREEN), pixels.tobytes()).status == 0
+    colour = client.ask(Code.GET_VISION_SENSOR_IMAGE_RGB, ints(SCREEN)).data
+    grey = client.ask(Code.GET_VISION_SENSOR_IMAGE_BW, ints(SCREEN)).data
+    assert colour == ints(COLUMNS, ROWS) + pixels.tobytes()
+    assert grey == ints(COLUMNS, ROWS) + (pixels.astype(int).sum(axis=2) // 3).astype(np.uint8).tobytes()
+
+
+def test_a_grey_picture_is_shown_in_all_three_colours(client: Talker) -> None:
+    pixels = bytes(range(ROWS * COLUMNS))
+    assert client.ask(Code.SET_VISION_SENSOR_IMAGE_BW, ints(SCREEN), pixels).status == 0
+    colour = client.ask(Code.GET_VISION_SENSOR_IMAGE_RGB, ints(SCREEN)).data[8:]
+    assert (colour[::3], colour[1::3], colour[2::3]) == (pixels, pixels, pixels)
+
+
+def test_a_picture_of_another_size_is_refused(client: Talker) -> None:
+    assert client.ask(Code.SET_VISION_SENSOR_IMAGE_RGB, ints(SCREEN), bytes(ROWS * COLUMNS)).status == 1
+
+
+def test_an_object_is_put_where_it_is_told_to_be(client: Talker) -> None:
+    client.ask(Code.SET_OBJECT_POSITION, ints(BALL), ints(BODY) + floats(0.5, 0.25, 0.0))
+    client.ask(Code.SET_OBJECT_ORIENTATION, ints(BALL), ints(-1) + floats(0.0, 0.0, 0.5))
+    position = client.ask(Code.GET_OBJECT_POSITION, ints(BALL, -1)).data
+    orientation = client.ask(Code.GET_OBJECT_ORIENTATION, ints(BALL, -1)).data
+    assert struct.unpack("<3f", position) == pytest.approx((0.5, 0.25, 0.06))
+    assert struct.unpack("<3f", orientation) == pytest.approx((0.0, 0.0, 0.5))
+
+
+def test_a_signal_is_kept_until_it_is_cleared(client: Talker) -> None:
+    client.ask(Code.SET_FLOAT_SIGNAL, name("speed"), floats(1.5))
+    assert client.ask(Code.GET_FLOAT_SIGNAL, name("speed")).data == floats(1.5)
+    client.ask(Code.CLEAR_FLOAT_SIGNAL, name("speed"))
+    assert client.ask(Code.GET_FLOAT_SIGNAL, name("speed")).status == 1
+
+
+def test_a_parent_is_told_and_minus_one_where_there_is_none(client: Talker) -> None:
+    assert client.ask(Code.GET_OBJECT_PARENT, ints(LEFT)).data == ints(BODY)
+    assert client.ask(Code.GET_OBJECT_PARENT, ints(BODY)).data == ints(-1)
+
+
+@pytest.mark.parametrize("data", [b"", b"\0\0"])
+def test_a_command_with_too_little_data_is_refused(client: Talker, data: bytes) -> None:
+    assert client.ask(Code.SET_JOINT_TARGET_VELOCITY, ints(LEFT), data).status == 1
+    assert client.ask(Code.GET_JOINT_POSITION, data).status == 1
