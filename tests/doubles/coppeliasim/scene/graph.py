@@ -17,20 +17,33 @@ ThingT = TypeVar("ThingT", bound=Thing)
 class Graph:
     """A forest of things. Handles count upwards and are never given twice.
 
-    ``revision`` changes with everything that somebody outside changes: what is derived from the graph is made anew then.
+    ``revision`` changes with everything that somebody outside changes: what is derived from the graph is made anew.
     """
 
-    def __init__(self, first_handle: int = 0) -> None:
+    def __init__(self) -> None:
         self.revision = 0
+        self.clear()
+
+    def clear(self) -> None:
+        """Take everything out; handles begin anew."""
+        self.revision += 1
         self.roots: list[Thing] = []
         self._things: dict[int, Thing] = {}
-        self._handles = itertools.count(first_handle)
+        self.count_from(0)
+
+    def count_from(self, handle: int) -> None:
+        """Give this handle next."""
+        self._handles = itertools.count(handle)
 
     def __getitem__(self, handle: int) -> Thing:
         try:
             return self._things[handle]
         except KeyError:
             raise NoObjectError from None
+
+    def get(self, handle: int) -> Thing | None:
+        """Return an object by handle, or None."""
+        return self._things.get(handle)
 
     def __iter__(self) -> Iterator[Thing]:
         return iter(self._things.values())

@@ -12,6 +12,7 @@ class Initial:
     def __init__(self, graph: Graph) -> None:
         self._places = {thing: (thing.parent, thing.local) for thing in graph}
         self._joints = {joint: (joint.position, joint.target_velocity) for joint in graph.all_of(Joint)}
+        self._explicit = {sensor: sensor.explicit for sensor in graph.all_of(VisionSensor)}
 
     def restore(self, graph: Graph) -> None:
         """Put everything back."""
@@ -27,5 +28,5 @@ class Initial:
             joint.position, joint.target_velocity = self._joints[joint]
             joint.velocity = 0.0
         for sensor in graph.all_of(VisionSensor):
-            sensor.is_due = False
+            sensor.explicit = self._explicit[sensor]
         graph.revision += 1

@@ -5,16 +5,26 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import IntEnum
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.doubles.coppeliasim.scene.poses import Transform, Vector
+from tests.doubles.coppeliasim.scene.poses import ORIGIN, Transform, Vector
 
 Pixels = NDArray[np.uint8]
 """Height x width x 3, red, green, blue; row 0 at the bottom, column 0 on the left."""
 Depths = NDArray[np.float32]
 """Height x width, metres along the optical axis; row 0 at the bottom."""
+
+
+class Sight(Protocol):
+    """What a vision sensor saw."""
+
+    @property
+    def picture(self) -> Pixels: ...
+    @property
+    def depths(self) -> Depths: ...
 
 
 class Type(IntEnum):
@@ -60,7 +70,7 @@ class Thing:
     handle: int = -1
     parent: Thing | None = field(default=None, repr=False)
     children: list[Thing] = field(default_factory=list, repr=False)
-    local: Transform = Transform()
+    local: Transform = ORIGIN
     flat_name: str = ""
     is_model_base: bool = False
     explicit: bool = False
@@ -109,6 +119,7 @@ class Shape(Thing):
     colour: Vector = (0.95, 0.95, 0.95)
     is_static: bool = True
     is_respondable: bool = False
+    mask: int = 0xFFFF
     mass: float = 1.0
 
 
@@ -135,7 +146,7 @@ class Joint(Thing):
 class VisionSensor(Thing):
     """A pinhole camera that looks along its z, with y upwards. ``angle`` is across the longer side, in radians.
 
-    ``picture`` and ``depths`` are of the last time it was rendered; ``is_due``: it is to be rendered before it is read.
+    ``sight`` is what it saw when it was last rendered, or what it was given; ``has_result``: its result can be read.
     """
 
     type = Type.VISION_SENSOR
@@ -146,9 +157,8 @@ class VisionSensor(Thing):
     near: float = 0.01
     far: float = 10.0
     takes_external_pictures: bool = False
-    picture: Pixels | None = None
-    depths: Depths | None = None
-    is_due: bool = False
+    sight: Sight | None = None
+    has_result: bool = False
 
 
 @dataclass(eq=False)

@@ -73,6 +73,9 @@ class Transform(NamedTuple):
         return Transform(self.apply(inner.position), multiplied(self.quaternion, inner.quaternion))
 
 
+ORIGIN = Transform()
+
+
 def multiplied(a: Quaternion, b: Quaternion) -> Quaternion:
     """Return the turn that is first ``b``, then ``a``."""
     ax, ay, az, aw = a

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,21 +38,44 @@ def intrinsics_of(sensor: VisionSensor) -> Intrinsics:
     return Intrinsics(sensor.width, sensor.height, 2 * math.atan(wide))
 
 
-def picture_of(sensor: VisionSensor, pose: Transform, scenery: Scenery, light: Light) -> Pixels:
-    """Return what it sees: red, green, blue; row 0 at the bottom."""
-    view = view_of(sensor, pose)
-    if scenery.painter and abs(view.rotation[0, 2]) < LEVEL:
-        return scenery.painter.picture(view)[::-1, :, ::-1]
-    return _cast(view, sensor, scenery, light)[::-1]
+class Exposure:
+    """What a sensor saw of a scenery from a place, reckoned when somebody asks: row 0 at the bottom."""
+
+    def __init__(self, sensor: VisionSensor, pose: Transform, scenery: Scenery, light: Light) -> None:
+        self._sensor, self._scenery, self._light = sensor, scenery, light
+        self._pose = pose
+
+    @cached_property
+    def picture(self) -> Pixels:
+        """Red, green and blue, (height, width, 3)."""
+        view = view_of(self._sensor, self._pose)
+        if self._scenery.painter and abs(view.rotation[0, 2]) < LEVEL:
+            return self._scenery.painter.picture(view)[::-1, :, ::-1]
+        return _cast(view, self._sensor, self._scenery, self._light)[::-1]
+
+    @cached_property
+    def depths(self) -> Depths:
+        """How far it saw along its optical axis, (height, width), in metres."""
+        sensor, view = self._sensor, view_of(self._sensor, self._pose)
+        lengths = self._scenery.solids.cast(view.eye, _directions(view))
+        empty = sensor.far - EMPTY * (sensor.far - sensor.near)
+        lengths = np.where((lengths >= sensor.near) & (lengths <= sensor.far), lengths, empty)
+        return lengths.reshape(sensor.height, sensor.width)[::-1].astype(np.float32)
 
 
-def depths_of(sensor: VisionSensor, pose: Transform, scenery: Scenery) -> Depths:
-    """Return how far it sees along its optical axis, in metres; row 0 at the bottom."""
-    view = view_of(sensor, pose)
-    lengths = scenery.solids.cast(view.eye, _directions(view))
-    empty = sensor.far - EMPTY * (sensor.far - sensor.near)
-    lengths = np.where((lengths >= sensor.near) & (lengths <= sensor.far), lengths, empty)
-    return lengths.reshape(sensor.height, sensor.width)[::-1].astype(np.float32)
+@dataclass(frozen=True)
+class Blank:
+    """What a sensor shows that was never rendered, or was given a picture."""
+
+    picture: Pixels
+    depths: Depths
+
+    @classmethod
+    def of(cls, sensor: VisionSensor, picture: Pixels | None = None) -> Blank:
+        """Return black where there is no picture, and depths of exactly ``far``."""
+        size = sensor.height, sensor.width
+        black = np.zeros((*size, 3), np.uint8)
+        return cls(black if picture is None else picture, np.full(size, sensor.far, np.float32))
 
 
 def _cast(view: View, sensor: VisionSensor, scenery: Scenery, light: Light) -> Pixels:

@@ -6,8 +6,6 @@ import threading
 from collections.abc import Hashable
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from tests.doubles.coppeliasim.scene.contacts import Contact
 from tests.doubles.coppeliasim.scene.errors import SceneError
 from tests.doubles.coppeliasim.scene.graph import Graph
@@ -15,6 +13,7 @@ from tests.doubles.coppeliasim.scene.initial import Initial
 from tests.doubles.coppeliasim.scene.look import Look
 from tests.doubles.coppeliasim.scene.objects import Depths, Pixels, ProximitySensor, VisionSensor
 from tests.doubles.coppeliasim.scene.ranging import Detection
+from tests.doubles.coppeliasim.scene.seeing import Blank
 from tests.doubles.coppeliasim.scene.states import State, States
 from tests.doubles.coppeliasim.scene.stepping import Stepping
 from tests.doubles.coppeliasim.scene.world import World, physics_steps
@@ -63,6 +62,8 @@ class Simulator:
         if self.state is State.STOPPED:
             self.time = 0.0
             self._initial = Initial(self.graph)
+            for sensor in self.graph.all_of(VisionSensor):
+                sensor.has_result = False
             self._world.begin(self.time_step / self._substeps)
         self._states.start()
         self.changed.notify_all()
@@ -77,8 +78,26 @@ class Simulator:
         self._states.stop()
         self.changed.notify_all()
 
+    def empty(self) -> None:
+        """Take everything out of the scene; handles begin anew."""
+        self.graph.clear()
+
+    def hold(self, client: Hashable) -> int:
+        """Let a client step: time waits for it. Return its level before."""
+        return self.stepping.raise_level(client)
+
+    def let_go(self, client: Hashable) -> int:
+        """Take a level back; at zero time no longer waits for this client. Return its level before."""
+        self.changed.notify_all()
+        return self.stepping.lower_level(client)
+
+    def leave(self, client: Hashable) -> None:
+        """The client is gone; time does not wait for it."""
+        self.stepping.forget(client)
+        self.changed.notify_all()
+
     def step(self, client: Hashable) -> Ticket:
-        """Let time go on by a step as far as this client is concerned; it is made at once where nobody else holds it."""
+        """Let time go on by a step as far as this client is concerned: at once where nobody else holds it."""
         ticket = Ticket(self.steps, not self.state.is_advancing)
         if self.stepping.level(client):
             self.stepping.ask(client)
@@ -108,27 +127,24 @@ class Simulator:
         self.time_step = max(step, 1e-4) if step == step else step  # noqa: PLR0124  the server stores NaN
         return True
 
+    def set_physics_step(self, step: float) -> bool:
+        """Take other physics steps, in seconds; only while stopped."""
+        if self.state is not State.STOPPED or not step > 0:
+            return False
+        self.physics_step = step
+        return True
+
     def picture(self, sensor: VisionSensor) -> Pixels:
         """Return what it saw when it was last rendered; black if that has never been."""
-        if sensor.is_due:
-            self._render(sensor)
-        if sensor.picture is None:
-            return np.zeros((sensor.height, sensor.width, 3), np.uint8)
-        return sensor.picture
+        return (sensor.sight or Blank.of(sensor)).picture
 
     def depth(self, sensor: VisionSensor) -> Depths:
         """Return how far it saw when it was last rendered, in metres; exactly ``far`` if that has never been."""
-        if sensor.is_due:
-            self._render(sensor)
-        if sensor.picture is None or sensor.takes_external_pictures:
-            return np.full((sensor.height, sensor.width), sensor.far, np.float32)
-        if sensor.depths is None:
-            sensor.depths = self._world.depths(sensor)
-        return sensor.depths
+        return (sensor.sight or Blank.of(sensor)).depths
 
     def show(self, sensor: VisionSensor, picture: Pixels) -> None:
         """Give it a picture, (height, width, 3), as `picture` returns it."""
-        sensor.picture, sensor.is_due = picture, False
+        sensor.sight = Blank.of(sensor, picture)
 
     def handle(self, sensor: VisionSensor) -> None:
         """Render it, of this instant."""
@@ -150,14 +166,13 @@ class Simulator:
 
     def _expose(self) -> None:
         for sensor in self.graph.all_of(VisionSensor):
-            if not sensor.explicit and not sensor.takes_external_pictures:
-                sensor.is_due = True
+            if not sensor.explicit:
+                self._render(sensor)
 
     def _render(self, sensor: VisionSensor) -> None:
-        sensor.is_due = False
-        sensor.depths = None
         if not sensor.takes_external_pictures:
-            sensor.picture = self._world.picture(sensor)
+            sensor.sight = self._world.exposed(sensor)
+        sensor.has_result = True
 
     def _put_back(self) -> None:
         self._world.end()

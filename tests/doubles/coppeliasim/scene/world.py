@@ -8,11 +8,11 @@ from tests.doubles.coppeliasim.scene.contacts import Contact
 from tests.doubles.coppeliasim.scene.drives import drives_of
 from tests.doubles.coppeliasim.scene.graph import Graph
 from tests.doubles.coppeliasim.scene.look import Look
-from tests.doubles.coppeliasim.scene.objects import Depths, Pixels, ProximitySensor, VisionSensor
+from tests.doubles.coppeliasim.scene.objects import ProximitySensor, VisionSensor
 from tests.doubles.coppeliasim.scene.ranging import Detection, detect
 from tests.doubles.coppeliasim.scene.rover import Rover
 from tests.doubles.coppeliasim.scene.scenery import Scenery
-from tests.doubles.coppeliasim.scene.seeing import depths_of, picture_of
+from tests.doubles.coppeliasim.scene.seeing import Exposure
 
 
 class World:
@@ -41,11 +41,9 @@ class World:
             rover.advance(count)
         self.contacts = [contact for rover in self._rovers for contact in rover.contacts(scenery)]
 
-    def picture(self, sensor: VisionSensor) -> Pixels:
-        return picture_of(sensor, self._graph.pose(sensor), self.scenery, self._look.light)
-
-    def depths(self, sensor: VisionSensor) -> Depths:
-        return depths_of(sensor, self._graph.pose(sensor), self.scenery)
+    def exposed(self, sensor: VisionSensor) -> Exposure:
+        """Return what a sensor sees at this instant."""
+        return Exposure(sensor, self._graph.pose(sensor), self.scenery, self._look.light)
 
     def detection(self, sensor: ProximitySensor) -> Detection | None:
         return detect(sensor, self._graph.pose(sensor), self.scenery.solids)

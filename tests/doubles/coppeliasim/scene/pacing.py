@@ -1,0 +1,69 @@
+"""Lets time pass by itself: in real time while nobody steps, at once where a step is only held up by somebody gone."""
+
+from __future__ import annotations
+
+import threading
+
+from robotcore.clock import MonotonicClock
+from tests.doubles.coppeliasim.scene.simulator import Simulator
+from tests.doubles.coppeliasim.scene.states import State
+
+HURRY_S = 0.002
+"""The last steps before a stop wait for nothing else."""
+
+LATE_S = 0.25
+"""Who is later than this goes on from now on."""
+
+
+class Pacer:
+    """A thread that makes the steps that nobody asks for; a context manager."""
+
+    def __init__(self, simulator: Simulator) -> None:
+        self._simulator = simulator
+        self._clock = MonotonicClock()
+        self._due: float | None = None
+        self._is_closing = False
+        self._thread = threading.Thread(target=self._run, name="pacer of a double", daemon=True)
+
+    def __enter__(self) -> Pacer:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *exc_info: object) -> None:
+        with self._simulator.lock:
+            self._is_closing = True
+            self._simulator.changed.notify_all()
+        self._thread.join()
+
+    def _run(self) -> None:
+        with self._simulator.lock:
+            while not self._is_closing:
+                wait = self._wait()
+                if wait is None or wait > 0:
+                    self._simulator.changed.wait(wait)
+                else:
+                    self._simulator.advance()
+
+    def _wait(self) -> float | None:
+        """Return for how long the next step has to wait, in seconds; None: until something changes."""
+        simulator = self._simulator
+        if not simulator.state.is_advancing or simulator.stepping.is_held:
+            self._due = None
+            return None
+        if simulator.stepping.is_in_use:
+            return 0.0
+        return self._until_due(self._period(simulator))
+
+    def _until_due(self, period: float) -> float:
+        now = self._clock.now()
+        if self._due is None or now > self._due + LATE_S:
+            self._due = now + period
+        elif now >= self._due:
+            self._due += period
+            return 0.0
+        return self._due - now
+
+    @staticmethod
+    def _period(simulator: Simulator) -> float:
+        is_ending = simulator.state in {State.ABOUT_TO_STOP, State.LAST_BEFORE_STOP}
+        return HURRY_S if is_ending else simulator.time_step

@@ -1,0 +1,108 @@
+"""Making objects."""
+
+from __future__ import annotations
+
+import math
+
+from tests.doubles.coppeliasim.scene import SceneError
+from tests.doubles.coppeliasim.scene.objects import (
+    Dummy,
+    ForceSensor,
+    Joint,
+    Primitive,
+    ProximitySensor,
+    Shape,
+    VisionSensor,
+)
+from tests.doubles.coppeliasim.zmq.functions.registry import function
+from tests.doubles.coppeliasim.zmq.session import Session
+
+REVOLUTE = 10
+DYNAMIC = 5
+PYRAMID, CONE, RAY = 30, 33, 34
+
+SHAPE_NAMES = {Primitive.CUBOID: "Cuboid", Primitive.SPHEROID: "Sphere", Primitive.CYLINDER: "Cylinder"}
+
+
+@function("createPrimitiveShape")
+def create_primitive_shape(session: Session, primitive: int, sizes: list[float], options: int = 0) -> int:
+    if primitive not in SHAPE_NAMES:
+        raise SceneError(f"the double has cuboids, spheroids and cylinders only, not primitive {primitive}.")
+    kind, (x, y, z) = Primitive(primitive), (float(size) for size in sizes)
+    shape = Shape(SHAPE_NAMES[kind], primitive=kind, size=(x, y, z), is_static=False)
+    return session.simulator.graph.add(shape).handle
+
+
+@function("createPureShape")
+def create_pure_shape(session: Session, kind: int, options: int, sizes: list[float], mass: float = 1.0) -> int:
+    """The name until 4.3: kinds are counted from 0, cuboid, sphere, cylinder; bit 3 is respondable, bit 4 static."""
+    primitive = list(Primitive)[kind]
+    x, y, z = (float(size) for size in sizes)
+    shape = Shape(
+        SHAPE_NAMES[primitive],
+        primitive=primitive,
+        size=(x, y, z),
+        is_static=bool(options & 16),
+        is_respondable=bool(options & 8),
+        mass=mass,
+    )
+    return session.simulator.graph.add(shape).handle
+
+
+@function("createJoint")
+def create_joint(session: Session, kind: int, mode: int, options: int = 0, sizes: list[float] | None = None) -> int:
+    if kind != REVOLUTE:
+        raise SceneError(f"the double has revolute joints only, not type {kind}.")
+    return session.simulator.graph.add(Joint("Revolute_joint", is_dynamic=mode == DYNAMIC)).handle
+
+
+@function("createForceSensor")
+def create_force_sensor(session: Session, options: int, ints: list[int], floats: list[float]) -> int:
+    return session.simulator.graph.add(ForceSensor("Force_sensor")).handle
+
+
+@function("createDummy")
+def create_dummy(session: Session, size: float = 0.01) -> int:
+    return session.simulator.graph.add(Dummy("Dummy")).handle
+
+
+@function("createVisionSensor")
+def create_vision_sensor(session: Session, options: int, ints: list[int], floats: list[float]) -> int:
+    """Bit 0: explicit handling, bit 1: perspective, bit 4: external input."""
+    if not options & 2:
+        raise SceneError("the double has no orthographic vision sensors.")
+    near, far, angle = (float(number) for number in floats[:3])
+    sensor = VisionSensor(
+        "Vision_sensor",
+        explicit=bool(options & 1),
+        width=int(ints[0]),
+        height=int(ints[1]),
+        angle=angle,
+        near=near,
+        far=far,
+        takes_external_pictures=bool(options & 16),
+    )
+    return session.simulator.graph.add(sensor).handle
+
+
+@function("createProximitySensor")
+def create_proximity_sensor(
+    session: Session, kind: int, subtype: int, options: int, ints: list[int], floats: list[float]
+) -> int:
+    """Of a pyramid, what it opens to sideways is the cone."""
+    if kind not in {PYRAMID, CONE, RAY}:
+        raise SceneError(f"the double has pyramids, cones and rays only, not proximity sensors of type {kind}.")
+    numbers = [float(number) for number in floats]
+    sensor = ProximitySensor(
+        "Proximity_sensor", explicit=bool(options & 1), offset=numbers[0], reach=numbers[1], cone=_cone(kind, numbers)
+    )
+    return session.simulator.graph.add(sensor).handle
+
+
+def _cone(kind: int, numbers: list[float]) -> float:
+    """Return the full angle, in radians: a cone's own, what a pyramid opens to at its far end, a ray's none."""
+    if kind == CONE:
+        return min(numbers[9], math.pi - 1e-3)
+    if kind == PYRAMID and numbers[1]:
+        return 2 * math.atan2((numbers[4] - numbers[2]) / 2, numbers[1])
+    return 0.0

@@ -1,0 +1,78 @@
+"""Joints: revolute ones, moved by their target velocity."""
+
+from __future__ import annotations
+
+import math
+
+from tests.doubles.coppeliasim.scene.objects import Joint
+from tests.doubles.coppeliasim.zmq.functions.registry import function
+from tests.doubles.coppeliasim.zmq.session import Session
+
+REVOLUTE = 10
+KINEMATIC, DYNAMIC = 0, 5
+
+
+@function("setJointTargetVelocity")
+def set_joint_target_velocity(session: Session, joint: Joint, velocity: float) -> int:
+    """NaN is taken without a word, as the real server does."""
+    joint.target_velocity = velocity
+    return 1
+
+
+@function("getJointTargetVelocity")
+def get_joint_target_velocity(session: Session, joint: Joint) -> float:
+    return joint.target_velocity
+
+
+@function("getJointVelocity")
+def get_joint_velocity(session: Session, joint: Joint) -> float:
+    return joint.velocity
+
+
+@function("getJointPosition")
+def get_joint_position(session: Session, joint: Joint) -> float:
+    return joint.position
+
+
+@function("setJointPosition")
+def set_joint_position(session: Session, joint: Joint, position: float) -> None:
+    joint.position = math.remainder(position, math.tau)
+    session.simulator.graph.revision += 1
+
+
+@function("setJointTargetForce")
+def set_joint_target_force(session: Session, joint: Joint, force: float) -> None:
+    joint.target_force = force
+
+
+@function("setJointMaxForce")
+def set_joint_max_force(session: Session, joint: Joint, force: float) -> None:
+    """The name until 4.3."""
+    joint.target_force = force
+
+
+@function("getJointTargetForce")
+def get_joint_target_force(session: Session, joint: Joint) -> float:
+    return joint.target_force
+
+
+@function("getJointType")
+def get_joint_type(session: Session, joint: Joint) -> int:
+    return REVOLUTE
+
+
+@function("getJointMode")
+def get_joint_mode(session: Session, joint: Joint) -> tuple[int, int]:
+    return (DYNAMIC if joint.is_dynamic else KINEMATIC), 0
+
+
+@function("setJointMode")
+def set_joint_mode(session: Session, joint: Joint, mode: int, options: int = 0) -> None:
+    joint.is_dynamic = mode == DYNAMIC
+    session.simulator.graph.revision += 1
+
+
+@function("getJointInterval")
+def get_joint_interval(session: Session, joint: Joint) -> tuple[bool, list[float]]:
+    """Every joint here turns without ends."""
+    return True, [-math.pi, math.tau]

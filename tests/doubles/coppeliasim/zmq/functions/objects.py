@@ -1,0 +1,136 @@
+"""Objects: by path and handle, names, parents."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tests.doubles.coppeliasim.scene import SceneError, paths
+from tests.doubles.coppeliasim.scene.errors import NoObjectError
+from tests.doubles.coppeliasim.scene.objects import Thing
+from tests.doubles.coppeliasim.zmq.functions.registry import function
+from tests.doubles.coppeliasim.zmq.session import Session
+
+HANDLE_SCENE = -12
+HANDLE_ALL = -2
+
+PATHLESS = "object does not exist, or alias/path is ill formatted."
+
+
+class PathError(NoObjectError):
+    """No object has that path. The server refuses it one function deeper than it was called."""
+
+    where = "1254: in sim._getObject"
+
+
+@function("getObject")
+def get_object(session: Session, path: str, options: dict[str, Any] | None = None) -> int:
+    told = options or {}
+    proxy = told.get("proxy")
+    start = session.simulator.graph[proxy] if proxy is not None else None
+    found = session.simulator.graph.find(path, told.get("index", 0), start)
+    if found is None and not told.get("noError"):
+        raise PathError(PATHLESS)
+    return found.handle if found else -1
+
+
+@function("getObjectHandle")
+def get_object_handle(session: Session, name: str, options: dict[str, Any] | None = None) -> int:
+    if name.startswith((".", "/", ":")):
+        return get_object(session, name, options)
+    found = session.simulator.graph.find_flat(name)
+    if found is None and not (options or {}).get("noError"):
+        raise PathError(PATHLESS)
+    return found.handle if found else -1
+
+
+@function("isHandle")
+def is_handle(session: Session, handle: int) -> bool:
+    return handle in session.simulator.graph
+
+
+@function("getObjectType")
+def get_object_type(session: Session, thing: Thing) -> int:
+    return int(thing.type)
+
+
+@function("getObjectAlias")
+def get_object_alias(session: Session, thing: Thing, option: int = -1) -> str:
+    graph = session.simulator.graph
+    if option in {1, 5}:
+        return graph.path(thing)
+    if option == 2:
+        return paths.full(graph.roots, thing)
+    if option == 4:
+        return f"{thing.alias}__{thing.handle}__"
+    if option in {-1, 0}:
+        return thing.alias
+    raise SceneError(f"the double has no alias of option {option}.")
+
+
+@function("setObjectAlias")
+def set_object_alias(session: Session, thing: Thing, alias: str) -> None:
+    thing.alias = thing.flat_name = alias
+
+
+@function("getObjectName")
+def get_object_name(session: Session, thing: Thing) -> str:
+    return thing.flat_name
+
+
+@function("getObjectParent")
+def get_object_parent(session: Session, thing: Thing) -> int:
+    return thing.parent.handle if thing.parent else -1
+
+
+@function("setObjectParent")
+def set_object_parent(session: Session, thing: Thing, parent: int, in_place: bool = True) -> int:  # noqa: FBT002
+    graph = session.simulator.graph
+    graph.move_under(thing, graph[parent] if parent != -1 else None, in_place=in_place)
+    return 1
+
+
+@function("getObjectChild")
+def get_object_child(session: Session, parent: int, index: int) -> int:
+    graph = session.simulator.graph
+    children = graph[parent].children if parent != -1 else graph.roots
+    return children[index].handle if 0 <= index < len(children) else -1
+
+
+@function("getObjectsInTree")
+def get_objects_in_tree(session: Session, root: int, kind: int = HANDLE_ALL, options: int = 0) -> list[int]:
+    """Bit 0 of the options leaves the root out, bit 1 all below its children."""
+    graph = session.simulator.graph
+    if root == HANDLE_SCENE:
+        found = graph.roots if options & 2 else graph.tree()
+    else:
+        base = graph[root]
+        found = [] if options & 1 else [base]
+        found = found + (base.children if options & 2 else graph.tree(base.children))
+    return [thing.handle for thing in found if kind in {HANDLE_ALL, thing.type}]
+
+
+@function("getObjects")
+def get_objects(session: Session, index: int, kind: int) -> int:
+    fitting = [thing.handle for thing in session.simulator.graph if kind in {HANDLE_ALL, thing.type}]
+    return fitting[index] if index < len(fitting) else -1
+
+
+@function("removeObjects")
+def remove_objects(session: Session, handles: list[int], delayed: bool = False) -> None:  # noqa: FBT002
+    for handle in handles:
+        session.simulator.graph.remove(session.simulator.graph[handle])
+
+
+@function("removeObject")
+def remove_object(session: Session, thing: Thing) -> None:
+    session.simulator.graph.remove(thing)
+
+
+@function("removeModel")
+def remove_model(session: Session, thing: Thing) -> int:
+    if not thing.is_model_base:
+        raise SceneError("object is not tagged as model base.")
+    tree = session.simulator.graph.tree([thing])
+    for each in reversed(tree):
+        session.simulator.graph.remove(each)
+    return len(tree)

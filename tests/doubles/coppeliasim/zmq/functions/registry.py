@@ -1,0 +1,97 @@
+"""The ``sim`` functions that the double has, by name, and how their arguments are checked.
+
+A function is written with Python's types; what a client sends is turned into them, and refused in the server's words.
+An object's type (``joint: Joint``) takes a handle.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar, get_type_hints
+
+from tests.doubles.coppeliasim.scene import SceneError
+from tests.doubles.coppeliasim.scene.objects import (
+    ForceSensor,
+    Joint,
+    ProximitySensor,
+    Script,
+    Shape,
+    Thing,
+    VisionSensor,
+)
+from tests.doubles.coppeliasim.zmq.session import Session
+
+Function = Callable[..., Any]
+FunctionT = TypeVar("FunctionT", bound=Function)
+FUNCTIONS: dict[str, Call] = {}
+"""What the double has, by name: ``getObject``."""
+
+KINDS: dict[type[Thing], str] = {
+    Joint: "joint",
+    Shape: "shape",
+    VisionSensor: "vision sensor",
+    ProximitySensor: "proximity sensor",
+    ForceSensor: "force sensor",
+    Script: "script",
+}
+
+
+class Call:
+    """A function with its parameters' types; called with a session and what a client sent."""
+
+    def __init__(self, function: Function) -> None:
+        self._function = function
+        hints = get_type_hints(function)
+        parameters = list(inspect.signature(function).parameters.values())[1:]
+        self._kinds = [hints[each.name] for each in parameters if each.kind is not each.VAR_POSITIONAL]
+        self._least = sum(each.default is each.empty and each.kind is not each.VAR_POSITIONAL for each in parameters)
+        self._takes_more = any(each.kind is each.VAR_POSITIONAL for each in parameters)
+
+    def __call__(self, session: Session, args: Sequence[Any]) -> list[Any]:
+        """Return the values that the client gets; SceneError where the call is refused."""
+        if len(args) < self._least:
+            raise SceneError("not enough arguments.")
+        typed = [_typed(session, kind, arg, i) for i, (kind, arg) in enumerate(zip(self._kinds, args, strict=False), 1)]
+        more = args[len(self._kinds) :] if self._takes_more else ()
+        answer = self._function(session, *typed, *more)
+        if answer is None:
+            return []
+        return list(answer) if isinstance(answer, tuple) else [answer]
+
+
+def function(name: str) -> Callable[[FunctionT], FunctionT]:
+    """Make a function one of the double's, under the API's name."""
+
+    def registered(body: FunctionT) -> FunctionT:
+        FUNCTIONS[name] = Call(body)
+        return body
+
+    return registered
+
+
+def _typed(session: Session, kind: Any, arg: Any, place: int) -> Any:
+    if isinstance(kind, type) and issubclass(kind, Thing):
+        return _thing(session, kind, _number(arg, place))
+    if kind is float:
+        return float(_number(arg, place))
+    if kind is int:
+        return int(_number(arg, place))
+    if kind is str and not isinstance(arg, str):
+        raise SceneError(f"argument {place} is not a string/buffer.")
+    if kind is list and not isinstance(arg, list):
+        raise SceneError(f"argument {place} is not a table.")
+    return arg
+
+
+def _number(arg: Any, place: int) -> float:
+    if isinstance(arg, bool) or not isinstance(arg, (int, float)):
+        raise SceneError(f"argument {place} is not a number.")
+    return arg
+
+
+def _thing(session: Session, kind: type[Thing], handle: float) -> Thing:
+    thing = session.simulator.graph[int(handle)]
+    if not isinstance(thing, kind):
+        raise SceneError(f"object is not a {KINDS[kind]}.")
+    return thing

@@ -1,0 +1,124 @@
+"""Vision sensors: pictures, depths, rendering by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tests.doubles.coppeliasim.scene import SceneError
+from tests.doubles.coppeliasim.scene.objects import Depths, Pixels, Thing, VisionSensor
+from tests.doubles.coppeliasim.zmq.functions.registry import function
+from tests.doubles.coppeliasim.zmq.session import Session
+
+GREY, METRES = 1, 1
+
+
+@function("getVisionSensorImg")
+def get_vision_sensor_img(
+    session: Session,
+    sensor: VisionSensor,
+    options: int = 0,
+    cut_off: float = 0.0,
+    corner: list | None = None,  # type: ignore[type-arg]
+    size: list | None = None,  # type: ignore[type-arg]
+) -> tuple[bytes, list[int]]:
+    """Bit 0 of the options: grey. Bytes from the lowest row up, red, green, blue."""
+    if cut_off:
+        raise SceneError("the double makes no pictures with a depth cut off.")
+    picture = _part(session.simulator.picture(sensor), corner, size)
+    height, width = picture.shape[:2]
+    return (_grey(picture) if options & GREY else picture).tobytes(), [width, height]
+
+
+@function("getVisionSensorCharImage")
+def get_vision_sensor_char_image(session: Session, sensor: VisionSensor) -> tuple[bytes, int, int]:
+    """The name until 4.3."""
+    return session.simulator.picture(sensor).tobytes(), sensor.width, sensor.height
+
+
+@function("setVisionSensorImg")
+def set_vision_sensor_img(session: Session, sensor: VisionSensor, pixels: bytes, options: int = 0) -> int:
+    channels = 1 if options & GREY else 3
+    size = sensor.width * sensor.height * channels
+    if not isinstance(pixels, bytes) or len(pixels) < size:
+        raise SceneError("argument 2 is not the right size.")
+    shape = (sensor.height, sensor.width, channels)
+    picture = np.frombuffer(pixels, np.uint8, size).reshape(shape)
+    session.simulator.show(sensor, np.ascontiguousarray(np.broadcast_to(picture, (*shape[:2], 3))))
+    return 1
+
+
+@function("getVisionSensorRes")
+def get_vision_sensor_res(session: Session, sensor: VisionSensor) -> list[int]:
+    return [sensor.width, sensor.height]
+
+
+@function("getVisionSensorResolution")
+def get_vision_sensor_resolution(session: Session, sensor: VisionSensor) -> list[int]:
+    """The name until 4.3."""
+    return [sensor.width, sensor.height]
+
+
+@function("getVisionSensorDepth")
+def get_vision_sensor_depth(session: Session, sensor: VisionSensor, options: int = 0) -> tuple[bytes, list[int]]:
+    """Bit 0 of the options: metres; else from 0 at the near plane to 1 at the far one."""
+    depths = session.simulator.depth(sensor)
+    told = depths if options & METRES else _normalised(sensor, depths)
+    return told.astype("<f4").tobytes(), [sensor.width, sensor.height]
+
+
+@function("getVisionSensorDepthBuffer")
+def get_vision_sensor_depth_buffer(session: Session, sensor: VisionSensor) -> list[float]:
+    """The name until 4.3; bits of its own."""
+    return [float(depth) for depth in _normalised(sensor, session.simulator.depth(sensor)).ravel()]
+
+
+@function("handleVisionSensor")
+def handle_vision_sensor(session: Session, sensor: VisionSensor) -> tuple[int, list[float], list[float]]:
+    session.simulator.handle(sensor)
+    return _result(session, sensor)
+
+
+@function("readVisionSensor")
+def read_vision_sensor(session: Session, sensor: VisionSensor) -> int | tuple[int, list[float], list[float]]:
+    return _result(session, sensor) if sensor.has_result else -1
+
+
+@function("getExplicitHandling")
+def get_explicit_handling(session: Session, thing: Thing) -> int:
+    return int(thing.explicit)
+
+
+@function("setExplicitHandling")
+def set_explicit_handling(session: Session, thing: Thing, is_explicit: int) -> int:
+    thing.explicit = bool(is_explicit & 1)
+    return 1
+
+
+def _result(session: Session, sensor: VisionSensor) -> tuple[int, list[float], list[float]]:
+    """Return state, fifteen numbers (least, most and mean of intensity, red, green, blue and depth), nothing more."""
+    picture = session.simulator.picture(sensor)
+    depths = _normalised(sensor, session.simulator.depth(sensor)).ravel()
+    layers = np.concatenate((_grey(picture).reshape(-1, 1), picture.reshape(-1, 3)), axis=1)
+    numbers: list[float] = []
+    for reduced in (np.min, np.max, np.mean):
+        numbers += [int(value) / 255 for value in reduced(layers, axis=0)]
+        numbers.append(float(np.float32(reduced(depths))))
+    return 0, numbers, []
+
+
+def _normalised(sensor: VisionSensor, depths: Depths) -> Depths:
+    parts = (depths - sensor.near) / (sensor.far - sensor.near)
+    return np.asarray(parts, np.float32)
+
+
+def _grey(picture: Pixels) -> Pixels:
+    """Return the mean of red, green and blue, as recorded."""
+    return np.asarray(picture.mean(axis=2, dtype=np.float32), np.uint8)
+
+
+def _part(picture: Pixels, corner: list[int] | None, size: list[int] | None) -> Pixels:
+    """Return the part from a corner, x and y, of a size; all of it where that is zero."""
+    if not size or not any(size):
+        return picture
+    (x, y), (width, height) = corner or (0, 0), size
+    return picture[y : y + height, x : x + width]

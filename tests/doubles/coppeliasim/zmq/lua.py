@@ -1,0 +1,132 @@
+"""Lua that clients bring along, run for real against the same ``sim`` functions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+from tests.doubles.coppeliasim.scene import SceneError
+from tests.doubles.coppeliasim.scene.objects import Script
+from tests.doubles.coppeliasim.zmq.functions.registry import FUNCTIONS
+from tests.doubles.coppeliasim.zmq.session import Session
+from tests.doubles.coppeliasim.zmq.table import constants
+
+NOT_BEGUN = "script is not initialized (or has already ended)"
+
+
+class LuaError(SceneError):
+    """What went wrong in a chunk, with the line it was on."""
+
+
+class Scripts:
+    """The scripts of a server, each with globals of its own, and those of ``eval``, which are kept."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._running: dict[Script, Chunk] = {}
+        self._console: Chunk | None = None
+
+    def begin(self, script: Script) -> None:
+        """Run its text once."""
+        self._running[script] = Chunk(self._session, script.text)
+
+    def call(self, script: Script, name: str, args: Sequence[Any]) -> tuple[Any, ...]:
+        """Return what a function of a script returns; one that fails ends its script."""
+        if script not in self._running:
+            raise SceneError(NOT_BEGUN)
+        function = self._running[script].function(name)
+        if function is None:
+            raise SceneError("failed calling script function.")
+        try:
+            return function(*args)
+        except Exception as error:
+            del self._running[script]
+            raise SceneError("error in script function.") from error
+
+    def evaluate(self, text: str) -> tuple[Any, ...]:
+        """Return what a chunk returns."""
+        self._console = self._console or Chunk(self._session, "sim=require'sim'")
+        return self._console.run(text)
+
+
+class Chunk:
+    """A Lua interpreter in which a text has been run. ``require`` knows ``sim`` only; nothing is printed."""
+
+    def __init__(self, session: Session, text: str) -> None:
+        from lupa import LuaRuntime
+
+        self._lua = LuaRuntime(encoding=None, unpack_returned_tuples=True)
+        functions = {name: self._wrapped(name, partial(call, session)) for name, call in FUNCTIONS.items()}
+        self._sim = self._table({**constants(), **functions})
+        self._lua.globals()[b"require"] = self._require
+        self._lua.globals()[b"print"] = lambda *_: None
+        self._lua.execute(text.encode())
+
+    def function(self, name: str) -> Callable[..., tuple[Any, ...]] | None:
+        """Return a global function, from and to Python's values; None if there is none."""
+        body = self._lua.globals()[name.encode()]
+        return partial(self._call, body) if body is not None else None
+
+    def run(self, text: str) -> tuple[Any, ...]:
+        """Run some more, and return what it returns."""
+        from lupa import LuaError as Failure
+
+        try:
+            return self._returned(self._lua.execute(text.encode()))
+        except Failure as error:
+            raise LuaError(str(error)) from error
+
+    def _call(self, body: Callable[..., Any], *args: Any) -> tuple[Any, ...]:
+        return self._returned(body(*map(self._table, args)))
+
+    def _require(self, name: bytes) -> Any:
+        if name != b"sim":
+            raise SceneError(f"the double has no module {name.decode()}.")
+        return self._sim
+
+    def _wrapped(self, name: str, call: Callable[[list[Any]], list[Any]]) -> Callable[..., Any]:
+        """Return a function of ``sim`` for Lua."""
+
+        def wrapped(*args: Any) -> Any:
+            try:
+                return tuple(self._table(each) for each in call([_python(arg) for arg in args]))
+            except SceneError as error:
+                raise LuaError(f"1: in sim.{name}: {error}") from error
+
+        return wrapped
+
+    def _returned(self, values: Any) -> tuple[Any, ...]:
+        if values is None:
+            return ()
+        return tuple(map(_python, values)) if isinstance(values, tuple) else (_python(values),)
+
+    def _table(self, value: Any) -> Any:
+        """Return a value for Lua: lists and dicts as tables, text as bytes."""
+        if isinstance(value, str):
+            return value.encode()
+        if isinstance(value, (list, tuple)):
+            return self._lua.table_from([self._table(each) for each in value])
+        if isinstance(value, dict):
+            return self._lua.table_from({self._table(key): self._table(each) for key, each in value.items()})
+        return value
+
+
+def _python(value: Any) -> Any:
+    """Return a value of Lua's: strings that are text as such, tables as lists where they are, else as dicts."""
+    from lupa import lua_type
+
+    if isinstance(value, bytes):
+        return _text(value)
+    if lua_type(value) != "table":
+        return value
+    items = {_python(key): _python(each) for key, each in value.items()}
+    is_list = bool(items) and list(items) == list(range(1, len(items) + 1))
+    return list(items.values()) if is_list else items
+
+
+def _text(value: bytes) -> str | bytes:
+    try:
+        return value.decode()
+    except UnicodeDecodeError:
+        return value

@@ -1,0 +1,153 @@
+"""The server of the ZeroMQ remote API: one socket, many clients, and the ping-pong of calls that wait.
+
+A call that waits for a step is answered by ``_*wait*_`` at once; the client says ``_*executed*_`` until the step has
+been made. Protocol 2, as of CoppeliaSim 4.6.
+"""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass, field
+from typing import Any
+
+from robotcore.clock import MonotonicClock
+from tests.doubles.coppeliasim.scene import Simulator
+from tests.doubles.coppeliasim.zmq.calls import answer, ret
+from tests.doubles.coppeliasim.zmq.session import Session, Shared, Waiting
+from tests.doubles.coppeliasim.zmq.wire import dumps, loads
+
+IDLE_S = 600.0
+"""A client that has not said how long it may be silent."""
+
+NAP_S, HELD_NAP_S, HOLD_S = 0.05, 0.001, 0.01
+"""How long the socket is waited for; while a client waits for a step; and how long that one is kept waiting."""
+
+WAIT = {"args": {}, "func": "_*wait*_"}
+OLD = {"success": False, "error": "The client ZeroMQ remote API version does not match CoppeliaSim's version"}
+
+
+@dataclass
+class Client:
+    """One that has sent a request; ``waiting`` is its call that is to be answered later."""
+
+    session: Session
+    timeout: float
+    seen: float
+    waiting: Waiting | None = None
+
+
+@dataclass(frozen=True)
+class Held:
+    """A client that asked again for its waiting call; it is answered at the deadline at the latest."""
+
+    route: list[bytes]
+    client: Client
+    deadline: float
+
+
+@dataclass
+class ZmqServer:
+    """Serves a simulator on a port of this machine, any free one for 0; a context manager.
+
+    ``services`` are further functions by their full name.
+    """
+
+    simulator: Simulator
+    port: int = 0
+    services: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self._shared = Shared(self.simulator, self.services)
+        self._clients: dict[str, Client] = {}
+        self._held: list[Held] = []
+        self._clock = MonotonicClock()
+        self._is_closing = threading.Event()
+        self._thread = threading.Thread(target=self._serve, name="ZeroMQ server of a double", daemon=True)
+
+    def __enter__(self) -> ZmqServer:
+        import zmq
+
+        self._context = zmq.Context()
+        self._socket = self._context.socket(zmq.ROUTER)
+        self._socket.linger = 0
+        if self.port:
+            self._socket.bind(f"tcp://127.0.0.1:{self.port}")
+        else:
+            self.port = self._socket.bind_to_random_port("tcp://127.0.0.1")
+        self._thread.start()
+        return self
+
+    def __exit__(self, *exc_info: object) -> None:
+        self._is_closing.set()
+        self._thread.join()
+        self._socket.close()
+        self._context.term()
+
+    def _serve(self) -> None:
+        while not self._is_closing.is_set():
+            nap = HELD_NAP_S if self._held else NAP_S
+            if self._socket.poll(round(nap * 1000)):
+                *route, message = self._socket.recv_multipart()
+                with self.simulator.lock:
+                    self._receive(route, message)
+            with self.simulator.lock:
+                self._answer_held()
+                self._drop_silent()
+
+    def _receive(self, route: list[bytes], message: bytes) -> None:
+        try:
+            request = loads(message)
+        except ValueError as error:
+            self._send(route, {"err": str(error)})
+            return
+        if not isinstance(request, dict) or "uuid" not in request:
+            self._send(route, OLD)
+        elif request.get("func") == "_*end*_":
+            self._drop(request["uuid"])
+            self._send(route, {})
+        else:
+            self._handle(route, self._client(request), request)
+
+    def _handle(self, route: list[bytes], client: Client, request: dict[str, Any]) -> None:
+        if request.get("func") == "_*executed*_" and client.waiting:
+            self._held.append(Held(route, client, self._clock.now() + HOLD_S))
+            return
+        try:
+            self._send(route, answer(client.session, request))
+        except Waiting as waiting:
+            client.waiting = waiting
+            self._send(route, WAIT)
+
+    def _answer_held(self) -> None:
+        now, held = self._clock.now(), self._held
+        self._held = []
+        for each in held:
+            if each.client.waiting and not each.client.waiting.is_over(self.simulator):
+                if now < each.deadline:
+                    self._held.append(each)
+                else:
+                    self._send(each.route, WAIT)
+            else:
+                each.client.waiting = None
+                self._send(each.route, ret([]))
+
+    def _client(self, request: dict[str, Any]) -> Client:
+        uuid, now = request["uuid"], self._clock.now()
+        if uuid not in self._clients:
+            timeout = float(request.get("timeout") or IDLE_S)
+            self._clients[uuid] = Client(Session(self.simulator, self._shared, uuid), timeout, now)
+        self._clients[uuid].seen = now
+        return self._clients[uuid]
+
+    def _drop_silent(self) -> None:
+        now = self._clock.now()
+        for uuid, client in list(self._clients.items()):
+            if now - client.seen > client.timeout:
+                self._drop(uuid)
+
+    def _drop(self, uuid: str) -> None:
+        self._clients.pop(uuid, None)
+        self.simulator.leave(uuid)
+
+    def _send(self, route: list[bytes], reply: dict[str, Any]) -> None:
+        self._socket.send_multipart([*route, dumps(reply)])
