@@ -5,10 +5,12 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
+from drivers.vrep import requests
 from drivers.vrep.errors import RemoteApiError
 from drivers.vrep.link import Link
 from drivers.vrep.messages import NOTHING_DONE, Header, Piece
-from drivers.vrep.request import DISCONTINUE, Identity, Request
+from drivers.vrep.request import DISCONTINUE, ONESHOT, Identity, Request
+from robotcore.clock import MonotonicClock
 
 RECONNECT_S = 0.1
 _ASKING_S = 0.001
@@ -32,6 +34,8 @@ class Mailbox:
         self._waiters = 0
         self._is_urgent = self._is_held = self._is_closing = False
         self._link: Link | None = None
+        self._clock = MonotonicClock()
+        self._heard_s = 0.0
         self.connections = 0
         self.server: Header | None = None
         self.failure: RemoteApiError | None = None
@@ -46,6 +50,11 @@ class Mailbox:
     def number(self) -> int:
         """The number of the next message."""
         return self._number
+
+    @property
+    def silence_s(self) -> float:
+        """How long the server has not done anything that was asked of it, streams included."""
+        return self._clock.now() - self._heard_s
 
     def post(self, request: Request[object], mode: int, delay: int = 0) -> int:
         """Send with the next message, in place of what is of the same identity; return the message's number."""
@@ -90,6 +99,12 @@ class Mailbox:
         """Wait until the server has done all that was posted; return whether it has."""
         self.hold(held=False)
         return self._last_asked < 0 or self.wait(self._last_asked, timeout_s)
+
+    def finish(self, timeout_s: float) -> None:
+        """Have all done that was posted, then say goodbye: a server forgets what it has not done by then."""
+        self.flush(timeout_s)
+        self.post(requests.GOODBYE, ONESHOT)
+        self.close(timeout_s)
 
     def close(self, timeout_s: float) -> None:
         """Send what is posted, hang up and end the thread. A server that hangs is hung up on after ``timeout_s``."""
@@ -160,7 +175,7 @@ class Mailbox:
                 else:
                     self._newest[identity] = answer
             if server.message != NOTHING_DONE:
-                self.server = server
+                self.server, self._heard_s = server, self._clock.now()
             self._changed.notify_all()
 
     def _lose(self, failure: RemoteApiError) -> None:

@@ -5,11 +5,10 @@ from __future__ import annotations
 import threading
 from functools import partial
 
-from drivers.vrep import requests
 from drivers.vrep.link import Link
 from drivers.vrep.mailbox import Mailbox
 from drivers.vrep.messages import Piece
-from drivers.vrep.request import BLOCKING, BUFFER, ONESHOT, REMOVE, Request
+from drivers.vrep.request import BLOCKING, BUFFER, REMOVE, Request
 from drivers.vrep.simx import constants as c
 
 MAX_CLIENTS = 255
@@ -50,10 +49,8 @@ class Client:
         return code | self._judged(answer), answer
 
     def finish(self) -> None:
-        """Have all done that was posted, then say goodbye: the server forgets what it has not done by then."""
-        self.mailbox.flush(_FINISH_TIMEOUT_S)
-        self.mailbox.post(requests.GOODBYE, ONESHOT)
-        self.mailbox.close(_FINISH_TIMEOUT_S)
+        """End it, with all done that it was told."""
+        self.mailbox.finish(_FINISH_TIMEOUT_S)
 
     def _judged(self, answer: Piece | None) -> int:
         if answer is None:

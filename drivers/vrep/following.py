@@ -1,0 +1,122 @@
+"""A simulator that runs by itself: its newest values and its time, as they come in."""
+
+from __future__ import annotations
+
+from functools import partial
+from types import TracebackType
+from typing import Any, NamedTuple, TypeVar, cast
+
+from drivers.vrep import requests
+from drivers.vrep.errors import ServerHangsError, SimulationHaltedError
+from drivers.vrep.link import TIMEOUT_S, Link
+from drivers.vrep.mailbox import Mailbox
+from drivers.vrep.messages import Header
+from drivers.vrep.request import BLOCKING, ONESHOT, STREAMING, Identity, Request
+
+T = TypeVar("T")
+
+PERIOD_S = 0.005
+"""Between two messages: as long as the maker's tutorials have it."""
+
+
+class Newest(NamedTuple):
+    """A value, and the simulation's time in seconds at which it was so."""
+
+    value: Any
+    time_s: float
+
+
+class Following:
+    """A connection that a thread keeps going, so that `newest` and `time_s` never wait. For any thread.
+
+    A line that breaks is not mended: everything raises what broke it from then on, and so it does when the simulator
+    still answers, but has done nothing for ``timeout_s``.
+    """
+
+    def __init__(self, mailbox: Mailbox, timeout_s: float) -> None:
+        self._mailbox, self._timeout_s = mailbox, timeout_s
+        self._streams: set[Identity] = set()
+
+    @classmethod
+    def to(cls, host: str, port: int, timeout_s: float = TIMEOUT_S) -> Following:
+        """Connect to a server that answers."""
+        following = cls(Mailbox(partial(Link.to, host, port, timeout_s), PERIOD_S, reconnects=False), timeout_s)
+        try:
+            following.stream(requests.CLOCK)
+        except BaseException:
+            following.close()
+            raise
+        return following
+
+    @property
+    def server(self) -> Header:
+        """The newest that the server has said about itself."""
+        self._check()
+        if (server := self._mailbox.server) is None:
+            raise self._late()
+        return server
+
+    @property
+    def time_s(self) -> float:
+        """The simulation's newest time; servers tell whole milliseconds. SimulationHaltedError once it is stopped."""
+        if not self.server.is_running:
+            raise SimulationHaltedError("the simulation does not run. Start it in the simulator, and run again")
+        return self.newest(requests.CLOCK).time_s
+
+    def stream(self, request: Request[T]) -> T:
+        """Have the answer sent again and again from now on; return the first one."""
+        value = self._wait_for(request, STREAMING)
+        self._streams.add(request.identity)
+        return value
+
+    def newest(self, request: Request[Any]) -> Newest:
+        """Return the newest answer to a request that is streamed."""
+        self._check()
+        if (answer := self._mailbox.newest(request)) is None:
+            raise ServerHangsError(f"the simulator no longer answers the request to {request.words}. Restart it")
+        return Newest(request.read(answer), answer.time_ms / 1000)
+
+    def call(self, request: Request[T]) -> T:
+        """Return the answer, waiting for it; of what is streamed, the newest."""
+        if request.identity in self._streams:
+            return cast("T", self.newest(request).value)
+        value = self._wait_for(request, BLOCKING)
+        self._mailbox.forget(request)
+        return value
+
+    def set(self, request: Request[None]) -> None:
+        """Send with the next message. If the server refused the one before, RefusedError is raised now."""
+        self._check()
+        if earlier := self._mailbox.newest(request):
+            request.read(earlier)
+        self._mailbox.post(request, ONESHOT)
+
+    def close(self) -> None:
+        """Have all done that was sent, say goodbye and hang up."""
+        self._mailbox.finish(self._timeout_s)
+
+    def __enter__(self) -> Following:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self.close()
+
+    def _wait_for(self, request: Request[T], mode: int) -> T:
+        number = self._mailbox.post(request, mode)
+        if not self._mailbox.wait(number, self._timeout_s):
+            raise self._mailbox.failure or self._late()
+        if (answer := self._mailbox.newest(request)) is None:
+            raise self._late()
+        return request.read(answer)
+
+    def _check(self) -> None:
+        if failure := self._mailbox.failure:
+            raise failure
+        if self._mailbox.silence_s > self._timeout_s:
+            raise self._late()
+
+    def _late(self) -> ServerHangsError:
+        return ServerHangsError(
+            f"the simulator has done nothing for {self._timeout_s:g} s. Does it show a dialog, or wait for another "
+            "program's trigger?"
+        )
