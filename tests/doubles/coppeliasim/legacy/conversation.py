@@ -34,12 +34,10 @@ class Conversation:
             self._inbox.put(command)
         self.is_over = any(command.code == Code.KILL_CONNECTION for command in commands)
         answer = pack(self._reply, self._done)
-        self._reply, self._done = replace(self._reply, message=NOTHING_NEW), []
+        self._done = []
         return answer
 
     def execute(self, execute: Callable[[Command], Command], now_ms: int, state: int) -> None:
-        """Execute what waits; nothing where an earlier turn's replies have not been fetched yet."""
-        if self._done:
-            return
+        """Execute what waits, and keep the replies for the next message; ``state`` is what headers tell of a run."""
         self._reply = replace(self._heard, server_ms=now_ms, scene=0, state=state)
         self._done = self._inbox.execute(execute, now_ms)

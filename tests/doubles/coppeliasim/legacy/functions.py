@@ -17,6 +17,9 @@ from tests.doubles.coppeliasim.scene.simulator import Simulator
 NOBODY = -1
 """The handle of no object: poses relative to it are in the world."""
 
+ALL = -2
+"""The handle of everything."""
+
 TIME_STEP = 1
 """A floating parameter's number: the length of a time step."""
 
@@ -44,6 +47,15 @@ class Functions:
     def parent(self, handle: int) -> int:
         parent = self.simulator.graph[handle].parent
         return parent.handle if parent else NOBODY
+
+    def child(self, handle: int, index: int) -> int:
+        """Return the handle of the child of that number; -1 past the last one."""
+        children = self.simulator.graph[handle].children
+        return children[index].handle if 0 <= index < len(children) else NOBODY
+
+    def objects(self, kind: int) -> list[int]:
+        """Return the handles of all objects of a type, or of all."""
+        return [thing.handle for thing in self.simulator.graph if kind in {thing.type, ALL}]
 
     def joint_position(self, handle: int) -> float:
         return self._one(Joint, handle).position

@@ -27,6 +27,8 @@ def answers_on_objects(functions: Functions) -> Answers:
     return {
         Code.GET_OBJECT_HANDLE: objects.handle,
         Code.GET_OBJECT_PARENT: objects.parent,
+        Code.GET_OBJECT_CHILD: objects.child,
+        Code.GET_OBJECTS: objects.objects,
         Code.GET_JOINT_POSITION: objects.joint_position,
         Code.SET_JOINT_POSITION: objects.set_joint_position,
         Code.SET_JOINT_TARGET_VELOCITY: objects.set_joint_target_velocity,
@@ -51,6 +53,15 @@ class Objects:
     def parent(self, command: Command) -> bytes:
         with refusing("simGetObjectParent", INT.pack(NOBODY)):
             return INT.pack(self._functions.parent(handle(command)))
+
+    def child(self, command: Command) -> bytes:
+        with refusing("simGetObjectChild", INT.pack(NOBODY)):
+            return INT.pack(self._functions.child(*two_numbers(command)))
+
+    def objects(self, command: Command) -> bytes:
+        """Return how many there are of a type, then their handles."""
+        handles = self._functions.objects(handle(command))
+        return struct.pack(f"<{len(handles) + 1}i", len(handles), *handles)
 
     def joint_position(self, command: Command) -> bytes:
         with refusing("simGetJointPosition", FLOAT.pack(0.0)):
@@ -78,11 +89,11 @@ class Objects:
 
     def position(self, command: Command) -> bytes:
         with refusing("simGetObjectPosition", FLOATS3.pack(0, 0, 0)):
-            return FLOATS3.pack(*self._functions.position(*TWO_INTS.unpack(command.identity)))
+            return FLOATS3.pack(*self._functions.position(*two_numbers(command)))
 
     def orientation(self, command: Command) -> bytes:
         with refusing("simGetObjectOrientation", FLOATS3.pack(0, 0, 0)):
-            return FLOATS3.pack(*self._functions.orientation(*TWO_INTS.unpack(command.identity)))
+            return FLOATS3.pack(*self._functions.orientation(*two_numbers(command)))
 
     def set_position(self, command: Command) -> bytes:
         relative_to, vector = _relative(command)
@@ -103,9 +114,15 @@ def handle(command: Command) -> int:
     return int(number)
 
 
+def two_numbers(command: Command) -> tuple[int, int]:
+    """Return the two handles, or the handle and other number, that a command is told apart by."""
+    one, other = values(TWO_INTS, command, command.identity)
+    return int(one), int(other)
+
+
 def text(data: bytes) -> str:
     """Return a name: it ends with a zero."""
-    return data.split(b"\0")[0].decode()
+    return data.split(b"\0")[0].decode(errors="replace")
 
 
 def values(layout: struct.Struct, command: Command, data: bytes | None = None) -> tuple[float, ...]:

@@ -8,15 +8,17 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from tests.doubles.coppeliasim.legacy.codes import Code
+from tests.doubles.coppeliasim.legacy.codec import Command
+from tests.doubles.coppeliasim.legacy.codes import Code, Mode
+from tests.doubles.coppeliasim.legacy.functions import ALL
 from tests.doubles.coppeliasim.legacy.recorded_scenes import AHEAD, later_scene
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.legacy.talking import Talker, floats, ints, name
-from tests.doubles.coppeliasim.scene.objects import ProximitySensor, Shape, VisionSensor
+from tests.doubles.coppeliasim.scene.objects import ProximitySensor, Shape, Type, VisionSensor
 from tests.doubles.coppeliasim.scene.poses import Transform
 from tests.doubles.coppeliasim.scene.simulator import Simulator
 
-BODY, LEFT, CAMERA, BALL, NOSE, SCREEN = 181, 182, 190, 191, 192, 193
+BODY, LEFT, CAMERA, BOX, NOSE, SCREEN = 181, 182, 190, 191, 192, 193
 ROWS, COLUMNS = 12, 16
 
 
@@ -59,14 +61,14 @@ def test_a_detection_is_a_byte_the_point_the_handle_and_the_normal(client: Talke
     reply = client.ask(Code.READ_PROXIMITY_SENSOR, ints(NOSE))
     seen, *numbers = struct.unpack("<b3fi3f", reply.data)
     point, handle, normal = numbers[:3], numbers[3], numbers[4:]
-    assert (reply.status, seen, handle) == (0, 1, BALL)
+    assert (reply.status, seen, handle) == (0, 1, BOX)
     assert np.linalg.norm(point) == pytest.approx(0.4, abs=1e-6)
     assert normal == pytest.approx([0, 0, -1], abs=1e-6)
 
 
 def test_where_nothing_is_detected_only_the_first_byte_can_be_relied_on(client: Talker, simulator: Simulator) -> None:
     with simulator.lock:
-        simulator.graph.put(simulator.graph[BALL], Transform((-3.0, 0.0, 0.2)))
+        simulator.graph.put(simulator.graph[BOX], Transform((-3.0, 0.0, 0.2)))
     reply = client.ask(Code.READ_PROXIMITY_SENSOR, ints(NOSE))
     assert (reply.status, reply.data[0], len(reply.data)) == (0, 0, 29)
     assert any(reply.data)
@@ -93,10 +95,10 @@ def test_a_picture_of_another_size_is_refused(client: Talker) -> None:
 
 
 def test_an_object_is_put_where_it_is_told_to_be(client: Talker) -> None:
-    client.ask(Code.SET_OBJECT_POSITION, ints(BALL), ints(BODY) + floats(0.5, 0.25, 0.0))
-    client.ask(Code.SET_OBJECT_ORIENTATION, ints(BALL), ints(-1) + floats(0.0, 0.0, 0.5))
-    position = client.ask(Code.GET_OBJECT_POSITION, ints(BALL, -1)).data
-    orientation = client.ask(Code.GET_OBJECT_ORIENTATION, ints(BALL, -1)).data
+    client.ask(Code.SET_OBJECT_POSITION, ints(BOX), ints(BODY) + floats(0.5, 0.25, 0.0))
+    client.ask(Code.SET_OBJECT_ORIENTATION, ints(BOX), ints(-1) + floats(0.0, 0.0, 0.5))
+    position = client.ask(Code.GET_OBJECT_POSITION, ints(BOX, -1)).data
+    orientation = client.ask(Code.GET_OBJECT_ORIENTATION, ints(BOX, -1)).data
     assert struct.unpack("<3f", position) == pytest.approx((0.5, 0.25, 0.06))
     assert struct.unpack("<3f", orientation) == pytest.approx((0.0, 0.0, 0.5))
 
@@ -113,7 +115,28 @@ def test_a_parent_is_told_and_minus_one_where_there_is_none(client: Talker) -> N
     assert client.ask(Code.GET_OBJECT_PARENT, ints(BODY)).data == ints(-1)
 
 
-@pytest.mark.parametrize("data", [b"", b"\0\0"])
-def test_a_command_with_too_little_data_is_refused(client: Talker, data: bytes) -> None:
-    assert client.ask(Code.SET_JOINT_TARGET_VELOCITY, ints(LEFT), data).status == 1
-    assert client.ask(Code.GET_JOINT_POSITION, data).status == 1
+def test_children_are_told_one_by_one_until_minus_one(client: Talker) -> None:
+    children = [client.ask(Code.GET_OBJECT_CHILD, ints(LEFT, index)).data for index in (0, 1)]
+    assert children == [ints(LEFT + 1), ints(-1)]
+
+
+def test_objects_of_a_type_are_counted_and_listed(client: Talker) -> None:
+    assert client.ask(Code.GET_OBJECTS, ints(Type.VISION_SENSOR)).data == ints(2, CAMERA, SCREEN)
+    assert client.ask(Code.GET_OBJECTS, ints(ALL)).data[:4] == ints(14)
+
+
+@pytest.mark.parametrize("said", [b"", b"\0", b"\xff" * 9])
+def test_commands_that_make_no_sense_are_answered_all_the_same(client: Talker, said: bytes) -> None:
+    codes = sorted(set(Code) - {Code.KILL_CONNECTION})
+    assert [client.ask(code, said, said).code for code in codes] == codes
+
+
+def test_a_command_without_its_data_is_refused(client: Talker) -> None:
+    assert client.ask(Code.SET_JOINT_TARGET_VELOCITY, ints(LEFT), b"\0\0").status == 1
+    assert client.ask(Code.GET_JOINT_POSITION, b"\0\0").status == 1
+
+
+def test_a_command_that_the_double_does_not_know_is_an_error_and_sent_back(client: Talker) -> None:
+    client.say(Command(0x3401, Mode.BLOCKING, b"name\0", b"data"))
+    _, (reply,) = client.say()
+    assert (reply.identity, reply.data, reply.status) == (b"name\0", b"data", 1)

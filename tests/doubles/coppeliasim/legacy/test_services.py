@@ -99,6 +99,7 @@ def test_time_that_nobody_holds_passes_by_itself(server: LegacyServer, simulator
         client.ask(Code.START_PAUSE_STOP_SIMULATION, START)
         with simulator.lock:
             assert simulator.changed.wait_for(lambda: simulator.steps >= 3, PATIENCE_S)
+        assert client.ask(Code.SYNCHRONOUS_NEXT).status == 1
         client.ask(Code.START_PAUSE_STOP_SIMULATION, STOP)
         wait_for(simulator, State.STOPPED)
 
