@@ -1,0 +1,1 @@
+"""The CoppeliaSim backend: a running simulator, driven step by step over its ZeroMQ remote API."""

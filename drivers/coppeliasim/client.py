@@ -1,0 +1,115 @@
+"""The maker's client, which would wait for ever, with a deadline for each call and nothing taken on trust.
+
+A call that waits in the simulator is a conversation (``_*wait*_``, ``_*executed*_``), so no time-out of a socket ends
+it: the deadline is the whole call's. The client also puts ``require`` into ``__main__``, runs any function of
+``__main__`` that a reply names, and sends whatever it is given: none of it happens here.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import zmq
+from coppeliasim_zmqremoteapi_client import RemoteAPIClient, cbor
+
+from robotcore.clock import MonotonicClock
+
+_MISSING = object()
+_CONVERSATION = ("_*wait*_", "_*repeat*_")
+"""What a server may ask of a client that registers no callbacks."""
+
+
+class Unanswered(Exception):  # noqa: N818  one of three ends of a call, told apart by the connection
+    """The deadline of a call has passed."""
+
+
+class Refused(Exception):  # noqa: N818
+    """The server's own error, in its words."""
+
+
+class Garbled(Exception):  # noqa: N818
+    """What came back is no reply of this protocol; says what it is instead."""
+
+
+class FirstProtocol(Garbled):
+    """What came back is a reply of the remote API's first protocol."""
+
+
+class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
+    """One conversation with one server. ``idle_s`` of silence, and the server forgets it."""
+
+    def __init__(self, host: str, port: int, idle_s: float) -> None:
+        main = sys.modules["__main__"].__dict__
+        kept = main.get("require", _MISSING)
+        try:
+            super().__init__(host, port, verbose=0)
+        finally:
+            if kept is _MISSING:
+                main.pop("require", None)
+            else:
+                main["require"] = kept
+        self.timeout = idle_s
+        for option in (zmq.LINGER, zmq.SNDTIMEO):
+            self.socket.setsockopt(option, 0)
+        self._clock = MonotonicClock()
+        self._deadline = 0.0
+
+    def ask(self, function: str, arguments: Sequence[Any], within_s: float) -> Any:
+        """Call a function of the server; raises Unanswered, Refused or Garbled. Only Unanswered ends the client."""
+        self._deadline = self._clock.now() + within_s
+        return self.call(function, [wire(argument) for argument in arguments])
+
+    def close(self) -> None:
+        """Let the socket go, with whatever is still to be sent. May be called again."""
+        self.socket.close(linger=0)
+        self.context.term()
+
+    def _send(self, request: dict[str, Any]) -> None:
+        try:
+            super()._send(request)
+        except zmq.Again as full:
+            raise Unanswered from full
+
+    def _recv(self) -> dict[str, Any]:
+        left = self._deadline - self._clock.now()  # a server that lets wait answers, and answers, and answers
+        if left <= 0 or not self.socket.poll(math.ceil(left * 1000)):
+            raise Unanswered
+        return _reply_in(self.socket.recv(zmq.NOBLOCK))
+
+
+def wire(value: Any) -> Any:
+    """Return a value as the wire takes it: Python's own numbers, lists and bytes, whatever NumPy made of them."""
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, (bytearray, memoryview)):
+        return bytes(value)
+    if isinstance(value, Mapping):
+        return {str(key): wire(part) for key, part in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [wire(part) for part in value]
+    return value
+
+
+def _reply_in(raw: bytes) -> dict[str, Any]:
+    """Return the reply in a message; raises Garbled where there is none, Refused where it tells an error."""
+    try:
+        reply = cbor.loads(raw)
+    except Exception as error:
+        raise Garbled(f"{len(raw)} bytes that are no CBOR") from error
+    if not isinstance(reply, dict):
+        raise Garbled(f"no map but {type(reply).__name__}")
+    if "success" in reply:
+        raise FirstProtocol
+    if "err" in reply:
+        raise Refused(str(reply["err"]))
+    if not reply.get("ret", True) or not reply:  # an empty table of Lua's is a map; whoever leaves is told nothing
+        return {"ret": []}
+    if reply.get("func") in _CONVERSATION or isinstance(reply.get("ret"), list):
+        return reply
+    raise Garbled(f"a map with {', '.join(sorted(map(str, reply)))[:80]}")

@@ -1,0 +1,202 @@
+"""The one way to a CoppeliaSim: its functions by name, each call with a deadline, and its errors as ours."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from pydantic import Field
+
+from robotcore.description import Described
+from robotcore.errors import BackendError
+
+if TYPE_CHECKING:
+    from drivers.coppeliasim.client import Client
+
+T = TypeVar("T")
+
+LOADING_S = 30.0
+"""What starts, stops, loads or renders for the first time may take so long."""
+
+IDLE_S = 5.0
+"""A server forgets a client that says nothing for so long, so that a killed one does not freeze the simulation."""
+
+_PROBE_S = 0.3
+
+OLDER = {
+    "sim.getObject": "sim.getObjectHandle",
+    "sim.createPrimitiveShape": "sim.createPureShape",
+    "sim.setJointTargetForce": "sim.setJointMaxForce",
+    "sim.getVisionSensorImg": "sim.getVisionSensorCharImage",
+    "sim.setVisionSensorImg": "sim.setVisionSensorCharImage",
+    "sim.writeCustomStringData": "sim.writeCustomDataBlock",
+    "sim.readCustomStringData": "sim.readCustomDataBlock",
+}
+"""What functions were called before 4.4, or 4.7; their first arguments and results are the same."""
+
+
+class Address(Described):
+    """Where a CoppeliaSim listens."""
+
+    host: str = "127.0.0.1"
+    port: int = Field(default=23000, ge=1, le=65535)
+
+    def __str__(self) -> str:
+        return f"{self.host}:{self.port}"
+
+
+class RefusedError(BackendError):
+    """The server's own error about a call; the next one may do better."""
+
+
+class Connection:
+    """Calls to one CoppeliaSim; ``answer_s`` is how long it may let wait.
+
+    Once it has not answered it is not asked again: every further call raises the same BackendError at once.
+    """
+
+    def __init__(self, address: Address, client: Client, answer_s: float) -> None:
+        self.address, self.answer_s = address, answer_s
+        self._client = client
+        self._failure: BackendError | None = None
+        self._known: Mapping[str, Any] = {}
+        self.calls = 0
+
+    @classmethod
+    def open(cls, address: Address, answer_s: float) -> Connection:
+        """Connect, and learn what the server offers; raises BackendError, with what to do, where nobody answers."""
+        if not _listens(address):
+            raise BackendError(
+                f"coppeliasim: nobody listens at {address}. Start CoppeliaSim, or name where it runs with "
+                "--host and --port"
+            )
+        from drivers.coppeliasim.client import Client
+
+        connection = cls(address, _connected(Client, address), answer_s)
+        try:
+            connection.call("zmqRemoteApi.require", "sim", within_s=LOADING_S)
+            connection._learn(connection.call("zmqRemoteApi.info", "sim", within_s=LOADING_S))
+        except BackendError:
+            connection.close()
+            raise
+        return connection
+
+    def sim(self, name: str, *arguments: Any, within_s: float | None = None) -> Any:
+        """Call ``sim.NAME``, or what it was called before; return its result, a tuple where it has several."""
+        return self.call(self._offered(name), *arguments, within_s=within_s)
+
+    def has(self, name: str) -> bool:
+        """Return whether the server offers ``sim.NAME``, under that name."""
+        return name in self._known
+
+    def constant(self, name: str) -> int:
+        """Return the value of ``sim.NAME``; raises BackendError where the server has none."""
+        told = self._known.get(name)
+        if isinstance(told, Mapping) and isinstance(told.get("const"), (int, float)):
+            return int(told["const"])
+        raise self._lacking(f"sim.{name}")
+
+    def call(self, function: str, *arguments: Any, within_s: float | None = None) -> Any:
+        """Call any function of the server; raises BackendError."""
+        from drivers.coppeliasim.client import FirstProtocol, Garbled, Refused, Unanswered
+
+        if self._failure:
+            raise self._failure
+        self.calls += 1
+        limit = self.answer_s if within_s is None else max(within_s, self.answer_s)
+        try:
+            return self._client.ask(function, arguments, limit)
+        except Refused as error:
+            raise RefusedError(f"coppeliasim: {self.address} refused {function}: {error}") from error
+        except Unanswered as error:
+            self._failure = self._silence(function, limit)
+            raise self._failure from error
+        except FirstProtocol as error:
+            self._failure = self._too_old()
+            raise self._failure from error
+        except Garbled as error:
+            self._failure = self._garbled(function, error)
+            raise self._failure from error
+
+    def told(self, convert: Callable[[Any], T], name: str, *arguments: Any) -> T:
+        """Return what ``sim.NAME`` tells, converted; raises BackendError where that is not possible."""
+        answer = self.sim(name, *arguments)
+        try:
+            return convert(answer)
+        except (TypeError, ValueError, LookupError) as error:
+            raise self._garbled(f"sim.{name}", f"{answer!r:.80}") from error
+
+    def close(self) -> None:
+        """Say goodbye where somebody listens, and let go. May be called again; never raises."""
+        if not self._failure:
+            with suppress(BackendError):  # it has gone before us
+                self.call("_*end*_")
+            self._failure = BackendError(f"coppeliasim: the connection to {self.address} is closed")
+        self._client.close()
+
+    def _learn(self, info: Any) -> None:
+        if not isinstance(info, Mapping) or "getObjectPosition" not in info:
+            self._failure = self._garbled("zmqRemoteApi.info", "no list of functions")
+            raise self._failure
+        self._known = info
+
+    def _offered(self, name: str) -> str:
+        function = f"sim.{name}"
+        if name in self._known:
+            return function
+        older = OLDER.get(function)
+        if older and older.removeprefix("sim.") in self._known:
+            return older
+        raise self._lacking(function)
+
+    def _lacking(self, function: str) -> BackendError:
+        return BackendError(
+            f"coppeliasim: the CoppeliaSim at {self.address} has no {function}. "
+            "Install a newer one; 4.10 is what this was made with"
+        )
+
+    def _silence(self, function: str, limit: float) -> BackendError:
+        if not _listens(self.address):
+            return BackendError(
+                f"coppeliasim: the CoppeliaSim at {self.address} is gone; it died or was closed in {function}. "
+                "Start it again, and run again"
+            )
+        advice = (
+            "Another program than CoppeliaSim may listen there (19997 is the legacy remote API: --backend vrep), or "
+            "a dialogue of CoppeliaSim's waits for somebody"
+            if not self._known
+            else "Look whether it shows a dialogue or hangs; where it is only slow, raise safety.answer_s in the "
+            "robot's description"
+        )
+        return BackendError(f"coppeliasim: {self.address} has not answered {function} for {limit:.1f} s. {advice}")
+
+    def _garbled(self, function: str, what: object) -> BackendError:
+        return BackendError(
+            f"coppeliasim: {self.address} answered {function} with {what}; that is not CoppeliaSim's ZeroMQ remote "
+            "API. Look which program listens there, and name the right one with --port"
+        )
+
+    def _too_old(self) -> BackendError:
+        return BackendError(
+            f"coppeliasim: {self.address} speaks the first protocol of the ZeroMQ remote API, as CoppeliaSim up to 4.5 "
+            "does. Install CoppeliaSim 4.6 or newer, or use --backend vrep"
+        )
+
+
+def _connected(client: type[Client], address: Address) -> Client:
+    import zmq
+
+    try:
+        return client(address.host, address.port, IDLE_S)
+    except zmq.ZMQError as error:
+        raise BackendError(f"coppeliasim: {address} is no address to connect to: {error}. Correct --host") from error
+
+
+def _listens(address: Address) -> bool:
+    try:
+        socket.create_connection((address.host, address.port), _PROBE_S).close()
+    except OSError:
+        return False
+    return True

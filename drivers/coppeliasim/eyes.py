@@ -1,0 +1,41 @@
+"""What a built robot sees with: vision sensors for cameras and displays, and for a range sensor's fan."""
+
+from __future__ import annotations
+
+import math
+
+from drivers.coppeliasim.placing import Placement
+from drivers.coppeliasim.workshop import Workshop
+
+NEAR_M, FAR_M = 0.01, 40.0
+_EXPLICIT, _PERSPECTIVE = 1, 2
+
+
+def longest(fov: float, width: int, height: int) -> float:
+    """Return the perspective angle, which is that of a picture's longer side, for a horizontal field of view."""
+    return fov if width >= height else 2 * math.atan(math.tan(fov / 2) * height / width)
+
+
+def across(angle: float, width: int, height: int) -> float:
+    """Return the horizontal field of view for a perspective angle."""
+    return angle if width >= height else 2 * math.atan(math.tan(angle / 2) * width / height)
+
+
+def add_vision_sensor(
+    workshop: Workshop,
+    alias: str,
+    place: Placement,
+    parent: int,
+    size: tuple[int, int],
+    fov: float,
+    clip: tuple[float, float] = (NEAR_M, FAR_M),
+) -> int:
+    """Make a vision sensor that renders when it is told to; ``fov`` is horizontal, ``clip`` what is near and far."""
+    sensor = workshop.make(
+        "createVisionSensor",
+        _EXPLICIT | _PERSPECTIVE,
+        [*size, 0, 0],
+        [*clip, longest(fov, *size), 0.02, 0, 0, 0, 0, 0, 0, 0],
+    )
+    workshop.put(sensor, place, alias, parent)
+    return sensor

@@ -1,0 +1,75 @@
+"""The range sensor of a robot that was built: a fan of distances, by a vision sensor one pixel high."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.coppeliasim.connection import Connection
+from drivers.coppeliasim.eyes import NEAR_M, add_vision_sensor
+from drivers.coppeliasim.placing import Placement, mounted
+from drivers.coppeliasim.workshop import Workshop
+from robotcore.clock import Clock
+from robotcore.description import RangeSensorDescription
+from robotcore.devices import Range, RangeSensor
+from robotcore.raycast import FAN_RAYS, FAN_SETBACK_M, Fan
+from robotcore.sampling import OnceAnInstant
+
+Array = NDArray[np.float64]
+
+BEAM_RAD = 0.01
+_JUST_UNDER = 1e-3
+"""Where nothing is in view, depth reads a little less than the farthest."""
+
+
+def add_fan(workshop: Workshop, told: RangeSensorDescription, body: int, frame: Placement) -> int:
+    """Make the vision sensor of a fan; its outermost pixels look along the edges of the cone."""
+    cone = max(told.cone_rad, BEAM_RAD)
+    fov = 2 * math.atan(math.tan(cone / 2) * FAN_RAYS / (FAN_RAYS - 1))
+    place = frame.at(mounted(told.mount, behind_m=FAN_SETBACK_M))
+    return add_vision_sensor(workshop, told.name, place, body, (FAN_RAYS, 1), fov, (NEAR_M, reach(told)))
+
+
+def reach(told: RangeSensorDescription) -> float:
+    """Return how far the fan looks, from where its rays begin, in metres."""
+    return told.max_range_m + 2 * FAN_SETBACK_M
+
+
+class FanRangeSensor(RangeSensor):
+    """Reads depth along the optical axis, and divides it by each ray's cosine."""
+
+    def __init__(self, connection: Connection, told: RangeSensorDescription, sensor: int, clock: Clock) -> None:
+        limits = {"min_range": told.min_range_m, "max_range": told.max_range_m}
+        super().__init__(told.name, cone=told.cone_rad, **limits)
+        self._connection, self._sensor = connection, sensor
+        self._fan = Fan(cone=told.cone_rad, **limits)
+        side = np.tan(max(told.cone_rad, BEAM_RAD) / 2)
+        self._slopes = np.linspace(side, -side, FAN_RAYS)  # the first pixel is the leftmost
+        self._stretch = np.hypot(1.0, self._slopes)
+        self._far = reach(told) * (1 - _JUST_UNDER)
+        self._newest_at = OnceAnInstant(clock, self._listen)
+
+    def _newest(self) -> Range:
+        return self._newest_at()
+
+    def _listen(self, time: float, sequence: int) -> Range:
+        self._connection.sim("handleVisionSensor", self._sensor)  # unasked, it tells the depth of before
+        depth = self._connection.told(_depths, "getVisionSensorDepth", self._sensor, 1)
+        lengths = np.where(depth < self._far, depth * self._stretch, math.inf)
+        distance = self._fan.reading(lengths)
+        return Range(distance, time, sequence, None if math.isinf(distance) else self._point(lengths))
+
+    def _point(self, lengths: Array) -> tuple[float, float, float]:
+        """Return the detected point in the sensor's frame."""
+        ray = int(lengths.argmin())
+        ahead = float(lengths[ray] / self._stretch[ray])
+        return ahead - FAN_SETBACK_M, ahead * float(self._slopes[ray]), 0.0
+
+
+def _depths(told: object) -> Array:
+    """Return a row of depths in metres; raises ValueError where it is none."""
+    if not (isinstance(told, tuple) and isinstance(told[0], bytes) and len(told[0]) == 4 * FAN_RAYS):
+        raise ValueError("no row of depths")
+    return np.frombuffer(told[0], dtype="<f4").astype(np.float64)

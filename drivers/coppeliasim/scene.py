@@ -1,0 +1,173 @@
+"""A scene behind the ZeroMQ remote API, in lockstep."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from drivers.coppeliasim.connection import LOADING_S, Connection, RefusedError
+from drivers.coppeliasim.eyes import across
+from robotcore.errors import BackendError
+from robotcore.scene import Kind, Lens, Point, RawPicture, Scene, SceneObject, State
+
+_SAME_S = 1e-6
+_PAUSED, _ADVANCING = 8, 16
+"""Bits of a simulation's state."""
+
+
+class CoppeliaSimScene(Scene):
+    """Asks a CoppeliaSim, call by call; `open` in the backend says how one gets there."""
+
+    def __init__(self, connection: Connection) -> None:
+        self.connection = connection
+        self._kinds = {
+            connection.constant("object_joint_type"): Kind.JOINT,
+            connection.constant("object_proximitysensor_type"): Kind.PROXIMITY_SENSOR,
+            connection.constant("object_visionsensor_type"): Kind.VISION_SENSOR,
+            connection.constant("object_shape_type"): Kind.SHAPE,
+        }
+        self._explicit: dict[int, bool] = {}
+        self._step_s = self._time = 0.0
+
+    def find(self, path: str) -> SceneObject | None:
+        try:
+            handle = self.connection.told(int, "getObject", path, {"noError": True})
+        except RefusedError:  # of an old name that is no path
+            handle = self._find_flat(path)
+        return self._object(handle) if handle >= 0 else None
+
+    def objects(self) -> Sequence[SceneObject]:
+        handles = self.connection.told(list, "getObjectsInTree", self.connection.constant("handle_scene"))
+        return [self._object(handle) for handle in handles]
+
+    def state(self) -> State:
+        state = self.connection.told(int, "getSimulationState")
+        if state & _ADVANCING:
+            return State.RUNNING
+        return State.PAUSED if state & _PAUSED else State.STOPPED
+
+    def start(self) -> None:
+        """Start, and let the first step pass: before it, nothing has been seen or measured."""
+        before = self.state()
+        self.connection.sim("setStepping", True)
+        if before is not State.RUNNING:
+            self.connection.sim("startSimulation", within_s=LOADING_S)
+        self._step_s, self._time = self.time_step(), self.time()
+        if before is State.STOPPED:
+            self._step(LOADING_S)
+        self._time = self.time()
+
+    def stop(self) -> None:
+        self.connection.sim("stopSimulation", True, within_s=LOADING_S)
+        if (state := self.state()) is not State.STOPPED:
+            raise BackendError(f"coppeliasim: the simulation was told to stop and is {state.value}. Stop it by hand")
+
+    def time_step(self) -> float:
+        return self.connection.told(float, "getSimulationTimeStep")
+
+    def time(self) -> float:
+        return self.connection.told(float, "getSimulationTime")
+
+    def advance(self, steps: int) -> None:
+        for _ in range(steps):
+            self._step()
+        now = self.time()
+        if not math.isclose(now - self._time, steps * self._step_s, rel_tol=_SAME_S, abs_tol=_SAME_S):
+            raise self._out_of_step(now - self._time, steps)
+        self._time = now
+
+    def set_joint_velocity(self, joint: int, rad_s: float) -> None:
+        self.connection.sim("setJointTargetVelocity", joint, rad_s)
+
+    def joint_position(self, joint: int) -> float:
+        return self.connection.told(float, "getJointPosition", joint)
+
+    def detected(self, sensor: int) -> Point | None:
+        name = "handleProximitySensor" if self._is_explicit(sensor) else "readProximitySensor"
+        return self.connection.told(_detected_point, name, sensor)
+
+    def lens(self, sensor: int) -> Lens:
+        width, height = self.connection.told(_size, "getVisionSensorRes", sensor)
+        is_perspective = self.connection.told(
+            int, "getObjectInt32Param", sensor, self.connection.constant("visionintparam_perspective_operation")
+        )
+        if not is_perspective:
+            return Lens(width, height, None)
+        wide = self.connection.told(
+            float, "getObjectFloatParam", sensor, self.connection.constant("visionfloatparam_perspective_angle")
+        )
+        return Lens(width, height, across(wide, width, height))
+
+    def picture(self, sensor: int) -> RawPicture:
+        """Return what it sees now, if it is handled explicitly; else what it saw at the end of the last step."""
+        if self._is_explicit(sensor):
+            self.connection.sim("handleVisionSensor", sensor)
+        return self.connection.told(_raw_picture, "getVisionSensorImg", sensor)
+
+    def show(self, sensor: int, picture: RawPicture) -> None:
+        self.connection.sim("setVisionSensorImg", sensor, picture.pixels)
+
+    def position(self, handle: int) -> Point:
+        return self.connection.told(_point, "getObjectPosition", handle)
+
+    def close(self) -> None:
+        self.connection.close()
+
+    def _find_flat(self, name: str) -> int:
+        try:
+            return self.connection.told(int, "getObjectHandle", name)
+        except RefusedError:
+            return -1
+
+    def _object(self, handle: int) -> SceneObject:
+        number = self.connection.told(int, "getObjectType", handle)
+        path = self.connection.told(str, "getObjectAlias", handle, 1)
+        return SceneObject(handle, path, self._kinds.get(number, Kind.OTHER))
+
+    def _is_explicit(self, sensor: int) -> bool:
+        if sensor not in self._explicit:
+            self._explicit[sensor] = bool(self.connection.told(int, "getExplicitHandling", sensor))
+        return self._explicit[sensor]
+
+    def _step(self, within_s: float | None = None) -> None:
+        self.connection.sim("step", within_s=within_s)
+
+    def _out_of_step(self, passed: float, steps: int) -> BackendError:
+        """Return what is to be said where steps took another time than theirs."""
+        state = self.state()
+        if state is State.STOPPED:
+            what = "was stopped by somebody else. Run again, and leave it to this program"
+        elif state is State.PAUSED:
+            what = "was paused by somebody else. Let it go on, and run again"
+        else:
+            what = (
+                f"went on by {passed:g} s in {steps} step(s) of {self._step_s:g} s: it is no longer in lockstep. "
+                "Another program may step it too, or this one was silent for so long that CoppeliaSim forgot it"
+            )
+        return BackendError(f"coppeliasim: the simulation at {self.connection.address} {what}")
+
+
+def _point(told: Any) -> Point:
+    x, y, z = told
+    return float(x), float(y), float(z)
+
+
+def _size(told: Any) -> tuple[int, int]:
+    width, height = told
+    return int(width), int(height)
+
+
+def _detected_point(told: Any) -> Point | None:
+    """Return the point of a proximity sensor's result; where it detects nothing, all but the first is rubbish."""
+    if isinstance(told, int):
+        return None
+    return _point(told[2]) if told[0] == 1 else None
+
+
+def _raw_picture(told: Any) -> RawPicture:
+    pixels, *size = told  # the size is one list, and was two numbers before 4.4
+    width, height = _size(size[0] if len(size) == 1 else size)
+    if not isinstance(pixels, bytes) or len(pixels) != 3 * width * height:
+        raise ValueError(f"{width} x {height} pixels")
+    return RawPicture(pixels, width, height)

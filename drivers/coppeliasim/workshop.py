@@ -1,0 +1,106 @@
+"""Objects made through the API: shapes, joints, sensors, each placed, named and put under its parent."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import IntEnum
+
+from drivers.coppeliasim.connection import LOADING_S, Connection
+from drivers.coppeliasim.placing import Placement
+from robotcore.description.base import Colour
+
+TAG = "robotcore"
+"""Objects that carry custom data of this name are ours to remove."""
+
+
+class Mask(IntEnum):
+    """Who collides with whom: the high byte across models, the low byte within one.
+
+    Wheels and caster meet the floor only; the body meets both.
+    """
+
+    FLOOR = 0x01FF
+    THING = 0x02FF
+    BODY = 0x0301
+    WHEEL = 0x0102
+    CASTER = 0x0104
+
+
+class Workshop:
+    """Makes objects in a scene that is stopped."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+        self.constant = connection.constant
+
+    def call(self, name: str, *arguments: object) -> object:
+        """Call a function of the API, and wait as long as loading may take."""
+        return self._connection.sim(name, *arguments, within_s=LOADING_S)
+
+    def make(self, name: str, *arguments: object) -> int:
+        """Call a function that makes an object; return its handle."""
+        return self._connection.told(int, name, *arguments)
+
+    def dummy(self, alias: str) -> int:
+        """Make a point that others can be put under."""
+        handle = self.make("createDummy", 0.01)
+        self.call("setObjectAlias", handle, alias)
+        return handle
+
+    def shape(
+        self,
+        kind: str,
+        size: Sequence[float],
+        place: Placement,
+        colour: Colour,
+        mask: Mask,
+        alias: str,
+        parent: int = -1,
+    ) -> int:
+        """Make a pure shape that others bump into and that stands still; ``size`` is its bounding box in metres."""
+        handle = self.make("createPrimitiveShape", self.constant(f"primitiveshape_{kind}"), list(size), 0)
+        self.call("setShapeColor", handle, None, self.constant("colorcomponent_ambient_diffuse"), _rgb(colour))
+        self.set_int(handle, "shapeintparam_static", 1)
+        self.set_int(handle, "shapeintparam_respondable", 1)
+        self.set_int(handle, "shapeintparam_respondable_mask", mask)
+        self.put(handle, place, alias, parent)
+        return handle
+
+    def put(self, handle: int, place: Placement, alias: str, parent: int) -> None:
+        """Place an object in the world, name it, and put it under its parent; -1 is none."""
+        self.call("setObjectPose", handle, list(place))
+        self.call("setObjectAlias", handle, alias)
+        if parent >= 0:
+            self.call("setObjectParent", handle, parent, True)
+
+    def set_int(self, handle: int, parameter: str, value: int) -> None:
+        """Set an object's whole number by the parameter's name."""
+        self.call("setObjectInt32Param", handle, self.constant(parameter), int(value))
+
+    def let_move(self, shape: int, mass_kg: float) -> None:
+        """Let physics move a shape of that mass, its own inertia with it."""
+        self.set_int(shape, "shapeintparam_static", 0)
+        self.call("computeMassAndInertia", shape, 1000.0)
+        self.call("setShapeMass", shape, mass_kg)
+
+    def set_friction(self, shape: int, friction: float) -> None:
+        """Set what Bullet 2.78 goes by, and what newer ones do."""
+        for parameter in ("bullet_body_oldfriction", "bullet_body_friction"):
+            self.call("setEngineFloatParam", self.constant(parameter), shape, friction)
+
+    def mark(self, handle: int, note: str) -> None:
+        """Mark an object, and all under it, as ours."""
+        self.call("writeCustomStringData", handle, TAG, note)
+
+    def note_on(self, handle: int) -> str:
+        """Return the note on an object that is ours; empty where it is not."""
+        note = self._connection.sim("readCustomStringData", handle, TAG)
+        return note.decode(errors="replace") if isinstance(note, bytes) else str(note or "")
+
+    def remove_tree(self, root: int) -> None:
+        """Remove an object and all under it."""
+        self.call("removeObjects", self._connection.told(list, "getObjectsInTree", root))
+
+
+def _rgb(colour: Colour) -> list[float]:
+    return [part / 255 for part in colour]

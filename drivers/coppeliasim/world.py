@@ -1,0 +1,52 @@
+"""The world as objects of a scene: a floor, what stands on it, and balls; none of it moves."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from drivers.coppeliasim.placing import Placement, on_floor
+from drivers.coppeliasim.workshop import Mask, Workshop
+from robotcore.description import Ball, Box, Cylinder, WorldDescription
+from robotcore.geometry import Pose
+
+GROUND_M, GROUND_DEPTH_M = 60.0, 0.1
+"""The ground goes on beyond the world's floor; a vision sensor of ours sees no farther."""
+
+
+class BuiltWorld(NamedTuple):
+    """The handles of a world's objects: their root, the floor, and what can be touched."""
+
+    root: int
+    floor: int
+    things: frozenset[int]
+
+
+def build_world(workshop: Workshop, world: WorldDescription) -> BuiltWorld:
+    """Make a world's objects, each under its own name."""
+    root = workshop.dummy(world.name)
+    floor = _add_floor(workshop, world, root)
+    workshop.set_friction(floor, 1.0)
+    prisms = [_add_prism(workshop, prism, root) for prism in world.prisms]
+    balls = [_add_ball(workshop, ball, root) for ball in world.targets]
+    return BuiltWorld(root, floor, frozenset((*prisms, *balls)))
+
+
+def _add_floor(workshop: Workshop, world: WorldDescription, root: int) -> int:
+    size = (GROUND_M, GROUND_M, GROUND_DEPTH_M)
+    place = Placement(0.0, 0.0, -GROUND_DEPTH_M / 2)
+    return workshop.shape("cuboid", size, place, world.floor.colour, Mask.FLOOR, "floor", root)
+
+
+def _add_prism(workshop: Workshop, prism: Box | Cylinder, root: int) -> int:
+    place = on_floor(Pose(prism.x_m, prism.y_m, prism.yaw_rad))._replace(z=prism.height_m / 2)
+    if isinstance(prism, Box):
+        kind, across = "cuboid", (prism.length_m, prism.width_m)
+    else:
+        kind, across = "cylinder", (2 * prism.radius_m, 2 * prism.radius_m)
+    return workshop.shape(kind, (*across, prism.height_m), place, prism.colour, Mask.THING, prism.name, root)
+
+
+def _add_ball(workshop: Workshop, ball: Ball, root: int) -> int:
+    size = (2 * ball.radius_m,) * 3
+    place = Placement(ball.x_m, ball.y_m, ball.radius_m)
+    return workshop.shape("spheroid", size, place, ball.colour, Mask.THING, ball.name, root)
