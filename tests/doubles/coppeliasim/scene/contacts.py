@@ -45,16 +45,17 @@ class Feeler(Bumper):
 
     def __init__(self, surroundings: Surroundings, start: Pose) -> None:
         super().__init__(surroundings, start)
-        self.touching: list[int] = []
+        self.touching: set[int] = set()
 
     def move_to(self, surroundings: Surroundings | None, start: Pose) -> None:
         """Begin anew, elsewhere or among other things."""
         super().__init__(surroundings or self._surroundings, start)
-        self.touching = []
+        self.touching = set()
 
     def permits(self, here: Pose, there: Pose, distance: float, turn: float) -> bool:
         is_free = super().permits(here, there, distance, turn)
-        self.touching = [] if is_free else np.flatnonzero(self._surroundings.gaps(there) < 0).tolist()
+        if not is_free:
+            self.touching.update(np.flatnonzero(self._surroundings.gaps(there) < 0).tolist())
         return is_free
 
 

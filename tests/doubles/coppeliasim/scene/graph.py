@@ -20,20 +20,16 @@ class Graph:
     ``revision`` changes with everything that somebody outside changes: what is derived from the graph is made anew.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, first_handle: int = 0) -> None:
         self.revision = 0
-        self.clear()
+        self.clear(first_handle)
 
-    def clear(self) -> None:
+    def clear(self, first_handle: int = 0) -> None:
         """Take everything out; handles begin anew."""
         self.revision += 1
         self.roots: list[Thing] = []
         self._things: dict[int, Thing] = {}
-        self.count_from(0)
-
-    def count_from(self, handle: int) -> None:
-        """Give this handle next."""
-        self._handles = itertools.count(handle)
+        self._handles = itertools.count(first_handle)
 
     def __getitem__(self, handle: int) -> Thing:
         try:

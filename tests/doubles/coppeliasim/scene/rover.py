@@ -57,6 +57,7 @@ class Rover:
     def advance(self, count: int) -> None:
         """Take steps, and put the robot's objects where they then are."""
         self._notice_a_push()
+        self._feeler.touching.clear()
         for side in (self._left, self._right):
             side.command()
         for _ in range(count):
@@ -71,7 +72,7 @@ class Rover:
 
     def contacts(self, scenery: Scenery) -> list[Contact]:
         """Return what its wheels and casters stand on, and what its body has driven against."""
-        against = [self._touch(self._around[i]) for i in self._feeler.touching]
+        against = [self._touch(self._around[i]) for i in sorted(self._feeler.touching)]
         return [*self._standing_on(scenery), *against]
 
     def _surroundings(self, scenery: Scenery) -> Surroundings:

@@ -99,9 +99,9 @@ class Simulator:
     def step(self, client: Hashable) -> Ticket:
         """Let time go on by a step as far as this client is concerned: at once where nobody else holds it."""
         ticket = Ticket(self.steps, not self.state.is_advancing)
-        if self.stepping.level(client):
+        if self.stepping.level(client) and self.state.is_advancing:
             self.stepping.ask(client)
-            if self.state.is_advancing and not self.stepping.is_held:
+            if not self.stepping.is_held:
                 self.advance()
         return ticket
 

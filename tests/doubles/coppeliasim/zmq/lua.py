@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -17,6 +18,13 @@ NOT_BEGUN = "script is not initialized (or has already ended)"
 
 class LuaError(SceneError):
     """What went wrong in a chunk, with the line it was on."""
+
+
+@dataclass(frozen=True)
+class Buffer:
+    """Bytes from the simulator, which stay bytes on their way through Lua, be they text or not."""
+
+    content: bytes
 
 
 class Scripts:
@@ -90,11 +98,14 @@ class Chunk:
 
         def wrapped(*args: Any) -> Any:
             try:
-                return tuple(self._table(each) for each in call([_python(arg) for arg in args]))
+                return tuple(self._told(each) for each in call([_python(arg) for arg in args]))
             except SceneError as error:
                 raise LuaError(f"1: in sim.{name}: {error}") from error
 
         return wrapped
+
+    def _told(self, value: Any) -> Any:
+        return Buffer(value) if isinstance(value, bytes) else self._table(value)
 
     def _returned(self, values: Any) -> tuple[Any, ...]:
         if values is None:
@@ -116,6 +127,8 @@ def _python(value: Any) -> Any:
     """Return a value of Lua's: strings that are text as such, tables as lists where they are, else as dicts."""
     from lupa import lua_type
 
+    if isinstance(value, Buffer):
+        return value.content
     if isinstance(value, bytes):
         return _text(value)
     if lua_type(value) != "table":

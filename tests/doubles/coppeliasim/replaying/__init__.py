@@ -1,0 +1,1 @@
+"""Recorded sessions of a real server, played to a double: where its replies differ."""
