@@ -94,6 +94,10 @@ class Functions:
     def set_orientation(self, handle: int, relative_to: int, angles: Vector) -> None:
         self._put(handle, relative_to, Transform(self._pose(handle, relative_to).position, of_euler(angles)))
 
+    def velocity(self, handle: int) -> tuple[Vector, Vector]:
+        """Return the linear and the angular velocity in the world."""
+        return self.simulator.velocity(self.simulator.graph[handle])
+
     def floating(self, parameter: int) -> float:
         if parameter != TIME_STEP:
             raise SceneError("invalid parameter.")

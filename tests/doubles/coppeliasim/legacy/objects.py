@@ -13,6 +13,7 @@ from tests.doubles.coppeliasim.scene.poses import Vector
 INT = struct.Struct("<i")
 FLOAT = struct.Struct("<f")
 FLOATS3 = struct.Struct("<3f")
+FLOATS6 = struct.Struct("<6f")
 TWO_INTS = struct.Struct("<2i")
 RELATIVE = struct.Struct("<i3f")
 DETECTION = struct.Struct("<b3fi3f")
@@ -35,6 +36,7 @@ def answers_on_objects(functions: Functions) -> Answers:
         Code.READ_PROXIMITY_SENSOR: objects.proximity,
         Code.GET_OBJECT_POSITION: objects.position,
         Code.GET_OBJECT_ORIENTATION: objects.orientation,
+        Code.GET_OBJECT_VELOCITY: objects.velocity,
         Code.SET_OBJECT_POSITION: objects.set_position,
         Code.SET_OBJECT_ORIENTATION: objects.set_orientation,
     }
@@ -106,6 +108,12 @@ class Objects:
         with refusing("simSetObjectOrientation"):
             self._functions.set_orientation(handle(command), relative_to, angles)
         return b""
+
+    def velocity(self, command: Command) -> bytes:
+        """Return the linear, then the angular velocity."""
+        with refusing("simGetObjectVelocity", bytes(FLOATS6.size)):
+            linear, angular = self._functions.velocity(handle(command))
+        return FLOATS6.pack(*linear, *angular)
 
 
 def handle(command: Command) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import struct
 from collections.abc import Iterator
 
@@ -20,6 +21,7 @@ from tests.doubles.coppeliasim.scene.simulator import Simulator
 
 BODY, LEFT, CAMERA, BOX, NOSE, SCREEN = 181, 182, 190, 191, 192, 193
 ROWS, COLUMNS = 12, 16
+WHEEL_RADIUS_M, TRACK_M = 0.0325, 0.16
 
 
 @pytest.fixture
@@ -101,6 +103,20 @@ def test_an_object_is_put_where_it_is_told_to_be(client: Talker) -> None:
     orientation = client.ask(Code.GET_OBJECT_ORIENTATION, ints(BOX, -1)).data
     assert struct.unpack("<3f", position) == pytest.approx((0.5, 0.25, 0.06))
     assert struct.unpack("<3f", orientation) == pytest.approx((0.0, 0.0, 0.5))
+
+
+def test_a_velocity_is_linear_then_angular_in_the_world(client: Talker, simulator: Simulator) -> None:
+    client.ask(Code.SYNCHRONOUS_ENABLE)
+    client.ask(Code.START_PAUSE_STOP_SIMULATION, ints(0))
+    for joint, speed in ((LEFT, 1.0), (LEFT + 2, 3.0)):
+        client.ask(Code.SET_JOINT_TARGET_VELOCITY, ints(joint), floats(speed))
+    client.ask(Code.SYNCHRONOUS_NEXT)
+    velocity = struct.unpack("<6f", client.ask(Code.GET_OBJECT_VELOCITY, ints(BODY)).data)
+    turn = 2 * WHEEL_RADIUS_M / TRACK_M
+    heading = turn * simulator.time_step
+    ahead = (2 * WHEEL_RADIUS_M * math.cos(heading), 2 * WHEEL_RADIUS_M * math.sin(heading))
+    assert velocity == pytest.approx((*ahead, 0.0, 0.0, 0.0, turn), abs=1e-6)
+    assert client.ask(Code.GET_OBJECT_VELOCITY, ints(BOX)).data == bytes(24)
 
 
 def test_a_signal_is_kept_until_it_is_cleared(client: Talker) -> None:

@@ -11,8 +11,8 @@ from robotcore.geometry import Pose
 from tests.doubles.coppeliasim.scene.contacts import GRAVITY_M_S2, Contact, Feeler, nearest_points
 from tests.doubles.coppeliasim.scene.drives import Drive
 from tests.doubles.coppeliasim.scene.graph import Graph
-from tests.doubles.coppeliasim.scene.objects import Joint, Primitive, Shape
-from tests.doubles.coppeliasim.scene.poses import Transform
+from tests.doubles.coppeliasim.scene.objects import Joint, Primitive, Shape, Thing
+from tests.doubles.coppeliasim.scene.poses import Transform, Vector
 from tests.doubles.coppeliasim.scene.scenery import Scenery
 from tests.doubles.coppeliasim.scene.standing import Standing, lowest, standing
 
@@ -74,6 +74,20 @@ class Rover:
         """Return what its wheels and casters stand on, and what its body has driven against."""
         against = [self._touch(self._around[i]) for i in sorted(self._feeler.touching)]
         return [*self._standing_on(scenery), *against]
+
+    def carries(self, thing: Thing) -> bool:
+        """Return whether it is the robot's body or sits on it."""
+        return thing is self._drive.body or (thing.parent is not None and self.carries(thing.parent))
+
+    def velocity(self, point: Vector) -> tuple[Vector, Vector]:
+        """Return how a point of the body moves in the world, in m/s, and how the body turns, in rad/s.
+
+        What turns on it, a wheel, is told as if it were fixed.
+        """
+        pose, twist = self._chassis.pose, self._chassis.twist
+        ahead = (math.cos(pose.heading) * twist.linear, math.sin(pose.heading) * twist.linear)
+        x, y = point[0] - pose.x, point[1] - pose.y
+        return (ahead[0] - twist.angular * y, ahead[1] + twist.angular * x, 0.0), (0.0, 0.0, twist.angular)
 
     def _surroundings(self, scenery: Scenery) -> Surroundings:
         self._around = scenery.between(self._stand.low, self._stand.high)

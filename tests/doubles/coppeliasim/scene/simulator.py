@@ -11,7 +11,8 @@ from tests.doubles.coppeliasim.scene.errors import SceneError
 from tests.doubles.coppeliasim.scene.graph import Graph
 from tests.doubles.coppeliasim.scene.initial import Initial
 from tests.doubles.coppeliasim.scene.look import Look
-from tests.doubles.coppeliasim.scene.objects import Depths, Pixels, ProximitySensor, VisionSensor
+from tests.doubles.coppeliasim.scene.objects import Depths, Pixels, ProximitySensor, Thing, VisionSensor
+from tests.doubles.coppeliasim.scene.poses import Vector
 from tests.doubles.coppeliasim.scene.ranging import Detection
 from tests.doubles.coppeliasim.scene.seeing import Blank
 from tests.doubles.coppeliasim.scene.states import State, States
@@ -155,6 +156,10 @@ class Simulator:
     def detection(self, sensor: ProximitySensor) -> Detection | None:
         """Return what it detects; without the plug-in it never detects anything."""
         return self._world.detection(sensor) if self.can_detect else None
+
+    def velocity(self, thing: Thing) -> tuple[Vector, Vector]:
+        """Return an object's linear and angular velocity in the world, in m/s and rad/s."""
+        return self._world.velocity(thing)
 
     def contacts(self) -> list[Contact]:
         """Return who touches whom since the last step; nobody while stopped."""

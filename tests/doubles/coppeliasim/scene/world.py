@@ -8,11 +8,14 @@ from tests.doubles.coppeliasim.scene.contacts import Contact
 from tests.doubles.coppeliasim.scene.drives import drives_of
 from tests.doubles.coppeliasim.scene.graph import Graph
 from tests.doubles.coppeliasim.scene.look import Look
-from tests.doubles.coppeliasim.scene.objects import ProximitySensor, VisionSensor
+from tests.doubles.coppeliasim.scene.objects import ProximitySensor, Thing, VisionSensor
+from tests.doubles.coppeliasim.scene.poses import Vector
 from tests.doubles.coppeliasim.scene.ranging import Detection, detect
 from tests.doubles.coppeliasim.scene.rover import Rover
 from tests.doubles.coppeliasim.scene.scenery import Scenery
 from tests.doubles.coppeliasim.scene.seeing import Exposure
+
+STANDING: tuple[Vector, Vector] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
 class World:
@@ -47,6 +50,11 @@ class World:
 
     def detection(self, sensor: ProximitySensor) -> Detection | None:
         return detect(sensor, self._graph.pose(sensor), self.scenery.solids)
+
+    def velocity(self, thing: Thing) -> tuple[Vector, Vector]:
+        """Return an object's linear and angular velocity in the world, in m/s and rad/s."""
+        rover = next((rover for rover in self._rovers if rover.carries(thing)), None)
+        return rover.velocity(self._graph.pose(thing).position) if rover else STANDING
 
     @property
     def scenery(self) -> Scenery:
