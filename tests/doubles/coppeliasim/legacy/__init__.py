@@ -2,8 +2,7 @@
 
 `LegacyServer` is the front. From the line inwards: `service` and `temporary` (a port each), `codec` (bytes), `codes`,
 `conversation` and `inbox` (what is answered when), `client` (who asks), the answers (`objects`, `pictures`, `values`,
-`running`, `refused`), `functions` (what the scene does for them), `realtime` (who lets time pass), `faults` (how it
-fails).
+`running`, `refused`), `functions` (what the scene does for them), `faults` (how it fails).
 
 Not served: split modes, big-endian clients, shared memory, scripts' functions, files, consoles, dialogs and UIs.
 """

@@ -5,28 +5,31 @@ from __future__ import annotations
 from contextlib import ExitStack
 from types import TracebackType
 
-from tests.doubles.coppeliasim.legacy.realtime import RealTime
 from tests.doubles.coppeliasim.legacy.service import Service
 from tests.doubles.coppeliasim.legacy.temporary import TemporaryService
+from tests.doubles.coppeliasim.scene.pacing import Pacer
 from tests.doubles.coppeliasim.scene.simulator import Simulator
 
 
 class LegacyServer:
     """Serves a simulator over the legacy remote API; a context manager. ``port`` 0 takes a free one.
 
-    The service it begins with is continuous, like 19997 of an installation. Time passes by itself while nobody steps.
+    The service it begins with is continuous, like 19997 of an installation. Time passes by itself while nobody steps;
+    where somebody else sees to that, ``paces`` is False.
 
     >>> with LegacyServer(Simulator()) as server:
     ...     server.port > 0
     True
     """
 
-    def __init__(self, simulator: Simulator, port: int = 0) -> None:
+    def __init__(self, simulator: Simulator, port: int = 0, *, paces: bool = True) -> None:
         self._simulator, self._asked_port = simulator, port
+        self._paces = paces
         self._open = ExitStack()
 
     def __enter__(self) -> LegacyServer:
-        self._open.callback(RealTime(self._simulator).close)
+        if self._paces:
+            self._open.enter_context(Pacer(self._simulator))
         self.service = Service(self._simulator, self._asked_port)
         self._open.callback(self._close_service)
         return self

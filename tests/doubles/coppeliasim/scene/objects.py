@@ -157,6 +157,7 @@ class VisionSensor(Thing):
     near: float = 0.01
     far: float = 10.0
     takes_external_pictures: bool = False
+    is_perspective: bool = True
     sight: Sight | None = None
     has_result: bool = False
 

@@ -61,6 +61,12 @@ def get_object_matrix(session: Session, thing: Thing, relative_to: int = WORLD) 
     return [part for row in zip(*place.axes, place.position, strict=True) for part in row]
 
 
+@function("getObjectVelocity")
+def get_object_velocity(session: Session, thing: Thing) -> tuple[list[float], list[float]]:
+    linear, angular = session.simulator.velocity(thing)
+    return list(linear), list(angular)
+
+
 def _place(session: Session, thing: Thing, relative_to: int) -> Transform:
     if relative_to == PARENT:
         return thing.local

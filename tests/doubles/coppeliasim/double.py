@@ -1,0 +1,50 @@
+"""A double as a whole: a simulator whose time passes by itself, and its servers."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from typing import Any
+
+from tests.doubles.coppeliasim.legacy.server import LegacyServer
+from tests.doubles.coppeliasim.scene import Simulator
+from tests.doubles.coppeliasim.scene.pacing import Pacer
+from tests.doubles.coppeliasim.zmq import ZmqServer
+
+
+class Double:
+    """Serves a simulator over both protocols until it is closed; a context manager. A port of 0 is any free one.
+
+    >>> with Double(Simulator()) as double:
+    ...     double.zmq_port != double.legacy_port
+    True
+    """
+
+    def __init__(self, simulator: Simulator, zmq_port: int = 0, legacy_port: int = 0) -> None:
+        self.simulator = simulator
+        self._legacy = LegacyServer(simulator, legacy_port, paces=False)
+        self._zmq = ZmqServer(simulator, zmq_port, services={"simRemoteApi.start": self._start_service})
+        self._open = ExitStack()
+
+    def __enter__(self) -> Double:
+        with ExitStack() as opening:
+            opening.enter_context(Pacer(self.simulator))
+            opening.enter_context(self._zmq)
+            opening.enter_context(self._legacy)
+            self._open = opening.pop_all()
+        return self
+
+    def __exit__(self, *exc_info: object) -> None:
+        self._open.close()
+
+    @property
+    def zmq_port(self) -> int:
+        return self._zmq.port
+
+    @property
+    def legacy_port(self) -> int:
+        return self._legacy.port
+
+    def _start_service(self, port: int, *_: Any) -> int:
+        """Start a temporary legacy service, as a scene's script does; return 1."""
+        self._legacy.start_temporary(port)
+        return 1
