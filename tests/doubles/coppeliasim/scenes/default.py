@@ -11,6 +11,13 @@ SLAB_M = (5.0, 5.0, 0.1)
 CAMERAS = ("XView", "YView", "ZView", "NXView", "NYView", "NZView")
 
 
+def default_scene() -> Simulator:
+    """Return a simulator as it is after its start."""
+    simulator = Simulator()
+    fill_default_scene(simulator)
+    return simulator
+
+
 def fill_default_scene(simulator: Simulator) -> None:
     """Empty the scene and fill it as recorded: handles 0 to 14, the next is 15."""
     simulator.empty()

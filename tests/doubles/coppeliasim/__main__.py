@@ -1,0 +1,56 @@
+"""The double as a process: a CoppeliaSim without a window, to be spoken to over both of its remote APIs.
+
+python -m tests.doubles.coppeliasim --robot rover --world arena --seed 7
+"""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+from collections.abc import Sequence
+
+from robotcore.description import draw_world, load_robot, load_world
+from tests.doubles.coppeliasim.double import Double
+from tests.doubles.coppeliasim.scene import Simulator
+from tests.doubles.coppeliasim.scenes import bubblerob_scene, default_scene, described_scene, relay_scene
+
+SCENES = {"default": default_scene, "bubblerob": bubblerob_scene, "relay": relay_scene}
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Serve until SIGTERM or SIGINT; one line tells the ports."""
+    signals = {signal.SIGTERM, signal.SIGINT}
+    signal.pthread_sigmask(signal.SIG_BLOCK, signals)
+    options = _parser().parse_args(arguments)
+    simulator = _scene(options)
+    with Double(simulator, options.zmq_port, options.legacy_port) as double:
+        if options.running:
+            with simulator.lock:
+                simulator.start()
+        sys.stdout.write(f"coppeliasim double: zmq {double.zmq_port}, legacy {double.legacy_port}\n")
+        sys.stdout.flush()
+        signal.sigwait(signals)
+
+
+def _scene(options: argparse.Namespace) -> Simulator:
+    if options.robot is None:
+        return SCENES[options.scene]()
+    robot, world = load_robot(options.robot), load_world(options.world)
+    return described_scene(robot, world if options.seed is None else draw_world(world, robot, options.seed))
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m tests.doubles.coppeliasim", description=__doc__)
+    parser.add_argument("--zmq-port", type=int, default=23000, help="0 is any free one (default: %(default)s)")
+    parser.add_argument("--legacy-port", type=int, default=19997, help="0 is any free one (default: %(default)s)")
+    parser.add_argument("--scene", choices=SCENES, default="default", help="a scene (default: %(default)s)")
+    parser.add_argument("--robot", help="a scene with this robot instead, by name or file")
+    parser.add_argument("--world", default="arena", help="and this world (default: %(default)s)")
+    parser.add_argument("--seed", type=int, help="which draws the world; without it, it is as its file says")
+    parser.add_argument("--running", action="store_true", help="begin with the simulation running")
+    return parser
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,130 @@
+"""A described robot in a described world, ready to be joined: each device is the object of its name."""
+
+from __future__ import annotations
+
+import math
+
+from robotcore.description import (
+    Ball,
+    Box,
+    CameraDescription,
+    Cylinder,
+    DisplayDescription,
+    MotorDescription,
+    Mount,
+    RangeSensorDescription,
+    RobotDescription,
+    WorldDescription,
+)
+from tests.doubles.coppeliasim.scene import Graph, Simulator
+from tests.doubles.coppeliasim.scene.look import Look
+from tests.doubles.coppeliasim.scene.objects import Joint, Primitive, ProximitySensor, Shape, Thing, VisionSensor
+from tests.doubles.coppeliasim.scene.poses import Quaternion, Transform, Vector, multiplied
+from tests.doubles.coppeliasim.scenes.parts import AHEAD, ball, floor, moving, still, wheel_joint
+
+SCREEN_PX = (320, 240)
+NEAR_M, FAR_M = 0.01, 40.0
+BEYOND_M = 40.0
+"""The ground goes on beyond a world's floor, as far as cameras see."""
+
+
+def described_scene(robot: RobotDescription, world: WorldDescription) -> Simulator:
+    """Return a scene with ``/NAME`` as the robot's body, its devices below it, and the display as ``/screen``."""
+    graph = Graph()
+    _add_world(graph, world)
+    _add_robot(graph, robot, world)
+    return Simulator(graph, Look(world.light))
+
+
+def _add_world(graph: Graph, world: WorldDescription) -> None:
+    beyond = 2 * BEYOND_M
+    graph.add(floor(world.floor.length_m + beyond, world.floor.width_m + beyond, _rgb(world.floor.colour)))
+    for prism in world.prisms:
+        graph.add(_prism(prism))
+    for target in world.targets:
+        graph.add(_ball(target))
+
+
+def _prism(prism: Box | Cylinder) -> Shape:
+    at = Transform.turned(prism.yaw_rad, (prism.x_m, prism.y_m, prism.height_m / 2))
+    if isinstance(prism, Box):
+        return still(prism.name, (prism.length_m, prism.width_m, prism.height_m), at, _rgb(prism.colour))
+    across = 2 * prism.radius_m
+    return still(prism.name, (across, across, prism.height_m), at, _rgb(prism.colour), Primitive.CYLINDER)
+
+
+def _ball(target: Ball) -> Shape:
+    return ball(target.name, target.radius_m, target.x_m, target.y_m, _rgb(target.colour))
+
+
+def _add_robot(graph: Graph, robot: RobotDescription, world: WorldDescription) -> None:
+    told, start = robot.body, world.start.pose
+    frame = Transform.turned(start.heading, (start.x, start.y, 0.0))
+    middle = Transform((told.centre_x_m, 0.0, told.clearance_m + told.height_m / 2))
+    size = (told.length_m, told.width_m, told.height_m)
+    body = moving(robot.name, size, frame.then(middle), Primitive.CUBOID, told.mass_kg, _rgb(told.colour))
+    body.is_model_base, body.is_static = True, robot.drive is None
+    graph.add(body)
+    inward = middle.inverse
+    for motor in robot.all_of(MotorDescription):
+        _add_wheel(graph, body, inward, robot, motor)
+    for told_of in robot.devices:
+        if sensor := _sensor(told_of, inward):
+            graph.add(sensor, body)
+        elif isinstance(told_of, DisplayDescription):
+            graph.add(_screen(told_of.name))
+
+
+def _add_wheel(graph: Graph, body: Thing, inward: Transform, robot: RobotDescription, motor: MotorDescription) -> None:
+    """Add the motor's joint, lagging as described, with its wheel; a motor outside the drive turns nothing."""
+    drive = robot.drive
+    if drive is None or motor.name not in {drive.left, drive.right}:
+        graph.add(Joint(motor.name), body)
+        return
+    radius, side = drive.wheel_radius_m, 1 if motor.name == drive.left else -1
+    hub = inward.apply((0.0, side * drive.track_m / 2, radius))
+    joint = graph.add(wheel_joint(motor.name, hub, motor.lag_s), body)
+    size = (2 * radius, 2 * radius, drive.wheel_width_m)
+    graph.add(moving(f"{motor.name}_wheel", size, Transform(), Primitive.CYLINDER, drive.wheel_mass_kg), joint)
+
+
+def _sensor(told: object, inward: Transform) -> Thing | None:
+    """Return the object that a sensor is, in its body's frame; None for what is none."""
+    if isinstance(told, RangeSensorDescription):
+        nose = ProximitySensor(told.name, reach=told.max_range_m, cone=told.cone_rad)
+        nose.local = inward.then(_looking(told.mount))
+        return nose
+    if isinstance(told, CameraDescription):
+        eye = VisionSensor(told.name, width=told.width_px, height=told.height_px, near=NEAR_M, far=FAR_M)
+        eye.angle = _longer(told)
+        eye.local = inward.then(_looking(told.mount))
+        return eye
+    return None
+
+
+def _screen(name: str) -> VisionSensor:
+    width, height = SCREEN_PX
+    up_high = Transform((0.0, 0.0, 3.0))
+    return VisionSensor(name, width=width, height=height, local=up_high, takes_external_pictures=True)
+
+
+def _looking(mount: Mount) -> Transform:
+    """Return a sensor's frame in the robot's: z where it looks, y up."""
+    yaw, pitch = mount.yaw_rad, mount.pitch_rad
+    turned: Quaternion = multiplied(_about_z(yaw), (0.0, math.sin(pitch / 2), 0.0, math.cos(pitch / 2)))
+    return Transform((mount.x_m, mount.y_m, mount.z_m), multiplied(turned, AHEAD))
+
+
+def _about_z(angle: float) -> Quaternion:
+    return (0.0, 0.0, math.sin(angle / 2), math.cos(angle / 2))
+
+
+def _longer(told: CameraDescription) -> float:
+    """Return the angle across the longer side of the picture."""
+    stretch = max(1.0, told.height_px / told.width_px)
+    return 2 * math.atan(math.tan(told.horizontal_fov_rad / 2) * stretch)
+
+
+def _rgb(colour: tuple[int, int, int]) -> Vector:
+    red, green, blue = colour
+    return red / 255, green / 255, blue / 255
