@@ -14,6 +14,8 @@ from tests.doubles.coppeliasim.zmq import ZmqServer
 class Double:
     """Serves a simulator over both protocols until it is closed; a context manager. A port of 0 is any free one.
 
+    ``legacy`` is the server of the legacy protocol: its ``service`` can be made to fail, and it restarts on its port.
+
     >>> with Double(Simulator()) as double:
     ...     double.zmq_port != double.legacy_port
     True
@@ -21,7 +23,7 @@ class Double:
 
     def __init__(self, simulator: Simulator, zmq_port: int = 0, legacy_port: int = 0) -> None:
         self.simulator = simulator
-        self._legacy = LegacyServer(simulator, legacy_port, paces=False)
+        self.legacy = LegacyServer(simulator, legacy_port, paces=False)
         self._zmq = ZmqServer(simulator, zmq_port, services={"simRemoteApi.start": self._start_service})
         self._open = ExitStack()
 
@@ -29,7 +31,7 @@ class Double:
         with ExitStack() as opening:
             opening.enter_context(Pacer(self.simulator))
             opening.enter_context(self._zmq)
-            opening.enter_context(self._legacy)
+            opening.enter_context(self.legacy)
             self._open = opening.pop_all()
         return self
 
@@ -42,9 +44,9 @@ class Double:
 
     @property
     def legacy_port(self) -> int:
-        return self._legacy.port
+        return self.legacy.port
 
     def _start_service(self, port: int, *_: Any) -> int:
         """Start a temporary legacy service, as a scene's script does; return 1."""
-        self._legacy.start_temporary(port)
+        self.legacy.start_temporary(port)
         return 1

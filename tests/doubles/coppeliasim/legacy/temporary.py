@@ -14,7 +14,7 @@ LAST_WORD_S = 0.2
 
 
 class TemporaryService(Service):
-    """A service that ends with the run it was started in."""
+    """A service that ends with the run it was started in, or with the next one if none is under way."""
 
     def __init__(self, simulator: Simulator, port: int = 0, packet_size: int = PACKET_SIZE) -> None:
         super().__init__(simulator, port, packet_size)
@@ -30,6 +30,7 @@ class TemporaryService(Service):
 
     def _end_with_the_run(self) -> None:
         with self._simulator.lock:
+            self._simulator.changed.wait_for(lambda: self._is_over or self._simulator.state is not State.STOPPED)
             self._simulator.changed.wait_for(lambda: self._is_over or self._simulator.state is State.STOPPED)
         self._is_over = True
         self._stop_listening()

@@ -159,6 +159,16 @@ def test_a_temporary_service_dies_with_the_stop_and_a_continuous_one_does_not(
         assert client.ask(Code.GET_OBJECT_HANDLE, name("/rover")).status == 0
 
 
+def test_a_temporary_service_that_is_started_early_lives_through_one_run(
+    server: LegacyServer, simulator: Simulator
+) -> None:
+    with Talker(server.start_temporary().port) as client:
+        start_in_steps(client)
+        client.ask(Code.START_PAUSE_STOP_SIMULATION, STOP)
+        wait_for(simulator, State.STOPPED)
+        assert client.line.recv(1) == b""
+
+
 def test_a_server_that_hangs_sends_nothing_until_it_is_released(server: LegacyServer) -> None:
     hanging = Hangs()
     with Talker(server.port) as client:
