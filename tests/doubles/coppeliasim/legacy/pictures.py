@@ -49,7 +49,7 @@ class Pictures:
         return self._set(command, channels=1)
 
     def read(self, command: Command) -> bytes:
-        """Refuse: a sensor without a filter that triggers has nothing to tell; no text comes with it."""
+        """Refuse without a text, as the real one does while stopped; what it tells in a run is not on record."""
         self._image(command)
         raise RefusedError(None, INT.pack(0))
 
