@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
 
 from robotcore.backend import Setup
@@ -34,6 +34,11 @@ FASTEST_RAD_S = 30.0
 """No wheel turns faster, where the description does not say."""
 
 
+def _none(_joints: Mapping[str, int]) -> tuple[CutoffSpec, ...]:
+    """Return no cutoffs: time that is stepped stands when nobody steps it."""
+    return ()
+
+
 def join(
     setup: Setup,
     section: str,
@@ -41,11 +46,12 @@ def join(
     whose: Whose = Whose.OURS,
     *,
     is_stepped: bool = True,
-    cutoffs: Iterable[CutoffSpec] = (),
+    cutoffs: Callable[[Mapping[str, int]], Iterable[CutoffSpec]] = _none,
 ) -> Robot:
     """Open a robot whose devices are objects of a scene, as that ``section`` of its file says.
 
-    Its clock is stepped, or follows the scene's time. Its motors stand from the first step on. Raises DescriptionError
+    Its clock is stepped, or follows the scene's time. Its motors stand from the first step on; ``cutoffs`` makes of the
+    motors' joints, by name, how the guardian stops them. Raises DescriptionError
     before it connects, UsageError where the rate does not fit the time step, and what `find_all` and `running` raise;
     what was opened by then is closed again.
     """
@@ -57,7 +63,8 @@ def join(
         found = find_all(setup.robot.name, placed, scene)
         stepped = SteppedClock(setup.rate_hz, scene.advance, scene.time_step()) if is_stepped else None
         beneath.enter_context(running(scene, whose))
-        _stand(scene, placed, found)
+        for joint in _joints(placed, found).values():
+            scene.set_joint_velocity(joint, 0.0)  # the scene, or whoever was here before, may have left it turning
         if stepped:
             scene.advance(1)  # before its first step a scene shows nothing
         clock = stepped or FollowingClock(scene.time)
@@ -67,16 +74,16 @@ def join(
             devices.append(device := _opened(told, scene, clock, setup.robot, placed, found))
             undo.callback(device.close)
         truth = _truth(setup.robot, scene, found)
-        robot = Robot(setup.robot.name, clock, devices, truth=truth, release=beneath.close, cutoffs=cutoffs)
+        specs = cutoffs(_joints(placed, found))
+        robot = Robot(setup.robot.name, clock, devices, truth=truth, release=beneath.close, cutoffs=specs)
         undo.pop_all()
     return robot
 
 
-def _stand(scene: Scene, placed: Iterable[Placed], found: Found) -> None:
-    """Let motors stand that the scene itself, or whoever was here before, has left turning."""
-    for each in placed:
-        if isinstance(each.told, MotorDescription) and (joint := found[each.told.name]):
-            scene.set_joint_velocity(joint.handle, 0.0)
+def _joints(placed: Iterable[Placed], found: Found) -> dict[str, int]:
+    """Return the joints of the motors."""
+    motors = (each.told.name for each in placed if isinstance(each.told, MotorDescription))
+    return {name: joint.handle for name in motors if (joint := found[name])}
 
 
 def _opened(

@@ -1,0 +1,95 @@
+"""V-REP, and CoppeliaSim as long as it has it, over the legacy remote API: somebody's scene is joined."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import closing
+from functools import partial
+
+from pydantic import Field, PositiveFloat
+
+from robotcore.backend import Backend, Setup, Vouch
+from robotcore.description import Described, RobotDescription
+from robotcore.doctor import Finding
+from robotcore.guardian import CutoffSpec
+from robotcore.robot import Robot
+from robotcore.scene import Scene, Whose, join, look, places
+
+SECTION = "vrep"
+"""Where a robot's file says which object each device is."""
+
+SERVICE_PORT = 19999
+"""Where scripts of a running scene serve, by custom: such a simulation goes on by itself."""
+
+ANSWERING = 0.9
+"""So much of the robot's ``safety.answer_s`` a call may take: who knows why nothing comes is to speak first."""
+
+
+class VrepOptions(Described):
+    """Where the simulator listens; whether it is ``stepped`` (by default it is, but for the port 19999).
+
+    ``simulation`` is whose business it is to start it: ours or theirs. ``answer_s`` is how long a call may take.
+    """
+
+    host: str = "127.0.0.1"
+    port: int = Field(default=19997, ge=1, le=65535)
+    stepped: bool | None = None
+    simulation: Whose = Whose.OURS
+    answer_s: PositiveFloat | None = None
+
+    @property
+    def is_stepped(self) -> bool:
+        return self.port != SERVICE_PORT if self.stepped is None else self.stepped
+
+
+class VrepBackend(Backend):
+    """Opens robots in the scene that a V-REP or CoppeliaSim has open; nothing is copied from an installation.
+
+    Options: see `VrepOptions`.
+    """
+
+    name = "vrep"
+    summary = "V-REP's scenes, over the legacy remote API on 19997; no lockstep on port 19999"
+    vouches_for = frozenset({Vouch.POSE, Vouch.LOCKSTEP})
+
+    def check(self, robot: RobotDescription) -> str:
+        placed = places(robot, SECTION)
+        return f"{len(placed)} object{'' if len(placed) == 1 else 's'}"
+
+    def look(self, setup: Setup) -> Iterator[Finding]:
+        options = setup.options_as(VrepOptions)
+        places(setup.robot, SECTION)  # what is wrong with a file is told before anybody is asked
+        with closing(_connected(options, _answer_s(options, setup))) as scene:
+            yield from look(setup.robot, SECTION, scene)
+
+    def open(self, setup: Setup) -> Robot:
+        options = setup.options_as(VrepOptions)
+        answer_s = _answer_s(options, setup)
+        connect, is_stepped = partial(_connected, options, answer_s), options.is_stepped
+        if is_stepped:
+            return join(setup, SECTION, connect, options.simulation)
+        cutoffs = partial(_cutoffs, options, answer_s)
+        return join(setup, SECTION, connect, options.simulation, is_stepped=False, cutoffs=cutoffs)
+
+
+def _answer_s(options: VrepOptions, setup: Setup) -> float:
+    return options.answer_s or ANSWERING * setup.robot.safety.answer_s
+
+
+def _connected(options: VrepOptions, answer_s: float) -> Scene:
+    if options.is_stepped:
+        from drivers.vrep.connection import Connection
+        from drivers.vrep.stepped import SteppedScene
+
+        return SteppedScene(Connection.to(options.host, options.port, answer_s))
+    from drivers.vrep.followed import FollowedScene
+    from drivers.vrep.following import Following
+
+    return FollowedScene(Following.to(options.host, options.port, answer_s), answer_s)
+
+
+def _cutoffs(options: VrepOptions, answer_s: float, joints: Mapping[str, int]) -> Iterator[CutoffSpec]:
+    """Yield how the wheels come to stand if this process cannot make them: all over the one line there is."""
+    if joints:
+        where = {"host": options.host, "port": options.port, "joints": list(joints.values()), "answer_s": answer_s}
+        yield CutoffSpec(" and ".join(joints), "drivers.vrep.cutoff:StandingJoints", where)
