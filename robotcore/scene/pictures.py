@@ -75,16 +75,18 @@ def upended(image: Image) -> RawPicture:
 
 
 def intrinsics_of(description: CameraDescription, lens: Lens, *, as_found: bool) -> Intrinsics:
-    """Return a camera's intrinsics: those described, or those of its vision sensor ``as_found``.
+    """Return a camera's intrinsics: those described, or those of its vision sensor ``as_found`` where they differ.
 
     Raises DeviceError where they are to be alike and are not. Where the server tells no field of view, the one
-    described is believed.
+    described is believed; servers tell it in single precision.
     """
     described = description.intrinsics
     seen = Intrinsics(lens.width, lens.height, lens.horizontal_fov or described.horizontal_fov)
     is_alike = (seen.width, seen.height) == (described.width, described.height)
-    if as_found or (is_alike and abs(seen.horizontal_fov - described.horizontal_fov) <= SAME_FOV_RAD):
-        return seen if as_found else described
+    if is_alike and abs(seen.horizontal_fov - described.horizontal_fov) <= SAME_FOV_RAD:
+        return described
+    if as_found:
+        return seen
     raise DeviceError(
         description.name,
         f"its vision sensor sees {_told(seen)}, the description says {_told(described)}. Make them alike, in the "

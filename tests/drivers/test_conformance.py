@@ -18,6 +18,7 @@ from robotcore.robot import Robot
 from robotcore.testing import Capability, ConformanceSuite
 from tests.drivers.raspberrypi import test_conformance as on_a_pi
 from tests.drivers.raspberrypi.virtual import test_conformance as on_virtual_pins
+from tests.drivers.vrep import test_conformance as over_the_legacy_api
 from tests.robotcore.replay.memory import recorded
 
 EVERY_ECHO = "every ray that is cast is answered"
@@ -73,5 +74,5 @@ def _search() -> Recording:
 
 def test_every_backend_is_tried() -> None:
     on_pins = (on_a_pi.TestRaspberryPi, on_virtual_pins.TestVirtualPi)
-    suites = (TestKinematic, TestPyBullet, TestMock, TestReplay, *on_pins)
+    suites = (TestKinematic, TestPyBullet, TestMock, TestReplay, *on_pins, over_the_legacy_api.TestVrep)
     assert sorted(suite.backend.name for suite in suites) == backend_names()

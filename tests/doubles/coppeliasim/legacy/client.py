@@ -10,6 +10,7 @@ from tests.doubles.coppeliasim.legacy.codec import Command
 from tests.doubles.coppeliasim.legacy.conversation import Conversation
 from tests.doubles.coppeliasim.legacy.functions import Functions
 from tests.doubles.coppeliasim.legacy.objects import answers_on_objects
+from tests.doubles.coppeliasim.legacy.particulars import answers_on_particulars
 from tests.doubles.coppeliasim.legacy.pictures import answers_on_pictures
 from tests.doubles.coppeliasim.legacy.refused import Answers, RefusedError
 from tests.doubles.coppeliasim.legacy.running import ERRORS_KEPT, Errors, Running, answers_on_the_run
@@ -31,6 +32,7 @@ class Client:
         functions = Functions(simulator)
         self._answers: Answers = {
             **answers_on_objects(functions),
+            **answers_on_particulars(functions),
             **answers_on_pictures(functions),
             **answers_on_values(functions),
             **answers_on_the_run(self._running),

@@ -1,0 +1,37 @@
+"""The kit on doubles: each robot that a rule opens gets a server of its own, with its world behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack
+from dataclasses import replace
+
+import pytest
+
+from drivers.vrep.backend import VrepBackend
+from robotcore.backend import Setup
+from robotcore.robot import Robot
+from robotcore.testing import ConformanceSuite, scenes
+from tests.doubles.coppeliasim.legacy.server import LegacyServer
+from tests.doubles.coppeliasim.scene.simulator import Simulator
+from tests.drivers.vrep.rovers import scene_of
+
+
+class OnDoubles(ConformanceSuite):
+    """Servers end with the rule that needed them."""
+
+    backend = VrepBackend
+    servers: ExitStack
+
+    @pytest.fixture(autouse=True)
+    def _serving(self) -> Iterator[None]:
+        with ExitStack() as self.servers:
+            yield
+
+    def open(self, setup: Setup) -> Robot:
+        simulator = scene_of(self.description, setup.world or scenes.empty())
+        return super().open(replace(setup, options={**self.serve(simulator), **setup.options}))
+
+    def serve(self, simulator: Simulator) -> dict[str, object]:
+        """Serve a scene; return the options that lead there."""
+        return {"port": self.servers.enter_context(LegacyServer(simulator)).port}

@@ -1,0 +1,48 @@
+"""The kit's rules: in lockstep, and where the simulation goes on by itself."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import pytest
+
+from drivers.vrep.backend import VrepBackend
+from robotcore.backend import Vouch
+from robotcore.testing import Capability
+from tests.doubles.coppeliasim.legacy.realtime import RealTime
+from tests.doubles.coppeliasim.legacy.server import LegacyServer
+from tests.doubles.coppeliasim.scene.simulator import Simulator
+from tests.drivers.vrep.served import OnDoubles
+
+PACE = 5
+"""So much faster than it should, time passes in a simulation that goes on by itself: rules wait for it."""
+
+EVERY_ECHO = "every ray that is cast is answered"
+NO_HARDWARE = "there is no hardware to wait for"
+
+
+class TestVrep(OnDoubles):
+    lacks: ClassVar = {Capability.LOST_ECHO: EVERY_ECHO, Capability.SLOW_HARDWARE: NO_HARDWARE}
+
+
+class FollowedVrep(VrepBackend):
+    vouches_for = frozenset({Vouch.POSE})
+
+
+class TestFollowedVrep(OnDoubles):
+    backend = FollowedVrep
+    lacks: ClassVar = {
+        Capability.LOST_ECHO: EVERY_ECHO,
+        Capability.SLOW_HARDWARE: NO_HARDWARE,
+        Capability.MOTION: "time goes on while it is measured: see what it does in test_following",
+    }
+
+    @pytest.fixture(autouse=True)
+    def _hurried(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(RealTime, "_pause", property(lambda time: time._simulator.time_step / PACE))
+
+    def serve(self, simulator: Simulator) -> dict[str, object]:
+        server = self.servers.enter_context(LegacyServer(simulator))
+        with simulator.lock:
+            simulator.start()
+        return {"port": server.start_temporary().port, "stepped": False}
