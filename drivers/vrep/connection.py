@@ -67,6 +67,11 @@ class Connection:
         return self._time_ms / 1000
 
     @property
+    def is_lost(self) -> bool:
+        """Whether its line has broken, or was closed: nothing is answered any more."""
+        return self._link.is_closed
+
+    @property
     def round_trips(self) -> int:
         """How many messages have been answered."""
         return self._link.exchanges

@@ -57,6 +57,10 @@ class Link:
         self.exchanges += 1
         return header, [whole for piece in pieces if (whole := self._assembly.whole(piece))]
 
+    @property
+    def is_closed(self) -> bool:
+        return self._line.fileno() == -1
+
     def close(self) -> None:
         """Hang up, also on a thread that waits for a reply."""
         with suppress(OSError):

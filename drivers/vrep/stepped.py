@@ -8,14 +8,24 @@ from functools import partial
 from typing import Any, TypeVar
 
 from drivers.vrep import requests
-from drivers.vrep.connection import Connection
-from drivers.vrep.errors import RefusedError, RemoteApiError, ServerHangsError, SimulationHaltedError
+from drivers.vrep.connection import Connection, Step
+from drivers.vrep.errors import (
+    GarbledReplyError,
+    RemoteApiError,
+    ServerHangsError,
+    ServerLostError,
+    SimulationHaltedError,
+)
 from drivers.vrep.messages import Header
 from drivers.vrep.request import Identity, Request
 from drivers.vrep.scene import STARTS, LegacyScene, moved
-from robotcore.scene import Point
+from robotcore.clock import MonotonicClock
+from robotcore.scene import Point, State
 
 T = TypeVar("T")
+
+_HALTING_S, _NAP_S = 0.3, 0.01
+"""A simulation that takes no step any more has come to its stop after this; so often it is asked."""
 
 
 class SteppedScene(LegacyScene):
@@ -39,17 +49,10 @@ class SteppedScene(LegacyScene):
 
     def start(self) -> None:
         """Start the simulation, and take a step, to see whether time moves."""
-        for attempt in range(STARTS):
-            self._said(partial(self._connection.wait_for_triggers, wait=True))
-            self._said(self._connection.start)
-            try:
-                self._connection.step()
-            except (ServerHangsError, SimulationHaltedError):
-                if attempt == STARTS - 1:
-                    raise
-                self._said(self._connection.stop)
-            else:
+        for left in range(STARTS - 1, -1, -1):
+            if self._starts(is_last=left == 0):
                 break
+            self.stop()
         self._step_s = self.time_step()
 
     def stop(self) -> None:
@@ -66,7 +69,7 @@ class SteppedScene(LegacyScene):
             if left == 0:
                 reads |= self._asked
                 self._asked = {}
-            step = self._said(partial(self._connection.step, *reads.values()))
+            step = self._said(partial(self._step, *reads.values()))
             self._read = dict(zip(reads, step.values, strict=False))
 
     def position(self, handle: int) -> Point:
@@ -100,14 +103,40 @@ class SteppedScene(LegacyScene):
             raise self._failure
         self._connection.set(request)
 
+    def _step(self, *reads: Request[Any]) -> Step:
+        try:
+            return self._connection.step(*reads)
+        except SimulationHaltedError as failure:
+            raise self._why_halted(failure) from failure
+
+    def _starts(self, *, is_last: bool) -> bool:
+        """Start and take a step; return whether that worked. Raises why not where the line broke, or it ``is_last``."""
+        try:
+            self._said(partial(self._connection.wait_for_triggers, wait=True))
+            self._said(self._connection.start)
+            self._said(self._connection.step)
+        except (ServerHangsError, SimulationHaltedError):
+            if is_last or self._failure:
+                raise
+            return False
+        return True
+
+    def _why_halted(self, failure: SimulationHaltedError) -> SimulationHaltedError:
+        """Return the failure in plainer words, when the server knows them: a stop takes a few steps."""
+        wall = MonotonicClock()
+        while (state := self.state()) is State.RUNNING:
+            if wall.now() > _HALTING_S:
+                return failure
+            wall.sleep_until(wall.now() + _NAP_S)
+        return SimulationHaltedError(f"the simulation was {state.value}, so no step can be taken. Run again")
+
     def _said(self, talk: Callable[[], T]) -> T:
-        """Return what a talk comes to; after one that failed, all fail with the same words."""
+        """Return what a talk comes to; after a line has failed, all fails with the same words."""
         if self._failure:
             raise self._failure
         try:
             return talk()
-        except RefusedError:
-            raise
-        except RemoteApiError as failure:
-            self._failure = failure
+        except (ServerHangsError, ServerLostError, GarbledReplyError) as failure:
+            if self._connection.is_lost:
+                self._failure = failure
             raise

@@ -1,0 +1,155 @@
+"""What becomes of a run whose simulator fails: an error by name, soon, and then all is well again."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from functools import partial
+
+import pytest
+
+from robotcore.clock import MonotonicClock
+from robotcore.running.observer import Run
+from robotcore.running.outcome import Outcome, RunResult
+from robotcore.running.plan import RunRequest
+from robotcore.running.session import run
+from robotcore.running.trace import TickRecord
+from tests.doubles.coppeliasim.legacy.faults import Babbles, Cuts, Dies, Fault, Hangs
+from tests.doubles.coppeliasim.legacy.server import LegacyServer
+from tests.doubles.coppeliasim.scene.objects import Joint
+from tests.doubles.coppeliasim.scene.simulator import Simulator
+from tests.drivers.vrep.test_apps import arena
+
+BOUND_S = 5.0
+"""Against a hang only: errors come within two seconds on a machine that is not busy."""
+
+
+@pytest.fixture
+def simulator() -> Simulator:
+    return arena("rover", 1)
+
+
+@pytest.fixture
+def server(simulator: Simulator) -> Iterator[LegacyServer]:
+    with LegacyServer(simulator) as server:
+        yield server
+
+
+class Once:
+    """An observer that does something in one tick of a run."""
+
+    def __init__(self, deed: Callable[[], object], tick: int = 5) -> None:
+        self._deed, self._left = deed, tick
+
+    def begin(self, run: Run) -> None:
+        """Wait."""
+
+    def tick(self, record: TickRecord) -> None:
+        self._left -= 1
+        if self._left == 0:
+            self._deed()
+
+    def end(self, result: RunResult) -> None:
+        """Nothing more."""
+
+
+def drive(port: int, *observers: Once, duration_s: float = 60.0, **options: object) -> RunResult:
+    clock = MonotonicClock()
+    request = RunRequest(
+        "avoid-obstacles", "vrep", settings={"duration_s": duration_s}, options={"port": port, **options}
+    )
+    result = run(request, observers)
+    assert duration_s < BOUND_S or clock.now() < BOUND_S
+    return result
+
+
+def test_dead_server_is_told_with_what_to_do(server: LegacyServer) -> None:
+    port = server.port
+    server.close()
+    result = drive(port)
+    assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
+    assert f"nobody answers at 127.0.0.1:{port}" in result.reason
+    assert "Start the simulator" in result.reason
+
+
+@pytest.mark.parametrize("stepped", [True, False])
+@pytest.mark.parametrize(
+    "fault, named",
+    [
+        (Dies, "is gone"),
+        (Hangs, "has not answered"),
+        (partial(Cuts, 3), "has not answered"),
+        (partial(Babbles, b"HTTP/1.1 400 Bad Request\r\n\r\n"), "no reply of the legacy remote API"),
+    ],
+    ids=["dies", "hangs", "cuts", "babbles"],
+)
+def test_server_that_fails_in_a_run_ends_it_by_name_and_the_next_run_works(
+    server: LegacyServer, fault: Callable[[], Fault], named: str, *, stepped: bool
+) -> None:
+    result = drive(server.port, Once(lambda: server.service.fail(fault())), stepped=stepped)
+    assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
+    assert named in result.reason
+    server.service.fail(None)
+    server.restart()
+    assert drive(server.port, duration_s=0.3, stepped=stepped).outcome is Outcome.SUCCESS
+
+
+@pytest.mark.parametrize(
+    "deed, named", [(Simulator.stop, "stopped"), (Simulator.pause, "paused")], ids=["stopped", "paused"]
+)
+@pytest.mark.parametrize("stepped", [True, False])
+def test_simulation_that_somebody_halts_ends_the_run_by_name(
+    simulator: Simulator, server: LegacyServer, deed: Callable[[Simulator], None], named: str, *, stepped: bool
+) -> None:
+    def halt() -> None:
+        with simulator.lock:
+            deed(simulator)
+
+    result = drive(server.port, Once(halt), stepped=stepped)
+    assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
+    assert named in result.reason
+
+
+def test_two_apps_on_one_port_are_told_apart(server: LegacyServer) -> None:
+    second: list[RunResult] = []
+    first = drive(server.port, Once(lambda: second.append(drive(server.port))), duration_s=0.5)
+    assert first.outcome is Outcome.SUCCESS
+    assert "A port serves one program at a time" in second[0].reason
+
+
+def test_simulation_whose_time_does_not_move_after_the_start_is_started_again(
+    simulator: Simulator, server: LegacyServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    starts: list[float] = []
+    started = simulator.start
+
+    def start() -> None:
+        starts.append(simulator.time)
+        started()
+        if len(starts) == 1:
+            simulator.stepping.raise_level("nobody")
+
+    monkeypatch.setattr(simulator, "start", start)
+    result = drive(server.port, duration_s=0.3)
+    assert result.outcome is Outcome.SUCCESS, result.reason
+    assert len(starts) > 1
+
+
+def test_killed_run_leaves_no_wheel_turning_where_the_simulation_goes_on(
+    simulator: Simulator, server: LegacyServer
+) -> None:
+    command = [sys.executable, "-m", "robotcore", "run", "avoid-obstacles", "--backend", "vrep"]
+    options = ["--port", str(server.port), "--option", "stepped=false", "--set", "duration_s=60"]
+    with simulator.lock:
+        simulator.start()
+    left = simulator.graph.find("/rover/left_motor")
+    assert isinstance(left, Joint)
+    with subprocess.Popen([*command, *options], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as app:
+        with simulator.lock:
+            assert simulator.changed.wait_for(lambda: left.target_velocity > 0, 30)
+        app.send_signal(signal.SIGKILL)
+        app.wait()
+        with simulator.lock:
+            assert simulator.changed.wait_for(lambda: left.target_velocity == 0, 10)
