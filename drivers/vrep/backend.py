@@ -68,7 +68,7 @@ class VrepBackend(Backend):
         connect, is_stepped = partial(_connected, options, answer_s), options.is_stepped
         if is_stepped:
             return join(setup, SECTION, connect, options.simulation)
-        cutoffs = partial(_cutoffs, options, answer_s)
+        cutoffs = partial(_cutoffs, options)
         return join(setup, SECTION, connect, options.simulation, is_stepped=False, cutoffs=cutoffs)
 
 
@@ -88,8 +88,8 @@ def _connected(options: VrepOptions, answer_s: float) -> Scene:
     return FollowedScene(Following.to(options.host, options.port, answer_s), answer_s)
 
 
-def _cutoffs(options: VrepOptions, answer_s: float, joints: Mapping[str, int]) -> Iterator[CutoffSpec]:
+def _cutoffs(options: VrepOptions, joints: Mapping[str, int]) -> Iterator[CutoffSpec]:
     """Yield how the wheels come to stand if this process cannot make them: all over the one line there is."""
     if joints:
-        where = {"host": options.host, "port": options.port, "joints": list(joints.values()), "answer_s": answer_s}
+        where = {"host": options.host, "port": options.port, "joints": list(joints.values())}
         yield CutoffSpec(" and ".join(joints), "drivers.vrep.cutoff:StandingJoints", where)

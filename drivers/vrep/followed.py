@@ -49,7 +49,9 @@ class FollowedScene(LegacyScene):
 
     def time(self) -> float:
         if self._server.is_paused:
-            raise SimulationHaltedError("the simulation was paused: its time does not pass. Let it go on, and run again")
+            raise SimulationHaltedError(
+                "the simulation was paused: its time does not pass. Let it go on, and run again"
+            )
         return self._following.time_s
 
     def advance(self, steps: int) -> None:
