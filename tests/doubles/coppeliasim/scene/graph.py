@@ -8,6 +8,7 @@ from typing import TypeVar
 
 from tests.doubles.coppeliasim.scene import paths
 from tests.doubles.coppeliasim.scene.errors import NoObjectError
+from tests.doubles.coppeliasim.scene.groups import Collection
 from tests.doubles.coppeliasim.scene.objects import Thing
 from tests.doubles.coppeliasim.scene.poses import Transform
 
@@ -28,6 +29,7 @@ class Graph:
         """Take everything out; handles begin anew."""
         self.revision += 1
         self.roots: list[Thing] = []
+        self.collections: dict[int, Collection] = {}
         self._things: dict[int, Thing] = {}
         self._handles = itertools.count(first_handle)
 

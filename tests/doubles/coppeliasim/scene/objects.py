@@ -25,6 +25,7 @@ class Sight(Protocol):
     def picture(self) -> Pixels: ...
     @property
     def depths(self) -> Depths: ...
+    def depths_of_every(self, nth: int) -> Depths: ...
 
 
 class Type(IntEnum):
@@ -95,10 +96,18 @@ class Camera(Thing):
 
 
 @dataclass(eq=False)
-class Light(Thing):
-    """A lamp of the window; it lights nothing here."""
+class Lamp(Thing):
+    """A lamp that shines along its z, from everywhere alike; until somebody sets one, a scene is lit by itself.
+
+    Colours are from 0 to 1.
+    """
 
     type = Type.LIGHT
+
+    is_set: bool = False
+    is_on: bool = True
+    diffuse: Vector = (0.5, 0.5, 0.5)
+    specular: Vector = (0.5, 0.5, 0.5)
 
 
 @dataclass(eq=False)
@@ -125,7 +134,10 @@ class Shape(Thing):
 
 @dataclass(eq=False)
 class Joint(Thing):
-    """A revolute joint about its z; radians and rad/s. ``lag`` is of a motor that follows its target, in seconds."""
+    """A revolute joint about its z; radians and rad/s. ``lag`` is of a motor that follows its target, in seconds.
+
+    The position of one that is cyclic is within half a turn.
+    """
 
     type = Type.JOINT
 
@@ -135,18 +147,26 @@ class Joint(Thing):
     velocity: float = 0.0
     target_velocity: float = 0.0
     target_force: float = 50.0
+    is_cyclic: bool = True
+    interval: tuple[float, float] = (-math.pi, math.tau)
     lag: float = 0.0
 
     @property
     def carried(self) -> Transform:
         return self.local.then(Transform.turned(self.position))
 
+    def turn_to(self, angle: float) -> None:
+        """Take a position, as it counts them."""
+        self.position = math.remainder(angle, math.tau) if self.is_cyclic else angle
+
 
 @dataclass(eq=False)
 class VisionSensor(Thing):
     """A pinhole camera that looks along its z, with y upwards. ``angle`` is across the longer side, in radians.
 
-    ``sight`` is what it saw when it was last rendered, or what it was given; ``has_result``: its result can be read.
+    Where nothing is, it sees its own ``background``, 0 to 1, or the scene's for None; of all there is, it sees the
+    collection ``entity``, or all for -1. ``sight`` is what it saw when it was last rendered, or was given;
+    ``has_result``: its result can be read.
     """
 
     type = Type.VISION_SENSOR
@@ -158,6 +178,8 @@ class VisionSensor(Thing):
     far: float = 10.0
     takes_external_pictures: bool = False
     is_perspective: bool = True
+    background: Vector | None = None
+    entity: int = -1
     sight: Sight | None = None
     has_result: bool = False
 

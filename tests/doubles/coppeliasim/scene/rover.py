@@ -34,9 +34,9 @@ class Side:
         self.wheel.target = self._sign * target if math.isfinite(target) else 0.0
 
     def tell(self) -> None:
-        """Write into the graph how the wheel has turned; positions of a joint without ends are within a half turn."""
+        """Write into the graph how the wheel has turned."""
         self.joint.velocity = self._sign * self.wheel.velocity
-        self.joint.position = math.remainder(self._start + self._sign * self.wheel.angle, math.tau)
+        self.joint.turn_to(self._start + self._sign * self.wheel.angle)
 
 
 class Rover:

@@ -42,25 +42,31 @@ class Exposure:
     """What a sensor saw of a scenery from a place, reckoned when somebody asks: row 0 at the bottom."""
 
     def __init__(self, sensor: VisionSensor, pose: Transform, scenery: Scenery, light: Light) -> None:
-        self._sensor, self._scenery, self._light = sensor, scenery, light
-        self._pose = pose
+        self._sensor, self._pose, self._scenery = sensor, pose, scenery
+        self._light = light.model_copy(update={"sky_colour": _sky(sensor, light)})
 
     @cached_property
     def picture(self) -> Pixels:
         """Red, green and blue, (height, width, 3)."""
         view = view_of(self._sensor, self._pose)
-        if self._scenery.painter and abs(view.rotation[0, 2]) < LEVEL:
-            return self._scenery.painter.picture(view)[::-1, :, ::-1]
-        return _cast(view, self._sensor, self._scenery, self._light)[::-1]
+        painter = self._scenery.painter(self._light.sky_colour) if abs(view.rotation[0, 2]) < LEVEL else None
+        if painter:
+            return painter.picture(view)[::-1, :, ::-1]
+        return _cast(view, self._sensor, self._scenery, self._light)
 
     @cached_property
     def depths(self) -> Depths:
         """How far it saw along its optical axis, (height, width), in metres."""
+        return self.depths_of_every(1)
+
+    def depths_of_every(self, nth: int) -> Depths:
+        """Return how far it saw in every so-many-th pixel of every so-many-th row."""
         sensor, view = self._sensor, view_of(self._sensor, self._pose)
-        lengths = self._scenery.solids.cast(view.eye, _directions(view))
+        rays = _directions(view, nth)
+        lengths = self._scenery.solids.cast(view.eye, rays.reshape(-1, 3))
         empty = sensor.far - EMPTY * (sensor.far - sensor.near)
         lengths = np.where((lengths >= sensor.near) & (lengths <= sensor.far), lengths, empty)
-        return lengths.reshape(sensor.height, sensor.width)[::-1].astype(np.float32)
+        return lengths.reshape(rays.shape[:2]).astype(np.float32)
 
 
 @dataclass(frozen=True)
@@ -77,10 +83,20 @@ class Blank:
         black = np.zeros((*size, 3), np.uint8)
         return cls(black if picture is None else picture, np.full(size, sensor.far, np.float32))
 
+    def depths_of_every(self, nth: int) -> Depths:
+        return self.depths[::nth, ::nth]
+
+
+def _sky(sensor: VisionSensor, light: Light) -> tuple[int, int, int]:
+    if sensor.background is None:
+        return light.sky_colour
+    red, green, blue = (round(255 * part) for part in sensor.background)
+    return red, green, blue
+
 
 def _cast(view: View, sensor: VisionSensor, scenery: Scenery, light: Light) -> Pixels:
-    """Return the picture from the top, a ray a pixel."""
-    hits = scenery.solids.hits(view.eye, _directions(view))
+    """Return the picture from the lowest row up, a ray a pixel."""
+    hits = scenery.solids.hits(view.eye, _directions(view).reshape(-1, 3))
     is_seen = (hits.lengths >= sensor.near) & (hits.lengths <= sensor.far)
     colours = np.where(is_seen[:, None], _lit(hits, scenery, light), light.sky_colour)
     return np.rint(colours).astype(np.uint8).reshape(sensor.height, sensor.width, 3)
@@ -94,10 +110,10 @@ def _lit(hits: Hits, scenery: Scenery, light: Light) -> Array:
     return np.asarray(np.minimum(palette[hits.solids] * shade[:, None], 255.0))
 
 
-def _directions(view: View) -> Array:
-    """Return the rays through the middles of all pixels, (n, 3), row by row from the top, one metre deep."""
+def _directions(view: View, nth: int = 1) -> Array:
+    """Return the rays through the middles of every nth pixel, (rows, columns, 3), one metre deep; row 0 lowest."""
     i = view.intrinsics
-    right, down = (np.arange(i.width) - i.cx) / i.focal_length, (np.arange(i.height) - i.cy) / i.focal_length
-    across, along = np.meshgrid(right, down)
-    local = np.stack((across.ravel(), along.ravel(), np.ones(across.size)), axis=1)
-    return np.asarray(local @ view.rotation)
+    right = (np.arange(0, i.width, nth) - i.cx) / i.focal_length
+    down = (np.arange(i.height - 1, -1, -nth) - i.cy) / i.focal_length
+    across, along = view.rotation[0] * right[:, None], view.rotation[1] * down[:, None]
+    return np.asarray(across[None] + along[:, None] + view.rotation[2])

@@ -21,6 +21,7 @@ from tests.doubles.coppeliasim.scene.world import World, physics_steps
 
 TIME_STEP_S = 0.05
 PHYSICS_STEP_S = 0.005
+SUMMARY_PX = 24
 
 
 @dataclass(frozen=True)
@@ -142,6 +143,12 @@ class Simulator:
     def depth(self, sensor: VisionSensor) -> Depths:
         """Return how far it saw when it was last rendered, in metres; exactly ``far`` if that has never been."""
         return (sensor.sight or Blank.of(sensor)).depths
+
+    def summary(self, sensor: VisionSensor) -> tuple[Pixels, Depths]:
+        """Return what a sensor's result is reckoned from: of a large picture, every so-many-th pixel."""
+        nth = max(1, max(sensor.width, sensor.height) // SUMMARY_PX)
+        sight = sensor.sight or Blank.of(sensor)
+        return sight.picture[::nth, ::nth], sight.depths_of_every(nth)
 
     def show(self, sensor: VisionSensor, picture: Pixels) -> None:
         """Give it a picture, (height, width, 3), as `picture` returns it."""

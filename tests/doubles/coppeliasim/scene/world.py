@@ -12,7 +12,7 @@ from tests.doubles.coppeliasim.scene.objects import ProximitySensor, Thing, Visi
 from tests.doubles.coppeliasim.scene.poses import Vector
 from tests.doubles.coppeliasim.scene.ranging import Detection, detect
 from tests.doubles.coppeliasim.scene.rover import Rover
-from tests.doubles.coppeliasim.scene.scenery import Scenery
+from tests.doubles.coppeliasim.scene.scenery import ALL_THERE_IS, Scenery
 from tests.doubles.coppeliasim.scene.seeing import Exposure
 
 STANDING: tuple[Vector, Vector] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
@@ -25,7 +25,8 @@ class World:
         self.contacts: list[Contact] = []
         self._graph, self._look = graph, look
         self._rovers: list[Rover] = []
-        self._known: Scenery | None = None
+        self._known: dict[int, Scenery] = {}
+        self._hidden: set[Thing] = set()
         self._revision = -1
 
     def begin(self, step: float) -> None:
@@ -46,7 +47,7 @@ class World:
 
     def exposed(self, sensor: VisionSensor) -> Exposure:
         """Return what a sensor sees at this instant."""
-        return Exposure(sensor, self._graph.pose(sensor), self.scenery, self._look.light)
+        return Exposure(sensor, self._graph.pose(sensor), self._seen(sensor.entity), self._look.under(self._graph))
 
     def detection(self, sensor: ProximitySensor) -> Detection | None:
         return detect(sensor, self._graph.pose(sensor), self.scenery.solids)
@@ -59,17 +60,22 @@ class World:
     @property
     def scenery(self) -> Scenery:
         """What stands around, as of now."""
-        if self._known is None or self._revision != self._graph.revision:
-            self._known = self._look_around()
-            self._revision = self._graph.revision
-        return self._known
+        return self._seen(ALL_THERE_IS)
 
-    def _look_around(self) -> Scenery:
-        robots = self._graph.tree([drive.body for drive in drives_of(self._graph)])
-        scenery = Scenery(self._graph, set(robots), self._look.light)
+    def _seen(self, entity: int) -> Scenery:
+        """Return what of that belongs to a collection."""
+        if self._revision != self._graph.revision:
+            self._look_around()
+        if entity not in self._known:
+            self._known[entity] = Scenery(self._graph, self._hidden, self._look.under(self._graph), entity)
+        return self._known[entity]
+
+    def _look_around(self) -> None:
+        self._revision = self._graph.revision
+        self._hidden = set(self._graph.tree([drive.body for drive in drives_of(self._graph)]))
+        self._known = {}
         for rover in self._rovers:
-            rover.face(scenery)
-        return scenery
+            rover.face(self.scenery)
 
 
 def physics_steps(time_step: float, physics_step: float) -> int:

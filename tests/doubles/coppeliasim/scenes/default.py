@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tests.doubles.coppeliasim.scene import Graph, Simulator
-from tests.doubles.coppeliasim.scene.objects import Camera, Dummy, Light, Shape
+from tests.doubles.coppeliasim.scene.objects import Camera, Dummy, Lamp, Shape
 from tests.doubles.coppeliasim.scene.poses import Transform
 
 FLOOR = "ResizableFloor_5_25"
@@ -26,7 +26,7 @@ def fill_default_scene(simulator: Simulator) -> None:
     _add_floor(graph)
     lights = graph.add(Dummy("DefaultLights", is_model_base=True))
     for letter in "ABCD":
-        graph.add(Light(f"DefaultLight{letter}"), lights)
+        graph.add(Lamp(f"DefaultLight{letter}"), lights)
     for view in CAMERAS:
         graph.add(Camera(f"Default{view}Camera"))
 

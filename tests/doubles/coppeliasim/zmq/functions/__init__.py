@@ -3,8 +3,10 @@
 from tests.doubles.coppeliasim.zmq.functions import (  # noqa: F401  each registers its functions
     building,
     files,
+    groups,
     joints,
     kept,
+    lamps,
     objects,
     parameters,
     places,

@@ -68,7 +68,7 @@ def create_dummy(session: Session, size: float = 0.01) -> int:
 
 @function("createVisionSensor")
 def create_vision_sensor(session: Session, options: int, ints: list[int], floats: list[float]) -> int:
-    """Bit 0: explicit handling, bit 1: perspective, bit 4: external input."""
+    """Bit 0: explicit handling, bit 1: perspective, bit 4: external input, bit 7: a background of its own."""
     if not options & 2:
         raise SceneError("the double has no orthographic vision sensors.")
     near, far, angle = (float(number) for number in floats[:3])
@@ -81,6 +81,7 @@ def create_vision_sensor(session: Session, options: int, ints: list[int], floats
         near=near,
         far=far,
         takes_external_pictures=bool(options & 16),
+        background=(float(floats[6]), float(floats[7]), float(floats[8])) if options & 128 else None,
     )
     return session.simulator.graph.add(sensor).handle
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from tests.doubles.coppeliasim.scene.objects import Joint
 from tests.doubles.coppeliasim.zmq.functions.registry import function
 from tests.doubles.coppeliasim.zmq.session import Session
@@ -36,7 +34,7 @@ def get_joint_position(session: Session, joint: Joint) -> float:
 
 @function("setJointPosition")
 def set_joint_position(session: Session, joint: Joint, position: float) -> None:
-    joint.position = math.remainder(position, math.tau)
+    joint.turn_to(position)
     session.simulator.graph.revision += 1
 
 
@@ -74,5 +72,12 @@ def set_joint_mode(session: Session, joint: Joint, mode: int, options: int = 0) 
 
 @function("getJointInterval")
 def get_joint_interval(session: Session, joint: Joint) -> tuple[bool, list[float]]:
-    """Every joint here turns without ends."""
-    return True, [-math.pi, math.tau]
+    return joint.is_cyclic, list(joint.interval)
+
+
+@function("setJointInterval")
+def set_joint_interval(session: Session, joint: Joint, is_cyclic: bool, interval: list) -> None:  # type: ignore[type-arg]
+    """Without ends it is not stopped at the interval's: wheels are not driven so far."""
+    joint.is_cyclic = is_cyclic
+    least, span = (float(number) for number in interval)
+    joint.interval = (least, span)

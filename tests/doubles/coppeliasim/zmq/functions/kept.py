@@ -50,3 +50,14 @@ def write_custom_string_data(session: Session, thing: Thing, tag: str, data: str
 @function("readCustomStringData")
 def read_custom_string_data(session: Session, thing: Thing, tag: str) -> Any:
     return session.shared.kept.get((thing, "data", tag), "")
+
+
+@function("setNamedStringParam")
+def set_named_string_param(session: Session, name: str, value: str) -> int:
+    session.shared.kept["named", name] = value
+    return 1
+
+
+@function("getNamedStringParam")
+def get_named_string_param(session: Session, name: str) -> Any:
+    return session.shared.kept.get(("named", name))

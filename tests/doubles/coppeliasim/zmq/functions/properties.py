@@ -19,6 +19,7 @@ INTS: Numbered = {
     (Shape, 3019): ("mask", int),
     (VisionSensor, 1002): ("width", int),
     (VisionSensor, 1003): ("height", int),
+    (VisionSensor, 1008): ("entity", int),
     (VisionSensor, 1018): ("is_perspective", bool),
 }
 FLOATS: Numbered = {

@@ -14,6 +14,7 @@ from tests.doubles.coppeliasim.scene import SceneError
 from tests.doubles.coppeliasim.scene.objects import (
     ForceSensor,
     Joint,
+    Lamp,
     ProximitySensor,
     Script,
     Shape,
@@ -29,6 +30,7 @@ FUNCTIONS: dict[str, Call] = {}
 
 KINDS: dict[type[Thing], str] = {
     Joint: "joint",
+    Lamp: "light",
     Shape: "shape",
     VisionSensor: "vision sensor",
     ProximitySensor: "proximity sensor",

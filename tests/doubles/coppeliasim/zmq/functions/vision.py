@@ -96,8 +96,8 @@ def set_explicit_handling(session: Session, thing: Thing, is_explicit: int) -> i
 
 def _result(session: Session, sensor: VisionSensor) -> tuple[int, list[float], list[float]]:
     """Return state, fifteen numbers (least, most and mean of intensity, red, green, blue and depth), nothing more."""
-    picture = session.simulator.picture(sensor)
-    depths = _normalised(sensor, session.simulator.depth(sensor)).ravel()
+    picture, seen = session.simulator.summary(sensor)
+    depths = _normalised(sensor, seen).ravel()
     layers = np.concatenate((_grey(picture).reshape(-1, 1), picture.reshape(-1, 3)), axis=1)
     numbers: list[float] = []
     for reduced in (np.min, np.max, np.mean):
