@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from types import TracebackType
 from typing import Any, NamedTuple, TypeVar, cast
@@ -12,11 +13,15 @@ from drivers.vrep.link import TIMEOUT_S, Link
 from drivers.vrep.mailbox import Mailbox
 from drivers.vrep.messages import Header
 from drivers.vrep.request import BLOCKING, ONESHOT, STREAMING, Identity, Request
+from robotcore.clock import MonotonicClock
 
 T = TypeVar("T")
 
 PERIOD_S = 0.005
 """Between two messages: as long as the maker's tutorials have it."""
+
+_PATIENCE = 1.1
+"""A line that times out is to say so itself."""
 
 
 class Newest(NamedTuple):
@@ -35,6 +40,7 @@ class Following:
 
     def __init__(self, mailbox: Mailbox, timeout_s: float) -> None:
         self._mailbox, self._timeout_s = mailbox, timeout_s
+        self._clock = MonotonicClock()
         self._streams: set[Identity] = set()
 
     @classmethod
@@ -62,6 +68,16 @@ class Following:
         if not self.server.is_running:
             raise SimulationHaltedError("the simulation does not run. Start it in the simulator, and run again")
         return self.newest(requests.CLOCK).time_s
+
+    def start(self) -> None:
+        """Start the simulation, or let it go on, and return when the server says that it runs."""
+        self.call(requests.START)
+        self._await_state(lambda server: server.is_running and not server.is_paused)
+
+    def stop(self) -> None:
+        """Stop the simulation and return when the server says that it has."""
+        self.call(requests.STOP)
+        self._await_state(lambda server: not server.is_running)
 
     def stream(self, request: Request[T]) -> T:
         """Have the answer sent again and again from now on; return the first one."""
@@ -103,11 +119,18 @@ class Following:
 
     def _wait_for(self, request: Request[T], mode: int) -> T:
         number = self._mailbox.post(request, mode)
-        if not self._mailbox.wait(number, self._timeout_s):
+        if not self._mailbox.wait(number, _PATIENCE * self._timeout_s):
             raise self._mailbox.failure or self._late()
         if (answer := self._mailbox.newest(request)) is None:
             raise self._late()
         return request.read(answer)
+
+    def _await_state(self, is_reached: Callable[[Header], bool]) -> None:
+        deadline = self._clock.now() + self._timeout_s
+        while not is_reached(self.server):
+            if self._clock.now() > deadline:
+                raise self._late()
+            self._mailbox.wait(self._mailbox.number, self._timeout_s)
 
     def _check(self) -> None:
         if failure := self._mailbox.failure:

@@ -1,0 +1,128 @@
+"""What can go wrong with a server is a named error within the time-out, never a hang."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drivers.vrep.connection import Connection
+from drivers.vrep.errors import (
+    GarbledReplyError,
+    NobodyListensError,
+    RemoteApiError,
+    ServerHangsError,
+    ServerLostError,
+)
+from drivers.vrep.following import Following
+from drivers.vrep.link import Link
+from drivers.vrep.messages import encoded
+from drivers.vrep.packets import packed
+from robotcore.clock import MonotonicClock
+from robotcore.errors import BackendError
+from tests.doubles.coppeliasim.legacy.faults import Babbles, Cuts, Dies, Fault, Hangs
+from tests.doubles.coppeliasim.legacy.server import LegacyServer
+
+SHORT_S = 0.1
+WHOLE_REPLY = packed(encoded(-1, 0, []))
+ENDS = [Connection.to, Following.to]
+
+
+@contextmanager
+def answering(reply: bytes) -> Iterator[int]:
+    """Listen on a port, and send every client these bytes whatever it says, and hang up."""
+
+    def answer() -> None:
+        with suppress(OSError):
+            line, _ = listening.accept()
+            with line:
+                line.recv(1 << 16)
+                line.sendall(reply)
+
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        thread = threading.Thread(target=answer)
+        thread.start()
+        yield listening.getsockname()[1]
+        with suppress(OSError):
+            listening.shutdown(socket.SHUT_RDWR)
+        thread.join()
+
+
+@pytest.mark.parametrize("connect", ENDS)
+def test_where_nobody_listens_it_says_what_to_start(connect: Callable[..., object], unused_port: int) -> None:
+    with pytest.raises(NobodyListensError, match=rf":{unused_port} .*Start the simulator.*simRemoteApi.start"):
+        connect("127.0.0.1", unused_port)
+
+
+def test_a_name_that_no_machine_has_is_told_as_well() -> None:
+    with pytest.raises(NobodyListensError, match=r"robot\.invalid"):
+        Link.to("robot.invalid", 19997)
+
+
+@pytest.mark.parametrize("connect", ENDS)
+def test_a_second_program_on_a_port_is_told_of_the_first(connect: Callable[..., object], server: LegacyServer) -> None:
+    with (
+        Connection.to("127.0.0.1", server.port),
+        pytest.raises(ServerHangsError, match="one program at a time: end the other one"),
+    ):
+        connect("127.0.0.1", server.port, SHORT_S)
+
+
+@pytest.mark.parametrize(
+    "fault, kind",
+    [
+        (Dies(), ServerLostError),
+        (Dies(10), ServerLostError),
+        (Hangs(), ServerHangsError),
+        (Cuts(5), ServerHangsError),
+        (Babbles(b"HTTP/1.1 400 Bad Request\r\n\r\n"), GarbledReplyError),
+    ],
+    ids=["killed", "killed in a reply", "hung", "cut", "another server"],
+)
+def test_each_failure_in_a_step_is_a_named_error_and_a_new_connection_works(
+    fault: Fault, kind: type[RemoteApiError], server: LegacyServer
+) -> None:
+    with Connection.to("127.0.0.1", server.port, SHORT_S) as connection:
+        connection.wait_for_triggers(wait=True)
+        connection.start()
+        server.service.fail(fault)
+        clock = MonotonicClock()
+        with pytest.raises(kind):
+            connection.step()
+        assert clock.now() < 2
+        with pytest.raises(RemoteApiError):
+            connection.step()
+    server.service.fail(None)
+    server.restart()
+    with Connection.to("127.0.0.1", server.port) as connection:
+        connection.wait_for_triggers(wait=True)
+        connection.step()
+
+
+def test_a_reply_that_trickles_in_does_not_outlast_the_time_out() -> None:
+    stop = threading.Event()
+
+    def trickle(line: socket.socket) -> None:
+        with line, suppress(OSError):
+            while not stop.wait(SHORT_S / 5):
+                line.sendall(b"\1\0\1\0\xff\xff\0"[:1])
+
+    near, far = socket.socketpair()
+    thread = threading.Thread(target=trickle, args=(far,))
+    thread.start()
+    with Link(near, "it", SHORT_S) as link, pytest.raises((ServerHangsError, GarbledReplyError)):
+        link.exchange(0, ())
+    stop.set()
+    thread.join()
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.binary(max_size=80) | st.integers(0, len(WHOLE_REPLY) - 1).map(lambda size: WHOLE_REPLY[:size]))
+def test_any_bytes_for_a_reply_are_a_named_error(reply: bytes) -> None:
+    with answering(reply) as port, pytest.raises(BackendError, match=r"no reply|gone|says nothing"):
+        Connection.to("127.0.0.1", port, SHORT_S)

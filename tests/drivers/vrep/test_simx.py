@@ -1,0 +1,234 @@
+"""The official binding's names: codes, operation modes and types as scripts know them."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+
+from drivers.vrep import simx
+from robotcore.clock import MonotonicClock
+from tests.doubles.coppeliasim.legacy.faults import Babbles, Hangs
+from tests.doubles.coppeliasim.legacy.server import LegacyServer
+from tests.doubles.coppeliasim.scene.graph import Graph
+from tests.doubles.coppeliasim.scene.objects import Joint, VisionSensor
+from tests.doubles.coppeliasim.scene.simulator import Simulator
+
+LEFT, CAMERA, NOBODY = 182, 190, 99999
+PATIENCE_S = 5.0
+WAIT = simx.simx_opmode_blocking
+
+
+@pytest.fixture
+def client(server: LegacyServer) -> int:
+    return start(server.port)
+
+
+@pytest.fixture
+def screen() -> Iterator[LegacyServer]:
+    graph = Graph()
+    graph.add(VisionSensor("v1", width=4, height=2, takes_external_pictures=True))
+    with LegacyServer(Simulator(graph)) as server:
+        yield server
+
+
+def start(port: int, *, reconnects: bool = False, timeout_ms: int = 5000) -> int:
+    """Start a client; the server has answered it when this returns."""
+    client = simx.simxStart("127.0.0.1", port, True, not reconnects, timeout_ms, 1)
+    simx.simxGetPingTime(client)
+    return client
+
+
+def wait_for(is_so: Callable[[], object]) -> None:
+    clock = MonotonicClock()
+    while not is_so():
+        assert clock.now() < PATIENCE_S
+        clock.sleep_until(clock.now() + 0.002)
+
+
+def target(simulator: Simulator) -> float:
+    joint = simulator.graph[LEFT]
+    assert isinstance(joint, Joint)
+    return joint.target_velocity
+
+
+def test_without_a_server_no_client_starts(unused_port: int) -> None:
+    assert start(unused_port, timeout_ms=100) == -1
+    assert start(unused_port, reconnects=True, timeout_ms=100) == -1
+    assert simx.simxStart("127.0.0.1", -3, True, True, 100, 5) == -1
+
+
+@pytest.mark.parametrize("client", [-1, 0, 300])
+def test_a_client_that_was_not_started_is_told_by_a_code(client: int) -> None:
+    assert simx.simxGetJointPosition(client, 1, WAIT) == (64, 0.0)
+    assert simx.simxSetJointTargetVelocity(client, 1, 1.0, WAIT) == 64
+    assert simx.simxGetVisionSensorImage(client, 1, 0, WAIT) == (64, [], [])
+    assert simx.simxReadProximitySensor(client, 1, WAIT) == (64, False, [0.0] * 3, 0, [0.0] * 3)
+    assert simx.simxGetConnectionId(client) == -1
+    assert simx.simxGetInMessageInfo(client, simx.simx_headeroffset_server_time) == (-1, 0)
+    simx.simxFinish(client)
+
+
+def test_a_client_has_the_lowest_number_that_is_free_and_an_address_one_client(
+    server: LegacyServer, screen: LegacyServer
+) -> None:
+    assert [start(server.port), start(screen.port), start(server.port)] == [0, 1, -1]
+    simx.simxFinish(0)
+    assert start(server.port) == 0
+
+
+def test_finish_of_minus_one_ends_all_and_their_threads(server: LegacyServer, screen: LegacyServer) -> None:
+    before = threading.active_count()
+    clients = start(server.port), start(screen.port)
+    simx.simxFinish(-1)
+    assert [simx.simxGetConnectionId(client) for client in clients] == [-1, -1]
+    assert threading.active_count() == before
+
+
+def test_a_stream_goes_on_until_it_is_discontinued(client: int) -> None:
+    simx.simxStartSimulation(client, WAIT)
+    simx.simxSetJointTargetVelocity(client, LEFT, 1.0, WAIT)
+    assert simx.simxGetJointPosition(client, LEFT, simx.simx_opmode_buffer) == (1, 0.0)
+    assert simx.simxGetJointPosition(client, LEFT, simx.simx_opmode_streaming) == (1, 0.0)
+    wait_for(lambda: simx.simxGetJointPosition(client, LEFT, simx.simx_opmode_buffer)[1] > 0.1)
+    assert simx.simxGetLastCmdTime(client) > 0
+    simx.simxGetJointPosition(client, LEFT, simx.simx_opmode_discontinue)
+    wait_for(lambda: simx.simxGetJointPosition(client, LEFT, simx.simx_opmode_buffer) == (1, 0.0))
+
+
+def test_an_answer_that_is_removed_comes_again_with_its_stream(client: int) -> None:
+    mode = simx.simx_opmode_streaming
+    simx.simxGetObjectPosition(client, LEFT, -1, mode)
+    wait_for(lambda: simx.simxGetObjectPosition(client, LEFT, -1, simx.simx_opmode_buffer)[0] == 0)
+    simx.simxPauseCommunication(client, True)
+    removed = simx.simxGetObjectPosition(client, LEFT, -1, simx.simx_opmode_remove)
+    simx.simxPauseCommunication(client, False)
+    assert removed[1] == [0.0] * 3
+    wait_for(lambda: simx.simxGetObjectPosition(client, LEFT, -1, simx.simx_opmode_buffer)[0] == 0)
+
+
+def test_a_command_of_one_shot_has_no_answer_at_first_and_its_own_later(client: int) -> None:
+    oneshot = simx.simx_opmode_oneshot
+    assert simx.simxSetJointTargetVelocity(client, LEFT, 1.0, oneshot) == 1
+    assert simx.simxSetJointTargetVelocity(client, NOBODY, 1.0, oneshot) == 1
+    simx.simxGetPingTime(client)
+    assert simx.simxSetJointTargetVelocity(client, LEFT, 1.0, oneshot) == 0
+    assert simx.simxSetJointTargetVelocity(client, NOBODY, 1.0, oneshot) == 8
+    assert simx.simxGetJointPosition(client, LEFT, 0x90000) == (4, 0.0)
+
+
+def test_large_data_may_come_in_pieces_and_is_one_answer(screen: LegacyServer) -> None:
+    client = start(screen.port)
+    _, handle = simx.simxGetObjectHandle(client, "v1", WAIT)
+    assert simx.simxGetVisionSensorImage(client, handle, 0, WAIT)[1] == [4, 2]
+
+
+def test_what_is_sent_while_communication_is_paused_goes_out_in_one_message(client: int, simulator: Simulator) -> None:
+    simx.simxGetPingTime(client)
+    simx.simxPauseCommunication(client, True)
+    _, before = simx.simxGetOutMessageInfo(client, simx.simx_headeroffset_message_id)
+    for handle in (LEFT, LEFT + 2):
+        simx.simxSetJointTargetVelocity(client, handle, 2.0, simx.simx_opmode_oneshot)
+    _, after = simx.simxGetOutMessageInfo(client, simx.simx_headeroffset_message_id)
+    assert after - before <= 1
+    simx.simxPauseCommunication(client, False)
+    wait_for(lambda: target(simulator) == 2.0)
+
+
+def test_wheels_that_were_told_to_stop_stop_although_the_script_ends(client: int, simulator: Simulator) -> None:
+    simx.simxSetJointTargetVelocity(client, LEFT, 3.0, WAIT)
+    simx.simxSetJointTargetVelocity(client, LEFT, 0.0, simx.simx_opmode_oneshot)
+    simx.simxFinish(client)
+    assert target(simulator) == 0.0
+
+
+@pytest.mark.parametrize("mode", ["hangs", "babbles", "is gone"])
+def test_a_server_that_fails_gives_codes_and_no_exceptions(mode: str, server: LegacyServer) -> None:
+    client = start(server.port, timeout_ms=-200)
+    if mode == "is gone":
+        server.service.hang_up()
+    else:
+        server.service.fail(Hangs() if mode == "hangs" else Babbles(b"?" * 100))
+    assert simx.simxGetJointPosition(client, LEFT, WAIT) == (3, 0.0)
+    assert simx.simxGetJointPosition(client, LEFT, simx.simx_opmode_oneshot) == (1, 0.0)
+    server.service.fail(None)
+
+
+def test_a_client_that_may_reconnect_does_so(server: LegacyServer) -> None:
+    client = start(server.port, reconnects=True)
+    assert simx.simxGetConnectionId(client) == 1
+    server.service.hang_up()
+    wait_for(lambda: simx.simxGetConnectionId(client) == 2)
+    assert simx.simxGetObjectHandle(client, "/rover/leftMotor", WAIT) == (0, LEFT)
+
+
+def test_a_client_that_may_not_reconnect_stays_away(client: int, server: LegacyServer) -> None:
+    server.service.hang_up()
+    wait_for(lambda: simx.simxGetConnectionId(client) == -1)
+    assert simx.simxGetJointPosition(client, LEFT, WAIT)[0] == 3
+
+
+@pytest.mark.parametrize(
+    "image",
+    [
+        list(range(-12, 12)),
+        [value & 0xFF for value in range(-12, 12)],
+        np.arange(-12, 12, dtype=np.int8),
+        np.arange(-12, 12).astype(np.uint8).reshape(2, 4, 3),
+        bytes(value & 0xFF for value in range(-12, 12)),
+        bytearray(value & 0xFF for value in range(-12, 12)),
+    ],
+    ids=["signed list", "unsigned list", "signed array", "unsigned array", "bytes", "bytearray"],
+)
+def test_an_image_of_any_kind_is_shown_and_read_back_as_signed_bytes(image: object, screen: LegacyServer) -> None:
+    client = start(screen.port)
+    _, handle = simx.simxGetObjectHandle(client, "v1", WAIT)
+    assert simx.simxSetVisionSensorImage(client, handle, image, 0, WAIT) == 0
+    assert simx.simxGetVisionSensorImage(client, handle, 0, WAIT) == (0, [4, 2], list(range(-12, 12)))
+
+
+def test_a_grey_image_is_a_byte_a_pixel(screen: LegacyServer) -> None:
+    client = start(screen.port)
+    _, handle = simx.simxGetObjectHandle(client, "v1", WAIT)
+    assert simx.simxSetVisionSensorImage(client, handle, list(range(8)), 1, WAIT) == 0
+    assert simx.simxGetVisionSensorImage(client, handle, 1, WAIT) == (0, [4, 2], list(range(8)))
+    assert simx.simxSetVisionSensorImage(client, handle, list(range(8)), 0, WAIT) == 8
+    with pytest.raises(TypeError, match=r"whole numbers.*numpy\.uint8"):
+        simx.simxSetVisionSensorImage(client, handle, [0.5] * 8, 1, WAIT)
+
+
+def test_messages_tell_of_server_and_client(client: int) -> None:
+    simx.simxStartSimulation(client, WAIT)
+    assert simx.simxGetInMessageInfo(client, simx.simx_headeroffset_version) == (1, 11)
+    wait_for(lambda: simx.simxGetPingTime(client) and simx.simxGetInMessageInfo(client, 17)[1] & 1)
+    assert simx.simxGetInMessageInfo(client, 99) == (-1, 0)
+    assert simx.simxGetOutMessageInfo(client, simx.simx_headeroffset_version) == (1, 11)
+
+
+def test_threads_may_share_a_client(client: int) -> None:
+    names = {"/rover": 181, "/rover/leftMotor": LEFT, "/rover/rightMotor": 184, "/rover/camera": CAMERA}
+    wrong: list[object] = []
+
+    def ask(name: str) -> None:
+        answers = (simx.simxGetObjectHandle(client, name, WAIT) for _ in range(10))
+        wrong.extend(answer for answer in answers if answer != (0, names[name]))
+
+    threads = [threading.Thread(target=ask, args=(name,)) for name in names]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert wrong == []
+
+
+def test_numbers_are_packed_as_the_official_binding_packs_them() -> None:
+    assert simx.simxUnpackInts(simx.simxPackInts([1, -2])) == [1, -2]
+    assert simx.simxUnpackFloats(simx.simxPackFloats([0.5, -2.0])) == [0.5, -2.0]
+
+
+def test_what_is_not_known_is_named_with_a_way_out() -> None:
+    with pytest.raises(AttributeError, match=r"simxLoadUI is not .*--option binding=PATH"):
+        simx.simxLoadUI  # noqa: B018
+    assert not hasattr(simx, "loadUI")

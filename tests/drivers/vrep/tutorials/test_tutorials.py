@@ -1,0 +1,63 @@
+"""The tutorials' own programs, with one changed line, do what the tutorials say."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from tests.doubles.coppeliasim.legacy.server import LegacyServer
+from tests.doubles.coppeliasim.scene.objects import VisionSensor
+from tests.drivers.vrep.scenes import bubblerob_scene, relay_scene
+from tests.drivers.vrep.tutorials import bubblerob_reflex, camera_relay
+
+
+def test_bubblerob_backs_up_from_what_its_nose_detects_and_goes_on() -> None:
+    simulator = bubblerob_scene()
+    paths: list[float] = []
+    advance = simulator.advance
+
+    def advance_and_note() -> None:
+        advance()
+        paths.append(simulator.graph.pose(simulator.graph[body.handle]).position[0])
+
+    body = next(thing for thing in simulator.graph if thing.alias == "bubbleRob")
+    simulator.advance = advance_and_note  # type: ignore[method-assign]
+    with LegacyServer(simulator) as server:
+        seen = bubblerob_reflex.main(server.port, duration_s=8.0)
+    (first_s, distance_m), *_ = seen
+    first, after = (round(when / simulator.time_step) for when in (first_s, first_s + bubblerob_reflex.BACK_UP_S))
+    assert 0.1 < distance_m < bubblerob_reflex.NEAR_M
+    assert paths[0] < paths[first] < 0.6 - 0.1
+    assert paths[after] < paths[first] - 0.03
+    assert paths[-1] > paths[after]
+    assert all(later - earlier >= bubblerob_reflex.BACK_UP_S for (earlier, _), (later, _) in pairwise(seen))
+
+
+def test_the_ball_is_marked_where_it_is_on_the_second_sensor() -> None:
+    simulator = relay_scene()
+    screen = next(thing for thing in simulator.graph.all_of(VisionSensor) if thing.alias == "v1")
+    shown: list[np.ndarray] = []
+    show = simulator.show
+
+    def show_and_note(sensor: VisionSensor, picture: np.ndarray) -> None:
+        assert sensor is screen
+        shown.append(picture.copy())
+        show(sensor, picture)
+
+    simulator.show = show_and_note  # type: ignore[method-assign]
+    with LegacyServer(simulator) as server:
+        marks = camera_relay.main(server.port, frames=3)
+    left, top, width, height = marks[-1]
+    upright = shown[-1][::-1]
+    assert left + width < 160 < 240 // 2 + top
+    assert width == pytest.approx(height, abs=4)
+    assert (upright[top, left : left + width] == camera_relay.YELLOW_RGB).all()
+    assert (upright[top + height // 2, left + width // 2] * [1, 0, 1] < 60).all()
+
+
+@pytest.mark.parametrize("program", [bubblerob_reflex, camera_relay])
+def test_without_a_simulator_a_program_says_so_and_ends(program: object, unused_port: int) -> None:
+    with pytest.raises(SystemExit, match="does not answer"):
+        program.main(unused_port, 1)  # type: ignore[attr-defined]
