@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 from drivers.vrep import requests
 from drivers.vrep.answers import Answers
 from drivers.vrep.errors import RemoteApiError, ServerHangsError
-from drivers.vrep.link import TIMEOUT_S, Link
+from drivers.vrep.link import PATIENCE_S, TIMEOUT_S, Link
 from drivers.vrep.messages import NOTHING_DONE, Header
 from drivers.vrep.request import Identity, Request
 from robotcore.clock import MonotonicClock
@@ -52,9 +52,12 @@ class Connection:
         self._exchange(())
 
     @classmethod
-    def to(cls, host: str, port: int, timeout_s: float = TIMEOUT_S) -> Connection:
-        """Connect to a server that answers; whatever is asked of it has to be done within ``timeout_s``."""
-        link = Link.to(host, port, timeout_s)
+    def to(cls, host: str, port: int, timeout_s: float = TIMEOUT_S, patience_s: float = PATIENCE_S) -> Connection:
+        """Connect to a server that answers; whatever is asked of it has to be done within ``timeout_s``.
+
+        Where nobody listens, it tries again for ``patience_s``.
+        """
+        link = Link.to(host, port, timeout_s, patience_s)
         try:
             return cls(link, timeout_s)
         except BaseException:
@@ -116,12 +119,11 @@ class Connection:
         self._await_state("stopped", lambda server: not server.is_running)
 
     def close(self) -> None:
-        """Have what waits done, say goodbye, so that the server is free for the next one, and hang up."""
+        """Have what waits done, since a server forgets what it has not done by then, and hang up."""
         with self._turn:
             with suppress(RemoteApiError):
                 if self._waiting or self._unconfirmed:
                     self.call(requests.CLOCK)
-                self._exchange([requests.GOODBYE])
             self._link.close()
 
     def __enter__(self) -> Connection:

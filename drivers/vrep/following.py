@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeVar, cast
 
 from drivers.vrep import requests
 from drivers.vrep.errors import ServerHangsError, SimulationHaltedError
-from drivers.vrep.link import TIMEOUT_S, Link
+from drivers.vrep.link import PATIENCE_S, TIMEOUT_S, Link
 from drivers.vrep.mailbox import Mailbox
 from drivers.vrep.messages import Header
 from drivers.vrep.request import BLOCKING, ONESHOT, STREAMING, Identity, Request
@@ -44,10 +44,13 @@ class Following:
         self._streams: set[Identity] = set()
 
     @classmethod
-    def to(cls, host: str, port: int, timeout_s: float = TIMEOUT_S) -> Following:
-        """Connect to a server that answers."""
-        following = cls(Mailbox(partial(Link.to, host, port, timeout_s), PERIOD_S, reconnects=False), timeout_s)
+    def to(cls, host: str, port: int, timeout_s: float = TIMEOUT_S, patience_s: float = PATIENCE_S) -> Following:
+        """Connect to a server that answers; where nobody listens, try again for ``patience_s``."""
+        connect = partial(Link.to, host, port, timeout_s)
+        mailbox = Mailbox(connect, PERIOD_S, patience_s, reconnects=False)
+        following = cls(mailbox, timeout_s)
         try:
+            mailbox.wait_connected(patience_s + timeout_s)
             following.stream(requests.CLOCK)
         except BaseException:
             following.close()
@@ -108,8 +111,8 @@ class Following:
         self._mailbox.post(request, ONESHOT)
 
     def close(self) -> None:
-        """Have all done that was sent, say goodbye and hang up."""
-        self._mailbox.finish(self._timeout_s)
+        """Have all done that was sent, and hang up."""
+        self._mailbox.close(self._timeout_s)
 
     def __enter__(self) -> Following:
         return self

@@ -16,6 +16,10 @@ from robotcore.clock import MonotonicClock
 TIMEOUT_S = 1.5
 """A server that takes longer over a message is taken for dead: an app is to stop within two seconds."""
 
+PATIENCE_S = 1.2
+"""A server does not listen for half a second after a client has left."""
+
+RETRY_S = 0.1
 _CHUNK_BYTES = 1 << 18
 _CLIENT_TIME_MASK = 0x03FFFFFF
 
@@ -31,18 +35,16 @@ class Link:
         self.exchanges = 0
 
     @classmethod
-    def to(cls, host: str, port: int, timeout_s: float = TIMEOUT_S) -> Link:
-        """Connect to a server."""
-        name = f"the simulator at {host}:{port}"
-        try:
-            line = socket.create_connection((host, port), timeout_s)
-        except OSError as error:
-            raise NobodyListensError(
-                f"nobody answers at {host}:{port} ({error}). Start the simulator, or give its port with --port: "
-                "19997 as it is shipped, 19999 where a script of a running scene has called simRemoteApi.start(19999)"
-            ) from error
-        line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        return cls(line, name, timeout_s)
+    def to(cls, host: str, port: int, timeout_s: float = TIMEOUT_S, patience_s: float = 0.0) -> Link:
+        """Connect to a server; where nobody listens, try again for ``patience_s``."""
+        clock = MonotonicClock()
+        while True:
+            try:
+                return cls(_line_to(host, port, timeout_s), f"the simulator at {host}:{port}", timeout_s)
+            except NobodyListensError:
+                if clock.now() + RETRY_S > patience_s:
+                    raise
+            clock.sleep_until(clock.now() + RETRY_S)
 
     def exchange(self, number: int, commands: Iterable[bytes]) -> tuple[Header, list[Piece]]:
         """Send a message of that number; return the server's state and all whole answers that have come with its reply.
@@ -62,7 +64,11 @@ class Link:
         return self._line.fileno() == -1
 
     def close(self) -> None:
-        """Hang up, also on a thread that waits for a reply."""
+        """Hang up, also on a thread that waits for a reply.
+
+        No command ends the connection before: the server would close it first then, and its system would keep the port
+        from everyone for a minute.
+        """
         with suppress(OSError):
             self._line.shutdown(socket.SHUT_RDWR)
         self._line.close()
@@ -107,3 +113,15 @@ class Link:
             f"{self._name} takes the connection and says nothing for {self._timeout_s:g} s. A port serves one program "
             "at a time: end the other one, or take another port"
         )
+
+
+def _line_to(host: str, port: int, timeout_s: float) -> socket.socket:
+    try:
+        line = socket.create_connection((host, port), timeout_s)
+    except OSError as error:
+        raise NobodyListensError(
+            f"nobody answers at {host}:{port} ({error}). Start the simulator, or give its port with --port: "
+            "19997 as it is shipped, 19999 where a script of a running scene has called simRemoteApi.start(19999)"
+        ) from error
+    line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return line

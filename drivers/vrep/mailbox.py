@@ -5,14 +5,12 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
-from drivers.vrep import requests
 from drivers.vrep.errors import RemoteApiError
-from drivers.vrep.link import Link
+from drivers.vrep.link import RETRY_S, Link
 from drivers.vrep.messages import NOTHING_DONE, Header, Piece
-from drivers.vrep.request import DISCONTINUE, ONESHOT, Identity, Request
+from drivers.vrep.request import DISCONTINUE, Identity, Request
 from robotcore.clock import MonotonicClock
 
-RECONNECT_S = 0.1
 _ASKING_S = 0.001
 """How often a server is asked while somebody waits for its answer."""
 
@@ -20,12 +18,14 @@ _ASKING_S = 0.001
 class Mailbox:
     """Exchanges messages with whatever ``connect`` connects to, at most every ``period_s``, until it is closed.
 
-    Whoever waits for an answer makes it ask more often. If the line breaks, everything is forgotten; where it
-    ``reconnects``, it tries again, else it says why in `failure`. All methods may be called from any thread.
+    Whoever waits for an answer makes it ask more often. Where nobody listens at first it tries again for
+    ``patience_s``. If the line breaks, everything is forgotten; where it ``reconnects``, it tries again, else it says
+    why in `failure`. All methods may be called from any thread.
     """
 
-    def __init__(self, connect: Callable[[], Link], period_s: float, *, reconnects: bool) -> None:
-        self._connect, self._period_s, self._reconnects = connect, period_s, reconnects
+    def __init__(self, connect: Callable[[], Link], period_s: float, patience_s: float, *, reconnects: bool) -> None:
+        self._connect, self._period_s, self._patience_s = connect, period_s, patience_s
+        self._reconnects = reconnects
         self._changed = threading.Condition()
         self._outgoing: dict[Identity, bytes] = {}
         self._newest: dict[Identity, Piece] = {}
@@ -95,21 +95,16 @@ class Mailbox:
             self._is_held = held
             self._changed.notify_all()
 
-    def flush(self, timeout_s: float) -> bool:
-        """Wait until the server has done all that was posted; return whether it has."""
-        self.hold(held=False)
-        return self._last_asked < 0 or self.wait(self._last_asked, timeout_s)
-
-    def finish(self, timeout_s: float) -> None:
-        """Have all done that was posted, then say goodbye: a server forgets what it has not done by then."""
-        self.flush(timeout_s)
-        self.post(requests.GOODBYE, ONESHOT)
-        self.close(timeout_s)
-
     def close(self, timeout_s: float) -> None:
-        """Send what is posted, hang up and end the thread. A server that hangs is hung up on after ``timeout_s``."""
+        """Have all done that was posted, since a server forgets what it has not done by then; hang up; end the thread.
+
+        A server that hangs is hung up on after ``timeout_s``.
+        """
+        self.hold(held=False)
+        if self._last_asked >= 0:
+            self.wait(self._last_asked, timeout_s)
         with self._changed:
-            self._is_closing, self._is_held = True, False
+            self._is_closing = True
             self._changed.notify_all()
         self._thread.join(timeout_s)
         if link := self._link:
@@ -129,41 +124,46 @@ class Mailbox:
                 with self._connect() as link:
                     self._talk(link)
             except RemoteApiError as failure:
-                self._lose(failure)
-                if not self._reconnects:
+                if not (self._reconnects or self._may_try_again):
+                    self._lose(failure)
                     return
+                self._lose()
                 with self._changed:
-                    self._changed.wait_for(lambda: self._is_closing, RECONNECT_S)
+                    self._changed.wait_for(lambda: self._is_closing, RETRY_S)
             self._link = None
+
+    @property
+    def _may_try_again(self) -> bool:
+        return not self.connections and self._clock.now() + RETRY_S <= self._patience_s
 
     def _talk(self, link: Link) -> None:
         with self._changed:
             self._link = link
             self.connections += 1
             self._changed.notify_all()
-        is_last = False
-        while not is_last:
-            self._await_turn()
-            number, outgoing, is_last = self._taken()
+        while self._await_turn():
+            number, outgoing = self._taken()
             self._merge(*link.exchange(number, outgoing))
 
-    def _await_turn(self) -> None:
+    def _await_turn(self) -> bool:
+        """Wait until the next message is due; return whether it is, and it is not closing instead."""
         with self._changed:
             self._changed.wait_for(lambda: self._is_closing or self._is_urgent, self._pause_s)
-            self._changed.wait_for(lambda: not self._is_held)
+            self._changed.wait_for(lambda: self._is_closing or not self._is_held)
+            return not self._is_closing
 
     @property
     def _pause_s(self) -> float:
         return min(self._period_s, _ASKING_S) if self._waiters else self._period_s
 
-    def _taken(self) -> tuple[int, list[bytes], bool]:
-        """Return the next message and whether it is the last one."""
+    def _taken(self) -> tuple[int, list[bytes]]:
+        """Return the next message."""
         with self._changed:
             number, self._number = self._number, self._number + 1
             outgoing = list(self._outgoing.values())
             self._outgoing.clear()
             self._is_urgent = False
-            return number, outgoing, self._is_closing
+            return number, outgoing
 
     def _merge(self, server: Header, answers: list[Piece]) -> None:
         """Take what has come. The answer to the end of a stream is the end of what is known of it."""
@@ -178,11 +178,12 @@ class Mailbox:
                 self.server, self._heard_s = server, self._clock.now()
             self._changed.notify_all()
 
-    def _lose(self, failure: RemoteApiError) -> None:
+    def _lose(self, failure: RemoteApiError | None = None) -> None:
         with self._changed:
-            self._link = self.server = None
-            self.failure = None if self._reconnects else failure
-            self._outgoing.clear()
-            self._newest.clear()
-            self._last_asked = -1
+            if self._link:
+                self._link = self.server = None
+                self._outgoing.clear()
+                self._newest.clear()
+                self._last_asked = -1
+            self.failure = failure
             self._changed.notify_all()

@@ -64,7 +64,6 @@ SYNCHRONOUS_ON = of_nothing("wait for a trigger before each step", 0x0001, read_
 SYNCHRONOUS_OFF = of_nothing("go on without triggers", 0x0002, read_nothing)
 TRIGGER = of_nothing("take one step", 0x0003, read_nothing)
 LAST_ERRORS = of_nothing("tell what went wrong", 0x0004, read_errors)
-GOODBYE = of_nothing("end the connection", 0x000A, read_nothing)
 START = of_handle("start the simulation", 0x1007, 0, read_nothing)
 PAUSE = of_handle("pause the simulation", 0x1007, 1, read_nothing)
 STOP = of_handle("stop the simulation", 0x1007, 2, read_nothing)

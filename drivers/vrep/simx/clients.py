@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from dataclasses import dataclass
 from functools import partial
 
 from drivers.vrep.link import Link
@@ -22,14 +23,27 @@ _OPMODE_MASK = 0xFF0000
 Address = tuple[str, int]
 
 
-class Client:
-    """One line to a server, and how long a blocking call waits on it."""
+@dataclass(frozen=True)
+class Terms:
+    """How often a client says something, how long it tries to connect and a blocking call waits, and if it reconnects.
 
-    def __init__(self, address: Address, period_s: float, reply_timeout_s: float, *, reconnects: bool) -> None:
-        self.address = address
-        self._reply_timeout_s = reply_timeout_s
+    In seconds.
+    """
+
+    period_s: float
+    patience_s: float
+    reply_timeout_s: float
+    reconnects: bool
+
+
+class Client:
+    """One line to a server."""
+
+    def __init__(self, address: Address, terms: Terms) -> None:
+        self.address, self._terms = address, terms
         self.last_command_ms = 0
-        self.mailbox = Mailbox(partial(Link.to, *address, _EXCHANGE_TIMEOUT_S), period_s, reconnects=reconnects)
+        connect = partial(Link.to, *address, _EXCHANGE_TIMEOUT_S)
+        self.mailbox = Mailbox(connect, terms.period_s, terms.patience_s, reconnects=terms.reconnects)
 
     def ask(self, request: Request[object], operation_mode: int) -> tuple[int, Piece | None]:
         """Do what the operation mode says; return the code and the newest answer, if there is one."""
@@ -41,7 +55,7 @@ class Client:
         code = c.simx_return_ok
         if mode != BUFFER:
             number = self.mailbox.post(request, mode, delay)
-            if mode == BLOCKING and not self.mailbox.wait(number, self._reply_timeout_s):
+            if mode == BLOCKING and not self.mailbox.wait(number, self._terms.reply_timeout_s):
                 code |= c.simx_return_timeout_flag
         answer = self.mailbox.newest(request)
         if mode == BLOCKING:
@@ -50,7 +64,7 @@ class Client:
 
     def finish(self) -> None:
         """End it, with all done that it was told."""
-        self.mailbox.finish(_FINISH_TIMEOUT_S)
+        self.mailbox.close(_FINISH_TIMEOUT_S)
 
     def _judged(self, answer: Piece | None) -> int:
         if answer is None:
@@ -70,13 +84,13 @@ class Clients:
         with self._lock:
             return self._clients.get(number)
 
-    def start(self, address: Address, period_s: float, reply_timeout_s: float, *, reconnects: bool) -> int:
+    def start(self, address: Address, terms: Terms) -> int:
         """Return a new client's number, -1 if there already is one to that address, or too many."""
         with self._lock:
             number = next((one for one in range(MAX_CLIENTS) if one not in self._clients), -1)
             if number == -1 or any(client.address == address for client in self._clients.values()):
                 return -1
-            self._clients[number] = Client(address, period_s, reply_timeout_s, reconnects=reconnects)
+            self._clients[number] = Client(address, terms)
             return number
 
     def finish(self, number: int) -> None:

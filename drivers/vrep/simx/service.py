@@ -7,7 +7,7 @@ from drivers.vrep import requests
 from drivers.vrep.messages import VERSION, Header
 from drivers.vrep.simx import constants as c
 from drivers.vrep.simx.calls import read, send
-from drivers.vrep.simx.clients import CLIENTS, REPLY_TIMEOUT_S
+from drivers.vrep.simx.clients import CLIENTS, REPLY_TIMEOUT_S, Terms
 from drivers.vrep.values import read_nothing
 from robotcore.clock import MonotonicClock
 
@@ -28,15 +28,15 @@ def simxStart(
     A negative time-out is that of blocking calls. Ports below zero, shared memory, are not served.
     """
     host = connectionAddress.decode() if isinstance(connectionAddress, bytes) else str(connectionAddress)
-    reply_timeout_s, connect_timeout_s = REPLY_TIMEOUT_S, timeOutInMs / 1000
-    if timeOutInMs < 0:
-        reply_timeout_s, connect_timeout_s = -timeOutInMs / 1000, _CONNECT_TIMEOUT_MS / 1000
-    period_s = max(commThreadCycleInMs, 1) / 1000
-    client = -1
-    if 0 <= connectionPort <= 0xFFFF:
-        address = host, int(connectionPort)
-        client = CLIENTS.start(address, period_s, reply_timeout_s, reconnects=not doNotReconnectOnceDisconnected)
-    if waitUntilConnected and (known := CLIENTS.get(client)) and not known.mailbox.wait_connected(connect_timeout_s):
+    terms = Terms(
+        period_s=max(commThreadCycleInMs, 1) / 1000,
+        patience_s=(timeOutInMs if timeOutInMs >= 0 else _CONNECT_TIMEOUT_MS) / 1000,
+        reply_timeout_s=-timeOutInMs / 1000 if timeOutInMs < 0 else REPLY_TIMEOUT_S,
+        reconnects=not doNotReconnectOnceDisconnected,
+    )
+    client = CLIENTS.start((host, int(connectionPort)), terms) if 0 <= connectionPort <= 0xFFFF else -1
+    known = CLIENTS.get(client)
+    if waitUntilConnected and known and not known.mailbox.wait_connected(terms.patience_s):
         CLIENTS.finish(client)
         return -1
     return client

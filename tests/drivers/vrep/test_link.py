@@ -6,11 +6,13 @@ import socket
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from drivers.vrep import requests
 from drivers.vrep.connection import Connection
 from drivers.vrep.errors import (
     GarbledReplyError,
@@ -27,6 +29,7 @@ from robotcore.clock import MonotonicClock
 from robotcore.errors import BackendError
 from tests.doubles.coppeliasim.legacy.faults import Babbles, Cuts, Dies, Fault, Hangs
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
+from tests.doubles.coppeliasim.legacy.service import Service
 
 SHORT_S = 0.1
 WHOLE_REPLY = packed(encoded(-1, 0, []))
@@ -56,7 +59,22 @@ def answering(reply: bytes) -> Iterator[int]:
 @pytest.mark.parametrize("connect", ENDS)
 def test_where_nobody_listens_it_says_what_to_start(connect: Callable[..., object], unused_port: int) -> None:
     with pytest.raises(NobodyListensError, match=rf":{unused_port} .*Start the simulator.*simRemoteApi.start"):
-        connect("127.0.0.1", unused_port)
+        connect("127.0.0.1", unused_port, patience_s=SHORT_S)
+
+
+@pytest.mark.parametrize("connect", ENDS)
+def test_a_server_that_listens_a_little_later_is_found(connect: Callable[..., Any], server: LegacyServer) -> None:
+    simulator, port = server._simulator, server.port
+    server.close()
+    services: list[Service] = []
+    late = threading.Timer(2 * SHORT_S, lambda: services.append(Service(simulator, port)))
+    late.start()
+    try:
+        with connect("127.0.0.1", port) as connection:
+            assert connection.call(requests.object_handle("/rover")) > 0
+    finally:
+        late.join()
+        services.pop().close()
 
 
 def test_a_name_that_no_machine_has_is_told_as_well() -> None:

@@ -15,10 +15,10 @@ BACK_UP_S = 1.5
 NEAR_M = 0.2
 
 
-def main(port: int, duration_s: float) -> list[tuple[float, float]]:
+def main(port: int, duration_s: float, patience_ms: int = 5000) -> list[tuple[float, float]]:
     """Drive for a while; return when the nose saw what it backed up from, and how far away that was."""
     vrep.simxFinish(-1)
-    client = vrep.simxStart("127.0.0.1", port, True, True, 5000, 5)
+    client = vrep.simxStart("127.0.0.1", port, True, True, patience_ms, 5)
     if client == -1:
         sys.exit("The simulator does not answer. Start it, and the simulation's scene, then this program again.")
     try:
@@ -30,7 +30,7 @@ def main(port: int, duration_s: float) -> list[tuple[float, float]]:
         vrep.simxFinish(client)
 
 
-def drive(client: int, duration_s: float) -> list[tuple[float, float]]:
+def drive(client: int, duration_s: float, patience_ms: int = 5000) -> list[tuple[float, float]]:
     left, right, nose = (
         vrep.simxGetObjectHandle(client, name, vrep.simx_opmode_oneshot_wait)[1]
         for name in ("bubbleRob_leftMotor", "bubbleRob_rightMotor", "bubbleRob_sensingNose")

@@ -16,10 +16,10 @@ GREENEST_HSV, LEAST_GREEN_HSV = (80, 255, 255), (40, 80, 40)
 YELLOW_RGB = (255, 255, 0)
 
 
-def main(port: int, frames: int) -> list[tuple[int, int, int, int]]:
+def main(port: int, frames: int, patience_ms: int = 5000) -> list[tuple[int, int, int, int]]:
     """Relay so many pictures; return where the ball was in each, upright: left, top, width and height in pixels."""
     vrep.simxFinish(-1)
-    client = vrep.simxStart("127.0.0.1", port, True, True, 5000, 5)
+    client = vrep.simxStart("127.0.0.1", port, True, True, patience_ms, 5)
     if client == -1:
         sys.exit("The simulator does not answer. Start it, and the simulation's scene, then this program again.")
     vrep.simxStartSimulation(client, vrep.simx_opmode_oneshot_wait)

@@ -60,4 +60,4 @@ def test_the_ball_is_marked_where_it_is_on_the_second_sensor() -> None:
 @pytest.mark.parametrize("program", [bubblerob_reflex, camera_relay])
 def test_without_a_simulator_a_program_says_so_and_ends(program: object, unused_port: int) -> None:
     with pytest.raises(SystemExit, match="does not answer"):
-        program.main(unused_port, 1)  # type: ignore[attr-defined]
+        program.main(unused_port, 1, patience_ms=100)  # type: ignore[attr-defined]
