@@ -20,6 +20,9 @@ PATIENCE_S = 1.2
 """A server does not listen for half a second after a client has left."""
 
 RETRY_S = 0.1
+_QUICKACK: int | None = getattr(socket, "TCP_QUICKACK", None)
+"""Linux has it."""
+
 _CHUNK_BYTES = 1 << 18
 _CLIENT_TIME_MASK = 0x03FFFFFF
 
@@ -96,12 +99,22 @@ class Link:
         unpacker, view = Unpacker(), memoryview(self._chunk)
         while (left := deadline - self._clock.now()) > 0:
             self._line.settimeout(left)
+            self._acknowledge_at_once()
             size = self._line.recv_into(view)
             if size == 0:
                 raise ConnectionResetError("it hung up")
             if (message := unpacker.feed(view[:size])) is not None:
                 return message
         raise TimeoutError
+
+    def _acknowledge_at_once(self) -> None:
+        """Ask the system not to wait with what it acknowledges; it forgets that now and then.
+
+        A server holds back each small packet until the one before is acknowledged (Nagle's algorithm), and an image is
+        many: without this, one in two takes 40 ms.
+        """
+        if _QUICKACK is not None:
+            self._line.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
 
     def _client_time_ms(self) -> int:
         return int(self._clock.now() * 1000) & _CLIENT_TIME_MASK

@@ -8,7 +8,9 @@ from collections.abc import Sequence
 
 from drivers.vrep.request import Request
 from drivers.vrep.requests import of_name
+from drivers.vrep.simx import constants as c
 from drivers.vrep.simx.calls import read, send
+from drivers.vrep.simx.clients import CLIENTS
 from drivers.vrep.values import packed_floats, packed_ints, read_float, read_int, read_nothing
 
 Bytes = str | bytes | bytearray
@@ -44,11 +46,23 @@ def simxGetStringSignal(clientID: int, signalName: str | bytes, operationMode: i
 
 
 def simxGetAndClearStringSignal(clientID: int, signalName: str | bytes, operationMode: int) -> tuple[int, bytearray]:
-    return read(clientID, of_name("take signal", 0x3017, signalName, bytearray), operationMode, bytearray())
+    """Return the code and the signal. One that was streamed is given once: the server has ended its stream."""
+    request = of_name("take signal", 0x3017, signalName, bytearray)
+    answer = read(clientID, request, operationMode, bytearray())
+    if answer[0] == c.simx_return_ok and operationMode == c.simx_opmode_buffer:
+        read(clientID, request, c.simx_opmode_remove, bytearray())
+    return answer
 
 
 def simxReadStringStream(clientID: int, signalName: str | bytes, operationMode: int) -> tuple[int, bytearray]:
-    return read(clientID, of_name("take stream", 0x3018, signalName, bytearray), operationMode, bytearray())
+    """Return the code and what has come since the last time; it is streamed, and never waited for."""
+    if operationMode == c.simx_opmode_blocking and CLIENTS.get(clientID):
+        return c.simx_return_illegal_opmode_flag, bytearray()
+    request = of_name("take stream", 0x3018, signalName, bytearray)
+    answer = read(clientID, request, operationMode, bytearray())
+    if answer[0] == c.simx_return_ok:
+        read(clientID, request, c.simx_opmode_remove, bytearray())
+    return answer
 
 
 def simxSetStringSignal(clientID: int, signalName: str | bytes, signalValue: Bytes, operationMode: int) -> int:
