@@ -48,11 +48,13 @@ class FollowedScene(LegacyScene):
             raise ServerHangsError(f"the simulation has not stopped within {self._answer_s:g} s. Restart the simulator")
 
     def time(self) -> float:
-        if self._server.is_paused:
+        server = self._server
+        if server.is_paused or not server.is_running:
+            halted = "paused" if server.is_paused else "stopped"
             raise SimulationHaltedError(
-                "the simulation was paused: its time does not pass. Let it go on, and run again"
+                f"the simulation was {halted}: its time does not pass. Let it run, and run again"
             )
-        return self._following.time_s
+        return self._following.newest(requests.CLOCK).time_s
 
     def advance(self, steps: int) -> None:
         """Refuse: time passes by itself here."""
