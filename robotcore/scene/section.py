@@ -86,7 +86,8 @@ def places(robot: RobotDescription, section: str, names: Iterable[str] | None = 
     needed = [told for told in robot.devices if told.name in chosen and not isinstance(told, DisplayDescription)]
     if section not in robot.backends and needed:
         name = needed[0].name
-        remedy = f'Name the object of the scene that each device is: [{section}.{name}] with path = "/robot/{name}"'
+        path = f"/{robot.name}/{name}"
+        remedy = f'Name the object of the scene that each device is: [{section}.{name}] with path = "{path}"'
         raise DescriptionError(robot.source, section, "is missing", remedy)
     strangers = strangers_in(robot, table)
     faults: list[Fault] = list(faults_of_strangers(section, strangers))
@@ -98,7 +99,7 @@ def places(robot: RobotDescription, section: str, names: Iterable[str] | None = 
             except _UnfitError as unfit:
                 faults += unfit.faults
         elif told in needed and told.name not in strangers.values():
-            remedy = f'Name the {_PLACES[type(told)][1].value} that it is: path = "/robot/{told.name}"'
+            remedy = f'Name the {_PLACES[type(told)][1].value} that it is: path = "/{robot.name}/{told.name}"'
             faults.append((f"{section}.{told.name}", "is missing", remedy))
     if faults:
         raise DescriptionError.of_all(robot.source, faults)
@@ -114,7 +115,7 @@ class _UnfitError(Exception):
 def _placed(told: AnyDevice, key: str, table: Any) -> Placed:
     model, kind = _PLACES[type(told)]
     if not isinstance(table, Mapping):
-        raise _UnfitError((key, f"should be a table, got {table!r}", f'Write [{key}] and path = "/robot/{told.name}"'))
+        raise _UnfitError((key, f"should be a table, got {table!r}", f"Write [{key}], and its path below"))
     try:
         return Placed(told, model.model_validate(table, strict=True), kind)
     except ValidationError as error:

@@ -22,7 +22,7 @@ from tests.doubles.coppeliasim.scene.objects import Joint
 from tests.doubles.coppeliasim.scene.simulator import Simulator
 from tests.drivers.vrep.test_apps import arena
 
-BOUND_S = 5.0
+BOUND_S = 20.0
 """Against a hang only: errors come within two seconds on a machine that is not busy."""
 
 
