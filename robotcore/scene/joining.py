@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
+from dataclasses import dataclass
 
 from robotcore.backend import Setup
 from robotcore.clock import Clock, FollowingClock, SteppedClock
@@ -25,7 +26,7 @@ from robotcore.scene.finding import Found, find_all
 from robotcore.scene.pictures import SceneCamera, SceneDisplay, intrinsics_of
 from robotcore.scene.port import Scene
 from robotcore.scene.ranging import SceneRangeSensor
-from robotcore.scene.section import JointPlace, LensPlace, Placed, places
+from robotcore.scene.section import JointPlace, LensPlace, Place, Placed, places
 from robotcore.scene.simulating import Whose, running
 from robotcore.scene.truth import SceneTruth
 from robotcore.scene.wheels import SceneEncoder, SceneMotor
@@ -69,9 +70,10 @@ def join(
             scene.advance(1)  # before its first step a scene shows nothing
         clock = stepped or FollowingClock(scene.time)
         undo.callback(clock.close)
+        joined = _Joined(setup.robot, scene, clock, {each.told.name: each.place for each in placed}, found)
         devices = []
         for told in setup.chosen:
-            devices.append(device := _opened(told, scene, clock, setup.robot, placed, found))
+            devices.append(device := joined.open(told))
             undo.callback(device.close)
         truth = _truth(setup.robot, scene, found)
         specs = cutoffs(_joints(placed, found))
@@ -86,32 +88,47 @@ def _joints(placed: Iterable[Placed], found: Found) -> dict[str, int]:
     return {name: joint.handle for name in motors if (joint := found[name])}
 
 
-def _opened(
-    told: AnyDevice, scene: Scene, clock: Clock, robot: RobotDescription, placed: Iterable[Placed], found: Found
-) -> Device:
-    thing = found.get(told.name)
-    if thing is None:
-        return MemoryDisplay(told.name)
-    place = next(each.place for each in placed if each.told.name == told.name)
-    is_reversed = isinstance(place, JointPlace) and place.reversed
-    if isinstance(told, MotorDescription):
-        return SceneMotor(told, scene, thing.handle, is_reversed=is_reversed)
-    if isinstance(told, EncoderDescription):
-        return SceneEncoder(told, scene, thing.handle, clock, _half_a_turn(robot) / 2, is_reversed=is_reversed)
-    if isinstance(told, RangeSensorDescription):
-        return SceneRangeSensor(told, scene, thing.handle, clock)
-    if isinstance(told, CameraDescription):
+@dataclass(frozen=True)
+class _Joined:
+    """A scene with the objects that a robot's devices are, and the clock that they are read by."""
+
+    robot: RobotDescription
+    scene: Scene
+    clock: Clock
+    places: Mapping[str, Place]
+    found: Found
+
+    def open(self, told: AnyDevice) -> Device:
+        """Open a device; a display that has no object is kept in memory."""
+        thing = self.found.get(told.name)
+        if thing is None:
+            return MemoryDisplay(told.name)
+        if isinstance(told, MotorDescription):
+            return SceneMotor(told, self.scene, thing.handle, is_reversed=self._is_reversed(told))
+        if isinstance(told, EncoderDescription):
+            return self._encoder(told, thing.handle)
+        if isinstance(told, RangeSensorDescription):
+            return SceneRangeSensor(told, self.scene, thing.handle, self.clock)
+        if isinstance(told, CameraDescription):
+            return self._camera(told, thing.handle)
+        display: DisplayDescription = told  # of a new kind of device, the type checker tells
+        return SceneDisplay(display.name, self.scene, thing.handle)
+
+    def _encoder(self, told: EncoderDescription, joint: int) -> SceneEncoder:
+        limits = [motor.max_velocity_rad_s for motor in self.robot.all_of(MotorDescription)]
+        quarter_turn_s = math.pi / 2 / max(limits, default=FASTEST_RAD_S)
+        is_reversed = self._is_reversed(told)
+        return SceneEncoder(told, self.scene, joint, self.clock, quarter_turn_s, is_reversed=is_reversed)
+
+    def _camera(self, told: CameraDescription, sensor: int) -> SceneCamera:
+        place = self.places[told.name]
         as_found = isinstance(place, LensPlace) and place.as_found
-        intrinsics = intrinsics_of(told, scene.lens(thing.handle), as_found=as_found)
-        return SceneCamera(told.name, intrinsics, scene, thing.handle, clock)
-    display: DisplayDescription = told  # of a new kind of device, the type checker tells
-    return SceneDisplay(display.name, scene, thing.handle)
+        intrinsics = intrinsics_of(told, self.scene.lens(sensor), as_found=as_found)
+        return SceneCamera(told.name, intrinsics, self.scene, sensor, self.clock)
 
-
-def _half_a_turn(robot: RobotDescription) -> float:
-    """Return how long the fastest wheel needs for half a turn, in seconds."""
-    limits = [motor.max_velocity_rad_s for motor in robot.all_of(MotorDescription)]
-    return math.pi / max(limits, default=FASTEST_RAD_S)
+    def _is_reversed(self, told: AnyDevice) -> bool:
+        place = self.places[told.name]
+        return isinstance(place, JointPlace) and place.reversed
 
 
 def _truth(robot: RobotDescription, scene: Scene, found: Found) -> SceneTruth | None:
