@@ -14,7 +14,7 @@ from robotcore.robot import Robot
 from robotcore.testing import ConformanceSuite, scenes
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.simulator import Simulator
-from tests.drivers.vrep.rovers import scene_of
+from tests.doubles.coppeliasim.scenes import described_scene
 
 
 class OnDoubles(ConformanceSuite):
@@ -29,7 +29,7 @@ class OnDoubles(ConformanceSuite):
             yield
 
     def open(self, setup: Setup) -> Robot:
-        simulator = scene_of(self.description, setup.world or scenes.empty())
+        simulator = described_scene(self.description, setup.world or scenes.empty())
         return super().open(replace(setup, options={**self.serve(simulator), **setup.options}))
 
     def serve(self, simulator: Simulator) -> dict[str, object]:

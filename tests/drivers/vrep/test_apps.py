@@ -14,12 +14,10 @@ from robotcore.running.outcome import Outcome, RunResult
 from robotcore.running.plan import RunRequest
 from robotcore.running.session import run
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
-from tests.doubles.coppeliasim.scene.graph import Graph
-from tests.doubles.coppeliasim.scene.objects import Primitive, Shape, VisionSensor
-from tests.doubles.coppeliasim.scene.poses import Quaternion, Transform
+from tests.doubles.coppeliasim.scene.objects import Joint
 from tests.doubles.coppeliasim.scene.simulator import Simulator
 from tests.doubles.coppeliasim.scene.states import State
-from tests.drivers.vrep.rovers import AHEAD, scene_of
+from tests.doubles.coppeliasim.scenes import bubblerob_scene, described_scene, relay_scene
 
 YELLOW = (255, 255, 0)
 
@@ -32,7 +30,7 @@ def served(simulator: Simulator) -> Iterator[int]:
 
 def arena(robot: str, seed: int) -> Simulator:
     described = load_robot(robot)
-    return scene_of(described, draw_world(load_world("arena"), described, seed))
+    return described_scene(described, draw_world(load_world("arena"), described, seed))
 
 
 def run_on(simulator: Simulator, app: str, robot: str = "rover", **asked: Any) -> RunResult:
@@ -65,43 +63,23 @@ def test_simulation_that_ran_runs_on_and_the_wheels_stand() -> None:
             before = simulator.time
             assert simulator.changed.wait_for(lambda: simulator.time > before, 5)
         joint = simulator.graph.find("/rover/left_motor")
-    assert joint is not None
-    assert joint.target_velocity == 0  # type: ignore[attr-defined]
+    assert isinstance(joint, Joint)
+    assert joint.target_velocity == 0
 
 
-def test_bubblerob_avoids_what_stands_around() -> None:
-    simulator = arena("bubblerob", 3)
-    for name in ("left", "right"):
-        thing = simulator.graph.find(f"/bubblerob/{name}_motor")
-        assert thing
-        thing.alias = f"{name}Motor"
-    for old, new in (("/bubblerob/nose", "sensingNose"), ("/bubblerob", "bubbleRob")):
-        thing = simulator.graph.find(old)
-        assert thing
-        thing.alias = new
-    result = run_on(simulator, "avoid-obstacles", "bubblerob", settings={"duration_s": 6.0})
+def test_bubblerob_avoids_what_stands_around_in_the_tutorials_scene() -> None:
+    result = run_on(bubblerob_scene(), "avoid-obstacles", "bubblerob", settings={"duration_s": 12.0})
     assert (result.outcome, "avoid" in result.milestones) == (Outcome.SUCCESS, True), result.reason
-
-
-def relay(size: tuple[int, int] = (64, 48)) -> Simulator:
-    """The scene of the tutorial: a camera v0 that sees something green on its upper left, and a screen v1."""
-    graph = Graph()
-    ball = Shape("ball", primitive=Primitive.SPHEROID, size=(0.4, 0.4, 0.4), colour=(0.0, 1.0, 0.0))
-    graph.put(graph.add(ball), Transform((2.0, 0.5, 1.4)))
-    ahead: Quaternion = AHEAD
-    graph.put(graph.add(VisionSensor("v0", width=128, height=128)), Transform((0.0, 0.0, 1.0), ahead))
-    graph.add(VisionSensor("v1", width=size[0], height=size[1], takes_external_pictures=True))
-    return Simulator(graph)
 
 
 @pytest.mark.parametrize("robot", ["rover", "lookout"])
 def test_marked_picture_goes_to_the_second_vision_sensor_upright(robot: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    simulator = relay()
+    simulator = relay_scene()
     shown: list[np.ndarray] = []
     monkeypatch.setattr(simulator, "show", lambda _sensor, pixels: shown.append(np.array(pixels)))
     result = run_on(simulator, "mark-green", robot, settings={"duration_s": 0.5})
     assert (result.outcome, "seen" in result.milestones) == (Outcome.SUCCESS, True), result.reason
     seen_by_a_human = shown[-1][::-1]
     rows, columns = np.nonzero((abs(seen_by_a_human.astype(int) - YELLOW) < 60).all(axis=2))
-    assert seen_by_a_human.shape == (48, 64, 3)
-    assert (rows.mean() < 24, columns.mean() < 32) == (True, True)
+    assert seen_by_a_human.shape == (256, 256, 3)
+    assert (rows.mean() > 128, columns.mean() < 128) == (True, True), "the ball is on the lower left"

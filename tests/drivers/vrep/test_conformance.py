@@ -9,8 +9,8 @@ import pytest
 from drivers.vrep.backend import VrepBackend
 from robotcore.backend import Vouch
 from robotcore.testing import Capability
-from tests.doubles.coppeliasim.legacy.realtime import RealTime
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
+from tests.doubles.coppeliasim.scene.pacing import Pacer
 from tests.doubles.coppeliasim.scene.simulator import Simulator
 from tests.drivers.vrep.served import OnDoubles
 
@@ -39,7 +39,7 @@ class TestFollowedVrep(OnDoubles):
 
     @pytest.fixture(autouse=True)
     def _hurried(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(RealTime, "_pause", property(lambda time: time._simulator.time_step / PACE))
+        monkeypatch.setattr(Pacer, "_period", staticmethod(lambda simulator: simulator.time_step / PACE))
 
     def serve(self, simulator: Simulator) -> dict[str, object]:
         server = self.servers.enter_context(LegacyServer(simulator))
