@@ -7,7 +7,8 @@ from contextlib import ExitStack
 from pydantic import Field, PositiveFloat
 
 from drivers.coppeliasim.connection import Address, Connection
-from drivers.coppeliasim.simulation import Simulation
+from drivers.coppeliasim.lease import Lease
+from drivers.coppeliasim.simulation import Simulation, make_room
 from robotcore.backend import Backend, Setup, Vouch
 from robotcore.description import Described
 from robotcore.devices import Device
@@ -56,6 +57,10 @@ class CoppeliaSimBackend(Backend):
         with ExitStack() as undo:
             connection = Connection.open(options.address, answer_s)
             undo.callback(connection.close)
+            lease = Lease(connection)
+            lease.take()
+            undo.callback(lease.release)
+            make_room(connection)
             simulation = Simulation(connection, setup, setup.world)
             undo.callback(simulation.close)
             simulation.start()

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import socket
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from threading import Lock
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import Field
@@ -33,6 +34,8 @@ OLDER = {
     "sim.setVisionSensorImg": "sim.setVisionSensorCharImage",
     "sim.writeCustomStringData": "sim.writeCustomDataBlock",
     "sim.readCustomStringData": "sim.readCustomDataBlock",
+    "sim.getNamedStringParam": "sim.getStringNamedParam",
+    "sim.setNamedStringParam": "sim.setStringNamedParam",
 }
 """What functions were called before 4.4, or 4.7; their first arguments and results are the same."""
 
@@ -61,6 +64,7 @@ class Connection:
         self.address, self.answer_s = address, answer_s
         self._client = client
         self._failure: BackendError | None = None
+        self._lock = Lock()
         self._known: Mapping[str, Any] = {}
         self.calls = 0
 
@@ -99,13 +103,17 @@ class Connection:
         raise self._lacking(f"sim.{name}")
 
     def call(self, function: str, *arguments: Any, within_s: float | None = None) -> Any:
-        """Call any function of the server; raises BackendError."""
+        """Call any function of the server; raises BackendError. Threads may call it: one call at a time."""
+        limit = self.answer_s if within_s is None else max(within_s, self.answer_s)
+        with self._lock:
+            return self._ask(function, arguments, limit)
+
+    def _ask(self, function: str, arguments: Sequence[Any], limit: float) -> Any:
         from drivers.coppeliasim.client import FirstProtocol, Garbled, Refused, Unanswered
 
         if self._failure:
             raise self._failure
         self.calls += 1
-        limit = self.answer_s if within_s is None else max(within_s, self.answer_s)
         try:
             return self._client.ask(function, arguments, limit)
         except Refused as error:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from robotcore.description import Mount
+from robotcore.description import Light, Mount
 from robotcore.geometry import Pose
 
 
@@ -19,6 +19,12 @@ class Placement(NamedTuple):
     qy: float = 0.0
     qz: float = 0.0
     qw: float = 1.0
+
+    @classmethod
+    def of(cls, told: Any) -> Placement:
+        """Return the pose that the API tells; raises TypeError or ValueError where it is none."""
+        x, y, z, qx, qy, qz, qw = map(float, told)
+        return cls(x, y, z, qx, qy, qz, qw)
 
     def at(self, local: Placement) -> Placement:
         """Return in the world what is ``local`` in this frame."""
@@ -51,6 +57,13 @@ def mounted(mount: Mount, behind_m: float = 0.0) -> Placement:
     turn = _product(_about_z(mount.yaw_rad), (0.0, math.sin(half), 0.0, math.cos(half)))
     frame = Placement(mount.x_m, mount.y_m, mount.z_m, *turn)
     return frame.at(LOOK._replace(x=-behind_m))
+
+
+def shining(light: Light) -> Placement:
+    """Return the frame of a lamp, high above, whose z axis points where its light goes."""
+    tilt = -math.pi / 2 - light.elevation_rad
+    turn = _product(_about_z(light.azimuth_rad), (0.0, math.sin(tilt / 2), 0.0, math.cos(tilt / 2)))
+    return Placement(0.0, 0.0, 3.0, *turn)
 
 
 def _about_z(angle: float) -> Quaternion:

@@ -24,12 +24,12 @@ _JUST_UNDER = 1e-3
 """Where nothing is in view, depth reads a little less than the farthest."""
 
 
-def add_fan(workshop: Workshop, told: RangeSensorDescription, body: int, frame: Placement) -> int:
-    """Make the vision sensor of a fan; its outermost pixels look along the edges of the cone."""
+def add_fan(workshop: Workshop, told: RangeSensorDescription, body: int, frame: Placement, met: int) -> int:
+    """Make the vision sensor of a fan; its outermost pixels look along the edges of the cone, at a collection."""
     cone = max(told.cone_rad, BEAM_RAD)
     fov = 2 * math.atan(math.tan(cone / 2) * FAN_RAYS / (FAN_RAYS - 1))
     place = frame.at(mounted(told.mount, behind_m=FAN_SETBACK_M))
-    return add_vision_sensor(workshop, told.name, place, body, (FAN_RAYS, 1), fov, (NEAR_M, reach(told)))
+    return add_vision_sensor(workshop, told.name, place, body, (FAN_RAYS, 1), fov, (NEAR_M, reach(told)), seen=met)
 
 
 def reach(told: RangeSensorDescription) -> float:

@@ -15,6 +15,7 @@ from robotcore.description import Drive, RobotDescription
 from robotcore.geometry import Pose
 
 WHEEL_FORCE_NM = 2.0
+TURNS_RAD = 1e5
 CASTER_MASS_KG = 0.02
 WHEEL_COLOUR = CASTER_COLOUR = (30, 30, 30)
 
@@ -57,6 +58,7 @@ def _add_wheels(workshop: Workshop, drive: Drive, root: int, frame: Placement) -
 def _add_joint(workshop: Workshop, motor: str, root: int, hub: Placement) -> int:
     constant = workshop.constant
     joint = workshop.make("createJoint", constant("joint_revolute"), constant("jointmode_dynamic"), 0, [0.04, 0.01])
+    workshop.call("setJointInterval", joint, False, [-TURNS_RAD, 2 * TURNS_RAD])  # else its angle begins anew at π
     workshop.set_int(joint, "jointintparam_dynctrlmode", constant("jointdynctrl_velocity"))
     workshop.call("setJointTargetForce", joint, WHEEL_FORCE_NM)
     workshop.call("setJointTargetVelocity", joint, 0.0)  # the API makes joints that turn

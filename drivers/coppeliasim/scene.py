@@ -15,6 +15,8 @@ _SAME_S = 1e-6
 _PAUSED, _ADVANCING = 8, 16
 """Bits of a simulation's state."""
 
+_LOOK = "Look into its window or its log for what it says"
+
 
 class CoppeliaSimScene(Scene):
     """Asks a CoppeliaSim, call by call; `open` in the backend says how one gets there."""
@@ -29,6 +31,7 @@ class CoppeliaSimScene(Scene):
         }
         self._explicit: dict[int, bool] = {}
         self._step_s = self._time = 0.0
+        self._limit_s: float | None = None
 
     def find(self, path: str) -> SceneObject | None:
         try:
@@ -48,15 +51,13 @@ class CoppeliaSimScene(Scene):
         return State.PAUSED if state & _PAUSED else State.STOPPED
 
     def start(self) -> None:
-        """Start, and let the first step pass: before it, nothing has been seen or measured."""
         before = self.state()
-        self.connection.sim("setStepping", True)
+        self.connection.sim("setStepping", True)  # lost at every stop
         if before is not State.RUNNING:
             self.connection.sim("startSimulation", within_s=LOADING_S)
-        self._step_s, self._time = self.time_step(), self.time()
-        if before is State.STOPPED:
-            self._step(LOADING_S)
-        self._time = self.time()
+        if self.state() is not State.RUNNING:
+            raise BackendError(f"coppeliasim: the simulation at {self.connection.address} does not start. {_LOOK}")
+        self._step_s, self._time, self._limit_s = self.time_step(), self.time(), LOADING_S
 
     def stop(self) -> None:
         self.connection.sim("stopSimulation", True, within_s=LOADING_S)
@@ -71,7 +72,8 @@ class CoppeliaSimScene(Scene):
 
     def advance(self, steps: int) -> None:
         for _ in range(steps):
-            self._step()
+            self.connection.sim("step", within_s=self._limit_s)
+            self._limit_s = None  # the first step of all may take its time
         now = self.time()
         if not math.isclose(now - self._time, steps * self._step_s, rel_tol=_SAME_S, abs_tol=_SAME_S):
             raise self._out_of_step(now - self._time, steps)
@@ -111,6 +113,9 @@ class CoppeliaSimScene(Scene):
     def position(self, handle: int) -> Point:
         return self.connection.told(_point, "getObjectPosition", handle)
 
+    def velocity(self, handle: int) -> Point:
+        return self.connection.told(_linear, "getObjectVelocity", handle)
+
     def close(self) -> None:
         self.connection.close()
 
@@ -130,9 +135,6 @@ class CoppeliaSimScene(Scene):
             self._explicit[sensor] = bool(self.connection.told(int, "getExplicitHandling", sensor))
         return self._explicit[sensor]
 
-    def _step(self, within_s: float | None = None) -> None:
-        self.connection.sim("step", within_s=within_s)
-
     def _out_of_step(self, passed: float, steps: int) -> BackendError:
         """Return what is to be said where steps took another time than theirs."""
         state = self.state()
@@ -151,6 +153,11 @@ class CoppeliaSimScene(Scene):
 def _point(told: Any) -> Point:
     x, y, z = told
     return float(x), float(y), float(z)
+
+
+def _linear(told: Any) -> Point:
+    linear, _ = told
+    return _point(linear)
 
 
 def _size(told: Any) -> tuple[int, int]:

@@ -63,7 +63,7 @@ class CoppeliaSimTruth:
         return self._touches.count
 
     def _origin(self) -> Placement:
-        return self._connection.told(_placement, "getObjectPose", self._body).at(self._frame)
+        return self._connection.told(Placement.of, "getObjectPose", self._body).at(self._frame)
 
 
 def _ahead(frame: Placement) -> tuple[float, float, float]:
@@ -77,12 +77,6 @@ def _pair(told: object) -> set[int]:
     if len(pair) not in (0, 2):
         raise ValueError("no pair of objects")
     return pair
-
-
-def _placement(told: object) -> Placement:
-    if not (isinstance(told, list) and len(told) == 7):
-        raise ValueError("no pose")
-    return Placement(*map(float, told))
 
 
 def _vectors(told: object) -> tuple[list[float], list[float]]:

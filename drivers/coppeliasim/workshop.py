@@ -13,6 +13,9 @@ TAG = "robotcore"
 """Objects that carry custom data of this name are ours to remove."""
 
 
+_TAKEN_OUT = 1
+
+
 class Mask(IntEnum):
     """Who collides with whom: the high byte across models, the low byte within one.
 
@@ -60,6 +63,7 @@ class Workshop:
         """Make a pure shape that others bump into and that stands still; ``size`` is its bounding box in metres."""
         handle = self.make("createPrimitiveShape", self.constant(f"primitiveshape_{kind}"), list(size), 0)
         self.call("setShapeColor", handle, None, self.constant("colorcomponent_ambient_diffuse"), _rgb(colour))
+        self.call("setShapeColor", handle, None, self.constant("colorcomponent_specular"), [0.0, 0.0, 0.0])
         self.set_int(handle, "shapeintparam_static", 1)
         self.set_int(handle, "shapeintparam_respondable", 1)
         self.set_int(handle, "shapeintparam_respondable_mask", mask)
@@ -88,6 +92,31 @@ class Workshop:
         for parameter in ("bullet_body_oldfriction", "bullet_body_friction"):
             self.call("setEngineFloatParam", self.constant(parameter), shape, friction)
 
+    def tree(self, root: str | int, kind: str = "handle_all", options: int = 0) -> list[int]:
+        """Return what is in a tree, by the constant's name or a root's handle, of a kind."""
+        base = self.constant(root) if isinstance(root, str) else root
+        return self._connection.told(list, "getObjectsInTree", base, self.constant(kind), options)
+
+    def path(self, handle: int) -> str:
+        """Return an object's path."""
+        return self._connection.told(str, "getObjectAlias", handle, 1)
+
+    def place(self, handle: int) -> Placement:
+        """Return where an object is in the world."""
+        return self._connection.told(Placement.of, "getObjectPose", handle)
+
+    def lamp(self, handle: int) -> tuple[object, ...]:
+        """Return a lamp's state, a relic, and its diffuse and specular colours."""
+        return self._connection.told(tuple, "getLightParameters", handle)
+
+    def collection(self, root: int, *, without: int = -1) -> int:
+        """Make a collection of a tree, but for one object."""
+        handle = self.make("createCollection", 0)
+        self.call("addItemToCollection", handle, self.constant("handle_tree"), root, 0)
+        if without >= 0:
+            self.call("addItemToCollection", handle, self.constant("handle_single"), without, _TAKEN_OUT)
+        return handle
+
     def mark(self, handle: int, note: str) -> None:
         """Mark an object, and all under it, as ours."""
         self.call("writeCustomStringData", handle, TAG, note)
@@ -99,7 +128,7 @@ class Workshop:
 
     def remove_tree(self, root: int) -> None:
         """Remove an object and all under it."""
-        self.call("removeObjects", self._connection.told(list, "getObjectsInTree", root))
+        self.call("removeObjects", self.tree(root))
 
 
 def _rgb(colour: Colour) -> list[float]:

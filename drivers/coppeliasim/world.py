@@ -14,11 +14,14 @@ GROUND_M, GROUND_DEPTH_M = 60.0, 0.1
 
 
 class BuiltWorld(NamedTuple):
-    """The handles of a world's objects: their root, the floor, and what can be touched."""
+    """The handles of a world's objects: their root, and what can be touched."""
 
     root: int
-    floor: int
     things: frozenset[int]
+    seen: int
+    """The collection of all, for cameras."""
+    met: int
+    """The collection of all but the floor, for range sensors."""
 
 
 def build_world(workshop: Workshop, world: WorldDescription) -> BuiltWorld:
@@ -28,7 +31,8 @@ def build_world(workshop: Workshop, world: WorldDescription) -> BuiltWorld:
     workshop.set_friction(floor, 1.0)
     prisms = [_add_prism(workshop, prism, root) for prism in world.prisms]
     balls = [_add_ball(workshop, ball, root) for ball in world.targets]
-    return BuiltWorld(root, floor, frozenset((*prisms, *balls)))
+    seen, met = workshop.collection(root), workshop.collection(root, without=floor)
+    return BuiltWorld(root, frozenset((*prisms, *balls)), seen, met)
 
 
 def _add_floor(workshop: Workshop, world: WorldDescription, root: int) -> int:

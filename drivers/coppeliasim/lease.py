@@ -1,0 +1,65 @@
+"""Who drives a simulator: a lease that its holder renews, so that two programs do not step one simulation.
+
+It is kept in a parameter of the running CoppeliaSim, which no scene is saved with. Each renewal is a call too, so that
+a holder whose app thinks for long is not forgotten by CoppeliaSim.
+"""
+
+from __future__ import annotations
+
+from uuid import uuid4
+
+from drivers.coppeliasim.connection import Connection
+from robotcore.clock import MonotonicClock
+from robotcore.errors import BackendError
+
+PARAMETER = "robotcore.lease"
+RENEWAL_S = 1.0
+DEAD_S = 3.0
+"""A holder that has not renewed for so long is gone."""
+
+_LOOK_S = 0.2
+
+
+class Lease:
+    """The right to drive the simulator of a connection, from `take` to `release`."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+        self._holder = uuid4().hex
+        self._renewals = 0
+        self._clock = MonotonicClock()
+
+    def take(self) -> None:
+        """Take it, from then on renewing it; raises BackendError where somebody holds it who is alive."""
+        self._await_death(self._noted())
+        self._note(f"{self._holder} 0")
+        self._renewing = self._clock.every(RENEWAL_S, self._renew, "coppeliasim lease")
+
+    def release(self) -> None:
+        """Give it back, if it is still ours."""
+        self._renewing.stop()
+        if self._noted().startswith(self._holder):
+            self._note("")
+
+    def _await_death(self, note: str) -> None:
+        """Wait until it is sure that nobody renews a lease."""
+        begun = self._clock.now()
+        while note and self._clock.now() - begun < DEAD_S:
+            self._clock.sleep_until(self._clock.now() + _LOOK_S)
+            if (now := self._noted()) and now != note:
+                raise BackendError(
+                    f"coppeliasim: another program drives the CoppeliaSim at {self._connection.address}. Wait for it "
+                    "or stop it, or start a second CoppeliaSim with another port"
+                )
+            note = now
+
+    def _renew(self) -> None:
+        self._renewals += 1
+        self._note(f"{self._holder} {self._renewals}")
+
+    def _noted(self) -> str:
+        note = self._connection.sim("getNamedStringParam", PARAMETER)
+        return note.decode(errors="replace") if isinstance(note, bytes) else str(note or "")
+
+    def _note(self, note: str) -> None:
+        self._connection.sim("setNamedStringParam", PARAMETER, note)

@@ -1,0 +1,88 @@
+"""A scene that is somebody's: what is ours in it, what of it is changed meanwhile, and how it becomes as it was.
+
+Our roots carry the calls that give back what was changed, so that whoever comes after a program that was killed can do
+it too.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from contextlib import suppress
+
+from drivers.coppeliasim.connection import RefusedError
+from drivers.coppeliasim.placing import shining
+from drivers.coppeliasim.workshop import Workshop
+from robotcore.description import Light
+from robotcore.errors import BackendError
+
+Undo = Sequence[object]
+"""A function's name and its arguments."""
+
+_DOWN_M = 0.5
+_FIRST_CHILDREN = 2
+_SHOWN = 3
+
+
+def ours(workshop: Workshop) -> dict[int, str]:
+    """Return the roots that are ours, with their notes."""
+    notes = {root: workshop.note_on(root) for root in workshop.tree("handle_scene", options=_FIRST_CHILDREN)}
+    return {root: note for root, note in notes.items() if note}
+
+
+def tidy(workshop: Workshop) -> None:
+    """Remove what is ours, and give back what was changed."""
+    for root, note in ours(workshop).items():
+        for name, *arguments in json.loads(note):
+            with suppress(RefusedError):  # what somebody has removed meanwhile
+                workshop.call(name, *arguments)
+        workshop.remove_tree(root)
+
+
+def require_empty(workshop: Workshop) -> None:
+    """Raise BackendError where more than a floor stands in the scene."""
+    shapes = workshop.tree("handle_scene", "object_shape_type")
+    paths = [workshop.path(shape) for shape in shapes]
+    if others := [path for path in paths if not _is_floor(path)]:
+        shown = ", ".join(others[:_SHOWN]) + (", …" if len(others) > _SHOWN else "")
+        raise BackendError(
+            f"coppeliasim: there are things in the scene ({shown}), and the world would be built among them. Open a "
+            "new scene in CoppeliaSim, or drive the robot that is there: name its objects under [coppeliasim]"
+        )
+
+
+def borrow(workshop: Workshop, keeper: int, light: Light, more: Sequence[Undo]) -> None:
+    """Light the scene as described, and lower its floor under ours.
+
+    ``keeper`` is the root that keeps how it was, and what ``more`` there is to be undone.
+    """
+    lamps = workshop.tree("handle_scene", "object_light_type")
+    roots = workshop.tree("handle_scene", options=_FIRST_CHILDREN)
+    places = {root: workshop.place(root) for root in roots if _is_floor(workshop.path(root))}
+    ambient = workshop.constant("arrayparam_ambient_light")
+    undo: list[Undo] = [*more, ("setArrayParam", ambient, workshop.call("getArrayParam", ambient))]
+    undo += [("setObjectPose", floor, list(place)) for floor, place in places.items()]
+    undo += [call for lamp in lamps for call in _as_it_is(workshop, lamp)]
+    workshop.mark(keeper, json.dumps(undo))
+    workshop.call("setArrayParam", ambient, [light.ambient * light.brightness] * 3)
+    for floor, place in places.items():
+        workshop.call("setObjectPose", floor, list(place._replace(z=place.z - _DOWN_M)))
+    for number, lamp in enumerate(lamps):
+        _set_lamp(workshop, lamp, light, is_on=number == 0)
+
+
+def _as_it_is(workshop: Workshop, lamp: int) -> list[Undo]:
+    state, _, diffuse, specular = workshop.lamp(lamp)
+    pose = ("setObjectPose", lamp, list(workshop.place(lamp)))
+    return [("setLightParameters", lamp, state, None, diffuse, specular), pose]
+
+
+def _set_lamp(workshop: Workshop, lamp: int, light: Light, *, is_on: bool) -> None:
+    """Let a lamp that shines along its z axis, from everywhere alike, be the world's, or none."""
+    diffuse = [light.diffuse * light.brightness] * 3
+    workshop.call("setLightParameters", lamp, int(is_on), None, diffuse, [0.0, 0.0, 0.0])
+    workshop.call("setObjectPose", lamp, list(shining(light)))
+
+
+def _is_floor(path: str) -> bool:
+    return "floor" in path.split("/")[1].lower()
