@@ -1,23 +1,25 @@
 """The robot as objects of a scene: a body, wheels on joints, casters that slide.
 
-A wheel is a ball to the floor: it grips at one point, on the exact track. A caster hangs on a force sensor, which holds
-it as stiffly as physics can.
+What makes a robot go in Bullet as it is told: a wheel is a ball to the floor, which grips at one point, on the exact
+track; the body's mass is over the axle; a caster is on either side of it, without friction, on a force sensor,
+which holds it as stiffly as physics can. With its mass on one caster a robot creeps while its wheels stand.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from drivers.coppeliasim.placing import AXLE, Placement, on_floor
 from drivers.coppeliasim.workshop import Mask, Workshop
 from robotcore.description import Drive, RobotDescription
+from robotcore.description.robot import Body, Caster
 from robotcore.geometry import Pose
 
 WHEEL_FORCE_NM = 2.0
 TURNS_RAD = 1e5
 CASTER_MASS_KG = 0.02
-WHEEL_COLOUR = CASTER_COLOUR = (30, 30, 30)
+DARK = (30, 30, 30)
 
 
 class BuiltRobot(NamedTuple):
@@ -37,10 +39,10 @@ def build_robot(workshop: Workshop, robot: RobotDescription, start: Pose) -> Bui
     root = workshop.shape("cuboid", size, frame.at(centre), body.colour, Mask.BODY, robot.name)
     joints: dict[str, int] = {}
     if drive := robot.drive:
-        workshop.let_move(root, body.mass_kg)
+        workshop.let_move(root, body.mass_kg, _moments(body.mass_kg, size), -body.centre_x_m)
         joints = _add_wheels(workshop, drive, root, frame)
         if drive.caster:
-            _add_caster(workshop, drive.caster.x_m, drive.caster.radius_m, root, frame)
+            _add_casters(workshop, drive.caster, root, frame, _room_for_casters(body))
     return BuiltRobot(root, joints, Placement(-centre.x, 0.0, -centre.z))
 
 
@@ -68,15 +70,33 @@ def _add_joint(workshop: Workshop, motor: str, root: int, hub: Placement) -> int
 
 def _add_wheel(workshop: Workshop, drive: Drive, joint: int, hub: Placement) -> None:
     size = (2 * drive.wheel_radius_m,) * 3
-    wheel = workshop.shape("spheroid", size, hub, WHEEL_COLOUR, Mask.WHEEL, "wheel", joint)
-    workshop.let_move(wheel, drive.wheel_mass_kg)
+    wheel = workshop.shape("spheroid", size, hub, DARK, Mask.WHEEL, "wheel", joint)
+    workshop.let_move(wheel, drive.wheel_mass_kg, _ball_moments(drive.wheel_mass_kg, drive.wheel_radius_m))
     workshop.set_friction(wheel, 1.0)
 
 
-def _add_caster(workshop: Workshop, x: float, radius: float, root: int, frame: Placement) -> None:
-    place = frame.at(Placement(x, 0.0, radius))
-    sensor = workshop.make("createForceSensor", 0, [0, 1, 1, 0, 0], [0.01, 100.0, 100.0, 0, 0])
-    workshop.put(sensor, place, "caster", root)
-    ball = workshop.shape("spheroid", (2 * radius,) * 3, place, CASTER_COLOUR, Mask.CASTER, "ball", sensor)
-    workshop.let_move(ball, CASTER_MASS_KG)
-    workshop.set_friction(ball, 0.0)
+def _add_casters(workshop: Workshop, caster: Caster, root: int, frame: Placement, room: float) -> None:
+    away = min(abs(caster.x_m), room)
+    for name, x in (("front_caster", away), ("rear_caster", -away)):
+        place = frame.at(Placement(x, 0.0, caster.radius_m))
+        sensor = workshop.make("createForceSensor", 0, [0, 1, 1, 0, 0], [0.01, 100.0, 100.0, 0, 0])
+        workshop.put(sensor, place, name, root)
+        ball = workshop.shape("spheroid", (2 * caster.radius_m,) * 3, place, DARK, Mask.CASTER, "ball", sensor)
+        workshop.let_move(ball, CASTER_MASS_KG, _ball_moments(CASTER_MASS_KG, caster.radius_m))
+        workshop.set_friction(ball, 0.0)
+
+
+def _room_for_casters(body: Body) -> float:
+    """Return how far ahead of the axle, and behind it, the body reaches."""
+    return min(body.front_x_m, body.length_m - body.front_x_m)
+
+
+def _moments(mass: float, size: Sequence[float]) -> tuple[float, float, float]:
+    """Return a box's moments of inertia."""
+    x, y, z = (side * side * mass / 12 for side in size)
+    return y + z, x + z, x + y
+
+
+def _ball_moments(mass: float, radius: float) -> tuple[float, float, float]:
+    moment = 0.4 * mass * radius * radius
+    return moment, moment, moment

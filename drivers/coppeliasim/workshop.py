@@ -81,11 +81,13 @@ class Workshop:
         """Set an object's whole number by the parameter's name."""
         self.call("setObjectInt32Param", handle, self.constant(parameter), int(value))
 
-    def let_move(self, shape: int, mass_kg: float) -> None:
-        """Let physics move a shape of that mass, its own inertia with it."""
+    def let_move(self, shape: int, mass_kg: float, inertia: Sequence[float], centre_x: float = 0.0) -> None:
+        """Let physics move a shape: its mass, its moments of inertia in kg·m², where on its x axis its mass is."""
         self.set_int(shape, "shapeintparam_static", 0)
-        self.call("computeMassAndInertia", shape, 1000.0)
         self.call("setShapeMass", shape, mass_kg)
+        xx, yy, zz = inertia
+        at = [1, 0, 0, centre_x, 0, 1, 0, 0, 0, 0, 1, 0]
+        self.call("setShapeInertia", shape, [xx, 0, 0, 0, yy, 0, 0, 0, zz], at)
 
     def set_friction(self, shape: int, friction: float) -> None:
         """Set what Bullet 2.78 goes by, and what newer ones do."""
