@@ -28,7 +28,8 @@ class Robot:
     """An open robot. Leaving it, for whatever reason, stops every motor first.
 
     A role is filled by the first device of its kind. ``truth`` is what a simulator knows besides. ``cutoffs`` are how
-    another process can stop the motors where this one can not; a run starts none where there are none.
+    another process can stop the motors where this one can not; a run starts none where there are none. ``notes`` are what
+    whoever runs it must know, and what is known only now.
     """
 
     def __init__(
@@ -41,12 +42,14 @@ class Robot:
         truth: TruthSource | None = None,
         release: Callable[[], None] | None = None,
         cutoffs: Iterable[CutoffSpec] = (),
+        notes: Iterable[str] = (),
     ) -> None:
         self.name = name
         self.clock = clock
         self.devices = {device.name: device for device in devices}
         self.truth = truth
         self.cutoffs = tuple(cutoffs)
+        self.notes = tuple(notes)
         self._drive = drive
         self._release = release
         self._camera = next((d for d in self.devices.values() if isinstance(d, Camera)), None)

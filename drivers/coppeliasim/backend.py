@@ -2,29 +2,46 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing
+from functools import partial
 
 from pydantic import Field, PositiveFloat
 
+from drivers.coppeliasim.building import build, leave, make_room
 from drivers.coppeliasim.connection import Address, Connection
-from drivers.coppeliasim.lease import Lease
-from drivers.coppeliasim.simulation import Simulation, make_room
+from drivers.coppeliasim.examining import examine
+from drivers.coppeliasim.opening import open_scene
+from drivers.coppeliasim.scene import CoppeliaSimScene
+from drivers.coppeliasim.simulation import Simulation
+from drivers.coppeliasim.workshop import Workshop
 from robotcore.backend import Backend, Setup, Vouch
-from robotcore.description import Described
+from robotcore.description import Described, RobotDescription, WorldDescription
 from robotcore.devices import Device
+from robotcore.doctor import Finding
 from robotcore.errors import DeviceError, DeviceGroupError, UsageError
 from robotcore.robot import Robot
+from robotcore.scene import Whose, join, look, places
+
+SECTION = "coppeliasim"
+"""Where a robot's file says which object each device is."""
 
 ANSWERING = 0.9
 """So much of the robot's ``safety.answer_s`` a call may take: who knows why nothing comes is to speak first."""
 
 
 class CoppeliaSimOptions(Described):
-    """Where CoppeliaSim listens, and how long it may take to answer."""
+    """Where CoppeliaSim listens, and how long it may take to answer, ``answer_s``.
+
+    Of a scene that is built: whether to ``keep`` it at the end, to be looked at. Of one that is joined: whose business
+    it is to start the ``simulation``, ours or theirs.
+    """
 
     host: str = "127.0.0.1"
     port: int = Field(default=23000, ge=1, le=65535)
     answer_s: PositiveFloat | None = None
+    keep: bool = False
+    simulation: Whose = Whose.OURS
 
     @property
     def address(self) -> Address:
@@ -32,9 +49,9 @@ class CoppeliaSimOptions(Described):
 
 
 class CoppeliaSimBackend(Backend):
-    """Opens each robot in a CoppeliaSim that is running.
+    """Opens robots in a CoppeliaSim that is running: in its scene, or in one that is built there.
 
-    Options: see `CoppeliaSimOptions`.
+    A robot whose file has a section ``[coppeliasim]`` is there already. Options: see `CoppeliaSimOptions`.
     """
 
     name = "coppeliasim"
@@ -48,25 +65,58 @@ class CoppeliaSimBackend(Backend):
     def remedy(self) -> str:
         return 'pip install "robotcore[coppeliasim]"'
 
+    def builds_world(self, robot: RobotDescription) -> bool:
+        return SECTION not in robot.backends
+
+    def check(self, robot: RobotDescription) -> str:
+        if self.builds_world(robot):
+            return ""
+        placed = places(robot, SECTION)
+        return f"{len(placed)} object{'' if len(placed) == 1 else 's'}"
+
+    def look(self, setup: Setup) -> Iterator[Finding]:
+        options = setup.options_as(CoppeliaSimOptions)
+        places(setup.robot, SECTION)  # what is wrong with a file is told before anybody is asked
+        self.require_installed()
+        with closing(CoppeliaSimScene(Connection.open(options.address, _answer_s(options, setup)))) as scene:
+            yield from look(setup.robot, SECTION, scene)
+
+    def examine(self, robot: RobotDescription | None) -> Iterator[Finding]:
+        if not self.is_installed:
+            yield Finding.warning(self.name, "is not installed", self.remedy)
+        else:
+            yield from examine(Address())
+
     def open(self, setup: Setup) -> Robot:
         options = setup.options_as(CoppeliaSimOptions)
         self.require_installed()
+        may_stop = self.builds_world(setup.robot) or options.simulation is Whose.OURS
+        connect = partial(open_scene, options.address, _answer_s(options, setup), may_stop=may_stop)
+        if not self.builds_world(setup.robot):
+            return join(setup, SECTION, connect, options.simulation)
         if setup.world is None:
             raise UsageError("the coppeliasim backend needs a world; name one with --world")
-        answer_s = options.answer_s or ANSWERING * setup.robot.safety.answer_s
-        with ExitStack() as undo:
-            connection = Connection.open(options.address, answer_s)
-            undo.callback(connection.close)
-            lease = Lease(connection)
-            lease.take()
-            undo.callback(lease.release)
-            make_room(connection)
-            simulation = Simulation(connection, setup, setup.world)
-            undo.callback(simulation.close)
-            simulation.start()
-            devices = _open_devices(simulation, setup)
-            release = undo.pop_all().close
-        return Robot(setup.robot.name, simulation.clock, devices, truth=simulation.truth, release=release)
+        return _built(setup, setup.world, connect, keep=options.keep)
+
+
+def _answer_s(options: CoppeliaSimOptions, setup: Setup) -> float:
+    return options.answer_s or ANSWERING * setup.robot.safety.answer_s
+
+
+def _built(setup: Setup, world: WorldDescription, connect: Callable[[], CoppeliaSimScene], *, keep: bool) -> Robot:
+    """Open a robot in a scene that is built for it; what was made by then is removed where that fails."""
+    with ExitStack() as undo:
+        scene = connect()
+        undo.callback(scene.close)
+        workshop = Workshop(scene.connection)
+        make_room(scene, workshop)
+        undo.callback(leave, scene, workshop, keep=keep)
+        simulation = Simulation(scene, setup, build(scene, workshop, setup, world))
+        simulation.start()
+        devices = _open_devices(simulation, setup)
+        release = undo.pop_all().close
+    truth, notes = simulation.truth, simulation.notes
+    return Robot(setup.robot.name, simulation.clock, devices, truth=truth, release=release, notes=notes)
 
 
 def _open_devices(simulation: Simulation, setup: Setup) -> list[Device]:

@@ -6,11 +6,13 @@ a holder whose app thinks for long is not forgotten by CoppeliaSim.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from uuid import uuid4
 
 from drivers.coppeliasim.connection import Connection
 from robotcore.clock import MonotonicClock
 from robotcore.errors import BackendError
+from robotcore.polling import Polling
 
 PARAMETER = "robotcore.lease"
 RENEWAL_S = 1.0
@@ -28,30 +30,41 @@ class Lease:
         self._holder = uuid4().hex
         self._renewals = 0
         self._clock = MonotonicClock()
+        self._renewing: Polling | None = None
 
-    def take(self) -> None:
-        """Take it, from then on renewing it; raises BackendError where somebody holds it who is alive."""
-        self._await_death(self._noted())
+    def take(self) -> bool:
+        """Take it, from then on renewing it; return whether it was left behind by somebody who died.
+
+        Raises BackendError where somebody holds it who is alive.
+        """
+        if note := self._noted():
+            self._await_death(note)
         self._note(f"{self._holder} 0")
         self._renewing = self._clock.every(RENEWAL_S, self._renew, "coppeliasim lease")
+        return bool(note)
 
     def release(self) -> None:
-        """Give it back, if it is still ours."""
+        """Give it back, if it is ours. May be called again; raises nothing where the simulator is gone."""
+        if self._renewing is None:
+            return
         self._renewing.stop()
-        if self._noted().startswith(self._holder):
+        self._renewing = None
+        with suppress(BackendError):
             self._note("")
 
     def _await_death(self, note: str) -> None:
         """Wait until it is sure that nobody renews a lease."""
         begun = self._clock.now()
-        while note and self._clock.now() - begun < DEAD_S:
+        while self._clock.now() - begun < DEAD_S:
             self._clock.sleep_until(self._clock.now() + _LOOK_S)
-            if (now := self._noted()) and now != note:
+            now = self._noted()
+            if not now:
+                return
+            if now != note:
                 raise BackendError(
                     f"coppeliasim: another program drives the CoppeliaSim at {self._connection.address}. Wait for it "
                     "or stop it, or start a second CoppeliaSim with another port"
                 )
-            note = now
 
     def _renew(self) -> None:
         self._renewals += 1

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from drivers.coppeliasim.placing import AXLE, Placement, on_floor
-from drivers.coppeliasim.workshop import Mask, Workshop
+from drivers.coppeliasim.workshop import NOTHING, Mask, Workshop
 from robotcore.description import Drive, RobotDescription
 from robotcore.description.robot import Body, Caster
 from robotcore.geometry import Pose
@@ -37,6 +37,7 @@ def build_robot(workshop: Workshop, robot: RobotDescription, start: Pose) -> Bui
     centre = Placement(body.centre_x_m, 0.0, body.clearance_m + body.height_m / 2)
     size = (body.length_m, body.width_m, body.height_m)
     root = workshop.shape("cuboid", size, frame.at(centre), body.colour, Mask.BODY, robot.name)
+    workshop.mark(root, NOTHING)
     joints: dict[str, int] = {}
     if drive := robot.drive:
         workshop.let_move(root, body.mass_kg, _moments(body.mass_kg, size), -body.centre_x_m)

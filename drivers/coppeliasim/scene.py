@@ -8,6 +8,8 @@ from typing import Any
 
 from drivers.coppeliasim.connection import LOADING_S, Connection, RefusedError
 from drivers.coppeliasim.eyes import across
+from drivers.coppeliasim.lease import Lease
+from drivers.coppeliasim.workshop import Workshop
 from robotcore.errors import BackendError
 from robotcore.scene import Kind, Lens, Point, RawPicture, Scene, SceneObject, State
 
@@ -19,10 +21,11 @@ _LOOK = "Look into its window or its log for what it says"
 
 
 class CoppeliaSimScene(Scene):
-    """Asks a CoppeliaSim, call by call; `open` in the backend says how one gets there."""
+    """Asks a CoppeliaSim, call by call; a ``lease`` is given back when it is closed."""
 
-    def __init__(self, connection: Connection) -> None:
+    def __init__(self, connection: Connection, lease: Lease | None = None) -> None:
         self.connection = connection
+        self._lease = lease
         self._kinds = {
             connection.constant("object_joint_type"): Kind.JOINT,
             connection.constant("object_proximitysensor_type"): Kind.PROXIMITY_SENSOR,
@@ -60,6 +63,8 @@ class CoppeliaSimScene(Scene):
         self._step_s, self._time, self._limit_s = self.time_step(), self.time(), LOADING_S
 
     def stop(self) -> None:
+        if self.state() is State.STOPPED:
+            return
         self.connection.sim("stopSimulation", True, within_s=LOADING_S)
         if (state := self.state()) is not State.STOPPED:
             raise BackendError(f"coppeliasim: the simulation was told to stop and is {state.value}. Stop it by hand")
@@ -89,6 +94,16 @@ class CoppeliaSimScene(Scene):
         name = "handleProximitySensor" if self._is_explicit(sensor) else "readProximitySensor"
         return self.connection.told(_detected_point, name, sensor)
 
+    def blindness(self, sensor: int) -> str | None:
+        from drivers.coppeliasim.proximity import looks  # which needs a scene
+
+        if looks(Workshop(self.connection), self):
+            return None
+        return (
+            f"the CoppeliaSim at {self.connection.address} does not detect a box in front of a proximity sensor, so "
+            "that every way seems free. Take one with the plug-in for them, as the maker's downloads are"
+        )
+
     def lens(self, sensor: int) -> Lens:
         width, height = self.connection.told(_size, "getVisionSensorRes", sensor)
         is_perspective = self.connection.told(
@@ -117,6 +132,8 @@ class CoppeliaSimScene(Scene):
         return self.connection.told(_linear, "getObjectVelocity", handle)
 
     def close(self) -> None:
+        if self._lease:
+            self._lease.release()
         self.connection.close()
 
     def _find_flat(self, name: str) -> int:

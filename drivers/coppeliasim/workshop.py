@@ -12,6 +12,9 @@ from robotcore.description.base import Colour
 TAG = "robotcore"
 """Objects that carry custom data of this name are ours to remove."""
 
+NOTHING = "[]"
+"""The note on one of ours that there is nothing to be undone."""
+
 
 _TAKEN_OUT = 1
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from drivers.coppeliasim.placing import Placement, on_floor
-from drivers.coppeliasim.workshop import Mask, Workshop
+from drivers.coppeliasim.workshop import NOTHING, Mask, Workshop
 from robotcore.description import Ball, Box, Cylinder, WorldDescription
 from robotcore.geometry import Pose
 
@@ -27,6 +27,7 @@ class BuiltWorld(NamedTuple):
 def build_world(workshop: Workshop, world: WorldDescription) -> BuiltWorld:
     """Make a world's objects, each under its own name."""
     root = workshop.dummy(world.name)
+    workshop.mark(root, NOTHING)
     floor = _add_floor(workshop, world, root)
     workshop.set_friction(floor, 1.0)
     prisms = [_add_prism(workshop, prism, root) for prism in world.prisms]

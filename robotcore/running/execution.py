@@ -112,6 +112,7 @@ class Execution:
         self._where.begin(opening(plan.backend.name))
         raw = plan.backend.open(plan.setup)
         self._where.begin(None)
+        self._plan = replace(plan, notes=(*plan.notes, *raw.notes))
         return raw
 
     def _run(self, assembled: Assembled, truth: Truth | None) -> Outcome:
