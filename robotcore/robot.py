@@ -28,8 +28,8 @@ class Robot:
     """An open robot. Leaving it, for whatever reason, stops every motor first.
 
     A role is filled by the first device of its kind. ``truth`` is what a simulator knows besides. ``cutoffs`` are how
-    another process can stop the motors where this one can not; a run starts none where there are none. ``notes`` are what
-    whoever runs it must know, and what is known only now.
+    another process can stop the motors where this one can not; a run starts none where there are none. ``notes`` are
+    what whoever runs it must know, and what is known only now.
     """
 
     def __init__(
