@@ -7,8 +7,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.replaying.comparing import differences
-from tests.doubles.coppeliasim.replaying.sessions import EXECUTED, WAIT, Exchange
+from tests.doubles.coppeliasim.replaying.sessions import EXECUTED, WAIT, Exchange, session
 from tests.doubles.coppeliasim.replaying.tolerances import (
     ANYTHING,
     AT_THE_WALL,
@@ -18,10 +19,15 @@ from tests.doubles.coppeliasim.replaying.tolerances import (
     TOLERANCES,
     Tolerance,
 )
+from tests.doubles.coppeliasim.scenes import default_scene
+from tests.doubles.coppeliasim.scenes.recorded import second_scene
 from tests.doubles.coppeliasim.zmq.wire import dumps, loads
 
 if TYPE_CHECKING:
     import zmq
+
+SESSIONS = {"zmq-session.jsonl": default_scene, "zmq-session-2.jsonl": second_scene}
+"""The recorded sessions, and the scenes that they begin with."""
 
 PATIENCE_MS = 5000
 LEFT = "_*end*_"
@@ -59,6 +65,12 @@ class Player:
     def _exchange(self, request: dict[str, Any]) -> bytes:
         self._socket.send(dumps({**request, "uuid": self._uuid}))
         return self._socket.recv()
+
+
+def play_to_a_double(file: str) -> list[str]:
+    """Return where a double that begins as the recorded server did differs from it."""
+    with Double(SESSIONS[file]()) as double:
+        return play(session(file), double.zmq_port)
 
 
 def play(exchanges: Sequence[Exchange], port: int) -> list[str]:

@@ -1,0 +1,22 @@
+"""Plays the recorded ZeroMQ sessions to a double and prints where its replies differ.
+
+python -m tests.doubles.coppeliasim.replaying
+"""
+
+from __future__ import annotations
+
+import sys
+
+from tests.doubles.coppeliasim.replaying.playing import SESSIONS, play_to_a_double
+
+
+def main() -> int:
+    """Return 1 where anything differs."""
+    found = {file: play_to_a_double(file) for file in SESSIONS}
+    for file, lines in found.items():
+        sys.stdout.write(f"{file}: {len(lines)} differences\n" + "".join(f"  {line}\n" for line in lines))
+    return int(any(found.values()))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,39 @@
+"""The double as a process of its own."""
+
+from __future__ import annotations
+
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from tests.doubles.coppeliasim.zmq.talking import talking
+
+PATIENCE_S = 20
+
+
+@contextmanager
+def running(*options: str) -> Iterator[tuple[subprocess.Popen[str], int, int]]:
+    """Start one; yield it with its ports."""
+    command = [sys.executable, "-m", "tests.doubles.coppeliasim", "--zmq-port", "0", "--legacy-port", "0", *options]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout
+        told = re.fullmatch(r"coppeliasim double: zmq (\d+), legacy (\d+)\n", process.stdout.readline())
+        assert told
+        try:
+            yield process, int(told[1]), int(told[2])
+        finally:
+            process.kill()
+
+
+def test_it_serves_a_robot_in_a_drawn_world_until_it_is_told_to_end() -> None:
+    with running("--robot", "rover", "--world", "arena", "--seed", "7", "--running") as (process, port, _):
+        with talking(port, "one") as (client,):
+            assert client.call("sim.getObject", "/rover/left_motor")["ret"][0] >= 0
+            assert client.call("sim.getSimulationState")["ret"][0] & 16
+            while client.call("sim.getSimulationTime")["ret"][0] == 0.0:
+                pass
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(PATIENCE_S) == 0

@@ -1,0 +1,107 @@
+"""Scenes that are joined: what is in them, and that they are the worlds that they were made from."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from drivers.kinematic.painter import Painter
+from robotcore.description import CameraDescription, draw_world, load_robot, load_world
+from robotcore.projection import View
+from tests.doubles.coppeliasim.scene import Simulator
+from tests.doubles.coppeliasim.scene.drives import drives_of
+from tests.doubles.coppeliasim.scene.objects import Joint, ProximitySensor, Shape, VisionSensor
+from tests.doubles.coppeliasim.scenes import bubblerob_scene, default_scene, described_scene, relay_scene
+
+ROVER, ARENA = load_robot("rover"), load_world("arena")
+
+
+def driven(simulator: Simulator, *speeds: float, steps: int = 20) -> None:
+    """Let the first robot of a scene drive, with its left and its right wheel at these speeds."""
+    drive = drives_of(simulator.graph)[0]
+    with simulator.lock:
+        simulator.start()
+        drive.left.target_velocity, drive.right.target_velocity = speeds
+        for _ in range(steps):
+            simulator.advance()
+
+
+def test_a_described_robot_stands_where_its_world_lets_it_start() -> None:
+    world = draw_world(ARENA, ROVER, 7)
+    drive = drives_of(described_scene(ROVER, world).graph)[0]
+    assert drive.start == pytest.approx((world.start.x_m, world.start.y_m, world.start.yaw_rad), abs=1e-9)
+    assert drive.geometry.wheel_radius == pytest.approx(0.0325)
+    assert drive.geometry.track == pytest.approx(0.155)
+
+
+def test_its_devices_are_objects_of_their_names() -> None:
+    graph = described_scene(ROVER, ARENA).graph
+    kinds = {"left_motor": Joint, "right_motor": Joint, "nose": ProximitySensor, "eye": VisionSensor}
+    for name, kind in kinds.items():
+        assert isinstance(graph.find(f"/rover/{name}"), kind)
+    assert isinstance(graph.find("/screen"), VisionSensor)
+    assert isinstance(graph.find("/ball"), Shape)
+
+
+def test_its_camera_sees_what_the_kinematic_one_does() -> None:
+    simulator = described_scene(ROVER, ARENA)
+    driven(simulator, 0.0, 0.0, steps=1)
+    eye = simulator.graph.find("/rover/eye")
+    told = ROVER.first_of(CameraDescription)
+    assert isinstance(eye, VisionSensor)
+    assert told
+    picture = Painter(ARENA).picture(View.of(told.intrinsics, told.mount, ARENA.start.pose))
+    off = np.abs(simulator.picture(eye)[::-1, :, ::-1].astype(int) - picture)
+    assert (off > 1).mean() < 0.002
+
+
+def test_a_robot_without_a_drive_stands_still() -> None:
+    graph = described_scene(load_robot("lookout"), ARENA).graph
+    assert drives_of(graph) == []
+    assert isinstance(graph.find("/lookout/eye"), VisionSensor)
+
+
+def test_bubblerob_has_its_paths_and_its_old_names() -> None:
+    graph = bubblerob_scene().graph
+    for part in ("leftMotor", "rightMotor", "sensingNose", "camera"):
+        found = graph.find(f"/bubbleRob/{part}")
+        assert found
+        assert graph.find_flat(f"bubbleRob_{part}") is found
+        assert graph.path(found) == f"/bubbleRob/{part}"
+
+
+def test_bubblerob_turns_about_the_middle_of_its_axle() -> None:
+    simulator = bubblerob_scene()
+    body = simulator.graph.find("/bubbleRob")
+    assert body
+    driven(simulator, -2.5, 2.5)
+    turn = 2 * 2.5 * 0.04 / 0.2
+    assert simulator.graph.pose(body).yaw == pytest.approx(turn)
+    x, y, z = simulator.graph.pose(body).position
+    assert (x, y, z) == pytest.approx((0.05 - 0.05 * math.cos(turn), -0.05 * math.sin(turn), 0.12))
+
+
+def test_the_relay_sees_its_ball_and_shows_what_it_is_given() -> None:
+    simulator = relay_scene()
+    driven_without_a_robot(simulator)
+    eye, screen = (simulator.graph.find_flat(name) for name in ("v0", "v1"))
+    assert isinstance(eye, VisionSensor)
+    assert isinstance(screen, VisionSensor)
+    greenest = simulator.picture(eye).astype(int) @ np.array((-1, 2, -1))
+    assert (greenest > 60).sum() > 500
+    assert not simulator.picture(screen).any()
+    simulator.show(screen, simulator.picture(eye))
+    assert (simulator.picture(screen) == simulator.picture(eye)).all()
+
+
+def driven_without_a_robot(simulator: Simulator) -> None:
+    with simulator.lock:
+        simulator.start()
+        simulator.advance()
+
+
+def test_the_default_scene_ends_where_the_next_handle_is_15() -> None:
+    simulator = default_scene()
+    assert simulator.graph.add(Shape("next")).handle == 15

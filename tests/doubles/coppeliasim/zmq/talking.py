@@ -1,0 +1,59 @@
+"""A client for tests that says one message at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from tests.doubles.coppeliasim.zmq.wire import dumps, loads
+
+PATIENCE_MS = 5000
+WAIT = "_*wait*_"
+EXECUTED = {"func": "_*executed*_", "args": []}
+
+
+class Talker:
+    """One client by a name of its own."""
+
+    def __init__(self, socket: Any, name: str) -> None:
+        self._socket, self._name = socket, name
+
+    def say(self, message: dict[str, Any]) -> Any:
+        """Return the reply to one message."""
+        return self.say_bytes(dumps({**message, "uuid": self._name}))
+
+    def say_bytes(self, message: bytes) -> Any:
+        self._socket.send(message)
+        return loads(self._socket.recv())
+
+    def call(self, function: str, *args: Any, **more: Any) -> Any:
+        """Return the reply to a call; one that waits says so, and is not waited for."""
+        return self.say({"func": function, "args": list(args), **more})
+
+    def finish(self, reply: Any) -> Any:
+        """Return what a waiting call is answered in the end."""
+        while reply.get("func") == WAIT:
+            reply = self.say(EXECUTED)
+        return reply
+
+    def done(self, function: str, *args: Any) -> Any:
+        """Return what a call is answered in the end."""
+        return self.finish(self.call(function, *args))
+
+
+@contextmanager
+def talking(port: int, *names: str) -> Iterator[tuple[Talker, ...]]:
+    """Connect clients to a server of this machine."""
+    import zmq
+
+    with zmq.Context() as context:
+        sockets = [context.socket(zmq.REQ) for _ in names]
+        for socket in sockets:
+            socket.linger, socket.rcvtimeo = 0, PATIENCE_MS
+            socket.connect(f"tcp://127.0.0.1:{port}")
+        try:
+            yield tuple(Talker(socket, name) for socket, name in zip(sockets, names, strict=True))
+        finally:
+            for socket in sockets:
+                socket.close()
