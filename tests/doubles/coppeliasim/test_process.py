@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from tests.doubles.coppeliasim.zmq.talking import talking
+from tests.doubles.coppeliasim.zmq.talking import await_time, talking
 
 PATIENCE_S = 20
 
@@ -33,7 +33,6 @@ def test_it_serves_a_robot_in_a_drawn_world_until_it_is_told_to_end() -> None:
         with talking(port, "one") as (client,):
             assert client.call("sim.getObject", "/rover/left_motor")["ret"][0] >= 0
             assert client.call("sim.getSimulationState")["ret"][0] & 16
-            while client.call("sim.getSimulationTime")["ret"][0] == 0.0:
-                pass
+            await_time(client)
         process.send_signal(signal.SIGTERM)
         assert process.wait(PATIENCE_S) == 0

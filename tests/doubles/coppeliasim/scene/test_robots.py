@@ -96,6 +96,15 @@ def test_things_stop_the_body_and_are_touched(simulator: Simulator, thing: Shape
     assert touched[0].normal == pytest.approx((-1.0, 0.0, 0.0), abs=0.01)
 
 
+def test_what_is_put_in_the_way_meanwhile_stops_it_too(simulator: Simulator) -> None:
+    drive(simulator, 5.0, 5.0, steps=5)
+    simulator.graph.add(still("box", (0.1, 0.5, 0.3), Transform((1.0, 0.2, 0.15))))
+    with simulator.lock:
+        for _ in range(60):
+            simulator.advance()
+    assert axle(simulator).x + 0.13 == pytest.approx(0.95, abs=0.002)
+
+
 @pytest.mark.parametrize("height", [-0.1, 0.3])
 def test_what_is_below_or_above_the_body_does_not_stop_it(simulator: Simulator, height: float) -> None:
     simulator.graph.add(still("beam", (0.1, 0.5, 0.1), Transform((1.0, 0.2, height))))

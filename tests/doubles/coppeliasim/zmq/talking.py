@@ -6,9 +6,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from robotcore.clock import MonotonicClock
 from tests.doubles.coppeliasim.zmq.wire import dumps, loads
 
 PATIENCE_MS = 5000
+PAUSE_S = 0.01
 WAIT = "_*wait*_"
 EXECUTED = {"func": "_*executed*_", "args": []}
 
@@ -40,6 +42,14 @@ class Talker:
     def done(self, function: str, *args: Any) -> Any:
         """Return what a call is answered in the end."""
         return self.finish(self.call(function, *args))
+
+
+def await_time(talker: Talker) -> None:
+    """Wait until the simulation's time goes on."""
+    clock = MonotonicClock()
+    while talker.call("sim.getSimulationTime")["ret"][0] == 0.0:
+        assert clock.now() < PATIENCE_MS / 1000, "time stands still"
+        clock.sleep_until(clock.now() + PAUSE_S)
 
 
 @contextmanager

@@ -8,7 +8,7 @@ import pytest
 
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.scenes import default_scene
-from tests.doubles.coppeliasim.zmq.talking import EXECUTED, WAIT, Talker, talking
+from tests.doubles.coppeliasim.zmq.talking import EXECUTED, WAIT, Talker, await_time, talking
 
 STOPPED = {"ret": [0]}
 
@@ -63,8 +63,7 @@ def test_a_silent_client_is_dropped_after_the_time_that_it_named(port: int) -> N
     with talking(port, "silent", "alive") as (silent, alive):
         silent.call("sim.setStepping", True, ver=2, lang="python", timeout=0.2)
         silent.call("sim.startSimulation")
-        while time_of(alive) == 0.0:
-            pass
+        await_time(alive)
         assert silent.call("sim.setStepping", True) == {"ret": [0]}
 
 
@@ -73,8 +72,7 @@ def test_who_leaves_holds_nothing(pair: tuple[Talker, ...]) -> None:
     one.call("sim.setStepping", True)
     one.call("sim.startSimulation")
     assert one.call("_*end*_") == {}
-    while time_of(other) == 0.0:
-        pass
+    await_time(other)
 
 
 def test_a_stop_by_another_ends_a_step_and_all_stepping(pair: tuple[Talker, ...]) -> None:
