@@ -69,7 +69,9 @@ class Following:
     def time_s(self) -> float:
         """The simulation's newest time; servers tell whole milliseconds. SimulationHaltedError once it is stopped."""
         if not self.server.is_running:
-            raise SimulationHaltedError("the simulation does not run. Start it in the simulator, and run again")
+            raise SimulationHaltedError(
+                "the simulation was stopped, or never ran. Start it in the simulator, and run again"
+            )
         return self.newest(requests.CLOCK).time_s
 
     def start(self) -> None:

@@ -175,7 +175,9 @@ class Mailbox:
                 else:
                     self._newest[identity] = answer
             if server.message != NOTHING_DONE:
-                self.server, self._heard_s = server, self._clock.now()
+                if not self._has_done(server.message):
+                    self._heard_s = self._clock.now()
+                self.server = server
             self._changed.notify_all()
 
     def _lose(self, failure: RemoteApiError | None = None) -> None:
