@@ -99,14 +99,20 @@ def test_a_stream_goes_on_until_it_is_discontinued(client: int) -> None:
 
 
 def test_an_answer_that_is_removed_comes_again_with_its_stream(client: int) -> None:
-    mode = simx.simx_opmode_streaming
-    simx.simxGetObjectPosition(client, LEFT, -1, mode)
-    wait_for(lambda: simx.simxGetObjectPosition(client, LEFT, -1, simx.simx_opmode_buffer)[0] == 0)
+    def position(mode: int) -> int:
+        return simx.simxGetObjectPosition(client, LEFT, -1, mode)[0]
+
+    position(simx.simx_opmode_streaming)
+    wait_for(lambda: position(simx.simx_opmode_buffer) == 0)
     simx.simxPauseCommunication(client, True)
-    removed = simx.simxGetObjectPosition(client, LEFT, -1, simx.simx_opmode_remove)
+    assert [position(simx.simx_opmode_remove) for _ in range(20)][-1] == 1
     simx.simxPauseCommunication(client, False)
-    assert removed[1] == [0.0] * 3
-    wait_for(lambda: simx.simxGetObjectPosition(client, LEFT, -1, simx.simx_opmode_buffer)[0] == 0)
+    wait_for(lambda: position(simx.simx_opmode_buffer) == 0)
+
+
+def test_a_string_stream_is_never_waited_for(client: int) -> None:
+    assert simx.simxReadStringStream(client, "s", WAIT) == (4, bytearray())
+    assert simx.simxReadStringStream(client, "s", simx.simx_opmode_streaming) == (1, bytearray())
 
 
 def test_a_command_of_one_shot_has_no_answer_at_first_and_its_own_later(client: int) -> None:
@@ -117,12 +123,6 @@ def test_a_command_of_one_shot_has_no_answer_at_first_and_its_own_later(client: 
     assert simx.simxSetJointTargetVelocity(client, LEFT, 1.0, oneshot) == 0
     assert simx.simxSetJointTargetVelocity(client, NOBODY, 1.0, oneshot) == 8
     assert simx.simxGetJointPosition(client, LEFT, 0x90000) == (4, 0.0)
-
-
-def test_large_data_may_come_in_pieces_and_is_one_answer(screen: LegacyServer) -> None:
-    client = start(screen.port)
-    _, handle = simx.simxGetObjectHandle(client, "v1", WAIT)
-    assert simx.simxGetVisionSensorImage(client, handle, 0, WAIT)[1] == [4, 2]
 
 
 def test_what_is_sent_while_communication_is_paused_goes_out_in_one_message(client: int, simulator: Simulator) -> None:
