@@ -11,7 +11,7 @@ from drivers.vrep.messages import NOTHING_DONE, Header, Piece
 from drivers.vrep.request import DISCONTINUE, Identity, Request
 from robotcore.clock import MonotonicClock
 
-_ASKING_S = 0.001
+_ASKING_S = 0.0005
 """How often a server is asked while somebody waits for its answer."""
 
 

@@ -110,6 +110,11 @@ def test_an_answer_that_is_removed_comes_again_with_its_stream(client: int) -> N
     wait_for(lambda: position(simx.simx_opmode_buffer) == 0)
 
 
+def test_the_answer_to_a_call_that_waited_is_given_once(client: int) -> None:
+    assert simx.simxGetJointPosition(client, LEFT, WAIT) == (0, 0.0)
+    assert simx.simxGetJointPosition(client, LEFT, simx.simx_opmode_buffer) == (1, 0.0)
+
+
 def test_a_string_stream_is_never_waited_for(client: int) -> None:
     assert simx.simxReadStringStream(client, "s", WAIT) == (4, bytearray())
     assert simx.simxReadStringStream(client, "s", simx.simx_opmode_streaming) == (1, bytearray())
