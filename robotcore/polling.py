@@ -5,7 +5,10 @@ from __future__ import annotations
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TYPE_CHECKING
+
+from robotcore.errors import BackendError
 
 if TYPE_CHECKING:
     from robotcore.clock import Clock
@@ -59,7 +62,8 @@ class Threaded(Polling):
             self._thread.join(STOPPING_S)
 
     def _run(self) -> None:
-        due = self._clock.now() + self._period
-        while not self._stopping.wait(max(0.0, due - self._clock.now())):
-            self._work()
-            due = max(due + self._period, self._clock.now())
+        with suppress(BackendError):  # a server's time that fails is told to whoever sleeps by it
+            due = self._clock.now() + self._period
+            while not self._stopping.wait(max(0.0, due - self._clock.now())):
+                self._work()
+                due = max(due + self._period, self._clock.now())

@@ -29,6 +29,7 @@ class VrepOptions(Described):
     """Where the simulator listens; whether it is ``stepped`` (by default it is, but for the port 19999).
 
     ``simulation`` is whose business it is to start it: ours or theirs. ``answer_s`` is how long a call may take.
+    ``binding`` is the folder of the official binding, where that is to be used instead of our own client.
     """
 
     host: str = "127.0.0.1"
@@ -36,6 +37,7 @@ class VrepOptions(Described):
     stepped: bool | None = None
     simulation: Whose = Whose.OURS
     answer_s: PositiveFloat | None = None
+    binding: str | None = None
 
     @property
     def is_stepped(self) -> bool:
@@ -77,6 +79,13 @@ def _answer_s(options: VrepOptions, setup: Setup) -> float:
 
 
 def _connected(options: VrepOptions, answer_s: float) -> Scene:
+    if options.binding is not None:
+        from drivers.vrep.binding import load_binding
+        from drivers.vrep.calls import Calls
+        from drivers.vrep.official import OfficialScene
+
+        calls = Calls(load_binding(options.binding), options.host, options.port, answer_s)
+        return OfficialScene(calls, answer_s, is_stepped=options.is_stepped)
     if options.is_stepped:
         from drivers.vrep.connection import Connection
         from drivers.vrep.stepped import SteppedScene

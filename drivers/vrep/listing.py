@@ -9,11 +9,13 @@ from drivers.vrep.request import Request
 from drivers.vrep.requests import of_handles
 from drivers.vrep.values import read_float, read_int
 
-_EVERYTHING = 109
+EVERYTHING = 109
 """All objects of a scene: ``sim_appobj_object_type``."""
 
-_NAMES, _TYPES = 0, 1
-_RESOLUTION_X, _RESOLUTION_Y, _VIEW_ANGLE = 1002, 1003, 1004
+NAMES_OF, TYPES_OF = 0, 1
+"""What is to be told of a group of objects."""
+
+RESOLUTION_X, RESOLUTION_Y, VIEW_ANGLE = 1002, 1003, 1004
 
 
 class Group(NamedTuple):
@@ -38,23 +40,23 @@ def read_group(data: memoryview) -> Group:
     return Group(whole[:handles], whole[handles:], words)
 
 
-NAMES: Request[Group] = of_handles("name the objects of the scene", 0x200C, _EVERYTHING, _NAMES, read_group)
-TYPES: Request[Group] = of_handles("tell the types of the scene's objects", 0x200C, _EVERYTHING, _TYPES, read_group)
+NAMES: Request[Group] = of_handles("name the objects of the scene", 0x200C, EVERYTHING, NAMES_OF, read_group)
+TYPES: Request[Group] = of_handles("tell the types of the scene's objects", 0x200C, EVERYTHING, TYPES_OF, read_group)
 
 
 def columns(sensor: int) -> Request[int]:
     """How many pixels wide a vision sensor's picture is."""
-    return _parameter(sensor, 0x2008, _RESOLUTION_X, read_int)
+    return _parameter(sensor, 0x2008, RESOLUTION_X, read_int)
 
 
 def rows(sensor: int) -> Request[int]:
     """How many pixels high a vision sensor's picture is."""
-    return _parameter(sensor, 0x2008, _RESOLUTION_Y, read_int)
+    return _parameter(sensor, 0x2008, RESOLUTION_Y, read_int)
 
 
 def view_angle(sensor: int) -> Request[float]:
     """The angle that the longer side of a vision sensor's picture takes in, in rad."""
-    return _parameter(sensor, 0x2007, _VIEW_ANGLE, read_float)
+    return _parameter(sensor, 0x2007, VIEW_ANGLE, read_float)
 
 
 def _parameter(sensor: int, command: int, number: int, decode: Any) -> Request[Any]:

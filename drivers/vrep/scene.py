@@ -21,7 +21,7 @@ TIME_STEP = 1
 STARTS = 3
 """So often is a simulation started whose time does not move: servers have been seen to need a second start."""
 
-_KINDS = {0: Kind.SHAPE, 1: Kind.JOINT, 5: Kind.PROXIMITY_SENSOR, 9: Kind.VISION_SENSOR}
+KINDS = {0: Kind.SHAPE, 1: Kind.JOINT, 5: Kind.PROXIMITY_SENSOR, 9: Kind.VISION_SENSOR}
 
 
 class LegacyScene(Scene):
@@ -80,9 +80,7 @@ class LegacyScene(Scene):
 
     def lens(self, sensor: int) -> Lens:
         width, height = self._once(listing.columns(sensor)), self._once(listing.rows(sensor))
-        angle = self._once(listing.view_angle(sensor))
-        across = angle if width >= height else 2 * math.atan(math.tan(angle / 2) * width / height)
-        return Lens(width, height, across)
+        return Lens(width, height, across(self._once(listing.view_angle(sensor)), width, height))
 
     def picture(self, sensor: int) -> RawPicture:
         pixels = self._newest(requests.colour_image(sensor))
@@ -98,8 +96,13 @@ class LegacyScene(Scene):
     def _kinds(self) -> dict[int, Kind]:
         told = self._once(listing.TYPES)
         return {
-            handle: _KINDS.get(number, Kind.OTHER) for handle, number in zip(told.handles, told.numbers, strict=False)
+            handle: KINDS.get(number, Kind.OTHER) for handle, number in zip(told.handles, told.numbers, strict=False)
         }
+
+
+def across(longer: float, width: int, height: int) -> float:
+    """Return the horizontal field of view of a picture whose longer side takes in that angle, in rad."""
+    return longer if width >= height else 2 * math.atan(math.tan(longer / 2) * width / height)
 
 
 def moved(before: Point, after: Point, seconds: float) -> Point:

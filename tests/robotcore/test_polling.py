@@ -9,7 +9,7 @@ from contextlib import suppress
 import pytest
 
 from robotcore.clock import AppClock, FollowingClock, MonotonicClock, PacedClock, SteppedClock, TickClock
-from robotcore.errors import UsageError
+from robotcore.errors import BackendError, UsageError
 
 AGES_S = 10.0
 """A thread that has not come by then never will."""
@@ -160,3 +160,22 @@ class TestInRealTime:
 def test_an_app_polls_nothing(stepped: SteppedClock) -> None:
     with pytest.raises(UsageError, match="Do it in step"):
         AppClock(TickClock(stepped)).every(0.1, lambda: None, "echo")
+
+
+def test_work_by_a_servers_time_ends_quietly_with_the_server_and_the_sleeper_is_told() -> None:
+    is_gone = threading.Event()
+    wall = MonotonicClock()
+
+    def time() -> float:
+        if is_gone.is_set():
+            raise BackendError("the server is gone")
+        return wall.now()
+
+    clock = FollowingClock(time)
+    worked = threading.Event()
+    polling = clock.every(0.001, worked.set, "echo")
+    assert worked.wait(AGES_S)
+    is_gone.set()
+    polling.stop()
+    with pytest.raises(BackendError, match="gone"):
+        clock.sleep_until(1.0)
