@@ -58,7 +58,7 @@ def _add_bubblerob(graph: Graph) -> None:
     nose = ProximitySensor("sensingNose", reach=NOSE_REACH_M, cone=NOSE_RAD)
     nose.local = Transform((NOSE_X_M, 0.0, 0.0), AHEAD)
     _name(graph.add(nose, body))
-    camera = VisionSensor("camera", width=SIGHT_PX, height=SIGHT_PX, angle=SIGHT_RAD)
+    camera = VisionSensor("visionSensor", width=SIGHT_PX, height=SIGHT_PX, angle=SIGHT_RAD)
     camera.local = Transform((NOSE_X_M, 0.0, 0.0), AHEAD)
     _name(graph.add(camera, body))
 
