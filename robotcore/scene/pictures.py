@@ -62,8 +62,10 @@ def upright(raw: RawPicture) -> Image:
     >>> upright(RawPicture(bytes([1, 2, 3, 4, 5, 6]), width=1, height=2)).tolist()
     [[[6, 5, 4]], [[3, 2, 1]]]
     """
+    import cv2
+
     rgb = np.frombuffer(raw.pixels, dtype=np.uint8).reshape(raw.height, raw.width, 3)
-    image = np.ascontiguousarray(rgb[::-1, :, ::-1])
+    image = np.asarray(cv2.cvtColor(cv2.flip(rgb, 0), cv2.COLOR_RGB2BGR), dtype=np.uint8)
     image.flags.writeable = False
     return image
 
