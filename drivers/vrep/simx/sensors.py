@@ -13,9 +13,12 @@ import numpy.typing as npt
 from drivers.vrep import requests
 from drivers.vrep.requests import of_handle
 from drivers.vrep.simx.calls import read, send
-from drivers.vrep.values import Proximity, read_depth
+from drivers.vrep.values import Pixels, Proximity, read_depth
 
 GREY = 1
+_SIGNED = np.arange(256).astype(np.int8).astype(object)
+"""The numbers that bytes are with a sign: a list of a quarter of a million is made of these, and not each anew."""
+
 _NOTHING = Proximity(is_detected=False, point=(0.0, 0.0, 0.0), handle=0, normal=(0.0, 0.0, 0.0))
 
 
@@ -33,7 +36,7 @@ def simxGetVisionSensorImage(
     """Return the code, [width, height] and signed bytes: RGB, or grey with option 1; the lowest row first."""
     request = (requests.grey_image if options & GREY else requests.colour_image)(sensorHandle)
     code, image = read(clientID, request, operationMode, None)
-    return (code, [], []) if image is None else (code, _resolution(image), image.view(np.int8).ravel().tolist())
+    return (code, [], []) if image is None else (code, _resolution(image), _signed(image))
 
 
 def simxSetVisionSensorImage(clientID: int, sensorHandle: int, image: Any, options: int, operationMode: int) -> int:
@@ -70,6 +73,11 @@ def simxReadForceSensor(
 def _resolution(image: npt.NDArray[Any]) -> list[int]:
     height, width = image.shape[:2]
     return [width, height]
+
+
+def _signed(image: Pixels) -> list[int]:
+    values: list[int] = _SIGNED.take(image.ravel(), mode="clip").tolist()  # no index can be wrong; unchecked is faster
+    return values
 
 
 def _bytes_of(image: Any) -> bytes:
