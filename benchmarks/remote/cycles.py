@@ -1,0 +1,74 @@
+"""One cycle of a robot: two motors, a time step, a range and a picture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import partial
+from itertools import cycle as endless
+
+from drivers.vrep import simx
+from robotcore.backend import Setup
+from robotcore.catalogue import load_backend
+
+Cycle = Callable[[], object]
+
+SPEED_RAD_S = 0.5
+DEVICES = ("left_motor", "right_motor", "nose", "eye")
+
+
+@contextmanager
+def framed(backend: str, setup: Setup) -> Iterator[Cycle]:
+    """The cycle of a backend's robot, bare of layers."""
+    with load_backend(backend).open(setup) as robot:
+        left, right = (robot.motors[name] for name in DEVICES[:2])
+        clock, turns = robot.clock, speeds()
+
+        def cycle() -> object:
+            forward, backward = next(turns)
+            left.set_velocity(forward)
+            right.set_velocity(backward)
+            clock.sleep_until(clock.now() + 1 / setup.rate_hz)
+            return robot.range.read().distance, robot.camera.read().image
+
+        yield cycle
+
+
+def speeds() -> Iterator[tuple[float, float]]:
+    """Yield other speeds of the two wheels for each cycle: what has not changed need not be sent."""
+    return endless(((SPEED_RAD_S, -SPEED_RAD_S), (-SPEED_RAD_S, SPEED_RAD_S)))
+
+
+@contextmanager
+def stepped_pictures(setup: Setup) -> Iterator[Cycle]:
+    """A time step of V-REP's and the camera's picture, and nothing else."""
+    with load_backend("vrep").open(replace(setup, devices=frozenset({"eye"}))) as robot:
+        clock = robot.clock
+
+        def picture() -> object:
+            clock.sleep_until(clock.now() + 1 / setup.rate_hz)
+            return robot.camera.read().image
+
+        yield picture
+
+
+@contextmanager
+def blocking_pictures(setup: Setup) -> Iterator[Cycle]:
+    """A script's way to a picture, while the simulation goes on by itself."""
+    client = simx.simxStart(setup.options["host"], setup.options["port"], True, True, 5000, 5)
+    _, eye = simx.simxGetObjectHandle(client, "/rover/eye", simx.simx_opmode_blocking)
+    simx.simxStartSimulation(client, simx.simx_opmode_blocking)
+    try:
+        yield partial(_pixels, client, eye)
+    finally:
+        simx.simxStopSimulation(client, simx.simx_opmode_blocking)
+        while simx.simxGetInMessageInfo(client, simx.simx_headeroffset_server_state)[1]:
+            simx.simxGetPingTime(client)
+        simx.simxFinish(client)
+
+
+def _pixels(client: int, eye: int) -> object:
+    code, _, pixels = simx.simxGetVisionSensorImage(client, eye, 0, simx.simx_opmode_blocking)
+    assert code == simx.simx_return_ok
+    return pixels

@@ -1,0 +1,87 @@
+"""A line through which a client speaks to a server, and on which its round trips are counted."""
+
+from __future__ import annotations
+
+import re
+import selectors
+import socket
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from types import TracebackType
+
+from drivers.vrep.messages import decoded
+from drivers.vrep.packets import Unpacker
+from tests.doubles.coppeliasim.legacy.codes import Code
+
+CHUNK_BYTES = 1 << 18
+
+Words = Callable[[bytes], str]
+"""Tells what a request says, from its bytes."""
+
+_CALL = re.compile(rb"(zmqRemoteApi\.\w+?|sim\.\w+?|_\*\w+?\*_)dargs")
+"""A function's name in CBOR, before the text of four letters that its arguments come under."""
+
+
+def calls_in(request: bytes) -> str:
+    """Return the function that a request of the ZeroMQ remote API calls."""
+    return b" ".join(_CALL.findall(request)).decode()
+
+
+def messages_in(request: bytes) -> str:
+    """Return the commands in a message of the legacy remote API."""
+    message = Unpacker().feed(request)
+    commands = decoded(message)[1] if message else []
+    return ", ".join(Code(each.command).name.lower() for each in commands) or "nothing more"
+
+
+class Line:
+    """A port of this machine behind which is another one; a context manager.
+
+    ``requests`` are what was asked, in order: all that a client sends until something comes back. Where it does not
+    wait for replies, these are fewer than its messages.
+    """
+
+    def __init__(self, host: str, port: int, words: Words) -> None:
+        self._server, self._words = (host, port), words
+        self._listening = socket.create_server(("127.0.0.1", 0))
+        self.port: int = self._listening.getsockname()[1]
+        self.requests: list[str] = []
+        self._thread = threading.Thread(target=self._accept, name="counted line", daemon=True)
+
+    def __enter__(self) -> Line:
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        with suppress(OSError):
+            self._listening.shutdown(socket.SHUT_RDWR)
+        self._listening.close()
+        self._thread.join()
+
+    def _accept(self) -> None:
+        with suppress(OSError):
+            while True:
+                client, _ = self._listening.accept()
+                threading.Thread(target=self._relay, args=(client,), name="counted client", daemon=True).start()
+
+    def _relay(self, client: socket.socket) -> None:
+        """Pass on what comes from either side, until one of them hangs up."""
+        asked = b""
+        with client, socket.create_connection(self._server) as server, selectors.DefaultSelector() as ready:
+            for one, other in ((client, server), (server, client)):
+                one.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                ready.register(one, selectors.EVENT_READ, other)
+            with suppress(OSError):
+                while True:
+                    for key, _ in ready.select():
+                        if not (chunk := key.fileobj.recv(CHUNK_BYTES)):  # type: ignore[union-attr]
+                            return
+                        if key.fileobj is client:
+                            asked += chunk
+                        elif asked:
+                            self.requests.append(self._words(asked))
+                            asked = b""
+                        key.data.sendall(chunk)
