@@ -1,0 +1,104 @@
+"""Whether the app finds the ball through a server's remote API as it does in the simulator behind it.
+
+    python -m benchmarks.remote_success --seeds 1-50
+
+Every seed is run in the built-in simulator; in CoppeliaSim's double, one for all seeds, where the scene is built by
+calls; and in V-REP's, one for each seed, whose scene has the robot and the world. Each double is a process. With
+`--coppeliasim HOST:PORT`, scenes are built there instead. Exit status 1 where a bound is broken.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack
+
+import cv2
+
+from benchmarks.remote.doubles import Double
+from benchmarks.report import machine, print_table
+from robotcore.running.plan import RunRequest
+from robotcore.sweep import Record
+from robotcore.sweep.agreement import agreements_of
+from robotcore.sweep.seeds import seeds_of
+from robotcore.sweep.statistics import Group, grouped
+from robotcore.sweep.words import contacts_told, fault, time_told
+from robotcore.sweep.worker import perform
+
+VERIFIED, ALIKE = 0.97, 0.97
+"""The bounds: of verified runs, and of seeds with the same milestones as in the built-in simulator."""
+
+REFERENCE = "kinematic"
+
+
+def main() -> int:
+    """Run the seeds, print what came of them."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", default="1-50")
+    parser.add_argument("--world", default="arena")
+    parser.add_argument("--backends", default="coppeliasim,vrep")
+    parser.add_argument("--coppeliasim", metavar="HOST:PORT", help="a real server with an empty scene")
+    asked = parser.parse_args()
+    cv2.setNumThreads(1)
+    seeds = seeds_of(asked.seeds)
+    print(machine(), flush=True)
+    records = [_record(REFERENCE, asked.world, seed) for seed in seeds]
+    for backend in asked.backends.split(","):
+        runs = _joined(asked.world, seeds) if backend == "vrep" else _built(asked.world, seeds, asked.coppeliasim)
+        records += runs
+    groups = grouped(records)
+    print_table(("backend", "verified", "contacts", "median", "slowest"), map(_row, groups))
+    is_alike = _is_alike(records)
+    return int(not (is_alike and all((group.verified_share or 0.0) >= VERIFIED for group in groups)))
+
+
+def _record(backend: str, world: str, seed: int, **options: object) -> Record:
+    return perform(RunRequest("green-search", backend, world=world, seed=seed, options=options)).record
+
+
+def _built(world: str, seeds: tuple[int, ...], server: str | None) -> Iterator[Record]:
+    """Yield the runs in scenes that are built, one after the other, in one simulator."""
+    with ExitStack() as stack:
+        host, _, port = server.rpartition(":") if server else ("127.0.0.1", "", stack.enter_context(Double()).zmq_port)
+        for seed in seeds:
+            yield _told(_record("coppeliasim", world, seed, host=host, port=int(port)), "")
+
+
+def _joined(world: str, seeds: tuple[int, ...]) -> Iterator[Record]:
+    """Yield the runs in scenes that have the robot, each in a simulator of its own."""
+    for seed in seeds:
+        with Double("rover", world, seed) as double:
+            yield _told(_record("vrep", world, seed, port=double.legacy_port), double.command)
+
+
+def _told(record: Record, beside: str) -> Record:
+    """Return a record; of a failing one, print how it is run again, ``beside`` what."""
+    if record.is_failure:
+        print(f"failing: {record.command}  # {fault(record)}", *([f"beside: {beside}"] if beside else ()), sep="\n")
+    return record
+
+
+def _row(group: Group) -> tuple[str, ...]:
+    return (
+        group.backend,
+        f"{group.verified}/{group.runs}",
+        contacts_told(group),
+        time_told(group.median_time_s),
+        time_told(group.slowest_time_s),
+    )
+
+
+def _is_alike(records: list[Record]) -> bool:
+    """Print on how many seeds the milestones are as in the built-in simulator, and return whether these are enough."""
+    is_alike = True
+    for agreement in agreements_of(records):
+        if agreement.first == REFERENCE:
+            same, pairs = agreement.same_milestones, len(agreement.pairs)
+            print(f"{agreement.second}: the same milestones in the same order on {same} of {pairs} seeds")
+            is_alike &= same / pairs >= ALIKE
+    return is_alike
+
+
+if __name__ == "__main__":
+    sys.exit(main())
