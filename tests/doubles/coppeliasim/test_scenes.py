@@ -65,7 +65,7 @@ def test_a_robot_without_a_drive_stands_still() -> None:
 
 def test_bubblerob_has_its_paths_and_its_old_names() -> None:
     graph = bubblerob_scene().graph
-    for part in ("leftMotor", "rightMotor", "sensingNose", "camera"):
+    for part in ("leftMotor", "rightMotor", "sensingNose", "visionSensor"):
         found = graph.find(f"/bubbleRob/{part}")
         assert found
         assert graph.find_flat(f"bubbleRob_{part}") is found

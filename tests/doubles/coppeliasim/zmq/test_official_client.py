@@ -46,7 +46,7 @@ def test_a_robot_drives_as_far_as_its_wheels_turn(sim: Any) -> None:
 
 
 def test_a_picture_is_red_green_blue_from_the_lowest_row_up(sim: Any) -> None:
-    camera = sim.getObject("/bubbleRob/camera")
+    camera = sim.getObject("/bubbleRob/visionSensor")
     assert sim.getVisionSensorImg(camera)[0] == bytes(256 * 256 * 3)
     sim.setObjectPosition(sim.getObject("/ball"), [0.8, 0.15, 0.3])
     sim.setStepping(True)
