@@ -25,6 +25,10 @@ ANSWERING = 0.9
 """So much of the robot's ``safety.answer_s`` a call may take: who knows why nothing comes is to speak first."""
 
 
+UNSTEPPED_S = 60.0
+"""An app that steps may be silent for so long: its wheels stand when it does not step. They turn on if it dies."""
+
+
 class VrepOptions(Described):
     """Where the simulator listens; whether it is ``stepped`` (by default it is, but for the port 19999).
 
@@ -67,11 +71,9 @@ class VrepBackend(Backend):
     def open(self, setup: Setup) -> Robot:
         options = setup.options_as(VrepOptions)
         answer_s = _answer_s(options, setup)
-        connect, is_stepped = partial(_connected, options, answer_s), options.is_stepped
-        if is_stepped:
-            return join(setup, SECTION, connect, options.simulation)
+        connect = partial(_connected, options, answer_s)
         cutoffs = partial(_cutoffs, options)
-        return join(setup, SECTION, connect, options.simulation, is_stepped=False, cutoffs=cutoffs)
+        return join(setup, SECTION, connect, options.simulation, is_stepped=options.is_stepped, cutoffs=cutoffs)
 
 
 def _answer_s(options: VrepOptions, setup: Setup) -> float:
@@ -101,4 +103,5 @@ def _cutoffs(options: VrepOptions, joints: Mapping[str, int]) -> Iterator[Cutoff
     """Yield how the wheels come to stand if this process cannot make them: all over the one line there is."""
     if joints:
         where = {"host": options.host, "port": options.port, "joints": list(joints.values())}
-        yield CutoffSpec(" and ".join(joints), "drivers.vrep.cutoff:StandingJoints", where)
+        patience_s = UNSTEPPED_S if options.is_stepped else 0.0
+        yield CutoffSpec(" and ".join(joints), "drivers.vrep.cutoff:StandingJoints", where, patience_s)

@@ -36,7 +36,7 @@ FASTEST_RAD_S = 30.0
 
 
 def _none(_joints: Mapping[str, int]) -> tuple[CutoffSpec, ...]:
-    """Return no cutoffs: time that is stepped stands when nobody steps it."""
+    """Return no cutoffs: some simulations stand when nobody steps them."""
     return ()
 
 

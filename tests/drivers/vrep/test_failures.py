@@ -137,11 +137,12 @@ def test_simulation_whose_time_does_not_move_after_the_start_is_started_again(
     assert len(starts) > 1
 
 
-def test_killed_run_leaves_no_wheel_turning_where_the_simulation_goes_on(
-    simulator: Simulator, server: LegacyServer
+@pytest.mark.parametrize("stepped", ["true", "false"])
+def test_killed_run_leaves_no_wheel_turning_for_the_simulation_goes_on(
+    simulator: Simulator, server: LegacyServer, stepped: str
 ) -> None:
     command = [sys.executable, "-m", "robotcore", "run", "avoid-obstacles", "--backend", "vrep"]
-    options = ["--port", str(server.port), "--option", "stepped=false", "--set", "duration_s=60"]
+    options = ["--port", str(server.port), "--option", f"stepped={stepped}", "--set", "duration_s=600", "--realtime"]
     with simulator.lock:
         simulator.start()
     left = simulator.graph.find("/rover/left_motor")
