@@ -1,0 +1,161 @@
+"""Both tutorials, typed as they stand: the simulators are doubles."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import click
+import pytest
+
+from robotcore.cli.main import execute, robotcore
+from robotcore.clock import MonotonicClock
+from tests.docs.listings import Exchange, exchanges, listings
+from tests.doubles.coppeliasim.double import Double
+from tests.doubles.coppeliasim.scene import Simulator
+from tests.doubles.coppeliasim.scene.objects import VisionSensor
+from tests.doubles.coppeliasim.scenes import bubblerob_scene, relay_scene
+
+DOCS = Path(__file__).parents[2] / "docs"
+SCENES = {"bubblerob": bubblerob_scene, "green-relay": relay_scene}
+PAGES = {name: (DOCS / "tutorials" / f"{name}.md").read_text(encoding="utf-8") for name in SCENES}
+REFERENCE = (DOCS / "coppeliasim.md").read_text(encoding="utf-8")
+ROBOTS = Path(__file__).parents[2] / "robotcore" / "description" / "robots"
+PORTS = {"vrep": 19997, "coppeliasim": 23000}
+YELLOW = (255, 255, 0)
+PATIENCE_S = 10.0
+
+TYPED = [
+    (name, each)
+    for name, page in PAGES.items()
+    for listing in listings(page)
+    if listing.language == "console"
+    for each in exchanges(listing.text)
+]
+EXCHANGES = [pytest.param(*typed, id=typed[1].command) for typed in TYPED if typed[1].command.startswith("robotcore ")]
+(OLD_REFLEX,) = (each for _, each in TYPED if each.command == "python old_reflex.py")
+COMMANDS = [
+    line
+    for page in (*PAGES.values(), REFERENCE)
+    for listing in listings(page)
+    if listing.language == "sh"
+    for line in listing.text.splitlines()
+    if line.startswith("robotcore ")
+]
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with the files of both pages, where the commands are given."""
+    for page in PAGES.values():
+        for listing in listings(page):
+            if listing.language == "python":
+                (tmp_path / listing.file).write_text(listing.text, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def simulator(request: pytest.FixtureRequest) -> Simulator:
+    return SCENES[request.param]()
+
+
+@pytest.fixture
+def double(simulator: Simulator) -> Iterator[Double]:
+    with Double(simulator) as double:
+        yield double
+
+
+def at(double: Double, text: str) -> str:
+    """Return what is typed, with the double's port in place of the customary one."""
+    return text.replace(str(PORTS["vrep"]), str(double.legacy_port))
+
+
+def arguments(command: str, double: Double) -> list[str]:
+    """Return what follows ``robotcore``; the double is where the simulator of that command would be."""
+    words = shlex.split(at(double, command))[1:]
+    return [*words, "--port", str(double.zmq_port)] if "coppeliasim" in words else words
+
+
+@contextmanager
+def old_script(folder: Path, double: Double, name: str) -> Iterator[subprocess.Popen[str]]:
+    """Run a script of a page, with the double for its simulator."""
+    script = folder / name
+    script.write_text(at(double, script.read_text(encoding="utf-8")), encoding="utf-8")
+    command = [sys.executable, str(script)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+@pytest.mark.parametrize("simulator, exchange", EXCHANGES, indirect=["simulator"])
+def test_command_tells_what_the_page_says(
+    double: Double, exchange: Exchange, folder: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    execute(arguments(exchange.command, double))
+    told = "".join(capfd.readouterr())
+    assert exchange.is_answered_by(told), told
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_command_is_one_that_there_is(command: str) -> None:
+    _, name, *words = shlex.split(command, comments=True)
+    known = robotcore.get_command(click.Context(robotcore), name)
+    assert known is not None
+    assert known.make_context(name, words).params
+
+
+@pytest.mark.parametrize("simulator", ["bubblerob"], indirect=True)
+def test_old_reflex_tells_what_the_page_says(double: Double, folder: Path) -> None:
+    with old_script(folder, double, "old_reflex.py") as script:
+        told, _ = script.communicate(timeout=PATIENCE_S)
+    assert OLD_REFLEX.is_answered_by(told), told
+
+
+@pytest.mark.parametrize("simulator", ["green-relay"], indirect=True)
+def test_old_relay_shows_the_ball_in_a_yellow_rectangle_until_the_simulator_is_gone(
+    double: Double, simulator: Simulator, folder: Path
+) -> None:
+    with simulator.lock:
+        simulator.start()
+    with old_script(folder, double, "old_relay.py") as script:
+        await_yellow(simulator)
+        double.legacy.close()
+        assert script.wait(PATIENCE_S) == 0, script.communicate()
+
+
+def await_yellow(simulator: Simulator) -> None:
+    """Wait until the second vision sensor shows a yellow line."""
+    screen = next(each for each in simulator.graph.all_of(VisionSensor) if each.alias == "v1")
+    clock = MonotonicClock()
+    while not (simulator.picture(screen) == YELLOW).all(axis=2).any():
+        assert clock.now() < PATIENCE_S
+        clock.sleep_until(clock.now() + 0.05)
+
+
+def test_what_a_real_bubblerob_needs_to_say_is_complete(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (wiring,) = (each.text for each in listings(PAGES["bubblerob"]) if "[raspberrypi." in each.text)
+    shipped = (ROBOTS / "bubblerob.toml").read_text(encoding="utf-8")
+    (folder / "my_bubblerob.toml").write_text(shipped + wiring, encoding="utf-8")
+    assert execute(["check", "my_bubblerob.toml"]) == 0
+    assert "[raspberrypi] OK, 6 devices" in capfd.readouterr().out
+
+
+def test_mark_is_what_mark_green_does() -> None:
+    (listing,) = (each.text for each in listings(PAGES["green-relay"]) if each.file == "mark.py")
+    shipped = (Path(__file__).parents[2] / "apps" / "mark_green.py").read_text(encoding="utf-8")
+    assert listing.partition("def step")[2] == shipped.partition("def step")[2].partition("\n\n\n")[0] + "\n"
+
+
+@pytest.mark.parametrize("page", ["coppeliasim.md", *(f"tutorials/{name}.md" for name in ("README", *PAGES))])
+def test_every_link_of_a_page_leads_somewhere(page: str) -> None:
+    file = DOCS / page
+    for link in re.findall(r"\]\(([^)#]*)(?:#[^)]*)?\)", file.read_text(encoding="utf-8")):
+        assert (file.parent / link).exists(), link
