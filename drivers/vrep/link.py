@@ -91,9 +91,7 @@ class Link:
         except TimeoutError as error:
             raise ServerHangsError(self._why_silent()) from error
         except OSError as error:
-            raise ServerLostError(
-                f"{self._name} is gone ({error}). Was it closed, its scene stopped, or killed? Start it and run again"
-            ) from error
+            raise ServerLostError(self._why_lost(error)) from error
 
     def _received(self, deadline: float) -> bytes:
         unpacker, view = Unpacker(), memoryview(self._chunk)
@@ -118,6 +116,15 @@ class Link:
 
     def _client_time_ms(self) -> int:
         return int(self._clock.now() * 1000) & _CLIENT_TIME_MASK
+
+    def _why_lost(self, error: OSError) -> str:
+        if self.exchanges:
+            ending = "Was it closed, its scene stopped, or killed? Start it and run again"
+            return f"{self._name} is gone ({error}). {ending}"
+        return (
+            f"{self._name} takes the connection and hangs up ({error}). A port serves one program at a time: end the "
+            "other one, or take another port"
+        )
 
     def _why_silent(self) -> str:
         if self.exchanges:

@@ -91,6 +91,11 @@ def test_a_second_program_on_a_port_is_told_of_the_first(connect: Callable[..., 
         connect("127.0.0.1", server.port, SHORT_S)
 
 
+def test_one_that_the_server_hangs_up_on_at_once_is_told_of_the_first_as_well() -> None:
+    with answering(b"") as port, pytest.raises(ServerLostError, match="one program at a time: end the other one"):
+        Connection.to("127.0.0.1", port)
+
+
 @pytest.mark.parametrize(
     "fault, kind",
     [
@@ -144,5 +149,5 @@ def test_a_reply_that_trickles_in_does_not_outlast_the_time_out() -> None:
 @settings(max_examples=40, deadline=None)
 @given(st.binary(max_size=80) | st.integers(0, len(WHOLE_REPLY) - 1).map(lambda size: WHOLE_REPLY[:size]))
 def test_any_bytes_for_a_reply_are_a_named_error(reply: bytes) -> None:
-    with answering(reply) as port, pytest.raises(BackendError, match=r"no reply|gone|says nothing"):
+    with answering(reply) as port, pytest.raises(BackendError, match=r"no reply|hangs up|says nothing"):
         Connection.to("127.0.0.1", port, SHORT_S)
