@@ -51,7 +51,15 @@ class Double:
 
     def start(self) -> None:
         """Return when it serves."""
+        self.launch()
+        self.await_serving()
+
+    def launch(self) -> None:
+        """Begin to start."""
         self._process = Popen([sys.executable, *self.arguments], stdin=DEVNULL, stdout=PIPE, text=True, cwd=ROOT)  # noqa: S603
+
+    def await_serving(self) -> None:
+        """Return when what was launched serves."""
         assert self._process.stdout
         told = self._process.stdout.readline()
         self.zmq_port, self.legacy_port = (int(port) for port in re.findall(r"\d+", told))

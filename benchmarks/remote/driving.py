@@ -1,0 +1,31 @@
+"""An app that drives and looks until its time is up, and says when it has begun."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+
+from robotcore import Behaviour, Robot, Role, Status
+
+BEGUN = "driving"
+FIRST_TICKS = 3
+
+
+@dataclass
+class Driving(Behaviour):
+    """Drives a curve for ``duration_s``, with all that a robot has."""
+
+    duration_s: float = 60.0
+    needs = frozenset({Role.DRIVE, Role.CAMERA, Role.RANGE})
+
+    def __post_init__(self) -> None:
+        self._ticks = 0
+
+    def step(self, robot: Robot) -> Status:
+        self._ticks += 1
+        if self._ticks == FIRST_TICKS:
+            print(BEGUN, file=sys.stderr, flush=True)
+        robot.camera.read()
+        robot.range.read()
+        robot.drive.set_velocity(0.05, 0.2 if self._ticks % 2 else -0.2)
+        return Status.SUCCESS if robot.clock.now() >= self.duration_s else Status.RUNNING

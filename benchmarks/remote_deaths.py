@@ -1,0 +1,178 @@
+"""Whether an app whose simulator dies ends with a named error, soon, and whether the next one runs.
+
+    python -m benchmarks.remote_deaths --trials 50
+
+Each trial is a run of the command line, in a process of its own, in a double of a CoppeliaSim, over either remote API.
+At a random moment while it drives, in real time or as fast as it can, the double is killed (SIGKILL), hangs (SIGSTOP),
+or is killed and started again at once. The time is that from there to the end of the process. Then the same is run
+again, on the same port: in a new double, or in the one that hung, which goes on. Exit status 1 where a bound is broken.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import statistics
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from random import Random
+from subprocess import DEVNULL, PIPE, Popen, TimeoutExpired
+from time import monotonic, sleep
+from typing import NamedTuple
+
+from benchmarks.remote.doubles import ROOT, Double
+from benchmarks.remote.driving import BEGUN
+from benchmarks.report import machine, print_table
+
+NAMED_BOUND_S, HANG_S = 2.0, 20.0
+MOMENTS_S = 1.5
+"""The double is struck within this time after the run's first ticks."""
+
+FAILED = 3
+"""The exit status of a run whose backend or device has failed."""
+
+APP = Path(__file__).parent / "remote" / "driving.py"
+
+
+class Way(NamedTuple):
+    """How a double ends, and what has to be done so that there is one again."""
+
+    strike: Callable[[Double], None]
+    restore: Callable[[Double], None]
+
+
+class Ended(NamedTuple):
+    """A trial: the exit status (None: it hung), the time to it, what was said, and why the next run failed, if it did."""
+
+    status: int | None
+    delay_s: float
+    said: str
+    reason: str
+    next_fault: str
+
+    @property
+    def is_named(self) -> bool:
+        return (
+            self.status == FAILED
+            and self.delay_s <= NAMED_BOUND_S
+            and "Traceback" not in self.said
+            and self.reason != ""
+        )
+
+
+def main() -> int:
+    """Make the trials, and print what came of them."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--trials", type=int, default=50, help="over each API")
+    parser.add_argument("--apis", default="coppeliasim,vrep")
+    parser.add_argument("--seed", type=int, default=1)
+    asked = parser.parse_args()
+    print(machine(), flush=True)
+    ended = {api: _struck(api, asked.trials, Random(asked.seed)) for api in asked.apis.split(",")}
+    columns = (
+        "server",
+        f"named within {NAMED_BOUND_S:g} s",
+        "hangs",
+        "s to the end: median",
+        "slowest",
+        "next run works",
+    )
+    print_table(columns, [_row(f"{api}, {way}", each) for api, ways in ended.items() for way, each in ways.items()])
+    results = [result for ways in ended.values() for each in ways.values() for result in each]
+    for told in sorted({result.reason for result in results}):
+        print(f"said: {told}")
+    return int(not all(result.is_named and not result.next_fault for result in results))
+
+
+def _struck(api: str, trials: int, random: Random) -> dict[str, list[Ended]]:
+    """Return the trials over an API, by how the double ended."""
+    ended: dict[str, list[Ended]] = {name: [] for name in WAYS}
+    with Double("rover" if api == "vrep" else None, seed=1) as double:
+        for index in range(trials):
+            name = list(WAYS)[index % len(WAYS)]
+            ended[name].append(result := _trial(api, double, WAYS[name], random))
+            if not result.is_named or result.next_fault:
+                print(f"failing: {api}, {name}, trial {index}: {result}", flush=True)
+    return ended
+
+
+def _trial(api: str, double: Double, way: Way, random: Random) -> Ended:
+    with _running(api, double, 60.0, is_paced=random.random() < 0.5) as process:
+        assert process.stderr
+        told = process.stderr.readline()
+        sleep(random.uniform(0.0, MOMENTS_S))
+        if told.strip() != BEGUN or process.poll() is not None:
+            return Ended(process.poll(), 0.0, told + process.communicate()[1], "", "not tried")
+        event = monotonic()
+        way.strike(double)
+        status = _status(process)
+        delay = monotonic() - event
+        answer, said = process.communicate()
+    way.restore(double)
+    return Ended(status, delay, said, _reason(answer), _next_fault(api, double))
+
+
+def _running(api: str, double: Double, duration_s: float, *, is_paced: bool) -> Popen[str]:
+    port = double.legacy_port if api == "vrep" else double.zmq_port
+    where = ["--backend", api, "--port", str(port), "--world", "arena", "--seed", "1"]
+    pace = ["--realtime"] if is_paced else []
+    run = [sys.executable, "-m", "robotcore", "run", str(APP), "--set", f"duration_s={duration_s}", "--json"]
+    return Popen([*run, *where, *pace], stdin=DEVNULL, stdout=PIPE, stderr=PIPE, text=True, cwd=ROOT)  # noqa: S603  our own
+
+
+def _next_fault(api: str, double: Double) -> str:
+    """Run again; return what went wrong, if anything did."""
+    with _running(api, double, 0.5, is_paced=False) as process:
+        status = _status(process)
+        answer, said = process.communicate()
+    return "" if status == 0 else f"{status}: {_reason(answer) or said}"
+
+
+def _status(process: Popen[str]) -> int | None:
+    try:
+        return process.wait(HANG_S)
+    except TimeoutExpired:
+        process.kill()
+        return None
+
+
+def _reason(answer: str) -> str:
+    with suppress(ValueError):
+        return str(json.loads(answer)["reason"])
+    return ""
+
+
+def _row(name: str, ended: list[Ended]) -> tuple[str, ...]:
+    delays = [each.delay_s for each in ended]
+    return (
+        name,
+        f"{sum(each.is_named for each in ended)}/{len(ended)}",
+        str(sum(each.status is None for each in ended)),
+        f"{statistics.median(delays):.2f}",
+        f"{max(delays):.2f}",
+        f"{sum(not each.next_fault for each in ended)}/{len(ended)}",
+    )
+
+
+def _restart(double: Double) -> None:
+    double.kill()
+    double.start()
+
+
+def _replace(double: Double) -> None:
+    double.kill()
+    double.launch()
+
+
+WAYS = {
+    "killed": Way(Double.kill, Double.start),
+    "hangs, and is restarted": Way(Double.suspend, _restart),
+    "hangs, and goes on": Way(Double.suspend, Double.go_on),
+    "restarted at once": Way(_replace, Double.await_serving),
+}
+
+
+if __name__ == "__main__":
+    sys.exit(main())
