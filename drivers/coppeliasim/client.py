@@ -23,8 +23,12 @@ _CONVERSATION = ("_*wait*_", "_*repeat*_")
 """What a server may ask of a client that registers no callbacks."""
 
 
-class Unanswered(Exception):  # noqa: N818  one of three ends of a call, told apart by the connection
+class Unanswered(Exception):  # noqa: N818  one of four ends of a call, told apart by the connection
     """The deadline of a call has passed."""
+
+
+class Gone(Exception):  # noqa: N818
+    """The server has hung up."""
 
 
 class Refused(Exception):  # noqa: N818
@@ -55,16 +59,27 @@ class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
         self.timeout = idle_s
         for option in (zmq.LINGER, zmq.SNDTIMEO):
             self.socket.setsockopt(option, 0)
+        self._awaited = zmq.Poller()
+        self._awaited.register(self.socket, zmq.POLLIN)
+        self._hang_ups: zmq.Socket[bytes] | None = None
         self._clock = MonotonicClock()
         self._deadline = 0.0
 
+    def notice_hang_ups(self) -> None:
+        """Wait for nobody who hangs up from now on: the library would connect again, in silence, to whoever comes."""
+        self._hang_ups = self.socket.get_monitor_socket(zmq.EVENT_DISCONNECTED)
+        self._awaited.register(self._hang_ups, zmq.POLLIN)
+
     def ask(self, function: str, arguments: Sequence[Any], within_s: float) -> Any:
-        """Call a function of the server; raises Unanswered, Refused or Garbled. Only Unanswered ends the client."""
+        """Call a function of the server; raises Unanswered, Gone, Refused or Garbled. The first two end the client."""
         self._deadline = self._clock.now() + within_s
         return self.call(function, [wire(argument) for argument in arguments])
 
     def close(self) -> None:
         """Let the socket go, with whatever is still to be sent. May be called again."""
+        if self._hang_ups and not self._hang_ups.closed:
+            self.socket.disable_monitor()
+            self._hang_ups.close(linger=0)
         self.socket.close(linger=0)
         self.context.term()
 
@@ -76,9 +91,10 @@ class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
 
     def _recv(self) -> dict[str, Any]:
         left = self._deadline - self._clock.now()  # a server that lets wait answers, and answers, and answers
-        if left <= 0 or not self.socket.poll(math.ceil(left * 1000)):
-            raise Unanswered
-        return _reply_in(self.socket.recv(zmq.NOBLOCK))
+        ready = dict(self._awaited.poll(math.ceil(left * 1000))) if left > 0 else {}
+        if self.socket in ready:
+            return _reply_in(self.socket.recv(zmq.NOBLOCK))
+        raise Gone if ready else Unanswered
 
 
 def wire(value: Any) -> Any:

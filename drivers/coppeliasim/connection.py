@@ -82,6 +82,7 @@ class Connection:
         try:
             connection.call("zmqRemoteApi.require", "sim", within_s=LOADING_S)
             connection._learn(connection.call("zmqRemoteApi.info", "sim", within_s=LOADING_S))
+            connection._client.notice_hang_ups()
         except BackendError:
             connection.close()
             raise
@@ -109,7 +110,7 @@ class Connection:
             return self._ask(function, arguments, limit)
 
     def _ask(self, function: str, arguments: Sequence[Any], limit: float) -> Any:
-        from drivers.coppeliasim.client import FirstProtocol, Garbled, Refused, Unanswered
+        from drivers.coppeliasim.client import FirstProtocol, Garbled, Gone, Refused, Unanswered
 
         if self._failure:
             raise self._failure
@@ -120,6 +121,9 @@ class Connection:
             raise RefusedError(f"coppeliasim: {self.address} refused {function}: {error}") from error
         except Unanswered as error:
             self._failure = self._silence(function, limit)
+            raise self._failure from error
+        except Gone as error:
+            self._failure = self._gone(function)
             raise self._failure from error
         except FirstProtocol as error:
             self._failure = self._too_old()
@@ -165,12 +169,15 @@ class Connection:
             "Install a newer one; 4.10 is what this was made with"
         )
 
+    def _gone(self, function: str) -> BackendError:
+        return BackendError(
+            f"coppeliasim: the CoppeliaSim at {self.address} is gone; it died or was closed in {function}. "
+            "Start it again, and run again"
+        )
+
     def _silence(self, function: str, limit: float) -> BackendError:
         if not _listens(self.address):
-            return BackendError(
-                f"coppeliasim: the CoppeliaSim at {self.address} is gone; it died or was closed in {function}. "
-                "Start it again, and run again"
-            )
+            return self._gone(function)
         advice = (
             "Another program than CoppeliaSim may listen there (19997 is the legacy remote API: --backend vrep), or "
             "a dialogue of CoppeliaSim's waits for somebody"
