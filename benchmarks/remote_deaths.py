@@ -44,7 +44,7 @@ class Way(NamedTuple):
 
 
 class Ended(NamedTuple):
-    """A trial: the exit status (None: it hung), the time to it, what was said, and why the next run failed, if it did."""
+    """A trial: the exit status (None: it hung) and the time to it, what was said, and the fault of the next run."""
 
     status: int | None
     delay_s: float
