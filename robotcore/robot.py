@@ -135,5 +135,6 @@ def _failures(tries: Iterable[Callable[[], None]]) -> list[Exception]:
         try:
             attempt()
         except Exception as failure:  # noqa: BLE001, PERF203  one that fails must not keep the others from stopping
-            failures.setdefault(str(failure), failure)
+            for each in failure.failures if isinstance(failure, DeviceGroupError) else (failure,):
+                failures.setdefault(str(each), each)
     return list(failures.values())

@@ -65,6 +65,14 @@ class TestClosing:
         with pytest.raises(DeviceGroupError, match="simulator: has gone"):
             robot.close()
 
+    def test_a_robot_beneath_that_fails_in_the_same_way_is_not_told_of_again(self) -> None:
+        beneath, motors = make("left", "right")
+        motors[0].is_broken = motors[1].is_broken = True
+        robot = Robot("rover", SteppedClock(20, lambda _: None), [motors[0]], release=beneath.close)
+        with pytest.raises(DeviceGroupError) as raised:
+            robot.close()
+        assert str(raised.value) == "closing rover: 2 device(s) failed\n  - left: no current\n  - right: no current"
+
     def test_calls_that_are_still_to_come_are_forgotten(self) -> None:
         robot, _ = make("left")
         robot.clock.call_at(0.01, lambda: pytest.fail("called after closing"))
