@@ -9,7 +9,7 @@ from robotcore.description import Light
 from tests.doubles.coppeliasim.scene.graph import Graph
 from tests.doubles.coppeliasim.scene.objects import Lamp
 
-DEFAULT_LIGHT = Light(elevation_rad=math.pi / 2, ambient=0.57, diffuse=0.43, sky_colour=(0, 0, 0))
+DEFAULT_LIGHT = Light(elevation_rad=math.pi / 2, ambient=0.57, diffuse=0.38, sky_colour=(0, 0, 0))
 """As the recorded pictures are lit: from straight above, before a black background."""
 
 

@@ -50,6 +50,10 @@ class Primitive(IntEnum):
     CYLINDER = 5
 
 
+VOLUMES = {Primitive.CUBOID: 1.0, Primitive.SPHEROID: math.pi / 6, Primitive.CYLINDER: math.pi / 4}
+"""Of primitives in a box of volume one."""
+
+
 class JointMode(IntEnum):
     """How a dynamic joint is driven: the API's ``jointdynctrl_...``."""
 
@@ -125,11 +129,16 @@ class Shape(Thing):
 
     primitive: Primitive = Primitive.CUBOID
     size: Vector = (0.1, 0.1, 0.1)
-    colour: Vector = (0.95, 0.95, 0.95)
+    colour: Vector = (1.0, 1.0, 1.0)
     is_static: bool = True
     is_respondable: bool = False
     mask: int = 0xFFFF
     mass: float = 1.0
+
+    @property
+    def volume(self) -> float:
+        """In cubic metres."""
+        return VOLUMES[self.primitive] * math.prod(self.size)
 
 
 @dataclass(eq=False)
@@ -146,7 +155,7 @@ class Joint(Thing):
     position: float = 0.0
     velocity: float = 0.0
     target_velocity: float = 0.0
-    target_force: float = 50.0
+    target_force: float = 2.5
     is_cyclic: bool = True
     interval: tuple[float, float] = (-math.pi, math.tau)
     lag: float = 0.0

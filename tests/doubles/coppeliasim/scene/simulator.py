@@ -153,6 +153,7 @@ class Simulator:
     def show(self, sensor: VisionSensor, picture: Pixels) -> None:
         """Give it a picture, (height, width, 3), as `picture` returns it."""
         sensor.sight = Blank.of(sensor, picture)
+        sensor.has_result = True
 
     def handle(self, sensor: VisionSensor) -> None:
         """Render it, of this instant."""

@@ -12,7 +12,7 @@ HEIGHT_M, WHEEL_M, TRACK_M, CASTER_M = 0.06, 0.0325, 0.155, 0.015
 LAG_S = 0.025
 """What starting costs the real robot: 7 mm of way at 9 rad/s."""
 
-GREEN, WHITE = (0.0, 1.0, 0.0), (0.95, 0.95, 0.95)
+GREEN, WHITE = (0.0, 1.0, 0.0), (1.0, 1.0, 1.0)
 
 
 def second_scene() -> Simulator:

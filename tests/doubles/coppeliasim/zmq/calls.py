@@ -15,6 +15,10 @@ WHERE = "354: in {}"
 Reply = dict[str, Any]
 
 
+class NoFunctionError(Exception):
+    """There is no function of that name, on a real server neither."""
+
+
 def answer(session: Session, request: dict[str, Any]) -> Reply:
     """Return the reply to a request; raise `Waiting` where it is to come later."""
     if text := request.get("eval"):
@@ -24,8 +28,10 @@ def answer(session: Session, request: dict[str, Any]) -> Reply:
         return ret(_called(session, name, args))
     except SceneError as error:
         return {"err": f"{getattr(error, 'where', WHERE.format(name))}: {error}"}
-    except LookupError as error:
-        return {"err": str(error.args[0])}
+    except NoFunctionError as error:
+        return {"err": str(error)}
+    except (TypeError, ValueError, LookupError, AttributeError) as error:  # arguments of other kinds than are foreseen
+        return {"err": f"{WHERE.format(name)}: the double makes nothing of these arguments ({error})"}
 
 
 def ret(values: list[Any]) -> Reply:
@@ -45,7 +51,7 @@ def _called(session: Session, name: str, args: list[Any]) -> list[Any]:
         return FUNCTIONS[function](session, args)
     if module == "sim" and function in table():
         raise SceneError("the double of the simulator lacks this function; add it to tests/doubles/coppeliasim.")
-    raise LookupError(f"No such function: {name}")
+    raise NoFunctionError(f"No such function: {name}")
 
 
 def _required(args: list[Any]) -> list[Any]:

@@ -14,11 +14,13 @@ from tests.doubles.coppeliasim.scene.objects import (
     Shape,
     VisionSensor,
 )
-from tests.doubles.coppeliasim.zmq.functions.registry import function
+from tests.doubles.coppeliasim.zmq.functions.registry import floats, function
 from tests.doubles.coppeliasim.zmq.session import Session
 
 REVOLUTE = 10
 DYNAMIC = 5
+DENSITY = 500.0
+"""Of new shapes, in kg/m³."""
 PYRAMID, CONE, RAY = 30, 33, 34
 
 SHAPE_NAMES = {Primitive.CUBOID: "Cuboid", Primitive.SPHEROID: "Sphere", Primitive.CYLINDER: "Cylinder"}
@@ -28,8 +30,9 @@ SHAPE_NAMES = {Primitive.CUBOID: "Cuboid", Primitive.SPHEROID: "Sphere", Primiti
 def create_primitive_shape(session: Session, primitive: int, sizes: list[float], options: int = 0) -> int:
     if primitive not in SHAPE_NAMES:
         raise SceneError(f"the double has cuboids, spheroids and cylinders only, not primitive {primitive}.")
-    kind, (x, y, z) = Primitive(primitive), (float(size) for size in sizes)
-    shape = Shape(SHAPE_NAMES[kind], primitive=kind, size=(x, y, z), is_static=False)
+    kind, (x, y, z) = Primitive(primitive), floats(sizes, 3)
+    shape = Shape(SHAPE_NAMES[kind], primitive=kind, size=(x, y, z))
+    shape.mass = DENSITY * shape.volume
     return session.simulator.graph.add(shape).handle
 
 
@@ -37,7 +40,7 @@ def create_primitive_shape(session: Session, primitive: int, sizes: list[float],
 def create_pure_shape(session: Session, kind: int, options: int, sizes: list[float], mass: float = 1.0) -> int:
     """The name until 4.3: kinds are counted from 0, cuboid, sphere, cylinder; bit 3 is respondable, bit 4 static."""
     primitive = list(Primitive)[kind]
-    x, y, z = (float(size) for size in sizes)
+    x, y, z = floats(sizes, 3)
     shape = Shape(
         SHAPE_NAMES[primitive],
         primitive=primitive,
@@ -58,12 +61,12 @@ def create_joint(session: Session, kind: int, mode: int, options: int = 0, sizes
 
 @function("createForceSensor")
 def create_force_sensor(session: Session, options: int, ints: list[int], floats: list[float]) -> int:
-    return session.simulator.graph.add(ForceSensor("Force_sensor")).handle
+    return session.simulator.graph.add(ForceSensor("forceSensor")).handle
 
 
 @function("createDummy")
 def create_dummy(session: Session, size: float = 0.01) -> int:
-    return session.simulator.graph.add(Dummy("Dummy")).handle
+    return session.simulator.graph.add(Dummy("dummy")).handle
 
 
 @function("createVisionSensor")
@@ -73,7 +76,7 @@ def create_vision_sensor(session: Session, options: int, ints: list[int], floats
         raise SceneError("the double has no orthographic vision sensors.")
     near, far, angle = (float(number) for number in floats[:3])
     sensor = VisionSensor(
-        "Vision_sensor",
+        "visionSensor",
         explicit=bool(options & 1),
         width=int(ints[0]),
         height=int(ints[1]),
@@ -95,7 +98,7 @@ def create_proximity_sensor(
         raise SceneError(f"the double has pyramids, cones and rays only, not proximity sensors of type {kind}.")
     numbers = [float(number) for number in floats]
     sensor = ProximitySensor(
-        "Proximity_sensor", explicit=bool(options & 1), offset=numbers[0], reach=numbers[1], cone=_cone(kind, numbers)
+        "proximitySensor", explicit=bool(options & 1), offset=numbers[0], reach=numbers[1], cone=_cone(kind, numbers)
     )
     return session.simulator.graph.add(sensor).handle
 

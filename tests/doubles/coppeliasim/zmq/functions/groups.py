@@ -7,7 +7,7 @@ from tests.doubles.coppeliasim.scene.groups import ALL, Collection
 from tests.doubles.coppeliasim.zmq.functions.registry import function
 from tests.doubles.coppeliasim.zmq.session import Session
 
-FIRST = 2000003
+FIRST = 2000000
 """Handles of collections are far from those of objects."""
 
 TAKE_OUT = 1

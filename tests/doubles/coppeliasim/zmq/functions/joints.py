@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tests.doubles.coppeliasim.scene.objects import Joint
-from tests.doubles.coppeliasim.zmq.functions.registry import function
+from tests.doubles.coppeliasim.zmq.functions.registry import floats, function
 from tests.doubles.coppeliasim.zmq.session import Session
 
 REVOLUTE = 10
@@ -33,9 +33,10 @@ def get_joint_position(session: Session, joint: Joint) -> float:
 
 
 @function("setJointPosition")
-def set_joint_position(session: Session, joint: Joint, position: float) -> None:
+def set_joint_position(session: Session, joint: Joint, position: float) -> int:
     joint.turn_to(position)
     session.simulator.graph.revision += 1
+    return 1
 
 
 @function("setJointTargetForce")
@@ -44,9 +45,10 @@ def set_joint_target_force(session: Session, joint: Joint, force: float) -> None
 
 
 @function("setJointMaxForce")
-def set_joint_max_force(session: Session, joint: Joint, force: float) -> None:
+def set_joint_max_force(session: Session, joint: Joint, force: float) -> int:
     """The name until 4.3."""
     joint.target_force = force
+    return 1
 
 
 @function("getJointTargetForce")
@@ -65,9 +67,10 @@ def get_joint_mode(session: Session, joint: Joint) -> tuple[int, int]:
 
 
 @function("setJointMode")
-def set_joint_mode(session: Session, joint: Joint, mode: int, options: int = 0) -> None:
+def set_joint_mode(session: Session, joint: Joint, mode: int, options: int = 0) -> int:
     joint.is_dynamic = mode == DYNAMIC
     session.simulator.graph.revision += 1
+    return 1
 
 
 @function("getJointInterval")
@@ -76,8 +79,9 @@ def get_joint_interval(session: Session, joint: Joint) -> tuple[bool, list[float
 
 
 @function("setJointInterval")
-def set_joint_interval(session: Session, joint: Joint, is_cyclic: bool, interval: list) -> None:  # type: ignore[type-arg]
-    """Without ends it is not stopped at the interval's: wheels are not driven so far."""
+def set_joint_interval(session: Session, joint: Joint, is_cyclic: bool, interval: list) -> int:  # type: ignore[type-arg]
+    """It is not stopped at the interval's ends: wheels are not driven so far."""
     joint.is_cyclic = is_cyclic
-    least, span = (float(number) for number in interval)
+    least, span = floats(interval, 2)
     joint.interval = (least, span)
+    return 1

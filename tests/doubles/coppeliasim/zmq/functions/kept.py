@@ -43,13 +43,14 @@ def get_float_signal(session: Session, name: str) -> Any:
 
 
 @function("writeCustomStringData")
-def write_custom_string_data(session: Session, thing: Thing, tag: str, data: str) -> None:
+def write_custom_string_data(session: Session, thing: Thing, tag: str, data: str) -> int:
     session.shared.kept[thing, "data", tag] = data
+    return 1
 
 
 @function("readCustomStringData")
 def read_custom_string_data(session: Session, thing: Thing, tag: str) -> Any:
-    return session.shared.kept.get((thing, "data", tag), "")
+    return session.shared.kept.get((thing, "data", tag))
 
 
 @function("setNamedStringParam")
@@ -59,5 +60,6 @@ def set_named_string_param(session: Session, name: str, value: str) -> int:
 
 
 @function("getNamedStringParam")
-def get_named_string_param(session: Session, name: str) -> Any:
-    return session.shared.kept.get(("named", name))
+def get_named_string_param(session: Session, name: str) -> bytes | None:
+    value = session.shared.kept.get(("named", name))
+    return None if value is None else value.encode()

@@ -17,9 +17,11 @@ PATHLESS = "object does not exist, or alias/path is ill formatted."
 
 
 class PathError(NoObjectError):
-    """No object has that path. The server refuses it one function deeper than it was called."""
+    """No object has that path. The server refuses it one function deeper than it was called: ``where``."""
 
-    where = "1254: in sim._getObject"
+    def __init__(self, where: str) -> None:
+        super().__init__(PATHLESS)
+        self.where = where
 
 
 @function("getObject")
@@ -29,7 +31,7 @@ def get_object(session: Session, path: str, options: dict[str, Any] | None = Non
     start = session.simulator.graph[proxy] if proxy is not None else None
     found = session.simulator.graph.find(path, told.get("index", 0), start)
     if found is None and not told.get("noError"):
-        raise PathError(PATHLESS)
+        raise PathError("1254: in sim._getObject")
     return found.handle if found else -1
 
 
@@ -39,7 +41,7 @@ def get_object_handle(session: Session, name: str, options: dict[str, Any] | Non
         return get_object(session, name, options)
     found = session.simulator.graph.find_flat(name)
     if found is None and not (options or {}).get("noError"):
-        raise PathError(PATHLESS)
+        raise PathError("1272: in sim._getObjectHandle")
     return found.handle if found else -1
 
 
@@ -117,13 +119,17 @@ def get_objects(session: Session, index: int, kind: int) -> int:
 
 @function("removeObjects")
 def remove_objects(session: Session, handles: list[int], delayed: bool = False) -> None:  # noqa: FBT002
+    graph = session.simulator.graph
+    if any(handle not in graph for handle in handles):
+        raise SceneError("found invalid handles.")
     for handle in handles:
-        session.simulator.graph.remove(session.simulator.graph[handle])
+        graph.remove(graph[handle])
 
 
 @function("removeObject")
-def remove_object(session: Session, thing: Thing) -> None:
+def remove_object(session: Session, thing: Thing) -> int:
     session.simulator.graph.remove(thing)
+    return 1
 
 
 @function("removeModel")

@@ -9,12 +9,13 @@ from tests.doubles.coppeliasim.zmq.functions.registry import function
 from tests.doubles.coppeliasim.zmq.session import Session
 
 TIME_STEP, PHYSICS_STEP, DYNAMIC_STEP = 1, 5, 3
-VERSION, ENGINE, PLATFORM, REVISION, FULL_VERSION = 1, 8, 19, 30, 39
-GRAVITY, BACKGROUND, OTHER_BACKGROUND, AMBIENT = 0, 3, 4, 5
+ENGINE, FULL_VERSION, REAL_TIME = 8, 39, 25
+GRAVITY, AMBIENT = 0, 5
 
-INTS = {VERSION: 41000, ENGINE: 0, PLATFORM: 2, REVISION: 0, FULL_VERSION: 4100000}
-BOOLS = {1: False, 6: True, 9: True, 10: True, 16: False, 25: False, 34: True}
-ARRAYS = {GRAVITY: [0.0, 0.0, -9.81]}
+INTS = {ENGINE: 0, FULL_VERSION: 4100000}
+BOOLS = {REAL_TIME: False}
+ARRAYS = {GRAVITY: [0.0, 0.0, -9.8100004196167], AMBIENT: [0.4000000059604645] * 3}
+"""What a real server tells before anybody has set it; no others are known."""
 
 
 @function("getFloatParam")
@@ -59,26 +60,17 @@ def set_bool_param(session: Session, number: int, value: bool) -> int:
 
 @function("getArrayParam")
 def get_array_param(session: Session, number: int) -> list[float]:
-    light = session.simulator.look.light
-    if number in {BACKGROUND, OTHER_BACKGROUND}:
-        return [part / 255 for part in light.sky_colour]
-    if number == AMBIENT:
-        return [light.ambient] * 3
     return list(_kept(session, "array", number, ARRAYS))
 
 
 @function("setArrayParam")
 def set_array_param(session: Session, number: int, values: list) -> int:  # type: ignore[type-arg]
     numbers = [float(value) for value in values]
-    look = session.simulator.look
-    if number in {BACKGROUND, OTHER_BACKGROUND}:
-        look.light = look.light.model_copy(update={"sky_colour": tuple(round(255 * part) for part in numbers)})
-    elif number == AMBIENT:
-        look.light = look.light.model_copy(update={"ambient": sum(numbers) / 3})
-    else:
-        return _keep(session, "array", number, numbers, ARRAYS)
-    session.simulator.graph.revision += 1
-    return 1
+    if number == AMBIENT:
+        look = session.simulator.look
+        look.light = look.light.model_copy(update={"ambient": sum(numbers) / len(numbers)})
+        session.simulator.graph.revision += 1
+    return _keep(session, "array", number, numbers, ARRAYS)
 
 
 @function("getSystemTime")

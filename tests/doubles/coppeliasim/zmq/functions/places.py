@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from tests.doubles.coppeliasim.scene import SceneError
 from tests.doubles.coppeliasim.scene.objects import Thing
 from tests.doubles.coppeliasim.scene.poses import Transform, euler_of, of_euler, unit
-from tests.doubles.coppeliasim.zmq.functions.registry import function
+from tests.doubles.coppeliasim.zmq.functions.registry import floats, function
 from tests.doubles.coppeliasim.zmq.session import Session
 
 WORLD = -1
@@ -19,7 +18,7 @@ def get_object_pose(session: Session, thing: Thing, relative_to: int = WORLD) ->
 
 @function("setObjectPose")
 def set_object_pose(session: Session, thing: Thing, pose: list, relative_to: int = WORLD) -> None:  # type: ignore[type-arg]
-    _put(session, thing, Transform.of_pose(_floats(pose, 7)), relative_to)
+    _put(session, thing, Transform.of_pose(floats(pose, 7)), relative_to)
 
 
 @function("getObjectPosition")
@@ -29,7 +28,7 @@ def get_object_position(session: Session, thing: Thing, relative_to: int = WORLD
 
 @function("setObjectPosition")
 def set_object_position(session: Session, thing: Thing, position: list, relative_to: int = WORLD) -> None:  # type: ignore[type-arg]
-    x, y, z = _floats(position, 3)
+    x, y, z = floats(position, 3)
     _put(session, thing, _place(session, thing, relative_to)._replace(position=(x, y, z)), relative_to)
 
 
@@ -40,7 +39,7 @@ def get_object_orientation(session: Session, thing: Thing, relative_to: int = WO
 
 @function("setObjectOrientation")
 def set_object_orientation(session: Session, thing: Thing, angles: list, relative_to: int = WORLD) -> None:  # type: ignore[type-arg]
-    quaternion = of_euler(_floats(angles, 3))
+    quaternion = of_euler(floats(angles, 3))
     _put(session, thing, _place(session, thing, relative_to)._replace(quaternion=quaternion), relative_to)
 
 
@@ -51,7 +50,7 @@ def get_object_quaternion(session: Session, thing: Thing, relative_to: int = WOR
 
 @function("setObjectQuaternion")
 def set_object_quaternion(session: Session, thing: Thing, quaternion: list, relative_to: int = WORLD) -> None:  # type: ignore[type-arg]
-    x, y, z, w = _floats(quaternion, 4)
+    x, y, z, w = floats(quaternion, 4)
     _put(session, thing, _place(session, thing, relative_to)._replace(quaternion=unit((x, y, z, w))), relative_to)
 
 
@@ -83,9 +82,3 @@ def _put(session: Session, thing: Thing, place: Transform, relative_to: int) -> 
         graph.put(thing, graph.frame(thing.parent).then(place))
     else:
         graph.put(thing, graph.pose(graph[relative_to]).then(place))
-
-
-def _floats(numbers: list, count: int) -> list[float]:  # type: ignore[type-arg]
-    if len(numbers) < count:
-        raise SceneError("argument 2 is not the right size.")
-    return [float(number) for number in numbers[:count]]

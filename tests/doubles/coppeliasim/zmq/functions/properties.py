@@ -30,6 +30,9 @@ FLOATS: Numbered = {
     (VisionSensor, 1004): ("angle", float),
 }
 VELOCITY_CONTROL = 4
+NOT_MODEL, SPECIAL, SELECTABLE = 0xF000, 1011, 32
+"""Properties of a new shape."""
+
 MOTOR_ENABLED, CONTROL_ENABLED = 2000, 2001
 """Until 4.3 a joint was driven by its velocity with the motor on and the position loop off."""
 
@@ -56,7 +59,7 @@ def get_object_float_param(session: Session, thing: Thing, number: int) -> float
 
 @function("getObjectSpecialProperty")
 def get_object_special_property(session: Session, thing: Thing) -> int:
-    return int(session.shared.kept.get((thing, "special"), 0))
+    return _known(session, thing, "special", SPECIAL)
 
 
 @function("setObjectSpecialProperty")
@@ -67,7 +70,7 @@ def set_object_special_property(session: Session, thing: Thing, bits: int) -> in
 
 @function("getObjectProperty")
 def get_object_property(session: Session, thing: Thing) -> int:
-    return int(session.shared.kept.get((thing, "property"), 0))
+    return _known(session, thing, "property", SELECTABLE)
 
 
 @function("setObjectProperty")
@@ -87,7 +90,11 @@ def set_model_property(session: Session, thing: Thing, bits: int) -> int:
     return 1
 
 
-NOT_MODEL = 0xF000
+def _known(session: Session, thing: Thing, name: str, of_shapes: int) -> int:
+    """Return what was set; of others than shapes no more is known."""
+    if isinstance(thing, Shape) or (thing, name) in session.shared.kept:
+        return int(session.shared.kept.get((thing, name), of_shapes))
+    raise SceneError(f"the double knows the {name} bits of {thing.alias} only where they were set.")
 
 
 def _set(session: Session, thing: Thing, number: int, value: float, known: Numbered) -> int:

@@ -24,6 +24,7 @@ def read_proximity_sensor(session: Session, sensor: ProximitySensor) -> Answer:
 
 @function("handleProximitySensor")
 def handle_proximity_sensor(session: Session, sensor: ProximitySensor) -> Answer:
+    _require_explicit(sensor)
     return _told(session.simulator.detection(sensor))
 
 
@@ -35,8 +36,15 @@ def check_proximity_sensor(session: Session, sensor: ProximitySensor, entity: in
 
 
 @function("resetProximitySensor")
-def reset_proximity_sensor(session: Session, sensor: ProximitySensor) -> None:
+def reset_proximity_sensor(session: Session, sensor: ProximitySensor) -> int:
     """Nothing is remembered of a sensor that this would have to forget."""
+    _require_explicit(sensor)
+    return 1
+
+
+def _require_explicit(sensor: ProximitySensor) -> None:
+    if not sensor.explicit:
+        raise SceneError("object not tagged for explicit handling.")
 
 
 def _told(detection: Detection | None) -> Answer:

@@ -53,7 +53,7 @@ class Call:
     def __call__(self, session: Session, args: Sequence[Any]) -> list[Any]:
         """Return the values that the client gets; SceneError where the call is refused."""
         if len(args) < self._least:
-            raise SceneError("not enough arguments.")
+            raise SceneError("the function requires more arguments.")
         typed = [_typed(session, kind, arg, i) for i, (kind, arg) in enumerate(zip(self._kinds, args, strict=False), 1)]
         more = args[len(self._kinds) :] if self._takes_more else ()
         answer = self._function(session, *typed, *more)
@@ -70,6 +70,13 @@ def function(name: str) -> Callable[[FunctionT], FunctionT]:
         return body
 
     return registered
+
+
+def floats(numbers: Sequence[Any], count: int) -> list[float]:
+    """Return a table of so many numbers; SceneError where there are fewer."""
+    if len(numbers) < count:
+        raise SceneError("incorrect table size.")
+    return [float(number) for number in numbers[:count]]
 
 
 def _typed(session: Session, kind: Any, arg: Any, place: int) -> Any:

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-from tests.doubles.coppeliasim.scene.objects import Primitive, Shape
-from tests.doubles.coppeliasim.zmq.functions.registry import function
+from tests.doubles.coppeliasim.scene import SceneError
+from tests.doubles.coppeliasim.scene.objects import Shape
+from tests.doubles.coppeliasim.scene.poses import ORIGIN
+from tests.doubles.coppeliasim.zmq.functions.registry import floats, function
 from tests.doubles.coppeliasim.zmq.session import Session
 
 AMBIENT_DIFFUSE = 0
-
-VOLUMES = {Primitive.CUBOID: 1.0, Primitive.SPHEROID: math.pi / 6, Primitive.CYLINDER: math.pi / 4}
 
 
 @function("setShapeColor")
 def set_shape_color(session: Session, shape: Shape, name: Any, component: int, colour: list) -> int:  # type: ignore[type-arg]
     if component == AMBIENT_DIFFUSE:
-        red, green, blue = (float(part) for part in colour[:3])
+        red, green, blue = floats(colour, 3)
         shape.colour = (red, green, blue)
         session.simulator.graph.revision += 1
     else:
@@ -29,12 +28,14 @@ def set_shape_color(session: Session, shape: Shape, name: Any, component: int, c
 def get_shape_color(session: Session, shape: Shape, name: Any, component: int) -> tuple[int, list[float]]:
     if component == AMBIENT_DIFFUSE:
         return 1, list(shape.colour)
-    return 1, session.shared.kept.get((shape, "colour", component), [0.0, 0.0, 0.0])
+    if (shape, "colour", component) not in session.shared.kept:
+        raise SceneError(f"the double knows colour component {component} only where it was set.")
+    return 1, session.shared.kept[shape, "colour", component]
 
 
 @function("computeMassAndInertia")
 def compute_mass_and_inertia(session: Session, shape: Shape, density: float) -> int:
-    shape.mass = density * math.prod(shape.size) * VOLUMES[shape.primitive]
+    shape.mass = density * shape.volume
     return 1
 
 
@@ -54,8 +55,8 @@ def set_shape_inertia(session: Session, shape: Shape, inertia: list, frame: list
 
 
 @function("getShapeBB")
-def get_shape_bb(session: Session, shape: Shape) -> list[float]:
-    return list(shape.size)
+def get_shape_bb(session: Session, shape: Shape) -> tuple[list[float], list[float]]:
+    return list(shape.size), ORIGIN.pose
 
 
 @function("getShapeGeomInfo")
@@ -65,5 +66,6 @@ def get_shape_geom_info(session: Session, shape: Shape) -> tuple[int, int, list[
 
 
 @function("resetDynamicObject")
-def reset_dynamic_object(session: Session, shape: Shape) -> None:
+def reset_dynamic_object(session: Session, shape: Shape) -> int:
     """Nothing is remembered of a shape that this would have to forget."""
+    return 1

@@ -21,12 +21,11 @@ def get_vision_sensor_img(
     corner: list | None = None,  # type: ignore[type-arg]
     size: list | None = None,  # type: ignore[type-arg]
 ) -> tuple[bytes, list[int]]:
-    """Bit 0 of the options: grey. Bytes from the lowest row up, red, green, blue."""
+    """Bit 0 of the options: grey. Bytes from the lowest row up, red, green, blue; the size is always the sensor's."""
     if cut_off:
         raise SceneError("the double makes no pictures with a depth cut off.")
     picture = _part(session.simulator.picture(sensor), corner, size)
-    height, width = picture.shape[:2]
-    return (_grey(picture) if options & GREY else picture).tobytes(), [width, height]
+    return (_grey(picture) if options & GREY else picture).tobytes(), [sensor.width, sensor.height]
 
 
 @function("getVisionSensorCharImage")
@@ -40,7 +39,7 @@ def set_vision_sensor_img(session: Session, sensor: VisionSensor, pixels: bytes,
     channels = 1 if options & GREY else 3
     size = sensor.width * sensor.height * channels
     if not isinstance(pixels, bytes) or len(pixels) < size:
-        raise SceneError("argument 2 is not the right size.")
+        raise SceneError("incorrect buffer size.")
     shape = (sensor.height, sensor.width, channels)
     picture = np.frombuffer(pixels, np.uint8, size).reshape(shape)
     session.simulator.show(sensor, np.ascontiguousarray(np.broadcast_to(picture, (*shape[:2], 3))))
