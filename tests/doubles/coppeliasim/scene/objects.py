@@ -195,13 +195,19 @@ class VisionSensor(Thing):
 
 @dataclass(eq=False)
 class ProximitySensor(Thing):
-    """An ultrasonic cone along its z: ``cone`` is the full angle in radians, ``reach`` and ``offset`` are in metres."""
+    """An ultrasonic cone along its z: ``cone`` is the full angle in radians, ``reach`` and ``offset`` are in metres.
+
+    Its rays begin ``setback`` metres behind it; distances are from itself. Of all there is, it detects the collection
+    ``entity``, or all for -1.
+    """
 
     type = Type.PROXIMITY_SENSOR
 
     offset: float = 0.0
     reach: float = 1.0
     cone: float = math.pi / 6
+    setback: float = 0.0
+    entity: int = -1
 
 
 @dataclass(eq=False)

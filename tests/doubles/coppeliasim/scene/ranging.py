@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from robotcore.raycast import FAN_SETBACK_M, Fan
+from robotcore.raycast import Fan
 from tests.doubles.coppeliasim.scene.objects import ProximitySensor
 from tests.doubles.coppeliasim.scene.poses import Transform, Vector
 from tests.doubles.coppeliasim.scene.rays import Solids
@@ -30,15 +30,15 @@ def detect(sensor: ProximitySensor, pose: Transform, solids: Solids) -> Detectio
     The point lies on the ray that came back first, as far away as is told: clients of the legacy API have no distance
     but the point's.
     """
-    fan = Fan(sensor.cone, max(sensor.offset, NEAREST_M), sensor.offset + sensor.reach)
+    farthest = sensor.offset + sensor.reach
+    angles = Fan(sensor.cone, sensor.offset, farthest).angles
     sideways, _, ahead = (np.array(axis) for axis in pose.axes)
-    directions = np.outer(np.sin(fan.angles), sideways) + np.outer(np.cos(fan.angles), ahead)
-    hits = solids.hits(np.array(pose.position) - FAN_SETBACK_M * ahead, directions)
-    distance = fan.reading(hits.lengths)
-    if math.isinf(distance):
-        return None
+    directions = np.outer(np.sin(angles), sideways) + np.outer(np.cos(angles), ahead)
+    hits = solids.hits(np.array(pose.position) - sensor.setback * ahead, directions)
     ray = int(hits.lengths.argmin())
-    angle = float(fan.angles[ray])
+    if (distance := float(hits.lengths[ray]) - sensor.setback) > farthest:
+        return None
+    distance, angle = max(distance, sensor.offset, NEAREST_M), float(angles[ray])
     point = (distance * math.sin(angle), 0.0, distance * math.cos(angle))
     across, up, along = np.array(pose.axes) @ hits.normals[ray]
     return Detection(distance, point, solids.shapes[hits.solids[ray]].handle, (float(across), float(up), float(along)))

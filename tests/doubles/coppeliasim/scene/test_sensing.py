@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.doubles.coppeliasim.scene import Graph, SceneError, Simulator
+from tests.doubles.coppeliasim.scene.groups import ALL, SINGLE, Collection
 from tests.doubles.coppeliasim.scene.objects import Primitive, ProximitySensor, Shape, VisionSensor
 from tests.doubles.coppeliasim.scene.poses import Transform
 from tests.doubles.coppeliasim.scenes.parts import AHEAD, ball, floor, still
@@ -104,6 +105,29 @@ def test_what_touches_the_sensor_is_detected(simulator: Simulator) -> None:
     found = simulator.detection(sensor)
     assert found
     assert found.distance == pytest.approx(0.005)
+
+
+def test_rays_that_begin_behind_the_sensor_measure_from_the_sensor(simulator: Simulator) -> None:
+    sensor = nose(simulator)
+    simulator.graph.put(sensor, Transform((2.005, -1.0, 0.1), AHEAD))
+    assert simulator.detection(sensor) is None  # it is within the wall
+    sensor.setback = 0.05
+    assert simulator.detection(sensor)
+    simulator.graph.put(sensor, Transform((1.9, -1.0, 0.1), AHEAD))
+    found = simulator.detection(sensor)
+    assert found
+    assert found.distance == pytest.approx(0.1)
+
+
+def test_a_sensor_detects_what_is_in_its_collection_only(simulator: Simulator) -> None:
+    collection = simulator.graph.collections[1] = Collection()
+    collection.add(ALL, None, is_out=False)
+    collection.add(SINGLE, simulator.graph.find("/ball"), is_out=True)
+    sensor = nose(simulator)
+    sensor.entity = 1
+    found = simulator.detection(sensor)
+    assert found
+    assert simulator.graph[found.handle].alias != "ball"
 
 
 def test_nothing_is_detected_behind_or_beyond(simulator: Simulator) -> None:

@@ -50,7 +50,7 @@ class World:
         return Exposure(sensor, self._graph.pose(sensor), self._seen(sensor.entity), self._look.under(self._graph))
 
     def detection(self, sensor: ProximitySensor) -> Detection | None:
-        return detect(sensor, self._graph.pose(sensor), self.scenery.solids)
+        return detect(sensor, self._graph.pose(sensor), self._seen(sensor.entity).solids)
 
     def velocity(self, thing: Thing) -> tuple[Vector, Vector]:
         """Return an object's linear and angular velocity in the world, in m/s and rad/s."""

@@ -16,6 +16,7 @@ from robotcore.description import (
     RobotDescription,
     WorldDescription,
 )
+from robotcore.raycast import FAN_SETBACK_M
 from tests.doubles.coppeliasim.scene import Graph, Simulator
 from tests.doubles.coppeliasim.scene.look import Look
 from tests.doubles.coppeliasim.scene.objects import Joint, Primitive, ProximitySensor, Shape, Thing, VisionSensor
@@ -91,7 +92,7 @@ def _add_wheel(graph: Graph, body: Thing, inward: Transform, robot: RobotDescrip
 def _sensor(told: object, inward: Transform) -> Thing | None:
     """Return the object that a sensor is, in its body's frame; None for what is none."""
     if isinstance(told, RangeSensorDescription):
-        nose = ProximitySensor(told.name, reach=told.max_range_m, cone=told.cone_rad)
+        nose = ProximitySensor(told.name, reach=told.max_range_m, cone=told.cone_rad, setback=FAN_SETBACK_M)
         nose.local = inward.then(_looking(told.mount))
         return nose
     if isinstance(told, CameraDescription):

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from tests.doubles.coppeliasim.scene import SceneError
-from tests.doubles.coppeliasim.scene.objects import Joint, Shape, Thing, VisionSensor
+from tests.doubles.coppeliasim.scene.objects import Joint, ProximitySensor, Shape, Thing, VisionSensor
 from tests.doubles.coppeliasim.zmq.functions.registry import function
 from tests.doubles.coppeliasim.zmq.session import Session
 
@@ -14,6 +14,7 @@ Numbered = dict[tuple[type[Thing], int], tuple[str, Callable[[Any], Any]]]
 
 INTS: Numbered = {
     (Joint, 2039): ("control", int),
+    (ProximitySensor, 4002): ("entity", int),
     (Shape, 3003): ("is_static", bool),
     (Shape, 3004): ("is_respondable", bool),
     (Shape, 3019): ("mask", int),
