@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from drivers.coppeliasim.connection import LOADING_S
-from drivers.coppeliasim.eyes import add_vision_sensor
+from drivers.coppeliasim.eyes import Eye, add_eye
 from drivers.coppeliasim.placing import LOOK, Placement, mounted, on_floor
 from drivers.coppeliasim.proximity import add_proximity_sensor, looks
 from drivers.coppeliasim.ranging import add_fan
@@ -53,7 +53,12 @@ def make_room(scene: CoppeliaSimScene, workshop: Workshop) -> None:
 
 
 def leave(scene: CoppeliaSimScene, workshop: Workshop, *, keep: bool) -> None:
-    """Stop and, unless it is to be kept, remove what was made and give back what was changed."""
+    """Stop and, unless it is to be kept, remove what was made and give back what was changed.
+
+    Where the simulator is gone or hangs, that is left to whoever comes next.
+    """
+    if scene.connection.is_lost:
+        return
     scene.stop()
     if not keep:
         tidy(workshop)
@@ -93,12 +98,12 @@ class _Sensors(NamedTuple):
             add = add_proximity_sensor if self.has_proximity else add_fan
             return add(self.workshop, told, self.body, self.frame, self.world.met)
         if isinstance(told, CameraDescription):
-            place, size = self.frame.at(mounted(told.mount)), (told.width_px, told.height_px)
-            fov, seen = told.horizontal_fov_rad, self.world.seen
-            return add_vision_sensor(self.workshop, told.name, place, self.body, size, fov, empty=self.sky, seen=seen)
+            size, fov = (told.width_px, told.height_px), told.horizontal_fov_rad
+            eye = Eye(size, fov, empty=self.sky, seen=self.world.seen, ignored="depth")
+            return add_eye(self.workshop, eye, told.name, self.frame.at(mounted(told.mount)), self.body)
         if isinstance(told, DisplayDescription):
             place = self.frame.at(LOOK._replace(z=_SCREEN_HEIGHT_M))
-            return add_vision_sensor(self.workshop, told.name, place, self.body, SCREEN, _SCREEN_FOV_RAD)
+            return add_eye(self.workshop, Eye(SCREEN, _SCREEN_FOV_RAD), told.name, place, self.body)
         return None
 
 

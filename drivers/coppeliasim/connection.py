@@ -88,6 +88,11 @@ class Connection:
             raise
         return connection
 
+    @property
+    def is_lost(self) -> bool:
+        """Whether nothing more can be asked."""
+        return self._failure is not None
+
     def sim(self, name: str, *arguments: Any, within_s: float | None = None) -> Any:
         """Call ``sim.NAME``, or what it was called before; return its result, a tuple where it has several."""
         return self.call(self._offered(name), *arguments, within_s=within_s)

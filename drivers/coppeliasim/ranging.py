@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.coppeliasim.connection import Connection
-from drivers.coppeliasim.eyes import NEAR_M, add_vision_sensor
+from drivers.coppeliasim.eyes import Eye, add_eye
 from drivers.coppeliasim.placing import Placement, mounted
 from drivers.coppeliasim.workshop import Workshop
 from robotcore.clock import Clock
@@ -28,8 +28,8 @@ def add_fan(workshop: Workshop, told: RangeSensorDescription, body: int, frame: 
     """Make the vision sensor of a fan; its outermost pixels look along the edges of the cone, at a collection."""
     cone = max(told.cone_rad, BEAM_RAD)
     fov = 2 * math.atan(math.tan(cone / 2) * FAN_RAYS / (FAN_RAYS - 1))
-    place = frame.at(mounted(told.mount, behind_m=FAN_SETBACK_M))
-    return add_vision_sensor(workshop, told.name, place, body, (FAN_RAYS, 1), fov, (NEAR_M, reach(told)), seen=met)
+    eye = Eye((FAN_RAYS, 1), fov, far_m=reach(told), seen=met, ignored="rgb")
+    return add_eye(workshop, eye, told.name, frame.at(mounted(told.mount, behind_m=FAN_SETBACK_M)), body)
 
 
 def reach(told: RangeSensorDescription) -> float:
