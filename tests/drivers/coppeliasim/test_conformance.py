@@ -1,0 +1,66 @@
+"""The kit's rules: in a scene that is built, and in one that is joined."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack
+from dataclasses import replace
+from typing import ClassVar
+
+import pytest
+
+from drivers.coppeliasim.backend import CoppeliaSimBackend
+from robotcore.backend import Setup, Vouch
+from robotcore.description import RobotDescription
+from robotcore.robot import Robot
+from robotcore.testing import Capability, ConformanceSuite, scenes
+from tests.doubles.coppeliasim.double import Double
+from tests.doubles.coppeliasim.scenes import default_scene, described_scene
+from tests.drivers.coppeliasim.joined import joined
+
+EVERY_ECHO = "every ray that is cast is answered"
+NO_HARDWARE = "there is no hardware to wait for"
+LACKS = {Capability.LOST_ECHO: EVERY_ECHO, Capability.SLOW_HARDWARE: NO_HARDWARE}
+
+
+@pytest.fixture(scope="module")
+def port() -> Iterator[int]:
+    """One simulator for all: each robot has to leave it as it was."""
+    with Double(default_scene()) as double:
+        yield double.zmq_port
+
+
+class TestBuilt(ConformanceSuite):
+    backend = CoppeliaSimBackend
+    lacks: ClassVar = LACKS
+
+    @pytest.fixture(autouse=True)
+    def _served(self, port: int) -> None:
+        self.port = port
+
+    def open(self, setup: Setup) -> Robot:
+        return super().open(replace(setup, options={"port": self.port, **setup.options}))
+
+
+class Joining(CoppeliaSimBackend):
+    vouches_for = frozenset({Vouch.POSE, Vouch.LOCKSTEP})
+
+
+class TestJoined(ConformanceSuite):
+    backend = Joining
+    lacks: ClassVar = LACKS
+    servers: ExitStack
+
+    @pytest.fixture(autouse=True)
+    def _serving(self) -> Iterator[None]:
+        with ExitStack() as self.servers:
+            yield
+
+    @property
+    def description(self) -> RobotDescription:
+        return joined("rover")
+
+    def open(self, setup: Setup) -> Robot:
+        simulator = described_scene(self.description, setup.world or scenes.empty())
+        port = self.servers.enter_context(Double(simulator)).zmq_port
+        return super().open(replace(setup, options={"port": port, **setup.options}))
