@@ -124,8 +124,10 @@ def _reply_in(raw: bytes) -> dict[str, Any]:
         raise FirstProtocol
     if "err" in reply:
         raise Refused(str(reply["err"]))
-    if not reply.get("ret", True) or not reply:  # an empty table of Lua's is a map; whoever leaves is told nothing
+    if reply.get("func") in _CONVERSATION:
+        return reply
+    if not reply or reply.get("ret") == {}:  # an empty table of Lua's is a map; who leaves is told nothing
         return {"ret": []}
-    if reply.get("func") in _CONVERSATION or isinstance(reply.get("ret"), list):
+    if "func" not in reply and isinstance(reply.get("ret"), list):
         return reply
     raise Garbled(f"a map with {', '.join(sorted(map(str, reply)))[:80]}")

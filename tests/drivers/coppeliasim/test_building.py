@@ -1,0 +1,157 @@
+"""A scene that is built, and that is left as it was."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from drivers.coppeliasim.backend import CoppeliaSimBackend
+from robotcore.backend import Setup
+from robotcore.description import load_robot, load_world
+from robotcore.errors import BackendError, DeviceGroupError
+from tests.doubles.coppeliasim.double import Double
+from tests.doubles.coppeliasim.scene import Simulator
+from tests.doubles.coppeliasim.scene.objects import Light, Shape, VisionSensor
+from tests.doubles.coppeliasim.scenes import default_scene
+
+FLOOR = "/ResizableFloor_5_25"
+
+
+@pytest.fixture
+def simulator() -> Simulator:
+    return default_scene()
+
+
+@pytest.fixture
+def double(simulator: Simulator) -> Iterator[Double]:
+    with Double(simulator) as double:
+        yield double
+
+
+@pytest.fixture
+def port(double: Double) -> int:
+    return double.zmq_port
+
+
+def setup_on(port: int, world: str = "arena", **options: Any) -> Setup:
+    robot = load_robot("rover")
+    names = frozenset(told.name for told in robot.devices)
+    return Setup(robot, load_world(world), names, options={"port": port, **options})
+
+
+def opened(port: int, **options: Any) -> Any:
+    return CoppeliaSimBackend().open(setup_on(port, **options))
+
+
+def snapshot(simulator: Simulator) -> dict[str, Any]:
+    with simulator.lock:
+        things = {thing.alias: simulator.graph.pose(thing) for thing in simulator.graph}
+        return {"things": things, "step": simulator.time_step}
+
+
+def test_people_find_world_and_robot_by_path(simulator: Simulator, port: int) -> None:
+    with opened(port):
+        found = ["/rover", "/rover/left_motor", "/rover/nose", "/rover/eye", "/rover/screen", "/arena/ball"]
+        assert all(simulator.graph.find(path) for path in found)
+
+
+def test_scene_is_left_as_it_was(simulator: Simulator, double: Double, port: int) -> None:
+    before = snapshot(simulator)
+    with opened(port) as robot:
+        robot.clock.sleep_until(0.2)
+        assert snapshot(simulator) != before
+    assert snapshot(simulator) == before
+    assert not [key for key in double._zmq._shared.kept if key[0] == "collection"]
+
+
+def test_scene_that_is_kept_is_removed_by_the_next_program(simulator: Simulator, port: int) -> None:
+    before = snapshot(simulator)
+    opened(port, keep=True).close()
+    assert simulator.graph.find("/rover/left_motor")
+    opened(port).close()
+    assert snapshot(simulator) == before
+
+
+def test_floor_and_lamps_of_the_scene_make_way(simulator: Simulator, port: int) -> None:
+    with opened(port):
+        floor = simulator.graph.find(FLOOR)
+        assert floor
+        assert simulator.graph.pose(floor).position[2] == pytest.approx(-0.5)
+        sun = simulator.graph.all_of(Light)[0]
+        down = np.array(simulator.graph.pose(sun).axes[2])
+        assert -down == pytest.approx(load_world("arena").light.direction)
+
+
+def test_things_of_somebody_are_not_built_among(simulator: Simulator, port: int) -> None:
+    simulator.graph.add(Shape("Table"))
+    with pytest.raises(BackendError, match=r"things in the scene \(/Table\)"):
+        opened(port)
+    assert simulator.graph.find("/Table")
+    assert not simulator.graph.find("/rover")
+
+
+def test_simulation_of_somebody_is_not_stopped(simulator: Simulator, port: int) -> None:
+    with simulator.lock:
+        simulator.start()
+    with pytest.raises(BackendError, match="simulation of somebody's is running"):
+        opened(port)
+    assert simulator.state.is_advancing
+
+
+def test_what_was_built_is_removed_where_opening_fails(simulator: Simulator, port: int) -> None:
+    before = snapshot(simulator)
+    setup = setup_on(port)
+    drive = setup.robot.drive
+    assert drive
+    loose = drive.model_copy(update={"left_encoder": None, "right_encoder": None})
+    with pytest.raises(DeviceGroupError, match="sits on no wheel"):
+        CoppeliaSimBackend().open(replace(setup, robot=setup.robot.model_copy(update={"drive": loose})))
+    assert snapshot(simulator) == before
+
+
+@pytest.mark.parametrize("can_detect", [True, False])
+def test_what_measures_distances_is_found_out_and_said(simulator: Simulator, port: int, *, can_detect: bool) -> None:
+    simulator.can_detect = can_detect
+    with opened(port) as robot:
+        is_fan = isinstance(simulator.graph.find("/rover/nose"), VisionSensor)
+        distance = robot.range.read().distance
+    assert is_fan is not can_detect
+    assert robot.notes == (
+        ("nose measures by a proximity sensor",)
+        if can_detect
+        else ("nose measures by pictures of depth; there are no proximity sensors",)
+    )
+    assert distance == pytest.approx(0.461, abs=0.01)
+
+
+def test_cycle_takes_as_few_calls_as_the_api_allows(port: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    from drivers.coppeliasim.client import Client
+
+    asked: list[str] = []
+    ask = Client.ask
+
+    def noted(self: Client, name: str, *rest: Any) -> Any:
+        if "Named" not in name:  # the lease's renewal comes when it comes
+            asked.append(name)
+        return ask(self, name, *rest)
+
+    monkeypatch.setattr(Client, "ask", noted)
+    with opened(port) as robot:
+        for tick in (1, 2):  # in the first it is found out how sensors are handled
+            asked.clear()
+            robot["left_motor"].set_velocity(tick)
+            robot["right_motor"].set_velocity(tick)
+            robot.range.read()
+            robot.camera.read()
+            robot.clock.sleep_until(tick / 20)
+            cycle = [name.removeprefix("sim.") for name in asked]
+    assert cycle == [
+        "handleProximitySensor",
+        *("handleVisionSensor", "getVisionSensorImg"),
+        *("setJointTargetVelocity", "setJointTargetVelocity"),
+        *("step", "getSimulationTime", "getContactInfo"),
+    ]

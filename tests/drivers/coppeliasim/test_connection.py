@@ -1,0 +1,185 @@
+"""What a connection makes of servers that are not there, are others, or answer nonsense."""
+
+from __future__ import annotations
+
+import socket
+import sys
+from collections.abc import Iterator
+
+import cbor
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drivers.coppeliasim.connection import Address, Connection, RefusedError
+from robotcore.clock import MonotonicClock
+from robotcore.errors import BackendError
+from tests.doubles.coppeliasim.double import Double
+from tests.doubles.coppeliasim.scenes import default_scene
+from tests.drivers.coppeliasim.babbling import Babbling
+
+ANSWER_S = 0.2
+BOUND_S = 5.0
+"""Against a hang only."""
+
+INFO = {"getObjectPosition": {"func": {}}, "handle_all": {"const": -2}}
+
+
+def told(reply: object) -> bytes:
+    return bytes(cbor.dumps(reply))
+
+
+def greeting(message: bytes) -> bytes:
+    """Answer as CoppeliaSim does when a client comes."""
+    return told({"ret": [INFO] if cbor.loads(message)["func"].endswith("info") else {}})
+
+
+def connected(port: int) -> Connection:
+    return Connection.open(Address(port=port), ANSWER_S)
+
+
+@pytest.fixture(scope="module")
+def double() -> Iterator[Double]:
+    with Double(default_scene()) as double:
+        yield double
+
+
+@pytest.fixture(scope="module")
+def babbling() -> Iterator[Babbling]:
+    with Babbling(greeting) as server:
+        yield server
+
+
+def test_where_nobody_listens_it_says_what_to_start() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+    with pytest.raises(BackendError, match=rf"nobody listens at 127\.0\.0\.1:{port}\. Start CoppeliaSim"):
+        connected(port)
+
+
+def test_port_where_another_program_listens_is_not_waited_for_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.coppeliasim.connection.LOADING_S", ANSWER_S)
+    with (
+        socket.create_server(("127.0.0.1", 0)) as silent,
+        pytest.raises(BackendError, match=r"has not answered zmqRemoteApi\.require for 0\.2 s\. Another program"),
+    ):
+        connected(silent.getsockname()[1])
+
+
+def test_host_that_is_none_is_told() -> None:
+    with pytest.raises(BackendError, match=r"nobody listens at no\.such\.host\.invalid:23000"):
+        Connection.open(Address(host="no.such.host.invalid"), ANSWER_S)
+
+
+def test_first_protocol_is_told_from_its_answer() -> None:
+    old = told({"success": False, "error": "No such function: zmqRemoteApi.require"})
+    with Babbling(lambda _: old) as server, pytest.raises(BackendError, match=r"first protocol .* up to 4\.5"):
+        connected(server.port)
+
+
+def test_server_that_lets_wait_and_wait_is_left_at_the_deadline(babbling: Babbling) -> None:
+    babbling.reply = greeting
+    connection = connected(babbling.port)
+    babbling.reply = lambda _: told({"func": "_*wait*_", "args": {}})
+    with pytest.raises(BackendError, match=r"has not answered sim\.step for 0\.2 s"):
+        connection.call("sim.step")
+    connection.close()
+
+
+def test_reply_that_names_a_function_of_the_program_runs_nothing(babbling: Babbling) -> None:
+    ran: list[int] = []
+    sys.modules["__main__"].__dict__["victim"] = ran.append
+    try:
+        babbling.reply = greeting
+        connection = connected(babbling.port)
+        babbling.reply = lambda _: told({"func": "victim", "args": [1]})
+        with pytest.raises(BackendError, match="not CoppeliaSim's ZeroMQ remote API"):
+            connection.call("sim.step")
+        connection.close()
+    finally:
+        del sys.modules["__main__"].__dict__["victim"]
+    assert ran == []
+
+
+@given(
+    st.one_of(
+        st.binary(max_size=40),
+        st.integers(0, 200).map(lambda cut: told({"ret": [INFO, "x" * 99]})[:cut]),
+        st.recursive(
+            st.one_of(st.none(), st.integers(-(2**63), 2**63), st.floats(), st.text(max_size=5), st.binary(max_size=5)),
+            lambda part: st.lists(part, max_size=4) | st.dictionaries(st.sampled_from(["ret", "func", "args"]), part),
+            max_leaves=8,
+        ).map(told),
+    )
+)
+@settings(max_examples=150, deadline=None)
+def test_random_and_cut_replies_are_a_named_error_or_an_answer_and_never_a_hang(
+    babbling: Babbling, reply: bytes
+) -> None:
+    babbling.reply = greeting
+    clock = MonotonicClock()
+    connection = connected(babbling.port)
+    babbling.reply = lambda _: reply
+    try:
+        connection.told(float, "getObjectPosition", 1)
+    except BackendError as error:
+        assert str(error).startswith("coppeliasim: 127.0.0.1:")  # noqa: PT017  an answer that is one is fine too
+    connection.close()
+    assert clock.now() < BOUND_S
+
+
+def test_server_side_error_is_told_in_its_words_and_ends_nothing(double: Double) -> None:
+    connection = connected(double.zmq_port)
+    with pytest.raises(RefusedError, match=r"refused sim\.getObjectPosition: 354: .*object does not exist"):
+        connection.sim("getObjectPosition", 999999)
+    assert connection.told(int, "getSimulationState") == 0
+    connection.close()
+
+
+def test_lacking_function_is_named_and_an_older_name_is_taken(babbling: Babbling) -> None:
+    asked: list[str] = []
+
+    def old(message: bytes) -> bytes:
+        request = cbor.loads(message)
+        asked.append(request["func"])
+        info = {**INFO, "createPureShape": {"func": {}}, "setJointMaxForce": {"func": {}}}
+        return told({"ret": [info] if request["func"].endswith("info") else [7]})
+
+    babbling.reply = old
+    connection = connected(babbling.port)
+    assert connection.sim("createPrimitiveShape", 3, [1, 1, 1], 0) == 7
+    connection.sim("setJointTargetForce", 1, 2.0)
+    assert asked[-2:] == ["sim.createPureShape", "sim.setJointMaxForce"]
+    with pytest.raises(BackendError, match=r"has no sim\.getVisionSensorImg\. Install a newer one"):
+        connection.sim("getVisionSensorImg", 1)
+    connection.close()
+
+
+def test_numbers_of_numpy_go_over_the_wire_as_pythons(double: Double) -> None:
+    connection = connected(double.zmq_port)
+    dummy = connection.sim("createDummy", np.float32(0.01))
+    connection.sim("setObjectPosition", np.int64(dummy), np.array([1.0, 2.0, 3.0], np.float32))
+    assert connection.sim("getObjectPosition", dummy) == [1.0, 2.0, 3.0]
+    connection.sim("removeObjects", np.array([dummy]))
+    connection.close()
+
+
+def test_main_keeps_its_own_require(double: Double) -> None:
+    main = sys.modules["__main__"].__dict__
+    main["require"] = "mine"
+    try:
+        connected(double.zmq_port).close()
+        assert main["require"] == "mine"
+    finally:
+        del main["require"]
+    connected(double.zmq_port).close()
+    assert "require" not in main
+
+
+def test_closed_connection_asks_nobody(double: Double) -> None:
+    connection = connected(double.zmq_port)
+    connection.close()
+    connection.close()
+    with pytest.raises(BackendError, match="is closed"):
+        connection.sim("getSimulationState")

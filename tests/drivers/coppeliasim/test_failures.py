@@ -1,0 +1,153 @@
+"""What becomes of a run whose simulator fails: an error by name, soon, and then all is well again."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from drivers.coppeliasim import lease
+from robotcore.clock import MonotonicClock
+from robotcore.running.observer import Run
+from robotcore.running.outcome import Outcome, RunResult
+from robotcore.running.plan import RunRequest
+from robotcore.running.session import run
+from robotcore.running.trace import TickRecord
+from tests.doubles.coppeliasim.double import Double
+from tests.doubles.coppeliasim.scene import Simulator
+from tests.doubles.coppeliasim.scenes import default_scene
+
+BOUND_S = 6.0
+"""Against a hang only: errors come within two seconds on a machine that is not busy."""
+
+
+@pytest.fixture(autouse=True)
+def _impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(lease, "DEAD_S", 0.5)
+
+
+@pytest.fixture
+def simulator() -> Simulator:
+    return default_scene()
+
+
+@pytest.fixture
+def double(simulator: Simulator) -> Iterator[Double]:
+    with Double(simulator) as double:
+        yield double
+
+
+class Once:
+    """An observer that does something in one tick of a run."""
+
+    def __init__(self, deed: Callable[[], object], tick: int = 5) -> None:
+        self._deed, self._left = deed, tick
+
+    def begin(self, run: Run) -> None:
+        """Wait."""
+
+    def tick(self, record: TickRecord) -> None:
+        self._left -= 1
+        if self._left == 0:
+            self._deed()
+
+    def end(self, result: RunResult) -> None:
+        """Nothing more."""
+
+
+def drive(port: int, *observers: Once, duration_s: float = 60.0) -> RunResult:
+    clock = MonotonicClock()
+    settings, options = {"duration_s": duration_s}, {"port": port}
+    result = run(RunRequest("avoid-obstacles", "coppeliasim", settings=settings, options=options), observers)
+    assert clock.now() < BOUND_S
+    return result
+
+
+def require_error(result: RunResult, named: str) -> None:
+    assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
+    assert named in result.reason
+    assert result.reason.count("coppeliasim:") == 1, f"told more than once: {result.reason}"
+
+
+def test_server_that_dies_in_a_run_ends_it_by_name_and_the_next_run_works() -> None:
+    with Double(default_scene()) as dying:
+        port = dying.zmq_port
+        require_error(
+            drive(port, Once(lambda: dying.__exit__(None, None, None))), "is gone; it died or was closed in sim."
+        )
+    with Double(default_scene(), zmq_port=port):
+        assert drive(port, duration_s=0.3).outcome is Outcome.SUCCESS
+
+
+def test_server_that_hangs_in_a_run_ends_it_by_name_and_the_next_run_recovers_its_scene(
+    simulator: Simulator, double: Double
+) -> None:
+    is_over = threading.Event()
+
+    def hang() -> None:
+        with simulator.lock:
+            is_over.wait(BOUND_S)
+
+    hanging = threading.Thread(target=hang)
+    result = drive(double.zmq_port, Once(hanging.start))
+    is_over.set()
+    hanging.join()
+    require_error(result, "has not answered sim.")
+    assert drive(double.zmq_port, duration_s=0.3).outcome is Outcome.SUCCESS
+
+
+@pytest.mark.parametrize(
+    "deed, named",
+    [(Simulator.stop, "was stopped by somebody else"), (Simulator.pause, "was paused by somebody else")],
+    ids=["stopped", "paused"],
+)
+def test_simulation_that_somebody_halts_ends_the_run_by_name(
+    simulator: Simulator, double: Double, deed: Callable[[Simulator], None], named: str
+) -> None:
+    def halt() -> None:
+        with simulator.lock:
+            deed(simulator)
+
+    require_error(drive(double.zmq_port, Once(halt)), named)
+
+
+def test_simulator_that_forgets_its_program_ends_the_run_for_time_goes_on(simulator: Simulator, double: Double) -> None:
+    def forget() -> None:
+        with simulator.lock:
+            for client in list(double._zmq._clients):
+                double._zmq._drop(client)
+            before = simulator.time
+            assert simulator.changed.wait_for(lambda: simulator.time > before + 0.1, BOUND_S)
+
+    require_error(drive(double.zmq_port, Once(forget)), "it is no longer in lockstep")
+
+
+def test_second_program_is_refused_and_the_first_goes_on(double: Double, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(lease, "RENEWAL_S", 0.1)
+    second: list[RunResult] = []
+    first = drive(double.zmq_port, Once(lambda: second.append(drive(double.zmq_port))), duration_s=0.5)
+    assert first.outcome is Outcome.SUCCESS, first.reason
+    require_error(second[0], "another program drives the CoppeliaSim")
+
+
+def test_killed_program_leaves_a_scene_that_the_next_one_clears(simulator: Simulator, double: Double) -> None:
+    before = names(simulator)
+    command = [sys.executable, "-m", "robotcore", "run", "avoid-obstacles", "--backend", "coppeliasim"]
+    options = ["--port", str(double.zmq_port), "--set", "duration_s=600", "--realtime"]
+    with subprocess.Popen([*command, *options], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as app:
+        with simulator.lock:
+            assert simulator.changed.wait_for(lambda: simulator.time > 0.2, 30)
+        app.send_signal(signal.SIGKILL)
+    assert simulator.state.is_advancing
+    assert "left_motor" in names(simulator)
+    assert drive(double.zmq_port, duration_s=0.3).outcome is Outcome.SUCCESS
+    assert names(simulator) == before
+
+
+def names(simulator: Simulator) -> list[str]:
+    with simulator.lock:
+        return [thing.alias for thing in simulator.graph]
