@@ -15,7 +15,7 @@ from robotcore.description import load_robot, load_world
 from robotcore.errors import BackendError, DeviceGroupError
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.scene import Simulator
-from tests.doubles.coppeliasim.scene.objects import Light, Shape, VisionSensor
+from tests.doubles.coppeliasim.scene.objects import Lamp, Shape, VisionSensor
 from tests.doubles.coppeliasim.scenes import default_scene
 
 FLOOR = "/ResizableFloor_5_25"
@@ -27,14 +27,9 @@ def simulator() -> Simulator:
 
 
 @pytest.fixture
-def double(simulator: Simulator) -> Iterator[Double]:
+def port(simulator: Simulator) -> Iterator[int]:
     with Double(simulator) as double:
-        yield double
-
-
-@pytest.fixture
-def port(double: Double) -> int:
-    return double.zmq_port
+        yield double.zmq_port
 
 
 def setup_on(port: int, world: str = "arena", **options: Any) -> Setup:
@@ -59,13 +54,13 @@ def test_people_find_world_and_robot_by_path(simulator: Simulator, port: int) ->
         assert all(simulator.graph.find(path) for path in found)
 
 
-def test_scene_is_left_as_it_was(simulator: Simulator, double: Double, port: int) -> None:
+def test_scene_is_left_as_it_was(simulator: Simulator, port: int) -> None:
     before = snapshot(simulator)
     with opened(port) as robot:
         robot.clock.sleep_until(0.2)
         assert snapshot(simulator) != before
     assert snapshot(simulator) == before
-    assert not [key for key in double._zmq._shared.kept if key[0] == "collection"]
+    assert not simulator.graph.collections
 
 
 def test_scene_that_is_kept_is_removed_by_the_next_program(simulator: Simulator, port: int) -> None:
@@ -81,7 +76,7 @@ def test_floor_and_lamps_of_the_scene_make_way(simulator: Simulator, port: int) 
         floor = simulator.graph.find(FLOOR)
         assert floor
         assert simulator.graph.pose(floor).position[2] == pytest.approx(-0.5)
-        sun = simulator.graph.all_of(Light)[0]
+        sun = simulator.graph.all_of(Lamp)[0]
         down = np.array(simulator.graph.pose(sun).axes[2])
         assert -down == pytest.approx(load_world("arena").light.direction)
 
