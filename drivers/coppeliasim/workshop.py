@@ -66,7 +66,6 @@ class Workshop:
         """Make a pure shape that others bump into and that stands still; ``size`` is its bounding box in metres."""
         handle = self.make("createPrimitiveShape", self.constant(f"primitiveshape_{kind}"), list(size), 0)
         self.call("setShapeColor", handle, None, self.constant("colorcomponent_ambient_diffuse"), _rgb(colour))
-        self.call("setShapeColor", handle, None, self.constant("colorcomponent_specular"), [0.0, 0.0, 0.0])
         self.set_int(handle, "shapeintparam_static", 1)
         self.set_int(handle, "shapeintparam_respondable", 1)
         self.set_int(handle, "shapeintparam_respondable_mask", mask)

@@ -1,0 +1,32 @@
+"""The apps, from the search to the ball."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from robotcore.running.outcome import Outcome, RunResult
+from robotcore.running.plan import RunRequest
+from robotcore.running.session import run
+from tests.system.coppeliasim.server import options
+
+
+def run_on(app: str, **asked: Any) -> RunResult:
+    return run(RunRequest(app, "coppeliasim", options=options(), **asked))
+
+
+@pytest.mark.parametrize("seed", [1, 3])
+def test_green_search_finds_the_ball(seed: int) -> None:
+    result = run_on("green-search", world="arena", seed=seed)
+    assert (result.outcome, result.verified, result.contacts) == (Outcome.SUCCESS, True, 0), result.reason
+
+
+def test_obstacles_are_avoided() -> None:
+    result = run_on("avoid-obstacles", world="clutter", settings={"duration_s": 20.0})
+    assert (result.outcome, result.contacts) == (Outcome.SUCCESS, 0), result.reason
+
+
+def test_green_is_marked() -> None:
+    result = run_on("mark-green", world="open", seed=6, settings={"duration_s": 0.5})
+    assert (result.outcome, "seen" in result.milestones) == (Outcome.SUCCESS, True), result.reason

@@ -1,0 +1,24 @@
+"""The kit's rules."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import ClassVar
+
+from drivers.coppeliasim.backend import CoppeliaSimBackend
+from robotcore.backend import Setup
+from robotcore.robot import Robot
+from robotcore.testing import Capability, ConformanceSuite
+from tests.system.coppeliasim.server import options
+
+
+class TestBuilt(ConformanceSuite):
+    backend = CoppeliaSimBackend
+    lacks: ClassVar = {
+        Capability.LOST_ECHO: "every picture of depth is answered",
+        Capability.SLOW_HARDWARE: "there is no hardware to wait for",
+        Capability.REPRODUCIBLE: "its physics do not repeat to the bit",
+    }
+
+    def open(self, setup: Setup) -> Robot:
+        return super().open(replace(setup, options={**options(), **setup.options}))

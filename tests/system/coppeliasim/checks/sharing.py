@@ -1,0 +1,124 @@
+"""A simulator that others use too: left as it was, refused to a second program, recovered from a killed one."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+
+from drivers.coppeliasim.connection import Connection, RefusedError
+from robotcore.clock import MonotonicClock
+from robotcore.description import load_robot
+from robotcore.errors import BackendError
+from robotcore.testing import scenes
+from tests.system.coppeliasim.server import ANSWER_S, address, opened, options
+
+
+@contextmanager
+def looking() -> Iterator[Connection]:
+    """Look at the simulator from aside."""
+    found = address()
+    assert found
+    connection = Connection.open(found, ANSWER_S)
+    try:
+        yield connection
+    finally:
+        connection.close()
+
+
+def snapshot() -> dict[str, Any]:
+    """Return the paths and places of all there is, and the time step."""
+    with looking() as other:
+        handles = other.sim("getObjectsInTree", other.constant("handle_scene"))
+        things = {other.sim("getObjectAlias", handle, 1): other.sim("getObjectPose", handle) for handle in handles}
+        return {"things": things, "step": other.sim("getSimulationTimeStep"), "state": other.sim("getSimulationState")}
+
+
+def require_alike(after: dict[str, Any], before: dict[str, Any]) -> None:
+    assert (after["step"], after["state"]) == (before["step"], before["state"])
+    assert after["things"].keys() == before["things"].keys()
+    for path, place in before["things"].items():
+        assert after["things"][path] == pytest.approx(place, abs=1e-6), path
+
+
+def test_scene_is_left_as_it_was() -> None:
+    opened(scenes.empty()).close()
+    before = snapshot()
+    with opened(scenes.empty(), rate_hz=25.0) as robot:
+        robot.clock.sleep_until(0.2)
+    require_alike(snapshot(), before)
+
+
+def test_second_program_is_refused_and_the_first_goes_on() -> None:
+    with opened(scenes.empty()) as first:
+        with pytest.raises(BackendError, match="another program drives"):
+            opened(scenes.empty())
+        first.clock.sleep_until(0.2)
+        assert first.clock.now() == pytest.approx(0.2)
+
+
+def test_program_that_thinks_for_long_is_not_forgotten() -> None:
+    with opened(scenes.empty()) as robot:
+        robot.clock.sleep_until(0.1)
+        wall = MonotonicClock()
+        wall.sleep_until(8.0)
+        robot.clock.sleep_until(0.2)
+
+
+def test_killed_program_is_recovered_from() -> None:
+    opened(scenes.empty()).close()
+    before = snapshot()
+    found = options()
+    command = [sys.executable, "-m", "robotcore", "run", "avoid-obstacles", "--backend", "coppeliasim", "--realtime"]
+    where = ["--host", str(found["host"]), "--port", str(found["port"]), "--option", f"answer_s={ANSWER_S}"]
+    with subprocess.Popen([*command, *where, "--set", "duration_s=600"], stderr=subprocess.DEVNULL) as app:
+        with looking() as other:
+            wall = MonotonicClock()
+            while other.sim("getSimulationTime") < 0.3:
+                assert wall.now() < 60
+                wall.sleep_until(wall.now() + 0.1)
+        app.send_signal(signal.SIGKILL)
+    opened(scenes.empty()).close()
+    require_alike(snapshot(), before)
+
+
+def test_pause_and_stop_of_somebody_are_told_by_name() -> None:
+    for name, said in (("pauseSimulation", "paused by somebody"), ("stopSimulation", "stopped by somebody")):
+        robot = opened(scenes.empty())
+        with looking() as other:
+            other.sim(name)
+            with pytest.raises(BackendError, match=said):
+                robot.clock.sleep_until(1.0)
+        robot.close()
+
+
+def test_robot_that_was_kept_is_joined() -> None:
+    opened(scenes.empty(), keep=True).close()
+    rover = load_robot("rover")
+    section = {name: {"path": f"/rover/{name}"} for name in ("left_motor", "right_motor", "eye")}
+    section |= {f"{side}_encoder": {"path": f"/rover/{side}_motor"} for side in ("left", "right")}
+    joining = rover.model_copy(update={"backends": {"coppeliasim": section}})
+    try:
+        with opened(scenes.empty(), *section, robot=joining) as robot:
+            assert robot.truth
+            before = robot.truth.pose()
+            for motor in robot.motors.values():
+                motor.set_velocity(4.0)
+            robot.clock.sleep_until(2.0)
+            ahead, _ = before.to_local(*robot.truth.pose()[:2])
+            assert robot.camera.read().image.any()
+        assert ahead == pytest.approx(2.0 * 4.0 * 0.0325, rel=0.05)
+    finally:
+        opened(scenes.empty()).close()
+
+
+def test_errors_of_the_server_end_nothing() -> None:
+    with looking() as other:
+        with pytest.raises(RefusedError, match="object does not exist"):
+            other.sim("getObjectPosition", 999999)
+        assert other.told(float, "getSimulationTimeStep") > 0

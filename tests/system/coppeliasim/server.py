@@ -1,0 +1,38 @@
+"""Where the CoppeliaSim listens that is tried, and how robots are opened in it."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from drivers.coppeliasim.backend import CoppeliaSimBackend
+from drivers.coppeliasim.connection import Address
+from robotcore.backend import Setup
+from robotcore.description import RobotDescription, WorldDescription, load_robot
+from robotcore.robot import Robot
+
+VARIABLE = "ROBOTCORE_COPPELIASIM"
+ANSWER_S = 3.0
+"""A simulator that draws without a graphics card, on a machine that does more, may take long."""
+
+
+def address() -> Address | None:
+    """Return where it listens, as the environment says; None where it says nothing."""
+    host, _, port = os.environ.get(VARIABLE, "").rpartition(":")
+    return Address(host=host or "127.0.0.1", port=int(port)) if port else None
+
+
+def options(**more: Any) -> dict[str, Any]:
+    """Return the options that lead there."""
+    found = address()
+    assert found, f"set {VARIABLE}"
+    return {"host": found.host, "port": found.port, "answer_s": ANSWER_S, **more}
+
+
+def opened(
+    world: WorldDescription, *devices: str, robot: RobotDescription | None = None, rate_hz: float = 20.0, **more: Any
+) -> Robot:
+    """Open a robot, by default the rover, with all its devices where none is named."""
+    described = robot or load_robot("rover")
+    names = frozenset(devices or (told.name for told in described.devices))
+    return CoppeliaSimBackend().open(Setup(described, world, names, rate_hz, options=options(**more)))
