@@ -62,7 +62,8 @@ class Setup:
 class Backend(ABC):
     """Opens robots of one kind: in one simulator, or on one kind of board.
 
-    One that ``needs_world`` simulates the world that it is given. ``modules`` are the libraries it works with, looked
+    One that ``needs_world`` simulates the world that it is given; one that ``brings_physics`` is a physics
+    simulator that needs nothing else to be running. ``modules`` are the libraries it works with, looked
     for without importing them; ``remedy`` is what to do where they are missing.
     """
 
@@ -71,7 +72,7 @@ class Backend(ABC):
     vouches_for: ClassVar[frozenset[Vouch]] = frozenset()
     needs_world: ClassVar[bool] = False
     has_gui: ClassVar[bool] = False
-    has_physics: ClassVar[bool] = False
+    brings_physics: ClassVar[bool] = False
     modules: ClassVar[tuple[str, ...]] = ()
 
     @abstractmethod

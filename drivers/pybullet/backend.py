@@ -34,7 +34,7 @@ class PyBulletBackend(Backend):
     vouches_for = frozenset({Vouch.CONTACTS, Vouch.POSE, Vouch.LOCKSTEP})
     needs_world = True
     has_gui = True
-    has_physics = True
+    brings_physics = True
     modules = ("pybullet",)
 
     @property

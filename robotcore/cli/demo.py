@@ -35,7 +35,7 @@ def command(seed: int, picture: Path, *, gui: bool) -> int:
 
 def chosen_backend() -> tuple[str, str]:
     """Return the first physics simulator that is installed, else the built-in backend; and why."""
-    physical = [backend for backend in _loadable() if backend.has_physics]
+    physical = [backend for backend in _loadable() if backend.brings_physics]
     for backend in physical:
         if backend.is_installed:
             return (

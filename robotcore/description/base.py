@@ -43,6 +43,15 @@ class Described(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
+def frozen(value: Any) -> Any:
+    """Return a value of a file, TOML or JSON, with its lists as tuples."""
+    if isinstance(value, list):
+        return tuple(frozen(item) for item in value)
+    if isinstance(value, dict):
+        return {key: frozen(item) for key, item in value.items()}
+    return value
+
+
 def _colour(value: Any) -> Any:
     if isinstance(value, str):
         if value not in COLOURS:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import ValidationError
 
-from robotcore.description.base import Described
+from robotcore.description.base import Described, frozen
 from robotcore.description.faults import BACKENDS, faults_of
 from robotcore.description.placement import require_room
 from robotcore.description.robot import RobotDescription
@@ -164,19 +164,10 @@ def _content(path: Path) -> bytes:
 
 def _parsed(file: str, content: bytes) -> Table:
     try:
-        return {key: _frozen(value) for key, value in tomllib.loads(content.decode("utf-8-sig")).items()}
+        return {key: frozen(value) for key, value in tomllib.loads(content.decode("utf-8-sig")).items()}
     except UnicodeDecodeError as error:
         raise DescriptionError(file, "", "it is not text", "A description is a TOML file in UTF-8") from error
     except RecursionError as error:
         raise DescriptionError(file, "", "it is nested too deep", "Take the nesting out") from error
     except ValueError as error:
         raise DescriptionError(file, "", f"it is not TOML: {error}", "Mend it there") from error
-
-
-def _frozen(value: Any) -> Any:
-    """Return a value of TOML with its lists as tuples."""
-    if isinstance(value, list):
-        return tuple(_frozen(item) for item in value)
-    if isinstance(value, dict):
-        return {key: _frozen(item) for key, item in value.items()}
-    return value

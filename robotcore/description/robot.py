@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import (
+    BeforeValidator,
     Field,
     NonNegativeFloat,
     PositiveFloat,
@@ -20,7 +21,7 @@ from pydantic import (
     model_validator,
 )
 
-from robotcore.description.base import Colour, Described, Metres, Name, Place, require_unique
+from robotcore.description.base import Colour, Described, Metres, Name, Place, frozen, require_unique
 from robotcore.devices import Intrinsics
 from robotcore.drive import DifferentialGeometry
 
@@ -218,7 +219,7 @@ class RobotDescription(Described):
     drive: Drive | None = None
     safety: Safety = Safety()
     devices: Annotated[tuple[DeviceDescription, ...], Field(description="a list of tables: [[devices]]")] = ()
-    backends: dict[str, dict[str, Any]] = Field(default_factory=dict)
+    backends: Annotated[dict[str, dict[str, Any]], BeforeValidator(frozen)] = Field(default_factory=dict)
     _origin: _Origin = PrivateAttr(default_factory=_Origin)
 
     @model_validator(mode="after")

@@ -16,6 +16,7 @@ from robotcore.recording import Recording
 from robotcore.registry import backend_names
 from robotcore.robot import Robot
 from robotcore.testing import Capability, ConformanceSuite
+from tests.drivers.coppeliasim import test_conformance as over_zeromq
 from tests.drivers.raspberrypi import test_conformance as on_a_pi
 from tests.drivers.raspberrypi.virtual import test_conformance as on_virtual_pins
 from tests.drivers.vrep import test_conformance as over_the_legacy_api
@@ -74,5 +75,6 @@ def _search() -> Recording:
 
 def test_every_backend_is_tried() -> None:
     on_pins = (on_a_pi.TestRaspberryPi, on_virtual_pins.TestVirtualPi)
-    suites = (TestKinematic, TestPyBullet, TestMock, TestReplay, *on_pins, over_the_legacy_api.TestVrep)
+    on_servers = (over_zeromq.TestBuilt, over_the_legacy_api.TestVrep)
+    suites = (TestKinematic, TestPyBullet, TestMock, TestReplay, *on_pins, *on_servers)
     assert sorted(suite.backend.name for suite in suites) == backend_names()
