@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import statistics
 import sys
 from collections.abc import Callable
@@ -81,7 +82,7 @@ def main() -> int:
     )
     print_table(columns, [_row(f"{api}, {way}", each) for api, ways in ended.items() for way, each in ways.items()])
     results = [result for ways in ended.values() for each in ways.values() for result in each]
-    for told in sorted({result.reason for result in results}):
+    for told in sorted({_kind_of(result.reason) for result in results}):
         print(f"said: {told}")
     return int(not all(result.is_named and not result.next_fault for result in results))
 
@@ -142,6 +143,12 @@ def _reason(answer: str) -> str:
     with suppress(ValueError):
         return str(json.loads(answer)["reason"])
     return ""
+
+
+def _kind_of(reason: str) -> str:
+    """Return what was said without the call, the port, and what could not be closed either."""
+    line = reason.partition("; closing ")[0].partition("\n")[0]
+    return re.sub(r"sim\.\w+", "sim.…", re.sub(r":\d{4,5}\b", ":…", line))
 
 
 def _row(name: str, ended: list[Ended]) -> tuple[str, ...]:
