@@ -45,6 +45,7 @@ class Connection:
         self._clock = MonotonicClock()
         self._number = 0
         self._turn = threading.RLock()
+        self._telling = threading.Lock()
         self._waiting: dict[Identity, Request[None]] = {}
         self._unconfirmed: dict[Identity, Request[None]] = {}
         self._time_ms = 0
@@ -82,9 +83,10 @@ class Connection:
     def set(self, request: Request[None]) -> None:
         """Send with the next message, in place of an earlier one that sets the same and still waits.
 
+        It waits for nobody, not even for a step that another thread has the simulation take: so wheels are stopped.
         Where the server refuses it, the call that learns of it raises RefusedError.
         """
-        with self._turn:
+        with self._telling:
             self._waiting[request.identity] = request
 
     def call(self, request: Request[T]) -> T:
@@ -134,7 +136,8 @@ class Connection:
 
     def _send_waiting(self, *more: Request[None]) -> int:
         """Send what waits, and ``more``; return the message's number."""
-        waiting, self._waiting = self._waiting, {}
+        with self._telling:
+            waiting, self._waiting = self._waiting, {}
         self._unconfirmed |= waiting
         return self._exchange([*waiting.values(), *more]) if waiting or more else self._number
 

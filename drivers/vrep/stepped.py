@@ -21,6 +21,7 @@ from drivers.vrep.request import Identity, Request
 from drivers.vrep.scene import STARTS, LegacyScene, moved
 from robotcore.clock import MonotonicClock
 from robotcore.scene import Point, State
+from robotcore.uninterrupted import Uninterrupted
 
 T = TypeVar("T")
 
@@ -32,11 +33,12 @@ class SteppedScene(LegacyScene):
     """Reads after each step all that was read since the step before it, so that it costs no round trip of its own.
 
     What is told is sent with the next step. Positions that were once asked for are read after every step: they tell
-    velocities too.
+    velocities too. A signal interrupts who waits, never what is said: wheels and simulation can be stopped after it.
     """
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
+        self._talks = Uninterrupted("remote api")
         self._failure: RemoteApiError | None = None
         self._read: dict[Identity, Any] = {}
         self._asked: dict[Identity, Request[Any]] = {}
@@ -83,9 +85,9 @@ class SteppedScene(LegacyScene):
     def close(self) -> None:
         """Let a simulation that goes on without us go on by itself, and leave."""
         with suppress(RemoteApiError):
-            if not self._failure:
-                self._connection.wait_for_triggers(wait=False)
-        self._connection.close()
+            self._said(partial(self._connection.wait_for_triggers, wait=False))
+        self._talks.do(self._connection.close)
+        self._talks.close()
 
     def _once(self, request: Request[T]) -> T:
         return self._said(partial(self._connection.call, request))
@@ -132,6 +134,9 @@ class SteppedScene(LegacyScene):
 
     def _said(self, talk: Callable[[], T]) -> T:
         """Return what a talk comes to; after a line has failed, all fails with the same words."""
+        return self._talks.do(partial(self._talked, talk))
+
+    def _talked(self, talk: Callable[[], T]) -> T:
         if self._failure:
             raise self._failure
         try:

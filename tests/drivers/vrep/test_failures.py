@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import signal
+import socket
 import subprocess
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from functools import partial
 
@@ -20,6 +22,7 @@ from tests.doubles.coppeliasim.legacy.faults import Babbles, Cuts, Dies, Fault, 
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.objects import Joint
 from tests.doubles.coppeliasim.scene.simulator import Simulator
+from tests.doubles.coppeliasim.scene.states import State
 from tests.drivers.vrep.test_apps import arena
 
 BOUND_S = 20.0
@@ -135,6 +138,31 @@ def test_simulation_whose_time_does_not_move_after_the_start_is_started_again(
     result = drive(server.port, duration_s=0.3)
     assert result.outcome is Outcome.SUCCESS, result.reason
     assert len(starts) > 1
+
+
+class Interrupting:
+    """A server that takes its time over one answer, in which somebody presses Ctrl-C."""
+
+    def __init__(self, server: LegacyServer) -> None:
+        self._server = server
+
+    def send(self, line: socket.socket, answer: bytes) -> None:
+        self._server.service.fail(None)
+        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+        clock = MonotonicClock()
+        clock.sleep_until(clock.now() + 0.05)
+        line.sendall(answer)
+
+
+@pytest.mark.parametrize("stepped", [True, False])
+def test_signal_between_a_question_and_its_answer_leaves_a_line_on_which_all_is_stopped(
+    simulator: Simulator, server: LegacyServer, *, stepped: bool
+) -> None:
+    result = drive(server.port, Once(lambda: server.service.fail(Interrupting(server))), stepped=stepped)
+    left = simulator.graph.find("/rover/left_motor")
+    assert isinstance(left, Joint)
+    assert (result.outcome, result.reason) == (Outcome.INTERRUPTED, "interrupted by SIGINT")
+    assert (left.target_velocity, simulator.state) == (0.0, State.STOPPED)
 
 
 @pytest.mark.parametrize("stepped", ["true", "false"])
