@@ -5,13 +5,14 @@ from __future__ import annotations
 import socket
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from threading import Lock
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import Field
 
 from robotcore.description import Described
 from robotcore.errors import BackendError
+from robotcore.uninterrupted import Uninterrupted
 
 if TYPE_CHECKING:
     from drivers.coppeliasim.client import Client
@@ -57,14 +58,15 @@ class RefusedError(BackendError):
 class Connection:
     """Calls to one CoppeliaSim; ``answer_s`` is how long it may let wait.
 
-    Once it has not answered it is not asked again: every further call raises the same BackendError at once.
+    Once it has not answered it is not asked again: every further call raises the same BackendError at once. A signal
+    interrupts who waits for an answer, never the call: it is over when the next one begins.
     """
 
     def __init__(self, address: Address, client: Client, answer_s: float) -> None:
         self.address, self.answer_s = address, answer_s
         self._client = client
         self._failure: BackendError | None = None
-        self._lock = Lock()
+        self._talks = Uninterrupted("zmq remote api")
         self._known: Mapping[str, Any] = {}
         self.calls = 0
 
@@ -111,8 +113,7 @@ class Connection:
     def call(self, function: str, *arguments: Any, within_s: float | None = None) -> Any:
         """Call any function of the server; raises BackendError. Threads may call it: one call at a time."""
         limit = self.answer_s if within_s is None else max(within_s, self.answer_s)
-        with self._lock:
-            return self._ask(function, arguments, limit)
+        return self._talks.do(partial(self._ask, function, arguments, limit))
 
     def _ask(self, function: str, arguments: Sequence[Any], limit: float) -> Any:
         from drivers.coppeliasim.client import FirstProtocol, Garbled, Gone, Refused, Unanswered
@@ -151,7 +152,8 @@ class Connection:
             with suppress(BackendError):  # it has gone before us
                 self.call("_*end*_")
             self._failure = BackendError(f"coppeliasim: the connection to {self.address} is closed")
-        self._client.close()
+        self._talks.do(self._client.close)
+        self._talks.close()
 
     def _learn(self, info: Any) -> None:
         if not isinstance(info, Mapping) or "getObjectPosition" not in info:

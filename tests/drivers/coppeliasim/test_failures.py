@@ -19,6 +19,7 @@ from robotcore.running.session import run
 from robotcore.running.trace import TickRecord
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.scene import Simulator
+from tests.doubles.coppeliasim.scene.states import State
 from tests.doubles.coppeliasim.scenes import default_scene
 
 BOUND_S = 6.0
@@ -151,3 +152,23 @@ def test_killed_program_leaves_a_scene_that_the_next_one_clears(simulator: Simul
 def names(simulator: Simulator) -> list[str]:
     with simulator.lock:
         return [thing.alias for thing in simulator.graph]
+
+
+def test_signal_in_the_middle_of_a_call_leaves_a_line_on_which_all_is_put_right(
+    simulator: Simulator, double: Double, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = {thing.handle for thing in simulator.graph}
+    advance = simulator.advance
+
+    def advance_while_somebody_presses_ctrl_c() -> None:
+        monkeypatch.setattr(simulator, "advance", advance)
+        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+        clock = MonotonicClock()
+        clock.sleep_until(clock.now() + 0.05)
+        advance()
+
+    pressing = Once(lambda: monkeypatch.setattr(simulator, "advance", advance_while_somebody_presses_ctrl_c))
+    result = drive(double.zmq_port, pressing)
+    assert (result.outcome, result.reason) == (Outcome.INTERRUPTED, "interrupted by SIGINT")
+    assert {thing.handle for thing in simulator.graph} == before
+    assert simulator.state is State.STOPPED
