@@ -23,6 +23,7 @@ from robotcore.running.outcome import Outcome, RunResult
 from robotcore.running.overdue import SIMULATED, closing, judging, opening, stepping, watching
 from robotcore.running.plan import Plan
 from robotcore.safety import EmergencyStop, Watchdog, Whereabouts
+from robotcore.safety.brakes import STOP_S
 from robotcore.safety.errand import Errand
 from robotcore.truth import Truth
 
@@ -160,12 +161,14 @@ class Execution:
     def _stop(self, raw: Robot) -> None:
         """Stop the motors before anything else runs, and let nothing move any more, whatever threads an app has left.
 
-        A stop that fails is told when it fails again at closing; one that hangs, now.
+        A stop that fails is told when it fails again at closing; one that hangs, now. Where time stands meanwhile, and
+        so the motors, it may take as long as any answer: a simulator on a busy machine is only slow.
         """
         if assembled := self._assembled:
             self._where.begin(closing(self._plan.backend.name))
             assembled.latch.set(DeviceClosedError(raw.name))
-            failures = assembled.brakes.apply_apart()
+            may_be_slow = raw.clock.is_lockstep and not self._is_unanswered
+            failures = assembled.brakes.apply_apart(self._plan.description.safety.answer_s if may_be_slow else STOP_S)
             if assembled.brakes.are_hung and not self._is_unanswered:
                 self._late_failure = next((each for each in failures if isinstance(each, DeviceError)), None)
 

@@ -31,15 +31,17 @@ class Brake:
             raise self._hung()
         self.motor.stop()
 
-    def begin(self) -> Callable[[], Exception | None]:
-        """Stop the motor in a thread of its own; return what waits for that, and tells how it failed."""
+    def begin(self, within_s: float = STOP_S) -> Callable[[], Exception | None]:
+        """Stop the motor in a thread of its own; return what waits for that so long, and tells how it failed."""
         errand = self._errand
         if errand is None or not errand.is_under_way:
             self._errand = errand = Errand(f"stop {self.motor.name}", self.motor.stop)
-        return lambda: errand.failure if errand.is_done_within(STOP_S) else self._hung()
+        return lambda: errand.failure if errand.is_done_within(within_s) else self._hung(within_s)
 
-    def _hung(self) -> DeviceError:
-        return DeviceError(self.motor.name, f"has not stopped within {STOP_S:g} s; cut its power where it still turns")
+    def _hung(self, within_s: float = STOP_S) -> DeviceError:
+        return DeviceError(
+            self.motor.name, f"has not stopped within {within_s:g} s; cut its power where it still turns"
+        )
 
 
 class Brakes:
@@ -73,9 +75,9 @@ class Brakes:
         if failures:
             raise failures[0]
 
-    def apply_apart(self) -> list[Exception]:
-        """Stop every motor in a thread of its own; return what failed, within `STOP_S`."""
-        failures = [failure_of() for failure_of in [brake.begin() for brake in self._brakes]]
+    def apply_apart(self, within_s: float = STOP_S) -> list[Exception]:
+        """Stop every motor in a thread of its own; return what failed, within that time."""
+        failures = [failure_of() for failure_of in [brake.begin(within_s) for brake in self._brakes]]
         return [failure for failure in failures if failure]
 
     def _in_turn(self) -> list[Exception]:

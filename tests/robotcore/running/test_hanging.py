@@ -13,12 +13,13 @@ import pytest
 
 import robotcore.description
 from robotcore.behaviour import Status
-from robotcore.clock import SteppedClock
+from robotcore.clock import MonotonicClock, SteppedClock
 from robotcore.errors import WatchdogError
 from robotcore.robot import Robot
 from robotcore.running.outcome import Outcome, RunResult
 from robotcore.running.plan import RunRequest
 from robotcore.running.trace import TickRecord
+from robotcore.safety.brakes import STOP_S
 from tests.robotcore.fakes import RigBackend
 from tests.robotcore.runs import Runner, Watcher, ended_by, then
 
@@ -122,8 +123,21 @@ def test_a_stop_that_hangs_at_the_end_is_told_and_keeps_the_other_from_nothing(
 
     result = perform(then(hang), hasty)
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 5)
-    assert "left_motor: has not stopped within 0.2 s" in result.reason
+    assert "left_motor: has not stopped within 0.3 s" in result.reason
     assert backend.rig.right.sent[-1] == 0.0
+
+
+def test_a_simulated_motor_may_take_as_long_over_its_stop_as_over_any_answer(
+    perform: Runner, backend: RigBackend
+) -> None:
+    def dawdle(robot: Robot) -> None:
+        wall = MonotonicClock()
+        backend.rig.left.on_command = lambda _: wall.sleep_until(wall.now() + 2 * STOP_S)
+        raise ValueError
+
+    result = perform(then(dawdle))
+    assert (result.outcome, result.exit_status) == (Outcome.ERROR, 5)
+    assert "has not stopped" not in result.reason
 
 
 def test_an_observer_that_hangs_is_told_where(
