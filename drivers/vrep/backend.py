@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import closing
 from functools import partial
 
-from pydantic import Field, PositiveFloat
+from pydantic import Field
 
 from robotcore.backend import Backend, Setup, Vouch
 from robotcore.description import Described, RobotDescription
@@ -24,7 +24,6 @@ SERVICE_PORT = 19999
 ANSWERING = 0.9
 """So much of the robot's ``safety.answer_s`` a call may take: who knows why nothing comes is to speak first."""
 
-
 UNSTEPPED_S = 60.0
 """An app that steps may be silent for so long: its wheels stand when it does not step. They turn on if it dies."""
 
@@ -40,7 +39,7 @@ class VrepOptions(Described):
     port: int = Field(default=19997, ge=1, le=65535)
     stepped: bool | None = None
     simulation: Whose = Whose.OURS
-    answer_s: PositiveFloat | None = None
+    answer_s: float | None = Field(default=None, gt=0, le=3600)
     binding: str | None = None
 
     @property

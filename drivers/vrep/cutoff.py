@@ -12,12 +12,15 @@ from robotcore.guardian import Cutoff
 SHORT_S = 0.2
 """A guardian does not wait long; a server that listens and is free answers in milliseconds."""
 
+DEAF_S = 0.8
+"""A server does not listen for half a second after its client is gone; a guardian is to have stopped all in one."""
+
 
 class StandingJoints(Cutoff):
     """Gives joints the target velocity zero, over a connection of its own.
 
-    A port serves one program at a time: it is free when the app's process has ended. Where nobody listens any more,
-    nothing turns; a server that hangs, or still has the app, is told of: the wheels of a simulation hurt nobody.
+    A port serves one program at a time: it is free when the app's process has ended. A server that is gone, hangs, or
+    still has the app, is told of, and no failure: the wheels of a simulation hurt nobody.
     """
 
     def __init__(self, host: str, port: int, joints: Sequence[int]) -> None:
@@ -28,11 +31,12 @@ class StandingJoints(Cutoff):
 
     def stop(self) -> str | None:
         try:
-            with Connection.to(self._host, self._port, SHORT_S) as connection:
+            with Connection.to(self._host, self._port, SHORT_S, DEAF_S) as connection:
                 for joint in self._joints:
                     connection.set(requests.joint_target_velocity(joint, 0.0))
+                connection.call(requests.CLOCK)  # all that was set is done when this is answered
         except NobodyListensError:
-            return None
+            return f"nobody listens at {self._host}:{self._port} any more; where the simulator is gone, nothing turns"
         except RemoteApiError as failure:
             return f"simulated wheels may turn on: {failure}"
         return None

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from drivers.vrep import requests
-from drivers.vrep.errors import ServerHangsError, SimulationHaltedError
+from drivers.vrep.errors import ServerHangsError
 from drivers.vrep.following import Following, Newest
 from drivers.vrep.messages import Header
 from drivers.vrep.request import Identity, Request
@@ -48,13 +48,7 @@ class FollowedScene(LegacyScene):
             raise ServerHangsError(f"the simulation has not stopped within {self._answer_s:g} s. Restart the simulator")
 
     def time(self) -> float:
-        server = self._server
-        if server.is_paused or not server.is_running:
-            halted = "paused" if server.is_paused else "stopped"
-            raise SimulationHaltedError(
-                f"the simulation was {halted}: its time does not pass. Let it run, and run again"
-            )
-        return self._following.newest(requests.CLOCK).time_s
+        return self._following.time_s
 
     def advance(self, steps: int) -> None:
         """Refuse: time passes by itself here."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from threading import Lock
 from types import TracebackType
 from typing import Any, NamedTuple, TypeVar, cast
 
@@ -42,6 +43,7 @@ class Following:
         self._mailbox, self._timeout_s = mailbox, timeout_s
         self._clock = MonotonicClock()
         self._streams: set[Identity] = set()
+        self._telling_time, self._told_s = Lock(), 0.0
 
     @classmethod
     def to(cls, host: str, port: int, timeout_s: float = TIMEOUT_S, patience_s: float = PATIENCE_S) -> Following:
@@ -67,12 +69,21 @@ class Following:
 
     @property
     def time_s(self) -> float:
-        """The simulation's newest time; servers tell whole milliseconds. SimulationHaltedError once it is stopped."""
-        if not self.server.is_running:
-            raise SimulationHaltedError(
-                "the simulation was stopped, or never ran. Start it in the simulator, and run again"
-            )
-        return self.newest(requests.CLOCK).time_s
+        """The simulation's newest time; servers tell whole milliseconds.
+
+        SimulationHaltedError once it is paused or stopped by others, also where it was started again unseen.
+        """
+        server = self.server
+        if not server.is_running:
+            raise _halted("stopped")
+        if server.is_paused:
+            raise _halted("paused")
+        with self._telling_time:
+            time_s = self.newest(requests.CLOCK).time_s
+            if time_s < self._told_s:
+                raise _halted("stopped, and started again")
+            self._told_s = time_s
+        return time_s
 
     def start(self) -> None:
         """Start the simulation, or let it go on, and return when the server says that it runs."""
@@ -83,6 +94,7 @@ class Following:
         """Stop the simulation and return when the server says that it has."""
         self.call(requests.STOP)
         self._await_state(lambda server: not server.is_running)
+        self._told_s = 0.0
 
     def stream(self, request: Request[T]) -> T:
         """Have the answer sent again and again from now on; return the first one."""
@@ -113,8 +125,8 @@ class Following:
         self._mailbox.post(request, ONESHOT)
 
     def close(self) -> None:
-        """Have all done that was sent, and hang up."""
-        self._mailbox.close(self._timeout_s)
+        """Have all done that was sent, unless nothing was done for long enough, and hang up."""
+        self._mailbox.close(self._timeout_s, finish=self._mailbox.silence_s <= self._timeout_s)
 
     def __enter__(self) -> Following:
         return self
@@ -148,3 +160,7 @@ class Following:
             f"the simulator has done nothing for {self._timeout_s:g} s. Does it show a dialog, or wait for another "
             "program's trigger?"
         )
+
+
+def _halted(how: str) -> SimulationHaltedError:
+    return SimulationHaltedError(f"the simulation was {how}: its time does not pass. Let it run, and run again")

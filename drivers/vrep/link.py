@@ -138,7 +138,7 @@ class Link:
 def _line_to(host: str, port: int, timeout_s: float) -> socket.socket:
     try:
         line = socket.create_connection((host, port), timeout_s)
-    except OSError as error:
+    except (OSError, UnicodeError) as error:  # of what is no name of a machine's
         raise NobodyListensError(
             f"nobody answers at {host}:{port} ({error}). Start the simulator, or give its port with --port: "
             "19997 as it is shipped, 19999 where a script of a running scene has called simRemoteApi.start(19999)"

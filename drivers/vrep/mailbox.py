@@ -69,8 +69,10 @@ class Mailbox:
             self._waiters += 1
             self._is_urgent = True
             self._changed.notify_all()
-            self._changed.wait_for(lambda: self._has_done(number) or self._is_over, timeout_s)
-            self._waiters -= 1
+            try:
+                self._changed.wait_for(lambda: self._has_done(number) or self._is_over, timeout_s)
+            finally:  # a signal may interrupt who waits
+                self._waiters -= 1
             return self._has_done(number)
 
     def wait_connected(self, timeout_s: float) -> bool:
@@ -95,13 +97,13 @@ class Mailbox:
             self._is_held = held
             self._changed.notify_all()
 
-    def close(self, timeout_s: float) -> None:
+    def close(self, timeout_s: float, *, finish: bool = True) -> None:
         """Have all done that was posted, since a server forgets what it has not done by then; hang up; end the thread.
 
-        A server that hangs is hung up on after ``timeout_s``.
+        A server that hangs is hung up on after ``timeout_s``; unless it is to ``finish``, so is any at once.
         """
         self.hold(held=False)
-        if self._last_asked >= 0:
+        if finish and self._last_asked >= 0:
             self.wait(self._last_asked, timeout_s)
         with self._changed:
             self._is_closing = True

@@ -109,6 +109,7 @@ def test_a_simulator_that_answers_and_does_nothing_is_told_of(
 
 
 def test_stop_returns_when_it_has_stopped_and_start_when_it_runs_again(following: Following) -> None:
+    wait_for(lambda: following.time_s > 0.2)
     following.stop()
     assert not following.server.is_running
     following.start()
@@ -119,6 +120,17 @@ def test_a_simulation_that_is_stopped_has_no_time(following: Following, simulato
     with simulator.lock:
         simulator.stop()
     assert isinstance(error_of(following), SimulationHaltedError)
+
+
+def test_simulation_that_was_stopped_and_started_again_unseen_is_told_of_and_not_waited_for(
+    following: Following, simulator: Simulator
+) -> None:
+    wait_for(lambda: following.time_s > 0.3)
+    with simulator.lock:
+        simulator.stop()
+        simulator.start()
+    assert "stopped" in str(error_of(following))
+    assert "stopped" in str(error_of(following)), "whoever asks first need not be who waits"
 
 
 def test_what_was_sent_last_is_done_before_it_hangs_up(server: LegacyServer, simulator: Simulator) -> None:

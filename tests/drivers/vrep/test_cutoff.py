@@ -1,0 +1,55 @@
+"""What the guardian does to the wheels of a simulation, and what it says of those that it could not reach."""
+
+from __future__ import annotations
+
+import pytest
+
+from drivers.vrep.connection import Connection
+from drivers.vrep.cutoff import DEAF_S, SHORT_S, StandingJoints
+from robotcore.guardian.serving import STOPPING_S
+from tests.doubles.coppeliasim.legacy.server import LegacyServer
+from tests.doubles.coppeliasim.scene.objects import Joint
+from tests.doubles.coppeliasim.scene.simulator import Simulator
+
+LEFT, RIGHT = 182, 184
+HOST = "127.0.0.1"
+
+
+@pytest.fixture
+def cutoff(server: LegacyServer) -> StandingJoints:
+    return StandingJoints(HOST, server.port, [LEFT, RIGHT])
+
+
+@pytest.fixture
+def wheels(simulator: Simulator) -> list[Joint]:
+    """Both turn."""
+    joints = [joint for joint in map(simulator.graph.__getitem__, (LEFT, RIGHT)) if isinstance(joint, Joint)]
+    for joint in joints:
+        joint.target_velocity = 3.0
+    return joints
+
+
+def test_wheels_stand_when_it_says_so(cutoff: StandingJoints, wheels: list[Joint]) -> None:
+    assert cutoff.stop() is None
+    assert [wheel.target_velocity for wheel in wheels] == [0.0, 0.0]
+
+
+def test_server_that_answers_and_does_nothing_has_stopped_nothing(
+    cutoff: StandingJoints, wheels: list[Joint], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tests.doubles.coppeliasim.legacy.client.Client.turn", lambda _: None)
+    assert "simulated wheels may turn on" in str(cutoff.stop())
+    assert [wheel.target_velocity for wheel in wheels] == [3.0, 3.0]
+
+
+def test_server_that_still_has_the_app_is_told_of(cutoff: StandingJoints, server: LegacyServer) -> None:
+    with Connection.to(HOST, server.port):
+        assert "A port serves one program at a time" in str(cutoff.stop())
+
+
+def test_server_that_is_gone_is_told_of_before_the_guardian_gives_it_up(
+    cutoff: StandingJoints, server: LegacyServer
+) -> None:
+    server.close()
+    assert "where the simulator is gone, nothing turns" in str(cutoff.stop())
+    assert DEAF_S + SHORT_S <= STOPPING_S
