@@ -17,7 +17,7 @@ STOPPING_S = 1.0
 """A cutoff that has not come back by then hangs, and is told."""
 
 ARMING_S = 0.1
-"""Shorter: who arms one cutoff does not watch over the others meanwhile."""
+"""Shorter: who arms one cutoff does not watch over the others meanwhile. Who is patient with the app is so here too."""
 
 
 def main() -> None:
@@ -37,6 +37,7 @@ class Watch:
         self._link, self._lease, self._app = link, assignment.lease, assignment.app
         self._clock = MonotonicClock()
         self._hands = [Hand(spec, self._clock) for spec in assignment.cutoffs]
+        self._arming_s = ARMING_S + max(spec.patience_s for spec in assignment.cutoffs)
         self._is_armed = False
 
     def keep(self) -> None:
@@ -66,7 +67,7 @@ class Watch:
     def _attend(self, *, is_driving: bool) -> None:
         """Begin a lease, or end it."""
         if is_driving != self._is_armed:
-            turned = self._all("arm" if is_driving else "rest", ARMING_S)
+            turned = self._all("arm" if is_driving else "rest", self._arming_s)
             if turned.failed:
                 self._say(turned.to_line())
         self._is_armed = is_driving

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import threading
 
+from robotcore.clock import MonotonicClock
 from robotcore.guardian import Cutoff
 from tests.robotcore.guardian.diary import Diary
+
+SLOW_S = 0.3
 
 
 class Recorder(Cutoff):
@@ -36,4 +39,6 @@ class Recorder(Cutoff):
             raise OSError(f"no {deed}")
         if self._manner == f"hangs in {deed}":
             threading.Event().wait()
+        if self._manner == f"is slow to {deed}":
+            MonotonicClock().sleep_until(SLOW_S)
         self._diary.note(f"{deed} {self._device}")

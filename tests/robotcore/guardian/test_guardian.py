@@ -3,6 +3,7 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -66,6 +67,17 @@ def test_a_cutoff_that_cannot_be_armed_is_told(diary: Path) -> None:
         guarding.is_driving()
         with pytest.raises(GuardianError, match="could not arm left_motor: OSError: no arm"):
             next(stopped(guarding))
+
+
+def test_a_cutoff_that_is_patient_may_be_slow_to_arm(diary: Path) -> None:
+    slow = cutoff(diary, manner="is slow to arm")
+    with Guardian([slow], LEASE_S) as guarding:
+        guarding.is_driving()
+        with pytest.raises(GuardianError, match="could not arm left_motor: does not answer"):
+            next(stopped(guarding))
+    with Guardian([replace(slow, patience_s=60.0)], LEASE_S) as guarding:
+        guarding.is_driving()
+        assert next(stopped(guarding)) == Report("stop", ("left_motor",), ())
 
 
 def test_left_by_an_exception_it_stops_the_motors(diary: Path, capfd: pytest.CaptureFixture[str]) -> None:
