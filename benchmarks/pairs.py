@@ -38,7 +38,7 @@ def median_with_interval(values: Sequence[float]) -> tuple[float, float, float]:
 def _outside(count: int) -> int:
     """Return how many values at either end can be left out, their probability being at most 2.5 %."""
     left_out, below = 0, 1.0
-    while below / 2**count <= 0.025:
+    while 40 * below <= 2**count:
         left_out += 1
         below += math.comb(count, left_out)
     return max(left_out - 1, 0)

@@ -13,6 +13,7 @@ bound is broken; that of a picture is for the double.
 from __future__ import annotations
 
 import argparse
+import statistics
 import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
@@ -64,7 +65,7 @@ def main() -> int:
     """Measure both APIs, or those whose real servers are named, and print the figures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--pairs", type=int, default=20)
-    parser.add_argument("--cycles", type=int, default=50, help="in each half of a pair")
+    parser.add_argument("--cycles", type=int, default=50, help="in each half of a pair, whose median counts")
     for api in APIS:
         parser.add_argument(f"--{api.backend}", metavar="HOST:PORT", type=_server, help="a real server")
     asked = parser.parse_args()
@@ -125,15 +126,10 @@ def _asked(way: Way, api: Api, server: Server) -> list[str]:
 
 
 def _timed(way: Way, server: Server, cycles: int, noted: list[float]) -> float:
-    """Return how long a cycle takes, in seconds, and note it."""
-    with way(_setup(server)) as cycle:
-        for _ in range(WARMING):
-            cycle()
-        start = perf_counter()
-        for _ in range(cycles):
-            cycle()
-        noted.append((perf_counter() - start) / cycles)
-    return noted[-1]
+    """Return how long a cycle takes, in seconds, the median of many in a row; note each."""
+    times = _each(way, server, cycles)
+    noted += times
+    return statistics.median(times)
 
 
 def _pictured(server: Server, count: int, *, is_double: bool) -> bool:
@@ -153,13 +149,14 @@ def _pictured(server: Server, count: int, *, is_double: bool) -> bool:
 
 
 def _each(way: Way, server: Server, count: int) -> list[float]:
+    """Return how long each of so many cycles took, in seconds."""
     times = []
-    with way(_setup(server)) as picture:
+    with way(_setup(server)) as cycle:
         for _ in range(WARMING):
-            picture()
+            cycle()
         for _ in range(count):
             start = perf_counter()
-            picture()
+            cycle()
             times.append(perf_counter() - start)
     return times
 
