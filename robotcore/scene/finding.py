@@ -63,9 +63,10 @@ def _missing(placed: Placed, scene: Scene) -> str:
 
 
 def _offered(placed: Placed, scene: Scene) -> str:
-    """Say which object of the right kind was probably meant, or name them all."""
+    """Say which object of the right kind, and no other device's, was probably meant, or name them all."""
     paths = [thing.path for thing in scene.objects() if thing.kind is placed.kind]
-    if close := next((close for path in placed.place.path if (close := nearest(path, paths))), None):
+    free = [path for path in paths if path not in placed.others]
+    if close := next((close for path in placed.place.path if (close := nearest(path, free))), None):
         return f"Did you mean {close!r}?"
     return f"The scene's {placed.kind.value}s: {', '.join(sorted(paths)) or 'none'}"
 

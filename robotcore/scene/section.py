@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, ValidationError
@@ -68,11 +68,15 @@ _PLACES: dict[type[Described], tuple[type[Place], Kind]] = {
 
 @dataclass(frozen=True)
 class Placed:
-    """A device, where it is in the scene, and what kind of object that has to be."""
+    """A device, where it is in the scene, and what kind of object that has to be.
+
+    ``others`` are the paths of other devices.
+    """
 
     told: AnyDevice
     place: Place
     kind: Kind
+    others: frozenset[str] = frozenset()
 
 
 def places(robot: RobotDescription, section: str, names: Iterable[str] | None = None) -> tuple[Placed, ...]:
@@ -103,7 +107,13 @@ def places(robot: RobotDescription, section: str, names: Iterable[str] | None = 
             faults.append((f"{section}.{told.name}", "is missing", remedy))
     if faults:
         raise DescriptionError.of_all(robot.source, faults)
-    return tuple(each for each in placed if each.told.name in chosen)
+    return tuple(replace(each, others=_others(each, placed)) for each in placed if each.told.name in chosen)
+
+
+def _others(one: Placed, placed: Iterable[Placed]) -> frozenset[str]:
+    """Return the paths of all devices that are another object: an encoder is the same as its motor."""
+    paths = set(one.place.path)
+    return frozenset().union(*(each.place.path for each in placed if paths.isdisjoint(each.place.path)))
 
 
 class _UnfitError(Exception):

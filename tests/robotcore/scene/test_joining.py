@@ -205,6 +205,15 @@ def test_distance_is_the_way_to_the_point_within_the_limits(
         assert robot.range.read().distance == pytest.approx(read)
 
 
+def test_object_that_is_another_devices_was_not_meant() -> None:
+    robot = rover(eye={"path": ("/v0", "v0")})
+    scene = MemoryScene(setup_of(robot))
+    found = {finding.what: finding.remedy for finding in look(robot, "memory", scene)}
+    assert found["eye"] == "The scene's vision sensors: /rover/eye, /v1"
+    with pytest.raises(DeviceError, match=r"sensors: /rover/eye, /v1"):
+        joined(scene, setup_of(robot, "eye"))
+
+
 def test_looking_tells_what_is_there_and_moves_nothing() -> None:
     robot = rover(nose={"path": "/rover/nos"}, screen={"path": "/v2", "optional": True})
     scene = MemoryScene(setup_of(robot))
