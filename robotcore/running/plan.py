@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from robotcore.backend import Backend, Setup
+from robotcore.backend import Backend, Setup, Vouch
 from robotcore.behaviour import Behaviour
 from robotcore.catalogue import load_app, load_backend
 from robotcore.description import (
@@ -64,7 +64,7 @@ class Plan:
     """A request with everything it names found, checked, and fitting together.
 
     ``drawn`` is what the seed made of the world's looks and conditions, by name, and which conditions the world's
-    file fixes; ``notes`` are the backend's.
+    file fixes; ``notes`` are the backend's, and what is to be known of the world.
     """
 
     request: RunRequest
@@ -103,7 +103,8 @@ class Plan:
         backend.require_installed()
         robot = _lagging(description, world) if world and builds_world else description
         setup = Setup(robot, world, devices, request.rate_hz, request.seed or 0, request.gui, request.options)
-        judge, notes = behaviour if judge is None else judge, tuple(backend.notes(setup))
+        judge = behaviour if judge is None else judge
+        notes = (*backend.notes(setup), *_note_of_world(world, backend, builds_world=builds_world))
         return cls(request, behaviour, judge, backend, description, world, setup, drawn, faults, notes)
 
 
@@ -150,7 +151,7 @@ def _require_window(request: RunRequest, backend: Backend) -> None:
 def _require_randomisable(request: RunRequest, backend: Backend, *, builds_world: bool) -> None:
     if request.randomise and not builds_world:
         raise UsageError(
-            f"the backend {backend.name!r} simulates no world, so there is nothing to randomise. "
+            f"the backend {backend.name!r} makes no world for this robot, so there is nothing to randomise. "
             "Leave --randomise out, or take --backend kinematic"
         )
     if request.randomise and request.seed is None:
@@ -171,6 +172,15 @@ def _world(
         world, drawn = _drawn(world, description, request.seed, is_randomised=request.randomise)
     fixed = conditions_told(world.conditions) if builds_world else {}
     return world, {**drawn, **fixed}
+
+
+def _note_of_world(world: WorldDescription | None, backend: Backend, *, builds_world: bool) -> Iterator[str]:
+    """Yield what the end of a run is judged by, where the simulator knows where the robot is and made no world."""
+    if world and not builds_world and Vouch.POSE in backend.vouches_for:
+        yield (
+            f"the scene is taken as it is; what is verified, and how far away targets are, is told by {world.name!r}: "
+            "it holds where that is what the scene shows"
+        )
 
 
 def _drawn(

@@ -143,7 +143,7 @@ class TestRandomise:
 
     def test_a_backend_that_simulates_no_world_refuses_it(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(RigBackend, "needs_world", False)
-        with pytest.raises(UsageError, match=r"'rig' simulates no world.*--backend kinematic"):
+        with pytest.raises(UsageError, match=r"'rig' makes no world for this robot.*--backend kinematic"):
             plan(world="open", seed=7, randomise=True)
 
 
