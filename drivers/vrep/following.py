@@ -21,8 +21,8 @@ T = TypeVar("T")
 PERIOD_S = 0.005
 """Between two messages: as long as the maker's tutorials have it."""
 
-_PATIENCE = 1.1
-"""A line that times out is to say so itself."""
+_MARGIN_S = 0.3
+"""A line that times out is to say why itself, on a busy machine too."""
 
 
 class Newest(NamedTuple):
@@ -81,7 +81,7 @@ class Following:
         with self._telling_time:
             time_s = self.newest(requests.CLOCK).time_s
             if time_s < self._told_s:
-                raise _halted("stopped, and started again")
+                raise _halted("stopped")
             self._told_s = time_s
         return time_s
 
@@ -136,7 +136,7 @@ class Following:
 
     def _wait_for(self, request: Request[T], mode: int) -> T:
         number = self._mailbox.post(request, mode)
-        if not self._mailbox.wait(number, _PATIENCE * self._timeout_s):
+        if not self._mailbox.wait(number, self._timeout_s + _MARGIN_S):
             raise self._mailbox.failure or self._late()
         if (answer := self._mailbox.newest(request)) is None:
             raise self._late()

@@ -143,9 +143,9 @@ def test_stop_returns_when_it_has_stopped_and_start_when_it_runs_again(stepped: 
 def test_a_simulator_that_answers_and_does_nothing_is_told_of_in_time(
     server: LegacyServer, simulator: Simulator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with Connection.to("127.0.0.1", server.port, 0.1) as connection:
+    with Connection.to("127.0.0.1", server.port, 0.5) as connection:
         monkeypatch.setattr("tests.doubles.coppeliasim.legacy.client.Client.turn", lambda _: None)
-        with pytest.raises(ServerHangsError, match=r"has not done what it was asked for within 0\.1 s"):
+        with pytest.raises(ServerHangsError, match=r"has not done what it was asked for within 0\.5 s"):
             connection.call(requests.CLOCK)
 
 

@@ -32,6 +32,11 @@ from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.legacy.service import Service
 
 SHORT_S = 0.1
+"""Where nothing good comes within it anyway."""
+
+LONGER_S = 0.6
+"""Where a server is to answer first, on a machine that has other things to do."""
+
 WHOLE_REPLY = packed(encoded(-1, 0, []))
 ENDS = [Connection.to, Following.to]
 
@@ -110,7 +115,7 @@ def test_one_that_the_server_hangs_up_on_at_once_is_told_of_the_first_as_well() 
 def test_each_failure_in_a_step_is_a_named_error_and_a_new_connection_works(
     fault: Fault, kind: type[RemoteApiError], server: LegacyServer
 ) -> None:
-    with Connection.to("127.0.0.1", server.port, SHORT_S) as connection:
+    with Connection.to("127.0.0.1", server.port, LONGER_S) as connection:
         connection.wait_for_triggers(wait=True)
         connection.start()
         server.service.fail(fault)
