@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,8 @@ from coppeliasim_zmqremoteapi_client import RemoteAPIClient, cbor
 from robotcore.clock import MonotonicClock
 
 _MISSING = object()
-_CONVERSATION = ("_*wait*_", "_*repeat*_")
+_WAIT = "_*wait*_"
+_CONVERSATION = (_WAIT, "_*repeat*_")
 """What a server may ask of a client that registers no callbacks."""
 
 
@@ -64,6 +66,7 @@ class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
         self._hang_ups: zmq.Socket[bytes] | None = None
         self._clock = MonotonicClock()
         self._deadline = 0.0
+        self._is_owed = self._is_waited_for = False
 
     def notice_hang_ups(self) -> None:
         """Wait for nobody who hangs up from now on: the library would connect again, in silence, to whoever comes."""
@@ -73,27 +76,44 @@ class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
     def ask(self, function: str, arguments: Sequence[Any], within_s: float) -> Any:
         """Call a function of the server; raises Unanswered, Gone, Refused or Garbled. The first two end the client."""
         self._deadline = self._clock.now() + within_s
+        self._hear_out()
         return self.call(function, [wire(argument) for argument in arguments])
 
     def close(self) -> None:
         """Let the socket go, with whatever is still to be sent. May be called again."""
-        if self._hang_ups and not self._hang_ups.closed:
-            self.socket.disable_monitor()
-            self._hang_ups.close(linger=0)
-        self.socket.close(linger=0)
+        for each in (self._hang_ups, self.socket):
+            if each:
+                each.close(linger=0)
         self.context.term()
 
+    def __del__(self) -> None:
+        """Let go, where nobody has: the library would wait for ever for what is still to be sent."""
+        with suppress(AttributeError):  # it was never connected
+            self.close()
+
+    def _hear_out(self) -> None:
+        """Wait for the end of a call that was cut short, by a signal for one; what it was answered is nobody's."""
+        while self._is_owed or self._is_waited_for:
+            with suppress(Refused, Garbled):
+                if self._is_waited_for:
+                    self._send({"func": "_*executed*_", "args": []})
+                self._recv()
+
     def _send(self, request: dict[str, Any]) -> None:
+        self._is_owed, self._is_waited_for = True, False
         try:
             super()._send(request)
-        except zmq.Again as full:
+        except zmq.ZMQError as full:
             raise Unanswered from full
 
     def _recv(self) -> dict[str, Any]:
         left = self._deadline - self._clock.now()  # a server that lets wait answers, and answers, and answers
         ready = dict(self._awaited.poll(math.ceil(left * 1000))) if left > 0 else {}
         if self.socket in ready:
-            return _reply_in(self.socket.recv(zmq.NOBLOCK))
+            raw, self._is_owed = self.socket.recv(zmq.NOBLOCK), False
+            reply = _reply_in(raw)
+            self._is_waited_for = reply.get("func") == _WAIT
+            return reply
         raise Gone if ready else Unanswered
 
 

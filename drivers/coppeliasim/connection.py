@@ -68,7 +68,6 @@ class Connection:
         self._failure: BackendError | None = None
         self._talks = Uninterrupted("zmq remote api")
         self._known: Mapping[str, Any] = {}
-        self.calls = 0
 
     @classmethod
     def open(cls, address: Address, answer_s: float) -> Connection:
@@ -120,7 +119,6 @@ class Connection:
 
         if self._failure:
             raise self._failure
-        self.calls += 1
         try:
             return self._client.ask(function, arguments, limit)
         except Refused as error:
