@@ -7,13 +7,16 @@ from collections.abc import Sequence
 from drivers.vrep import requests
 from drivers.vrep.connection import Connection
 from drivers.vrep.errors import NobodyListensError, RemoteApiError
+from drivers.vrep.link import RETRY_S
+from robotcore.clock import MonotonicClock
 from robotcore.guardian import Cutoff
 
 SHORT_S = 0.2
 """A guardian does not wait long; a server that listens and is free answers in milliseconds."""
 
-DEAF_S = 0.8
-"""A server does not listen for half a second after its client is gone; a guardian is to have stopped all in one."""
+DEAF_S = 0.75
+"""A server hangs up on everyone, or does not listen, for half a second after its client was killed; all is tried again
+so long, for a guardian is to have stopped everything within one."""
 
 
 class StandingJoints(Cutoff):
@@ -30,16 +33,27 @@ class StandingJoints(Cutoff):
         """Take nothing: the port is the app's."""
 
     def stop(self) -> str | None:
-        try:
-            with Connection.to(self._host, self._port, SHORT_S, DEAF_S) as connection:
-                for joint in self._joints:
-                    connection.set(requests.joint_target_velocity(joint, 0.0))
-                connection.call(requests.CLOCK)  # all that was set is done when this is answered
-        except NobodyListensError:
-            return f"nobody listens at {self._host}:{self._port} any more; where the simulator is gone, nothing turns"
-        except RemoteApiError as failure:
-            return f"simulated wheels may turn on: {failure}"
-        return None
+        clock = MonotonicClock()
+        while True:
+            try:
+                self._stand()
+            except RemoteApiError as failure:
+                if clock.now() + RETRY_S > DEAF_S:
+                    return self._told(failure)
+            else:
+                return None
+            clock.sleep_until(clock.now() + RETRY_S)
 
     def close(self) -> None:
         """Give back nothing."""
+
+    def _stand(self) -> None:
+        with Connection.to(self._host, self._port, SHORT_S, patience_s=0.0) as connection:
+            for joint in self._joints:
+                connection.set(requests.joint_target_velocity(joint, 0.0))
+            connection.call(requests.CLOCK)  # all that was set is done when this is answered
+
+    def _told(self, failure: RemoteApiError) -> str:
+        if isinstance(failure, NobodyListensError):
+            return f"nobody listens at {self._host}:{self._port} any more; where the simulator is gone, nothing turns"
+        return f"simulated wheels may turn on: {failure}"

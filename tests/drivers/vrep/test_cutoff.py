@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import threading
+
 import pytest
 
 from drivers.vrep.connection import Connection
 from drivers.vrep.cutoff import DEAF_S, SHORT_S, StandingJoints
 from robotcore.guardian.serving import STOPPING_S
+from tests.doubles.coppeliasim.legacy.faults import Dies
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.objects import Joint
 from tests.doubles.coppeliasim.scene.simulator import Simulator
@@ -45,6 +48,15 @@ def test_server_that_answers_and_does_nothing_has_stopped_nothing(
 def test_server_that_still_has_the_app_is_told_of(cutoff: StandingJoints, server: LegacyServer) -> None:
     with Connection.to(HOST, server.port):
         assert "A port serves one program at a time" in str(cutoff.stop())
+
+
+def test_server_that_hangs_up_at_first_on_who_comes_after_a_killed_app_is_tried_again(
+    cutoff: StandingJoints, wheels: list[Joint], server: LegacyServer
+) -> None:
+    server.service.fail(Dies())
+    threading.Timer(0.2, lambda: server.service.fail(None)).start()
+    assert cutoff.stop() is None
+    assert [wheel.target_velocity for wheel in wheels] == [0.0, 0.0]
 
 
 def test_server_that_is_gone_is_told_of_before_the_guardian_gives_it_up(
