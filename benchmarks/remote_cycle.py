@@ -66,13 +66,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--pairs", type=int, default=20)
     parser.add_argument("--cycles", type=int, default=50, help="in each half of a pair, whose median counts")
+    parser.add_argument("--apis", default="coppeliasim,vrep", help="whose doubles are measured")
     for api in APIS:
         parser.add_argument(f"--{api.backend}", metavar="HOST:PORT", type=_server, help="a real server")
     asked = parser.parse_args()
     cv2.setNumThreads(1)
     named = {api.backend: server for api in APIS if (server := getattr(asked, api.backend))}
     with ExitStack() as stack:
-        servers = named or {api.backend: _doubled(api, stack) for api in APIS}
+        servers = named or {api.backend: _doubled(api, stack) for api in APIS if api.backend in asked.apis.split(",")}
         print(machine())
         apis = [api for api in APIS if api.backend in servers]
         told = [_compared(api, servers[api.backend], asked.pairs, asked.cycles) for api in apis]
