@@ -107,14 +107,16 @@ class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
             raise Unanswered from full
 
     def _recv(self) -> dict[str, Any]:
-        left = self._deadline - self._clock.now()  # a server that lets wait answers, and answers, and answers
-        ready = dict(self._awaited.poll(math.ceil(left * 1000))) if left > 0 else {}
-        if self.socket in ready:
-            raw, self._is_owed = self.socket.recv(zmq.NOBLOCK), False
-            reply = _reply_in(raw)
-            self._is_waited_for = reply.get("func") == _WAIT
-            return reply
-        raise Gone if ready else Unanswered
+        left = max(self._deadline - self._clock.now(), 0.0)
+        ready = dict(self._awaited.poll(math.ceil(left * 1000)))  # a look at least: it may be us who were held up
+        if self.socket not in ready:
+            raise Gone if ready else Unanswered
+        raw, self._is_owed = self.socket.recv(zmq.NOBLOCK), False
+        reply = _reply_in(raw)
+        self._is_waited_for = reply.get("func") == _WAIT
+        if not left and "func" in reply:  # a server that lets wait answers, and answers, and answers
+            raise Unanswered
+        return reply
 
 
 def wire(value: Any) -> Any:

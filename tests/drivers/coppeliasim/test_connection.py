@@ -157,6 +157,29 @@ def test_lacking_function_is_named_and_an_older_name_is_taken(babbling: Babbling
     connection.close()
 
 
+def test_answer_that_is_there_counts_though_this_program_was_held_up(
+    double: Double, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    connection = connected(double.zmq_port)
+    send, clock = Client._send, MonotonicClock()
+
+    def held_up(client: Client, request: dict[str, object]) -> None:
+        send(client, request)
+        clock.sleep_until(clock.now() + 2 * ANSWER_S)
+
+    monkeypatch.setattr(Client, "_send", held_up)
+    assert connection.told(int, "getSimulationState") == 0
+    monkeypatch.undo()
+    connection.close()
+
+
+def test_client_that_nobody_closed_holds_up_no_exit(double: Double) -> None:
+    client = Client("127.0.0.1", double.zmq_port, 5.0)
+    client.notice_hang_ups()
+    client.__del__()
+    assert client.context.closed
+
+
 def test_numbers_of_numpy_go_over_the_wire_as_pythons(double: Double) -> None:
     connection = connected(double.zmq_port)
     dummy = connection.sim("createDummy", np.float32(0.01))

@@ -42,6 +42,18 @@ def test_a_step_waits_for_all_who_step(pair: tuple[Talker, ...]) -> None:
     assert time_of(one) == 0.05
 
 
+def test_whatever_is_said_within_a_call_that_waits_is_its_continuation(pair: tuple[Talker, ...]) -> None:
+    one, other = pair
+    for each in pair:
+        each.call("sim.setStepping", True)
+    one.call("sim.startSimulation")
+    assert one.call("sim.step")["func"] == WAIT
+    assert one.call("sim.getSimulationTime")["func"] == WAIT
+    assert other.done("sim.step") == {"ret": {}}
+    assert one.call("sim.getSimulationTime") == {"ret": {}}
+    assert time_of(one) == 0.05
+
+
 def test_time_goes_on_when_one_of_two_no_longer_steps(pair: tuple[Talker, ...]) -> None:
     one, other = pair
     for each in pair:
