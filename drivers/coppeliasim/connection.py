@@ -84,7 +84,7 @@ class Connection:
             connection.call("zmqRemoteApi.require", "sim", within_s=LOADING_S)
             connection._learn(connection.call("zmqRemoteApi.info", "sim", within_s=LOADING_S))
             connection._client.notice_hang_ups()
-        except BackendError:
+        except BaseException:  # a signal too
             connection.close()
             raise
         return connection
@@ -93,6 +93,10 @@ class Connection:
     def is_lost(self) -> bool:
         """Whether nothing more can be asked."""
         return self._failure is not None
+
+    def give_up(self, failure: BackendError) -> None:
+        """Ask nothing more: from now on every call raises this."""
+        self._failure = self._failure or failure
 
     def sim(self, name: str, *arguments: Any, within_s: float | None = None) -> Any:
         """Call ``sim.NAME``, or what it was called before; return its result, a tuple where it has several."""

@@ -6,6 +6,7 @@ a holder whose app thinks for long is not forgotten by CoppeliaSim.
 
 from __future__ import annotations
 
+import math
 from contextlib import suppress
 from uuid import uuid4
 
@@ -43,6 +44,20 @@ class Lease:
         self._renewing = self._clock.every(RENEWAL_S, self._renew, "coppeliasim lease")
         return bool(note)
 
+    def require(self) -> None:
+        """Raise BackendError where another program has taken it, believing that we are dead: so long were we silent.
+
+        From then on the connection serves us no more, who would stop and remove what is another's.
+        """
+        note = self._noted()
+        if note and not note.startswith(self._holder):
+            lost = BackendError(
+                f"coppeliasim: this program was suspended or busy for so long that another one has taken over the "
+                f"CoppeliaSim at {self._connection.address}. Run again when that has ended"
+            )
+            self._connection.give_up(lost)
+            raise lost
+
     def release(self) -> None:
         """Give it back, if it is ours. May be called again; raises nothing where the simulator is gone."""
         if self._renewing is None:
@@ -50,12 +65,12 @@ class Lease:
         self._renewing.stop()
         self._renewing = None
         with suppress(BackendError):
+            self.require()
             self._note("")
 
     def _await_death(self, note: str) -> None:
         """Wait until it is sure that nobody renews a lease."""
-        begun = self._clock.now()
-        while self._clock.now() - begun < DEAD_S:
+        for _ in range(math.ceil(DEAD_S / _LOOK_S)):  # looks count: a simulator that is busy lets nobody renew
             self._clock.sleep_until(self._clock.now() + _LOOK_S)
             now = self._noted()
             if not now:
@@ -67,6 +82,7 @@ class Lease:
                 )
 
     def _renew(self) -> None:
+        self.require()
         self._renewals += 1
         self._note(f"{self._holder} {self._renewals}")
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
+
 from drivers.coppeliasim.connection import Address, Connection
 from drivers.coppeliasim.lease import Lease
 from drivers.coppeliasim.scene import CoppeliaSimScene
-from robotcore.errors import BackendError
 from robotcore.scene import State
 
 
@@ -14,15 +15,13 @@ def open_scene(address: Address, answer_s: float, *, may_stop: bool) -> Coppelia
 
     Raises BackendError where nobody answers, or another program drives this CoppeliaSim.
     """
-    connection = Connection.open(address, answer_s)
-    lease = Lease(connection)
-    scene = CoppeliaSimScene(connection, lease)
-    try:
-        if not lease.take():
-            return scene
-        if may_stop and scene.state() is not State.STOPPED:
+    with ExitStack() as undo:
+        connection = Connection.open(address, answer_s)
+        undo.callback(connection.close)
+        lease = Lease(connection)
+        scene = CoppeliaSimScene(connection, lease)
+        undo.callback(scene.close)
+        if lease.take() and may_stop and scene.state() is not State.STOPPED:
             scene.stop()
-    except BackendError:
-        scene.close()
-        raise
+        undo.pop_all()
     return scene

@@ -63,6 +63,8 @@ class CoppeliaSimScene(Scene):
         self._step_s, self._time, self._limit_s = self.time_step(), self.time(), LOADING_S
 
     def stop(self) -> None:
+        if self._lease:
+            self._lease.require()
         if self.state() is State.STOPPED:
             return
         self.connection.sim("stopSimulation", True, within_s=LOADING_S)
@@ -132,9 +134,11 @@ class CoppeliaSimScene(Scene):
         return self.connection.told(_linear, "getObjectVelocity", handle)
 
     def close(self) -> None:
-        if self._lease:
-            self._lease.release()
-        self.connection.close()
+        try:
+            if self._lease:
+                self._lease.release()
+        finally:
+            self.connection.close()
 
     def _find_flat(self, name: str) -> int:
         try:
@@ -154,6 +158,8 @@ class CoppeliaSimScene(Scene):
 
     def _out_of_step(self, passed: float, steps: int) -> BackendError:
         """Return what is to be said where steps took another time than theirs."""
+        if self._lease:
+            self._lease.require()
         state = self.state()
         if state is State.STOPPED:
             what = "was stopped by somebody else. Run again, and leave it to this program"

@@ -135,6 +135,23 @@ def test_second_program_is_refused_and_the_first_goes_on(double: Double, monkeyp
     require_error(second[0], "another program drives the CoppeliaSim")
 
 
+def test_program_that_was_silent_for_too_long_leaves_all_to_who_has_taken_over(
+    simulator: Simulator, double: Double, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(lease, "RENEWAL_S", 3600.0)
+    last: list[list[str]] = []
+
+    def take_over() -> None:
+        with simulator.lock:
+            double._zmq._shared.kept["named", lease.PARAMETER] = "another 7"
+            simulator.pause()
+        last.append(names(simulator))
+
+    require_error(drive(double.zmq_port, Once(take_over)), "another one has taken over")
+    assert names(simulator) == last[0]
+    assert double._zmq._shared.kept["named", lease.PARAMETER] == "another 7"
+
+
 def test_killed_program_leaves_a_scene_that_the_next_one_clears(simulator: Simulator, double: Double) -> None:
     before = names(simulator)
     command = [sys.executable, "-m", "robotcore", "run", "avoid-obstacles", "--backend", "coppeliasim"]
