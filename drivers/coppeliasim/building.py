@@ -12,7 +12,7 @@ from drivers.coppeliasim.proximity import add_proximity_sensor, looks
 from drivers.coppeliasim.ranging import add_fan
 from drivers.coppeliasim.rover import BuiltRobot, build_robot
 from drivers.coppeliasim.scene import CoppeliaSimScene
-from drivers.coppeliasim.tidying import Undo, borrow, require_empty, tidy
+from drivers.coppeliasim.tidying import Undo, borrow, finish, require_empty, tidy
 from drivers.coppeliasim.workshop import Workshop
 from drivers.coppeliasim.world import BuiltWorld, build_world
 from robotcore.backend import Setup
@@ -66,14 +66,15 @@ def leave(scene: CoppeliaSimScene, workshop: Workshop, *, keep: bool) -> None:
 
 def build(scene: CoppeliaSimScene, workshop: Workshop, setup: Setup, world: WorldDescription) -> Built:
     """Build the world and the robot in it, in a scene that has room, and let a tick be a step of its time."""
-    has_proximity = looks(workshop, scene)
     built_world = build_world(workshop, world)
+    has_proximity = looks(workshop, scene)
     undo = [_set_time_step(scene, workshop, 1 / setup.rate_hz)]
     undo += [("destroyCollection", collection) for collection in (built_world.seen, built_world.met)]
     borrow(workshop, built_world.root, world.light, undo)
     robot = build_robot(workshop, setup.robot, world.start.pose)
     sensors = _Sensors(workshop, robot.body, on_floor(world.start.pose), built_world, sky_of(world), has_proximity)
     handles = {told.name: handle for told in setup.chosen if (handle := sensors.add(told)) is not None}
+    finish(workshop, built_world.root)
     return Built(built_world, robot, handles, has_proximity)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from drivers.coppeliasim.placing import LOOK, Placement, mounted
 from drivers.coppeliasim.scene import CoppeliaSimScene
-from drivers.coppeliasim.workshop import Workshop
+from drivers.coppeliasim.workshop import NOTHING, Workshop
 from robotcore.clock import Clock
 from robotcore.description import RangeSensorDescription
 from robotcore.devices import Range, RangeSensor
@@ -20,7 +20,7 @@ _ULTRASONIC = 16
 _THIN_M = 1e-3
 """How high the volume is that is looked into: it is a fan, and does not see the floor."""
 
-_PROBE_M = 0.1
+_PROBE = [0.1, 0.1, 0.1]
 _AWAY = Placement(0.0, 0.0, 900.0)
 """Where nothing else is."""
 
@@ -30,14 +30,17 @@ def looks(workshop: Workshop, scene: CoppeliaSimScene) -> bool:
 
     Without its plug-in a CoppeliaSim answers "nothing", and the way would seem free.
     """
-    box = workshop.make("createPrimitiveShape", workshop.constant("primitiveshape_cuboid"), [_PROBE_M] * 3, 0)
-    sensor = _make(workshop, reach=1.0, cone=0.5)
+    made: list[int] = []
     try:
+        made.append(box := workshop.make("createPrimitiveShape", workshop.constant("primitiveshape_cuboid"), _PROBE, 0))
+        workshop.mark(box, NOTHING)
+        made.append(sensor := _make(workshop, reach=1.0, cone=0.5))
+        workshop.mark(sensor, NOTHING)
         workshop.put(box, _AWAY._replace(x=0.5), "robotcore_probe", -1)
         workshop.put(sensor, _AWAY.at(LOOK), "robotcore_probe_sensor", -1)
         return scene.detected(sensor) is not None
     finally:
-        workshop.call("removeObjects", [sensor, box])
+        workshop.call("removeObjects", made)
 
 
 def add_proximity_sensor(

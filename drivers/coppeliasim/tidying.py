@@ -7,7 +7,7 @@ it too.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from contextlib import suppress
 
 from drivers.coppeliasim.connection import RefusedError
@@ -19,6 +19,9 @@ from robotcore.errors import BackendError
 Undo = Sequence[object]
 """A function's name and its arguments."""
 
+BEGUN = "robotcore.begun"
+"""While something is built, its first root notes under this which roots there were before."""
+
 _DOWN_M = 0.5
 _FIRST_CHILDREN = 2
 _SHOWN = 3
@@ -26,13 +29,26 @@ _SHOWN = 3
 
 def ours(workshop: Workshop) -> dict[int, str]:
     """Return the roots that are ours, with their notes."""
-    notes = {root: workshop.note_on(root) for root in workshop.tree("handle_scene", options=_FIRST_CHILDREN)}
+    notes = {root: workshop.note_on(root) for root in _roots(workshop)}
     return {root: note for root, note in notes.items() if note}
+
+
+def begin(workshop: Workshop, keeper: int) -> None:
+    """Note that something is being built; ``keeper`` is its first root."""
+    workshop.mark(keeper, json.dumps(_roots(workshop)), BEGUN)
+
+
+def finish(workshop: Workshop, keeper: int) -> None:
+    """Note that all has been built, and is under a root that is ours."""
+    workshop.mark(keeper, "", BEGUN)
 
 
 def tidy(workshop: Workshop) -> None:
     """Remove what is ours, and give back what was changed."""
-    for root, note in ours(workshop).items():
+    found = ours(workshop)
+    for root in found:
+        _remove_stray(workshop, root, found)
+    for root, note in found.items():
         for name, *arguments in json.loads(note):
             with suppress(RefusedError):  # what somebody has removed meanwhile
                 workshop.call(name, *arguments)
@@ -57,8 +73,7 @@ def borrow(workshop: Workshop, keeper: int, light: Light, more: Sequence[Undo]) 
     ``keeper`` is the root that keeps how it was, and what ``more`` there is to be undone.
     """
     lamps = workshop.tree("handle_scene", "object_light_type")
-    roots = workshop.tree("handle_scene", options=_FIRST_CHILDREN)
-    places = {root: workshop.place(root) for root in roots if _is_floor(workshop.path(root))}
+    places = {root: workshop.place(root) for root in _roots(workshop) if _is_floor(workshop.path(root))}
     ambient = workshop.constant("arrayparam_ambient_light")
     undo: list[Undo] = [*more, ("setArrayParam", ambient, workshop.call("getArrayParam", ambient))]
     undo += [("setObjectPose", floor, list(place)) for floor, place in places.items()]
@@ -69,6 +84,22 @@ def borrow(workshop: Workshop, keeper: int, light: Light, more: Sequence[Undo]) 
         workshop.call("setObjectPose", floor, list(place._replace(z=place.z - _DOWN_M)))
     for number, lamp in enumerate(lamps):
         _set_lamp(workshop, lamp, light, is_on=number == 0)
+
+
+def _remove_stray(workshop: Workshop, keeper: int, found: Collection[int]) -> None:
+    """Remove the one object that was made when building was cut short, and had no parent yet.
+
+    Two or more that are new are not ours alone: they stay.
+    """
+    if not (begun := workshop.note_on(keeper, BEGUN)):
+        return
+    strays = set(_roots(workshop)) - set(json.loads(begun)) - set(found)
+    if len(strays) == 1:
+        workshop.remove_tree(strays.pop())
+
+
+def _roots(workshop: Workshop) -> list[int]:
+    return workshop.tree("handle_scene", options=_FIRST_CHILDREN)
 
 
 def _as_it_is(workshop: Workshop, lamp: int) -> list[Undo]:

@@ -121,13 +121,13 @@ class Workshop:
             self.call("addItemToCollection", handle, self.constant("handle_single"), without, _TAKEN_OUT)
         return handle
 
-    def mark(self, handle: int, note: str) -> None:
+    def mark(self, handle: int, note: str, tag: str = TAG) -> None:
         """Mark an object, and all under it, as ours."""
-        self.call("writeCustomStringData", handle, TAG, note)
+        self.call("writeCustomStringData", handle, tag, note)
 
-    def note_on(self, handle: int) -> str:
+    def note_on(self, handle: int, tag: str = TAG) -> str:
         """Return the note on an object that is ours; empty where it is not."""
-        note = self._connection.sim("readCustomStringData", handle, TAG)
+        note = self._connection.sim("readCustomStringData", handle, tag)
         return note.decode(errors="replace") if isinstance(note, bytes) else str(note or "")
 
     def remove_tree(self, root: int) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from drivers.coppeliasim.placing import Placement, on_floor
+from drivers.coppeliasim.tidying import begin
 from drivers.coppeliasim.workshop import NOTHING, Mask, Workshop
 from robotcore.description import Ball, Box, Cylinder, WorldDescription
 from robotcore.geometry import Pose
@@ -25,9 +26,10 @@ class BuiltWorld(NamedTuple):
 
 
 def build_world(workshop: Workshop, world: WorldDescription) -> BuiltWorld:
-    """Make a world's objects, each under its own name."""
+    """Make a world's objects, each under its own name; `finish` is to be called when all is built."""
     root = workshop.dummy(world.name)
     workshop.mark(root, NOTHING)
+    begin(workshop, root)
     floor = _add_floor(workshop, world, root)
     workshop.set_friction(floor, 1.0)
     prisms = [_add_prism(workshop, prism, root) for prism in world.prisms]

@@ -10,6 +10,11 @@ import numpy as np
 import pytest
 
 from drivers.coppeliasim.backend import CoppeliaSimBackend
+from drivers.coppeliasim.client import Client
+from drivers.coppeliasim.connection import Address, Connection
+from drivers.coppeliasim.placing import Placement
+from drivers.coppeliasim.tidying import begin
+from drivers.coppeliasim.workshop import NOTHING, Mask, Workshop
 from robotcore.backend import Setup
 from robotcore.description import load_robot, load_world
 from robotcore.errors import BackendError, DeviceGroupError
@@ -108,6 +113,53 @@ def test_what_was_built_is_removed_where_opening_fails(simulator: Simulator, por
     assert snapshot(simulator) == before
 
 
+@pytest.mark.parametrize("last", [10, 23, 40, 77, 130, 163, 170])
+def test_what_was_built_is_removed_where_ctrl_c_comes_in_a_call(
+    simulator: Simulator, port: int, monkeypatch: pytest.MonkeyPatch, last: int
+) -> None:
+    before = snapshot(simulator)
+    call, left = Connection.call, last
+
+    def cut(self: Connection, *asked: Any, **more: Any) -> Any:
+        nonlocal left
+        left -= 1
+        answer = call(self, *asked, **more)
+        if left == 0:  # the answer is lost
+            raise KeyboardInterrupt
+        return answer
+
+    monkeypatch.setattr(Connection, "call", cut)
+    with pytest.raises(KeyboardInterrupt):
+        opened(port)
+    assert snapshot(simulator) == before
+
+
+def test_what_a_killed_program_had_just_made_is_removed_by_the_next(simulator: Simulator, port: int) -> None:
+    before = snapshot(simulator)
+    cut_off_in_building(port, "Sphere")
+    opened(port).close()
+    assert snapshot(simulator) == before
+
+
+def test_what_somebody_has_added_since_a_program_was_killed_stays(simulator: Simulator, port: int) -> None:
+    cut_off_in_building(port, "Sphere", "Table")
+    with pytest.raises(BackendError, match=r"things in the scene \(/Sphere, /Table\)"):
+        opened(port)
+    assert simulator.graph.find("/Table")
+
+
+def cut_off_in_building(port: int, *made: str) -> None:
+    """Leave a scene as a program does that is killed when these have no parent yet."""
+    connection = Connection.open(Address(port=port), 5.0)
+    workshop = Workshop(connection)
+    root = workshop.dummy("arena")
+    workshop.mark(root, NOTHING)
+    begin(workshop, root)
+    for alias in made:
+        workshop.shape("spheroid", (0.1,) * 3, Placement(0.0, 0.0, 1.0), (9, 9, 9), Mask.THING, alias)
+    connection.close()
+
+
 @pytest.mark.parametrize("can_detect", [True, False])
 def test_what_measures_distances_is_found_out_and_said(simulator: Simulator, port: int, *, can_detect: bool) -> None:
     simulator.can_detect = can_detect
@@ -124,8 +176,6 @@ def test_what_measures_distances_is_found_out_and_said(simulator: Simulator, por
 
 
 def test_cycle_takes_as_few_calls_as_the_api_allows(port: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    from drivers.coppeliasim.client import Client
-
     asked: list[str] = []
     ask = Client.ask
 
