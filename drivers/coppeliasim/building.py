@@ -9,7 +9,7 @@ from drivers.coppeliasim.connection import LOADING_S
 from drivers.coppeliasim.eyes import Eye, add_eye
 from drivers.coppeliasim.placing import LOOK, Placement, mounted, on_floor
 from drivers.coppeliasim.proximity import add_proximity_sensor, looks
-from drivers.coppeliasim.ranging import add_fan
+from drivers.coppeliasim.ranging import add_fan, require_depth
 from drivers.coppeliasim.rover import BuiltRobot, build_robot
 from drivers.coppeliasim.scene import CoppeliaSimScene
 from drivers.coppeliasim.tidying import Undo, borrow, finish, require_empty, tidy
@@ -68,9 +68,13 @@ def build(scene: CoppeliaSimScene, workshop: Workshop, setup: Setup, world: Worl
     """Build the world and the robot in it, in a scene that has room, and let a tick be a step of its time."""
     built_world = build_world(workshop, world)
     has_proximity = looks(workshop, scene)
-    undo = [_set_time_step(scene, workshop, 1 / setup.rate_hz)]
+    if not has_proximity and any(isinstance(told, RangeSensorDescription) for told in setup.chosen):
+        require_depth(workshop, scene.connection)
+    undo: list[Undo] = [_engine(workshop), _time_step(scene, workshop)]
     undo += [("destroyCollection", collection) for collection in (built_world.seen, built_world.met)]
     borrow(workshop, built_world.root, world.light, undo)
+    _set_engine(workshop)
+    _set_time_step(scene, workshop, 1 / setup.rate_hz)
     robot = build_robot(workshop, setup.robot, world.start.pose)
     sensors = _Sensors(workshop, robot.body, on_floor(world.start.pose), built_world, sky_of(world), has_proximity)
     handles = {told.name: handle for told in setup.chosen if (handle := sensors.add(told)) is not None}
@@ -108,14 +112,28 @@ class _Sensors(NamedTuple):
         return None
 
 
-def _set_time_step(scene: CoppeliaSimScene, workshop: Workshop, step_s: float) -> Undo:
-    """Let the simulation step so; return how that is undone."""
+def _engine(workshop: Workshop) -> Undo:
+    """Return the call that lets what computes the physics be as it is now."""
+    parameter = workshop.constant("intparam_dynamic_engine")
+    return "setInt32Param", parameter, workshop.call("getInt32Param", parameter)
+
+
+def _set_engine(workshop: Workshop) -> None:
+    """Let Bullet compute the physics, for which the wheels are made: with others they slip, or do not turn."""
+    workshop.call("setInt32Param", workshop.constant("intparam_dynamic_engine"), workshop.constant("physics_bullet"))
+
+
+def _time_step(scene: CoppeliaSimScene, workshop: Workshop) -> Undo:
+    """Return the call that lets the time step be as it is now."""
+    return "setFloatParam", workshop.constant("floatparam_simulation_time_step"), scene.time_step()
+
+
+def _set_time_step(scene: CoppeliaSimScene, workshop: Workshop, step_s: float) -> None:
+    """Let the simulation step so; raises BackendError where it does not take it."""
     parameter = workshop.constant("floatparam_simulation_time_step")
-    before = scene.time_step()
     scene.connection.sim("setFloatParam", parameter, step_s, within_s=LOADING_S)
     if abs((got := scene.time_step()) - step_s) > _SAME * step_s:
         raise BackendError(
             f"coppeliasim: the simulation's time step was set to {step_s:g} s and is {got:g} s. "
             "Open a new scene in CoppeliaSim, or take another --rate"
         )
-    return "setFloatParam", parameter, before

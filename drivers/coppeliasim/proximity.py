@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 
-from drivers.coppeliasim.placing import LOOK, Placement, mounted
+from drivers.coppeliasim.placing import Placement, mounted
+from drivers.coppeliasim.probing import box_before
 from drivers.coppeliasim.scene import CoppeliaSimScene
-from drivers.coppeliasim.workshop import NOTHING, Workshop
+from drivers.coppeliasim.workshop import Workshop
 from robotcore.clock import Clock
 from robotcore.description import RangeSensorDescription
 from robotcore.devices import Range, RangeSensor
@@ -20,27 +22,14 @@ _ULTRASONIC = 16
 _THIN_M = 1e-3
 """How high the volume is that is looked into: it is a fan, and does not see the floor."""
 
-_PROBE = [0.1, 0.1, 0.1]
-_AWAY = Placement(0.0, 0.0, 900.0)
-"""Where nothing else is."""
-
 
 def looks(workshop: Workshop, scene: CoppeliaSimScene) -> bool:
     """Return whether a box right in front of a proximity sensor is detected.
 
     Without its plug-in a CoppeliaSim answers "nothing", and the way would seem free.
     """
-    made: list[int] = []
-    try:
-        made.append(box := workshop.make("createPrimitiveShape", workshop.constant("primitiveshape_cuboid"), _PROBE, 0))
-        workshop.mark(box, NOTHING)
-        made.append(sensor := _make(workshop, reach=1.0, cone=0.5))
-        workshop.mark(sensor, NOTHING)
-        workshop.put(box, _AWAY._replace(x=0.5), "robotcore_probe", -1)
-        workshop.put(sensor, _AWAY.at(LOOK), "robotcore_probe_sensor", -1)
+    with box_before(workshop, partial(_make, workshop, reach=1.0, cone=0.5)) as sensor:
         return scene.detected(sensor) is not None
-    finally:
-        workshop.call("removeObjects", made)
 
 
 def add_proximity_sensor(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,12 +11,16 @@ from numpy.typing import NDArray
 from drivers.coppeliasim.connection import Connection
 from drivers.coppeliasim.eyes import Eye, add_eye
 from drivers.coppeliasim.placing import Placement, mounted
+from drivers.coppeliasim.probing import BOX_M, box_before
 from drivers.coppeliasim.workshop import Workshop
 from robotcore.clock import Clock
 from robotcore.description import RangeSensorDescription
 from robotcore.devices import Range, RangeSensor
+from robotcore.errors import BackendError
 from robotcore.raycast import FAN_RAYS, FAN_SETBACK_M, Fan
 from robotcore.sampling import OnceAnInstant
+
+_PROBED_M = 0.01
 
 Array = NDArray[np.float64]
 
@@ -37,6 +42,22 @@ def reach(told: RangeSensorDescription) -> float:
     return told.max_range_m + 2 * FAN_SETBACK_M
 
 
+def require_depth(workshop: Workshop, connection: Connection) -> None:
+    """Raise BackendError where a box right in front of a vision sensor is not seen.
+
+    One that is not rendered, for want of graphics, tells the farthest depth: the way would seem free.
+    """
+    eye = Eye((FAN_RAYS, 1), BEAM_RAD, far_m=2 * BOX_M, ignored="rgb")
+    with box_before(workshop, partial(add_eye, workshop, eye, "", Placement(0.0, 0.0, 0.0), -1)) as sensor:
+        seen = _looked(connection, sensor).min()
+    if abs(seen - BOX_M) > _PROBED_M:
+        raise BackendError(
+            f"coppeliasim: the CoppeliaSim at {connection.address} measures no distances: it does not detect a box in "
+            f"front of a proximity sensor, and a vision sensor sees it {seen:.2f} m away, which is {BOX_M} m. Start it "
+            "where it can draw (OpenGL), or take one with the plug-in for proximity sensors"
+        )
+
+
 class FanRangeSensor(RangeSensor):
     """Reads depth along the optical axis, and divides it by each ray's cosine."""
 
@@ -55,8 +76,7 @@ class FanRangeSensor(RangeSensor):
         return self._newest_at()
 
     def _listen(self, time: float, sequence: int) -> Range:
-        self._connection.sim("handleVisionSensor", self._sensor)  # unasked, it tells the depth of before
-        depth = self._connection.told(_depths, "getVisionSensorDepth", self._sensor, 1)
+        depth = _looked(self._connection, self._sensor)
         lengths = np.where(depth < self._far, depth * self._stretch, math.inf)
         distance = self._fan.reading(lengths)
         return Range(distance, time, sequence, None if math.isinf(distance) else self._point(lengths))
@@ -66,6 +86,12 @@ class FanRangeSensor(RangeSensor):
         ray = int(lengths.argmin())
         ahead = float(lengths[ray] / self._stretch[ray])
         return ahead - FAN_SETBACK_M, ahead * float(self._slopes[ray]), 0.0
+
+
+def _looked(connection: Connection, sensor: int) -> Array:
+    """Return how far a vision sensor sees now, in metres."""
+    connection.sim("handleVisionSensor", sensor)  # unasked, it tells the depth of before
+    return connection.told(_depths, "getVisionSensorDepth", sensor, 1)
 
 
 def _depths(told: object) -> Array:

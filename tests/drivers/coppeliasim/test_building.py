@@ -175,6 +175,28 @@ def test_what_measures_distances_is_found_out_and_said(simulator: Simulator, por
     assert distance == pytest.approx(0.461, abs=0.01)
 
 
+def test_where_nothing_measures_distances_no_way_is_called_free(
+    simulator: Simulator, port: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    simulator.can_detect = False
+    monkeypatch.setattr(simulator, "handle", lambda _sensor: None)  # as where nothing can be drawn
+    before = snapshot(simulator)
+    with pytest.raises(BackendError, match=r"measures no distances: .* sees it 0\.90 m away, which is 0\.45 m"):
+        opened(port)
+    assert snapshot(simulator) == before
+
+
+def test_bullet_computes_the_physics_meanwhile(port: int) -> None:
+    mujoco = 4
+    looking = Connection.open(Address(port=port), 5.0)
+    engine = looking.constant("intparam_dynamic_engine")
+    looking.sim("setInt32Param", engine, mujoco)
+    with opened(port):
+        assert looking.sim("getInt32Param", engine) == looking.constant("physics_bullet")
+    assert looking.sim("getInt32Param", engine) == mujoco
+    looking.close()
+
+
 def test_cycle_takes_as_few_calls_as_the_api_allows(port: int, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[str] = []
     ask = Client.ask
