@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, closing
 from functools import partial
 
@@ -20,6 +20,7 @@ from robotcore.description import Described, RobotDescription, WorldDescription
 from robotcore.devices import Device
 from robotcore.doctor import Finding
 from robotcore.errors import DeviceError, DeviceGroupError, UsageError
+from robotcore.guardian import CutoffSpec
 from robotcore.robot import Robot
 from robotcore.scene import Whose, join, look, places
 
@@ -28,6 +29,10 @@ SECTION = "coppeliasim"
 
 ANSWERING = 0.9
 """So much of the robot's ``safety.answer_s`` a call may take: who knows why nothing comes is to speak first."""
+
+
+STEPPED_S = 60.0
+"""While a program lives the simulation waits for it, however long: only one that is gone leaves wheels turning."""
 
 
 class CoppeliaSimOptions(Described):
@@ -92,7 +97,7 @@ class CoppeliaSimBackend(Backend):
         may_stop = self.builds_world(setup.robot) or options.simulation is Whose.OURS
         connect = partial(open_scene, options.address, _answer_s(options, setup), may_stop=may_stop)
         if not self.builds_world(setup.robot):
-            return join(setup, SECTION, connect, options.simulation)
+            return join(setup, SECTION, connect, options.simulation, cutoffs=partial(_cutoffs, options))
         if setup.world is None:
             raise UsageError("the coppeliasim backend needs a world; name one with --world")
         return _built(setup, setup.world, connect, keep=options.keep)
@@ -100,6 +105,13 @@ class CoppeliaSimBackend(Backend):
 
 def _answer_s(options: CoppeliaSimOptions, setup: Setup) -> float:
     return options.answer_s or ANSWERING * setup.robot.safety.answer_s
+
+
+def _cutoffs(options: CoppeliaSimOptions, joints: Mapping[str, int]) -> Iterator[CutoffSpec]:
+    """Yield how the wheels in a scene come to stand if this process is killed: time goes on then."""
+    if joints:
+        where = {"host": options.host, "port": options.port, "joints": list(joints.values())}
+        yield CutoffSpec(" and ".join(joints), "drivers.coppeliasim.cutoff:StandingJoints", where, STEPPED_S)
 
 
 def _built(setup: Setup, world: WorldDescription, connect: Callable[[], CoppeliaSimScene], *, keep: bool) -> Robot:

@@ -19,8 +19,9 @@ from robotcore.running.session import run
 from robotcore.running.trace import TickRecord
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.scene import Simulator
+from tests.doubles.coppeliasim.scene.objects import Joint, ProximitySensor
 from tests.doubles.coppeliasim.scene.states import State
-from tests.doubles.coppeliasim.scenes import default_scene
+from tests.doubles.coppeliasim.scenes import bubblerob_scene, default_scene
 
 BOUND_S = 6.0
 """Against a hang only: errors come within two seconds on a machine that is not busy."""
@@ -164,6 +165,29 @@ def test_killed_program_leaves_a_scene_that_the_next_one_clears(simulator: Simul
     assert "left_motor" in names(simulator)
     assert drive(double.zmq_port, duration_s=0.3).outcome is Outcome.SUCCESS
     assert names(simulator) == before
+
+
+def test_killed_program_leaves_no_wheel_of_somebodys_scene_turning() -> None:
+    simulator = bubblerob_scene()
+    nose = simulator.graph.find("/bubbleRob/sensingNose")
+    assert isinstance(nose, ProximitySensor)
+    nose.reach = 0.5  # as the robot's file asks for
+    with Double(simulator) as double:
+        command = [sys.executable, "-m", "robotcore", "run", "avoid-obstacles", "--backend", "coppeliasim"]
+        options = ["--robot", "bubblerob", "--port", str(double.zmq_port), "--set", "duration_s=600", "--realtime"]
+        with subprocess.Popen([*command, *options], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as app:
+            with simulator.lock:
+                assert simulator.changed.wait_for(lambda: simulator.time > 0.2 and any(targets(simulator)), 30)
+            app.send_signal(signal.SIGKILL)
+        clock = MonotonicClock()
+        while any(targets(simulator)):
+            assert clock.now() < BOUND_S
+            clock.sleep_until(clock.now() + 0.02)
+
+
+def targets(simulator: Simulator) -> list[float]:
+    with simulator.lock:
+        return [joint.target_velocity for joint in simulator.graph.all_of(Joint)]
 
 
 def names(simulator: Simulator) -> list[str]:
