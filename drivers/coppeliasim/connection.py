@@ -118,6 +118,10 @@ class Connection:
         limit = self.answer_s if within_s is None else max(within_s, self.answer_s)
         return self._talks.do(partial(self._ask, function, arguments, limit))
 
+    def together(self, work: Callable[[], T]) -> T:
+        """Return what work comes to that makes several calls; whoever waits for it is woken once for all of them."""
+        return self._talks.do(work)
+
     def _ask(self, function: str, arguments: Sequence[Any], limit: float) -> Any:
         from drivers.coppeliasim.client import FirstProtocol, Garbled, Gone, Refused, Unanswered
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 from drivers.coppeliasim.connection import LOADING_S, Connection, RefusedError
@@ -120,9 +121,7 @@ class CoppeliaSimScene(Scene):
 
     def picture(self, sensor: int) -> RawPicture:
         """Return what it sees now, if it is handled explicitly; else what it saw at the end of the last step."""
-        if self._is_explicit(sensor):
-            self.connection.sim("handleVisionSensor", sensor)
-        return self.connection.told(_raw_picture, "getVisionSensorImg", sensor)
+        return self.connection.together(partial(self._seen, sensor))
 
     def show(self, sensor: int, picture: RawPicture) -> None:
         self.connection.sim("setVisionSensorImg", sensor, picture.pixels)
@@ -139,6 +138,11 @@ class CoppeliaSimScene(Scene):
                 self._lease.release()
         finally:
             self.connection.close()
+
+    def _seen(self, sensor: int) -> RawPicture:
+        if self._is_explicit(sensor):
+            self.connection.sim("handleVisionSensor", sensor)
+        return self.connection.told(_raw_picture, "getVisionSensorImg", sensor)
 
     def _find_flat(self, name: str) -> int:
         try:

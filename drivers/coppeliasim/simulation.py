@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 from drivers.coppeliasim.building import Built
 from drivers.coppeliasim.proximity import ProximityRangeSensor
@@ -69,6 +70,9 @@ class Simulation:
         return [f"{name} measures by {by}" for name in names]
 
     def _advance(self, steps: int) -> None:
+        self._scene.connection.together(partial(self._step, steps))
+
+    def _step(self, steps: int) -> None:
         for _ in range(steps):
             for motor in self._motors:
                 motor.drive()
