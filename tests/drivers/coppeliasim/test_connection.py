@@ -229,6 +229,6 @@ def test_call_that_a_signal_cuts_short_does_not_garble_the_next(
         connection.call(function)
     monkeypatch.setattr(Client, "_recv", hear)
     dummy = connection.sim("createDummy", 0.01)
-    assert connection.sim("getObjectAlias", dummy) == "Dummy"
+    assert connection.sim("getObjectAlias", dummy) == "dummy"
     connection.sim("stopSimulation", True)
     connection.close()

@@ -12,7 +12,7 @@ from tests.doubles.coppeliasim.zmq.session import Session
 
 @function("createScript")
 def create_script(session: Session, kind: int, text: str, options: int = 0, language: str = "lua") -> int:
-    return session.simulator.graph.add(Script("Script", text=text)).handle
+    return session.simulator.graph.add(Script("script", text=text)).handle
 
 
 @function("initScript")
