@@ -12,7 +12,7 @@ from drivers.coppeliasim.proximity import add_proximity_sensor, looks
 from drivers.coppeliasim.ranging import add_fan, require_depth
 from drivers.coppeliasim.rover import BuiltRobot, build_robot
 from drivers.coppeliasim.scene import CoppeliaSimScene
-from drivers.coppeliasim.tidying import Undo, borrow, finish, require_empty, tidy
+from drivers.coppeliasim.tidying import Undo, borrow, collected, finish, require_empty, tidy
 from drivers.coppeliasim.workshop import Workshop
 from drivers.coppeliasim.world import BuiltWorld, build_world
 from robotcore.backend import Setup
@@ -71,7 +71,7 @@ def build(scene: CoppeliaSimScene, workshop: Workshop, setup: Setup, world: Worl
     if not has_proximity and any(isinstance(told, RangeSensorDescription) for told in setup.chosen):
         require_depth(workshop, scene.connection)
     undo: list[Undo] = [_engine(workshop), _time_step(scene, workshop)]
-    undo += [("destroyCollection", collection) for collection in (built_world.seen, built_world.met)]
+    undo += collected(built_world.root, (built_world.seen, built_world.met))
     borrow(workshop, built_world.root, world.light, undo)
     _set_engine(workshop)
     _set_time_step(scene, workshop, 1 / setup.rate_hz)

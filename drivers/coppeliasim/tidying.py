@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Collection, Sequence
 from contextlib import suppress
+from typing import Any
 
 from drivers.coppeliasim.connection import RefusedError
 from drivers.coppeliasim.placing import shining
@@ -17,7 +18,7 @@ from robotcore.description import Light
 from robotcore.errors import BackendError
 
 Undo = Sequence[object]
-"""A function's name and its arguments."""
+"""A function's name and its arguments; an object by its path, for a scene that is saved and loaded has new handles."""
 
 BEGUN = "robotcore.begun"
 """While something is built, its first root notes under this which roots there were before."""
@@ -51,7 +52,7 @@ def tidy(workshop: Workshop) -> None:
     for root, note in found.items():
         for name, *arguments in json.loads(note):
             with suppress(RefusedError):  # what somebody has removed meanwhile
-                workshop.call(name, *arguments)
+                _undo(workshop, root, name, arguments)
         workshop.remove_tree(root)
 
 
@@ -76,7 +77,7 @@ def borrow(workshop: Workshop, keeper: int, light: Light, more: Sequence[Undo]) 
     places = {root: workshop.place(root) for root in _roots(workshop) if _is_floor(workshop.path(root))}
     ambient = workshop.constant("arrayparam_ambient_light")
     undo: list[Undo] = [*more, ("setArrayParam", ambient, workshop.call("getArrayParam", ambient))]
-    undo += [("setObjectPose", floor, list(place)) for floor, place in places.items()]
+    undo += [("setObjectPose", workshop.path(floor), list(place)) for floor, place in places.items()]
     undo += [call for lamp in lamps for call in _as_it_is(workshop, lamp)]
     workshop.mark(keeper, json.dumps(undo))
     workshop.call("setArrayParam", ambient, [light.ambient * light.brightness] * 3)
@@ -84,6 +85,20 @@ def borrow(workshop: Workshop, keeper: int, light: Light, more: Sequence[Undo]) 
         workshop.call("setObjectPose", floor, list(place._replace(z=place.z - _DOWN_M)))
     for number, lamp in enumerate(lamps):
         _set_lamp(workshop, lamp, light, is_on=number == 0)
+
+
+def collected(keeper: int, collections: Collection[int]) -> list[Undo]:
+    """Return how collections are undone, which have no names: only where their ``keeper`` still has its handle."""
+    return [("destroyCollection", collection, keeper) for collection in collections]
+
+
+def _undo(workshop: Workshop, root: int, name: str, arguments: list[Any]) -> None:
+    first, *rest = arguments
+    if name == "destroyCollection":
+        if rest == [root]:
+            workshop.call(name, first)
+    else:
+        workshop.call(name, workshop.make("getObject", first) if isinstance(first, str) else first, *rest)
 
 
 def _remove_stray(workshop: Workshop, keeper: int, found: Collection[int]) -> None:
@@ -104,8 +119,9 @@ def _roots(workshop: Workshop) -> list[int]:
 
 def _as_it_is(workshop: Workshop, lamp: int) -> list[Undo]:
     state, _, diffuse, specular = workshop.lamp(lamp)
-    pose = ("setObjectPose", lamp, list(workshop.place(lamp)))
-    return [("setLightParameters", lamp, state, None, diffuse, specular), pose]
+    path = workshop.path(lamp)
+    pose = ("setObjectPose", path, list(workshop.place(lamp)))
+    return [("setLightParameters", path, state, None, diffuse, specular), pose]
 
 
 def _set_lamp(workshop: Workshop, lamp: int, light: Light, *, is_on: bool) -> None:

@@ -76,6 +76,23 @@ def test_scene_that_is_kept_is_removed_by_the_next_program(simulator: Simulator,
     assert snapshot(simulator) == before
 
 
+def test_kept_scene_that_was_saved_and_loaded_is_cleared_though_its_handles_are_others(
+    simulator: Simulator, port: int
+) -> None:
+    before = snapshot(simulator)
+    opened(port, keep=True).close()
+    with simulator.lock:
+        things, simulator.graph._things = list(simulator.graph), {}
+        for handle, thing in enumerate(reversed(things), 100):
+            thing.handle = handle
+            simulator.graph._things[handle] = thing
+    collections = dict(simulator.graph.collections)  # as far as anybody knows, somebody's
+    opened(port).close()
+    after = snapshot(simulator)
+    assert (after["step"], after["things"]) == (before["step"], before["things"])
+    assert simulator.graph.collections == collections
+
+
 def test_floor_and_lamps_of_the_scene_make_way(simulator: Simulator, port: int) -> None:
     with opened(port):
         floor = simulator.graph.find(FLOOR)
