@@ -8,8 +8,9 @@ from functools import partial
 
 from pydantic import Field, PositiveFloat
 
+from drivers.coppeliasim.address import Address
 from drivers.coppeliasim.building import build, leave, make_room
-from drivers.coppeliasim.connection import Address, Connection
+from drivers.coppeliasim.connection import Connection
 from drivers.coppeliasim.examining import examine
 from drivers.coppeliasim.opening import open_scene
 from drivers.coppeliasim.scene import CoppeliaSimScene

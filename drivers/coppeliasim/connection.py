@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import socket
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from pydantic import Field
-
-from robotcore.description import Described
+from drivers.coppeliasim import failures
+from drivers.coppeliasim.address import Address, listens
 from robotcore.errors import BackendError
 from robotcore.uninterrupted import Uninterrupted
 
@@ -25,8 +23,6 @@ LOADING_S = 30.0
 IDLE_S = 5.0
 """A server forgets a client that says nothing for so long, so that a killed one does not freeze the simulation."""
 
-_PROBE_S = 0.3
-
 OLDER = {
     "sim.getObject": "sim.getObjectHandle",
     "sim.createPrimitiveShape": "sim.createPureShape",
@@ -38,17 +34,11 @@ OLDER = {
     "sim.getNamedStringParam": "sim.getStringNamedParam",
     "sim.setNamedStringParam": "sim.setStringNamedParam",
 }
-"""What functions were called before 4.4, or 4.7; their first arguments and results are the same."""
+"""What functions were called before 4.4, or 4.7; results are the same, and arguments but for `_REARRANGED`."""
 
-
-class Address(Described):
-    """Where a CoppeliaSim listens."""
-
-    host: str = "127.0.0.1"
-    port: int = Field(default=23000, ge=1, le=65535)
-
-    def __str__(self) -> str:
-        return f"{self.host}:{self.port}"
+_REARRANGED: dict[str, Callable[..., tuple[Any, ...]]] = {
+    "sim.createPureShape": lambda kind, sizes, options: (kind, options, sizes, 1.0),
+}
 
 
 class RefusedError(BackendError):
@@ -72,11 +62,8 @@ class Connection:
     @classmethod
     def open(cls, address: Address, answer_s: float) -> Connection:
         """Connect, and learn what the server offers; raises BackendError, with what to do, where nobody answers."""
-        if not _listens(address):
-            raise BackendError(
-                f"coppeliasim: nobody listens at {address}. Start CoppeliaSim, or name where it runs with "
-                "--host and --port"
-            )
+        if not listens(address):
+            raise failures.nobody(address)
         from drivers.coppeliasim.client import Client
 
         connection = cls(address, _connected(Client, address), answer_s)
@@ -100,7 +87,10 @@ class Connection:
 
     def sim(self, name: str, *arguments: Any, within_s: float | None = None) -> Any:
         """Call ``sim.NAME``, or what it was called before; return its result, a tuple where it has several."""
-        return self.call(self._offered(name), *arguments, within_s=within_s)
+        function = self._offered(name)
+        if function in _REARRANGED:
+            arguments = _REARRANGED[function](*arguments)
+        return self.call(function, *arguments, within_s=within_s)
 
     def has(self, name: str) -> bool:
         """Return whether the server offers ``sim.NAME``, under that name."""
@@ -111,7 +101,7 @@ class Connection:
         told = self._known.get(name)
         if isinstance(told, Mapping) and isinstance(told.get("const"), (int, float)):
             return int(told["const"])
-        raise self._lacking(f"sim.{name}")
+        raise failures.lacking(self.address, f"sim.{name}")
 
     def call(self, function: str, *arguments: Any, within_s: float | None = None) -> Any:
         """Call any function of the server; raises BackendError. Threads may call it: one call at a time."""
@@ -132,16 +122,18 @@ class Connection:
         except Refused as error:
             raise RefusedError(f"coppeliasim: {self.address} refused {function}: {error}") from error
         except Unanswered as error:
-            self._failure = self._silence(function, limit)
+            is_there = listens(self.address)
+            silent = failures.silent(self.address, function, limit, is_known=bool(self._known))
+            self._failure = silent if is_there else failures.gone(self.address, function)
             raise self._failure from error
         except Gone as error:
-            self._failure = self._gone(function)
+            self._failure = failures.gone(self.address, function)
             raise self._failure from error
         except FirstProtocol as error:
-            self._failure = self._too_old()
+            self._failure = failures.too_old(self.address)
             raise self._failure from error
         except Garbled as error:
-            self._failure = self._garbled(function, error)
+            self._failure = failures.garbled(self.address, function, error)
             raise self._failure from error
 
     def told(self, convert: Callable[[Any], T], name: str, *arguments: Any) -> T:
@@ -150,7 +142,7 @@ class Connection:
         try:
             return convert(answer)
         except (TypeError, ValueError, LookupError) as error:
-            raise self._garbled(f"sim.{name}", f"{answer!r:.80}") from error
+            raise failures.garbled(self.address, f"sim.{name}", f"{answer!r:.80}") from error
 
     def close(self) -> None:
         """Say goodbye where somebody listens, and let go. May be called again; never raises."""
@@ -163,7 +155,7 @@ class Connection:
 
     def _learn(self, info: Any) -> None:
         if not isinstance(info, Mapping) or "getObjectPosition" not in info:
-            self._failure = self._garbled("zmqRemoteApi.info", "no list of functions")
+            self._failure = failures.garbled(self.address, "zmqRemoteApi.info", "no list of functions")
             raise self._failure
         self._known = info
 
@@ -174,43 +166,7 @@ class Connection:
         older = OLDER.get(function)
         if older and older.removeprefix("sim.") in self._known:
             return older
-        raise self._lacking(function)
-
-    def _lacking(self, function: str) -> BackendError:
-        return BackendError(
-            f"coppeliasim: the CoppeliaSim at {self.address} has no {function}. "
-            "Install a newer one; 4.10 is what this was made with"
-        )
-
-    def _gone(self, function: str) -> BackendError:
-        return BackendError(
-            f"coppeliasim: the CoppeliaSim at {self.address} is gone; it died or was closed in {function}. "
-            "Start it again, and run again"
-        )
-
-    def _silence(self, function: str, limit: float) -> BackendError:
-        if not _listens(self.address):
-            return self._gone(function)
-        advice = (
-            "Another program than CoppeliaSim may listen there (19997 is the legacy remote API: --backend vrep), or "
-            "a dialogue of CoppeliaSim's waits for somebody"
-            if not self._known
-            else "Look whether it shows a dialogue or hangs; where it is only slow, raise safety.answer_s in the "
-            "robot's description"
-        )
-        return BackendError(f"coppeliasim: {self.address} has not answered {function} for {limit:.1f} s. {advice}")
-
-    def _garbled(self, function: str, what: object) -> BackendError:
-        return BackendError(
-            f"coppeliasim: {self.address} answered {function} with {what}; that is not CoppeliaSim's ZeroMQ remote "
-            "API. Look which program listens there, and name the right one with --port"
-        )
-
-    def _too_old(self) -> BackendError:
-        return BackendError(
-            f"coppeliasim: {self.address} speaks the first protocol of the ZeroMQ remote API, as CoppeliaSim up to 4.5 "
-            "does. Install CoppeliaSim 4.6 or newer, or use --backend vrep"
-        )
+        raise failures.lacking(self.address, function)
 
 
 def _connected(client: type[Client], address: Address) -> Client:
@@ -220,11 +176,3 @@ def _connected(client: type[Client], address: Address) -> Client:
         return client(address.host, address.port, IDLE_S)
     except zmq.ZMQError as error:
         raise BackendError(f"coppeliasim: {address} is no address to connect to: {error}. Correct --host") from error
-
-
-def _listens(address: Address) -> bool:
-    try:
-        socket.create_connection((address.host, address.port), _PROBE_S).close()
-    except OSError:
-        return False
-    return True

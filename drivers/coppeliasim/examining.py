@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import closing
 
-from drivers.coppeliasim.connection import LOADING_S, Address, Connection
+from drivers.coppeliasim.address import Address
+from drivers.coppeliasim.connection import LOADING_S, Connection
 from drivers.coppeliasim.proximity import looks
 from drivers.coppeliasim.scene import CoppeliaSimScene
 from drivers.coppeliasim.workshop import Workshop

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 
-from drivers.coppeliasim.connection import Address, Connection
+from drivers.coppeliasim.address import Address
+from drivers.coppeliasim.connection import Connection
 from drivers.coppeliasim.lease import Lease
 from drivers.coppeliasim.scene import CoppeliaSimScene
 from robotcore.scene import State

@@ -5,6 +5,7 @@ from __future__ import annotations
 import socket
 import sys
 from collections.abc import Iterator
+from typing import Any
 
 import cbor
 import numpy as np
@@ -12,8 +13,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from drivers.coppeliasim.address import Address
 from drivers.coppeliasim.client import Client
-from drivers.coppeliasim.connection import Address, Connection, RefusedError
+from drivers.coppeliasim.connection import Connection, RefusedError
 from robotcore.clock import MonotonicClock
 from robotcore.errors import BackendError
 from tests.doubles.coppeliasim.double import Double
@@ -139,11 +141,11 @@ def test_server_side_error_is_told_in_its_words_and_ends_nothing(double: Double)
 
 
 def test_lacking_function_is_named_and_an_older_name_is_taken(babbling: Babbling) -> None:
-    asked: list[str] = []
+    asked: list[tuple[str, list[Any]]] = []
 
     def old(message: bytes) -> bytes:
         request = cbor.loads(message)
-        asked.append(request["func"])
+        asked.append((request["func"], request["args"]))
         info = {**INFO, "createPureShape": {"func": {}}, "setJointMaxForce": {"func": {}}}
         return told({"ret": [info] if request["func"].endswith("info") else [7]})
 
@@ -151,7 +153,10 @@ def test_lacking_function_is_named_and_an_older_name_is_taken(babbling: Babbling
     connection = connected(babbling.port)
     assert connection.sim("createPrimitiveShape", 3, [1, 1, 1], 0) == 7
     connection.sim("setJointTargetForce", 1, 2.0)
-    assert asked[-2:] == ["sim.createPureShape", "sim.setJointMaxForce"]
+    assert asked[-2:] == [
+        ("sim.createPureShape", [3, 0, [1, 1, 1], 1.0]),
+        ("sim.setJointMaxForce", [1, 2.0]),
+    ]
     with pytest.raises(BackendError, match=r"has no sim\.getVisionSensorImg\. Install a newer one"):
         connection.sim("getVisionSensorImg", 1)
     connection.close()

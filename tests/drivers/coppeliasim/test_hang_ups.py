@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.coppeliasim.connection import Address, Connection
+from drivers.coppeliasim.address import Address
+from drivers.coppeliasim.connection import Connection
 from robotcore.errors import BackendError
 from tests.doubles.coppeliasim.scene import Simulator
 from tests.doubles.coppeliasim.zmq import ZmqServer

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 from typing import Any
 
+from drivers.coppeliasim.address import Address
 from drivers.coppeliasim.backend import CoppeliaSimBackend
-from drivers.coppeliasim.connection import Address
 from robotcore.backend import Setup
 from robotcore.description import RobotDescription, WorldDescription, load_robot
 from robotcore.robot import Robot
