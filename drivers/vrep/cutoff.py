@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from drivers.vrep import requests
 from drivers.vrep.connection import Connection
-from drivers.vrep.errors import NobodyListensError, RemoteApiError
+from drivers.vrep.errors import NobodyListensError, RemoteApiError, ServerHangsError
 from drivers.vrep.link import RETRY_S
 from robotcore.clock import MonotonicClock
 from robotcore.guardian import Cutoff
@@ -16,7 +16,7 @@ SHORT_S = 0.2
 
 DEAF_S = 0.75
 """A server hangs up on everyone, or does not listen, for half a second after its client was killed; all is tried again
-so long, for a guardian is to have stopped everything within one."""
+so long, for a guardian is to have stopped everything within one. One that hangs is not: its app is to end soon."""
 
 
 class StandingJoints(Cutoff):
@@ -38,7 +38,7 @@ class StandingJoints(Cutoff):
             try:
                 self._stand()
             except RemoteApiError as failure:
-                if clock.now() + RETRY_S > DEAF_S:
+                if isinstance(failure, ServerHangsError) or clock.now() + RETRY_S > DEAF_S:
                     return self._told(failure)
             else:
                 return None
