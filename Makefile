@@ -9,7 +9,7 @@ READY := $(VENV)/.ready-$(VERSION)
 UV := $(shell command -v uv 2>/dev/null)
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all system system-gpio system-arm64 lint types rules package coverage check clean
+.PHONY: help demo test test-all system system-gpio system-arm64 system-coppeliasim lint types rules package coverage check clean
 
 help:  ## show what there is
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -49,6 +49,9 @@ system-gpio: $(READY)  ## test the Pi's drivers on a real kernel's GPIO chip and
 
 system-arm64: $(READY)  ## test the wheel on an emulated arm64
 	@$(BIN)/python -m tests.system.arm64 || [ $$? -eq 77 ]
+
+system-coppeliasim: $(READY)  ## test coppeliasim on a real CoppeliaSim: ROBOTCORE_COPPELIASIM=HOST:PORT
+	@$(BIN)/python -m tests.system.coppeliasim || [ $$? -eq 77 ]
 
 lint: $(READY)  ## style: ruff
 	@$(BIN)/ruff check . && $(BIN)/ruff format --check .

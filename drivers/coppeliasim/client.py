@@ -20,8 +20,7 @@ from coppeliasim_zmqremoteapi_client import RemoteAPIClient, cbor
 from robotcore.clock import MonotonicClock
 
 _MISSING = object()
-_WAIT = "_*wait*_"
-_CONVERSATION = (_WAIT, "_*repeat*_")
+_CONVERSATION = ("_*wait*_", "_*repeat*_")
 """What a server may ask of a client that registers no callbacks."""
 
 
@@ -66,7 +65,6 @@ class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
         self._hang_ups: zmq.Socket[bytes] | None = None
         self._clock = MonotonicClock()
         self._deadline = 0.0
-        self._is_owed = self._is_waited_for = False
 
     def notice_hang_ups(self) -> None:
         """Wait for nobody who hangs up from now on: the library would connect again, in silence, to whoever comes."""
@@ -76,7 +74,6 @@ class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
     def ask(self, function: str, arguments: Sequence[Any], within_s: float) -> Any:
         """Call a function of the server; raises Unanswered, Gone, Refused or Garbled. The first two end the client."""
         self._deadline = self._clock.now() + within_s
-        self._hear_out()
         return self.call(function, [wire(argument) for argument in arguments])
 
     def close(self) -> None:
@@ -91,16 +88,7 @@ class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
         with suppress(AttributeError):  # it was never connected
             self.close()
 
-    def _hear_out(self) -> None:
-        """Wait for the end of a call that was cut short, by a signal for one; what it was answered is nobody's."""
-        while self._is_owed or self._is_waited_for:
-            with suppress(Refused, Garbled):
-                if self._is_waited_for:
-                    self._send({"func": "_*executed*_", "args": []})
-                self._recv()
-
     def _send(self, request: dict[str, Any]) -> None:
-        self._is_owed, self._is_waited_for = True, False
         try:
             super()._send(request)
         except zmq.ZMQError as full:
@@ -111,9 +99,7 @@ class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
         ready = dict(self._awaited.poll(math.ceil(left * 1000)))  # a look at least: it may be us who were held up
         if self.socket not in ready:
             raise Gone if ready else Unanswered
-        raw, self._is_owed = self.socket.recv(zmq.NOBLOCK), False
-        reply = _reply_in(raw)
-        self._is_waited_for = reply.get("func") == _WAIT
+        reply = _reply_in(self.socket.recv(zmq.NOBLOCK))
         if not left and "func" in reply:  # a server that lets wait answers, and answers, and answers
             raise Unanswered
         return reply

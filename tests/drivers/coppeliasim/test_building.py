@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from drivers.coppeliasim.address import Address
 from drivers.coppeliasim.backend import CoppeliaSimBackend
 from drivers.coppeliasim.client import Client
-from drivers.coppeliasim.connection import Address, Connection
+from drivers.coppeliasim.connection import Connection
 from drivers.coppeliasim.placing import Placement
 from drivers.coppeliasim.tidying import begin
 from drivers.coppeliasim.workshop import NOTHING, Mask, Workshop

@@ -14,7 +14,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drivers.coppeliasim.address import Address
-from drivers.coppeliasim.client import Client
 from drivers.coppeliasim.connection import Connection, RefusedError
 from robotcore.clock import MonotonicClock
 from robotcore.errors import BackendError
@@ -212,28 +211,3 @@ def test_closed_connection_asks_nobody(double: Double) -> None:
     connection.close()
     with pytest.raises(BackendError, match="is closed"):
         connection.sim("getSimulationState")
-
-
-@pytest.mark.parametrize("is_heard", [False, True], ids=["before it is answered", "after it is answered"])
-@pytest.mark.parametrize("function", ["sim.getSimulationTimeStep", "sim.step"])
-def test_call_that_a_signal_cuts_short_does_not_garble_the_next(
-    double: Double, function: str, monkeypatch: pytest.MonkeyPatch, *, is_heard: bool
-) -> None:
-    connection = connected(double.zmq_port)
-    connection.sim("setStepping", True)
-    connection.sim("startSimulation")
-    hear = Client._recv
-
-    def interrupted(client: Client) -> None:
-        if is_heard:
-            hear(client)
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(Client, "_recv", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        connection.call(function)
-    monkeypatch.setattr(Client, "_recv", hear)
-    dummy = connection.sim("createDummy", 0.01)
-    assert connection.sim("getObjectAlias", dummy) == "dummy"
-    connection.sim("stopSimulation", True)
-    connection.close()
