@@ -31,8 +31,8 @@ endif
 demo: $(READY)  ## watch the robot find the green ball; leaves demo.png
 	@$(BIN)/robotcore demo
 
-test: $(READY)  ## run the tests
-	@$(BIN)/python -m pytest
+test: $(READY)  ## run the tests, on all cores
+	@$(BIN)/python -m pytest -n auto
 
 test-all:  ## run the tests on every Python from 3.10 to 3.13 that is on this machine
 	@for version in 3.10 3.11 3.12 3.13; do \
@@ -66,7 +66,7 @@ package: $(READY)  ## build the wheel and look at what is in it
 	@rm -rf dist && $(BIN)/python -m build --quiet --installer $(if $(UV),uv,pip) >/dev/null && $(BIN)/check-wheel-contents dist
 
 coverage: $(READY)  ## run the tests with branch coverage
-	@$(BIN)/python -m pytest --cov --cov-report=term:skip-covered
+	@$(BIN)/python -m pytest -n auto --cov --cov-report=term:skip-covered
 
 check: lint types rules package coverage  ## all that CI does, but for the system tests
 
