@@ -20,6 +20,7 @@ from coppeliasim_zmqremoteapi_client import RemoteAPIClient, cbor
 from robotcore.clock import MonotonicClock
 
 _MISSING = object()
+_LOOK_S = 0.2
 _CONVERSATION = ("_*wait*_", "_*repeat*_")
 """What a server may ask of a client that registers no callbacks."""
 
@@ -76,6 +77,10 @@ class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
         self._deadline = self._clock.now() + within_s
         return self.call(function, [wire(argument) for argument in arguments])
 
+    def hurry(self, within_s: float) -> None:
+        """Let the call that is under way take no longer than this from now on; any thread may say so."""
+        self._deadline = min(self._deadline, self._clock.now() + within_s)
+
     def close(self) -> None:
         """Let the socket go, with whatever is still to be sent. May be called again."""
         for each in (self._hang_ups, self.socket):
@@ -95,14 +100,21 @@ class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
             raise Unanswered from full
 
     def _recv(self) -> dict[str, Any]:
-        left = max(self._deadline - self._clock.now(), 0.0)
-        ready = dict(self._awaited.poll(math.ceil(left * 1000)))  # a look at least: it may be us who were held up
+        left, ready = self._awaited_within()
         if self.socket not in ready:
             raise Gone if ready else Unanswered
         reply = _reply_in(self.socket.recv(zmq.NOBLOCK))
         if not left and "func" in reply:  # a server that lets wait answers, and answers, and answers
             raise Unanswered
         return reply
+
+    def _awaited_within(self) -> tuple[float, dict[Any, int]]:
+        """Wait until the deadline, which may be drawn nearer meanwhile; return what was left of it, and what came."""
+        while True:
+            left = max(self._deadline - self._clock.now(), 0.0)
+            ready = dict(self._awaited.poll(math.ceil(min(left, _LOOK_S) * 1000)))  # once at least: we may be late
+            if ready or not left:
+                return left, ready
 
 
 def wire(value: Any) -> Any:

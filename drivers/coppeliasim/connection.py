@@ -20,6 +20,9 @@ T = TypeVar("T")
 LOADING_S = 30.0
 """What starts, stops, loads or renders for the first time may take so long."""
 
+HURRIED_S = 2.0
+"""What is under way when somebody wants to end it takes no longer, if it hangs."""
+
 IDLE_S = 5.0
 """A server forgets a client that says nothing for so long, so that a killed one does not freeze the simulation."""
 
@@ -106,7 +109,13 @@ class Connection:
     def call(self, function: str, *arguments: Any, within_s: float | None = None) -> Any:
         """Call any function of the server; raises BackendError. Threads may call it: one call at a time."""
         limit = self.answer_s if within_s is None else max(within_s, self.answer_s)
-        return self._talks.do(partial(self._ask, function, arguments, limit))
+        try:
+            return self._talks.do(partial(self._ask, function, arguments, limit))
+        except Exception:
+            raise
+        except BaseException:  # Ctrl-C: nobody waits for as long as loading may take
+            self._client.hurry(max(HURRIED_S, self.answer_s))
+            raise
 
     def together(self, work: Callable[[], T]) -> T:
         """Return what work comes to that makes several calls; whoever waits for it is woken once for all of them."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import signal
 import socket
 import sys
+import threading
 from collections.abc import Iterator
 from typing import Any
 
@@ -175,6 +177,18 @@ def test_answer_that_is_there_counts_though_this_program_was_held_up(
     assert connection.told(int, "getSimulationState") == 0
     monkeypatch.undo()
     connection.close()
+
+
+def test_ctrl_c_is_heard_soon_where_a_server_hangs_that_may_take_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.coppeliasim.connection.HURRIED_S", ANSWER_S)
+    clock = MonotonicClock()
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        pressing = threading.Timer(0.3, signal.pthread_kill, (threading.main_thread().ident, signal.SIGINT))
+        pressing.start()
+        with pytest.raises(KeyboardInterrupt):
+            connected(silent.getsockname()[1])
+        pressing.join()
+    assert clock.now() < BOUND_S
 
 
 def test_client_that_nobody_closed_holds_up_no_exit(double: Double) -> None:
