@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, closing
 from functools import partial
 
@@ -97,11 +97,12 @@ class CoppeliaSimBackend(Backend):
         self.require_installed()
         may_stop = self.builds_world(setup.robot) or options.simulation is Whose.OURS
         connect = partial(open_scene, options.address, _answer_s(options, setup), may_stop=may_stop)
+        cutoffs = partial(_cutoffs, options)
         if not self.builds_world(setup.robot):
-            return join(setup, SECTION, connect, options.simulation, cutoffs=partial(_cutoffs, options))
+            return join(setup, SECTION, connect, options.simulation, cutoffs=cutoffs)
         if setup.world is None:
             raise UsageError("the coppeliasim backend needs a world; name one with --world")
-        return _built(setup, setup.world, connect, keep=options.keep)
+        return _built(setup, setup.world, connect, cutoffs, keep=options.keep)
 
 
 def _answer_s(options: CoppeliaSimOptions, setup: Setup) -> float:
@@ -115,7 +116,14 @@ def _cutoffs(options: CoppeliaSimOptions, joints: Mapping[str, int]) -> Iterator
         yield CutoffSpec(" and ".join(joints), "drivers.coppeliasim.cutoff:StandingJoints", where, STEPPED_S)
 
 
-def _built(setup: Setup, world: WorldDescription, connect: Callable[[], CoppeliaSimScene], *, keep: bool) -> Robot:
+def _built(
+    setup: Setup,
+    world: WorldDescription,
+    connect: Callable[[], CoppeliaSimScene],
+    cutoffs: Callable[[Mapping[str, int]], Iterable[CutoffSpec]],
+    *,
+    keep: bool,
+) -> Robot:
     """Open a robot in a scene that is built for it; what was made by then is removed where that fails."""
     with ExitStack() as undo:
         scene = connect()
@@ -127,8 +135,15 @@ def _built(setup: Setup, world: WorldDescription, connect: Callable[[], Coppelia
         simulation.start()
         devices = _open_devices(simulation, setup)
         release = undo.pop_all().close
-    truth, notes = simulation.truth, simulation.notes
-    return Robot(setup.robot.name, simulation.clock, devices, truth=truth, release=release, notes=notes)
+    return Robot(
+        setup.robot.name,
+        simulation.clock,
+        devices,
+        truth=simulation.truth,
+        release=release,
+        notes=simulation.notes,
+        cutoffs=cutoffs(simulation.driven),
+    )
 
 
 def _open_devices(simulation: Simulation, setup: Setup) -> list[Device]:

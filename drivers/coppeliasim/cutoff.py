@@ -1,4 +1,4 @@
-"""How the guardian makes the wheels in somebody's scene stand, whose time goes on when our program has been killed."""
+"""How the guardian makes wheels stand in a scene whose time goes on when our program has been killed."""
 
 from __future__ import annotations
 

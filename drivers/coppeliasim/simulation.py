@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 
 from drivers.coppeliasim.building import Built
@@ -61,6 +61,11 @@ class Simulation:
             return SceneCamera(told.name, told.intrinsics, scene, sensor, clock)
         display: DisplayDescription = told  # of a new kind of device, the type checker tells
         return SceneDisplay(display.name, scene, sensor)
+
+    @property
+    def driven(self) -> Mapping[str, int]:
+        """The joints of the motors that are open, by their names."""
+        return {motor.name: self._joint_of(motor.name) for motor in self._motors}
 
     @property
     def notes(self) -> Sequence[str]:

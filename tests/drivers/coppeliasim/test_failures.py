@@ -167,14 +167,26 @@ def test_killed_program_leaves_a_scene_that_the_next_one_clears(simulator: Simul
     assert names(simulator) == before
 
 
-def test_killed_program_leaves_no_wheel_of_somebodys_scene_turning() -> None:
+def bubblerob_seeing_as_far_as_described() -> Simulator:
     simulator = bubblerob_scene()
     nose = simulator.graph.find("/bubbleRob/sensingNose")
     assert isinstance(nose, ProximitySensor)
-    nose.reach = 0.5  # as the robot's file asks for
+    nose.reach = 0.5
+    return simulator
+
+
+@pytest.mark.parametrize(
+    "robot, scene",
+    [
+        pytest.param("rover", default_scene, id="that was built"),
+        pytest.param("bubblerob", bubblerob_seeing_as_far_as_described, id="that was joined"),
+    ],
+)
+def test_killed_program_leaves_no_wheel_of_a_scene_turning(robot: str, scene: Callable[[], Simulator]) -> None:
+    simulator = scene()
     with Double(simulator) as double:
         command = [sys.executable, "-m", "robotcore", "run", "avoid-obstacles", "--backend", "coppeliasim"]
-        options = ["--robot", "bubblerob", "--port", str(double.zmq_port), "--set", "duration_s=600", "--realtime"]
+        options = ["--robot", robot, "--port", str(double.zmq_port), "--set", "duration_s=600", "--realtime"]
         with subprocess.Popen([*command, *options], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as app:
             with simulator.lock:
                 assert simulator.changed.wait_for(lambda: simulator.time > 0.2 and any(targets(simulator)), 30)
