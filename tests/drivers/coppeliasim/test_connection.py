@@ -16,6 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drivers.coppeliasim.address import Address
+from drivers.coppeliasim.client import Client
 from drivers.coppeliasim.connection import Connection, RefusedError
 from robotcore.clock import MonotonicClock
 from robotcore.errors import BackendError
