@@ -1,4 +1,4 @@
-"""An app that drives and looks until its time is up, and says when it has begun."""
+"""An app that turns and looks until its time is up, and says when it has begun."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ FIRST_TICKS = 3
 
 @dataclass
 class Driving(Behaviour):
-    """Drives a curve for ``duration_s``, with all that a robot has."""
+    """Turns on the spot for ``duration_s``, where it bumps into nothing, with all that a robot has."""
 
     duration_s: float = 60.0
     needs = frozenset({Role.DRIVE, Role.CAMERA, Role.RANGE})
@@ -27,5 +27,5 @@ class Driving(Behaviour):
             print(BEGUN, file=sys.stderr, flush=True)
         robot.camera.read()
         robot.range.read()
-        robot.drive.set_velocity(0.05, 0.2 if self._ticks % 2 else -0.2)
+        robot.drive.set_velocity(0.0, 0.6 if self._ticks % 2 else 0.5)
         return Status.SUCCESS if robot.clock.now() >= self.duration_s else Status.RUNNING
