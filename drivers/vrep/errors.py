@@ -36,8 +36,8 @@ class GarbledReplyError(RemoteApiError, ValueError):
 
     def __init__(self, fault: str) -> None:
         super().__init__(
-            f"that is no reply of the legacy remote API: {fault}. Look which program listens at this port; "
-            "a simulator's port is told in its remoteApiConnections.txt"
+            f"that is no reply of the legacy remote API: {fault}. Look which program listens at this port: 19997 is "
+            "the usual one, another is told in the simulator's remoteApiConnections.txt"
         )
 
 

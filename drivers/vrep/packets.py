@@ -15,6 +15,8 @@ from drivers.vrep.errors import GarbledReplyError
 _HEADER = struct.Struct("<HHH")
 _BYTE_ORDER = 1
 MAX_PACKET_BYTES = 1300
+_ZEROMQ = bytes.fromhex("ff 00 00 00 00 00")
+"""With which a server of ZeroMQ greets, https://rfc.zeromq.org/spec/23."""
 _MAX_PAYLOAD_BYTES = MAX_PACKET_BYTES - _HEADER.size
 
 
@@ -60,8 +62,14 @@ class Unpacker:
             return None
         order, size, left = _HEADER.unpack_from(self._received, start)
         if order != _BYTE_ORDER or size == 0 or (self._left is not None and left != self._left - 1):
-            raise GarbledReplyError(f"a packet begins with {bytes(self._received[start:first]).hex(' ')}")
+            raise GarbledReplyError(_fault(bytes(self._received[start:first])))
         if len(self._received) < first + size:
             return None
         self._left = left
         return slice(first, first + size)
+
+
+def _fault(header: bytes) -> str:
+    if header == _ZEROMQ:
+        return "it greets as CoppeliaSim's ZeroMQ remote API does, which is --backend coppeliasim"
+    return f"a packet begins with {header.hex(' ')}"

@@ -27,9 +27,11 @@ from drivers.vrep.messages import encoded
 from drivers.vrep.packets import packed
 from robotcore.clock import MonotonicClock
 from robotcore.errors import BackendError
+from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.legacy.faults import Babbles, Cuts, Dies, Fault, Hangs
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.legacy.service import Service
+from tests.doubles.coppeliasim.scenes import default_scene
 
 SHORT_S = 0.1
 """Where nothing good comes within it anyway."""
@@ -149,6 +151,11 @@ def test_a_reply_that_trickles_in_does_not_outlast_the_time_out() -> None:
             Connection.to("127.0.0.1", listening.getsockname()[1], SHORT_S)
         stop.set()
         thread.join()
+
+
+def test_port_of_the_zeromq_remote_api_is_told_with_its_backend() -> None:
+    with Double(default_scene()) as double, pytest.raises(GarbledReplyError, match="which is --backend coppeliasim"):
+        Connection.to("127.0.0.1", double.zmq_port, LONGER_S)
 
 
 @settings(max_examples=40, deadline=None)
