@@ -10,6 +10,14 @@ from robotcore.description import Described
 
 _PROBE_S = 0.3
 
+GREETING_S = 3.0
+"""How long who has taken a connection may take to greet."""
+
+ZEROMQ = b"\xff"
+"""With which a server of ZeroMQ begins, at once and unasked, however busy its program is
+(https://rfc.zeromq.org/spec/23, the signature). The legacy remote API's servers wait to be asked.
+"""
+
 
 class Address(Described):
     """Where a CoppeliaSim listens."""
@@ -28,3 +36,15 @@ def listens(address: Address) -> bool:
     except OSError:
         return False
     return True
+
+
+def greeting(address: Address) -> bytes | None:
+    """Return the first byte of a server's; none where it hangs up, None where nothing comes. Raises OSError."""
+    with socket.create_connection((address.host, address.port), _PROBE_S) as line:
+        line.settimeout(GREETING_S)
+        try:
+            return line.recv(1)
+        except TimeoutError:
+            return None
+        except ConnectionError:
+            return b""

@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from drivers.coppeliasim import failures
-from drivers.coppeliasim.address import Address, listens
+from drivers.coppeliasim.address import ZEROMQ, Address, greeting, listens
 from robotcore.errors import BackendError
 from robotcore.uninterrupted import Uninterrupted
 
@@ -65,8 +65,7 @@ class Connection:
     @classmethod
     def open(cls, address: Address, answer_s: float) -> Connection:
         """Connect, and learn what the server offers; raises BackendError, with what to do, where nobody answers."""
-        if not listens(address):
-            raise failures.nobody(address)
+        _require_greeting(address)
         from drivers.coppeliasim.client import Client
 
         connection = cls(address, _connected(Client, address), answer_s)
@@ -185,3 +184,13 @@ def _connected(client: type[Client], address: Address) -> Client:
         return client(address.host, address.port, IDLE_S)
     except zmq.ZMQError as error:
         raise BackendError(f"coppeliasim: {address} is no address to connect to: {error}. Correct --host") from error
+
+
+def _require_greeting(address: Address) -> None:
+    """Raise BackendError where nobody listens, or who listens does not begin as ZeroMQ does."""
+    try:
+        said = greeting(address)
+    except OSError as error:
+        raise failures.nobody(address, error) from error
+    if said != ZEROMQ:
+        raise failures.stranger(address, said)

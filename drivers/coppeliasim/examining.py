@@ -25,7 +25,8 @@ def examine(address: Address) -> Iterator[Finding]:
             yield from _examined(scene)
     except BackendError as error:
         said, _, remedy = str(error).removeprefix(f"{_NAME}: ").partition(". ")
-        yield Finding.warning(_NAME, said, remedy)
+        only = f". These are options of robotcore run and check: the doctor looks at {address} alone"
+        yield Finding.warning(_NAME, said, remedy + only * ("--port" in remedy))
 
 
 def _examined(scene: CoppeliaSimScene) -> Iterator[Finding]:

@@ -6,10 +6,23 @@ from drivers.coppeliasim.address import Address
 from robotcore.errors import BackendError
 
 
-def nobody(address: Address) -> BackendError:
+def nobody(address: Address, why: OSError) -> BackendError:
     """Return the error for an address where there is no server."""
+    reason = "" if isinstance(why, ConnectionRefusedError) else f" ({why.strerror or why})"
     return BackendError(
-        f"coppeliasim: nobody listens at {address}. Start CoppeliaSim, or name where it runs with --host and --port"
+        f"coppeliasim: nobody listens at {address}{reason}. Start CoppeliaSim, or name where it runs with --host and "
+        "--port"
+    )
+
+
+def stranger(address: Address, said: bytes | None) -> BackendError:
+    """Return the error for a server that greets otherwise than ZeroMQ, None being not at all."""
+    spoken = f"begins with the byte {said.hex()}" if said else "hangs up"
+    does = "says nothing" if said is None else spoken
+    return BackendError(
+        f"coppeliasim: who listens at {address} {does}; that is not CoppeliaSim's ZeroMQ remote API, or it is frozen. "
+        "The legacy remote API is --backend vrep; else look which program listens there, and name the right port with "
+        "--port: 23000 as CoppeliaSim is shipped"
     )
 
 
@@ -27,8 +40,7 @@ def silent(address: Address, function: str, limit_s: float, *, is_known: bool) -
         "Look whether it shows a dialogue or hangs; where it is only slow, raise safety.answer_s in the robot's "
         "description"
         if is_known
-        else "Another program than CoppeliaSim may listen there (19997 is the legacy remote API: --backend vrep), or "
-        "a dialogue of CoppeliaSim's waits for somebody"
+        else "Look whether a dialogue of CoppeliaSim's waits for somebody, or it is busy"
     )
     return BackendError(f"coppeliasim: {address} has not answered {function} for {limit_s:.1f} s. {advice}")
 

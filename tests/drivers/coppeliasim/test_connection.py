@@ -12,12 +12,14 @@ from typing import Any
 import cbor
 import numpy as np
 import pytest
+import zmq
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drivers.coppeliasim.address import Address
 from drivers.coppeliasim.client import Client
 from drivers.coppeliasim.connection import Connection, RefusedError
+from drivers.coppeliasim.examining import examine
 from robotcore.clock import MonotonicClock
 from robotcore.errors import BackendError
 from tests.doubles.coppeliasim.double import Double
@@ -63,17 +65,41 @@ def test_where_nobody_listens_it_says_what_to_start() -> None:
         connected(port)
 
 
-def test_port_where_another_program_listens_is_not_waited_for_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("drivers.coppeliasim.connection.LOADING_S", ANSWER_S)
+def test_doctor_names_no_option_as_its_own() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        address = Address(port=taken.getsockname()[1])
+    (finding,) = examine(address)
+    assert "nobody listens" in finding.said
+    assert f"of robotcore run and check: the doctor looks at {address} alone" in finding.remedy
+
+
+def test_port_where_who_listens_says_nothing_is_told_soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.coppeliasim.address.GREETING_S", ANSWER_S)
     with (
         socket.create_server(("127.0.0.1", 0)) as silent,
-        pytest.raises(BackendError, match=r"has not answered zmqRemoteApi\.require for 0\.2 s\. Another program"),
+        pytest.raises(BackendError, match=r"says nothing; that is not .* --backend vrep"),
     ):
         connected(silent.getsockname()[1])
 
 
+def test_port_of_the_legacy_remote_api_is_told_with_its_backend(
+    double: Double, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("drivers.coppeliasim.address.GREETING_S", ANSWER_S)
+    with pytest.raises(BackendError, match=r"says nothing; that is not .* --backend vrep"):
+        connected(double.legacy_port)
+
+
+def test_server_that_greets_and_does_not_answer_is_not_waited_for_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.coppeliasim.connection.LOADING_S", ANSWER_S)
+    with zmq.Context() as context, context.socket(zmq.REP) as silent:
+        port = silent.bind_to_random_port("tcp://127.0.0.1")
+        with pytest.raises(BackendError, match=r"has not answered zmqRemoteApi\.require for 0\.2 s\. Look whether"):
+            connected(port)
+
+
 def test_host_that_is_none_is_told() -> None:
-    with pytest.raises(BackendError, match=r"nobody listens at no\.such\.host\.invalid:23000"):
+    with pytest.raises(BackendError, match=r"nobody listens at no\.such\.host\.invalid:23000 \(\S+"):
         Connection.open(Address(host="no.such.host.invalid"), ANSWER_S)
 
 
