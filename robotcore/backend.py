@@ -63,7 +63,8 @@ class Backend(ABC):
     """Opens robots of one kind: in one simulator, or on one kind of board.
 
     One that ``needs_world`` simulates the world that it is given; one that ``brings_physics`` is a physics
-    simulator that needs nothing else to be running. ``modules`` are the libraries it works with, looked
+    simulator that needs nothing else to be running. One that ``serves_one`` has one robot or simulator, which a
+    second program has to wait for. ``modules`` are the libraries it works with, looked
     for without importing them; ``remedy`` is what to do where they are missing.
     """
 
@@ -73,6 +74,7 @@ class Backend(ABC):
     needs_world: ClassVar[bool] = False
     has_gui: ClassVar[bool] = False
     brings_physics: ClassVar[bool] = False
+    serves_one: ClassVar[bool] = False
     modules: ClassVar[tuple[str, ...]] = ()
 
     @abstractmethod

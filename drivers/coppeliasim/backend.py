@@ -64,6 +64,7 @@ class CoppeliaSimBackend(Backend):
     summary = "CoppeliaSim 4.6 and newer, over its ZeroMQ remote API"
     vouches_for = frozenset({Vouch.CONTACTS, Vouch.POSE, Vouch.LOCKSTEP})
     needs_world = True
+    serves_one = True
     modules = ("coppeliasim_zmqremoteapi_client", "zmq")
 
     @property

@@ -55,6 +55,7 @@ class VrepBackend(Backend):
 
     name = "vrep"
     summary = "V-REP's scenes, over the legacy remote API on 19997; no lockstep on port 19999"
+    serves_one = True
     vouches_for = frozenset({Vouch.POSE, Vouch.LOCKSTEP})
 
     def check(self, robot: RobotDescription) -> str:

@@ -41,7 +41,10 @@ class _SweepCommand(AnsweringCommand):
 @click.option("--seeds", default="1-20", show_default=True, help="Draw the worlds from these: 1-200, or 1,5,9-12.")
 @requested
 @click.option(
-    "--jobs", metavar="N", type=count, help="Runs at a time; as many as there are cores where it is left out."
+    "--jobs",
+    metavar="N",
+    type=count,
+    help="Runs at a time; where it is left out, as many as there are cores, or one where the backend serves one.",
 )
 @click.option(
     "--wall-timeout",
@@ -91,7 +94,7 @@ def command(
 
         require_ready(report)
     sweep = Sweep(_request(**asked), backends, worlds, seeds_of(seeds))
-    engine = _engine(cluster, jobs, wall_timeout_s)
+    engine = _engine(cluster, jobs, wall_timeout_s, backends)
     results = Results(sweep, out, fresh=fresh)
     with printing_apart(as_json=as_json):
         rehearse(sweep)
@@ -109,12 +112,12 @@ def _request(settings: tuple[tuple[str, str], ...], options: tuple[tuple[str, st
     return RunRequest(**asked, settings=dict(settings), options=dict(options))
 
 
-def _engine(cluster: str | None, jobs: int | None, wall_timeout_s: float | None) -> Engine:
+def _engine(cluster: str | None, jobs: int | None, wall_timeout_s: float | None, backends: tuple[str, ...]) -> Engine:
     """Return what carries the runs out; BackendMissingError where what it needs is not installed."""
     if cluster is None:
         from robotcore.sweep.local import LocalEngine, cores
 
-        return LocalEngine(jobs or cores(), wall_timeout_s)
+        return LocalEngine(_at_a_time(jobs, backends) or cores(), wall_timeout_s)
     if jobs is not None:
         raise UsageError(
             "--jobs is for this machine; a cluster runs as many at a time as it has workers for. Leave one of them out"
@@ -122,6 +125,15 @@ def _engine(cluster: str | None, jobs: int | None, wall_timeout_s: float | None)
     from robotcore.sweep.cluster import ClusterEngine
 
     return ClusterEngine(cluster, wall_timeout_s)
+
+
+def _at_a_time(jobs: int | None, backends: tuple[str, ...]) -> int | None:
+    from robotcore.catalogue import load_backend
+
+    alone = [name for name in backends if load_backend(name).serves_one]
+    if alone and jobs and jobs > 1:
+        raise UsageError(f"the backend {alone[0]!r} serves one run at a time. Leave --jobs out")
+    return 1 if alone else jobs
 
 
 def _run(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | BackendError | None:

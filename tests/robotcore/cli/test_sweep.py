@@ -149,6 +149,7 @@ def test_a_requirement_that_is_missed_is_exit_1_with_got_and_required(cli: Cli, 
         (["green-search", "--jobs", "0"], 2, "--jobs': '0' is no count; take a whole number from 1 on"),
         (["green-search", "--jobs", "a"], 2, "'a' is no count; take a whole number from 1 on"),
         (["green-search", "--jobs", "2", "--cluster", "tcp://lab:8786"], 2, "--jobs is for this machine"),
+        (["green-search", "--jobs", "2", "--backend", "coppeliasim"], 2, "'coppeliasim' serves one run at a time"),
         (["green-search", "--rate", "nan"], 2, "--rate"),
         (["green-search", "--out", ""], 2, "--out': the name is empty"),
         (["green-search", "--report", ""], 2, "--report': the name is empty"),
@@ -162,6 +163,22 @@ def test_what_cannot_be_run_is_refused_before_anything_is(
     assert (told.status, asked, list(Path().iterdir())) == (status, [], [])
     assert fault in told.err
     assert len(told.err.splitlines()) <= 2
+
+
+@pytest.mark.parametrize("backend, at_a_time", [("coppeliasim", 1), ("kinematic,vrep", 1), ("kinematic", 7)])
+def test_simulator_that_serves_one_is_given_one_run_at_a_time(
+    cli: Cli, monkeypatch: pytest.MonkeyPatch, backend: str, at_a_time: int
+) -> None:
+    given: list[int] = []
+
+    def engine(jobs: int, _: object) -> None:
+        given.append(jobs)
+        raise BackendError("enough")
+
+    monkeypatch.setattr("robotcore.sweep.local.cores", lambda: 7)
+    monkeypatch.setattr("robotcore.sweep.local.LocalEngine", engine)
+    assert cli(*SHORT, "--backend", backend).err == "error: enough\n"
+    assert given == [at_a_time]
 
 
 def test_a_missing_backend_is_exit_3(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
