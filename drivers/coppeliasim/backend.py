@@ -82,6 +82,12 @@ class CoppeliaSimBackend(Backend):
 
     def look(self, setup: Setup) -> Iterator[Finding]:
         options = setup.options_as(CoppeliaSimOptions)
+        if self.builds_world(setup.robot):
+            raise UsageError(
+                f"the robot {setup.robot.name!r} has no section [{SECTION}], so it is built when it is run, and "
+                f"nothing is looked for in the scene. Leave --backend out, or add [{SECTION}.DEVICE] with path for "
+                "each device that is in the scene"
+            )
         places(setup.robot, SECTION)  # what is wrong with a file is told before anybody is asked
         self.require_installed()
         with closing(CoppeliaSimScene(Connection.open(options.address, _answer_s(options, setup)))) as scene:

@@ -64,7 +64,8 @@ def require_empty(workshop: Workshop) -> None:
         shown = ", ".join(others[:_SHOWN]) + (", …" if len(others) > _SHOWN else "")
         raise BackendError(
             f"coppeliasim: there are things in the scene ({shown}), and the world would be built among them. Open a "
-            "new scene in CoppeliaSim, or drive the robot that is there: name its objects under [coppeliasim]"
+            "new scene in CoppeliaSim, or drive the robot that is there: --robot, with a file that names its objects "
+            "under [coppeliasim], as bubblerob and lookout do"
         )
 
 

@@ -18,11 +18,11 @@ from drivers.coppeliasim.tidying import begin
 from drivers.coppeliasim.workshop import NOTHING, Mask, Workshop
 from robotcore.backend import Setup
 from robotcore.description import load_robot, load_world
-from robotcore.errors import BackendError, DeviceGroupError
+from robotcore.errors import BackendError, DeviceGroupError, UsageError
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.scene import Simulator
 from tests.doubles.coppeliasim.scene.objects import Lamp, Shape, VisionSensor
-from tests.doubles.coppeliasim.scenes import default_scene
+from tests.doubles.coppeliasim.scenes import bubblerob_scene, default_scene
 
 FLOOR = "/ResizableFloor_5_25"
 
@@ -240,3 +240,17 @@ def test_cycle_takes_as_few_calls_as_the_api_allows(port: int, monkeypatch: pyte
         *("setJointTargetVelocity", "setJointTargetVelocity"),
         *("step", "getSimulationTime", "getContactInfo"),
     ]
+
+
+def test_robot_that_is_built_is_looked_for_in_no_scene() -> None:
+    setup = Setup(load_robot("rover"), None, frozenset(), options={"port": 1})
+    with pytest.raises(UsageError, match=r"'rover' has no section \[coppeliasim\], so it is built"):
+        list(CoppeliaSimBackend().look(setup))
+
+
+def test_scene_that_is_somebodys_is_told_with_robots_that_join_one() -> None:
+    with (
+        Double(bubblerob_scene()) as double,
+        pytest.raises(BackendError, match=r"as bubblerob and lookout"),
+    ):
+        CoppeliaSimBackend().open(setup_on(double.zmq_port))
