@@ -15,8 +15,9 @@ from collections.abc import Callable
 from time import perf_counter
 
 from benchmarks.report import machine, print_table
-from drivers.vrep import requests, simx
+from drivers.vrep import simx
 from drivers.vrep.connection import Connection
+from drivers.vrep.wire import requests
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.graph import Graph
 from tests.doubles.coppeliasim.scene.objects import VisionSensor

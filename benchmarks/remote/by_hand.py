@@ -13,9 +13,9 @@ import numpy as np
 from coppeliasim_zmqremoteapi_client import RemoteAPIClient
 
 from benchmarks.remote.cycles import DEVICES, Cycle, speeds
-from drivers.vrep import requests
-from drivers.vrep.link import Link
-from drivers.vrep.request import Request
+from drivers.vrep.wire import requests
+from drivers.vrep.wire.link import Link
+from drivers.vrep.wire.request import Request
 from robotcore.backend import Setup
 from robotcore.catalogue import load_backend
 

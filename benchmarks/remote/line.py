@@ -10,8 +10,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from types import TracebackType
 
-from drivers.vrep.messages import decoded
-from drivers.vrep.packets import Unpacker
+from drivers.vrep.wire.messages import decoded
+from drivers.vrep.wire.packets import Unpacker
 from tests.doubles.coppeliasim.legacy.codes import Code
 
 CHUNK_BYTES = 1 << 18

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from drivers.vrep import requests
-from drivers.vrep.errors import SimulationHaltedError
-from drivers.vrep.messages import Header, Piece
-from drivers.vrep.request import Identity, Request
+from drivers.vrep.wire import requests
+from drivers.vrep.wire.errors import SimulationHaltedError
+from drivers.vrep.wire.messages import Header, Piece
+from drivers.vrep.wire.request import Identity, Request
 
 
 class Answers:

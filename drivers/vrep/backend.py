@@ -82,9 +82,9 @@ def _answer_s(options: VrepOptions, setup: Setup) -> float:
 
 def _connected(options: VrepOptions, answer_s: float) -> Scene:
     if options.binding is not None:
-        from drivers.vrep.binding import load_binding
-        from drivers.vrep.calls import Calls
-        from drivers.vrep.official import OfficialScene
+        from drivers.vrep.official.binding import load_binding
+        from drivers.vrep.official.calls import Calls
+        from drivers.vrep.official.scene import OfficialScene
 
         calls = Calls(load_binding(options.binding), options.host, options.port, answer_s)
         return OfficialScene(calls, answer_s, is_stepped=options.is_stepped)

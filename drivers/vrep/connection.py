@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, TypeVar
 
-from drivers.vrep import requests
 from drivers.vrep.answers import Answers
-from drivers.vrep.errors import RemoteApiError, ServerHangsError
-from drivers.vrep.link import PATIENCE_S, TIMEOUT_S, Link
-from drivers.vrep.messages import NOTHING_DONE, Header
-from drivers.vrep.request import Identity, Request
+from drivers.vrep.wire import requests
+from drivers.vrep.wire.errors import RemoteApiError, ServerHangsError
+from drivers.vrep.wire.link import PATIENCE_S, TIMEOUT_S, Link
+from drivers.vrep.wire.messages import NOTHING_DONE, Header
+from drivers.vrep.wire.request import Identity, Request
 from robotcore.clock import MonotonicClock
 
 T = TypeVar("T")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from drivers.vrep import requests
 from drivers.vrep.connection import Connection
-from drivers.vrep.errors import NobodyListensError, RemoteApiError, ServerHangsError
-from drivers.vrep.link import RETRY_S
+from drivers.vrep.wire import requests
+from drivers.vrep.wire.errors import NobodyListensError, RemoteApiError, ServerHangsError
+from drivers.vrep.wire.link import RETRY_S
 from robotcore.clock import MonotonicClock
 from robotcore.guardian import Cutoff
 

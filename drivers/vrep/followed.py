@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeVar
 
-from drivers.vrep import requests
-from drivers.vrep.errors import ServerHangsError
 from drivers.vrep.following import Following, Newest
-from drivers.vrep.messages import Header
-from drivers.vrep.request import Identity, Request
 from drivers.vrep.scene import STARTS, LegacyScene, moved
+from drivers.vrep.wire import requests
+from drivers.vrep.wire.errors import ServerHangsError
+from drivers.vrep.wire.messages import Header
+from drivers.vrep.wire.request import Identity, Request
 from robotcore.clock import MonotonicClock
 from robotcore.errors import BackendError
 from robotcore.scene import Point

@@ -8,12 +8,12 @@ from threading import Lock
 from types import TracebackType
 from typing import Any, NamedTuple, TypeVar, cast
 
-from drivers.vrep import requests
-from drivers.vrep.errors import ServerHangsError, SimulationHaltedError
-from drivers.vrep.link import PATIENCE_S, TIMEOUT_S, Link
 from drivers.vrep.mailbox import Mailbox
-from drivers.vrep.messages import Header
-from drivers.vrep.request import BLOCKING, ONESHOT, STREAMING, Identity, Request
+from drivers.vrep.wire import requests
+from drivers.vrep.wire.errors import ServerHangsError, SimulationHaltedError
+from drivers.vrep.wire.link import PATIENCE_S, TIMEOUT_S, Link
+from drivers.vrep.wire.messages import Header
+from drivers.vrep.wire.request import BLOCKING, ONESHOT, STREAMING, Identity, Request
 from robotcore.clock import MonotonicClock
 
 T = TypeVar("T")

@@ -5,9 +5,9 @@ from __future__ import annotations
 import struct
 from typing import Any, NamedTuple
 
-from drivers.vrep.request import Request
-from drivers.vrep.requests import of_handles
-from drivers.vrep.values import read_float, read_int
+from drivers.vrep.wire.request import Request
+from drivers.vrep.wire.requests import of_handles
+from drivers.vrep.wire.values import read_float, read_int
 
 EVERYTHING = 109
 """All objects of a scene: ``sim_appobj_object_type``."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
-from drivers.vrep.errors import RemoteApiError
-from drivers.vrep.link import RETRY_S, Link
-from drivers.vrep.messages import NOTHING_DONE, Header, Piece
-from drivers.vrep.request import DISCONTINUE, Identity, Request
+from drivers.vrep.wire.errors import RemoteApiError
+from drivers.vrep.wire.link import RETRY_S, Link
+from drivers.vrep.wire.messages import NOTHING_DONE, Header, Piece
+from drivers.vrep.wire.request import DISCONTINUE, Identity, Request
 from robotcore.clock import MonotonicClock
 
 _ASKING_S = 0.0005

@@ -7,10 +7,11 @@ from abc import abstractmethod
 from functools import cached_property
 from typing import TypeVar
 
-from drivers.vrep import listing, requests
-from drivers.vrep.errors import RefusedError
-from drivers.vrep.messages import Header
-from drivers.vrep.request import Request
+from drivers.vrep import listing
+from drivers.vrep.wire import requests
+from drivers.vrep.wire.errors import RefusedError
+from drivers.vrep.wire.messages import Header
+from drivers.vrep.wire.request import Request
 from robotcore.scene import Kind, Lens, Point, RawPicture, Scene, SceneObject, State
 
 T = TypeVar("T")

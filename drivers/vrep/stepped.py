@@ -7,18 +7,18 @@ from contextlib import suppress
 from functools import partial
 from typing import Any, TypeVar
 
-from drivers.vrep import requests
 from drivers.vrep.connection import Connection, Step
-from drivers.vrep.errors import (
+from drivers.vrep.scene import STARTS, LegacyScene, moved
+from drivers.vrep.wire import requests
+from drivers.vrep.wire.errors import (
     GarbledReplyError,
     RemoteApiError,
     ServerHangsError,
     ServerLostError,
     SimulationHaltedError,
 )
-from drivers.vrep.messages import Header
-from drivers.vrep.request import Identity, Request
-from drivers.vrep.scene import STARTS, LegacyScene, moved
+from drivers.vrep.wire.messages import Header
+from drivers.vrep.wire.request import Identity, Request
 from robotcore.clock import MonotonicClock
 from robotcore.scene import Point, State
 from robotcore.uninterrupted import Uninterrupted

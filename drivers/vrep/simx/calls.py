@@ -5,9 +5,9 @@ from __future__ import annotations
 import struct
 from typing import TypeVar
 
-from drivers.vrep.request import Request
 from drivers.vrep.simx import constants as c
 from drivers.vrep.simx.clients import CLIENTS
+from drivers.vrep.wire.request import Request
 
 T = TypeVar("T")
 U = TypeVar("U")

@@ -6,11 +6,11 @@ import threading
 from dataclasses import dataclass
 from functools import partial
 
-from drivers.vrep.link import Link
 from drivers.vrep.mailbox import Mailbox
-from drivers.vrep.messages import Piece
-from drivers.vrep.request import BLOCKING, BUFFER, REMOVE, Request
 from drivers.vrep.simx import constants as c
+from drivers.vrep.wire.link import Link
+from drivers.vrep.wire.messages import Piece
+from drivers.vrep.wire.request import BLOCKING, BUFFER, REMOVE, Request
 
 MAX_CLIENTS = 255
 REPLY_TIMEOUT_S = 5.0

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from drivers.vrep import requests
-from drivers.vrep.requests import of_handle
 from drivers.vrep.simx.calls import read, read_list, send
-from drivers.vrep.values import floats, packed_floats, read_float, read_nothing
+from drivers.vrep.wire import requests
+from drivers.vrep.wire.requests import of_handle
+from drivers.vrep.wire.values import floats, packed_floats, read_float, read_nothing
 
 
 def simxGetJointPosition(clientID: int, jointHandle: int, operationMode: int) -> tuple[int, float]:

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from drivers.vrep import requests
-from drivers.vrep.requests import of_handle, of_handles, of_name
 from drivers.vrep.simx.calls import read, read_list, send
-from drivers.vrep.values import floats, packed_floats, packed_ints, read_float, read_int, read_nothing
+from drivers.vrep.wire import requests
+from drivers.vrep.wire.requests import of_handle, of_handles, of_name
+from drivers.vrep.wire.values import floats, packed_floats, packed_ints, read_float, read_int, read_nothing
 
 
 def simxGetObjectHandle(clientID: int, objectName: str | bytes, operationMode: int) -> tuple[int, int]:

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from drivers.vrep import requests
-from drivers.vrep.requests import of_handle, of_handles
 from drivers.vrep.simx.calls import read, read_list, send
-from drivers.vrep.values import floats, packed_floats, packed_ints, read_float, read_int, read_nothing, read_text
+from drivers.vrep.wire import requests
+from drivers.vrep.wire.requests import of_handle, of_handles
+from drivers.vrep.wire.values import floats, packed_floats, packed_ints, read_float, read_int, read_nothing, read_text
 
 
 def simxGetBoolParam(clientID: int, paramIdentifier: int, operationMode: int) -> tuple[int, bool]:

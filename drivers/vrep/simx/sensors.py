@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from drivers.vrep import requests
-from drivers.vrep.requests import of_handle
 from drivers.vrep.simx.calls import read, send
-from drivers.vrep.values import Pixels, Proximity, read_depth
+from drivers.vrep.wire import requests
+from drivers.vrep.wire.requests import of_handle
+from drivers.vrep.wire.values import Pixels, Proximity, read_depth
 
 GREY = 1
 _SIGNED = np.arange(256).astype(np.int8).astype(object)

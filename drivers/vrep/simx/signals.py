@@ -6,12 +6,12 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 
-from drivers.vrep.request import Request
-from drivers.vrep.requests import of_name
 from drivers.vrep.simx import constants as c
 from drivers.vrep.simx.calls import read, send
 from drivers.vrep.simx.clients import CLIENTS
-from drivers.vrep.values import packed_floats, packed_ints, read_float, read_int, read_nothing
+from drivers.vrep.wire.request import Request
+from drivers.vrep.wire.requests import of_name
+from drivers.vrep.wire.values import packed_floats, packed_ints, read_float, read_int, read_nothing
 
 Bytes = str | bytes | bytearray
 Results = tuple[list[int], list[float], list[str], bytearray]

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.vrep import requests
 from drivers.vrep.answers import Answers
-from drivers.vrep.errors import SimulationHaltedError
-from drivers.vrep.messages import Header, Piece
-from drivers.vrep.request import Request
+from drivers.vrep.wire import requests
+from drivers.vrep.wire.errors import SimulationHaltedError
+from drivers.vrep.wire.messages import Header, Piece
+from drivers.vrep.wire.request import Request
 
 RUNNING, PAUSED = 1, 3
 JOINT = requests.joint_position(7)

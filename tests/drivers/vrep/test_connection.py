@@ -9,9 +9,9 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from drivers.vrep import requests
 from drivers.vrep.connection import Connection
-from drivers.vrep.errors import RefusedError, ServerHangsError, SimulationHaltedError
+from drivers.vrep.wire import requests
+from drivers.vrep.wire.errors import RefusedError, ServerHangsError, SimulationHaltedError
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.objects import Joint
 from tests.doubles.coppeliasim.scene.simulator import Simulator

@@ -6,15 +6,15 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from drivers.vrep import requests
-from drivers.vrep.errors import (
+from drivers.vrep.following import Following
+from drivers.vrep.wire import requests
+from drivers.vrep.wire.errors import (
     RefusedError,
     RemoteApiError,
     ServerHangsError,
     ServerLostError,
     SimulationHaltedError,
 )
-from drivers.vrep.following import Following
 from robotcore.clock import MonotonicClock
 from tests.doubles.coppeliasim.legacy.faults import Hangs
 from tests.doubles.coppeliasim.legacy.server import LegacyServer

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import struct
 
-from drivers.vrep.errors import GarbledReplyError
+from drivers.vrep.wire.errors import GarbledReplyError
 
 _HEADER = struct.Struct("<HHH")
 _BYTE_ORDER = 1

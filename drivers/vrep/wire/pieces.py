@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from drivers.vrep.messages import Piece
-from drivers.vrep.request import Identity
+from drivers.vrep.wire.messages import Piece
+from drivers.vrep.wire.request import Identity
 
 
 class Assembly:

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
-from drivers.vrep.errors import GarbledReplyError, RefusedError
-from drivers.vrep.messages import Piece, encoded_command
+from drivers.vrep.wire.errors import GarbledReplyError, RefusedError
+from drivers.vrep.wire.messages import Piece, encoded_command
 
 T_co = TypeVar("T_co", covariant=True)
 

@@ -13,7 +13,7 @@ from binascii import crc_hqx
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from drivers.vrep.errors import GarbledReplyError
+from drivers.vrep.wire.errors import GarbledReplyError
 
 VERSION = 11
 _HEADER = struct.Struct("<HBiiiHB")

@@ -7,10 +7,10 @@ from collections.abc import Iterable
 from contextlib import suppress
 from types import TracebackType
 
-from drivers.vrep.errors import NobodyListensError, ServerHangsError, ServerLostError
-from drivers.vrep.messages import Header, Piece, decoded, encoded
-from drivers.vrep.packets import Unpacker, packed
-from drivers.vrep.pieces import Assembly
+from drivers.vrep.wire.errors import NobodyListensError, ServerHangsError, ServerLostError
+from drivers.vrep.wire.messages import Header, Piece, decoded, encoded
+from drivers.vrep.wire.packets import Unpacker, packed
+from drivers.vrep.wire.pieces import Assembly
 from robotcore.clock import MonotonicClock
 
 TIMEOUT_S = 1.5

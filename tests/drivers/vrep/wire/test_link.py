@@ -12,19 +12,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drivers.vrep import requests
 from drivers.vrep.connection import Connection
-from drivers.vrep.errors import (
+from drivers.vrep.following import Following
+from drivers.vrep.wire import requests
+from drivers.vrep.wire.errors import (
     GarbledReplyError,
     NobodyListensError,
     RemoteApiError,
     ServerHangsError,
     ServerLostError,
 )
-from drivers.vrep.following import Following
-from drivers.vrep.link import Link
-from drivers.vrep.messages import encoded
-from drivers.vrep.packets import packed
+from drivers.vrep.wire.link import Link
+from drivers.vrep.wire.messages import encoded
+from drivers.vrep.wire.packets import packed
 from robotcore.clock import MonotonicClock
 from robotcore.errors import BackendError
 from tests.doubles.coppeliasim.double import Double

@@ -6,7 +6,7 @@ from threading import RLock
 from types import ModuleType
 from typing import Any
 
-from drivers.vrep.errors import NobodyListensError, RefusedError, RemoteApiError, ServerHangsError, ServerLostError
+from drivers.vrep.wire.errors import NobodyListensError, RefusedError, RemoteApiError, ServerHangsError, ServerLostError
 
 PERIOD_MS = 5
 _OK, _NO_VALUE, _TIMEOUT, _REMOTE = 0, 1, 2, 8

@@ -8,10 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
-from drivers.vrep.calls import Calls
-from drivers.vrep.errors import RefusedError, RemoteApiError, ServerHangsError, SimulationHaltedError
 from drivers.vrep.listing import EVERYTHING, NAMES_OF, RESOLUTION_X, RESOLUTION_Y, VIEW_ANGLE
+from drivers.vrep.official.calls import Calls
 from drivers.vrep.scene import KINDS, STARTS, TIME_STEP, across, moved
+from drivers.vrep.wire.errors import RefusedError, RemoteApiError, ServerHangsError, SimulationHaltedError
 from robotcore.clock import MonotonicClock
 from robotcore.scene import Kind, Lens, Point, RawPicture, Scene, SceneObject, State
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from drivers.vrep.binding import LIBRARIES, load_binding
+from drivers.vrep.official.binding import LIBRARIES, load_binding
 from robotcore.errors import BackendMissingError
 
 LIBRARY = LIBRARIES.get(sys.platform, "remoteApi.so")

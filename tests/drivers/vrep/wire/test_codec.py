@@ -10,14 +10,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.vrep import requests
-from drivers.vrep.errors import GarbledReplyError, RefusedError
-from drivers.vrep.messages import VERSION, Piece, decoded, encoded, encoded_command
-from drivers.vrep.packets import MAX_PACKET_BYTES, Unpacker, packed
-from drivers.vrep.pieces import Assembly
-from drivers.vrep.request import BLOCKING, ONESHOT, STREAMING, Request
+from drivers.vrep.wire import requests
+from drivers.vrep.wire.errors import GarbledReplyError, RefusedError
+from drivers.vrep.wire.messages import VERSION, Piece, decoded, encoded, encoded_command
+from drivers.vrep.wire.packets import MAX_PACKET_BYTES, Unpacker, packed
+from drivers.vrep.wire.pieces import Assembly
+from drivers.vrep.wire.request import BLOCKING, ONESHOT, STREAMING, Request
 
-RECORDED = Path(__file__).parents[2] / "doubles" / "coppeliasim" / "recorded"
+RECORDED = Path(__file__).parents[3] / "doubles" / "coppeliasim" / "recorded"
 JOINT = requests.joint_position(17)
 
 

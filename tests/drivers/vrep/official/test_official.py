@@ -14,7 +14,7 @@ from tests.drivers.vrep.test_apps import arena, run_on
 
 @pytest.fixture(autouse=True)
 def _installed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("drivers.vrep.binding.load_binding", lambda _path: simx)
+    monkeypatch.setattr("drivers.vrep.official.binding.load_binding", lambda _path: simx)
 
 
 def run_over_it(simulator: Simulator, app: str, *, stepped: bool = True, duration_s: float = 0.5) -> RunResult:

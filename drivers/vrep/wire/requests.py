@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeVar
 
-from drivers.vrep.request import Request
-from drivers.vrep.values import (
+from drivers.vrep.wire.request import Request
+from drivers.vrep.wire.values import (
     Pixels,
     Proximity,
     Vector,
