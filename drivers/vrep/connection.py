@@ -11,8 +11,8 @@ from typing import Any, TypeVar
 
 from drivers.vrep.answers import Answers
 from drivers.vrep.wire import requests
-from drivers.vrep.wire.errors import RemoteApiError, ServerHangsError
-from drivers.vrep.wire.link import PATIENCE_S, TIMEOUT_S, Link
+from drivers.vrep.wire.errors import RemoteApiError, ServerHangsError, ServerLostError
+from drivers.vrep.wire.link import PATIENCE_S, RETRY_S, TIMEOUT_S, Link
 from drivers.vrep.wire.messages import NOTHING_DONE, Header
 from drivers.vrep.wire.request import Identity, Request
 from robotcore.clock import MonotonicClock
@@ -56,14 +56,22 @@ class Connection:
     def to(cls, host: str, port: int, timeout_s: float = TIMEOUT_S, patience_s: float = PATIENCE_S) -> Connection:
         """Connect to a server that answers; whatever is asked of it has to be done within ``timeout_s``.
 
-        Where nobody listens, it tries again for ``patience_s``.
+        Where nobody listens, or the first message is hung up on, it tries again for ``patience_s``: so does a server
+        that another program has just left.
         """
-        link = Link.to(host, port, timeout_s, patience_s)
-        try:
-            return cls(link, timeout_s)
-        except BaseException:
-            link.close()
-            raise
+        clock = MonotonicClock()
+        while True:
+            link = Link.to(host, port, timeout_s, patience_s - clock.now())
+            try:
+                return cls(link, timeout_s)
+            except ServerLostError:
+                link.close()
+                if clock.now() + RETRY_S > patience_s:
+                    raise
+            except BaseException:
+                link.close()
+                raise
+            clock.sleep_until(clock.now() + RETRY_S)
 
     @property
     def time_s(self) -> float:

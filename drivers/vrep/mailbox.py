@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
-from drivers.vrep.wire.errors import RemoteApiError
+from drivers.vrep.wire.errors import NobodyListensError, RemoteApiError, ServerLostError
 from drivers.vrep.wire.link import RETRY_S, Link
 from drivers.vrep.wire.messages import NOTHING_DONE, Header, Piece
 from drivers.vrep.wire.request import DISCONTINUE, Identity, Request
@@ -18,9 +18,9 @@ _ASKING_S = 0.0005
 class Mailbox:
     """Exchanges messages with whatever ``connect`` connects to, at most every ``period_s``, until it is closed.
 
-    Whoever waits for an answer makes it ask more often. Where nobody listens at first it tries again for
-    ``patience_s``. If the line breaks, everything is forgotten; where it ``reconnects``, it tries again, else it says
-    why in `failure`. All methods may be called from any thread.
+    Whoever waits for an answer makes it ask more often. Where nobody listens at first, or the server
+    hangs up before it has answered, it tries again for ``patience_s``. If the line breaks, everything is forgotten;
+    where it ``reconnects``, it tries again, else it says why in `failure`. All methods may be called from any thread.
     """
 
     def __init__(self, connect: Callable[[], Link], period_s: float, patience_s: float, *, reconnects: bool) -> None:
@@ -32,7 +32,7 @@ class Mailbox:
         self._number = 0
         self._last_asked = -1
         self._waiters = 0
-        self._is_urgent = self._is_held = self._is_closing = False
+        self._is_urgent = self._is_held = self._is_closing = self._is_answered = False
         self._link: Link | None = None
         self._clock = MonotonicClock()
         self._heard_s = 0.0
@@ -44,7 +44,8 @@ class Mailbox:
 
     @property
     def is_connected(self) -> bool:
-        return self._link is not None
+        """Whether the server has answered on the line that there is."""
+        return self._is_answered
 
     @property
     def number(self) -> int:
@@ -126,7 +127,7 @@ class Mailbox:
                 with self._connect() as link:
                     self._talk(link)
             except RemoteApiError as failure:
-                if not (self._reconnects or self._may_try_again):
+                if not (self._reconnects or self._may_try_again(failure)):
                     self._lose(failure)
                     return
                 self._lose()
@@ -134,15 +135,15 @@ class Mailbox:
                     self._changed.wait_for(lambda: self._is_closing, RETRY_S)
             self._link = None
 
-    @property
-    def _may_try_again(self) -> bool:
-        return not self.connections and self._clock.now() + RETRY_S <= self._patience_s
+    def _may_try_again(self, failure: RemoteApiError) -> bool:
+        """Return whether another program may just have left: for a while its server takes nobody, or hangs up."""
+        is_fleeting = isinstance(failure, (NobodyListensError, ServerLostError))
+        return is_fleeting and not self.connections and self._clock.now() + RETRY_S <= self._patience_s
 
     def _talk(self, link: Link) -> None:
         with self._changed:
             self._link = link
-            self.connections += 1
-            self._changed.notify_all()
+            self._is_urgent = True
         while self._await_turn():
             number, outgoing = self._taken()
             self._merge(*link.exchange(number, outgoing))
@@ -170,6 +171,9 @@ class Mailbox:
     def _merge(self, server: Header, answers: list[Piece]) -> None:
         """Take what has come. The answer to the end of a stream is the end of what is known of it."""
         with self._changed:
+            if not self._is_answered:
+                self._is_answered = True
+                self.connections += 1
             for answer in answers:
                 identity = answer.command, answer.key
                 if answer.mode == DISCONTINUE:
@@ -186,6 +190,7 @@ class Mailbox:
         with self._changed:
             if self._link:
                 self._link = self.server = None
+                self._is_answered = False
                 self._outgoing.clear()
                 self._newest.clear()
                 self._last_asked = -1

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from drivers.coppeliasim.address import Address
 from drivers.coppeliasim.backend import CoppeliaSimBackend
+from drivers.coppeliasim.connection import Connection
 from robotcore.backend import Setup
 from robotcore.description import RobotDescription, WorldDescription, load_robot
 from robotcore.robot import Robot
+from tests.system.checking import address_in
 
 VARIABLE = "ROBOTCORE_COPPELIASIM"
 ANSWER_S = 3.0
@@ -18,8 +21,7 @@ ANSWER_S = 3.0
 
 def address() -> Address | None:
     """Return where it listens, as the environment says; None where it says nothing."""
-    host, _, port = os.environ.get(VARIABLE, "").rpartition(":")
-    return Address(host=host or "127.0.0.1", port=int(port)) if port else None
+    return address_in(VARIABLE)
 
 
 def options(**more: Any) -> dict[str, Any]:
@@ -36,3 +38,15 @@ def opened(
     described = robot or load_robot("rover")
     names = frozenset(devices or (told.name for told in described.devices))
     return CoppeliaSimBackend().open(Setup(described, world, names, rate_hz, options=options(**more)))
+
+
+@contextmanager
+def looking() -> Iterator[Connection]:
+    """Look at the simulator from aside."""
+    found = address()
+    assert found
+    connection = Connection.open(found, ANSWER_S)
+    try:
+        yield connection
+    finally:
+        connection.close()

@@ -100,7 +100,26 @@ def test_a_second_program_on_a_port_is_told_of_the_first(connect: Callable[..., 
 
 def test_one_that_the_server_hangs_up_on_at_once_is_told_of_the_first_as_well() -> None:
     with answering(b"") as port, pytest.raises(ServerLostError, match="one program at a time: end the other one"):
-        Connection.to("127.0.0.1", port)
+        Connection.to("127.0.0.1", port, patience_s=0.0)
+
+
+@pytest.mark.parametrize("kind", [Connection, Following])
+def test_server_that_hangs_up_once_after_another_program_has_left_is_tried_again(
+    kind: type[Connection | Following], server: LegacyServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    exchange, hung_up_on = Link.exchange, []
+
+    def hang_up_first(link: Link, *said: Any) -> Any:
+        if not hung_up_on:
+            hung_up_on.append(link)
+            link.close()
+            raise ServerLostError("it hung up")
+        return exchange(link, *said)
+
+    monkeypatch.setattr(Link, "exchange", hang_up_first)
+    with kind.to("127.0.0.1", server.port, LONGER_S) as connected:
+        assert not connected.server.is_running
+    assert hung_up_on
 
 
 @pytest.mark.parametrize(

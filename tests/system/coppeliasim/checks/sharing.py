@@ -5,30 +5,16 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
 import pytest
 
-from drivers.coppeliasim.connection import Connection, RefusedError
+from drivers.coppeliasim.connection import RefusedError
 from robotcore.clock import MonotonicClock
 from robotcore.description import load_robot
 from robotcore.errors import BackendError
 from robotcore.testing import scenes
-from tests.system.coppeliasim.server import ANSWER_S, address, opened, options
-
-
-@contextmanager
-def looking() -> Iterator[Connection]:
-    """Look at the simulator from aside."""
-    found = address()
-    assert found
-    connection = Connection.open(found, ANSWER_S)
-    try:
-        yield connection
-    finally:
-        connection.close()
+from tests.system.coppeliasim.server import ANSWER_S, looking, opened, options
 
 
 def snapshot() -> dict[str, Any]:

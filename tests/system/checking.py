@@ -1,0 +1,28 @@
+"""Checks on a real simulator: where it listens, as the environment says, and how files of checks are run."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+from drivers.coppeliasim.address import Address
+from tests.system import needs
+
+CHECK_LIMIT_S = 600
+
+
+def address_in(variable: str) -> Address | None:
+    """Return where the simulator listens that a variable names as HOST:PORT; None where it names none."""
+    host, _, port = os.environ.get(variable, "").rpartition(":")
+    return Address(host=host or "127.0.0.1", port=int(port)) if port else None
+
+
+def run(folder: Path, names: Iterable[str]) -> bool:
+    """Run these files of checks of a folder, by default all; return whether every check was passed."""
+    files = [folder / f"{name}.py" for name in names] or sorted(folder.glob("[a-z]*.py"))
+    plugins = ["-p", "no:cacheprovider", f"--timeout={CHECK_LIMIT_S}"]
+    command = [sys.executable, "-m", "pytest", *plugins, "-v", "-rs", *map(str, files)]
+    return subprocess.run(command, cwd=needs.ROOT, check=False).returncode == 0
