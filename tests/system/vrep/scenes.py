@@ -67,7 +67,11 @@ def bubblerob() -> Iterator[bool]:
 
 @contextmanager
 def relay() -> Iterator[None]:
-    """Leave two vision sensors, of which v0 sees a green ball, and v1 shows what it is sent; remove them at the end."""
+    """Leave two vision sensors, of which v0 sees a green ball, and v1 shows what it is sent; remove them at the end.
+
+    They see the ball and nothing else: CoppeliaSim 4.10 has been seen to crash when it drew something later that has a
+    texture and was drawn before by a sensor that is gone.
+    """
     need_a_builder()
     made: list[int] = []
     try:
@@ -80,6 +84,7 @@ def relay() -> Iterator[None]:
             ):
                 floats = [0.02, 10.0, SIGHT_RAD, 0.02, 0, 0, 0, 0, 0, 0, 0]
                 made.append(workshop.make("createVisionSensor", options, [SIGHT_PX, SIGHT_PX, 0, 0], floats))
+                workshop.set_int(made[-1], "visionintparam_entity_to_render", made[0])
                 workshop.put(made[-1], place, name, -1)
         yield
     finally:
@@ -134,4 +139,4 @@ def _renamed(other: Connection) -> bool:
         there = workshop.make("createProximitySensor", _CONE, _ULTRASONIC, 0, sizes, reach)
         workshop.put(there, LOOK._replace(x=0.05, z=0.12), "", other.sim("getObject", "/bubblerob"))
     workshop.call("setObjectAlias", there, "bubbleRob_sensingNose")
-    return sees
+    return bool(sees)

@@ -107,7 +107,8 @@ def test_one_that_the_server_hangs_up_on_at_once_is_told_of_the_first_as_well() 
 def test_server_that_hangs_up_once_after_another_program_has_left_is_tried_again(
     kind: type[Connection | Following], server: LegacyServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    exchange, hung_up_on = Link.exchange, []
+    exchange = Link.exchange
+    hung_up_on: list[Link] = []
 
     def hang_up_first(link: Link, *said: Any) -> Any:
         if not hung_up_on:

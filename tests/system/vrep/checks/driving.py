@@ -30,7 +30,7 @@ def _built() -> Iterator[None]:
 def angle(robot: Robot, encoder: str) -> float:
     device = robot[encoder]
     assert isinstance(device, Encoder)
-    return device.read().position
+    return device.read().angle
 
 
 @pytest.mark.parametrize("speed", [3.0, 10.0, -6.0])
@@ -48,13 +48,13 @@ def test_whole_turn_comes_back(speed: float) -> None:
 
 
 def test_encoders_count_whole_turns_and_the_camera_sees_itself_turn() -> None:
-    speed = 4.0
+    speed, seconds = 4.0, 2.0
     with opened(*JOINED) as robot:
         first = robot.camera.read().image.astype(int)
-        rolling.driven(robot, -speed, speed, rolling.turn_s(speed) / 2)
+        rolling.driven(robot, -speed, speed, seconds)
         rolled = [angle(robot, f"{side}_encoder") for side in ("left", "right")]
         last = robot.camera.read().image.astype(int)
-    assert rolled == pytest.approx([-speed * rolling.turn_s(speed) / 2, speed * rolling.turn_s(speed) / 2], rel=0.01)
+    assert rolled == pytest.approx([-speed * seconds, speed * seconds], rel=0.01)
     assert abs(rolled[0]) > math.tau
     assert first.any()
     assert np.abs(last - first).max() > 0
