@@ -37,10 +37,15 @@ def need_a_builder() -> None:
 
 @contextmanager
 def rover() -> Iterator[None]:
-    """Leave the rover on open ground, as it is built."""
+    """Leave the rover on open ground, as it is built, but that its eye is drawn at every step.
+
+    As it is built it is drawn when somebody asks for it, which this API cannot.
+    """
     need_a_builder()
     try:
         server.opened(scenes.empty(), keep=True).close()
+        with server.looking() as other:
+            other.sim("setExplicitHandling", other.sim("getObject", "/rover/eye"), 0)
         yield
     finally:
         server.opened(scenes.empty()).close()
