@@ -13,7 +13,7 @@ import pytest
 from drivers.coppeliasim.connection import LOADING_S, Connection
 from drivers.coppeliasim.placing import LOOK, Placement
 from drivers.coppeliasim.workshop import Mask, Workshop
-from robotcore.description import RangeSensorDescription, load_robot
+from robotcore.description import CameraDescription, RangeSensorDescription, load_robot
 from robotcore.testing import scenes
 from tests.system.coppeliasim import server
 
@@ -22,6 +22,7 @@ SIGHT_RAD = 1.05
 BALL_M = (1.0, 0.15, 0.1)
 """Where the ball is: as v0 sees it, to the left, and below the middle."""
 
+BALL_AWAY_M = 2.5
 WALL_M = 0.35
 """How far the wall is before bubbleRob's nose."""
 
@@ -37,13 +38,15 @@ def need_a_builder() -> None:
 
 @contextmanager
 def rover() -> Iterator[None]:
-    """Leave the rover on open ground, as it is built, but that its eye is drawn at every step.
+    """Leave the rover on open ground, far before a ball, as it is built, but that its eye is drawn at every step.
 
     As it is built it is drawn when somebody asks for it, which this API cannot.
     """
     need_a_builder()
+    eye = load_robot("rover").first_of(CameraDescription)
+    assert eye
     try:
-        server.opened(scenes.empty(), keep=True).close()
+        server.opened(scenes.ball(eye.mount, BALL_AWAY_M, 0.0), keep=True).close()
         with server.looking() as other:
             other.sim("setExplicitHandling", other.sim("getObject", "/rover/eye"), 0)
         yield

@@ -57,4 +57,4 @@ def test_encoders_count_whole_turns_and_the_camera_sees_itself_turn() -> None:
     assert rolled == pytest.approx([-speed * seconds, speed * seconds], rel=0.01)
     assert abs(rolled[0]) > math.tau
     assert first.any()
-    assert np.abs(last - first).max() > 0
+    assert np.abs(last - first).max() > 50, "the ball is ahead at first, and behind it after half a turn"
