@@ -12,7 +12,7 @@ from drivers.coppeliasim.proximity import add_proximity_sensor, looks
 from drivers.coppeliasim.ranging import add_fan, require_depth
 from drivers.coppeliasim.rover import BuiltRobot, build_robot
 from drivers.coppeliasim.scene import CoppeliaSimScene
-from drivers.coppeliasim.tidying import Undo, borrow, collected, finish, require_empty, tidy
+from drivers.coppeliasim.tidying import Undo, borrow, collected, finish, hand_over, require_empty, tidy
 from drivers.coppeliasim.workshop import Workshop
 from drivers.coppeliasim.world import BuiltWorld, build_world
 from robotcore.backend import Setup
@@ -53,14 +53,16 @@ def make_room(scene: CoppeliaSimScene, workshop: Workshop) -> None:
 
 
 def leave(scene: CoppeliaSimScene, workshop: Workshop, *, keep: bool) -> None:
-    """Stop and, unless it is to be kept, remove what was made and give back what was changed.
+    """Stop, and remove what was made and give back what was changed, or hand it over where it is to be kept.
 
     Where the simulator is gone or hangs, that is left to whoever comes next.
     """
     if scene.connection.is_lost:
         return
     scene.stop()
-    if not keep:
+    if keep:
+        hand_over(workshop)
+    else:
         tidy(workshop)
 
 

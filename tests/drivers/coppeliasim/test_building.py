@@ -77,6 +77,15 @@ def test_scene_that_is_kept_is_removed_by_the_next_program(simulator: Simulator,
     assert snapshot(simulator) == before
 
 
+def test_sensors_of_a_scene_that_is_kept_look_at_every_step_for_whoever_joins_it(
+    simulator: Simulator, port: int
+) -> None:
+    opened(port, keep=True).close()
+    eye = simulator.graph.find("/rover/eye")
+    assert isinstance(eye, VisionSensor)
+    assert not eye.explicit
+
+
 def test_kept_scene_that_was_saved_and_loaded_is_cleared_though_its_handles_are_others(
     simulator: Simulator, port: int
 ) -> None:

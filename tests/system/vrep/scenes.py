@@ -38,17 +38,12 @@ def need_a_builder() -> None:
 
 @contextmanager
 def rover() -> Iterator[None]:
-    """Leave the rover on open ground, far before a ball, as it is built, but that its eye is drawn at every step.
-
-    As it is built it is drawn when somebody asks for it, which this API cannot.
-    """
+    """Leave the rover on open ground, far before a ball, as it is built."""
     need_a_builder()
     eye = load_robot("rover").first_of(CameraDescription)
     assert eye
     try:
         server.opened(scenes.ball(eye.mount, BALL_AWAY_M, 0.0), keep=True).close()
-        with server.looking() as other:
-            other.sim("setExplicitHandling", other.sim("getObject", "/rover/eye"), 0)
         yield
     finally:
         server.opened(scenes.empty()).close()
