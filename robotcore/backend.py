@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from importlib.util import find_spec
@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 from pydantic import ValidationError
 
 from robotcore.description import Described, RobotDescription, WorldDescription, first_fault, load_robot
-from robotcore.errors import BackendMissingError, UnknownNameError, UsageError
+from robotcore.devices import Device
+from robotcore.errors import BackendMissingError, DeviceError, DeviceGroupError, UnknownNameError, UsageError
 from robotcore.robot import Robot
 
 if TYPE_CHECKING:
@@ -57,6 +58,18 @@ class Setup:
     def chosen(self) -> tuple[Any, ...]:
         """The descriptions of the devices to open, in the order of the file."""
         return tuple(device for device in self.robot.devices if device.name in self.devices)
+
+    def open_each(self, open_one: Callable[[Any], Device]) -> list[Device]:
+        """Return the devices to open, each opened by its description; raise DeviceGroupError with all that failed."""
+        devices, failures = [], []
+        for told in self.chosen:
+            try:
+                devices.append(open_one(told))
+            except DeviceError as failure:  # noqa: PERF203  every device that fails is to be named
+                failures.append(failure)
+        if failures:
+            raise DeviceGroupError(f"opening {self.robot.name}", failures)
+        return devices
 
 
 class Backend(ABC):

@@ -18,9 +18,8 @@ from drivers.coppeliasim.simulation import Simulation
 from drivers.coppeliasim.workshop import Workshop
 from robotcore.backend import Backend, Setup, Vouch
 from robotcore.description import Described, RobotDescription, WorldDescription
-from robotcore.devices import Device
 from robotcore.doctor import Finding
-from robotcore.errors import DeviceError, DeviceGroupError, UsageError
+from robotcore.errors import UsageError
 from robotcore.guardian import CutoffSpec
 from robotcore.robot import Robot
 from robotcore.scene import Whose, join, look, places
@@ -140,7 +139,7 @@ def _built(
         undo.callback(leave, scene, workshop, keep=keep)
         simulation = Simulation(scene, setup, build(scene, workshop, setup, world))
         simulation.start()
-        devices = _open_devices(simulation, setup)
+        devices = setup.open_each(simulation.open)
         release = undo.pop_all().close
     return Robot(
         setup.robot.name,
@@ -151,16 +150,3 @@ def _built(
         notes=simulation.notes,
         cutoffs=cutoffs(simulation.driven),
     )
-
-
-def _open_devices(simulation: Simulation, setup: Setup) -> list[Device]:
-    """Open every device that was chosen; raise DeviceGroupError with all that failed."""
-    devices, failures = [], []
-    for description in setup.chosen:
-        try:
-            devices.append(simulation.open(description))
-        except DeviceError as failure:  # noqa: PERF203  every device that fails is to be named
-            failures.append(failure)
-    if failures:
-        raise DeviceGroupError(f"opening {setup.robot.name}", failures)
-    return devices

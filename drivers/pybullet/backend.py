@@ -12,8 +12,7 @@ from drivers.pybullet.bullet import Bullet, stdout_on_stderr
 from drivers.pybullet.simulation import Simulation
 from robotcore.backend import Backend, Setup, Vouch
 from robotcore.description import Described
-from robotcore.devices import Device
-from robotcore.errors import DeviceError, DeviceGroupError, UsageError
+from robotcore.errors import UsageError
 from robotcore.robot import Robot
 
 
@@ -55,19 +54,6 @@ class PyBulletBackend(Backend):
             bullet = Bullet.connect(gui=setup.gui)
             undo.callback(bullet.close)
             simulation = Simulation(bullet, setup, setup.world, options.solver_iterations)
-            devices = _open_devices(simulation, setup)
+            devices = setup.open_each(simulation.open)
             undo.pop_all()
         return Robot(setup.robot.name, simulation.clock, devices, truth=simulation.truth, release=bullet.close)
-
-
-def _open_devices(simulation: Simulation, setup: Setup) -> list[Device]:
-    """Open every device that was chosen; raise DeviceGroupError with all that failed."""
-    devices, failures = [], []
-    for description in setup.chosen:
-        try:
-            devices.append(simulation.open(description))
-        except DeviceError as failure:  # noqa: PERF203  every device that fails is to be named
-            failures.append(failure)
-    if failures:
-        raise DeviceGroupError(f"opening {setup.robot.name}", failures)
-    return devices
