@@ -105,6 +105,8 @@ class CoppeliaSimBackend(Backend):
         connect = partial(open_scene, options.address, _answer_s(options, setup), may_stop=may_stop)
         cutoffs = partial(_cutoffs, options)
         if not self.builds_world(setup.robot):
+            if options.keep:
+                raise UsageError("option keep: the scene is somebody's and stays as it is; leave the option out")
             return join(setup, SECTION, connect, options.simulation, cutoffs=cutoffs)
         if setup.world is None:
             raise UsageError("the coppeliasim backend needs a world; name one with --world")

@@ -86,6 +86,12 @@ def test_sensors_of_a_scene_that_is_kept_look_at_every_step_for_whoever_joins_it
     assert not eye.explicit
 
 
+def test_a_scene_that_is_joined_cannot_be_asked_to_be_kept() -> None:
+    setup = Setup(load_robot("bubblerob"), None, frozenset(), options={"keep": "true"})
+    with pytest.raises(UsageError, match="the scene is somebody's"):
+        CoppeliaSimBackend().open(setup)
+
+
 def test_kept_scene_that_was_saved_and_loaded_is_cleared_though_its_handles_are_others(
     simulator: Simulator, port: int
 ) -> None:
