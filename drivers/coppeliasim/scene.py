@@ -11,12 +11,19 @@ from drivers.coppeliasim.connection import LOADING_S, Connection, RefusedError
 from drivers.coppeliasim.eyes import across
 from drivers.coppeliasim.lease import Lease
 from drivers.coppeliasim.workshop import Workshop
+from robotcore.clock import MonotonicClock
 from robotcore.errors import BackendError
 from robotcore.scene import Kind, Lens, Point, RawPicture, Scene, SceneObject, State
 
 _SAME_S = 1e-6
 _PAUSED, _ADVANCING = 8, 16
 """Bits of a simulation's state."""
+
+_STOPPING = (21, 22)
+"""The states of its last steps: ``simulation_advancing_abouttostop`` and ``simulation_advancing_lastbeforestop``."""
+
+_STOPPING_S, _NAP_S = 0.5, 0.01
+"""Such a stop is waited for so long, and looked at so often."""
 
 _LOOK = "Look into its window or its log for what it says"
 
@@ -49,7 +56,10 @@ class CoppeliaSimScene(Scene):
         return [self._object(handle) for handle in handles]
 
     def state(self) -> State:
-        state = self.connection.told(int, "getSimulationState")
+        """Return what the simulation does; a stop that is under way is waited for."""
+        wall = MonotonicClock()
+        while (state := self.connection.told(int, "getSimulationState")) in _STOPPING and wall.now() < _STOPPING_S:
+            wall.sleep_until(wall.now() + _NAP_S)
         if state & _ADVANCING:
             return State.RUNNING
         return State.PAUSED if state & _PAUSED else State.STOPPED

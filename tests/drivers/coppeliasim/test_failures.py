@@ -7,10 +7,14 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
+from contextlib import closing
 
 import pytest
 
 from drivers.coppeliasim import lease
+from drivers.coppeliasim.address import Address
+from drivers.coppeliasim.connection import Connection
+from drivers.coppeliasim.scene import CoppeliaSimScene
 from robotcore.clock import MonotonicClock
 from robotcore.running.observer import Run
 from robotcore.running.outcome import Outcome, RunResult
@@ -151,6 +155,17 @@ def test_program_that_was_silent_for_too_long_leaves_all_to_who_has_taken_over(
     require_error(drive(double.zmq_port, Once(take_over)), "another one has taken over")
     assert names(simulator) == last[0]
     assert double._zmq._shared.kept["named", lease.PARAMETER] == "another 7"
+
+
+def test_simulation_that_takes_its_last_steps_counts_as_stopped() -> None:
+    simulator = bubblerob_scene()
+    with Double(simulator) as double, closing(Connection.open(Address(port=double.zmq_port), 1.0)) as connection:
+        connection.sim("startSimulation")
+        with simulator.lock:
+            assert simulator.changed.wait_for(lambda: simulator.time > 0, BOUND_S)
+            simulator.stop()
+            assert simulator.changed.wait_for(lambda: simulator.state is State.ABOUT_TO_STOP, BOUND_S)
+        assert CoppeliaSimScene(connection).state().value == "stopped"
 
 
 def test_killed_program_leaves_a_scene_that_the_next_one_clears(simulator: Simulator, double: Double) -> None:
