@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-Fault = tuple[str, str, str]
-"""The key, what is wrong with it, and the remedy."""
+from robotcore.description.sections import Fault
 
 
 def refused(key: str, check: Callable[[], object]) -> Iterator[Fault]:

@@ -6,17 +6,15 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import Any
 
-from pydantic import ValidationError
-
-from robotcore.description import AnyDevice, Described, DisplayDescription, RobotDescription
-from robotcore.description.faults import LONGEST, faults_of
-from robotcore.description.strangers import faults_of_strangers, strangers_in
+from robotcore.description import AnyDevice, DisplayDescription, RobotDescription
+from robotcore.description.faults import LONGEST
+from robotcore.description.sections import UnfitError, read_each, validated
 from robotcore.errors import DescriptionError, UnknownNameError
 from robotcore.hardware.choice import choice, meant
 from robotcore.hardware.connections import Connection
 from robotcore.hardware.driver import DeviceDriver
 from robotcore.hardware.fitting import Fitting
-from robotcore.hardware.refusal import Fault, refused
+from robotcore.hardware.refusal import refused
 from robotcore.hardware.together import at_odds, clashes, misplaced
 from robotcore.registry import DEVICES, load_registered
 
@@ -33,70 +31,43 @@ def fit(
     a semicolon and the remedy, for a wire that goes to no place of the board. Raises DescriptionError, with all that is
     wrong.
     """
-    table = robot.backends.get(section, {})
     chosen = {device.name for device in robot.devices} if names is None else set(names)
     wired = [told.name for told in robot.devices if told.name in chosen and not isinstance(told, DisplayDescription)]
     if section not in robot.backends and wired:
         remedy = f"Say how each device is connected, from [{section}.{wired[0]}] on"
         raise DescriptionError(robot.source, section, "is missing", remedy)
-    strangers = strangers_in(robot, table)
-    faults: list[Fault] = list(faults_of_strangers(section, strangers))
-    fittings = []
-    for told in robot.devices:
-        if told.name in table:
-            try:
-                fittings.append(_fitting(told, section, table[told.name], robot))
-            except _UnfitError as unfit:
-                faults += unfit.faults
-        elif told.name in wired and told.name not in strangers.values():
-            faults.append(_untold(told, section))
+    fittings, faults = read_each(robot, section, wired, partial(_fitting, robot), _untold)
     faults += [*at_odds(section, fittings, robot), *misplaced(section, fittings, place), *clashes(section, fittings)]
     if faults:
         raise DescriptionError.of_all(robot.source, faults)
     return tuple(fitting for fitting in fittings if fitting.name in chosen)
 
 
-class _UnfitError(Exception):
-    def __init__(self, *faults: Fault) -> None:
-        super().__init__(faults)
-        self.faults = faults
-
-
-def _fitting(told: AnyDevice, section: str, table: Any, robot: RobotDescription) -> Fitting:
-    key = f"{section}.{told.name}"
+def _fitting(robot: RobotDescription, told: AnyDevice, key: str, table: Any) -> Fitting:
     driver = _driver(told, key, table)
-    settings = _settings(driver, key, {name: value for name, value in table.items() if name != "driver"})
+    settings = validated(driver.settings, key, {name: value for name, value in table.items() if name != "driver"})
     if faults := list(refused(key, partial(driver.check, told, settings, robot))):
-        raise _UnfitError(*faults)
+        raise UnfitError(*faults)
     return Fitting(told, driver, settings)
 
 
 def _driver(told: AnyDevice, key: str, table: Any) -> DeviceDriver[Any, Any]:
     if not isinstance(table, Mapping):
-        raise _UnfitError((key, f"should be a table, got {table!r}", f"Name its driver: {choice(told)}"))
+        raise UnfitError((key, f"should be a table, got {table!r}", f"Name its driver: {choice(told)}"))
     if "driver" not in table:
-        raise _UnfitError((f"{key}.driver", "is missing", f"Add it: {choice(told)}"))
+        raise UnfitError((f"{key}.driver", "is missing", f"Add it: {choice(told)}"))
     if not isinstance(name := table["driver"], str):
-        raise _UnfitError((f"{key}.driver", f"should be a name in quotes, got {name!r}", f"Name one: {choice(told)}"))
+        raise UnfitError((f"{key}.driver", f"should be a name in quotes, got {name!r}", f"Name one: {choice(told)}"))
     try:
         driver: DeviceDriver[Any, Any] = load_registered("device driver", DEVICES, name)()
     except UnknownNameError as unknown:
         fault = f"unknown device driver {name[:LONGEST]!r}"
-        raise _UnfitError((f"{key}.driver", fault, meant(name, told))) from unknown
+        raise UnfitError((f"{key}.driver", fault, meant(name, told))) from unknown
     if not isinstance(told, driver.described):
         fault = f"{name!r} opens no {told.kind.replace('_', ' ')}"
-        raise _UnfitError((f"{key}.driver", fault, f"Name one: {choice(told)}"))
+        raise UnfitError((f"{key}.driver", fault, f"Name one: {choice(told)}"))
     return driver
 
 
-def _settings(driver: DeviceDriver[Any, Any], key: str, table: Mapping[str, Any]) -> Described:
-    try:
-        return driver.settings.model_validate(table, strict=True)
-    except ValidationError as error:
-        faults = faults_of(error, driver.settings, table)
-        told = ((f"{key}.{fault.key}".rstrip("."), fault.fault, fault.remedy) for fault in faults)
-        raise _UnfitError(*told) from error
-
-
-def _untold(told: AnyDevice, section: str) -> Fault:
-    return f"{section}.{told.name}", "is missing", f"Say how it is connected, first of all its driver: {choice(told)}"
+def _untold(told: AnyDevice) -> str:
+    return f"Say how it is connected, first of all its driver: {choice(told)}"

@@ -6,9 +6,10 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 
 from robotcore.description import RobotDescription
+from robotcore.description.sections import Fault
 from robotcore.hardware.connections import Connection
 from robotcore.hardware.fitting import Fitting
-from robotcore.hardware.refusal import Fault, refused
+from robotcore.hardware.refusal import refused
 
 
 def at_odds(section: str, fittings: Sequence[Fitting], robot: RobotDescription) -> Iterator[Fault]:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field, ValidationError
+from pydantic import BeforeValidator, Field
 
 from robotcore.description import (
     AnyDevice,
@@ -18,12 +19,9 @@ from robotcore.description import (
     RangeSensorDescription,
     RobotDescription,
 )
-from robotcore.description.faults import faults_of
-from robotcore.description.strangers import faults_of_strangers, strangers_in
+from robotcore.description.sections import UnfitError, read_each, validated
 from robotcore.errors import DescriptionError
 from robotcore.scene.port import Kind
-
-Fault = tuple[str, str, str]
 
 Paths = Annotated[
     tuple[Annotated[str, Field(min_length=1)], ...],
@@ -85,26 +83,14 @@ def places(robot: RobotDescription, section: str, names: Iterable[str] | None = 
     A display that the section does not tell of is left out: its pictures are kept in memory. Raises DescriptionError,
     with all that is wrong.
     """
-    table = robot.backends.get(section, {})
     chosen = {told.name for told in robot.devices} if names is None else set(names)
-    needed = [told for told in robot.devices if told.name in chosen and not isinstance(told, DisplayDescription)]
+    needed = [told.name for told in robot.devices if told.name in chosen and not isinstance(told, DisplayDescription)]
     if section not in robot.backends and needed:
-        name = needed[0].name
+        name = needed[0]
         path = f"/{robot.name}/{name}"
         remedy = f'Name the object of the scene that each device is: [{section}.{name}] with path = "{path}"'
         raise DescriptionError(robot.source, section, "is missing", remedy)
-    strangers = strangers_in(robot, table)
-    faults: list[Fault] = list(faults_of_strangers(section, strangers))
-    placed = []
-    for told in robot.devices:
-        if told.name in table:
-            try:
-                placed.append(_placed(told, f"{section}.{told.name}", table[told.name]))
-            except _UnfitError as unfit:
-                faults += unfit.faults
-        elif told in needed and told.name not in strangers.values():
-            remedy = f'Name the {_PLACES[type(told)][1].value} that it is: path = "/{robot.name}/{told.name}"'
-            faults.append((f"{section}.{told.name}", "is missing", remedy))
+    placed, faults = read_each(robot, section, needed, _placed, partial(_untold, robot))
     if faults:
         raise DescriptionError.of_all(robot.source, faults)
     return tuple(replace(each, others=_others(each, placed)) for each in placed if each.told.name in chosen)
@@ -116,19 +102,12 @@ def _others(one: Placed, placed: Iterable[Placed]) -> frozenset[str]:
     return frozenset().union(*(each.place.path for each in placed if paths.isdisjoint(each.place.path)))
 
 
-class _UnfitError(Exception):
-    def __init__(self, *faults: Fault) -> None:
-        super().__init__(faults)
-        self.faults = faults
+def _untold(robot: RobotDescription, told: AnyDevice) -> str:
+    return f'Name the {_PLACES[type(told)][1].value} that it is: path = "/{robot.name}/{told.name}"'
 
 
 def _placed(told: AnyDevice, key: str, table: Any) -> Placed:
     model, kind = _PLACES[type(told)]
     if not isinstance(table, Mapping):
-        raise _UnfitError((key, f"should be a table, got {table!r}", f"Write [{key}], and its path below"))
-    try:
-        return Placed(told, model.model_validate(table, strict=True), kind)
-    except ValidationError as error:
-        faults = faults_of(error, model, table)
-        told_of = ((f"{key}.{fault.key}".rstrip("."), fault.fault, fault.remedy) for fault in faults)
-        raise _UnfitError(*told_of) from error
+        raise UnfitError((key, f"should be a table, got {table!r}", f"Write [{key}], and its path below"))
+    return Placed(told, validated(model, key, table), kind)

@@ -1,0 +1,77 @@
+"""A backend's section of a robot's file: a table for each device, and all that is wrong with them at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping
+from typing import Any, TypeVar
+
+from pydantic import ValidationError
+
+from robotcore.description.base import Described
+from robotcore.description.faults import faults_of
+from robotcore.description.robot import AnyDevice, RobotDescription
+from robotcore.errors import nearest
+
+T = TypeVar("T")
+DescribedT = TypeVar("DescribedT", bound=Described)
+
+Fault = tuple[str, str, str]
+"""The key, what is wrong with it, and the remedy."""
+
+
+class UnfitError(Exception):
+    """What is wrong with one device's table."""
+
+    def __init__(self, *faults: Fault) -> None:
+        super().__init__(faults)
+        self.faults = faults
+
+
+def read_each(
+    robot: RobotDescription,
+    section: str,
+    needed: Collection[str],
+    read: Callable[[AnyDevice, str, Any], T],
+    untold: Callable[[AnyDevice], str],
+) -> tuple[list[T], list[Fault]]:
+    """Return what ``read`` makes of each device, its key and its table, and what is wrong with the section.
+
+    ``untold`` is the remedy where a device that is ``needed`` has no table. ``read`` raises UnfitError.
+    """
+    table = robot.backends.get(section, {})
+    strangers = _strangers(robot, table)
+    made: list[T] = []
+    faults = list(_faults_of_strangers(section, strangers))
+    for told in robot.devices:
+        key = f"{section}.{told.name}"
+        if told.name in table:
+            try:
+                made.append(read(told, key, table[told.name]))
+            except UnfitError as unfit:
+                faults += unfit.faults
+        elif told.name in needed and told.name not in strangers.values():
+            faults.append((key, "is missing", untold(told)))
+    return made, faults
+
+
+def validated(model: type[DescribedT], key: str, table: Mapping[str, Any]) -> DescribedT:
+    """Return a table as the model has it; raises UnfitError with all that is wrong."""
+    try:
+        return model.model_validate(table, strict=True)
+    except ValidationError as error:
+        faults = faults_of(error, model, table)
+        told = ((f"{key}.{fault.key}".rstrip("."), fault.fault, fault.remedy) for fault in faults)
+        raise UnfitError(*told) from error
+
+
+def _strangers(robot: RobotDescription, table: Mapping[str, Any]) -> dict[str, str | None]:
+    """Return the names in a section that no device has, and which device without a table each probably means."""
+    names = [device.name for device in robot.devices]
+    untold = [name for name in names if name not in table]
+    return {name: nearest(name, untold) for name in table if name not in names}
+
+
+def _faults_of_strangers(section: str, strangers: Mapping[str, str | None]) -> Iterator[Fault]:
+    for name, device in strangers.items():
+        remedy = f"Did you mean {device!r}?" if device else "Take the section out, or add [[devices]] of that name"
+        yield f"{section}.{name}", "no device has this name", remedy
