@@ -32,6 +32,19 @@ class Watcher:
         self.heard.append(("end", result))
 
 
+class Once(Watcher):
+    """Does something in one tick of a run."""
+
+    def __init__(self, deed: Callable[[], object], tick: int = 5) -> None:
+        super().__init__()
+        self._deed, self._left = deed, tick
+
+    def tick(self, record: TickRecord) -> None:
+        self._left -= 1
+        if self._left == 0:
+            self._deed()
+
+
 def ended_by(watcher: Watcher) -> str:
     """Return the cause of the last intervention in the last record."""
     records: list[TickRecord] = [told for what, told in watcher.heard if what == "tick"]

@@ -16,16 +16,15 @@ from drivers.coppeliasim.address import Address
 from drivers.coppeliasim.connection import Connection
 from drivers.coppeliasim.scene import CoppeliaSimScene
 from robotcore.clock import MonotonicClock
-from robotcore.running.observer import Run
 from robotcore.running.outcome import Outcome, RunResult
 from robotcore.running.plan import RunRequest
 from robotcore.running.session import run
-from robotcore.running.trace import TickRecord
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.scene import Simulator
 from tests.doubles.coppeliasim.scene.objects import Joint, ProximitySensor
 from tests.doubles.coppeliasim.scene.states import State
 from tests.doubles.coppeliasim.scenes import bubblerob_scene, default_scene
+from tests.robotcore.runs import Once
 
 BOUND_S = 6.0
 """Against a hang only: errors come within two seconds on a machine that is not busy."""
@@ -45,24 +44,6 @@ def simulator() -> Simulator:
 def double(simulator: Simulator) -> Iterator[Double]:
     with Double(simulator) as double:
         yield double
-
-
-class Once:
-    """An observer that does something in one tick of a run."""
-
-    def __init__(self, deed: Callable[[], object], tick: int = 5) -> None:
-        self._deed, self._left = deed, tick
-
-    def begin(self, run: Run) -> None:
-        """Wait."""
-
-    def tick(self, record: TickRecord) -> None:
-        self._left -= 1
-        if self._left == 0:
-            self._deed()
-
-    def end(self, result: RunResult) -> None:
-        """Nothing more."""
 
 
 def drive(port: int, *observers: Once, duration_s: float = 60.0) -> RunResult:

@@ -15,17 +15,16 @@ import pytest
 
 import robotcore.description
 from robotcore.clock import MonotonicClock
-from robotcore.running.observer import Run
 from robotcore.running.outcome import Outcome, RunResult
 from robotcore.running.plan import RunRequest
 from robotcore.running.session import run
-from robotcore.running.trace import TickRecord
 from tests.doubles.coppeliasim.legacy.faults import Babbles, Cuts, Dies, Fault, Hangs
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.objects import Joint
 from tests.doubles.coppeliasim.scene.simulator import Simulator
 from tests.doubles.coppeliasim.scene.states import State
 from tests.drivers.vrep.test_apps import arena
+from tests.robotcore.runs import Once
 
 BOUND_S = 20.0
 """Against a hang only: errors come within two seconds on a machine that is not busy."""
@@ -49,24 +48,6 @@ def patient(tmp_path: Path) -> str:
     file = tmp_path / "patient.toml"
     file.write_text(rover.read_text().replace("max_age_s = 1.0\n", "max_age_s = 5.0\nanswer_s = 5.0\n"))
     return str(file)
-
-
-class Once:
-    """An observer that does something in one tick of a run."""
-
-    def __init__(self, deed: Callable[[], object], tick: int = 5) -> None:
-        self._deed, self._left = deed, tick
-
-    def begin(self, run: Run) -> None:
-        """Wait."""
-
-    def tick(self, record: TickRecord) -> None:
-        self._left -= 1
-        if self._left == 0:
-            self._deed()
-
-    def end(self, result: RunResult) -> None:
-        """Nothing more."""
 
 
 def drive(port: int, *observers: Once, robot: str = "rover", duration_s: float = 60.0, **options: object) -> RunResult:
