@@ -1,0 +1,3 @@
+from tests.robotcore.deploy.sshd import sshd
+
+__all__ = ["sshd"]
