@@ -1,4 +1,4 @@
-"""A run as the line that repeats it in a shell."""
+"""A run as the words that repeat it, and as a line for a shell."""
 
 from __future__ import annotations
 
@@ -21,8 +21,12 @@ _OPTIONS = {
 
 def command_of(request: RunRequest) -> str:
     """Return ``robotcore run …`` with every option that is not the default, quoted."""
-    words = [word for name, value in _asked(request) for word in _words(_OPTIONS.get(name, f"--{name}"), value)]
-    return shlex.join(["robotcore", "run", request.app, *words])
+    return shlex.join(["robotcore", "run", request.app, *words_of(request)])
+
+
+def words_of(request: RunRequest) -> list[str]:
+    """Return the options of ``robotcore run`` that are not the default, word by word."""
+    return [word for name, value in _asked(request) for word in _words(_OPTIONS.get(name, f"--{name}"), value)]
 
 
 def _asked(request: RunRequest) -> Iterator[tuple[str, Any]]:

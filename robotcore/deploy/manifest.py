@@ -1,0 +1,58 @@
+"""A project as a release: how the robot runs it, and how it makes the motors stand without it."""
+
+from __future__ import annotations
+
+from robotcore.catalogue import load_backend
+from robotcore.deploy.aboard.release import Release
+from robotcore.deploy.project import Project
+from robotcore.running.plan import DEFAULT_WORLD, RunRequest
+from robotcore.sweep.command import words_of
+from robotcore.sweep.seeds import seeds_of
+
+UNTIL_STOPPED_S = 1e9
+"""A deployed app runs until somebody stops it: the time-out of a run is 30 years."""
+
+
+def release_of(
+    project: Project,
+    name: str,
+    *,
+    requirements: tuple[str, ...] = (),
+    gates: tuple[str, ...] = (),
+    robotcore: str = "",
+    revision: str = "",
+    sender: str = "",
+) -> Release:
+    """Return the release of that name; what it is run with holds in the folder that the project has there."""
+    return Release(
+        name=name,
+        project=project.name,
+        app=project.app,
+        robot=project.robot,
+        backend=project.backend,
+        run=("run", project.app, *words_of(_request(project))),
+        stop=("stop", *words_of(RunRequest(project.app, project.backend, project.robot, options=project.options))),
+        requirements=requirements,
+        gates=gates,
+        robotcore=robotcore,
+        revision=revision,
+        sender=sender,
+        is_recorded=project.is_recorded,
+    )
+
+
+def _request(project: Project) -> RunRequest:
+    """Return the run on the robot; where that has a simulator in it, in the world and with the first seed given."""
+    is_simulated = load_backend(project.backend).builds_world(project.described())
+    return RunRequest(
+        app=project.app,
+        backend=project.backend,
+        robot=project.robot,
+        world=(project.world or DEFAULT_WORLD) if is_simulated else None,
+        seed=seeds_of(project.seeds)[0] if is_simulated else None,
+        rate_hz=project.rate_hz,
+        timeout_s=UNTIL_STOPPED_S,
+        settings=project.settings,
+        options=project.options,
+        realtime=True,
+    )

@@ -1,0 +1,45 @@
+"""Names of the user's files: where they are in the project, and how they are told."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from robotcore.appfile import is_app_file
+from robotcore.errors import UsageError
+
+
+def inside(folder: Path, base: Path, name: str, kind: str) -> str:
+    """Return a file, named from ``base``, as its project's folder calls it; what stands behind a colon stays.
+
+    It is a file to whoever reads it: ``./`` goes before what could be taken for an option or for something installed.
+    Raises UsageError where it is not there, or outside of the folder: only what is inside is sent.
+    """
+    path, colon, rest = name.partition(":") if is_app_file(name) else (name, "", "")
+    file = Path(os.path.normpath(base / path))
+    if not file.is_file():
+        raise UsageError(f"{told(name)}: there is no such file. Name the {kind}'s file, or one that is installed")
+    file = file.parent.resolve() / file.name
+    if not file.is_relative_to(folder):
+        raise UsageError(
+            f"{told(name)} is outside of {told(folder)}, and only what is in there is sent. Move the {kind} into it, "
+            "or name a folder that has both: --project DIR"
+        )
+    there = file.relative_to(folder).as_posix()
+    is_plain = there.endswith((".py", ".toml")) and not there.startswith("-")
+    return f"{'' if is_plain else './'}{there}{colon}{rest}"
+
+
+def require_sendable(folder: Path) -> None:
+    """Refuse, by UsageError, a folder that nobody means to send whole: the home, or what is above it."""
+    if Path.home().resolve().is_relative_to(folder.resolve()):
+        raise UsageError(
+            f"{told(folder)} would be sent whole, with all that is in your home. Make a folder for the project and "
+            "put its files there: robotcore new"
+        )
+
+
+def told(name: object) -> str:
+    """Return a file's name as a line of text: what does not print is told by its escapes."""
+    text = str(name)
+    return text if text.isprintable() else ascii(text)

@@ -1,0 +1,160 @@
+"""What is to be deployed: the user's project, as its ``pyproject.toml`` and the command line say."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from robotcore.appfile import is_app_file
+from robotcore.catalogue import app_name, load_backend
+from robotcore.deploy.paths import inside, require_sendable
+from robotcore.deploy.table import FILE, ProjectTable, RobotcoreTable, Tables, tables_of
+from robotcore.description import RobotDescription, load_robot, load_world
+from robotcore.errors import UnknownNameError, UsageError
+from robotcore.registry import app_names
+from robotcore.sweep.ownfiles import is_own
+from robotcore.sweep.requirements import Requirement
+from robotcore.sweep.seeds import seeds_of
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a command line says; None is left to the project's file. Names of files are relative to where it was typed.
+
+    ``settings`` and ``options`` are added to the project's, and go before them; ``folder`` is ``--project``.
+    """
+
+    app: str | None = None
+    robot: str | None = None
+    world: str | None = None
+    backend: str | None = None
+    settings: Mapping[str, str] = field(default_factory=dict)
+    options: Mapping[str, str] = field(default_factory=dict)
+    rate_hz: float | None = None
+    seeds: str | None = None
+    require: tuple[str, ...] | None = None
+    record: bool | None = None
+    folder: Path | None = None
+
+
+@dataclass(frozen=True)
+class Project:
+    """What is proven at the desk, sent, and run on the robot.
+
+    ``folder`` is the user's, absolute; None where only what is installed was named, and nothing of the user's is sent.
+    ``app``, ``robot`` and ``world`` are names, or files relative to the folder. ``require`` are the bounds of a sweep
+    that the app must keep, none for the usual ones. ``extras`` are robotcore's or the project's. ``told`` is
+    ``[project]`` of its file; ``is_package`` where the folder can be built and installed.
+    """
+
+    folder: Path | None
+    name: str
+    app: str
+    robot: str
+    world: str | None = None
+    backend: str = "raspberrypi"
+    settings: Mapping[str, str] = field(default_factory=dict)
+    options: Mapping[str, str] = field(default_factory=dict)
+    rate_hz: float = 20.0
+    seeds: str = "1-3"
+    require: tuple[str, ...] = ()
+    extras: tuple[str, ...] = ()
+    is_recorded: bool = True
+    is_package: bool = False
+    told: ProjectTable = field(default_factory=ProjectTable)
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The files that it names, relative to its folder: without them it does not run."""
+        app = (self.app.partition(":")[0],) if is_app_file(self.app) else ()
+        return (*app, *(name for name in (self.robot, self.world) if name and is_own(name)))
+
+    def described(self) -> RobotDescription:
+        """Return the robot; raises what `load_robot` raises."""
+        return load_robot(self.at_desk(self.robot))
+
+    def at_desk(self, name: str) -> str:
+        """Return a name or a file of the project as this process finds it, wherever it works."""
+        return str(self.folder / name) if self.folder and (is_own(name) or is_app_file(name)) else name
+
+
+def project_of(asked: Asked, here: Path | None = None) -> Project:
+    """Return what is to be deployed from ``here``, by default the folder that this process works in.
+
+    The project is the folder that was asked for; or this one, where its ``pyproject.toml`` has a ``[tool.robotcore]``,
+    or a file of the user's is named. Raises UsageError where a name leads nowhere or a file is outside of the folder,
+    DescriptionError where ``pyproject.toml`` is wrong.
+    """
+    here = (here or Path.cwd()).absolute()
+    folder = here / asked.folder if asked.folder else here
+    if asked.folder and not folder.is_dir():
+        raise UsageError(f"--project {asked.folder}: there is no such folder. Name the one with your {FILE}")
+    tables = tables_of(folder)
+    if not (asked.folder or tables.robotcore or any(map(_is_file, _named(asked)))):
+        return _checked(_merged(asked, Tables(), None, here))
+    require_sendable(folder)
+    return _checked(_merged(asked, tables, folder.resolve(), here))
+
+
+def _merged(asked: Asked, tables: Tables, folder: Path | None, here: Path) -> Project:
+    """Return the project as the table has it, overridden by what was asked for."""
+    table = tables.robotcore or RobotcoreTable()
+    deploy = table.deploy
+    app = _named_by(asked, table, "app", folder, here)
+    return Project(
+        folder=folder,
+        name=tables.project.name or (folder.name if folder else app_name(app)),
+        app=app,
+        robot=_named_by(asked, table, "robot", folder, here),
+        world=_named_by(asked, table, "world", folder, here) if asked.world or table.world else None,
+        backend=asked.backend or deploy.backend,
+        settings={**deploy.settings, **asked.settings},
+        options={**deploy.options, **asked.options},
+        rate_hz=_first(asked.rate_hz, deploy.rate_hz),
+        seeds=_first(asked.seeds, deploy.seeds),
+        require=_first(asked.require, deploy.require),
+        extras=deploy.extras,
+        is_recorded=_first(asked.record, deploy.record),
+        is_package=tables.is_package,
+        told=tables.project,
+    )
+
+
+def _first(asked: Any, told: Any) -> Any:
+    return told if asked is None else asked
+
+
+def _named(asked: Asked) -> list[str]:
+    return [name for name in (asked.app, asked.robot, asked.world) if name]
+
+
+def _is_file(name: str) -> bool:
+    return is_app_file(name) or is_own(name)
+
+
+def _named_by(asked: Asked, table: RobotcoreTable, kind: str, folder: Path | None, here: Path) -> str:
+    """Return the app, robot or world; a file of it relative to the project's folder."""
+    said, told = getattr(asked, kind), getattr(table, kind)
+    name = said or told
+    if not name:
+        raise UsageError(f'which {kind}? Name it with --{kind}, or in {FILE}: [tool.robotcore] {kind} = "…"')
+    if folder is None or not _is_file(name):
+        return str(name)
+    return inside(folder, here if said else folder, name, kind)
+
+
+def _checked(project: Project) -> Project:
+    """Return the project; raise UsageError where something that it names is not there, or a bound is none."""
+    load_backend(project.backend)
+    if not is_app_file(project.app) and app_name(project.app) not in app_names():
+        raise UnknownNameError("app", project.app, app_names())
+    if not is_own(project.robot):
+        load_robot(project.robot)
+    if project.world and not is_own(project.world):
+        load_world(project.world)
+    seeds_of(project.seeds)
+    for bound in project.require:
+        Requirement.parse(bound)
+    return project
