@@ -42,6 +42,7 @@ UNWRITTEN = 1
         "export",
         "wiring",
         "doctor",
+        "deploy",
     ),
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"]},

@@ -1,0 +1,20 @@
+"""``robotcore deploy``: from the desk to the robot, and back; one file a command."""
+
+from __future__ import annotations
+
+import click
+
+from robotcore.cli.lazy import LazyGroup
+
+
+@click.group(
+    "deploy",
+    cls=LazyGroup,
+    package="robotcore.cli.deploy",
+    names=("push", "list", "rollback", "status", "logs", "start", "stop", "remove", "fetch"),
+)
+def command() -> None:
+    """Put a project on a robot, keep it running there, bring home what it recorded.
+
+    HOST is [user@]host[:port], or an alias of your ssh configuration, which is used with all that it says.
+    """

@@ -1,0 +1,55 @@
+"""What a long job tells while it is done: one step after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Progress:
+    """A step by its name, and what there is to say of it: what goes on, or, where it ``is_done``, what came of it.
+
+    ``notes`` are what its reader should know besides, a line each.
+    """
+
+    step: str
+    said: str = ""
+    notes: tuple[str, ...] = ()
+    is_done: bool = False
+
+    def __str__(self) -> str:
+        """Return it in a line, its notes below.
+
+        >>> print(Progress("doctor", "9 ok, 1 warning", ("warning: the disk is nearly full",), is_done=True))
+          doctor       9 ok, 1 warning
+            warning: the disk is nearly full
+        """
+        return "\n".join((f"  {self.step:<13}{self.said}".rstrip(), *(f"    {note}" for note in self.notes)))
+
+
+Tell = Callable[[Progress], object]
+"""Is told of each step: as it begins, as it goes on, and when it is done."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """A step that is being told of."""
+
+    name: str
+    tell: Tell
+
+    def say(self, words: str = "") -> None:
+        """Tell what goes on."""
+        self.tell(Progress(self.name, words))
+
+    def done(self, said: str, *notes: str) -> None:
+        """Tell what came of it."""
+        self.tell(Progress(self.name, said, notes, is_done=True))
+
+
+def begin(name: str, tell: Tell) -> Step:
+    """Tell that a step begins."""
+    step = Step(name, tell)
+    step.say()
+    return step
