@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable
 from contextlib import ExitStack, closing, redirect_stdout
@@ -115,8 +116,10 @@ def _run(
     last_words: Callable[[RunResult], None],
 ) -> RunResult:
     from robotcore.cli.keys import SpaceBar, can_listen
+    from robotcore.running.notify import Notifier
     from robotcore.running.session import RunRequest, run
 
+    notifier = Notifier.of(os.environ)
     with ExitStack() as stack:
         in_terminal: list[SpaceBar | Progress] = []
         bar = stack.enter_context(closing(SpaceBar())) if can_listen() else None
@@ -129,7 +132,7 @@ def _run(
         interrupts.suspend_with(
             lambda: [each.pause() for each in in_terminal], lambda: [each.go_on() for each in in_terminal]
         )
-        observers: list[Observer] = [each for each in (recorder, drawer, *in_terminal) if each]
+        observers: list[Observer] = [each for each in (notifier, recorder, drawer, *in_terminal) if each]
         taps = [recorder.tap] if recorder else []
         return run(RunRequest(**_requested(**asked)), observers, taps, last_words=last_words)
 
