@@ -27,6 +27,7 @@ UNWRITTEN = 1
     cls=LazyGroup,
     package="robotcore.cli",
     names=(
+        "new",
         "run",
         "sweep",
         "replay",
