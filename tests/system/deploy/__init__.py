@@ -1,0 +1,1 @@
+"""A Debian that systemd boots, as the robot that projects are deployed to."""

@@ -1,0 +1,24 @@
+"""Deploy to a Debian that systemd boots: python -m tests.system.deploy [NAME]."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from tests.system import checking, needs
+from tests.system.deploy.machine import machine
+
+CONSOLE = needs.ROOT / "build" / "deploy-console.log"
+
+
+def main(names: list[str]) -> bool:
+    """Run these files of checks, by default all; return whether every check was passed."""
+    CONSOLE.parent.mkdir(exist_ok=True)
+    with machine(CONSOLE) as tried:
+        tried.boot()  # where it cannot be, that is said once, and not by each check
+    return checking.run(Path(__file__).parent / "checks", names)
+
+
+if __name__ == "__main__":
+    needs.leave_on_sigterm()
+    sys.exit(needs.told("deploy", lambda: main(sys.argv[1:])))

@@ -1,0 +1,33 @@
+"""What the checks share: one target, which stays on from the first check to the last, and the desk."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from tests.system import needs
+from tests.system.deploy.desk import Desk
+from tests.system.deploy.machine import Machine, machine
+
+CONSOLE = needs.ROOT / "build" / "deploy-console.log"
+
+
+@pytest.fixture(autouse=True)
+def _nothing_is_left_running() -> None:
+    """Let a target that a check has booted again live on."""
+
+
+@pytest.fixture(scope="session")
+def target() -> Iterator[Machine]:
+    """The target, up."""
+    CONSOLE.parent.mkdir(exist_ok=True)
+    CONSOLE.unlink(missing_ok=True)
+    with machine(CONSOLE) as made:
+        made.boot()
+        yield made
+
+
+@pytest.fixture(scope="session")
+def desk(target: Machine, tmp_path_factory: pytest.TempPathFactory) -> Desk:
+    return Desk.of(tmp_path_factory.mktemp("desk"), target)

@@ -1,0 +1,96 @@
+"""The desk: whoever sits there has a key, an ssh configuration, and types commands in a project's folder."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from tests.system import needs
+from tests.system.deploy import debian
+from tests.system.deploy.machine import Machine
+
+HOST = "rover"
+"""What the ssh configuration calls the target."""
+
+COMMAND_S = 240.0
+"""A hang."""
+
+CONFIG = """\
+Host {host}
+  HostName {address}
+  User {user}
+  IdentityFile "{folder}/key"
+  IdentitiesOnly yes
+  UserKnownHostsFile "{folder}/known_hosts"
+  StrictHostKeyChecking yes
+"""
+
+
+@dataclass(frozen=True)
+class Desk:
+    """A folder with a key that the target knows, the target's own, and an ssh configuration that tells of both."""
+
+    folder: Path
+
+    @classmethod
+    def of(cls, folder: Path, machine: Machine) -> Desk:
+        """Make a key, and give it to the target's user; the target may be off."""
+        desk = cls(folder)
+        make = ["ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-C", "desk", "-f", str(folder / "key")]
+        subprocess.run(make, check=True)
+        host_key = machine.root.joinpath("etc/ssh/ssh_host_ed25519_key.pub").read_text()
+        folder.joinpath("known_hosts").write_text(f"{machine.address} {host_key}")
+        told = CONFIG.format(host=HOST, address=machine.address, user=debian.USER, folder=folder)
+        desk.config.write_text(told)
+        _authorise(machine, folder.joinpath("key.pub").read_text())
+        return desk
+
+    @property
+    def config(self) -> Path:
+        return self.folder / "ssh_config"
+
+    def ssh(self, command: str) -> str:
+        """Run a command there as the user, by ssh alone; return what it printed."""
+        run = subprocess.run(
+            ["ssh", "-F", self.config, HOST, command], capture_output=True, text=True, check=True, timeout=COMMAND_S
+        )
+        return run.stdout
+
+    def command(self, *arguments: str) -> list[str]:
+        """Return the command line of ``robotcore`` with these arguments."""
+        return [sys.executable, "-m", "robotcore", *arguments]
+
+    def deploy(self, deed: str, *arguments: str, project: Path | None = None) -> subprocess.CompletedProcess[str]:
+        """Type ``robotcore deploy DEED rover …`` in a project's folder, and see what comes of it."""
+        return subprocess.run(
+            self.deploying(deed, *arguments),
+            cwd=project or self.folder,
+            env=self.environment,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=COMMAND_S,
+        )
+
+    def deploying(self, deed: str, *arguments: str) -> list[str]:
+        """Return the command line that `deploy` types."""
+        return self.command("deploy", deed, HOST, *arguments, "--ssh-config", str(self.config))
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """This checkout's robotcore, and nobody's terminal."""
+        return {**os.environ, "PYTHONPATH": str(needs.ROOT), "NO_COLOR": "1", "COLUMNS": "160"}
+
+
+def _authorise(machine: Machine, public: str) -> None:
+    folder = machine.home / ".ssh"
+    folder.mkdir(mode=0o700)
+    folder.joinpath("authorized_keys").write_text(public)
+    owner = machine.home.stat()
+    for path in (folder, *folder.iterdir()):
+        shutil.chown(path, owner.st_uid, owner.st_gid)

@@ -1,0 +1,63 @@
+"""A network of two: the desk and the target, and nobody else."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from tests.system import needs
+
+INSIDE = "host0"
+
+
+@dataclass(frozen=True)
+class Network:
+    """A network namespace that its holder keeps, whoever boots and dies in it, and the target's address in it.
+
+    It has no route but the one to the desk: no package registry can be reached from there.
+    """
+
+    holder: int
+    address: str
+
+    @property
+    def path(self) -> Path:
+        return Path(f"/proc/{self.holder}/ns/net")
+
+
+@contextmanager
+def network() -> Iterator[Network]:
+    """Make one that ends with this process; raises NotRunError where it cannot be made."""
+    holding = [*needs.ENDING_WITH_US, "unshare", "--net", "sh", "-c", "echo; exec sleep infinity"]
+    with subprocess.Popen(holding, stdout=subprocess.PIPE) as holder:
+        try:
+            assert holder.stdout
+            if not holder.stdout.readline():
+                raise needs.NotRunError("needs network namespaces; a privileged container has them")
+            yield _joined(holder.pid)
+        finally:
+            holder.kill()
+
+
+def _joined(holder: int) -> Network:
+    """Lay a wire between the desk and a namespace, of link-local addresses that nobody else has been given."""
+    third, fourth = os.getpid() // 64 % 254 + 1, os.getpid() % 64 * 4
+    desk, target = f"169.254.{third}.{fourth + 1}", f"169.254.{third}.{fourth + 2}"
+    outside = f"rover{os.getpid()}"
+    inside = ["nsenter", f"--net=/proc/{holder}/ns/net"]
+    for change in (
+        ["ip", "link", "add", outside, "type", "veth", "peer", "name", INSIDE, "netns", str(holder)],
+        ["ip", "address", "add", f"{desk}/30", "dev", outside],
+        ["ip", "link", "set", outside, "up"],
+        [*inside, "ip", "address", "add", f"{target}/30", "dev", INSIDE],
+        [*inside, "ip", "link", "set", INSIDE, "up"],
+        [*inside, "ip", "link", "set", "lo", "up"],
+    ):
+        run = subprocess.run(change, capture_output=True, text=True, check=False)
+        if run.returncode:
+            raise needs.NotRunError(f"needs a virtual network, and ip said: {needs.last_line(run.stderr)}")
+    return Network(holder, target)
