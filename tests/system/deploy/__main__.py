@@ -8,13 +8,10 @@ from pathlib import Path
 from tests.system import checking, needs
 from tests.system.deploy.machine import machine
 
-CONSOLE = needs.ROOT / "build" / "deploy-console.log"
-
 
 def main(names: list[str]) -> bool:
     """Run these files of checks, by default all; return whether every check was passed."""
-    CONSOLE.parent.mkdir(exist_ok=True)
-    with machine(CONSOLE) as tried:
+    with machine() as tried:
         tried.boot()  # where it cannot be, that is said once, and not by each check
     return checking.run(Path(__file__).parent / "checks", names)
 

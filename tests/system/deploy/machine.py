@@ -23,17 +23,21 @@ BOOT_S = 60.0
 """A hang; on a machine of its own it is up in 2 s."""
 
 SSH_PORT = 22
+NAMESPACES = ("--mount", "--uts", "--ipc", "--net", "--pid", "--cgroup")
+ALONE = (*needs.ENDING_WITH_US, "unshare", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc")
+"""In a namespace of processes: systemd-nspawn, killed, leaves what it has booted to itself."""
+
+CONSOLE = needs.ROOT / "build" / "deploy-console.log"
 
 
 @dataclass
 class Machine:
-    """A Debian on ``root``, booted by systemd-nspawn; what its console says is kept in a file."""
+    """A Debian on ``root``, booted by systemd-nspawn; what it says on its console is kept in ``build``."""
 
     root: Path
-    console: Path
     network: Network
     group: Sequence[str]
-    _nspawn: subprocess.Popen[bytes] | None = field(default=None, init=False)
+    _booted: subprocess.Popen[bytes] | None = field(default=None, init=False)
 
     @property
     def address(self) -> str:
@@ -46,25 +50,24 @@ class Machine:
 
     def boot(self) -> None:
         """Switch it on, and return when its sshd answers; raises NotRunError where it does not come up."""
-        command = [*needs.ENDING_WITH_US, *self.group, "systemd-nspawn", "--quiet", "--directory", str(self.root)]
+        command = [*ALONE, *self.group, "systemd-nspawn", "--quiet", "--directory", str(self.root)]
         booting = ["--boot", "--register=no", "--keep-unit", f"--network-namespace-path={self.network.path}"]
-        with self.console.open("ab") as console:
-            self._nspawn = subprocess.Popen(
+        with CONSOLE.open("ab") as console:
+            self._booted = subprocess.Popen(
                 [*command, *booting], stdin=subprocess.DEVNULL, stdout=console, stderr=subprocess.STDOUT
             )
-        self._await_sshd(self._nspawn)
+        self._await_sshd(self._booted)
 
     def cut_power(self) -> None:
         """End all that runs on it at once, in the middle of whatever it does."""
-        if self._nspawn and self._nspawn.poll() is None:
-            os.kill(self._init(), signal.SIGKILL)  # nobody below it outlives it; systemd-nspawn goes by itself
-            self._nspawn.wait(BOOT_S)
+        if self._booted and self._booted.poll() is None:
+            os.kill(_child(self._booted.pid), signal.SIGKILL)
+            self._booted.wait(BOOT_S)  # the first of a namespace is not gone before all the others are
 
     def reboot(self) -> None:
         """Let it go down in good order, as its user may ask for, and switch it on again."""
-        assert self._nspawn
         self.as_root("systemctl", "reboot")
-        self._nspawn.wait(BOOT_S)
+        self._running.wait(BOOT_S)
         self.boot()
 
     def restart(self) -> None:
@@ -74,31 +77,21 @@ class Machine:
 
     def as_root(self, *command: str, is_checked: bool = True) -> str:
         """Run a command on it as root; return what it printed."""
-        entering = [
-            "nsenter",
-            f"--target={self._init()}",
-            "--mount",
-            "--uts",
-            "--ipc",
-            "--net",
-            "--pid",
-            "--cgroup",
-            "--",
-        ]
+        entering = ["nsenter", f"--target={_child(_child(self._running.pid))}", *NAMESPACES, "--"]
         run = subprocess.run([*entering, *command], stdout=subprocess.PIPE, text=True, check=is_checked)
         return run.stdout
 
-    def _init(self) -> int:
-        assert self._nspawn
-        (init,) = Path(f"/proc/{self._nspawn.pid}/task/{self._nspawn.pid}/children").read_text().split()
-        return int(init)
+    @property
+    def _running(self) -> subprocess.Popen[bytes]:
+        assert self._booted, "boot it first"
+        return self._booted
 
-    def _await_sshd(self, nspawn: subprocess.Popen[bytes]) -> None:
+    def _await_sshd(self, booted: subprocess.Popen[bytes]) -> None:
         ending = time.monotonic() + BOOT_S
         while not self._answers():
-            if nspawn.poll() is not None or time.monotonic() > ending:
+            if booted.poll() is not None or time.monotonic() > ending:
                 self.cut_power()
-                said = needs.last_line(self.console.read_text(errors="replace"))
+                said = needs.last_line(CONSOLE.read_text(errors="replace"))
                 raise needs.NotRunError(f"needs to boot a Debian, and systemd-nspawn said: {said}")
             time.sleep(0.05)
 
@@ -110,15 +103,22 @@ class Machine:
             return False
 
 
+def _child(process: int) -> int:
+    (child,) = Path(f"/proc/{process}/task/{process}/children").read_text().split()
+    return int(child)
+
+
 @contextmanager
-def machine(console: Path) -> Iterator[Machine]:
+def machine() -> Iterator[Machine]:
     """Copy a Debian and make it ready to boot; it ends with this block, for sure. Raises NotRunError."""
     needs.debian()
     needs.packages(*TOOLS)
+    CONSOLE.parent.mkdir(exist_ok=True)
+    CONSOLE.unlink(missing_ok=True)
     with ExitStack() as stack:
         folder = Path(stack.enter_context(TemporaryDirectory(prefix="robotcore-target-")))
         group = stack.enter_context(own_group())
-        made = Machine(folder / "root", console, stack.enter_context(network()), group)
+        made = Machine(folder / "root", stack.enter_context(network()), group)
         debian.copy_to(made.root)
         stack.callback(made.cut_power)
         yield made

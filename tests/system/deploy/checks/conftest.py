@@ -6,11 +6,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.system import needs
 from tests.system.deploy.desk import Desk
 from tests.system.deploy.machine import Machine, machine
-
-CONSOLE = needs.ROOT / "build" / "deploy-console.log"
 
 
 @pytest.fixture(autouse=True)
@@ -21,9 +18,7 @@ def _nothing_is_left_running() -> None:
 @pytest.fixture(scope="session")
 def target() -> Iterator[Machine]:
     """The target, up."""
-    CONSOLE.parent.mkdir(exist_ok=True)
-    CONSOLE.unlink(missing_ok=True)
-    with machine(CONSOLE) as made:
+    with machine() as made:
         made.boot()
         yield made
 
