@@ -14,6 +14,7 @@ from pydantic import ValidationError
 from robotcore.description import Described, RobotDescription, WorldDescription, first_fault, load_robot
 from robotcore.devices import Device
 from robotcore.errors import BackendMissingError, DeviceError, DeviceGroupError, UnknownNameError, UsageError
+from robotcore.guardian import CutoffSpec
 from robotcore.robot import Robot
 
 if TYPE_CHECKING:
@@ -146,6 +147,14 @@ class Backend(ABC):
         raise UsageError(
             f"the backend {self.name!r} joins nobody's scene, so there is nothing to look at. Leave it out"
         )
+
+    def cutoffs(self, setup: Setup) -> Sequence[CutoffSpec]:
+        """Return how the motors of ``setup.devices`` are made to stand by a process that has nothing of them open.
+
+        For `robotcore stop`, where whoever drove them is gone, or cannot be trusted to stop them. None where motors turn
+        no longer than their run, such as a simulator's own. Opens nothing; raises UsageError and DescriptionError.
+        """
+        return ()
 
     def wiring(self, robot: RobotDescription) -> Wiring | None:
         """Return where a robot's wires go, as its section says; None where there is nothing to wire.

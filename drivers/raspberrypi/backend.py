@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from drivers.raspberrypi.chip import AT_THE_DESK
@@ -12,7 +12,8 @@ from drivers.raspberrypi.pins import open_pins
 from robotcore.backend import Backend, Setup
 from robotcore.clock import MonotonicClock
 from robotcore.description import Described, RobotDescription
-from robotcore.hardware import Fitting, fit, open_robot
+from robotcore.guardian import CutoffSpec
+from robotcore.hardware import Fitting, fit, open_robot, unopened_cutoffs
 from robotcore.robot import Robot
 
 if TYPE_CHECKING:
@@ -63,6 +64,10 @@ class RaspberryPiBackend(Backend):
 
     def wiring(self, robot: RobotDescription) -> Wiring:
         return wiring_of(self.fittings(robot))
+
+    def cutoffs(self, setup: Setup) -> Sequence[CutoffSpec]:
+        setup.options_as(RaspberryPiOptions)
+        return unopened_cutoffs(setup.robot, self.fittings(setup.robot, setup.devices))
 
     def open(self, setup: Setup) -> Robot:
         options = setup.options_as(RaspberryPiOptions)

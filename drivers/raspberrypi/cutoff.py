@@ -47,16 +47,18 @@ class MotorLines(Cutoff):
     They can be had when that process has ended. One that lives while it should have been heard of, and has left motors
     turning, is ended for it: software PWM is a thread of its own in C, which goes on whatever hangs. One whose motors
     stand is left alone. The lines are low from then on; they are the guardian's as long as it lives.
+
+    Without an ``owner`` nobody is ended: `stop` takes the lines that are free, and raises HeldError for the others.
     """
 
-    def __init__(self, lines: Sequence[int], owner: int) -> None:
+    def __init__(self, lines: Sequence[int], owner: int | None) -> None:
         self._lines, self._pid = lines, owner
         self._is_turning = False
         self._told: str | None = None
 
     def open(self) -> None:
         self._chip = Chip()
-        self._owner = Owner(self._pid)
+        self._owner = None if self._pid is None else Owner(self._pid)
 
     def arm(self) -> None:
         self._is_turning = True
@@ -68,22 +70,25 @@ class MotorLines(Cutoff):
         try:
             self._chip.claim_low(self._lines)
         except HeldError:
-            self._claim_from_owner()
+            if self._owner is None:
+                raise
+            self._claim_from(self._owner)
         return self._told
 
     def close(self) -> None:
         self._chip.close()
-        self._owner.close()
+        if self._owner:
+            self._owner.close()
 
-    def _claim_from_owner(self) -> None:
+    def _claim_from(self, owner: Owner) -> None:
         """Have the owner end, where it must, and claim its lines."""
         if self._is_turning:
-            self._end_owner()
-        if self._owner.has_ended_within(GOING_S) or self._is_turning:
+            self._end(owner)
+        if owner.has_ended_within(GOING_S) or self._is_turning:
             self._chip.claim_low(self._lines)
 
-    def _end_owner(self) -> None:
+    def _end(self, owner: Owner) -> None:
         """End the owner; what it does by itself already, is not told."""
-        if not self._owner.is_ending():
+        if not owner.is_ending():
             self._told = f"ended process {self._pid}: it was silent, and held the lines of motors that turned"
-        self._owner.kill()
+        owner.kill()

@@ -44,6 +44,7 @@ UNWRITTEN = 1
         "wiring",
         "doctor",
         "deploy",
+        "stop",
     ),
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"]},

@@ -4,7 +4,7 @@ from robotcore.hardware.connections import Connection
 from robotcore.hardware.driver import DeviceDriver, Host
 from robotcore.hardware.fitting import Fitting
 from robotcore.hardware.newest import Newest
-from robotcore.hardware.opening import open_devices, open_robot
+from robotcore.hardware.opening import open_devices, open_robot, unopened_cutoffs
 from robotcore.hardware.pairing import encoder_of, motor_of
 from robotcore.hardware.section import fit
 from robotcore.hardware.shared import Shared
@@ -26,4 +26,5 @@ __all__ = [
     "motor_of",
     "open_devices",
     "open_robot",
+    "unopened_cutoffs",
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -24,7 +25,8 @@ class Host:
 
     ``opened`` are those that are open by now, by name: encoders first, then sensors, cameras and displays, motors last.
     ``pins`` makes pins (gpiozero's factory), where the backend has any. ``shared`` has what several of them open
-    together, such as the port of a board with motors and encoders.
+    together, such as the port of a board with motors and encoders. ``owner`` is the process that has the devices open;
+    None where nobody has, and only `DeviceDriver.cutoffs` is asked: then there is neither ``pins`` nor what is ``opened``.
     """
 
     robot: RobotDescription
@@ -32,6 +34,7 @@ class Host:
     pins: Any = None
     opened: Mapping[str, Device] = field(default_factory=dict)
     shared: Shared = field(default_factory=Shared)
+    owner: int | None = field(default_factory=os.getpid)
 
 
 class DeviceDriver(ABC, Generic[ToldT, SettingsT]):
@@ -91,5 +94,9 @@ class DeviceDriver(ABC, Generic[ToldT, SettingsT]):
         return ()
 
     def cutoffs(self, told: ToldT, settings: SettingsT, host: Host) -> Sequence[CutoffSpec]:
-        """Return how another process stops it, where it turns something."""
+        """Return how another process stops it, where it turns something.
+
+        Asked once it is open, for the guardian, and for `robotcore stop` where nothing is: the host then has no
+        ``owner``, and the settings alone must do.
+        """
         return ()

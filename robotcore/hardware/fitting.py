@@ -50,4 +50,5 @@ class Fitting:
             raise DeviceError(self.name, f"{type(error).__name__}: {error}".removesuffix(": ")) from error
 
     def cutoffs(self, host: Host) -> tuple[CutoffSpec, ...]:
+        """Return how another process stops the device; see `DeviceDriver.cutoffs`."""
         return tuple(self.driver.cutoffs(self.told, self.settings, host))

@@ -8,11 +8,18 @@ from types import MappingProxyType
 from typing import Any
 
 from robotcore.backend import Setup
-from robotcore.clock import Clock
-from robotcore.description import CameraDescription, DisplayDescription, EncoderDescription, RangeSensorDescription
+from robotcore.clock import Clock, MonotonicClock
+from robotcore.description import (
+    CameraDescription,
+    DisplayDescription,
+    EncoderDescription,
+    RangeSensorDescription,
+    RobotDescription,
+)
 from robotcore.devices import Device
 from robotcore.display import MemoryDisplay
 from robotcore.errors import DeviceError, DeviceGroupError
+from robotcore.guardian import CutoffSpec
 from robotcore.hardware.driver import Host
 from robotcore.hardware.fitting import Fitting
 from robotcore.hardware.section import fit
@@ -53,6 +60,12 @@ def open_robot(
         robot = Robot(setup.robot.name, clock, devices, truth=truth, release=beneath.close, cutoffs=cutoffs)
         undo.pop_all()
     return robot
+
+
+def unopened_cutoffs(robot: RobotDescription, fittings: Iterable[Fitting]) -> tuple[CutoffSpec, ...]:
+    """Return how to stop devices that this process has not opened: a backend's answer to `Backend.cutoffs`."""
+    host = Host(robot, MonotonicClock(), owner=None)
+    return tuple(cutoff for fitting in fittings for cutoff in fitting.cutoffs(host))
 
 
 def open_devices(fittings: Iterable[Fitting], host: Host, opened: dict[str, Device]) -> None:

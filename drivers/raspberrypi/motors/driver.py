@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from abc import abstractmethod
 from collections.abc import Sequence
 from typing import Annotated, Generic, TypeVar
@@ -136,7 +135,7 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
             return ()
         if settings.standby is not None:
             return (CutoffSpec(told.name, "drivers.raspberrypi.cutoff:StandbyLine", {"line": settings.standby}),)
-        lines = {"lines": list(self._gpios(settings)), "owner": os.getpid()}
+        lines = {"lines": list(self._gpios(settings)), "owner": host.owner}
         return (CutoffSpec(told.name, "drivers.raspberrypi.cutoff:MotorLines", lines, PAUSE_S),)
 
     def _enabling(self, settings: SettingsT) -> tuple[int, ...]:

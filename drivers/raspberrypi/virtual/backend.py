@@ -69,6 +69,10 @@ class VirtualPiBackend(RaspberryPiBackend):
         names = [f"{fitting.name} ({fitting.driver.name})" for fitting in stood_in_for(self.fittings(robot))]
         return f"; the simulator's own device stands in for {', '.join(names)}" if names else ""
 
+    def cutoffs(self, setup: Setup) -> tuple[()]:
+        """Return nothing: virtual pins are gone with their process."""
+        return ()
+
     def open(self, setup: Setup) -> Robot:
         from drivers.raspberrypi.virtual.bench import Bench, as_built
         from drivers.raspberrypi.virtual.pins import VirtualPins

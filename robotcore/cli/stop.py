@@ -1,0 +1,57 @@
+"""``robotcore stop``: every motor of a robot made to stand, by a process that has nothing of it open."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from robotcore.cli.values import pair
+
+if TYPE_CHECKING:
+    from robotcore.backend import Backend, Setup
+
+
+@click.command("stop")
+@click.option("--backend", "name", required=True, help="What the robot runs on, such as raspberrypi.")
+@click.option("--robot", default="rover", show_default=True, help="A robot's name, or its .toml file.")
+@click.option("--option", "options", metavar="KEY=VALUE", type=pair, multiple=True, help="An option of the backend.")
+def command(name: str, robot: str, options: tuple[tuple[str, str], ...]) -> int:
+    """Make every motor of a robot stand, where the program that drove it is gone.
+
+    Nothing is opened but what stops them. No program is ended for it: what one that lives still holds is named, and the
+    exit status is 3. A backend whose motors turn no longer than their run has nothing to stop.
+    """
+    from robotcore.catalogue import load_backend
+
+    backend = load_backend(name)
+    backend.require_installed()
+    return _stop(backend, _setup(backend, robot, dict(options)))
+
+
+def _setup(backend: Backend, robot: str, options: dict[str, str]) -> Setup:
+    """Return the motors alone: what is wrong with a camera must not keep them from being stopped."""
+    from robotcore.backend import Setup
+    from robotcore.description import MotorDescription
+
+    described = backend.described(robot, options)
+    motors = frozenset(device.name for device in described.devices if isinstance(device, MotorDescription))
+    return Setup(described, None, motors, options=options)
+
+
+def _stop(backend: Backend, setup: Setup) -> int:
+    from robotcore.errors import BackendError
+    from robotcore.guardian.standing import make_stand
+
+    cutoffs = backend.cutoffs(setup)
+    if not cutoffs:
+        click.echo(f"{setup.robot.name}: nothing to stop on {backend.name}")
+        return 0
+    report = make_stand(cutoffs)
+    for line in (*(f"{device} stands" for device in report.done), *report.told):
+        click.echo(line)
+    if report.failed:
+        raise BackendError(
+            f"CANNOT STOP {'; '.join(report.failed)}. End the program that drives them, or cut the motors' supply"
+        )
+    return 0

@@ -1,0 +1,25 @@
+"""Cutoffs at work for somebody who has no run: every motor is made to stand, once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from robotcore.clock import MonotonicClock
+from robotcore.guardian.cutoff import CutoffSpec, shared
+from robotcore.guardian.hand import Hand, together
+from robotcore.guardian.link import Report
+from robotcore.guardian.serving import OPENING_S, STOPPING_S
+
+
+def make_stand(specs: Iterable[CutoffSpec]) -> Report:
+    """Open the cutoffs, stop, and close them; return what was stopped, and what was not, each with its fault.
+
+    One that fails or hangs holds up no other, and nothing is raised.
+    """
+    clock = MonotonicClock()
+    hands = [Hand(spec, clock) for spec in shared(specs)]
+    opened = together(hands, "open", OPENING_S, clock)
+    ready = [hand for hand in hands if hand.device in opened.done]
+    stopped = together(ready, "stop", STOPPING_S, clock)
+    together(hands, "close", STOPPING_S, clock)
+    return Report("stop", stopped.done, (*opened.failed, *stopped.failed), stopped.told)
