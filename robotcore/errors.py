@@ -133,9 +133,16 @@ class DeviationError(RobotcoreError):
 
 
 class DeployError(RobotcoreError):
-    """A robot cannot be reached, or does not take what is sent; the release that runs there is as it was."""
+    """A robot cannot be reached, or does not take what is sent; the release that runs there is as it was.
+
+    ``kind`` is a word for whoever calls, where the fault is one that somebody may know more about.
+    """
 
     exit_status = 3
+
+    def __init__(self, message: str, kind: str = "") -> None:
+        super().__init__(message)
+        self.kind = kind
 
 
 class UnprovenError(DeployError):

@@ -1,0 +1,173 @@
+"""What ssh and rsync say when they fail, in words that say what to do; their messages are OpenSSH's and rsync's own."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from robotcore.deploy.host import Host
+from robotcore.errors import DeployError
+
+SSH_FAILED = 255
+"""What ssh exits with when it is not the command there that failed."""
+
+NO_COMMAND = 127
+
+
+@dataclass(frozen=True)
+class Failure:
+    """What to look for in what was said, a word for it, what it means and what to do.
+
+    In both of the latter ``{host}`` is the host as the user wrote it, ``{name}`` its name alone; a group of the pattern
+    is told by its name.
+    """
+
+    pattern: str
+    kind: str
+    fault: str
+    remedy: str
+
+    def told_of(self, host: Host, said: str, **more: str) -> DeployError | None:
+        """Return the error, if this is what was said; ``more`` goes into its words by name."""
+        if not (found := re.search(self.pattern, said)):
+            return None
+        words = f"{host}: {self.fault}. {self.remedy}"
+        return DeployError(words.format(host=host, name=host.name, **found.groupdict(), **more), self.kind)
+
+
+SSH = (
+    Failure(
+        r"Could not resolve hostname",
+        "unknown",
+        "there is no host of that name",
+        "Is it switched on, in this network, and spelt so? Its address does as well: pi@192.168.1.20",
+    ),
+    Failure(
+        r"connect to host \S+ port (?P<port>\d+): Connection refused",
+        "refused",
+        "it is there, but nothing answers at port {port}",
+        "Switch ssh on there: sudo raspi-config nonint do_ssh 0",
+    ),
+    Failure(
+        r"No route to host|Network is unreachable|Host is down",
+        "no route",
+        "there is no way to it",
+        "Is it switched on, and in the same network as this machine?",
+    ),
+    Failure(
+        r"timed out|Timeout",
+        "time-out",
+        "it does not answer",
+        "Is it switched on, in this network, and does no firewall keep ssh out?",
+    ),
+    Failure(
+        r"REMOTE HOST IDENTIFICATION HAS CHANGED",
+        "host key changed",
+        "it shows another host key than before: it was installed anew, or something else answers in its name",
+        "If it was installed anew, forget the old key: ssh-keygen -R {name}",
+    ),
+    Failure(
+        r"Host key verification failed|No \S+ host key is known",
+        "host key unknown",
+        "its host key is not known here, and nobody could be asked",
+        "Log in once, and compare the key: ssh {host}",
+    ),
+    Failure(
+        r"Permissions \S+ for '(?P<key>[^']+)' are too open",
+        "open key",
+        "others on this machine may read the key {key}, so ssh does not use it",
+        "Close it: chmod 600 {key}",
+    ),
+    Failure(
+        r"(?P<user>\S+)@\S+: Permission denied \((?P<ways>[^)]*)\)",
+        "denied",
+        "it does not let {user} in; it would take: {ways}",
+        "Is the user right? A key is put there with: ssh-copy-id {host}",
+    ),
+)
+"""Before the connection is there; the first that fits counts."""
+
+RSYNC = (
+    Failure(
+        r"No space left on device|Disk quota exceeded",
+        "disk full",
+        "the disk of {where} is full",
+        "Make room there: robotcore deploy fetch --move takes recordings home",
+    ),
+    Failure(
+        r"is your shell clean",
+        "unclean shell",
+        "its login shell prints something where nobody looks, and rsync takes it for an answer",
+        "Let it print only where somebody is: case $- in *i*) … esac in ~/.bashrc there",
+    ),
+    Failure(
+        r"remote command not found|\(code 127\)",
+        "no rsync",
+        "there is no rsync",
+        "Install it there: sudo apt install rsync",
+    ),
+    Failure(
+        r"unknown option|unrecognized option",
+        "old rsync",
+        "rsync here is not the one it should be, or too old",
+        "Get rsync 3.1 or newer; macOS brings another one: brew install rsync",
+    ),
+)
+"""Of a transfer over a connection that is still there; ``{where}`` is the side that is written to."""
+
+
+def no_program(name: str, package: str) -> DeployError:
+    """Return the error for a program that is missing on this machine."""
+    return DeployError(f"{name} is not installed here. Get it: sudo apt install {package}", "no program")
+
+
+def refused_by(host: Host, status: int, said: str) -> DeployError:
+    """Return the error for a connection that did not come about: ssh's exit status, and what was said."""
+    if status == SSH_FAILED:
+        return _told(SSH, host, said) or DeployError(f"{host}: ssh says: {last_line(said)}. Try it by hand: ssh {host}")
+    return DeployError(
+        f"{host}: its login shell ended at once (status {status}): {last_line(said)}. Look at it there: ssh {host}"
+    )
+
+
+def silent(host: Host, seconds: float) -> DeployError:
+    """Return the error for a robot that lets somebody in and then says nothing."""
+    return DeployError(
+        f"{host}: no answer to the login within {seconds:g} s. Does its login shell wait for something? ssh {host}"
+    )
+
+
+def broken_by(host: Host, said: str) -> DeployError:
+    """Return the error for a connection that broke, by what ssh said of it."""
+    words = f" ({last})" if (last := last_line(said)) else ""
+    return DeployError(f"{host}: the connection broke{words}. Is it still switched on, and near? Try again", "broken")
+
+
+def unanswered(host: Host, status: int, said: str) -> DeployError:
+    """Return the error for a call that ended without an answer: its exit status, and what it wrote on stderr."""
+    if status == NO_COMMAND:
+        return DeployError(f"{host}: there is no python3. Install it there: sudo apt install python3", "python")
+    return DeployError(f"{host}: it failed there (status {status}): {last_line(said)}. Look at it there: ssh {host}")
+
+
+def transfer_failed(host: Host, status: int, said: str, where: str) -> DeployError:
+    """Return the error for a transfer that failed: rsync's exit status and words, and the side that is written to."""
+    return _told(RSYNC, host, said, where=where) or DeployError(
+        f"{host}: rsync failed (status {status}): {first_line(said)}. What was there before is as it was"
+    )
+
+
+def first_line(said: str) -> str:
+    """Return the first line of what was said: rsync's last one only points back."""
+    return next((line.strip() for line in said.splitlines() if line.strip()), "nothing was said").rstrip(".")
+
+
+def last_line(said: str) -> str:
+    """Return the last line of what was said that has something in it, without its full stop."""
+    lines = [line.strip() for line in said.splitlines() if line.strip()]
+    return lines[-1].rstrip(".") if lines else "nothing"
+
+
+def _told(failures: Iterable[Failure], host: Host, said: str, **more: str) -> DeployError | None:
+    return next((told for failure in failures if (told := failure.told_of(host, said, **more))), None)

@@ -1,0 +1,149 @@
+"""One ssh connection, which others go through: it asks once for a password, and ends with whoever holds it."""
+
+from __future__ import annotations
+
+import os
+import select
+import shutil
+import subprocess
+import tempfile
+from contextlib import ExitStack, suppress
+from pathlib import Path
+from types import TracebackType
+
+from robotcore.deploy.failures import broken_by, no_program, refused_by, silent
+from robotcore.deploy.host import Host
+
+CONNECT_S, ALIVE_S, ALIVE_COUNT = 10, 5, 3
+"""How long to wait for an answer; how often to ask whether the robot is still there, and how often in vain."""
+
+LOGIN_S = 150
+"""An sshd hangs up after 120 s without a login, and the login shell takes its time."""
+
+ENDING_S = 5
+
+ROOM = "/tmp"  # noqa: S108  a folder of nobody else's is made in it
+"""Where the socket lies: its path must be short, and macOS's own folder for temporary files is deep."""
+
+GREETING = b"\x1erobotcore\n"
+"""Comes back from the robot when its login shell is through with what it prints."""
+
+MASTER_OPTIONS = {
+    "ControlMaster": "yes",
+    "ControlPersist": "no",
+    "ConnectTimeout": CONNECT_S,
+    "ServerAliveInterval": ALIVE_S,
+    "ServerAliveCountMax": ALIVE_COUNT,
+    "ClearAllForwardings": "yes",
+    "RemoteCommand": "none",
+    "RequestTTY": "no",
+}
+"""What we need, over the user's own configuration; all else is as he has it."""
+
+DEAF_TO_CTRL_C = ("sh", "-c", 'trap "" INT; exec "$@"', "sh")
+"""A terminal sends Ctrl-C to the connection too; we still have to say there that nothing more comes."""
+
+
+class Connection:
+    """A connection to a host, entered when the robot has answered; raises DeployError where it does not.
+
+    `client` is the command line, without a robot's command, of whatever goes over it. While it is entered, `cat` runs
+    there with our end of its input: should this process be killed, it ends, and ssh with it.
+    """
+
+    def __init__(self, host: Host, config: Path | None = None) -> None:
+        self._host = host
+        self._config = config
+        self._unwind = ExitStack()
+
+    @property
+    def client(self) -> list[str]:
+        """``ssh`` and its options, of which none needs quoting; it looks at no configuration."""
+        return ["ssh", "-F", "none", "-S", f"{self._folder}/master", "-o", "ProxyCommand=false", "-T", "robot"]
+
+    @property
+    def folder(self) -> Path:
+        """A folder of this connection's own, which goes with it."""
+        return self._folder
+
+    def __enter__(self) -> Connection:
+        if not shutil.which("ssh"):
+            raise no_program("ssh", "openssh-client")
+        with ExitStack() as unwind:
+            self._folder = Path(unwind.enter_context(tempfile.TemporaryDirectory(prefix="robotcore-ssh-", dir=ROOM)))
+            self._master = self._started()
+            unwind.callback(self._end)
+            self._greet()
+            self._unwind = unwind.pop_all()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self._unwind.close()
+
+    def require(self) -> None:
+        """Raise DeployError if the connection is no more."""
+        with suppress(subprocess.TimeoutExpired):
+            self._master.wait(1)
+            raise broken_by(self._host, self._log())
+
+    def _started(self) -> subprocess.Popen[bytes]:
+        command = (*DEAF_TO_CTRL_C, "ssh", *self._options(), "--", self._host.name, "cat")
+        return subprocess.Popen(  # noqa: S603  the host is checked, the rest is ours
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        )
+
+    def _options(self) -> list[str]:
+        """Return what ssh is told: its own messages go to a file, and a question of its to the terminal."""
+        host, file = self._host, self._config
+        options = MASTER_OPTIONS | ({} if _can_ask() else {"BatchMode": "yes"})
+        return [
+            *("-S", f"{self._folder}/master", "-E", f"{self._folder}/log", "-T"),
+            *(("-F", os.fspath(file)) if file else ()),
+            *(("-l", host.user) if host.user else ()),
+            *(("-p", str(host.port)) if host.port else ()),
+            *(part for name, value in options.items() for part in ("-o", f"{name}={value}")),
+        ]
+
+    def _greet(self) -> None:
+        """Wait until what is sent there comes back."""
+        assert self._master.stdin
+        assert self._master.stdout
+        with suppress(BrokenPipeError):
+            self._master.stdin.write(GREETING)
+            self._master.stdin.flush()
+        heard = b""
+        while not heard.endswith(GREETING):
+            if not select.select([self._master.stdout], [], [], LOGIN_S)[0]:
+                raise silent(self._host, LOGIN_S)
+            if not (more := os.read(self._master.stdout.fileno(), 4096)):
+                raise refused_by(self._host, self._master.wait(), self._log() or heard.decode(errors="replace"))
+            heard += more
+
+    def _log(self) -> str:
+        with suppress(FileNotFoundError):
+            return (self._folder / "log").read_text(encoding="utf-8", errors="replace")
+        return ""
+
+    def _end(self) -> None:
+        """Say that nothing more comes, and wait for the end; make one where there is none."""
+        with self._master as master:
+            assert master.stdin
+            with suppress(BrokenPipeError):
+                master.stdin.close()
+            for end in (master.terminate, master.kill):
+                with suppress(subprocess.TimeoutExpired):
+                    master.wait(ENDING_S)
+                    return
+                end()
+
+
+def _can_ask() -> bool:
+    """Return whether ssh could ask somebody: at a terminal, or in a window."""
+    if os.environ.get("SSH_ASKPASS"):
+        return True
+    with suppress(OSError):
+        os.close(os.open("/dev/tty", os.O_RDWR | os.O_NOCTTY))
+        return True
+    return False
