@@ -1,0 +1,43 @@
+"""A push begins: room, and a folder to send to."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from robotcore.deploy.aboard import disk, incoming, pruning
+from robotcore.deploy.aboard.layout import Layout
+from robotcore.deploy.aboard.locking import locked
+from robotcore.deploy.aboard.release import require_name
+from robotcore.deploy.aboard.telling import RefusalError
+
+SPARE = 100_000_000
+"""Bytes that stay free: with none the system itself stops working."""
+
+
+def act(layout: Layout, *, release: str, size: int) -> dict[str, Any]:
+    """Make room for so many bytes; return the release to copy from what is there already, if any.
+
+    What is sent goes to ``incoming/RELEASE``; wheels go to ``wheels``. ``copy_from`` is a name in ``releases``.
+    """
+    with locked(layout, f"push of {require_name(release)}"):
+        for room in (layout.incoming, layout.releases, layout.wheels, layout.recordings):
+            room.mkdir(parents=True, exist_ok=True)
+        incoming.open_for(layout, release)
+        if _lacks(layout, size):
+            pruning.prune(layout, keep=1)
+        if short := _lacks(layout, size):
+            raise _refusal(layout, size, short)
+        running = pruning.current(layout)
+        return {"release": release, "copy_from": running or next(iter(pruning.names(layout)), None)}
+
+
+def _lacks(layout: Layout, size: int) -> int:
+    """Return how many bytes are missing."""
+    return max(0, size + SPARE - disk.free_bytes(layout.root))
+
+
+def _refusal(layout: Layout, size: int, short: int) -> RefusalError:
+    recorded = disk.in_words(disk.size_of(layout.recordings))
+    fault = f"the robot's disk is full: {disk.in_words(size)} are to be sent, {disk.in_words(short)} are missing"
+    remedy = f"Make room there: recordings take {recorded}; robotcore deploy fetch --move takes them home"
+    return RefusalError(fault, remedy, "disk")

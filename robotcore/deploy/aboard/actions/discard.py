@@ -1,0 +1,18 @@
+"""A push broke off: what it sent goes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from robotcore.deploy.aboard import incoming
+from robotcore.deploy.aboard.layout import Layout
+from robotcore.deploy.aboard.release import require_name
+
+
+def act(layout: Layout, *, release: str) -> dict[str, Any]:
+    """Throw away what was sent of a release that was not installed; return whether there was anything."""
+    folder = layout.incoming / require_name(release)
+    was_there = folder.is_dir()
+    if was_there:
+        incoming.throw_away(layout, folder)
+    return {"discarded": was_there}

@@ -1,0 +1,23 @@
+"""What this robot is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from robotcore.deploy.aboard import environments, needs
+from robotcore.deploy.aboard.facts import facts
+from robotcore.deploy.aboard.layout import Layout
+
+
+def act(layout: Layout, *, requirements: Sequence[str] = (), is_push: bool = False) -> dict[str, Any]:
+    """Return the facts, and whether there is an environment with these requirements (``has_environment``).
+
+    For a push, a robot that cannot take one is refused, with what to do.
+    """
+    told = facts(layout)
+    told["has_environment"] = environments.find(layout, environments.Recipe.of(requirements)) is not None
+    if is_push:
+        needs.require(told, has_environment=told["has_environment"])
+        told.update(is_lingering=True, has_user_manager=True)
+    return told
