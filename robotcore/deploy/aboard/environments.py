@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import platform
@@ -14,6 +15,7 @@ from importlib import metadata
 from pathlib import Path
 
 from robotcore.deploy.aboard import durable, pip
+from robotcore.deploy.aboard.disk import free_bytes
 from robotcore.deploy.aboard.incoming import erase, throw_away
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.pipfailures import refusal_of
@@ -22,6 +24,9 @@ from robotcore.deploy.aboard.telling import RefusalError, Say
 
 WHOLE = "whole.json"
 """In an environment's folder: what it was made of; written last, so that a half has none."""
+
+LEAST_BYTES = 30_000_000
+"""What an environment with nothing but pip in it takes."""
 
 
 @dataclass(frozen=True)
@@ -91,8 +96,10 @@ def _create(folder: Path, *, with_pip: bool) -> None:
     if made.returncode == 0:
         return
     told = made.stdout + made.stderr
-    if "ensurepip" in told:
+    if "ensurepip is not" in told:
         raise RefusalError("python3-venv is missing on the robot", "There: sudo apt install python3-venv", "venv")
+    if free_bytes(folder) < LEAST_BYTES:  # venv does not tell what its pip failed of
+        told = os.strerror(errno.ENOSPC)
     raise refusal_of(told.splitlines(), is_offline=False)
 
 
