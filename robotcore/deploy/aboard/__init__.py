@@ -4,3 +4,6 @@ Nothing here imports anything of robotcore's outside this package, so that it wo
 broken one. `robotcore.deploy.aboard.calls` takes the desk's calls; `robotcore.deploy.aboard.service` is what systemd
 starts.
 """
+
+sources: dict[str, str] = {}
+"""The texts of this package by path, ``robotcore/deploy/aboard/…``, as they came with the call; empty elsewhere."""

@@ -1,0 +1,59 @@
+"""Puts a release in the place of the one that runs, and keeps it there if it lives."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from robotcore.deploy.aboard import current, trial, upkeep
+from robotcore.deploy.aboard.following import follow, told
+from robotcore.deploy.aboard.layout import Layout
+from robotcore.deploy.aboard.locking import locked
+from robotcore.deploy.aboard.release import require_name
+from robotcore.deploy.aboard.telling import RefusalError
+from robotcore.deploy.aboard.trial import Trial
+from robotcore.deploy.aboard.units import START_LIMIT_S
+from robotcore.deploy.aboard.verdict import Verdict
+
+
+def act(
+    layout: Layout,
+    *,
+    release: str,
+    healthy_within_s: float = trial.HEALTHY_WITHIN_S,
+    settle_s: float = trial.SETTLE_S,
+) -> dict[str, Any]:
+    """Try a release; return what came of it, as `following.told` does.
+
+    May be called again after a lost connection: what is known of the release is told, and a trial that is under way is
+    looked at. Nothing that happens to this call changes the trial. Raises RefusalError where the release cannot be
+    tried; then nothing has changed.
+    """
+    known = Verdict.read(layout.releases / require_name(release))
+    if known and not trial.pending(layout):
+        return told(layout, release, known)
+    return try_out(layout, release, healthy_within_s, settle_s)
+
+
+def try_out(layout: Layout, release: str, healthy_within_s: float, settle_s: float) -> dict[str, Any]:
+    """Try a release, whatever is known of it."""
+    if not 0 < healthy_within_s <= START_LIMIT_S:
+        raise RefusalError(
+            f"a release cannot be given {healthy_within_s:g} s to come up", f"Give it up to {START_LIMIT_S} s"
+        )
+    if not (layout.releases / require_name(release)).is_dir():
+        raise RefusalError(f"there is no release {release}", "See what there is: robotcore deploy list")
+    under_way = trial.pending(layout)
+    if under_way and under_way.release == release:
+        return follow(layout, under_way)
+    with locked(layout, f"release {release} is put in place"):
+        begun = Trial(release, _to_go_back_to(layout, release), healthy_within_s, settle_s, trial.now())
+        upkeep.ensure(layout)
+        begun.begin(layout)
+    return follow(layout, begun)
+
+
+def _to_go_back_to(layout: Layout, release: str) -> str | None:
+    """Return the release that is there again if this one is not healthy: never one that was not judged to the end."""
+    unjudged = trial.pending(layout)
+    name = unjudged.previous if unjudged else current.name_of(layout)
+    return name if name != release else None

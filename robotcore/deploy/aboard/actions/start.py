@@ -1,0 +1,24 @@
+"""Starts the current release, from now on with the robot too."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from robotcore.deploy.aboard import current, systemd, upkeep
+from robotcore.deploy.aboard.actions import status
+from robotcore.deploy.aboard.following import settled
+from robotcore.deploy.aboard.layout import Layout
+from robotcore.deploy.aboard.locking import locked
+from robotcore.deploy.aboard.telling import RefusalError
+from robotcore.deploy.aboard.units import SERVICE
+
+
+def act(layout: Layout) -> dict[str, Any]:
+    """Start it; return the status once it is up, or is not."""
+    if current.name_of(layout) is None:
+        raise RefusalError("there is no release to start", "Send one: robotcore deploy push")
+    with locked(layout, "the app is started"):
+        upkeep.ensure(layout)
+        systemd.start(SERVICE)
+    settled()
+    return status.act(layout)

@@ -1,0 +1,58 @@
+"""Tells how the robot does."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from typing import Any
+
+from robotcore.deploy.aboard import current, journal, systemd, trial, upkeep
+from robotcore.deploy.aboard.layout import Layout
+from robotcore.deploy.aboard.systemd import State
+from robotcore.deploy.aboard.units import SERVICE
+from robotcore.deploy.aboard.verdict import Verdict
+
+
+def act(layout: Layout) -> dict[str, Any]:
+    """Return what runs, and how.
+
+    ``state`` is running, starting, stopping, restarting, ended, failed or stopped; ``for_s`` how long it has been
+    running, None where it is not; ``words`` what the app last said of itself. ``reason`` and ``lines`` tell of a
+    failure. ``on_trial`` names the release on trial.
+    """
+    state, name, tried = systemd.show(SERVICE), current.name_of(layout), trial.pending(layout)
+    return {
+        "release": name,
+        "verdict": _verdict(layout, name),
+        "on_trial": tried.release if tried else None,
+        "state": _word(state),
+        "for_s": time.monotonic() - state.active_since_s if state.is_up else None,
+        "restarts": state.restarts,
+        "words": state.words,
+        "reason": state.ending() if state.has_failed else "",
+        "lines": list(journal.last_lines(SERVICE, state.invocation)) if state.has_failed else [],
+        "starts_with_robot": state.is_enabled,
+        "lingers": upkeep.is_lingering(),
+        "recordings": _recordings(layout),
+        "free_bytes": shutil.disk_usage(layout.home).free,
+    }
+
+
+def _word(state: State) -> str:
+    if state.sub == "auto-restart":
+        return "restarting"
+    if state.has_failed:
+        return "failed"
+    if state.has_succeeded and state.invocation:
+        return "ended"
+    return {"active": "running", "activating": "starting", "deactivating": "stopping"}.get(state.active, "stopped")
+
+
+def _verdict(layout: Layout, name: str | None) -> str | None:
+    verdict = Verdict.read(layout.releases / name) if name else None
+    return verdict.outcome if verdict else None
+
+
+def _recordings(layout: Layout) -> dict[str, int]:
+    sizes = [file.stat().st_size for file in layout.recordings.glob("*.mcap")]
+    return {"files": len(sizes), "bytes": sum(sizes)}

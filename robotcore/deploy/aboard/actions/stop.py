@@ -1,0 +1,22 @@
+"""Stops the app, and lets it stand until it is started: a reboot does not start it either."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from robotcore.deploy.aboard import systemd, trial
+from robotcore.deploy.aboard.actions import status
+from robotcore.deploy.aboard.layout import Layout
+from robotcore.deploy.aboard.units import SERVICE, TRIAL
+
+
+def act(layout: Layout) -> dict[str, Any]:
+    """Stop it, whoever else is at work; return the status.
+
+    A release that is on trial is not judged any more; the one before is the current one, and stands too.
+    """
+    systemd.stop(SERVICE, TRIAL)
+    systemd.stop(SERVICE)  # which the trial may have started once more
+    systemd.disable(SERVICE)
+    trial.abandon(layout)
+    return status.act(layout)

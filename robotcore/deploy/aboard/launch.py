@@ -1,0 +1,25 @@
+"""How the robotcore of a release is called: its own Python, its own modules, in the project's folder."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from robotcore.deploy.aboard.release import ENVIRONMENT, PROJECT, SITE
+
+
+@dataclass(frozen=True)
+class Launch:
+    """A command of robotcore's, ready for a process."""
+
+    command: tuple[str, ...]
+    folder: Path
+    environment: dict[str, str]
+
+
+def robotcore(release: Path, *arguments: str) -> Launch:
+    """Return how robotcore is called in a release's folder."""
+    python = release / ENVIRONMENT / "bin" / "python"
+    environment = {**os.environ, "PYTHONPATH": str(release / SITE)}
+    return Launch((str(python), "-m", "robotcore", *arguments), release / PROJECT, environment)

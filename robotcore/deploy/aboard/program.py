@@ -1,0 +1,39 @@
+"""This package as one file, which systemd starts: made of the sources that came with the desk's call."""
+
+from __future__ import annotations
+
+import io
+import os
+import zipfile
+from collections.abc import Mapping
+
+from robotcore.deploy.aboard import durable
+from robotcore.deploy.aboard.layout import Layout
+
+_MAIN = "from robotcore.deploy.aboard.service import main\n\nraise SystemExit(main())\n"
+_PARENTS = ("robotcore/__init__.py", "robotcore/deploy/__init__.py")
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+"""The first moment a ZIP file can tell of: the same sources make the same file."""
+
+
+def install(layout: Layout, sources: Mapping[str, str]) -> None:
+    """Put the program where it is not there like this; ``sources`` are texts by their path, ``robotcore/deploy/…``."""
+    content = packed(sources)
+    if layout.program.is_file() and layout.program.read_bytes() == content:
+        return
+    beside = layout.program.with_suffix(f".{os.getpid()}")
+    with beside.open("wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+    durable.move(beside, layout.program)
+
+
+def packed(sources: Mapping[str, str]) -> bytes:
+    """Return sources as a file that Python runs."""
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w") as file:
+        texts = {**dict.fromkeys(_PARENTS, ""), **sources, "__main__.py": _MAIN}
+        for path, text in sorted(texts.items()):
+            file.writestr(zipfile.ZipInfo(path, _EPOCH), text)
+    return content.getvalue()

@@ -1,0 +1,92 @@
+"""What systemd starts on the robot: the app (``run``), motors off after it (``off``), and a release's ``trial``."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from pathlib import Path
+
+from robotcore.deploy.aboard import durable, launch
+from robotcore.deploy.aboard.layout import Layout
+from robotcore.deploy.aboard.release import Release
+from robotcore.deploy.aboard.telling import RefusalError
+from robotcore.deploy.aboard.trial import conduct
+from robotcore.deploy.aboard.watching import LeavingError
+
+UNUSABLE = 2
+"""An exit status after which systemd does not try again."""
+
+_RUNNING = "release"
+"""In the folder that systemd makes for one run of the service: a link to the release that runs."""
+
+
+def main(arguments: Sequence[str] = tuple(sys.argv[1:]), layout: Layout | None = None) -> int:
+    """Do what systemd asks for; return the exit status."""
+    works: dict[str, Callable[[Layout], int]] = {"run": run, "off": off, "trial": trial}
+    try:
+        return works[arguments[0]](layout or Layout(Path.home()))
+    except RefusalError as refusal:
+        return _tell(str(refusal))
+    except (OSError, ValueError) as error:
+        return _tell(str(error))
+
+
+def run(layout: Layout) -> int:
+    """Become the app of the current release; return only where that cannot be.
+
+    The release itself is run, not what ``current`` points to: a swap changes nothing for a process that runs.
+    """
+    folder = layout.current.resolve()
+    release = Release.read(folder)
+    if note := _note():
+        durable.link(note, str(folder))
+    called = launch.robotcore(folder, *release.run, *_recorded(layout, release))
+    print(f"release {release.name}: {release.app} on {release.backend}", flush=True)  # noqa: T201 - into the journal
+    os.chdir(called.folder)
+    os.execve(called.command[0], called.command, called.environment)  # noqa: S606 - no shell is wanted
+
+
+def off(layout: Layout) -> int:
+    """Let the motors of the release that ran stand; return the exit status of what did."""
+    note = _note()
+    folder = (note if note and note.exists() else layout.current).resolve()
+    if not folder.is_dir():
+        return 0
+    release = Release.read(folder)
+    if not release.stop:
+        return 0
+    called = launch.robotcore(folder, *release.stop)
+    done = subprocess.run(  # noqa: S603 - no shell
+        called.command, cwd=called.folder, env=called.environment, capture_output=True, text=True, check=False
+    )
+    return _tell(f"the motors may still turn: {done.stderr or done.stdout}") if done.returncode else 0
+
+
+def trial(layout: Layout) -> int:
+    """Judge the release that is on trial."""
+    with suppress(LeavingError):
+        conduct(layout)
+    return 0
+
+
+def _note() -> Path | None:
+    """Return where it is noted which release runs, until the service is down; None where systemd has not started us."""
+    folder = os.environ.get("RUNTIME_DIRECTORY")
+    return Path(folder) / _RUNNING if folder else None
+
+
+def _recorded(layout: Layout, release: Release) -> tuple[str, ...]:
+    """Return the arguments that record a run, in a file that is not there yet."""
+    if not release.is_recorded:
+        return ()
+    layout.recordings.mkdir(exist_ok=True)
+    return ("--record", str(layout.recordings / f"{time.strftime('%Y-%m-%dT%H-%M-%SZ', time.gmtime())}.mcap"))
+
+
+def _tell(fault: str) -> int:
+    print(f"robotcore: {fault}", file=sys.stderr)  # noqa: T201 - into the journal
+    return UNUSABLE

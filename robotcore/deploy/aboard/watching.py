@@ -1,0 +1,81 @@
+"""Starts the current release, and looks whether it lives."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+from robotcore.deploy.aboard import journal, systemd
+from robotcore.deploy.aboard.systemd import State
+from robotcore.deploy.aboard.units import SERVICE
+from robotcore.deploy.aboard.verdict import HEALTHY, STOPPED, UNHEALTHY
+
+LOOK_S = 0.25
+"""Far shorter than the units' RestartSec: no start of a failing app is missed."""
+
+STOP_LIMIT_S = 60.0
+"""For the release that ran before to stop; systemd ends it long before."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What somebody saw who watched: the verdict's outcome, why, and what the app wrote last."""
+
+    outcome: str
+    reason: str = ""
+    lines: tuple[str, ...] = ()
+
+
+def watch(healthy_within_s: float, settle_s: float) -> Seen:
+    """Restart the service, and return how it did: it has to come up in time, and then to stay for ``settle_s``.
+
+    An app that ends with success has done all that it was to do. Raises RefusalError where systemd does not answer,
+    and `LeavingError` where the robot goes down meanwhile.
+    """
+    before = systemd.show(SERVICE).invocation
+    systemd.restart(SERVICE)
+    state = _begun(before)
+    if state is None:
+        return Seen(UNHEALTHY, f"systemd has not started it within {STOP_LIMIT_S:g} s")
+    ours, started, up_since = state.invocation, time.monotonic(), None
+    while (seen := _judged(state, ours)) is None:
+        now = time.monotonic()
+        up_since = (up_since or now) if state.is_up else None
+        if up_since and now - up_since >= settle_s:
+            return Seen(HEALTHY)
+        if up_since is None and now - started >= healthy_within_s:
+            return _unhealthy(f"it was not ready within {healthy_within_s:g} s", ours)
+        time.sleep(LOOK_S)
+        state = systemd.show(SERVICE)
+    return seen
+
+
+class LeavingError(Exception):
+    """The robot goes down: what is seen now tells nothing of the release."""
+
+
+def _begun(before: str) -> State | None:
+    """Return the service's state once it was started anew; None where it was not."""
+    until = time.monotonic() + STOP_LIMIT_S
+    while time.monotonic() < until:
+        if (state := systemd.show(SERVICE)).invocation not in {before, ""}:
+            return state
+        time.sleep(LOOK_S)
+    return None
+
+
+def _judged(state: State, ours: str) -> Seen | None:
+    """Return what a state tells, seen while the service was started as ``ours``; None where it tells nothing yet."""
+    if state.has_failed or state.invocation != ours or state.restarts:
+        return _unhealthy(state.ending() if state.has_failed else "it failed, and was started again", ours)
+    if state.has_succeeded:
+        return Seen(HEALTHY, "it ended with success")
+    if state.is_down:
+        if systemd.is_shutting_down():
+            raise LeavingError
+        return Seen(STOPPED, "somebody stopped it")
+    return None
+
+
+def _unhealthy(reason: str, invocation: str) -> Seen:
+    return Seen(UNHEALTHY, reason, journal.last_lines(SERVICE, invocation))
