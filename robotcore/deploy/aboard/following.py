@@ -17,11 +17,7 @@ LOOK_S = 0.3
 
 
 def follow(layout: Layout, trial: Trial) -> dict[str, Any]:
-    """Have a trial conducted; say how it goes, and return what came of it: see `told`.
-
-    Raises RefusalError where it cannot be conducted.
-    """
-    systemd.start(TRIAL)
+    """Say how a trial goes, and return what came of it: see `told`; raises RefusalError where nobody conducts it."""
     phase = ""
     while pending(layout) == trial:
         state = systemd.show(SERVICE)

@@ -21,5 +21,5 @@ class Launch:
 def robotcore(release: Path, *arguments: str) -> Launch:
     """Return how robotcore is called in a release's folder."""
     python = release / ENVIRONMENT / "bin" / "python"
-    environment = {**os.environ, "PYTHONPATH": str(release / SITE)}
+    environment = {**os.environ, "PYTHONPATH": str(release / SITE), "PYTHONNOUSERSITE": "1"}
     return Launch((str(python), "-m", "robotcore", *arguments), release / PROJECT, environment)

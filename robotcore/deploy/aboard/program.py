@@ -11,7 +11,6 @@ from robotcore.deploy.aboard import durable
 from robotcore.deploy.aboard.layout import Layout
 
 _MAIN = "from robotcore.deploy.aboard.service import main\n\nraise SystemExit(main())\n"
-_PARENTS = ("robotcore/__init__.py", "robotcore/deploy/__init__.py")
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 """The first moment a ZIP file can tell of: the same sources make the same file."""
 
@@ -33,7 +32,6 @@ def packed(sources: Mapping[str, str]) -> bytes:
     """Return sources as a file that Python runs."""
     content = io.BytesIO()
     with zipfile.ZipFile(content, "w") as file:
-        texts = {**dict.fromkeys(_PARENTS, ""), **sources, "__main__.py": _MAIN}
-        for path, text in sorted(texts.items()):
+        for path, text in sorted({**sources, "__main__.py": _MAIN}.items()):
             file.writestr(zipfile.ZipInfo(path, _EPOCH), text)
     return content.getvalue()

@@ -16,7 +16,7 @@ from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.locking import locked
 from robotcore.deploy.aboard.release import require_name
 from robotcore.deploy.aboard.telling import RefusalError
-from robotcore.deploy.aboard.units import SERVICE
+from robotcore.deploy.aboard.units import SERVICE, TRIAL
 from robotcore.deploy.aboard.verdict import HEALTHY, STOPPED, UNHEALTHY, Verdict
 from robotcore.deploy.aboard.watching import Seen, watch
 
@@ -38,8 +38,16 @@ class Trial:
     since: str = ""
 
     def begin(self, layout: Layout) -> None:
-        """Write it down: from now on it will be judged, whatever happens; raises OSError."""
+        """Write it down, and let systemd have it judged: from now on it will be, whatever happens.
+
+        The caller holds the lock. Raises OSError or RefusalError, and then nothing is on trial.
+        """
         durable.write(layout.trial, json.dumps(asdict(self), indent=2) + "\n")
+        try:
+            systemd.start(TRIAL)
+        except BaseException:
+            layout.trial.unlink()
+            raise
 
     def verdict(self, layout: Layout) -> Verdict | None:
         """Return what came out of it; None where that is not known yet."""

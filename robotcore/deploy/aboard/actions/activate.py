@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from robotcore.deploy.aboard import current, trial, upkeep
+from robotcore.deploy.aboard import current, systemd, trial, upkeep
 from robotcore.deploy.aboard.following import follow, told
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.locking import locked
 from robotcore.deploy.aboard.release import require_name
 from robotcore.deploy.aboard.telling import RefusalError
 from robotcore.deploy.aboard.trial import Trial
-from robotcore.deploy.aboard.units import START_LIMIT_S
+from robotcore.deploy.aboard.units import START_LIMIT_S, TRIAL
 from robotcore.deploy.aboard.verdict import Verdict
 
 
@@ -44,6 +44,7 @@ def try_out(layout: Layout, release: str, healthy_within_s: float, settle_s: flo
         raise RefusalError(f"there is no release {release}", "See what there is: robotcore deploy list")
     under_way = trial.pending(layout)
     if under_way and under_way.release == release:
+        systemd.start(TRIAL)
         return follow(layout, under_way)
     with locked(layout, f"release {release} is put in place"):
         begun = Trial(release, _to_go_back_to(layout, release), healthy_within_s, settle_s, trial.now())

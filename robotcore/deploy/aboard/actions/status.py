@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import shutil
 import time
 from typing import Any
 
-from robotcore.deploy.aboard import current, journal, systemd, trial, upkeep
+from robotcore.deploy.aboard import current, facts, journal, systemd, trial
+from robotcore.deploy.aboard.disk import free_bytes
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.systemd import State
 from robotcore.deploy.aboard.units import SERVICE
@@ -32,9 +32,9 @@ def act(layout: Layout) -> dict[str, Any]:
         "reason": state.ending() if state.has_failed else "",
         "lines": list(journal.last_lines(SERVICE, state.invocation)) if state.has_failed else [],
         "starts_with_robot": state.is_enabled,
-        "lingers": upkeep.is_lingering(),
+        "lingers": facts.is_lingering(),
         "recordings": _recordings(layout),
-        "free_bytes": shutil.disk_usage(layout.home).free,
+        "free_bytes": free_bytes(layout.home),
     }
 
 
