@@ -42,9 +42,12 @@ def board(sources: str, action: str, told: str) -> int:
         _write({"refused": _too_old(sys.version.split()[0])})
         return 1
     _end_with_the_desk()
-    sys.meta_path.insert(0, InMemory(json.loads(sources)))
+    taken = json.loads(sources)
+    sys.meta_path.insert(0, InMemory(taken))
+    from robotcore.deploy import aboard
     from robotcore.deploy.aboard.calls import answer
 
+    aboard.sources.update(taken)
     return answer(action, json.loads(told))
 
 
