@@ -31,7 +31,7 @@ def release_of(
         robot=project.robot,
         backend=project.backend,
         run=("run", project.app, *words_of(_request(project))),
-        stop=("stop", *words_of(RunRequest(project.app, project.backend, project.robot, options=project.options))),
+        stop=("stop", "--backend", project.backend, "--robot", project.robot, *_options(project)),
         requirements=requirements,
         gates=gates,
         robotcore=robotcore,
@@ -39,6 +39,10 @@ def release_of(
         sender=sender,
         is_recorded=project.is_recorded,
     )
+
+
+def _options(project: Project) -> list[str]:
+    return words_of(RunRequest(project.app, options=project.options))
 
 
 def _request(project: Project) -> RunRequest:

@@ -1,0 +1,1 @@
+"""How a project is proven at the desk, in processes of their own."""

@@ -1,0 +1,47 @@
+"""What a gate says of a project, and the process that it asks."""
+
+from __future__ import annotations
+
+import shlex
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from robotcore.deploy.project import Project
+
+Say = Callable[[str], object]
+"""Is told in words what goes on."""
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What was proven, in a line, and what its reader should know besides."""
+
+    said: str
+    notes: tuple[str, ...] = ()
+
+
+def ask(project: Project, module: str, words: Sequence[str]) -> subprocess.CompletedProcess[str]:
+    """Run one of this Python's modules in the project's folder, with nothing to read; what it prints is returned."""
+    return subprocess.run(  # noqa: S603  words, and no shell to take them for anything else
+        [sys.executable, "-m", module, *words],
+        cwd=project.folder,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        errors="backslashreplace",
+        check=False,
+    )
+
+
+def command_line(project: Project, line: str) -> str:
+    """Return the line that repeats something in a shell, wherever that is."""
+    is_here = project.folder is None or project.folder == Path.cwd().resolve()
+    return line if is_here else f"cd {shlex.quote(str(project.folder))} && {line}"
+
+
+def told_error(asked: subprocess.CompletedProcess[str]) -> str:
+    """Return what a process said went wrong: without robotcore's ``error:`` before it."""
+    return (asked.stderr.strip() or asked.stdout.strip() or f"exit status {asked.returncode}").removeprefix("error: ")

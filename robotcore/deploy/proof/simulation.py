@@ -1,0 +1,106 @@
+"""The app in simulation, in a few worlds."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from robotcore.catalogue import load_backend
+from robotcore.deploy.paths import told
+from robotcore.deploy.project import Project
+from robotcore.deploy.proof.proof import Proof, Say, ask, command_line, told_error
+from robotcore.errors import UnprovenError, UsageError
+from robotcore.running.outcome import Outcome
+from robotcore.running.plan import DEFAULT_WORLD, RunRequest
+from robotcore.sweep.command import words_of
+from robotcore.sweep.record import Record
+from robotcore.sweep.words import fault
+
+PINS, PLAIN = "virtualpi", "kinematic"
+"""The simulator with the robot's own drivers in it, and the one that needs nothing."""
+
+SECTION = "raspberrypi"
+RESULTS = "results.jsonl"
+
+
+def prove(project: Project, say: Say) -> Proof:
+    """Return how many runs passed; raises UnprovenError where one does not, with the line that repeats it.
+
+    Where bounds are required, they decide. Else every run has to pass: see `passes`.
+    """
+    backend, notes = simulator_of(project)
+    world = project.world or DEFAULT_WORLD
+    if "," in world:
+        raise UsageError(f"simulation: {told(world)}: a sweep parts worlds at commas. Take the comma out of the name")
+    where = f"{backend}, {told(world)}, seeds {project.seeds}"
+    say(where)
+    with TemporaryDirectory(prefix="robotcore-") as folder:
+        answer = _swept(project, words_for(project, backend, world), folder)
+        records = [Record.from_json(line) for line in (Path(folder) / RESULTS).read_bytes().splitlines()]
+    _require(project, answer["missed"], [record for record in records if not passes(record)])
+    is_judged = any(record.result.verified is not None for record in records)
+    passed = sum(map(passes, records))
+    return Proof(f"{where}: {passed} of {len(records)} {'verified' if is_judged else 'without a contact'}", notes)
+
+
+def simulator_of(project: Project) -> tuple[str, tuple[str, ...]]:
+    """Return what to simulate on, and what is to be known of that.
+
+    A simulator that the robot itself is to run is taken as it is; else the robot's own drivers on simulated pins, where
+    it has some and their library is here.
+    """
+    robot = project.described()
+    if load_backend(project.backend).builds_world(robot):
+        return project.backend, ()
+    if SECTION not in robot.backends:
+        return PLAIN, ()
+    if find_spec("gpiozero") is None:
+        return PLAIN, (f"its own drivers were not tried: {PINS} needs pip install 'robotcore[deploy]'",)
+    return PINS, ()
+
+
+def passes(record: Record) -> bool:
+    """Return whether a run passes where nothing is required: see `prove`."""
+    result = record.result
+    goes_on = result.outcome is Outcome.TIMEOUT and result.verified is None and not result.contacts
+    return goes_on or not record.is_failure
+
+
+def words_for(project: Project, backend: str, world: str) -> list[str]:
+    """Return the sweep, word by word; the options are those of the robot's own backend, and no other's."""
+    options = project.options if backend == project.backend else {}
+    request = RunRequest(
+        project.app, robot=project.robot, rate_hz=project.rate_hz, settings=project.settings, options=options
+    )
+    bounds = [word for bound in project.require for word in ("--require", bound)]
+    where = ["--backend", backend, "--world", world, "--seeds", project.seeds]
+    return ["sweep", project.app, *where, *words_of(request), *bounds]
+
+
+def _swept(project: Project, words: Sequence[str], folder: str) -> dict[str, Any]:
+    """Return the answer of ``robotcore sweep``, its results in the folder; UnprovenError where it came to no end."""
+    asked = ask(project, "robotcore", [*words, "--out", folder, "--json"])
+    try:
+        answer: dict[str, Any] = json.loads(asked.stdout)
+    except ValueError:
+        answer = {"error": told_error(asked)}
+    if "error" in answer:
+        again = command_line(project, shlex.join(["robotcore", *words]))
+        raise UnprovenError(f"simulation: {answer['error']}\nRepeat it: {again}")
+    return answer
+
+
+def _require(project: Project, missed: Sequence[str], failing: Sequence[Record]) -> None:
+    """Raise UnprovenError where a required bound is missed or, where none is required, where a run does not pass."""
+    if not (missed if project.require else failing):
+        return
+    first = failing[0] if failing else None
+    why = "; ".join(missed) or f"{len(failing)} of the runs fail"
+    which = f". Seed {first.result.seed}: {fault(first)}" if first else ""
+    again = f"\nRepeat it: {command_line(project, first.command)}" if first else ""
+    raise UnprovenError(f"simulation: {why}{which}{again}")
