@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Collection
 from pathlib import Path
 
 from robotcore.appfile import is_app_file
 from robotcore.errors import UsageError
+
+MAX_TOLD = 5
+"""So many files are named in a message."""
 
 
 def inside(folder: Path, base: Path, name: str, kind: str) -> str:
@@ -43,3 +47,9 @@ def told(name: object) -> str:
     """Return a file's name as a line of text: what does not print is told by its escapes."""
     text = str(name)
     return text if text.isprintable() else ascii(text)
+
+
+def names_told(names: Collection[str]) -> str:
+    """Return the first few names, and how many more there are."""
+    more = f" and {len(names) - MAX_TOLD} more" if len(names) > MAX_TOLD else ""
+    return f"{', '.join(map(told, list(names)[:MAX_TOLD]))}{more}"

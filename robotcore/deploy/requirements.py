@@ -1,11 +1,125 @@
-"""What pip installs on the robot: what is brought needs it, and it is not brought itself."""
+"""What pip installs on the robot: all that is needed by what is brought, and is not brought itself."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from importlib.metadata import Distribution, distributions
 from pathlib import Path
+from urllib.parse import urlsplit
 
+from robotcore.deploy.needs import extras
 from robotcore.deploy.project import Project
+from robotcore.deploy.table import FILE
+from robotcore.errors import BackendMissingError, UnknownNameError, UsageError
+
+try:
+    from packaging.markers import Marker
+    from packaging.requirements import InvalidRequirement, Requirement
+    from packaging.utils import NormalizedName, canonicalize_name
+except ImportError as error:
+    raise BackendMissingError(
+        "robotcore deploy needs packaging, which is not installed. pip install 'robotcore[deploy]'"
+    ) from error
+
+__all__ = ["ROBOTCORE", "Requirement", "canonicalize_name", "requirements_of"]
+
+ROBOTCORE = "robotcore"
+
+_EXTRA = re.compile(r'(?:(?P<rest>.*) and )?extra == "(?P<extra>[^"]+)"', re.DOTALL)
+"""How builders write that something is for an extra only: at the end."""
 
 
-def requirements_of(project: Project, site: Path) -> tuple[str, ...]:
-    return ()
+def requirements_of(project: Project, site: Path, pinned: Iterable[str] = ()) -> tuple[str, ...]:
+    """Return what pip is to install, sorted: of robotcore in ``site``, of the packages beside it, of the project.
+
+    Markers stay as they are: the robot's pip decides by its own Python and machine. Raises UsageError for what a robot
+    cannot install: a file of this machine's, an address with a password in it, another robotcore than this one.
+    """
+    brought = {canonicalize_name(each.metadata["Name"]): each for each in distributions(path=[str(site)])}
+    own = _extras(project, brought[canonicalize_name(ROBOTCORE)])
+    walk = _Walk(brought)
+    for name in brought:
+        walk.visit(Requirement(f"{name}[{','.join(sorted(own))}]"))
+    for text in (*_of_project(project), *pinned):
+        walk.visit(_parsed(text))
+    return tuple(sorted(walk.found))
+
+
+class _Walk:
+    """Goes from requirement to requirement: through what is brought to what is not."""
+
+    def __init__(self, brought: Mapping[NormalizedName, Distribution]) -> None:
+        self._brought = brought
+        self._seen: set[tuple[str, str]] = set()
+        self.found: set[str] = set()
+
+    def visit(self, requirement: Requirement) -> None:
+        name = canonicalize_name(requirement.name)
+        if (dist := self._brought.get(name)) is None:
+            _require_installable(requirement)
+            self.found.add(str(requirement))
+            return
+        _require_version(requirement, dist)
+        for extra in {"", *requirement.extras}:
+            if (name, extra) not in self._seen:
+                self._seen.add((name, extra))
+                for each in _requires(dist, extra):
+                    self.visit(each)
+
+
+def _requires(dist: Distribution, extra: str) -> Iterator[Requirement]:
+    """Yield what a distribution requires for an extra alone or, where that is empty, always."""
+    for requirement in map(_parsed, dist.requires or ()):
+        of_extra = _EXTRA.fullmatch(str(requirement.marker or ""))
+        if (of_extra["extra"] if of_extra else "") == extra:
+            if of_extra:
+                requirement.marker = Marker(of_extra["rest"]) if of_extra["rest"] else None
+            yield requirement
+
+
+def _of_project(project: Project) -> Iterator[str]:
+    """Yield what ``[project]`` depends on; where it is a package, its own metadata tells that, and what is dynamic."""
+    if project.is_package:
+        return
+    yield from project.told.dependencies
+    for extra in project.extras:
+        yield from project.told.optional.get(extra, ())
+
+
+def _extras(project: Project, robotcore: Distribution) -> set[str]:
+    """Return the extras to install, of robotcore and of the project; raises UnknownNameError."""
+    known = {*robotcore.metadata.get_all("Provides-Extra", ()), *project.told.optional}
+    for extra in project.extras:
+        if extra not in known:
+            raise UnknownNameError("extra", extra, sorted(known))
+    return {*extras(project), *project.extras}
+
+
+def _parsed(text: str) -> Requirement:
+    try:
+        return Requirement(text)
+    except InvalidRequirement as error:
+        raise UsageError(f"{FILE}: {text!r} is no requirement: {error}. Write it as pip takes it") from error
+
+
+def _require_version(requirement: Requirement, dist: Distribution) -> None:
+    if not requirement.specifier.contains(dist.version, prereleases=True):
+        raise UsageError(
+            f"{requirement} is required, and {dist.version} is installed here, which would be sent. Install the one "
+            "that is required, or change what requires it"
+        )
+
+
+def _require_installable(requirement: Requirement) -> None:
+    address = urlsplit(requirement.url or "")
+    if address.scheme == "file":
+        raise UsageError(
+            f"{requirement.name} is required from a file of this machine, which the robot does not have. Put its code "
+            "into the project, or require it from where the robot finds it too"
+        )
+    if address.username or address.password:
+        raise UsageError(
+            f"{requirement.name} is required from an address with a name or a password in it, which would be kept on "
+            "the robot. Take it out, and put it into ~/.netrc there"
+        )
