@@ -16,13 +16,14 @@ from robotcore.errors import BackendMissingError, UnknownNameError, UsageError
 try:
     from packaging.markers import Marker
     from packaging.requirements import InvalidRequirement, Requirement
+    from packaging.specifiers import SpecifierSet
     from packaging.utils import NormalizedName, canonicalize_name
 except ImportError as error:
     raise BackendMissingError(
         "robotcore deploy needs packaging, which is not installed. pip install 'robotcore[deploy]'"
     ) from error
 
-__all__ = ["ROBOTCORE", "Requirement", "canonicalize_name", "requirements_of"]
+__all__ = ["ROBOTCORE", "Requirement", "SpecifierSet", "canonicalize_name", "requirements_of"]
 
 ROBOTCORE = "robotcore"
 

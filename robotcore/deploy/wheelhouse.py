@@ -1,0 +1,133 @@
+"""Wheels for the robot, gathered at the desk and kept there: robots of a kind are served from what was fetched once."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+import shutil
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from email import message_from_string
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from zipfile import ZipFile
+
+from robotcore.deploy.pip import pip, told
+from robotcore.deploy.requirements import Requirement, canonicalize_name
+from robotcore.deploy.target import Target
+from robotcore.errors import DeployError
+
+Say = Callable[[str], object]
+
+_NOT_FOUND = re.compile(r"No matching distribution found for ([^\s(]+)")
+_UNREACHABLE = re.compile(r"NewConnectionError|NameResolutionError|ConnectTimeoutError|Network is unreachable")
+
+
+def wheels_for(requirements: Iterable[str], target: Target, say: Say, cache: Path | None = None) -> Path:
+    """Return a folder with a wheel for each of the requirements, and for all that they need on that robot.
+
+    They are fetched once, and kept at the desk; remove the folder to fetch newer ones. Raises DeployError where
+    something has no wheel for the robot, or where no index can be reached.
+    """
+    wanted = sorted(requirements)
+    told_of = json.dumps([wanted, target.python_version, target.platforms])
+    folder = (cache or _cache()) / hashlib.sha256(told_of.encode()).hexdigest()[:16]
+    if not folder.is_dir():
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with TemporaryDirectory(dir=folder.parent) as scratch:
+            whole = Path(scratch, "wheels")
+            whole.mkdir()
+            _gather([Requirement(each) for each in wanted], target, whole, say)
+            whole.rename(folder)
+    return folder
+
+
+def _cache() -> Path:
+    """Return where programs keep what can be made again (XDG base directory specification)."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache", "robotcore", "wheels")
+
+
+def _gather(requirements: list[Requirement], target: Target, folder: Path, say: Say) -> None:
+    """Fetch what is required until nothing is missing: pip asks markers of its own Python, not of the robot's."""
+    asked: list[Requirement] = []
+    missing = list(_for(requirements, target, {""}))
+    while missing:
+        asked += missing
+        say(f"fetching wheels for {target}")
+        _download(asked, target, folder)
+        missing = list(_missing(asked, target, folder))
+
+
+def _download(asked: Sequence[Requirement], target: Target, folder: Path) -> None:
+    """Let pip fetch wheels for the robot; what has none is built here, where it is pure Python."""
+    platforms = [word for platform in target.platforms for word in ("--platform", platform)]
+    python = ("--implementation", "cp", "--python-version", target.python_version)
+    where = ("--only-binary=:all:", "--dest", str(folder), "--find-links", str(folder), *python, *platforms)
+    built: set[str] = set()
+    while (answer := pip(["download", "--quiet", *where, "--", *map(str, asked)])).returncode:
+        found = _NOT_FOUND.search(answer.stderr)
+        if found is None:
+            raise DeployError(f"the wheels for {target} cannot be fetched: {told(answer)}")
+        if _UNREACHABLE.search(answer.stderr):
+            raise _unreachable(found[1], target)
+        if found[1] in built or not _has_built(found[1], folder):
+            raise _without_wheel(found[1], target)
+        built.add(found[1])
+
+
+def _has_built(requirement: str, folder: Path) -> bool:
+    """Build a wheel from source into the folder; return whether there was one, and it is pure Python."""
+    with TemporaryDirectory() as scratch:
+        asked = pip(["wheel", "--quiet", "--no-deps", "--wheel-dir", scratch, "--", requirement])
+        pure = list(Path(scratch).glob("*-none-any.whl"))
+        for wheel in pure:
+            shutil.copy(wheel, folder)
+        return asked.returncode == 0 and bool(pure)
+
+
+def _unreachable(requirement: str, target: Target) -> DeployError:
+    return DeployError(
+        f"no index of packages can be reached from here, and no wheel of {requirement} for {target} is kept. Connect "
+        "this machine to the network once; from then on the wheels are kept"
+    )
+
+
+def _without_wheel(requirement: str, target: Target) -> DeployError:
+    return DeployError(
+        f"{requirement} has no wheel for {target}. Do without it or take a version that has one; or connect the robot "
+        "once, and push without --offline: what is installed there then is kept"
+    )
+
+
+def _missing(asked: Iterable[Requirement], target: Target, folder: Path) -> Iterator[Requirement]:
+    """Yield what the wheels need on the robot, and no wheel is there for."""
+    needs = {canonicalize_name(name): each for name, each in map(_metadata, folder.glob("*.whl"))}
+    seen: set[str] = set()
+    queue = list(asked)
+    while queue:
+        requirement = queue.pop()
+        name = canonicalize_name(requirement.name)
+        if name not in needs:
+            yield requirement
+        elif str(requirement) not in seen:
+            seen.add(str(requirement))
+            queue += _for(needs[name], target, {"", *requirement.extras})
+
+
+def _for(requirements: Iterable[Requirement], target: Target, extras: Iterable[str]) -> Iterator[Requirement]:
+    """Yield the requirements that hold on the robot with one of those extras, without their markers."""
+    environments = [{**target.markers, "extra": extra} for extra in extras]
+    for each in requirements:
+        if each.marker is None or any(map(each.marker.evaluate, environments)):
+            held = Requirement(str(each))
+            held.marker = None
+            yield held
+
+
+def _metadata(wheel: Path) -> tuple[str, list[Requirement]]:
+    """Return the name of what is in a wheel, and what that requires."""
+    with ZipFile(wheel) as opened:
+        (file,) = (name for name in opened.namelist() if re.fullmatch(r"[^/]+\.dist-info/METADATA", name))
+        told_by_it = message_from_string(opened.read(file).decode())
+    return told_by_it["Name"], [Requirement(each) for each in told_by_it.get_all("Requires-Dist", ())]
