@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from tempfile import TemporaryDirectory
 
+from robotcore.deploy import gates, trial
+from robotcore.deploy.delivery import Delivery
 from robotcore.deploy.host import Host
+from robotcore.deploy.link import Link
+from robotcore.deploy.making import new_release
 from robotcore.deploy.progress import Tell, begin
 from robotcore.deploy.project import Project
-
-HEALTHY_WITHIN_S = 60.0
-"""A release has so long for its first tick: a Pi imports NumPy and OpenCV, and its camera settles."""
-
-STEPS = ("tests", "check", "simulation", "robot", "sent", "environment", "doctor", "release")
-"""In their order. Until the last one nothing that runs on the robot is touched; in the last one, it judges by itself."""
+from robotcore.deploy.staging import stage
 
 
 @dataclass(frozen=True)
@@ -30,7 +29,7 @@ class Push:
     ssh_config: Path | None = None
     is_proven: bool = True
     is_offline: bool = False
-    healthy_within_s: float = HEALTHY_WITHIN_S
+    healthy_within_s: float = trial.HEALTHY_WITHIN_S
 
 
 def push(asked: Push, tell: Tell = print) -> str:
@@ -39,4 +38,32 @@ def push(asked: Push, tell: Tell = print) -> str:
     Raises UnprovenError where it is not sent for what it does, DeployError where the robot does not take it, and
     UnhealthyError where it did not live and was rolled back. Whatever is raised, the old or the new release runs.
     """
-    raise NotImplementedError
+    proven = _proven(asked, tell)
+    step = begin("robot", tell)
+    with TemporaryDirectory(prefix="robotcore-") as folder, Link(asked.host, asked.ssh_config) as link:
+        step.say("what is to be sent is gathered")
+        staged = stage(asked.project, Path(folder))
+        release = new_release(asked.project, staged.requirements, proven)
+        delivery = Delivery(link, release, staged, tell)
+        delivery.look(step)
+        delivery.make(is_offline=asked.is_offline)
+        judged = trial.Trial(asked.host, asked.ssh_config, begin(trial.STEP, tell))
+        return judged.follow(link, "activate", release.name, healthy_within_s=asked.healthy_within_s)
+
+
+def state_after(step: str, host: Host) -> str:
+    """Return what a push that was cut short in a step leaves on the robot."""
+    return trial.goes_on(host) if step == trial.STEP else f"Nothing has changed on {host}"
+
+
+def _proven(asked: Push, tell: Tell) -> tuple[str, ...]:
+    """Pass the gates; return a line for each, as the release keeps them."""
+    if not asked.is_proven:
+        begin("skipped", tell).done(", ".join(gate.name for gate in gates.GATES))
+        return gates.lines_of(gates.skipped())
+    proofs = {}
+    for gate in gates.GATES:
+        step = begin(gate.name, tell)
+        proof = proofs[gate.name] = gate.prove(asked.project, step.say)
+        step.done(proof.said, *proof.notes)
+    return gates.lines_of(proofs)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.errors import UsageError
+from robotcore.cli.answering import AnsweringCommand
+from robotcore.errors import Interrupted, RobotcoreError
 
 if TYPE_CHECKING:
     from robotcore.deploy.host import Host
@@ -20,13 +21,27 @@ class HostType(click.ParamType):
 
     name = "host"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Host:
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         from robotcore.deploy.host import Host
 
-        try:
-            return value if isinstance(value, Host) else Host.parse(value)
-        except UsageError as error:
-            self.fail(str(error), param, ctx)
+        return value if isinstance(value, Host) else Host.parse(value)
+
+
+class DeployCommand(click.Command):
+    """While it runs, a signal raises Interrupted, so that nothing that it started is left behind."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        from robotcore.running.interrupts import Interrupts
+
+        with Interrupts():
+            return super().invoke(ctx)
+
+
+class AnsweringDeployCommand(AnsweringCommand):
+    """With ``--json``, answers with ``host``, ``error`` and ``exit_status`` where the robot does not."""
+
+    def unanswered(self, asked: Mapping[str, Any], error: RobotcoreError | Interrupted) -> dict[str, Any]:
+        return {"host": str(asked.get("host") or ""), "error": str(error), "exit_status": error.exit_status}
 
 
 def on_robot(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -44,4 +59,4 @@ def link_to(host: Host, ssh_config: Path | None) -> Link:
     """Return the link to a robot, not yet connected."""
     from robotcore.deploy.link import Link
 
-    return Link(host, config=ssh_config)
+    return Link(host, ssh_config)

@@ -1,0 +1,46 @@
+"""``robotcore deploy list``: which releases are on a robot.
+
+``--json`` prints ``{"host", "current", "releases": [{"name", "project", "app", "robot", "backend", "gates",
+"revision", "sender", …}, …], "exit_status"}``, the newest first; a release that cannot be read has ``name`` and
+``unreadable``, the reason.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from robotcore.cli.deploy.target import AnsweringDeployCommand, link_to, on_robot
+from robotcore.cli.output import as_json, write_json, write_table
+
+if TYPE_CHECKING:
+    from robotcore.deploy.host import Host
+
+COLUMNS = ("release", "", "app", "robot", "from", "proven")
+
+
+@click.command("list", cls=AnsweringDeployCommand)
+@on_robot
+@as_json
+def command(host: Host, ssh_config: Path | None, *, as_json: bool) -> int:
+    """List the releases on HOST, the newest first, and what was proven of each before it was sent."""
+    with link_to(host, ssh_config) as link:
+        told = link.call("releases")
+    if as_json:
+        write_json({"host": str(host), **told, "exit_status": 0})
+    elif told["releases"]:
+        write_table(COLUMNS, [_row(each, told["current"]) for each in told["releases"]])
+    else:
+        click.echo(f"{host}: nothing was put there yet. robotcore deploy push {host}")
+    return 0
+
+
+def _row(release: Mapping[str, Any], current: str | None) -> list[str]:
+    mark = "current" if release["name"] == current else release.get("outcome") or ""
+    if "unreadable" in release:
+        return [release["name"], mark, f"cannot be read: {release['unreadable']}", "", "", ""]
+    sender = " ".join(part for part in (release["sender"], release["revision"]) if part)
+    return [release["name"], mark, release["app"], release["robot"], sender, "\n".join(release["gates"])]

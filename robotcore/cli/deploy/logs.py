@@ -1,0 +1,26 @@
+"""``robotcore deploy logs``: what the app says on a robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from robotcore.cli.deploy.target import DeployCommand, link_to, on_robot
+
+if TYPE_CHECKING:
+    from robotcore.deploy.host import Host
+
+
+@click.command("logs", cls=DeployCommand)
+@on_robot
+@click.option("-f", "--follow", is_flag=True, help="Go on with what it says from now on, until Ctrl-C.")
+@click.option(
+    "-n", "--lines", metavar="N", type=click.IntRange(1), default=50, show_default=True, help="So many from before."
+)
+def command(host: Host, ssh_config: Path | None, lines: int, *, follow: bool) -> int:
+    """Show what the app on HOST says, and systemd of it. Ctrl-C ends the looking, not the app."""
+    with link_to(host, ssh_config) as link:
+        link.stream("logs", on_line=click.echo, lines=lines, follow=follow)
+    return 0

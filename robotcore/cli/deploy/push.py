@@ -1,0 +1,93 @@
+"""``robotcore deploy push``: the user's project onto a robot, where it is kept running."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from robotcore.cli.deploy.target import DeployCommand, on_robot
+from robotcore.cli.values import pair
+
+if TYPE_CHECKING:
+    from robotcore.deploy.host import Host
+    from robotcore.deploy.project import Project
+
+FOLDER = click.Path(path_type=Path, exists=True, file_okay=False)
+
+
+@click.command("push", cls=DeployCommand)
+@on_robot
+@click.option("--project", "folder", metavar="DIR", type=FOLDER, help="The project's folder, if you are not in it.")
+@click.option("--app", help="An app's name, or its file; by default the project's.")
+@click.option("--robot", help="A robot's name, or its .toml file; by default the project's.")
+@click.option("--world", help="The world to try it in before; by default the project's.")
+@click.option("--backend", help="What it runs on there; raspberrypi if nothing else is said.")
+@click.option("--set", "settings", metavar="KEY=VALUE", type=pair, multiple=True, help="A setting of the app.")
+@click.option("--option", "options", metavar="KEY=VALUE", type=pair, multiple=True, help="An option of the backend.")
+@click.option("--rate", "rate_hz", metavar="HZ", type=float, help="Ticks a second.")
+@click.option("--seeds", help="The worlds to try it in are drawn from these: 1-3, or 1,5,9-12.")
+@click.option("--require", metavar="BOUND", multiple=True, help='What it has to reach there: "verified>=1".')
+@click.option("--no-record", is_flag=True, help="Leave no recordings on the robot.")
+@click.option("--skip-checks", is_flag=True, help="Send it without tests, check and simulation.")
+@click.option("--offline", is_flag=True, help="Bring all that pip needs: the robot has no network.")
+@click.option(
+    "--healthy-within",
+    "healthy_within_s",
+    metavar="SECONDS",
+    type=click.FloatRange(1, 3600),
+    default=60.0,
+    show_default=True,
+    help="It has so long for its first tick; else the release before runs again.",
+)
+def command(
+    host: Host, ssh_config: Path | None, *, skip_checks: bool, offline: bool, healthy_within_s: float, **asked: Any
+) -> int:
+    """Put the project in this folder on HOST, and keep it running there.
+
+    Its tests, its descriptions and its app in simulation are tried before anything is sent. A release that does not
+    live is rolled back by the robot itself. Exit status: 0 it lives, 1 it was not sent for what it does, or rolled
+    back, 2 wrong usage, 3 the robot cannot be reached or does not take it, 128 + the signal's number when interrupted.
+    """
+    from robotcore.cli.deploy.showing import Showing
+    from robotcore.deploy.push import Push, push, state_after
+    from robotcore.errors import Interrupted
+
+    wanted = Push(
+        host,
+        _project(**asked),
+        ssh_config,
+        is_proven=not skip_checks,
+        is_offline=offline,
+        healthy_within_s=healthy_within_s,
+    )
+    with Showing() as showing:
+        try:
+            push(wanted, showing)
+        except Interrupted:
+            showing.close()
+            click.echo(state_after(showing.step, host), err=True)
+            raise
+    return 0
+
+
+def _project(
+    settings: tuple[tuple[str, str], ...],
+    options: tuple[tuple[str, str], ...],
+    require: tuple[str, ...],
+    *,
+    no_record: bool,
+    **asked: Any,
+) -> Project:
+    from robotcore.deploy.project import Asked, project_of
+
+    return project_of(
+        Asked(
+            **asked,
+            settings=dict(settings),
+            options=dict(options),
+            require=require or None,
+            record=False if no_record else None,
+        )
+    )

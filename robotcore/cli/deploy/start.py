@@ -1,0 +1,24 @@
+"""``robotcore deploy start``: the app runs on a robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from robotcore.cli.deploy.state import status_of, tell_state
+from robotcore.cli.deploy.target import DeployCommand, link_to, on_robot
+
+if TYPE_CHECKING:
+    from robotcore.deploy.host import Host
+
+
+@click.command("start", cls=DeployCommand)
+@on_robot
+def command(host: Host, ssh_config: Path | None) -> int:
+    """Let the release on HOST run, now and whenever the robot is switched on."""
+    with link_to(host, ssh_config) as link:
+        told = link.call("start")
+    tell_state(host, told)
+    return status_of(told)

@@ -1,0 +1,75 @@
+"""How a robot's state is told: what runs, and what its user should know."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from robotcore.deploy.host import Host
+
+LIVES = ("running", "ended")
+"""The states of a release that does what it is to do."""
+
+
+def status_of(told: Mapping[str, Any]) -> int:
+    """Return the exit status: whether it runs, or has ended with a success."""
+    return 0 if told["state"] in LIVES else 1
+
+
+def tell_state(host: Host, told: Mapping[str, Any]) -> None:
+    """Print what a robot tells of itself."""
+    for line in lines_of(host, told):
+        click.echo(line)
+
+
+def lines_of(host: Host, told: Mapping[str, Any]) -> Iterator[str]:
+    """Yield what a robot tells of itself, in lines: what runs, then what its user should know."""
+    from robotcore.deploy.aboard.disk import in_words
+
+    if told["release"] is None:
+        yield f"{host}: nothing was put there yet. robotcore deploy push {host}"
+        return
+    yield f"{host}: {_state(told)}"
+    if told["on_trial"]:
+        yield _row("on trial", f"{told['on_trial']}; if it does not live, the release before runs again")
+    if told["words"]:
+        yield _row("says", told["words"])
+    if told["reason"]:
+        yield _row("failed", told["reason"])
+        yield from (f"    {line}" for line in told["lines"])
+    recorded = told["recordings"]
+    yield _row("recordings", f"{recorded['files']}, {in_words(recorded['bytes'])}; {in_words(told['free_bytes'])} free")
+    yield from _warnings(host, told)
+
+
+def _state(told: Mapping[str, Any]) -> str:
+    since = f" for {duration(told['for_s'])}" if told["for_s"] is not None else ""
+    again = f", restarted {told['restarts']} times" if told["restarts"] else ""
+    return f"{told['release']} {told['state']}{since}{again}"
+
+
+def _warnings(host: Host, told: Mapping[str, Any]) -> Iterator[str]:
+    if not told["lingers"]:
+        yield _row("warning", "it ends with the last login. On the robot: sudo loginctl enable-linger")
+    if not told["starts_with_robot"]:
+        yield _row("note", f"it does not start with the robot: robotcore deploy start {host}")
+
+
+def _row(name: str, said: str) -> str:
+    return f"  {name:<13}{said}"
+
+
+def duration(seconds: float) -> str:
+    """Return a time in the two largest units that it has.
+
+    >>> duration(3 * 3600 + 62)
+    '3 h 1 min'
+    """
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    days, hours = divmod(hours, 24)
+    parts = [f"{count} {unit}" for count, unit in zip((days, hours, minutes, rest), ("d", "h", "min", "s")) if count]
+    return " ".join(parts[:2]) or "0 s"

@@ -1,0 +1,24 @@
+"""``robotcore deploy stop``: the app on a robot ends, and the robot stands."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from robotcore.cli.deploy.state import tell_state
+from robotcore.cli.deploy.target import DeployCommand, link_to, on_robot
+
+if TYPE_CHECKING:
+    from robotcore.deploy.host import Host
+
+
+@click.command("stop", cls=DeployCommand)
+@on_robot
+def command(host: Host, ssh_config: Path | None) -> int:
+    """Stop the app on HOST and every motor; it stays stopped until `robotcore deploy start` or the next push."""
+    with link_to(host, ssh_config) as link:
+        told = link.call("stop")
+    tell_state(host, told)
+    return 0

@@ -1,0 +1,99 @@
+"""A release gets onto a robot, beside those that are there: none that runs is touched."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from robotcore.deploy.aboard.disk import in_words, size_of
+from robotcore.deploy.aboard.release import Release
+from robotcore.deploy.link import Link
+from robotcore.deploy.progress import Step, Tell, begin
+from robotcore.deploy.staging import Staged
+from robotcore.deploy.wheelhouse import provide
+from robotcore.errors import DeployError
+
+BAD = ("error", "warning")
+"""The levels of a doctor's findings that are told of in full, the worst first."""
+
+
+class Delivery:
+    """A release on its way to a robot that is connected to: it is to `look`, and then to `make`."""
+
+    def __init__(self, link: Link, release: Release, staged: Staged, tell: Tell) -> None:
+        self._link, self._release, self._staged, self._tell = link, release, staged, tell
+        self._facts: Mapping[str, Any] = {}
+
+    def look(self, step: Step) -> None:
+        """Tell what the robot is; raise DeployError where it cannot take a release."""
+        facts = self._link.call("probe", requirements=self._release.requirements, is_push=True)
+        room = f"{in_words(facts['free_bytes'])} free"
+        step.done(f"{facts['host']}: {facts['machine']}, {facts['system']}, Python {facts['python']}, {room}")
+        self._facts = facts
+
+    def make(self, *, is_offline: bool) -> None:
+        """Send it, install what it needs, and let its doctor look; where that fails, the robot forgets it."""
+        with self._forgetting():
+            wheels = self._wheels() if is_offline and not self._facts["has_environment"] else None
+            self._send(wheels)
+            self._install(is_offline=is_offline)
+
+    @contextmanager
+    def _forgetting(self) -> Iterator[None]:
+        """While entered, whatever is raised lets the robot throw away what it got; where it cannot, it does later."""
+        try:
+            yield
+        except BaseException:
+            with suppress(DeployError):
+                self._link.call("discard", release=self._release.name)
+            raise
+
+    def _wheels(self) -> Path:
+        step = begin("wheels", self._tell)
+        wheels = provide(self._release.requirements, self._facts, step.say)
+        step.done(f"{len(list(wheels.iterdir()))} for Python {self._facts['python']} on {self._facts['machine']}")
+        return wheels
+
+    def _send(self, wheels: Path | None) -> None:
+        step = begin("sent", self._tell)
+        folder, name = self._staged.folder, self._release.name
+        self._release.write(folder)
+        begun = self._link.call("begin", release=name, size=size_of(folder) + (size_of(wheels) if wheels else 0))
+        if wheels:
+            self._link.send(wheels, "wheels", on_progress=_saying(step, "wheels"))
+        there = begun["copy_from"]
+        to, copy_from = f"incoming/{name}", f"releases/{there}" if there else None
+        went = self._link.send(folder, to, copy_from, _saying(step, "files"))
+        step.done(f"{went.files} files, {went.changed} of them new, {in_words(went.sent)}", *self._staged.notes)
+
+    def _install(self, *, is_offline: bool) -> None:
+        step = begin("environment", self._tell)
+        made = self._link.call(
+            "install", on_say=lambda words, **more: step.say(words), release=self._release.name, is_offline=is_offline
+        )
+        step.done(made["environment"])
+        _tell_findings(made["findings"], begin("doctor", self._tell))
+
+
+def _saying(step: Step, what: str) -> Callable[[int, float], None]:
+    return lambda size, part: step.say(f"{what}: {part:.0%}, {in_words(size)}")
+
+
+def _tell_findings(findings: Sequence[Mapping[str, Any]], step: Step) -> None:
+    """Tell what the doctor found. An error raises nothing: the trial shows whether the app lives with it."""
+    counts = Counter(finding["level"] for finding in findings)
+    bad = [finding for level in BAD for finding in findings if finding["level"] == level]
+    said = [f"{counts['ok']} ok", *(_count(counts[level], level) for level in BAD if counts[level])]
+    step.done(", ".join(said), *(_in_a_line(finding) for finding in bad))
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def _in_a_line(finding: Mapping[str, Any]) -> str:
+    remedy = f". {finding['remedy']}" if finding["remedy"] else ""
+    return f"{finding['level']}: {finding['what']}: {finding['said']}{remedy}"

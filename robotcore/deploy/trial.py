@@ -1,0 +1,93 @@
+"""A release has to live: the robot judges by itself, the desk looks on, over as many connections as it takes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from robotcore.clock import MonotonicClock
+from robotcore.deploy.host import Host
+from robotcore.deploy.link import Link
+from robotcore.deploy.progress import Step, Tell, begin
+from robotcore.errors import DeployError, UnhealthyError
+
+STEP = "release"
+HEALTHY_WITHIN_S = 60.0
+"""A release has so long for its first tick: a Pi imports NumPy and OpenCV, and its camera settles."""
+
+ATTEMPTS, PAUSE_S = 10, 3.0
+"""So often a broken connection is made anew, with a pause before each."""
+
+HEALTHY, UNHEALTHY = "healthy", "unhealthy"
+BROKEN = "broken"
+"""The kind of a DeployError that tells of a connection that was there."""
+
+
+def rollback(host: Host, ssh_config: Path | None, release: str | None, tell: Tell = print) -> str:
+    """Let the healthy release before run again, or a named one; return its name. Raises as `Trial.follow` does."""
+    trial = Trial(host, ssh_config, begin(STEP, tell))
+    with Link(host, ssh_config) as link:
+        return trial.follow(link, "rollback", release=release, healthy_within_s=HEALTHY_WITHIN_S)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A trial that a desk looks on."""
+
+    host: Host
+    ssh_config: Path | None
+    step: Step
+
+    def follow(self, link: Link, action: str, release: str | None, **told: Any) -> str:
+        """Let the robot try a release, and tell how it does; return its name once it lives.
+
+        Raises UnhealthyError where it does not, and DeployError where that is not known.
+        """
+        try:
+            came = link.call(action, on_say=self._hear, release=release, **told)
+        except DeployError as error:
+            if error.kind != BROKEN:
+                raise
+            came = self._found_again(error, {"release": release, **told})
+        return self._judged(came)
+
+    def _hear(self, words: str, **more: Any) -> None:
+        self.step.say(words)
+
+    def _found_again(self, broken: DeployError, told: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Connect until the robot has told what came of a release that is known by name."""
+        clock = MonotonicClock()
+        for _ in range(ATTEMPTS if told["release"] else 0):
+            self.step.say("the connection broke; the trial goes on there, and is looked for")
+            clock.sleep_until(clock.now() + PAUSE_S)
+            try:
+                with Link(self.host, self.ssh_config) as link:
+                    return link.call("activate", on_say=self._hear, **told)
+            except DeployError as error:
+                broken = error
+        raise DeployError(f"{broken}. {goes_on(self.host)}", broken.kind) from broken
+
+    def _judged(self, came: Mapping[str, Any]) -> str:
+        release: str = came["release"]
+        if came["outcome"] != HEALTHY:
+            raise UnhealthyError(_unhealthy(self.host, came))
+        self.step.done(f"{release} is healthy; {'it runs' if came['is_running'] else came['reason']}")
+        return release
+
+
+def goes_on(host: Host) -> str:
+    """Say what a desk that looks away leaves behind."""
+    return f"The trial goes on there: robotcore deploy status {host}"
+
+
+def _unhealthy(host: Host, came: Mapping[str, Any]) -> str:
+    """Say what came of a release that does not live, in the app's own last words too."""
+    what = "did not live" if came["outcome"] == UNHEALTHY else "was not judged"
+    now = f"{came['current']} {'runs again' if came['is_running'] else 'is in its place again, and stands'}"
+    lines = "".join(f"\n  {line}" for line in came["lines"])
+    return (
+        f"{host}: {came['release']} {what}: {came['reason']}. {now if came['current'] else 'Nothing runs'}. "
+        f"All it said: robotcore deploy logs {host}{lines}"
+    )
