@@ -5,12 +5,11 @@ from math import tau
 from typing import Annotated
 
 from pydantic import Field
-
 from robotcore import Behaviour, Robot, Role, Status, Stopping, Truth
 from robotcore.vision import Blob, ColourDetector
 
 AHEAD_RAD = 0.2
-"""The ball is ahead, not aside: the robot may drive, and what it measures is the ball."""
+"""The ball is ahead: the robot may drive, and what it measures is the ball."""
 
 STANDING_S = 0.5
 """How long it stands before it has arrived."""
@@ -75,7 +74,7 @@ class Search(Behaviour):
         return Stopping(self.stop_distance_m, self.speed_m_s)
 
     def verify(self, truth: Truth) -> bool:
-        """Judge the end by what a simulator knows: at rest, the ball near and in view."""
+        """Judge the end by what a simulator knows: at rest, the ball near and seen."""
         distance = truth.distance_to_target
         is_near = distance is not None and 0.15 <= distance <= 0.40
         is_clean = truth.is_at_rest and not truth.contacts

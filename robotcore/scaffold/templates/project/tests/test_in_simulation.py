@@ -1,9 +1,8 @@
-"""What becomes of it: whole runs in rooms that a seed draws, judged by the simulator."""
+"""What becomes of it: runs in rooms that a seed draws, judged by the simulator."""
 
 from pathlib import Path
 
 import pytest
-
 from robotcore import RunRequest, run
 
 FOLDER = Path(__file__).parents[1]
