@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     else:
         from importlib.abc import Traversable
 
-COMPILED = "__pycache__"
-"""An installer may leave it in a template: it compiles all that looks like a module."""
+CACHES = ("__pycache__", "_cache")
+"""How folders end that installers, test runners and linters leave in a template."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Template:
 
     def entries(self, folder: Traversable) -> Iterator[Traversable]:
         """Yield what is to be copied of a folder of the template."""
-        return (each for each in folder.iterdir() if each.name != COMPILED)
+        return (each for each in folder.iterdir() if not each.name.endswith(CACHES))
 
     @property
     def own_words(self) -> set[str]:
