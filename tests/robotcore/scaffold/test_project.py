@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,8 @@ import pytest
 
 from robotcore import RunRequest, run
 from robotcore.cli.main import execute
-from robotcore.description import load_robot, load_world
+from robotcore.deploy.project import Asked, project_of
+from robotcore.deploy.table import DeployTable
 from tests.robotcore.scaffold.conftest import Typed
 
 if sys.version_info >= (3, 11):
@@ -60,12 +62,18 @@ def test_its_tests_fail_where_the_app_is_wrong(project: Path, typed: Typed) -> N
     assert "4 failed, 2 passed" in typed(project, *TESTS).stdout
 
 
-def test_names_its_app_robot_and_world(project: Path) -> None:
-    told = told_in(project)
-    assert told["deploy"] == {}
-    assert (project / told["app"]).is_file()
-    assert load_robot(str(project / told["robot"])).name == "scout"
-    assert load_world(str(project / told["world"])).name == "room"
+def test_is_a_project_that_can_be_deployed(project: Path) -> None:
+    found = project_of(Asked(), here=project)
+    assert found.files == ("search.py", "scout.toml", "room.toml")
+    assert (found.name, found.described().name, found.is_package) == ("scout", "scout", False)
+
+
+def test_what_it_says_of_deploying_can_be_taken_in(project: Path) -> None:
+    file = project / "pyproject.toml"
+    file.write_text(re.sub(r"^# (?=\w+ = )", "", file.read_text(), flags=re.MULTILINE))
+    deploy = told_in(project)["deploy"]
+    assert deploy.keys() == DeployTable.model_fields.keys()
+    assert project_of(Asked(), here=project).settings == {"speed_m_s": "0.15"}
 
 
 def test_its_robot_and_its_room_are_described_right(project: Path, capfd: pytest.CaptureFixture[str]) -> None:
