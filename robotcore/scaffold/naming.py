@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 from importlib.util import find_spec
@@ -30,9 +31,9 @@ def require_free(template: Template, folder: Path) -> None:
 
 def _require_place(folder: Path) -> None:
     """Raise UsageError where there is something of that name, or nowhere to make it."""
-    if folder.exists() or folder.is_symlink():
+    if os.path.lexists(folder):
         raise UsageError(f"{folder} is there already, and stays as it is. Take another name, or move it away")
-    if not folder.parent.is_dir():
+    if not os.path.isdir(folder.parent):  # noqa: PTH112  it takes any name, however long
         raise UsageError(f"{folder.parent} is no folder, so nothing can be made in it. Make it first")
 
 

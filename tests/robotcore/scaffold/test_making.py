@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from robotcore.cli.main import execute
+from robotcore.errors import UsageError
 from robotcore.scaffold import DRIVER, PROJECT, Template, make
 from tests.robotcore.scaffold.conftest import HOME
 
@@ -79,4 +80,11 @@ def test_nothing_is_left_where_the_files_cannot_be_written(tmp_path: Path) -> No
     ended = subprocess.run(limited, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     assert ended.returncode == 2
     assert ended.stderr.startswith("error: scout cannot be made: File too large. Nothing is left of it")
+    assert not any(tmp_path.iterdir())
+
+
+def test_a_name_that_the_disk_does_not_take_is_refused_in_words(tmp_path: Path) -> None:
+    folder = tmp_path / ("x" * 300)
+    with pytest.raises(UsageError, match="cannot be made: File name too long"):
+        make(PROJECT, folder)
     assert not any(tmp_path.iterdir())
