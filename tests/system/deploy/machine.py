@@ -24,8 +24,8 @@ BOOT_S = 60.0
 
 SSH_PORT = 22
 NAMESPACES = ("--mount", "--uts", "--ipc", "--net", "--pid", "--cgroup")
-ALONE = (*needs.ENDING_WITH_US, "unshare", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc")
-"""In a namespace of processes: systemd-nspawn, killed, leaves what it has booted to itself."""
+ALONE = ("unshare", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc")
+"""Runs a command in a namespace of processes: systemd-nspawn, killed, leaves what it has booted to itself."""
 
 CONSOLE = needs.ROOT / "build" / "deploy-console.log"
 
@@ -50,12 +50,10 @@ class Machine:
 
     def boot(self) -> None:
         """Switch it on, and return when its sshd answers; raises NotRunError where it does not come up."""
-        command = [*ALONE, *self.group, "systemd-nspawn", "--quiet", "--directory", str(self.root)]
-        booting = ["--boot", "--register=no", "--keep-unit", f"--network-namespace-path={self.network.path}"]
+        nspawn = ["systemd-nspawn", "--quiet", "--boot", "--register=no", "--keep-unit", f"--directory={self.root}"]
+        command = [*needs.ENDING_WITH_US, *self.group, *self.network.entering, *ALONE, *nspawn]
         with CONSOLE.open("ab") as console:
-            self._booted = subprocess.Popen(
-                [*command, *booting], stdin=subprocess.DEVNULL, stdout=console, stderr=subprocess.STDOUT
-            )
+            self._booted = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=console, stderr=console)
         self._await_sshd(self._booted)
 
     def cut_power(self) -> None:

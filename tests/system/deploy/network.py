@@ -7,7 +7,6 @@ import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 
 from tests.system import needs
 
@@ -25,8 +24,9 @@ class Network:
     address: str
 
     @property
-    def path(self) -> Path:
-        return Path(f"/proc/{self.holder}/ns/net")
+    def entering(self) -> list[str]:
+        """What to put before a command that is to run in it."""
+        return ["nsenter", f"--net=/proc/{self.holder}/ns/net"]
 
 
 @contextmanager
@@ -48,16 +48,16 @@ def _joined(holder: int) -> Network:
     third, fourth = os.getpid() // 64 % 254 + 1, os.getpid() % 64 * 4
     desk, target = f"169.254.{third}.{fourth + 1}", f"169.254.{third}.{fourth + 2}"
     outside = f"rover{os.getpid()}"
-    inside = ["nsenter", f"--net=/proc/{holder}/ns/net"]
+    made = Network(holder, target)
     for change in (
         ["ip", "link", "add", outside, "type", "veth", "peer", "name", INSIDE, "netns", str(holder)],
         ["ip", "address", "add", f"{desk}/30", "dev", outside],
         ["ip", "link", "set", outside, "up"],
-        [*inside, "ip", "address", "add", f"{target}/30", "dev", INSIDE],
-        [*inside, "ip", "link", "set", INSIDE, "up"],
-        [*inside, "ip", "link", "set", "lo", "up"],
+        [*made.entering, "ip", "address", "add", f"{target}/30", "dev", INSIDE],
+        [*made.entering, "ip", "link", "set", INSIDE, "up"],
+        [*made.entering, "ip", "link", "set", "lo", "up"],
     ):
         run = subprocess.run(change, capture_output=True, text=True, check=False)
         if run.returncode:
             raise needs.NotRunError(f"needs a virtual network, and ip said: {needs.last_line(run.stderr)}")
-    return Network(holder, target)
+    return made
