@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
+from tests.system import needs
 from tests.system.deploy.desk import Desk
 from tests.system.deploy.machine import Machine, machine
+from tests.system.deploy.rover import Rover
+
+BENCH = needs.ROOT / "tests" / "system" / "deploy" / "bench"
 
 
 @pytest.fixture(autouse=True)
@@ -26,3 +32,12 @@ def target() -> Iterator[Machine]:
 @pytest.fixture(scope="session")
 def desk(target: Machine, tmp_path_factory: pytest.TempPathFactory) -> Desk:
     return Desk.of(tmp_path_factory.mktemp("desk"), target)
+
+
+@pytest.fixture(scope="session")
+def rover(target: Machine, desk: Desk, tmp_path_factory: pytest.TempPathFactory) -> Rover:
+    """The bench's project, deployed: it drives."""
+    project = Path(shutil.copytree(BENCH, tmp_path_factory.mktemp("desk") / "bench"))
+    deployed = Rover(target, desk, project)
+    deployed.drive(2.0)
+    return deployed

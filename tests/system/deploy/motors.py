@@ -1,0 +1,77 @@
+"""What the bench's motors were told, as their file on the target says."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import NamedTuple
+
+from tests.system.deploy.machine import Machine
+
+FILE = "wheels.log"
+LIMIT_S = 60.0
+
+
+class Told(NamedTuple):
+    """A motor was told a velocity, in rad/s, at a time, in s since boot, by a process: the app, or what cuts it off."""
+
+    time_s: float
+    process: int
+    who: str
+    motor: str
+    rad_s: float
+
+
+class Motors:
+    """The diary of the motors, and what of it is new since somebody marked a place in it."""
+
+    def __init__(self, machine: Machine) -> None:
+        self._file = machine.home / FILE
+        self._marked = 0
+
+    def told(self) -> list[Told]:
+        """Return what they were told since the mark."""
+        text = self._file.read_text() if self._file.exists() else ""
+        rows = [line.split() for line in text.splitlines()[self._marked :]]
+        return [Told(float(at), int(process), who, motor, float(rad_s)) for at, process, who, motor, rad_s in rows]
+
+    def mark(self) -> None:
+        """Begin anew here."""
+        self._marked = 0
+        self._marked = len(self.told())
+
+    def await_driving(self, rad_s: float = 2.0, instead_of: int = 0) -> int:
+        """Wait until both motors are driven at this velocity, by another process if so asked; return which one does it."""
+
+        def look() -> int | None:
+            process = self._driving(rad_s)
+            return process if process != instead_of else None
+
+        return awaited(look, f"both motors at {rad_s:g} rad/s", lambda: self.told()[-20:])
+
+    def is_still(self) -> bool:
+        """Whether the last that each motor was told is to stand."""
+        last = {told.motor: told.rad_s for told in self.told()}
+        return bool(last) and not any(last.values())
+
+    def stood_between(self, first: int, second: int) -> bool:
+        """Whether both motors were made to stand after one process last drove them, and before another first did."""
+        told = self.told()
+        drove = max(at for at, each in enumerate(told) if each.process == first and each.rad_s)
+        drives = min(at for at, each in enumerate(told) if each.process == second and each.rad_s)
+        return {each.motor for each in told[drove:drives] if not each.rad_s} == {"left_motor", "right_motor"}
+
+    def _driving(self, rad_s: float) -> int | None:
+        last = {told.motor: told for told in self.told()}
+        processes = {told.process for told in last.values() if told.rad_s == rad_s}
+        is_both = len(last) == 2 and all(told.rad_s == rad_s for told in last.values())
+        return processes.pop() if is_both and len(processes) == 1 else None
+
+
+def awaited(look: Callable[[], int | None], what: str, otherwise: Callable[[], object]) -> int:
+    """Return what is seen, once it is; a check that waits in vain fails, and tells what there was instead."""
+    ending = time.monotonic() + LIMIT_S
+    while (seen := look()) is None:
+        assert time.monotonic() < ending, f"waited for {what} in vain; there was {otherwise()}"
+        time.sleep(0.05)
+    return seen

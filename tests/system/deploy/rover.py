@@ -1,0 +1,69 @@
+"""The robot as whoever sits at the desk knows it: what is pushed there, and what comes of it."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from tests.system.deploy.desk import Desk
+from tests.system.deploy.machine import Machine
+from tests.system.deploy.motors import Motors
+
+SERVICE = "robotcore.service"
+Ran = subprocess.CompletedProcess[str]
+
+
+@dataclass
+class Rover:
+    """The target, the desk, and a project that is deployed from there."""
+
+    machine: Machine
+    desk: Desk
+    project: Path
+    motors: Motors = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.motors = Motors(self.machine)
+
+    def deploy(self, deed: str, *arguments: str) -> Ran:
+        """Type a command in the project's folder."""
+        return self.desk.deploy(deed, *arguments, project=self.project)
+
+    def done(self, deed: str, *arguments: str) -> str:
+        """Type a command that is to succeed; return what it printed."""
+        ran = self.deploy(deed, *arguments)
+        assert ran.returncode == 0, f"{deed}: exit status {ran.returncode}\n{ran.stdout}{ran.stderr}"
+        return ran.stdout
+
+    def push(self, *arguments: str) -> Ran:
+        """Push the project as it is now, unproven, with all that pip needs."""
+        return self.deploy("push", "--skip-checks", "--offline", *arguments)
+
+    def drive(self, rad_s: float) -> str:
+        """Push a release that is to live, and drives at this speed; return its name."""
+        ran = self.push("--set", f"speed_rad_s={rad_s:g}")
+        assert ran.returncode == 0, f"exit status {ran.returncode}\n{ran.stdout}{ran.stderr}"
+        self.motors.await_driving(rad_s)
+        return self.release
+
+    def status(self) -> dict[str, Any]:
+        told: dict[str, Any] = json.loads(self.deploy("status", "--json").stdout)
+        return told
+
+    @property
+    def release(self) -> str:
+        """The name of the release that is in place, as its folder has it."""
+        return (self.machine.home / "robotcore" / "current").readlink().name
+
+    @property
+    def releases(self) -> list[str]:
+        return sorted(path.name for path in (self.machine.home / "robotcore" / "releases").iterdir())
+
+    @property
+    def process(self) -> int:
+        """The app's process, as the target's own systemd counts it; 0 where none runs."""
+        shown = self.desk.ssh(f"systemctl --user show --property MainPID --value {SERVICE}")
+        return int(shown)
