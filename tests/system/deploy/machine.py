@@ -45,8 +45,10 @@ class Machine:
 
     @property
     def home(self) -> Path:
-        """The user's home, as this machine finds it while the target is up or down."""
-        return self.root / "home" / debian.USER
+        """The user's home, as this machine finds it: with what is mounted there while the target is up."""
+        is_up = self._booted is not None and self._booted.poll() is None
+        root = Path(f"/proc/{self._init}/root") if is_up else self.root
+        return root / "home" / debian.USER
 
     def boot(self) -> None:
         """Switch it on, and return when its sshd answers; raises NotRunError where it does not come up."""
@@ -75,9 +77,13 @@ class Machine:
 
     def as_root(self, *command: str, is_checked: bool = True) -> str:
         """Run a command on it as root; return what it printed."""
-        entering = ["nsenter", f"--target={_child(_child(self._running.pid))}", *NAMESPACES, "--"]
+        entering = ["nsenter", f"--target={self._init}", *NAMESPACES, "--"]
         run = subprocess.run([*entering, *command], stdout=subprocess.PIPE, text=True, check=is_checked)
         return run.stdout
+
+    @property
+    def _init(self) -> int:
+        return _child(_child(self._running.pid))
 
     @property
     def _running(self) -> subprocess.Popen[bytes]:

@@ -26,12 +26,13 @@ class Motors:
     """The diary of the motors, and what of it is new since somebody marked a place in it."""
 
     def __init__(self, machine: Machine) -> None:
-        self._file = machine.home / FILE
+        self._machine = machine
         self._marked = 0
 
     def told(self) -> list[Told]:
         """Return what they were told since the mark."""
-        text = self._file.read_text() if self._file.exists() else ""
+        file = self._machine.home / FILE
+        text = file.read_text() if file.exists() else ""
         rows = [line.split() for line in text.splitlines()[self._marked :]]
         return [Told(float(at), int(process), who, motor, float(rad_s)) for at, process, who, motor, rad_s in rows]
 
@@ -41,7 +42,7 @@ class Motors:
         self._marked = len(self.told())
 
     def await_driving(self, rad_s: float = 2.0, instead_of: int = 0) -> int:
-        """Wait until both motors are driven at this velocity, by another process if so asked; return which one does it."""
+        """Wait until both motors are driven at this velocity, by another process if so asked; return by which one."""
 
         def look() -> int | None:
             process = self._driving(rad_s)

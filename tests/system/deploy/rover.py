@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import json
 import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from tests.system.deploy.desk import Desk
 from tests.system.deploy.machine import Machine
-from tests.system.deploy.motors import Motors
+from tests.system.deploy.motors import Motors, awaited
 
 SERVICE = "robotcore.service"
 Ran = subprocess.CompletedProcess[str]
@@ -42,6 +44,19 @@ class Rover:
         """Push the project as it is now, unproven, with all that pip needs."""
         return self.deploy("push", "--skip-checks", "--offline", *arguments)
 
+    @contextmanager
+    def pushing(self, *arguments: str) -> Iterator[subprocess.Popen[str]]:
+        """Push as `push` does, beside the check: whatever is done to it meanwhile, it ends with this block."""
+        command = self.desk.deploying("push", "--skip-checks", "--offline", *arguments)
+        pipe, folder, environment = subprocess.PIPE, self.project, self.desk.environment
+        with subprocess.Popen(
+            command, cwd=folder, env=environment, stdout=pipe, stderr=pipe, text=True, start_new_session=True
+        ) as process:
+            try:
+                yield process
+            finally:
+                process.kill()
+
     def drive(self, rad_s: float) -> str:
         """Push a release that is to live, and drives at this speed; return its name."""
         ran = self.push("--set", f"speed_rad_s={rad_s:g}")
@@ -53,14 +68,24 @@ class Rover:
         told: dict[str, Any] = json.loads(self.deploy("status", "--json").stdout)
         return told
 
+    def await_judged(self) -> None:
+        """Wait until no release is on trial."""
+        trial = self.files / "trial.json"
+        awaited(lambda: None if trial.exists() else 1, "the end of a trial", self.status)
+
+    @property
+    def files(self) -> Path:
+        """Where everything is on the robot."""
+        return self.machine.home / "robotcore"
+
     @property
     def release(self) -> str:
         """The name of the release that is in place, as its folder has it."""
-        return (self.machine.home / "robotcore" / "current").readlink().name
+        return (self.files / "current").readlink().name
 
     @property
     def releases(self) -> list[str]:
-        return sorted(path.name for path in (self.machine.home / "robotcore" / "releases").iterdir())
+        return sorted(path.name for path in (self.files / "releases").iterdir())
 
     @property
     def process(self) -> int:

@@ -1,0 +1,72 @@
+"""A project made by one command: proven, deployed without a network, changed, taken back; its recordings fetched."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+
+import pytest
+
+from tests.system.deploy.desk import Desk
+from tests.system.deploy.machine import Machine
+from tests.system.deploy.rover import Rover
+
+APP = "search.py"
+VIRTUAL = ("--backend", "virtualpi")
+
+
+@pytest.fixture(scope="module")
+def made(target: Machine, desk: Desk, tmp_path_factory: pytest.TempPathFactory) -> Rover:
+    """A project as `robotcore new` makes it, deployed as it is but for the pins, which are simulated."""
+    folder = tmp_path_factory.mktemp("new")
+    subprocess.run(desk.command("new", "my-robot"), cwd=folder, env=desk.environment, check=True)
+    rover = Rover(target, desk, folder / "my-robot")
+    rover.done("push", *VIRTUAL, "--offline")
+    return rover
+
+
+def test_it_is_proven_before_it_is_sent(made: Rover) -> None:
+    (release,) = [told for told in json.loads(made.done("list", "--json"))["releases"] if told["name"] == made.release]
+    assert [gate.split()[0] for gate in release["gates"]] == ["tests", "check", "simulation"]
+
+
+def test_it_runs_and_says_so(made: Rover) -> None:
+    assert made.release in made.done("status")
+    assert "search" in made.done("logs", "-n", "20")
+
+
+def test_what_does_not_pass_its_tests_is_not_sent(made: Rover) -> None:
+    app = made.project / APP
+    text, release = app.read_text(), made.release
+    app.write_text(text.replace("robot.drive.stop()", "pass"))
+    try:
+        ran = made.deploy("push", *VIRTUAL)
+    finally:
+        app.write_text(text)
+    assert (ran.returncode, made.release) == (1, release)
+    assert "nothing was sent" in ran.stderr.lower()
+
+
+def test_a_changed_file_is_all_that_a_second_push_sends_and_a_rollback_takes_it_back(made: Rover) -> None:
+    first, app = made.release, made.project / APP
+    app.write_text(f"{app.read_text()}\n# Changed.\n")
+    said = made.done("push", *VIRTUAL, "--skip-checks")
+    assert "environment  kept" in said
+    assert made.release > first
+    made.done("rollback")
+    assert made.release == first
+    assert "# Changed." not in (made.files / "current" / "project" / APP).read_text()
+
+
+def test_recordings_come_home_and_are_replayed(made: Rover) -> None:
+    made.done("stop")
+    made.done("fetch")
+    recordings = sorted(made.project.rglob("*.mcap"))
+    assert recordings
+    command = made.desk.command("replay", str(recordings[-1]))
+    subprocess.run(command, cwd=made.project, env=made.desk.environment, check=True)
+
+
+def test_nothing_is_left_when_it_is_removed_but_the_recordings(made: Rover) -> None:
+    made.done("remove", "--yes")
+    assert made.desk.ssh("ls -A robotcore .config/systemd/user") == "sorted"

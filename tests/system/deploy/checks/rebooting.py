@@ -1,0 +1,57 @@
+"""The robot is switched off, in good order or not, also while a new release has yet to prove itself."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.system.deploy.rover import Rover
+
+LIMIT_S = 120
+RAD_S, NEW_RAD_S = 2.0, 3.0
+
+
+@pytest.mark.parametrize("way", ["reboot", "restart"])
+def test_release_that_drove_drives_again(rover: Rover, way: str) -> None:
+    """Restarting is cutting the power."""
+    rover.done("start")
+    driving, release = rover.motors.await_driving(RAD_S), rover.release
+    getattr(rover.machine, way)()
+    rover.motors.await_driving(RAD_S, instead_of=driving)
+    assert (rover.release, rover.status()["state"]) == (release, "running")
+
+
+def test_stopped_app_stays_stopped(rover: Rover) -> None:
+    rover.done("stop")
+    rover.machine.reboot()
+    assert (rover.status()["state"], rover.process, rover.motors.is_still()) == ("stopped", 0, True)
+
+
+def test_release_on_trial_is_judged_again_and_kept_if_it_lives(rover: Rover) -> None:
+    rover.done("start")
+    rover.motors.await_driving(RAD_S)
+    before = rover.release
+    cut_power_on_trial(rover, f"speed_rad_s={NEW_RAD_S:g}")
+    rover.motors.await_driving(NEW_RAD_S)
+    rover.await_judged()
+    assert rover.release > before
+    rover.done("rollback", before)
+
+
+def test_release_on_trial_is_judged_again_and_rolled_back_if_it_does_not_live(rover: Rover) -> None:
+    rover.done("start")
+    rover.motors.await_driving(RAD_S)
+    before = rover.release
+    cut_power_on_trial(rover, f"speed_rad_s={NEW_RAD_S:g}", "deed=raises", "at=40")
+    rover.await_judged()
+    assert rover.release == before
+    rover.motors.await_driving(RAD_S)
+
+
+def cut_power_on_trial(rover: Rover, *settings: str) -> None:
+    """Push a release, and cut the power once it drives; what is on trial is never kept for having lived so far."""
+    told = [word for setting in settings for word in ("--set", setting)]
+    with rover.pushing(*told) as push:
+        rover.motors.await_driving(NEW_RAD_S)
+        assert (rover.files / "trial.json").exists()
+        rover.machine.restart()
+        assert push.wait(LIMIT_S) != 0
