@@ -151,8 +151,8 @@ class Backend(ABC):
     def cutoffs(self, setup: Setup) -> Sequence[CutoffSpec]:
         """Return how the motors of ``setup.devices`` are made to stand by a process that has nothing of them open.
 
-        For `robotcore stop`, where whoever drove them is gone, or cannot be trusted to stop them. None where motors turn
-        no longer than their run, such as a simulator's own. Opens nothing; raises UsageError and DescriptionError.
+        For `robotcore stop`, where whoever drove them is gone. None where motors turn no longer than their run, such
+        as a simulator's own. Nothing is opened for it. Raises UsageError and DescriptionError.
         """
         return ()
 

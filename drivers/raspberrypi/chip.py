@@ -35,7 +35,8 @@ class Chip:
         process has one.
         """
         if held := [gpio for gpio in gpios if not self._is_claimed(gpio)]:
-            raise HeldError("; ".join(f"GPIO {gpio} is held by {held_by(gpio)}" for gpio in held))
+            words = "; ".join(f"GPIO {gpio} is held by {held_by(gpio)}" for gpio in held)
+            raise HeldError(f"{words}. End that program first")
 
     def write(self, gpio: int, *, is_high: bool) -> None:
         """Set the level of a line that is claimed."""

@@ -30,7 +30,7 @@ def command(name: str, robot: str, options: tuple[tuple[str, str], ...]) -> int:
 
 
 def _setup(backend: Backend, robot: str, options: dict[str, str]) -> Setup:
-    """Return the motors alone: what is wrong with a camera must not keep them from being stopped."""
+    """Return the robot with its motors alone: nothing else of it is asked how it stops."""
     from robotcore.backend import Setup
     from robotcore.description import MotorDescription
 
@@ -48,10 +48,8 @@ def _stop(backend: Backend, setup: Setup) -> int:
         click.echo(f"{setup.robot.name}: nothing to stop on {backend.name}")
         return 0
     report = make_stand(cutoffs)
-    for line in (*(f"{device} stands" for device in report.done), *report.told):
-        click.echo(line)
+    if report.done:
+        click.echo(f"{setup.robot.name}: stopped {', '.join(report.done)}")
     if report.failed:
-        raise BackendError(
-            f"CANNOT STOP {'; '.join(report.failed)}. End the program that drives them, or cut the motors' supply"
-        )
+        raise BackendError("\n".join(f"CANNOT STOP {fault}. Cut the motors' supply" for fault in report.failed))
     return 0

@@ -23,12 +23,16 @@ _PAUSE_S = 0.02
 
 
 class Hand:
-    """Works one cutoff, so that one that fails or hangs holds up no other. Its thread waits ready for a stop."""
+    """Works one cutoff, so that one that fails or hangs holds up no other. Its thread waits ready for a stop.
+
+    Closing is the last deed it can be asked for.
+    """
 
     def __init__(self, spec: CutoffSpec, clock: Clock) -> None:
         self.device = spec.device
         self._spec, self._clock = spec, clock
         self._cutoff: Cutoff | None = None
+        self._is_at_work = True
         self._tasks = SimpleQueue[_Task]()
         Thread(target=self._work, name=spec.device, daemon=True).start()
 
@@ -58,6 +62,7 @@ class Hand:
         return self._opened.stop()
 
     def _close(self) -> None:
+        self._is_at_work = False
         if self._cutoff:
             self._cutoff.close()
 
@@ -67,7 +72,7 @@ class Hand:
         return self._cutoff
 
     def _work(self) -> None:
-        while True:
+        while self._is_at_work:
             self._tasks.get().do()
 
 

@@ -20,9 +20,13 @@ ARMING_S = 0.1
 """Shorter: who arms one cutoff does not watch over the others meanwhile. Who is patient with the app is so here too."""
 
 
+DEAF_TO = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGABRT)
+"""What ends all processes of a terminal or of systemd's unit, SIGABRT where its watchdog does: the app goes first."""
+
+
 def main() -> None:
     """Guard whatever comes through the socket that the command line names by its number."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    for number in DEAF_TO:
         signal.signal(number, signal.SIG_IGN)
     link = socket(fileno=int(sys.argv[1]))
     link.set_inheritable(False)  # what a vendor's library starts must not hold it open

@@ -12,7 +12,7 @@ from robotcore.guardian.serving import OPENING_S, STOPPING_S
 
 
 def make_stand(specs: Iterable[CutoffSpec]) -> Report:
-    """Open the cutoffs, stop, and close them; return what was stopped, and what was not, each with its fault.
+    """Open the cutoffs, stop, and close them; return what was stopped, and what could not be, each with its fault.
 
     One that fails or hangs holds up no other, and nothing is raised.
     """
@@ -22,4 +22,4 @@ def make_stand(specs: Iterable[CutoffSpec]) -> Report:
     ready = [hand for hand in hands if hand.device in opened.done]
     stopped = together(ready, "stop", STOPPING_S, clock)
     together(hands, "close", STOPPING_S, clock)
-    return Report("stop", stopped.done, (*opened.failed, *stopped.failed), stopped.told)
+    return Report("stop", stopped.done, (*opened.failed, *stopped.failed))

@@ -25,8 +25,8 @@ class Host:
 
     ``opened`` are those that are open by now, by name: encoders first, then sensors, cameras and displays, motors last.
     ``pins`` makes pins (gpiozero's factory), where the backend has any. ``shared`` has what several of them open
-    together, such as the port of a board with motors and encoders. ``owner`` is the process that has the devices open;
-    None where nobody has, and only `DeviceDriver.cutoffs` is asked: then there is neither ``pins`` nor what is ``opened``.
+    together, such as the port of a board with motors and encoders. ``owner`` is the process that has the devices open.
+    Where it is None nobody has, there is neither ``pins`` nor what is ``opened``, and only cutoffs are asked for.
     """
 
     robot: RobotDescription

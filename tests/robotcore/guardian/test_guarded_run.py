@@ -131,7 +131,7 @@ def test_a_signal_to_all_processes_of_the_terminal_leaves_the_guardian_until_the
 
 def test_the_guardian_does_not_end_by_a_signal_that_asks_for_it(start: Start) -> None:
     running = start("drives")
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGABRT):
         os.kill(running.guardian, number)
     running.process.kill()
     running.end()

@@ -1,12 +1,15 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
+import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
-from tests.system.guest.bench import MOTOR_LINES, ONWARDS, STANDBY, run_command, started
+from tests.system.guest.bench import MOTOR_LINES, ONWARDS, ROBOTS, STANDBY, run_command, started
 from tests.system.guest.chip import Chip
 from tests.system.guest.waiting import settled
 
@@ -51,6 +54,24 @@ def test_sigkill_while_driving_leaves_the_board_asleep_by_the_guardian(chip: Chi
     assert settled(lambda: chip.level(STANDBY), 0) == 0
 
 
+@pytest.mark.parametrize("robot, high", [("plain", FORWARD), ("standby", STANDBY)])
+def test_lines_that_nobody_is_left_to_pull_low_are_pulled_low_by_robotcore_stop(
+    chip: Chip, robot: str, high: int
+) -> None:
+    with started(run_command(ONWARDS, robot)) as app:
+        assert settled(lambda: chip.level(FORWARD), 1) == 1
+        assert settled(lambda: chip.level(high), 1) == 1
+        while_alive = stopping(robot)
+        os.kill(guardian_of(app.pid), signal.SIGKILL)
+        app.kill()
+    assert while_alive.returncode == 3
+    assert f"GPIO {high} is held by " in while_alive.stderr
+    assert settled(lambda: chip.level(high), 1) == 1
+    stopped = stopping(robot)
+    assert (stopped.returncode, stopped.stderr) == (0, "")
+    assert chip.level(high) == 0
+
+
 @pytest.mark.parametrize("is_persistent", [True, False])
 def test_without_a_guardian_sigkill_leaves_a_line_high_where_it_keeps_its_level(
     chip: Chip, is_persistent: bool
@@ -62,3 +83,15 @@ def test_without_a_guardian_sigkill_leaves_a_line_high_where_it_keeps_its_level(
         program.wait()
     left = [FORWARD] if is_persistent else []
     assert settled(chip.high, left) == left
+
+
+def guardian_of(app: int) -> int:
+    """Return the number of the one process that an app's has started."""
+    (child,) = Path(f"/proc/{app}/task/{app}/children").read_text().split()
+    return int(child)
+
+
+def stopping(robot: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "robotcore", "stop", "--backend", "raspberrypi"]
+    command += ["--robot", str(ROBOTS / f"{robot}.toml")]
+    return subprocess.run(command, capture_output=True, text=True, check=False)

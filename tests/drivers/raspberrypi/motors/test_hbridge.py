@@ -13,7 +13,7 @@ from drivers.raspberrypi.motors.hbridge import HBridge
 from drivers.raspberrypi.motors.outputs import pwm_output
 from robotcore.devices import Motor
 from robotcore.errors import DescriptionError, DeviceError
-from robotcore.hardware import Host, fit
+from robotcore.hardware import Host, fit, unopened_cutoffs
 from tests.drivers.raspberrypi.motors.rig import BACKWARD, FORWARD, H_BRIDGE, MODEL, Rig, rover
 
 ENABLE, STANDBY = 12, 22
@@ -245,6 +245,13 @@ def test_another_process_stops_it_by_its_own_lines_where_there_is_no_standby() -
     (spec,) = cutoffs({**H_BRIDGE, "enable": ENABLE})
     assert spec.cutoff == "drivers.raspberrypi.cutoff:MotorLines"
     assert spec.parameters == {"lines": [FORWARD, BACKWARD, ENABLE], "owner": os.getpid()}
+    spec.make()
+
+
+def test_where_nobody_has_it_open_nobody_is_ended_for_its_lines() -> None:
+    robot = rover({"left_motor": {**H_BRIDGE, "enable": ENABLE}})
+    (spec,) = unopened_cutoffs(robot, fit(robot, "raspberrypi", ["left_motor"]))
+    assert spec.parameters == {"lines": [FORWARD, BACKWARD, ENABLE], "owner": None}
     spec.make()
 
 

@@ -1,0 +1,30 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from robotcore.guardian.link import Report
+from robotcore.guardian.standing import make_stand
+from tests.robotcore.guardian.diary import notes
+from tests.robotcore.guardian.recording import cutoff
+
+
+@pytest.fixture
+def diary(tmp_path: Path) -> Path:
+    return tmp_path / "diary"
+
+
+def test_every_cutoff_stops_and_is_closed(diary: Path) -> None:
+    report = make_stand([cutoff(diary, "left_motor"), cutoff(diary, "right_motor")])
+    assert report == Report("stop", ("left_motor", "right_motor"), ())
+    deeds = [note.what for note in notes(diary)]
+    assert sorted(deeds) == sorted(f"{deed} {name}" for deed in ("open", "stop", "close") for name in report.done)
+
+
+def test_one_that_fails_is_told_and_holds_up_no_other(diary: Path) -> None:
+    manners = {"gone": "fails to open", "deaf": "fails to stop", "left_motor": "late"}
+    report = make_stand(cutoff(diary, name, manner) for name, manner in manners.items())
+    assert report.done == ("left_motor",)
+    assert report.failed == ("gone: OSError: no open", "deaf: OSError: no stop")
+    assert "stop gone" not in {note.what for note in notes(diary)}
