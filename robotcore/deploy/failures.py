@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -19,8 +20,8 @@ NO_COMMAND = 127
 class Failure:
     """What to look for in what was said, a word for it, what it means and what to do.
 
-    In both of the latter ``{host}`` is the host as the user wrote it, ``{name}`` its name alone; a group of the pattern
-    is told by its name.
+    In both of the latter ``{host}`` is the host as the user wrote it, ``{login}`` as ssh takes it, and a group of the
+    pattern stands by its name: what to do can be pasted into a shell.
     """
 
     pattern: str
@@ -30,17 +31,25 @@ class Failure:
 
     def told_of(self, host: Host, said: str, **more: str) -> DeployError | None:
         """Return the error, if this is what was said; ``more`` goes into its words by name."""
-        if not (found := re.search(self.pattern, said)):
+        if not (found := re.search(self.pattern, said, re.DOTALL)):
             return None
-        words = f"{host}: {self.fault}. {self.remedy}"
-        return DeployError(words.format(host=host, name=host.name, **found.groupdict(), **more), self.kind)
+        known = {"host": host, "login": _login(host), **more}
+        quoted = {name: shlex.quote(group) for name, group in found.groupdict("").items()}
+        fault, remedy = self.fault.format(**found.groupdict(), **known), self.remedy.format(**quoted, **known)
+        return DeployError(f"{host}: {fault}. {remedy}", self.kind)
 
 
 SSH = (
     Failure(
-        r"Could not resolve hostname",
+        r"(?P<line>[^\n]+ line \d+: [^\n]+)",
+        "configuration",
+        "ssh does not understand its configuration: {line}",
+        "Mend it, or take another file: --ssh-config FILE",
+    ),
+    Failure(
+        r"Could not resolve hostname (?P<name>[^\s:]+)",
         "unknown",
-        "there is no host of that name",
+        "there is no host of the name {name}",
         "Is it switched on, in this network, and spelt so? Its address does as well: pi@192.168.1.20",
     ),
     Failure(
@@ -56,22 +65,28 @@ SSH = (
         "Is it switched on, and in the same network as this machine?",
     ),
     Failure(
-        r"timed out|Timeout",
+        r"timed out",
         "time-out",
         "it does not answer",
         "Is it switched on, in this network, and does no firewall keep ssh out?",
     ),
     Failure(
-        r"REMOTE HOST IDENTIFICATION HAS CHANGED",
-        "host key changed",
-        "it shows another host key than before: it was installed anew, or something else answers in its name",
-        "If it was installed anew, forget the old key: ssh-keygen -R {name}",
+        r"kex_exchange_identification|Connection (?:closed|reset) by",
+        "hung up",
+        "it hung up before the login",
+        "Is it ssh that answers there? If so, too many logins may have failed: wait some minutes",
     ),
     Failure(
-        r"Host key verification failed|No \S+ host key is known",
+        r"IDENTIFICATION HAS CHANGED.*Offending \S+ key in (?P<file>[^\n]+):\d+.*key for (?P<known>\S+) has changed",
+        "host key changed",
+        "it shows another host key than before: it was installed anew, or something else answers in its name",
+        "If it was installed anew, forget the old key: ssh-keygen -f {file} -R {known}",
+    ),
+    Failure(
+        r"Host key verification failed",
         "host key unknown",
         "its host key is not known here, and nobody could be asked",
-        "Log in once, and compare the key: ssh {host}",
+        "Log in once, and compare the key: ssh {login}",
     ),
     Failure(
         r"Permissions \S+ for '(?P<key>[^']+)' are too open",
@@ -80,10 +95,16 @@ SSH = (
         "Close it: chmod 600 {key}",
     ),
     Failure(
-        r"(?P<user>\S+)@\S+: Permission denied \((?P<ways>[^)]*)\)",
+        r"Too many authentication failures",
+        "denied",
+        "it has had enough of keys that are not the right one",
+        "Offer it one alone, by IdentityFile and IdentitiesOnly in ~/.ssh/config",
+    ),
+    Failure(
+        r"(?P<user>[^\s@]+)@\S+: Permission denied \((?P<ways>[^)]*)\)",
         "denied",
         "it does not let {user} in; it would take: {ways}",
-        "Is the user right? A key is put there with: ssh-copy-id {host}",
+        "Is the user right? A key is put there with: ssh-copy-id {login}",
     ),
 )
 """Before the connection is there; the first that fits counts."""
@@ -124,18 +145,16 @@ def no_program(name: str, package: str) -> DeployError:
 
 def refused_by(host: Host, status: int, said: str) -> DeployError:
     """Return the error for a connection that did not come about: ssh's exit status, and what was said."""
+    by_hand = f"Try it by hand: ssh {_login(host)}"
     if status == SSH_FAILED:
-        return _told(SSH, host, said) or DeployError(f"{host}: ssh says: {last_line(said)}. Try it by hand: ssh {host}")
-    return DeployError(
-        f"{host}: its login shell ended at once (status {status}): {last_line(said)}. Look at it there: ssh {host}"
-    )
+        return _told(SSH, host, said) or DeployError(f"{host}: ssh says: {last_line(said)}. {by_hand}")
+    return DeployError(f"{host}: its login shell ended at once (status {status}): {last_line(said)}. {by_hand}")
 
 
 def silent(host: Host, seconds: float) -> DeployError:
     """Return the error for a robot that lets somebody in and then says nothing."""
-    return DeployError(
-        f"{host}: no answer to the login within {seconds:g} s. Does its login shell wait for something? ssh {host}"
-    )
+    fault = f"nothing came back within {seconds:g} s of the login"
+    return DeployError(f"{host}: {fault}. Does its login shell wait for something? ssh {_login(host)}")
 
 
 def broken_by(host: Host, said: str) -> DeployError:
@@ -148,7 +167,9 @@ def unanswered(host: Host, status: int, said: str) -> DeployError:
     """Return the error for a call that ended without an answer: its exit status, and what it wrote on stderr."""
     if status == NO_COMMAND:
         return DeployError(f"{host}: there is no python3. Install it there: sudo apt install python3", "python")
-    return DeployError(f"{host}: it failed there (status {status}): {last_line(said)}. Look at it there: ssh {host}")
+    return DeployError(
+        f"{host}: it failed there (status {status}): {last_line(said)}. Look at it there: ssh {_login(host)}"
+    )
 
 
 def transfer_failed(host: Host, status: int, said: str, where: str) -> DeployError:
@@ -167,6 +188,12 @@ def last_line(said: str) -> str:
     """Return the last line of what was said that has something in it, without its full stop."""
     lines = [line.strip() for line in said.splitlines() if line.strip()]
     return lines[-1].rstrip(".") if lines else "nothing"
+
+
+def _login(host: Host) -> str:
+    """Return a host as ssh's own command line has it."""
+    port = f"-p {host.port} " if host.port else ""
+    return port + (f"{host.user}@{host.name}" if host.user else host.name)
 
 
 def _told(failures: Iterable[Failure], host: Host, said: str, **more: str) -> DeployError | None:

@@ -90,9 +90,9 @@ class Link:
                 assert process.stdout
                 answer = _heard(process.stdout, on_say, on_line)
             if answer is None:
-                self._connection.require()
                 errors.seek(0)
-                raise unanswered(self.host, process.returncode, errors.read().decode(errors="replace"))
+                said = errors.read().decode(errors="replace")
+                raise self._connection.blame(unanswered(self.host, process.returncode, said))
         if "refused" in answer:
             refused = answer["refused"]
             raise DeployError(f"{self.host}: {refused['fault']}. {refused['remedy']}", refused["kind"])
@@ -110,6 +110,7 @@ class Link:
                 yield process
             except BaseException:
                 process.terminate()
+                process.wait()
                 raise
 
 

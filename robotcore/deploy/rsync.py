@@ -41,7 +41,7 @@ COMMON = (
 PARTIAL = ".partial"
 """Beside what is brought: what is not whole yet."""
 
-PLACE = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9._-]*(?:/[A-Za-z0-9_-][A-Za-z0-9._-]*)*")
+PLACE = re.compile(r"\w[\w.-]*(?:/\w[\w.-]*)*", re.ASCII)
 """A folder on the robot: no shell sees more than a name in it, and it leads nowhere else."""
 
 PROGRESS = re.compile(r"\s*(\d+)\s+(\d+)%\s")
@@ -84,6 +84,10 @@ def bring(
     options = [f"--partial-dir={PARTIAL}", "--no-relative", "--from0", "--files-from=-"]
     if moves:
         options.append("--remove-source-files")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise DeployError(f"{folder}: {error.strerror}. Name a folder that can be written to") from error
     ends = (f"robot:~/{FOLDER}/recordings/", f"{folder.absolute()}/")
     names = b"".join(os.fsencode(_own(name)) + b"\0" for name in what)
     return _transfer(connection, host, (*options, *ends), on_progress, names, where="this machine")
@@ -120,9 +124,9 @@ def _transfer(
         with _running(command, stdin, stderr) as process:
             told = _heard(process, on_progress)
         if process.returncode:
-            connection.require()
             stderr.seek(0)
-            raise transfer_failed(host, process.returncode, stderr.read().decode(errors="replace"), where)
+            said = stderr.read().decode(errors="replace")
+            raise connection.blame(transfer_failed(host, process.returncode, said, where))
     return Transfer(**{name: int(found[1]) if (found := each.search(told)) else 0 for name, each in STATS.items()})
 
 
@@ -137,6 +141,7 @@ def _running(command: Sequence[str], stdin: IO[bytes], stderr: IO[bytes]) -> Ite
         except BaseException:
             with suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGTERM)
+            process.wait()
             raise
 
 

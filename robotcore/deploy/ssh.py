@@ -13,6 +13,7 @@ from types import TracebackType
 
 from robotcore.deploy.failures import broken_by, no_program, refused_by, silent
 from robotcore.deploy.host import Host
+from robotcore.errors import DeployError
 
 CONNECT_S, ALIVE_S, ALIVE_COUNT = 10, 5, 3
 """How long to wait for an answer; how often to ask whether the robot is still there, and how often in vain."""
@@ -21,6 +22,9 @@ LOGIN_S = 150
 """An sshd hangs up after 120 s without a login, and the login shell takes its time."""
 
 ENDING_S = 5
+
+GOING_S = 1
+"""A connection that breaks takes others with it before it is gone itself."""
 
 ROOM = "/tmp"  # noqa: S108  a folder of nobody else's is made in it
 """Where the socket lies: its path must be short, and macOS's own folder for temporary files is deep."""
@@ -82,11 +86,13 @@ class Connection:
     ) -> None:
         self._unwind.close()
 
-    def require(self) -> None:
-        """Raise DeployError if the connection is no more."""
-        with suppress(subprocess.TimeoutExpired):
-            self._master.wait(1)
-            raise broken_by(self._host, self._log())
+    def blame(self, error: DeployError) -> DeployError:
+        """Return the error that tells why something over this connection failed: that it is gone, or the one given."""
+        if not error.kind:
+            with suppress(subprocess.TimeoutExpired):
+                self._master.wait(GOING_S)
+                return broken_by(self._host, self._log())
+        return error
 
     def _started(self) -> subprocess.Popen[bytes]:
         command = (*DEAF_TO_CTRL_C, "ssh", *self._options(), "--", self._host.name, "cat")

@@ -1,3 +1,4 @@
+from tests.robotcore.deploy.actions import aboard
 from tests.robotcore.deploy.sshd import sshd
 
-__all__ = ["sshd"]
+__all__ = ["aboard", "sshd"]

@@ -1,4 +1,4 @@
-"""A robot to deploy to: a real sshd on loopback, run by whoever runs the tests, with a key, a home and a path of its own."""
+"""A robot to deploy to: a real sshd on loopback, as whoever runs the tests, with a key, home and path of its own."""
 
 from __future__ import annotations
 
@@ -119,6 +119,14 @@ def _furnish(folder: Path) -> None:
     for name in ("host_key", "key"):
         make_key(folder / name)
     (folder / "bin" / "python3").symlink_to(Path(sys.executable).resolve())
+
+
+def slow_rsync(folder: Path) -> Path:
+    """Make a folder with an rsync for the desk that takes its time: 3 MB a second, so that it can be interrupted."""
+    folder.mkdir()
+    (folder / "rsync").write_text(f'#!/bin/sh\nexec {shutil.which("rsync")} --bwlimit=3000 "$@"\n', encoding="utf-8")
+    (folder / "rsync").chmod(0o755)
+    return folder
 
 
 def _make_room_for_privileges() -> None:

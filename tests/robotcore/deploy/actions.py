@@ -1,0 +1,28 @@
+"""Actions for tests: modules of the robot's that are sent like all others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from robotcore.deploy import boot
+
+Aboard = Callable[[str, str], None]
+
+ECHO = """
+def act(layout, **told):
+    return {"told": told}
+"""
+
+
+@pytest.fixture
+def aboard(monkeypatch: pytest.MonkeyPatch) -> Aboard:
+    """Puts an action aboard, by its name and source."""
+    added = boot.sources()
+
+    def put(name: str, source: str) -> None:
+        added[f"robotcore/deploy/aboard/actions/{name}.py"] = source
+
+    monkeypatch.setattr(boot, "sources", lambda: added)
+    return put

@@ -1,0 +1,263 @@
+from __future__ import annotations
+
+import os
+import select
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import pytest
+
+from robotcore.deploy import ssh
+from robotcore.deploy.host import Host
+from robotcore.deploy.link import Link
+from robotcore.errors import DeployError
+from tests.robotcore.deploy.actions import ECHO, Aboard
+from tests.robotcore.deploy.sshd import Sshd, serving, slow_rsync
+
+GONE_S = 10
+
+LONG = 12 << 20
+
+TELL = """
+from robotcore.deploy.aboard.telling import RefusalError, say
+
+def act(layout, refuses=False):
+    say("half of it", part=0.5)
+    print("a line of a log")
+    if refuses:
+        raise RefusalError("no room", "Make some", "full")
+    return {"home": str(layout.home)}
+"""
+
+WAIT = """
+import os, subprocess
+from robotcore.deploy.aboard.telling import say
+
+def act(layout):
+    child = subprocess.Popen(["sleep", "600"])
+    say("waits", pids=[os.getpid(), child.pid])
+    child.wait()
+    return {}
+"""
+
+NAMES = (
+    "with space.txt",
+    "$(touch canary)",
+    "`touch canary`",
+    "; touch canary",
+    "| touch canary",
+    "&& touch canary",
+    "> canary",
+    "'; touch canary; '",
+    '"; touch canary; "',
+    "new\nline; touch canary",
+    "\\",
+    "-e touch canary",
+    "--rsync-path=touch canary",
+    "--rsh=touch canary",
+    "*",
+    "?",
+    "[a-z]",
+    "{a,b}",
+    "~",
+    "~root",
+    "#comment",
+    ";comment",
+    "!history",
+    "${HOME}",
+    "%n",
+    "rover:file",
+    "::module",
+    "\x1e{'done': 1}",
+    "\x1b[31mred",
+    "\u00fcml\u00e4ut",
+    "\u202eright to left",
+    "\U0001f916",
+    os.fsdecode(b"not-utf8-\xff\xfe"),
+    "...",
+    "trailing ",
+    ".hidden",
+)
+
+
+@pytest.fixture
+def link(sshd: Sshd) -> Iterator[Link]:
+    (sshd.home / "robotcore" / "incoming" / "new").mkdir(parents=True)
+    (sshd.home / "robotcore" / "recordings").mkdir()
+    with Link(Host.parse(sshd.host), sshd.config) as link:
+        yield link
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Something to send, with names that are hard to carry."""
+    folder = tmp_path / 'it\'s "to" $(touch canary): send'
+    for name in NAMES:
+        (folder / "project" / name).mkdir(parents=True)
+        (folder / "project" / name / name).write_bytes(os.fsencode(name))
+    return folder
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(file.relative_to(folder)): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
+
+
+def test_a_call_says_how_far_it_is_and_answers(link: Link, sshd: Sshd, aboard: Aboard) -> None:
+    aboard("tell", TELL)
+    said: list[object] = []
+    answer = link.call("tell", on_say=lambda words, **more: said.append((words, more)))
+    assert answer == {"home": str(sshd.home)}
+    assert said == [("half of it", {"part": 0.5})]
+
+
+def test_a_stream_passes_lines_on(link: Link, aboard: Aboard) -> None:
+    aboard("tell", TELL)
+    lines: list[str] = []
+    link.stream("tell", lines.append)
+    assert lines == ["a line of a log"]
+
+
+def test_a_refusal_is_told_with_the_robots_remedy(link: Link, aboard: Aboard) -> None:
+    aboard("tell", TELL)
+    with pytest.raises(DeployError, match=r"^robot: no room. Make some$") as refused:
+        link.call("tell", refuses=True)
+    assert refused.value.kind == "full"
+
+
+def test_what_is_told_comes_as_it_is_and_nothing_of_it_runs(
+    link: Link, sshd: Sshd, aboard: Aboard, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    aboard("echo", ECHO)
+    told: dict[str, Any] = {f"setting {name}": name for name in NAMES}
+    assert link.call("echo", **told) == {"told": told}
+    assert not list(tmp_path.rglob("canary"))
+
+
+def test_files_of_any_name_arrive_and_nothing_of_them_runs(link: Link, sshd: Sshd, folder: Path) -> None:
+    transfer = link.send(folder, "incoming/new")
+    assert contents(sshd.home / "robotcore" / "incoming" / "new") == contents(folder)
+    assert transfer.files == transfer.changed == len(NAMES)
+    assert not list(folder.parent.rglob("canary"))
+
+
+def test_what_the_robot_has_is_copied_there_whatever_its_time(link: Link, sshd: Sshd, folder: Path) -> None:
+    robot = sshd.home / "robotcore"
+    first = link.send(folder, "incoming/new")
+    (robot / "incoming" / "new").rename(robot / "current")
+    (robot / "incoming" / "newer").mkdir()
+    for file in folder.rglob("*"):
+        os.utime(file, (0, 0))
+    changed = folder / "project" / "with space.txt" / "with space.txt"
+    changed.write_bytes(b"WITH SPACE.TXT")  # of the same length
+    os.utime(changed, (0, 0))
+    second = link.send(folder, "incoming/newer", "current")
+    assert contents(robot / "incoming" / "newer") == contents(folder)
+    assert contents(robot / "current") != contents(folder)
+    assert (second.files, second.changed) == (len(NAMES), 1)
+    assert second.sent < first.sent
+
+
+def test_progress_comes_to_the_whole(link: Link, folder: Path) -> None:
+    told: list[tuple[int, float]] = []
+    link.send(folder, "incoming/new", on_progress=lambda done, part: told.append((done, part)))
+    assert told == sorted(told)
+    assert told[-1] == (sum(map(len, contents(folder).values())), 1.0)
+
+
+def test_recordings_of_any_name_come_home(link: Link, sshd: Sshd, folder: Path, tmp_path: Path) -> None:
+    recordings = sshd.home / "robotcore" / "recordings"
+    for name in NAMES:
+        (recordings / name).write_bytes(os.fsencode(name))
+    home = tmp_path / "at home: $(touch canary)" / "recordings"
+    assert link.bring(NAMES[1:], home, moves=False).changed == len(NAMES) - 1
+    assert len(list(recordings.iterdir())) == len(NAMES)
+    link.bring(NAMES, home, moves=True)
+    assert contents(home) == {name: os.fsencode(name) for name in NAMES}
+    assert not list(recordings.iterdir())
+    assert not list(tmp_path.rglob("canary"))
+
+
+def test_a_recording_that_came_in_part_goes_on_next_time(
+    link: Link, sshd: Sshd, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recording, home = sshd.home / "robotcore" / "recordings" / "long.mcap", tmp_path / "home"
+    recording.write_bytes(os.urandom(LONG))
+
+    def interrupt(done: int, part: float) -> None:
+        if done:
+            raise KeyboardInterrupt
+
+    monkeypatch.setenv("PATH", str(slow_rsync(tmp_path / "slow")), prepend=os.pathsep)
+    with pytest.raises(KeyboardInterrupt):
+        link.bring([recording.name], home, moves=True, on_progress=interrupt)
+    assert not (home / recording.name).exists()
+    transfer = link.bring([recording.name], home, moves=True)
+    assert transfer.received < LONG
+    assert [(file.name, file.stat().st_size) for file in home.iterdir()] == [(recording.name, LONG)]
+    assert not recording.exists()
+
+
+def test_nothing_else_is_brought_than_recordings(link: Link, tmp_path: Path) -> None:
+    for name in ("", ".", "..", "../.ssh/id_ed25519", "/etc/passwd", "a\0b"):
+        with pytest.raises(DeployError, match="no recording's name"):
+            link.bring([name], tmp_path / "home")
+
+
+def test_nothing_is_sent_elsewhere(link: Link, folder: Path) -> None:
+    for to in ("", "..", "/etc", "incoming/../../.ssh", "a b", "$(touch canary)", "-x", "~", "incoming/new\n"):
+        with pytest.raises(ValueError, match="no folder of a robot's"):
+            link.send(folder, to)
+
+
+def test_what_is_interrupted_here_ends_there_and_the_link_still_works(link: Link, aboard: Aboard) -> None:
+    aboard("wait", WAIT)
+    aboard("echo", ECHO)
+    waiting: list[int] = []
+
+    def interrupt(words: str, pids: list[int]) -> None:
+        waiting.extend(os.pidfd_open(pid) for pid in pids)
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        link.call("wait", on_say=interrupt)
+    for process in waiting:
+        assert select.select([process], [], [], GONE_S)[0]
+        os.close(process)
+    assert link.call("echo", a=1) == {"told": {"a": 1}}
+
+
+def test_an_interrupted_transfer_leaves_the_link_working(link: Link, aboard: Aboard, folder: Path) -> None:
+    aboard("echo", ECHO)
+
+    def interrupt(done: int, part: float) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        link.send(folder, "incoming/new", on_progress=interrupt)
+    assert link.call("echo") == {"told": {}}
+
+
+def test_nothing_is_left_of_a_link(sshd: Sshd, monkeypatch: pytest.MonkeyPatch) -> None:
+    with TemporaryDirectory(dir=ssh.ROOM) as room:
+        monkeypatch.setattr(ssh, "ROOM", room)
+        with Link(Host.parse(sshd.host), sshd.config):
+            [process] = map(os.pidfd_open, sshd.connections())
+            assert list(Path(room).iterdir())
+        assert select.select([process], [], [], GONE_S)[0]
+        os.close(process)
+        assert not list(Path(room).iterdir())
+
+
+def test_a_login_shell_that_prints_does_not_disturb_a_call(tmp_path: Path, aboard: Aboard) -> None:
+    aboard("tell", TELL)
+    shell = "echo Welcome; printf '$ '; echo oops >&2; eval \"$SSH_ORIGINAL_COMMAND\""
+    with serving(tmp_path / "sshd", f"ForceCommand {shell}") as sshd, Link(Host.parse("robot"), sshd.config) as link:
+        lines: list[str] = []
+        assert link.stream("tell", lines.append)
+        assert lines == ["a line of a log"]
+        (sshd.home / "robotcore" / "new").mkdir(parents=True)
+        with pytest.raises(DeployError, match="its login shell prints something"):
+            link.send(sshd.bin, "new")
