@@ -8,7 +8,7 @@ import os
 import platform
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
 from hashlib import sha256
 from importlib import metadata
@@ -106,12 +106,11 @@ def _create(folder: Path, *, with_pip: bool) -> None:
 def _is_as_made(folder: Path, recipe: Recipe) -> bool:
     try:
         told = json.loads(folder.joinpath(WHOLE).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        made_by, leans_on = Recipe(tuple(told["requirements"]), told["python"]), dict(told["leans_on"])
+    except (OSError, ValueError, TypeError, KeyError):
         return False
-    leans_on: Mapping[str, str | None] = told.get("leans_on", {})
-    is_by_recipe = Recipe(tuple(told["requirements"]), told["python"]) == recipe
     is_unchanged = all(_version(name) == version for name, version in leans_on.items())
-    return is_by_recipe and is_unchanged and folder.joinpath("bin", "python").exists()
+    return made_by == recipe and is_unchanged and folder.joinpath("bin", "python").exists()
 
 
 def _version(distribution: str) -> str | None:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from robotcore.deploy.aboard import process
 from robotcore.deploy.aboard.layout import Layout
+from robotcore.deploy.aboard.release import NAME
 
 _PUSHED_BY = ".pushed-by"
 
@@ -16,12 +17,11 @@ _PUSHED_BY = ".pushed-by"
 def open_for(layout: Layout, release: str) -> Path:
     """Return the folder that a release is sent to.
 
-    What a broken push left is taken over, so that only the rest is sent; not what was sent before the robot was started
-    last: such files may have their size and their time, and no content.
+    What a broken push left is taken over, so that only the rest is sent; contents decide what that is.
     """
     folder = layout.incoming / release
     if not folder.exists():
-        before = next((left for left in leftovers(layout) if _is_of_this_boot(layout, left)), None)
+        before = next((left for left in leftovers(layout) if NAME.fullmatch(left.name)), None)
         before.rename(folder) if before else folder.mkdir()
     _owner(layout, release).write_text(process.connection())
     clear(layout)
@@ -70,10 +70,6 @@ def _let_move(folder: Path) -> None:
 
 def _owner(layout: Layout, release: str) -> Path:
     return layout.incoming / f"{release}{_PUSHED_BY}"
-
-
-def _is_of_this_boot(layout: Layout, folder: Path) -> bool:
-    return _said(_owner(layout, folder.name)).startswith(process.boot())
 
 
 def _said(owner: Path) -> str:

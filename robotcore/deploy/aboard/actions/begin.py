@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 from robotcore.deploy.aboard import disk, incoming, pruning
@@ -15,20 +16,25 @@ SPARE = 100_000_000
 
 
 def act(layout: Layout, *, release: str, size: int) -> dict[str, Any]:
-    """Make room for so many bytes; return the release to copy from what is there already, if any.
+    """Make room for so many bytes; return where they go (``to``), and the folder to copy from what it has already.
 
-    What is sent goes to ``incoming/RELEASE``; wheels go to ``wheels``. ``copy_from`` is a name in ``releases``.
+    Both are below the robot's own folder; ``copy_from`` is None where there is none. Raises RefusalError where there is
+    too little room, though what nobody needs was thrown away.
     """
     with locked(layout, f"push of {require_name(release)}"):
         for room in (layout.incoming, layout.releases, layout.wheels, layout.recordings):
             room.mkdir(parents=True, exist_ok=True)
-        incoming.open_for(layout, release)
+        folder = incoming.open_for(layout, release)
         if _lacks(layout, size):
             pruning.prune(layout, keep=1)
         if short := _lacks(layout, size):
             raise _refusal(layout, size, short)
-        running = pruning.current(layout)
-        return {"release": release, "copy_from": running or next(iter(pruning.names(layout)), None)}
+        before = pruning.current(layout) or next(iter(pruning.names(layout)), None)
+    return {"to": _below(layout, folder), "copy_from": _below(layout, layout.releases / before) if before else None}
+
+
+def _below(layout: Layout, folder: Path) -> str:
+    return folder.relative_to(layout.root).as_posix()
 
 
 def _lacks(layout: Layout, size: int) -> int:

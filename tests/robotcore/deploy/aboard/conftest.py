@@ -1,0 +1,14 @@
+"""A robot's folders, in a temporary home."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from robotcore.deploy.aboard.layout import Layout
+
+
+@pytest.fixture
+def layout(tmp_path: Path) -> Layout:
+    return Layout(tmp_path / "home with 'quotes' and ü")
