@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 from robotcore.deploy.aboard import durable
@@ -19,7 +20,8 @@ print(json.dumps({"findings": [row]}))
 
 
 def send(layout: Layout, name: str, *requirements: str, doctor: str = DOCTOR) -> Path:
-    """Put what the desk sends where the desk sends it."""
+    """Put what the desk sends where the desk sends it, and nothing else there."""
+    shutil.rmtree(layout.incoming / name, ignore_errors=True)
     return _fill(layout.incoming / name, name, requirements, doctor)
 
 
