@@ -20,8 +20,7 @@ def follow(layout: Layout, trial: Trial) -> dict[str, Any]:
     """Say how a trial goes, and return what came of it: see `told`; raises RefusalError where nobody conducts it."""
     phase = ""
     while pending(layout) == trial:
-        state = systemd.show(SERVICE)
-        if (words := _phase(state, trial)) != phase:
+        if (words := _phase(trial)) != phase:
             phase = words
             say(words)
         _require_conducted()
@@ -58,7 +57,10 @@ def settled(words: str = "") -> State:
     return state
 
 
-def _phase(state: State, trial: Trial) -> str:
+def _phase(trial: Trial) -> str:
+    state, name = systemd.show(SERVICE), current.running()
+    if name != trial.release:
+        return "what ran before is stopped"
     if state.is_up:
         return f"it is ready; whether it stays so is seen for {trial.settle_s:g} s"
     return "it starts"

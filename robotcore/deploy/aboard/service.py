@@ -8,9 +8,10 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from itertools import chain, count
 from pathlib import Path
 
-from robotcore.deploy.aboard import durable, launch
+from robotcore.deploy.aboard import current, durable, launch
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.release import Release
 from robotcore.deploy.aboard.telling import RefusalError
@@ -19,9 +20,6 @@ from robotcore.deploy.aboard.watching import LeavingError
 
 UNUSABLE = 2
 """An exit status after which systemd does not try again."""
-
-_RUNNING = "release"
-"""In the folder that systemd makes for one run of the service: a link to the release that runs."""
 
 
 def main(arguments: Sequence[str] = tuple(sys.argv[1:]), layout: Layout | None = None) -> int:
@@ -42,8 +40,7 @@ def run(layout: Layout) -> int:
     """
     folder = layout.current.resolve()
     release = Release.read(folder)
-    if note := _note():
-        durable.link(note, str(folder))
+    durable.link(current.note(), str(folder))
     called = launch.robotcore(folder, *release.run, *_recorded(layout, release))
     print(f"release {release.name}: {release.app} on {release.backend}", flush=True)  # noqa: T201 - into the journal
     os.chdir(called.folder)
@@ -52,8 +49,8 @@ def run(layout: Layout) -> int:
 
 def off(layout: Layout) -> int:
     """Let the motors of the release that ran stand; return the exit status of what did."""
-    note = _note()
-    folder = (note if note and note.exists() else layout.current).resolve()
+    note = current.note()
+    folder = (note if note.exists() else layout.current).resolve()
     if not folder.is_dir():
         return 0
     release = Release.read(folder)
@@ -73,18 +70,14 @@ def trial(layout: Layout) -> int:
     return 0
 
 
-def _note() -> Path | None:
-    """Return where it is noted which release runs, until the service is down; None where systemd has not started us."""
-    folder = os.environ.get("RUNTIME_DIRECTORY")
-    return Path(folder) / _RUNNING if folder else None
-
-
 def _recorded(layout: Layout, release: Release) -> tuple[str, ...]:
     """Return the arguments that record a run, in a file that is not there yet."""
     if not release.is_recorded:
         return ()
     layout.recordings.mkdir(exist_ok=True)
-    return ("--record", str(layout.recordings / f"{time.strftime('%Y-%m-%dT%H-%M-%SZ', time.gmtime())}.mcap"))
+    began = time.strftime("%Y-%m-%dT%H-%M-%SZ", time.gmtime())
+    paths = (layout.recordings / f"{began}{again}.mcap" for again in chain([""], map("-{}".format, count(2))))
+    return ("--record", str(next(path for path in paths if not path.exists())))
 
 
 def _tell(fault: str) -> int:

@@ -29,7 +29,8 @@ class State:
     """What systemd tells of a unit, by the names of org.freedesktop.systemd1(5).
 
     ``active_since_s`` is of the monotonic clock. ``code`` and ``status`` are of the main process's end, as wait(2) has
-    them. ``invocation`` is another one each time the unit starts, by whatever cause.
+    them. ``has_job`` is whether it is about to be started or stopped. ``invocation`` is another one each time the unit
+    starts, by whatever cause.
     """
 
     active: str = "inactive"
@@ -42,6 +43,7 @@ class State:
     status: int = 0
     active_since_s: float = 0.0
     is_enabled: bool = False
+    has_job: bool = False
 
     @classmethod
     def of(cls, told: Mapping[str, str]) -> State:
@@ -57,6 +59,7 @@ class State:
             status=int(told["ExecMainStatus"]),
             active_since_s=int(told["ActiveEnterTimestampMonotonic"]) / 1e6,
             is_enabled=told["UnitFileState"] == "enabled",
+            has_job=bool(told["Job"]),
         )
 
     @property
@@ -71,8 +74,8 @@ class State:
 
     @property
     def is_between(self) -> bool:
-        """It starts or stops."""
-        return self.active in {"activating", "deactivating", "reloading"} and self.sub != "auto-restart"
+        """It starts or stops, or is about to; a pause before it is started again is not that."""
+        return self.has_job or (self.active in {"activating", "deactivating"} and self.sub != "auto-restart")
 
     @property
     def has_failed(self) -> bool:
@@ -101,7 +104,7 @@ class State:
 
 _PROPERTIES = (
     "ActiveState,SubState,Result,InvocationID,NRestarts,StatusText,ExecMainCode,ExecMainStatus,"
-    "ActiveEnterTimestampMonotonic,UnitFileState"
+    "ActiveEnterTimestampMonotonic,UnitFileState,Job"
 )
 
 
@@ -159,7 +162,7 @@ def systemctl(*arguments: str) -> str:
 
 def _call(*arguments: str) -> subprocess.CompletedProcess[str]:
     command = ("systemctl", "--user", "--quiet", "--no-ask-password", *arguments)
-    environment = {**os.environ, "XDG_RUNTIME_DIR": str(_runtime()), "LC_ALL": "C.UTF-8", "SYSTEMD_COLORS": "0"}
+    environment = {**os.environ, "XDG_RUNTIME_DIR": str(runtime()), "LC_ALL": "C.UTF-8", "SYSTEMD_COLORS": "0"}
     try:
         return subprocess.run(  # noqa: S603 - constants and names of units
             command, env=environment, capture_output=True, text=True, timeout=PATIENCE_S, check=False
@@ -174,8 +177,11 @@ def _call(*arguments: str) -> subprocess.CompletedProcess[str]:
         ) from error
 
 
-def _runtime() -> Path:
-    """Return the folder in which systemd listens; a login without it has one all the same, where somebody lingers."""
+def runtime() -> Path:
+    """Return the folder of what lasts until a reboot, in which systemd listens too.
+
+    A login that does not know it has one all the same, where the user lingers.
+    """
     return Path(os.environ.get("XDG_RUNTIME_DIR") or f"/run/user/{os.getuid()}")
 
 

@@ -11,7 +11,7 @@ import time
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 
-from robotcore.deploy.aboard import current, durable, systemd
+from robotcore.deploy.aboard import current, durable, pruning, systemd
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.locking import locked
 from robotcore.deploy.aboard.release import require_name
@@ -20,7 +20,7 @@ from robotcore.deploy.aboard.units import SERVICE, TRIAL
 from robotcore.deploy.aboard.verdict import HEALTHY, STOPPED, UNHEALTHY, Verdict
 from robotcore.deploy.aboard.watching import Seen, watch
 
-HEALTHY_WITHIN_S, SETTLE_S = 30.0, 5.0
+HEALTHY_WITHIN_S, SETTLE_S = 60.0, 5.0
 """How long an app has until its first step, and how long it then has to live."""
 
 
@@ -76,6 +76,8 @@ def conduct(layout: Layout) -> None:
         if trial := pending(layout):
             verdict = trial.verdict(layout) or _judge(layout, trial)
             _conclude(layout, trial, verdict)
+            if verdict.is_healthy:
+                pruning.prune(layout)
 
 
 def abandon(layout: Layout) -> None:

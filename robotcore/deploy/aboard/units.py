@@ -42,6 +42,7 @@ Environment=PYTHONUNBUFFERED=1
 Environment=PYTHONFAULTHANDLER=1
 EnvironmentFile=-%h/.config/robotcore/environment
 LimitCORE=0
+SyslogIdentifier=robotcore
 
 [Install]
 WantedBy=default.target
@@ -58,6 +59,7 @@ Type=exec
 ExecStart=/usr/bin/python3 -I %h/robotcore/aboard.pyz trial
 Restart=on-failure
 RestartSec=1
+SyslogIdentifier=robotcore-trial
 
 [Install]
 WantedBy=default.target

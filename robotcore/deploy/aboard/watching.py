@@ -67,7 +67,7 @@ def _begun(before: str) -> State | None:
 def _judged(state: State, ours: str) -> Seen | None:
     """Return what a state tells, seen while the service was started as ``ours``; None where it tells nothing yet."""
     if state.has_failed or state.invocation != ours or state.restarts:
-        return _unhealthy(state.ending() if state.has_failed else "it failed, and was started again", ours)
+        return _unhealthy(state.ending() if state.has_failed else "it was started again", ours)
     if state.has_succeeded:
         return Seen(HEALTHY, "it ended with success")
     if state.is_down:

@@ -29,7 +29,8 @@ def act(
     tried; then nothing has changed.
     """
     known = Verdict.read(layout.releases / require_name(release))
-    if known and not trial.pending(layout):
+    is_over = known and (current.name_of(layout) == release or not known.is_healthy)
+    if known and is_over and not trial.pending(layout):
         return told(layout, release, known)
     return try_out(layout, release, healthy_within_s, settle_s)
 

@@ -7,9 +7,7 @@ from typing import Any
 from robotcore.deploy.aboard import current, trial
 from robotcore.deploy.aboard.actions import activate
 from robotcore.deploy.aboard.layout import Layout
-from robotcore.deploy.aboard.release import NAME
 from robotcore.deploy.aboard.telling import RefusalError
-from robotcore.deploy.aboard.verdict import Verdict
 
 
 def act(
@@ -28,12 +26,11 @@ def act(
 
 def _before(layout: Layout) -> str:
     """Return the last healthy release that is older than the current one."""
+    if name := current.before(layout):
+        return name
     now = current.name_of(layout)
-    names = sorted(folder.name for folder in layout.releases.glob("*") if NAME.fullmatch(folder.name))
-    for name in reversed([name for name in names if now is None or name < now]):
-        if (verdict := Verdict.read(layout.releases / name)) and verdict.is_healthy:
-            return name
+    others = ", ".join(name for name in current.names(layout) if name != now)
     raise RefusalError(
         f"no release before {now} was healthy" if now else "no release was healthy",
-        f"Name one: {', '.join(name for name in names if name != now) or 'there is no other'}",
+        f"Name one: {others}" if others else "There is no other; send one: robotcore deploy push",
     )
