@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 def make(template: Template, folder: Path) -> None:
     """Make the template's project as ``folder``, named after it.
 
-    It is written in a folder beside, which is renamed when it is whole. Raises UsageError where the name cannot be, or
-    the files cannot be written; whatever is raised, nothing is left of it.
+    It is written in a folder beside, and renamed when it is whole: whatever ends this, it is whole or it is not there.
+    Raises UsageError where the name cannot be, or the files cannot be written.
     """
     require_free(template, folder)
     try:
