@@ -9,7 +9,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.system import needs
+from tests.system import needs, wheels
 from tests.system.deploy import debian
 from tests.system.deploy.machine import Machine
 
@@ -53,6 +53,10 @@ class Desk:
     def config(self) -> Path:
         return self.folder / "ssh_config"
 
+    def install(self, project: Path) -> None:
+        """Install a package of the user's, as who writes a driver does."""
+        wheels.install(self._site, [str(project)], "--no-deps")
+
     def ssh(self, command: str) -> str:
         """Run a command there as the user, by ssh alone; return what it printed."""
         run = subprocess.run(
@@ -83,8 +87,13 @@ class Desk:
 
     @property
     def environment(self) -> dict[str, str]:
-        """This checkout's robotcore, and nobody's terminal."""
-        return {**os.environ, "PYTHONPATH": str(needs.ROOT), "NO_COLOR": "1", "COLUMNS": "160"}
+        """This checkout's robotcore, and the packages that were installed."""
+        packages = os.pathsep.join(map(str, (needs.ROOT, self._site)))
+        return {**os.environ, "PYTHONPATH": packages, "NO_COLOR": "1", "COLUMNS": "160"}
+
+    @property
+    def _site(self) -> Path:
+        return self.folder / "site"
 
 
 def _authorise(machine: Machine, public: str) -> None:

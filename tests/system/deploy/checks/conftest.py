@@ -38,6 +38,7 @@ def desk(target: Machine, tmp_path_factory: pytest.TempPathFactory) -> Desk:
 def rover(target: Machine, desk: Desk, tmp_path_factory: pytest.TempPathFactory) -> Rover:
     """The bench's project, deployed: it drives."""
     project = Path(shutil.copytree(BENCH, tmp_path_factory.mktemp("desk") / "bench"))
+    desk.install(project)
     deployed = Rover(target, desk, project)
     deployed.drive(2.0)
     return deployed
