@@ -6,13 +6,12 @@ import sys
 from pathlib import Path
 
 from tests.system import checking, needs
-from tests.system.deploy.machine import machine
+from tests.system.deploy.machine import require
 
 
 def main(names: list[str]) -> bool:
     """Run these files of checks, by default all; return whether every check was passed."""
-    with machine() as tried:
-        tried.boot()  # where it cannot be, that is said once, and not by each check
+    require()
     return checking.run(Path(__file__).parent / "checks", names)
 
 

@@ -29,10 +29,10 @@ SOCKET = "ssh.socket"
 
 def copy_to(root: Path) -> None:
     """Copy it into a new folder, so that each run begins with a robot that nobody has touched."""
-    subprocess.run(["cp", "--archive", "--reflink=auto", _made(), root], check=True)
+    subprocess.run(["cp", "--archive", "--reflink=auto", made(), root], check=True)
 
 
-def _made() -> Path:
+def made() -> Path:
     """Return where it is kept, made where it is not; raises NotRunError where that fails."""
     root = needs.cache() / f"deploy-{SUITE}"
     if not root.is_dir():

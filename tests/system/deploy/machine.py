@@ -51,12 +51,16 @@ class Machine:
         return root / "home" / debian.USER
 
     def boot(self) -> None:
-        """Switch it on, and return when its sshd answers; raises NotRunError where it does not come up."""
-        nspawn = ["systemd-nspawn", "--quiet", "--boot", "--register=no", "--keep-unit", f"--directory={self.root}"]
-        command = [*needs.ENDING_WITH_US, *self.group, *self.network.entering, *ALONE, *nspawn]
+        """Switch it on, and return when its sshd answers."""
+        command = self.command("--boot")
         with CONSOLE.open("ab") as console:
             self._booted = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=console, stderr=console)
         self._await_sshd(self._booted)
+
+    def command(self, *arguments: str) -> list[str]:
+        """Return the command that runs systemd-nspawn on it, in a network, a group and a namespace of its own."""
+        nspawn = ["systemd-nspawn", "--quiet", "--register=no", "--keep-unit", f"--directory={self.root}", *arguments]
+        return [*needs.ENDING_WITH_US, *self.group, *self.network.entering, *ALONE, *nspawn]
 
     def cut_power(self) -> None:
         """End all that runs on it at once, in the middle of whatever it does."""
@@ -96,7 +100,7 @@ class Machine:
             if booted.poll() is not None or time.monotonic() > ending:
                 self.cut_power()
                 said = needs.last_line(CONSOLE.read_text(errors="replace"))
-                raise needs.NotRunError(f"needs to boot a Debian, and systemd-nspawn said: {said}")
+                raise RuntimeError(f"the target has not come up; its console says: {said}")
             time.sleep(0.05)
 
     def _answers(self) -> bool:
@@ -112,11 +116,20 @@ def _child(process: int) -> int:
     return int(child)
 
 
-@contextmanager
-def machine() -> Iterator[Machine]:
-    """Copy a Debian and make it ready to boot; it ends with this block, for sure. Raises NotRunError."""
+def require() -> None:
+    """Raise NotRunError where no target could be booted: a command is run on it, as it is kept."""
     needs.debian()
     needs.packages(*TOOLS)
+    with own_group() as group, network() as wire:
+        command = Machine(debian.made(), wire, group).command("--read-only", "true")
+        run = subprocess.run(command, capture_output=True, text=True, check=False)
+    if run.returncode:
+        raise needs.NotRunError(f"needs what systemd-nspawn does, and it said: {needs.last_line(run.stderr)}")
+
+
+@contextmanager
+def machine() -> Iterator[Machine]:
+    """Copy a Debian and make it ready to boot, where `require` has none against it; it ends with this block."""
     CONSOLE.parent.mkdir(exist_ok=True)
     CONSOLE.unlink(missing_ok=True)
     with ExitStack() as stack:
