@@ -13,7 +13,8 @@ from robotcore.deploy.aboard.release import Release
 from robotcore.deploy.link import Link
 from robotcore.deploy.progress import Step, Tell, begin
 from robotcore.deploy.staging import Staged
-from robotcore.deploy.wheelhouse import provide
+from robotcore.deploy.target import Target
+from robotcore.deploy.wheelhouse import wheels_for
 from robotcore.errors import DeployError
 
 BAD = ("error", "warning")
@@ -53,8 +54,9 @@ class Delivery:
 
     def _wheels(self) -> Path:
         step = begin("wheels", self._tell)
-        wheels = provide(self._release.requirements, self._facts, step.say)
-        step.done(f"{len(list(wheels.iterdir()))} for Python {self._facts['python']} on {self._facts['machine']}")
+        target = Target.of(self._facts)
+        wheels = wheels_for(self._release.requirements, target, step.say)
+        step.done(f"{len(list(wheels.iterdir()))} for {target}")
         return wheels
 
     def _send(self, wheels: Path | None) -> None:
@@ -72,7 +74,7 @@ class Delivery:
     def _install(self, *, is_offline: bool) -> None:
         step = begin("environment", self._tell)
         made = self._link.call(
-            "install", on_say=lambda words, **more: step.say(words), release=self._release.name, is_offline=is_offline
+            "install", on_say=lambda words, **_: step.say(words), release=self._release.name, is_offline=is_offline
         )
         step.done(made["environment"])
         _tell_findings(made["findings"], begin("doctor", self._tell))

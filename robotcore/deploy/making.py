@@ -33,7 +33,9 @@ def revision_of(folder: Path | None) -> str:
         return ""
     command = ("git", "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*")
     try:
-        asked = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        asked = subprocess.run(  # noqa: S603  constants
+            command, cwd=folder, capture_output=True, text=True, check=False
+        )
     except FileNotFoundError:
         return ""
     return asked.stdout.strip()
