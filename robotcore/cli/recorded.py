@@ -16,14 +16,17 @@ if TYPE_CHECKING:
     from robotcore.running.outcome import RunResult
 
 
-def recorder_for(file: Path | None, options: Mapping[str, str], *, is_jpeg: bool) -> Recorder | None:
+def recorder_for(
+    file: Path | None, options: Mapping[str, str], *, is_jpeg: bool, limit: int | None = None
+) -> Recorder | None:
     """Return what records the run into a file; refuse now one that could not be written then.
 
     So is one that an option of the backend names: a replay would be recorded over what it reads.
     """
-    if file is None and is_jpeg:
-        raise UsageError("--record-jpeg says how to record, and nothing is recorded. Add --record FILE.mcap")
     if file is None:
+        for option, is_given in (("--record-jpeg", is_jpeg), ("--record-limit", limit)):
+            if is_given:
+                raise UsageError(f"{option} says how to record, and nothing is recorded. Add --record FILE.mcap")
         return None
     if any(is_same(file, value) for value in options.values()):
         raise UsageError(f"--record {file}: the backend reads this file. Name another one")
@@ -31,7 +34,7 @@ def recorder_for(file: Path | None, options: Mapping[str, str], *, is_jpeg: bool
     from robotcore.recording.recorder import Recorder
 
     require_recordable(file)
-    return Recorder(file, is_jpeg=is_jpeg)
+    return Recorder(file, is_jpeg=is_jpeg, limit=limit)
 
 
 def with_recording(result: RunResult, recorder: Recorder) -> tuple[RunResult, str]:
@@ -47,4 +50,5 @@ def with_recording(result: RunResult, recorder: Recorder) -> tuple[RunResult, st
     result = recorder.completed(result)
     lost = f", {recorder.dropped} picture(s) dropped: it cannot be replayed" if recorder.dropped else ""
     cut = ", cut: its end was not awaited" if recorder.is_writing else ""
-    return result, f"The recording: {recorder.path}{lost}{cut}"
+    early = f"; {recorder.ended_early}" if recorder.ended_early else ""
+    return result, f"The recording: {recorder.path}{lost}{cut}{early}"

@@ -17,6 +17,7 @@ from robotcore.cli.failure import tell
 from robotcore.cli.output import printing_apart
 from robotcore.cli.recorded import recorder_for, with_recording
 from robotcore.cli.requested import requested
+from robotcore.cli.values import size
 from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
@@ -45,10 +46,24 @@ if TYPE_CHECKING:
 @click.option(
     "--record-jpeg", is_flag=True, help="Record the camera as JPEG: a smaller file, which cannot be replayed."
 )
+@click.option(
+    "--record-limit",
+    metavar="SIZE",
+    type=size,
+    help="End the recording, not the run, when its file has that size: 500MB.",
+)
 @click.option("--gui", is_flag=True, help="Open the simulator's window, at the pace of real time.")
 @click.option("--realtime", is_flag=True, help="Hold simulated time to the pace of real time.")
 @click.option("--json", "as_json", is_flag=True, help="Print one line of JSON at the end, and nothing else.")
-def command(picture: Path | None, record: Path | None, *, record_jpeg: bool, as_json: bool, **asked: Any) -> int:
+def command(
+    picture: Path | None,
+    record: Path | None,
+    *,
+    record_jpeg: bool,
+    record_limit: int | None,
+    as_json: bool,
+    **asked: Any,
+) -> int:
     """Run APP on a backend; tell how it ended. In front of a terminal, the space bar is the e-stop.
 
     Exit status: 0 success, 1 failure, timeout or a success that the simulator does not see, 2 wrong usage, 3 a device
@@ -57,7 +72,8 @@ def command(picture: Path | None, record: Path | None, *, record_jpeg: bool, as_
     from robotcore.running.interrupts import Interrupts
 
     with Interrupts() as interrupts:
-        drawer, recorder = _drawer(picture), recorder_for(record, dict(asked["options"]), is_jpeg=record_jpeg)
+        drawer = _drawer(picture)
+        recorder = recorder_for(record, dict(asked["options"]), is_jpeg=record_jpeg, limit=record_limit)
         last_words = _last_words(recorder, as_json=as_json)
         with printing_apart(as_json=as_json):
             result = _run(asked, drawer, recorder, interrupts, last_words)

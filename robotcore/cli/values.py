@@ -37,6 +37,19 @@ def count(value: str) -> int:
     return int(value)
 
 
+def size(value: str) -> int:
+    """Return a size in bytes, from 1 on: ``500MB``, ``1.5 GiB``, ``4096``."""
+    from pydantic import ByteSize, TypeAdapter, ValidationError
+
+    try:
+        found = TypeAdapter(ByteSize).validate_python(value.strip())
+    except ValidationError:
+        found = ByteSize(0)
+    if found < 1:
+        raise click.BadParameter(f"{value!r} is no size; take one such as 500MB or 2GB")
+    return int(found)
+
+
 def names(value: str) -> tuple[str, ...]:
     """Return the names between commas, in order, each once."""
     found = tuple(dict.fromkeys(name for part in value.split(",") if (name := part.strip())))

@@ -27,8 +27,8 @@ from robotcore.recording.frames import (
 from robotcore.recording.mcapfile import McapFile
 from robotcore.recording.notes import Notes
 from robotcore.recording.recording import Metadata
-from robotcore.recording.schemas import RESULT, RUN, TICK, TRUTH
-from robotcore.recording.story import Line, Story, last_line
+from robotcore.recording.schemas import END, RESULT, RUN, TICK, TRUTH
+from robotcore.recording.story import Level, Line, Story, last_line
 from robotcore.recording.ticks import Ticks
 from robotcore.recording.wire import plain, to_json
 from robotcore.running.outcome import RunResult
@@ -98,6 +98,11 @@ class Author:
         self._tell([last_line(result)])
         self._file.json(channels.RESULT, RESULT)(result.to_json().encode(), nanoseconds(self._now))
         self._file.note("robotcore.result", {"outcome": result.outcome.value, "reason": result.reason})
+
+    def end_early(self, why: str) -> None:
+        """Write why nothing more comes, though the run goes on."""
+        self._tell([Line(Level.Info, why)])
+        self._file.json(channels.END, END)(json.dumps({"reason": why}).encode(), nanoseconds(self._now))
 
     def _begin(self, about: Metadata) -> None:
         from foxglove.messages import FrameTransforms

@@ -42,6 +42,12 @@ class Backlog(Generic[T]):
         """Take no more; whoever waits goes on."""
         self._ended.set()
 
+    def abandon(self) -> None:
+        """Take no more, and let go of what nobody takes any more: there is room again. For who gets, alone."""
+        self.end()
+        while not self.is_over:
+            self.get()
+
     def get(self) -> T | None:
         """Return the oldest entry, or after a nap None if there is none."""
         if not self._entries:

@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 DEVICE = "device"
 """The key of a channel's metadata that names the device."""
 
-RUN, TICKS, RESULT, TRUTH, LOG, POSE = "/run", "/ticks", "/result", "/truth", "/log", "/pose"
+RUN, TICKS, RESULT, END, TRUTH, LOG, POSE = "/run", "/ticks", "/result", "/end", "/truth", "/log", "/pose"
 MOVING, MOUNTED = "/tf", "/tf_static"
 """Apart, as ROS has them: who begins to look in the middle is given the last message of each channel."""
 
-RESERVED = {RUN, TICKS, RESULT, TRUTH, LOG, POSE, MOVING, MOUNTED}
+RESERVED = {RUN, TICKS, RESULT, END, TRUTH, LOG, POSE, MOVING, MOUNTED}
 
 RAYS = 9
 """As many as make an arc out of an ultrasonic sensor's cone."""

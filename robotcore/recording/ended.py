@@ -9,7 +9,7 @@ from robotcore.running.trace import TickRecord, Trace
 
 
 def result_of(recording: Recording) -> RunResult:
-    """Return the recorded result; of a file that was cut or damaged, what is known of it."""
+    """Return the recorded result; of a file that ends before the run did, what is known of it."""
     if recording.result:
         return recording.result
     trace = _trace_of(recording)
@@ -35,6 +35,8 @@ def why_no_end(recording: Recording) -> str:
     """Say why a recording has no result; empty where it has one."""
     if recording.result:
         return ""
+    if recording.ended_early:
+        return recording.ended_early
     if not recording.is_damaged:
         return "the file was cut before the run ended"
     at = recording.ticks[-1].time if recording.ticks else 0.0

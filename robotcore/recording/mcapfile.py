@@ -33,6 +33,11 @@ class McapFile:
         options = MCAPWriteOptions(chunk_size=CHUNK_BYTES, compression_level=1, compression_threads=0)
         self._writer = foxglove.open_mcap(self._sink, context=self.context, writer_options=options)
 
+    @property
+    def size(self) -> int:
+        """How many bytes of it there are by now, without what is held back for a whole chunk."""
+        return self._sink.size
+
     def json(
         self, topic: str, schema: Mapping[str, Any], metadata: Mapping[str, str] | None = None
     ) -> Callable[[bytes, int], None]:
@@ -85,7 +90,7 @@ class _Sink:
         except OSError as error:
             raise unwritable(path, error) from error
         self.fault: OSError | None = None
-        self._at = self._end = 0
+        self._at = self.size = 0
 
     def write(self, data: bytes | bytearray) -> int:
         try:
@@ -93,7 +98,7 @@ class _Sink:
         except OSError as error:
             self.fault = error
         self._at += len(data)
-        self._end = max(self._end, self._at)
+        self.size = max(self.size, self._at)
         return len(data)
 
     def _write_all(self, left: memoryview) -> None:
@@ -102,7 +107,7 @@ class _Sink:
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
         """Go back to what was written, and return. After a fault the library is told where it would be."""
-        self._at = offset + {os.SEEK_SET: 0, os.SEEK_CUR: self._at, os.SEEK_END: self._end}[whence]
+        self._at = offset + {os.SEEK_SET: 0, os.SEEK_CUR: self._at, os.SEEK_END: self.size}[whence]
         if not self.fault:
             self._file.seek(self._at)
         return self._at

@@ -64,6 +64,7 @@ class _Found:
         self._truth: list[Glimpse] = []
         self._metadata: Metadata | None = None
         self._result: RunResult | None = None
+        self._ended_early = ""
 
     def take(self, place: Place, records: list[McapRecord]) -> None:
         """Take in what is in a chunk; one of `DAMAGE` where that does not fit what was before."""
@@ -86,6 +87,8 @@ class _Found:
             self._truth.append(from_json(Glimpse, message.data))
         elif channel.topic == channels.RESULT:
             self._result = _result(message.data)
+        elif channel.topic == channels.END:
+            self._ended_early = json.loads(message.data)["reason"]
 
     def _take_sample(self, place: Place, channel: Channel, message: Message) -> None:
         """The library counts the messages of a channel from one."""
@@ -111,7 +114,8 @@ class _Found:
             samples=samples,
             result=self._result,
             truth=self._truth,
-            is_cut=not (is_whole and self._result),
+            ended_early=self._ended_early,
+            is_cut=not (is_whole and (self._result or self._ended_early)),
             is_damaged=is_damaged,
             why_not=why_not(self._ticks, samples, self._jpegs()),
         )

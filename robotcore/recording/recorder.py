@@ -32,12 +32,15 @@ class Recorder:
     """An observer that writes an ``.mcap`` file: ``session.run(request, [recorder], [recorder.tap])``.
 
     Simulated time waits for the disk. A real robot never does: pictures are left out (``dropped``) where they come
-    faster than they can be written. What goes wrong with the file ends the recording, not the run: see ``fault``.
+    faster than they can be written. What goes wrong with the file ends the recording, not the run: see ``fault``. So
+    does a file that has ``limit`` bytes, in good order: see ``ended_early``. It is larger by what one tick, the last
+    chunk and the index take.
     """
 
-    def __init__(self, path: Path, *, is_jpeg: bool = False, room: int = ROOM_BYTES) -> None:
+    def __init__(self, path: Path, *, is_jpeg: bool = False, limit: int | None = None, room: int = ROOM_BYTES) -> None:
         self.fault: RobotcoreError | None = None
-        self.path, self._is_jpeg = path, is_jpeg
+        self.ended_early = ""
+        self.path, self._is_jpeg, self._limit = path, is_jpeg, limit
         self._backlog: Backlog[Entry] = Backlog(room)
         self._is_stepped = False
         self.tap = Tap(lambda: self._is_stepped or self._backlog.has_room())
@@ -133,12 +136,21 @@ class Recorder:
             if entry := self._backlog.get():
                 author.write(entry)
                 unsaved += 1
+                if self._limit is not None and file.size >= self._limit:
+                    self._end_early(author, entry)
+                    return
             if unsaved and clock.now() >= due:
                 file.flush()
                 due, unsaved = clock.now() + FLUSH_S, 0
         if self._result:
             author.end(self._result)
             file.flush()
+
+    def _end_early(self, author: Author, last: Entry) -> None:
+        size, time = f"{(self._limit or 0) / 1e6:g} MB", f"{last.record.time:.1f} s"
+        self.ended_early = f"its limit of {size} was reached after {time}, and the run went on"
+        author.end_early(self.ended_early)
+        self._backlog.abandon()
 
     def _told(self, error: BaseException) -> RecordingError:
         if isinstance(error, RecordingError):

@@ -45,8 +45,9 @@ class Recording:
     ``samples`` has what each device gave, a Frame too for what was shown on a display: as the run had it, but for
     pictures that were compressed. It may read them when asked, and then raises RecordingError where the file fails.
     ``truth`` is empty where no simulator vouched for it. ``result`` is None where the file ends before the run did,
-    or is damaged before that; ``is_cut`` is so too where only its index is missing. Where it ``is_damaged``, what comes
-    after the damage was not read.
+    or is damaged before that; ``is_cut`` is so too where only its index is missing. ``ended_early`` says why it ends
+    before the run did all the same, as it was told to. Where it ``is_damaged``, what comes after the damage was not
+    read.
     """
 
     metadata: Metadata
@@ -54,6 +55,7 @@ class Recording:
     samples: Mapping[SampleKey, Recorded]
     result: RunResult | None = None
     truth: Sequence[Glimpse] = ()
+    ended_early: str = ""
     is_cut: bool = False
     is_damaged: bool = False
     why_not: str = ""

@@ -77,6 +77,19 @@ def test_a_recording_whose_end_was_not_awaited_says_so(tmp_path: Path) -> None:
     recorder._thread.join()
 
 
+def test_a_recording_that_has_its_limit_is_told_and_is_no_fault(cli: Cli, tmp_path: Path) -> None:
+    file = tmp_path / "run.mcap"
+    told = cli(*SHORT, "--record", str(file), "--record-limit", "1 kB")
+    assert (told.status, told.err) == (0, "")
+    why = "its limit of 0.001 MB was reached after 0.0 s, and the run went on"
+    assert told.out.endswith(f"The recording: {file}; {why}\n")
+    about = cli("info", str(file), "--json").json
+    assert (about["whole"], about["ticks"], about["outcome"], about["reason"]) == (True, 1, None, why)
+    replayed = cli("replay", str(file))
+    assert replayed.status == 0
+    assert f"the recording ends here: {why}" in replayed.out
+
+
 def test_record_jpeg_is_recorded_as_jpeg(cli: Cli, tmp_path: Path) -> None:
     file = tmp_path / "run.mcap"
     assert cli("run", "green-search", "--timeout", "0.2", "--record", str(file), "--record-jpeg").status == 1
@@ -88,6 +101,9 @@ def test_record_jpeg_is_recorded_as_jpeg(cli: Cli, tmp_path: Path) -> None:
     [
         (("--record", "run.bag"), "run.bag: a recording is an .mcap file. Give it that ending"),
         (("--record", "gone/run.mcap"), "gone/run.mcap: No such file or directory"),
+        (("--record-limit", "1MB"), "--record-limit says how to record, and nothing is recorded"),
+        (("--record", "run.mcap", "--record-limit", "0"), "'0' is no size; take one such as 500MB or 2GB"),
+        (("--record", "run.mcap", "--record-limit", "5 apples"), "'5 apples' is no size"),
         (("--record-jpeg",), "--record-jpeg says how to record, and nothing is recorded. Add --record FILE.mcap"),
     ],
 )

@@ -107,6 +107,30 @@ def test_a_full_disk_ends_the_recording_in_one_line_and_not_the_run(file: Path, 
     assert file.stat().st_size <= limit
 
 
+@pytest.mark.parametrize("is_lockstep", [True, False])
+def test_a_recording_that_has_its_limit_ends_whole_and_the_run_goes_on(
+    file: Path, monkeypatch: pytest.MonkeyPatch, is_lockstep: bool
+) -> None:
+    monkeypatch.setattr("robotcore.clock.SteppedClock.is_lockstep", is_lockstep)
+    recorder, limit = Recorder(file, limit=200_000), 200_000
+    result = run(RunRequest(UNRULY, settings={"ticks": 400}), [recorder], [recorder.tap])
+    assert (result.ticks, recorder.fault, recorder.dropped) == (400, None, 0)
+    assert limit <= file.stat().st_size < 2 * limit
+    recording = read(file)
+    assert (recording.is_cut, recording.is_damaged, recording.result) == (False, False, None)
+    assert recording.is_replayable
+    last = recording.ticks[-1].time
+    assert recording.ended_early == f"its limit of 0.2 MB was reached after {last:.1f} s, and the run went on"
+    assert recorder.ended_early == recording.ended_early
+
+
+def test_a_run_that_ends_below_the_limit_is_recorded_to_its_end(file: Path) -> None:
+    recorder = Recorder(file, limit=10**9)
+    run(RunRequest(UNRULY), [recorder], [recorder.tap])
+    assert recorder.ended_early == ""
+    assert read(file).result
+
+
 def test_a_folder_that_is_gone_by_then_is_told_and_the_run_goes_on(tmp_path: Path) -> None:
     recorded = Recorder(tmp_path / "gone" / "run.mcap")
     assert run(RunRequest(UNRULY), [recorded], [recorded.tap]).ticks == 8

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -61,15 +62,22 @@ def test_lines_that_nobody_is_left_to_pull_low_are_pulled_low_by_robotcore_stop(
     with started(run_command(ONWARDS, robot)) as app:
         assert settled(lambda: chip.level(FORWARD), 1) == 1
         assert settled(lambda: chip.level(high), 1) == 1
-        while_alive = stopping(robot)
         os.kill(guardian_of(app.pid), signal.SIGKILL)
         app.kill()
-    assert while_alive.returncode == 3
-    assert f"GPIO {high} is held by " in while_alive.stderr
-    assert settled(lambda: chip.level(high), 1) == 1
+    assert chip.level(high) == 1
     stopped = stopping(robot)
     assert (stopped.returncode, stopped.stderr) == (0, "")
     assert chip.level(high) == 0
+
+
+def test_a_program_that_lives_keeps_its_lines_and_is_named_by_robotcore_stop(chip: Chip) -> None:
+    with started([sys.executable, "-c", BARE]) as program:
+        assert settled(lambda: chip.level(FORWARD), 1) == 1
+        stopped = stopping("plain")
+        assert (stopped.returncode, stopped.stdout) == (3, "plain: stopped right_motor\n")
+        assert re.search(rf"left_motor: GPIO {FORWARD} is held by .*process {program.pid} ", stopped.stderr)
+        assert program.poll() is None
+        assert chip.level(FORWARD) == 1
 
 
 @pytest.mark.parametrize("is_persistent", [True, False])
