@@ -1,6 +1,6 @@
 """``robotcore deploy list``: which releases are on a robot.
 
-``--json`` prints ``{"host", "current", "releases": [{"name", "project", "app", "robot", "backend", "gates",
+``--json`` prints ``{"host", "current", "releases": [{"name", "verdict", "project", "app", "robot", "backend", "gates",
 "revision", "sender", …}, …], "exit_status"}``, the newest first; a release that cannot be read has ``name`` and
 ``unreadable``, the reason.
 """
@@ -19,7 +19,7 @@ from robotcore.cli.output import as_json, write_json, write_table
 if TYPE_CHECKING:
     from robotcore.deploy.host import Host
 
-COLUMNS = ("release", "", "app", "robot", "from", "proven")
+COLUMNS = ("release", "state", "app", "robot", "from", "proven")
 
 
 @click.command("list", cls=AnsweringDeployCommand)
@@ -39,8 +39,9 @@ def command(host: Host, ssh_config: Path | None, *, as_json: bool) -> int:
 
 
 def _row(release: Mapping[str, Any], current: str | None) -> list[str]:
-    mark = "current" if release["name"] == current else release.get("outcome") or ""
+    name = release["name"]
     if "unreadable" in release:
-        return [release["name"], mark, f"cannot be read: {release['unreadable']}", "", "", ""]
+        return [name, f"cannot be read: {release['unreadable']}", "", "", "", ""]
+    state = ", ".join(word for word in ("current" if name == current else "", release["verdict"] or "") if word)
     sender = " ".join(part for part in (release["sender"], release["revision"]) if part)
-    return [release["name"], mark, release["app"], release["robot"], sender, "\n".join(release["gates"])]
+    return [name, state, release["app"], release["robot"], sender, "\n".join(release["gates"])]

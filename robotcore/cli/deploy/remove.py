@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from robotcore.cli.deploy.target import DeployCommand, link_to, on_robot
+from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
     from robotcore.deploy.host import Host
@@ -19,10 +21,19 @@ if TYPE_CHECKING:
 @click.option("--yes", is_flag=True, help="Do not ask.")
 def command(host: Host, ssh_config: Path | None, *, recordings: bool, yes: bool) -> int:
     """Stop the app on HOST and take away all that was put there; recordings stay, unless --recordings."""
-    what = "all releases and all recordings" if recordings else "all releases; the recordings stay"
-    if not yes:
-        click.confirm(f"Stop {host}, and take away {what}?", abort=True, err=True)
+    what = "all releases and all recordings" if recordings else "all releases, and leave the recordings"
+    if not yes and not _is_agreed(f"Stop {host}, and remove {what}?"):
+        click.echo("Nothing was removed")
+        return 1
     with link_to(host, ssh_config) as link:
-        link.call("remove", keeps_recordings=not recordings)
-    click.echo(f"{host}: {what if recordings else 'all releases are gone; the recordings stay'}")
+        kept = link.call("remove", keeps_recordings=not recordings)["kept"]
+    stay = f"; the recordings stay: robotcore deploy fetch {host}" if kept else ""
+    click.echo(f"{host}: nothing of robotcore's runs there any more{stay}")
     return 0
+
+
+def _is_agreed(question: str) -> bool:
+    """Ask whoever is in front of the terminal; raises UsageError where nobody is."""
+    if not sys.stdin.isatty():
+        raise UsageError("remove asks before, and nobody is here to answer. If you mean it: --yes")
+    return click.confirm(question, err=True)

@@ -12,6 +12,7 @@ from robotcore.deploy.progress import Progress
 
 if TYPE_CHECKING:
     from rich.live import Live
+    from rich.spinner import Spinner
 
 
 class Showing:
@@ -55,7 +56,7 @@ def _live() -> Live:
     return Live(console=Console(stderr=True, highlight=False, markup=False), transient=True)
 
 
-def _moving(progress: Progress) -> object:
+def _moving(progress: Progress) -> Spinner:
     from rich.spinner import Spinner
 
     return Spinner("dots", f"{progress.step:<13}{progress.said}")

@@ -71,5 +71,5 @@ def duration(seconds: float) -> str:
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     days, hours = divmod(hours, 24)
-    parts = [f"{count} {unit}" for count, unit in zip((days, hours, minutes, rest), ("d", "h", "min", "s"), strict=True) if count]
-    return " ".join(parts[:2]) or "0 s"
+    counts = {"d": days, "h": hours, "min": minutes, "s": rest}
+    return " ".join([f"{count} {unit}" for unit, count in counts.items() if count][:2]) or "0 s"

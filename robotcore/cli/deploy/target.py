@@ -16,17 +16,6 @@ if TYPE_CHECKING:
     from robotcore.deploy.link import Link
 
 
-class HostType(click.ParamType):
-    """A robot, by the name that ssh knows it by."""
-
-    name = "host"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        from robotcore.deploy.host import Host
-
-        return value if isinstance(value, Host) else Host.parse(value)
-
-
 class DeployCommand(click.Command):
     """While it runs, a signal raises Interrupted, so that nothing that it started is left behind."""
 
@@ -52,7 +41,7 @@ def on_robot(command: Callable[..., Any]) -> Callable[..., Any]:
         type=click.Path(path_type=Path, exists=True, dir_okay=False),
         help="An ssh configuration instead of yours.",
     )
-    return click.argument("host", type=HostType())(config(command))
+    return click.argument("host", type=_host)(config(command))
 
 
 def link_to(host: Host, ssh_config: Path | None) -> Link:
@@ -60,3 +49,9 @@ def link_to(host: Host, ssh_config: Path | None) -> Link:
     from robotcore.deploy.link import Link
 
     return Link(host, ssh_config)
+
+
+def _host(value: str) -> Host:
+    from robotcore.deploy.host import Host
+
+    return Host.parse(value)
