@@ -11,7 +11,7 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from types import TracebackType
 
-from robotcore.deploy.failures import broken_by, no_program, refused_by, silent
+from robotcore.deploy.failures import SSH_FAILED, broken_by, no_program, refused_by, silent
 from robotcore.deploy.host import Host
 from robotcore.errors import DeployError
 
@@ -65,11 +65,6 @@ class Connection:
         """``ssh`` and its options, of which none needs quoting; it looks at no configuration."""
         return ["ssh", "-F", "none", "-S", f"{self._folder}/master", "-o", "ProxyCommand=false", "-T", "robot"]
 
-    @property
-    def folder(self) -> Path:
-        """A folder of this connection's own, which goes with it."""
-        return self._folder
-
     def __enter__(self) -> Connection:
         if not shutil.which("ssh"):
             raise no_program("ssh", "openssh-client")
@@ -113,18 +108,27 @@ class Connection:
         ]
 
     def _greet(self) -> None:
-        """Wait until what is sent there comes back."""
+        """Wait until what is sent there comes back; a question that is open when nobody waits any more is withdrawn."""
         assert self._master.stdin
         assert self._master.stdout
         with suppress(BrokenPipeError):
             self._master.stdin.write(GREETING)
             self._master.stdin.flush()
+        try:
+            self._hear(self._master.stdout.fileno())
+        except BaseException:
+            self._master.terminate()
+            raise
+
+    def _hear(self, answers: int) -> None:
         heard = b""
         while not heard.endswith(GREETING):
-            if not select.select([self._master.stdout], [], [], LOGIN_S)[0]:
+            if not select.select([answers], [], [], LOGIN_S)[0]:
                 raise silent(self._host, LOGIN_S)
-            if not (more := os.read(self._master.stdout.fileno(), 4096)):
-                raise refused_by(self._host, self._master.wait(), self._log() or heard.decode(errors="replace"))
+            if not (more := os.read(answers, 4096)):
+                status = self._master.wait()
+                said = self._log() if status == SSH_FAILED else heard.decode(errors="replace")
+                raise refused_by(self._host, status, said)
             heard += more
 
     def _log(self) -> str:

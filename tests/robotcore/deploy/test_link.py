@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import os
 import select
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -261,3 +262,23 @@ def test_a_login_shell_that_prints_does_not_disturb_a_call(tmp_path: Path, aboar
         (sshd.home / "robotcore" / "new").mkdir(parents=True)
         with pytest.raises(DeployError, match="its login shell prints something"):
             link.send(sshd.bin, "new")
+
+
+@pytest.mark.parametrize("shell", ["dash", "tcsh", "fish"])
+def test_any_login_shell_will_do(shell: str, tmp_path: Path, aboard: Aboard, folder: Path) -> None:
+    if not (program := shutil.which(shell)):
+        pytest.skip(f"{shell} is not installed")
+    aboard("echo", ECHO)
+    command = f'ForceCommand {program} -c "$SSH_ORIGINAL_COMMAND"'
+    with serving(tmp_path / "sshd", command) as sshd, Link(Host.parse("robot"), sshd.config) as link:
+        (sshd.home / "robotcore").mkdir()
+        assert link.call("echo", a="$(x)") == {"told": {"a": "$(x)"}}
+        assert link.send(folder, "new").changed == len(NAMES)
+
+
+def test_what_a_user_has_configured_for_his_own_logins_does_no_harm(sshd: Sshd, aboard: Aboard) -> None:
+    aboard("echo", ECHO)
+    own = ("RemoteCommand echo no", "RequestTTY force", f"LocalForward {sshd.port} localhost:1", "ControlPersist 600")
+    sshd.config.write_text("\n".join((*own, "ExitOnForwardFailure yes", sshd.config.read_text())))
+    with Link(Host.parse("robot"), sshd.config) as link:
+        assert link.call("echo", a=1) == {"told": {"a": 1}}
