@@ -66,9 +66,7 @@ class Delivery:
         begun = self._link.call("begin", release=name, size=size_of(folder) + (size_of(wheels) if wheels else 0))
         if wheels:
             self._link.send(wheels, "wheels", on_progress=_saying(step, "wheels"))
-        there = begun["copy_from"]
-        to, copy_from = f"incoming/{name}", f"releases/{there}" if there else None
-        went = self._link.send(folder, to, copy_from, _saying(step, "files"))
+        went = self._link.send(folder, begun["to"], begun["copy_from"], _saying(step, "files"))
         step.done(f"{went.files} files, {went.changed} of them new, {in_words(went.sent)}", *self._staged.notes)
 
     def _install(self, *, is_offline: bool) -> None:
