@@ -83,12 +83,25 @@ NAMES = (
 )
 
 
-@pytest.fixture
-def link(sshd: Sshd) -> Iterator[Link]:
-    (sshd.home / "robotcore" / "incoming" / "new").mkdir(parents=True)
-    (sshd.home / "robotcore" / "recordings").mkdir()
-    with Link(Host.parse(sshd.host), sshd.config) as link:
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Sshd]:
+    with serving(tmp_path_factory.mktemp("robot") / "sshd") as server:
+        yield server
+
+
+@pytest.fixture(scope="module")
+def held(robot: Sshd) -> Iterator[Link]:
+    with Link(Host.parse(robot.host), robot.config) as link:
         yield link
+
+
+@pytest.fixture
+def link(robot: Sshd, held: Link) -> Link:
+    """One link for all: whatever a test does with it leaves it working."""
+    shutil.rmtree(robot.home / "robotcore", ignore_errors=True)
+    (robot.home / "robotcore" / "incoming" / "new").mkdir(parents=True)
+    (robot.home / "robotcore" / "recordings").mkdir()
+    return held
 
 
 @pytest.fixture
@@ -105,11 +118,11 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {str(file.relative_to(folder)): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
 
 
-def test_a_call_says_how_far_it_is_and_answers(link: Link, sshd: Sshd, aboard: Aboard) -> None:
+def test_a_call_says_how_far_it_is_and_answers(link: Link, robot: Sshd, aboard: Aboard) -> None:
     aboard("tell", TELL)
     said: list[object] = []
     answer = link.call("tell", on_say=lambda words, **more: said.append((words, more)))
-    assert answer == {"home": str(sshd.home)}
+    assert answer == {"home": str(robot.home)}
     assert said == [("half of it", {"part": 0.5})]
 
 
@@ -128,7 +141,7 @@ def test_a_refusal_is_told_with_the_robots_remedy(link: Link, aboard: Aboard) ->
 
 
 def test_what_is_told_comes_as_it_is_and_nothing_of_it_runs(
-    link: Link, sshd: Sshd, aboard: Aboard, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    link: Link, robot: Sshd, aboard: Aboard, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     aboard("echo", ECHO)
@@ -137,26 +150,26 @@ def test_what_is_told_comes_as_it_is_and_nothing_of_it_runs(
     assert not list(tmp_path.rglob("canary"))
 
 
-def test_files_of_any_name_arrive_and_nothing_of_them_runs(link: Link, sshd: Sshd, folder: Path) -> None:
+def test_files_of_any_name_arrive_and_nothing_of_them_runs(link: Link, robot: Sshd, folder: Path) -> None:
     transfer = link.send(folder, "incoming/new")
-    assert contents(sshd.home / "robotcore" / "incoming" / "new") == contents(folder)
+    assert contents(robot.home / "robotcore" / "incoming" / "new") == contents(folder)
     assert transfer.files == transfer.changed == len(NAMES)
     assert not list(folder.parent.rglob("canary"))
 
 
-def test_what_the_robot_has_is_copied_there_whatever_its_time(link: Link, sshd: Sshd, folder: Path) -> None:
-    robot = sshd.home / "robotcore"
+def test_what_the_robot_has_is_copied_there_whatever_its_time(link: Link, robot: Sshd, folder: Path) -> None:
+    root = robot.home / "robotcore"
     first = link.send(folder, "incoming/new")
-    (robot / "incoming" / "new").rename(robot / "current")
-    (robot / "incoming" / "newer").mkdir()
+    (root / "incoming" / "new").rename(root / "current")
+    (root / "incoming" / "newer").mkdir()
     for file in folder.rglob("*"):
         os.utime(file, (0, 0))
     changed = folder / "project" / "with space.txt" / "with space.txt"
     changed.write_bytes(b"WITH SPACE.TXT")  # of the same length
     os.utime(changed, (0, 0))
     second = link.send(folder, "incoming/newer", "current")
-    assert contents(robot / "incoming" / "newer") == contents(folder)
-    assert contents(robot / "current") != contents(folder)
+    assert contents(root / "incoming" / "newer") == contents(folder)
+    assert contents(root / "current") != contents(folder)
     assert (second.files, second.changed) == (len(NAMES), 1)
     assert second.sent < first.sent
 
@@ -168,8 +181,8 @@ def test_progress_comes_to_the_whole(link: Link, folder: Path) -> None:
     assert told[-1] == (sum(map(len, contents(folder).values())), 1.0)
 
 
-def test_recordings_of_any_name_come_home(link: Link, sshd: Sshd, folder: Path, tmp_path: Path) -> None:
-    recordings = sshd.home / "robotcore" / "recordings"
+def test_recordings_of_any_name_come_home(link: Link, robot: Sshd, folder: Path, tmp_path: Path) -> None:
+    recordings = robot.home / "robotcore" / "recordings"
     for name in NAMES:
         (recordings / name).write_bytes(os.fsencode(name))
     home = tmp_path / "at home: $(touch canary)" / "recordings"
@@ -182,18 +195,19 @@ def test_recordings_of_any_name_come_home(link: Link, sshd: Sshd, folder: Path, 
 
 
 def test_a_recording_that_came_in_part_goes_on_next_time(
-    link: Link, sshd: Sshd, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    link: Link, robot: Sshd, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    recording, home = sshd.home / "robotcore" / "recordings" / "long.mcap", tmp_path / "home"
+    recording, home = robot.home / "robotcore" / "recordings" / "long.mcap", tmp_path / "home"
     recording.write_bytes(os.urandom(LONG))
 
     def interrupt(done: int, part: float) -> None:
         if done:
             raise KeyboardInterrupt
 
-    monkeypatch.setenv("PATH", str(slow_rsync(tmp_path / "slow")), prepend=os.pathsep)
-    with pytest.raises(KeyboardInterrupt):
-        link.bring([recording.name], home, moves=True, on_progress=interrupt)
+    with monkeypatch.context() as patch:
+        patch.setenv("PATH", str(slow_rsync(tmp_path / "slow")), prepend=os.pathsep)
+        with pytest.raises(KeyboardInterrupt):
+            link.bring([recording.name], home, moves=True, on_progress=interrupt)
     assert not (home / recording.name).exists()
     transfer = link.bring([recording.name], home, moves=True)
     assert transfer.received < LONG
