@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import subprocess
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from robotcore.deploy.aboard.release import ENVIRONMENT, PROJECT, SITE, Release
+from robotcore.deploy.aboard import launch
+from robotcore.deploy.aboard.release import Release
+from robotcore.deploy.aboard.units import SERVICE
 
 PATIENCE_S = 180
 """The first start of a release compiles it; an SD card is slow."""
@@ -20,7 +21,7 @@ Row = dict[str, Any]
 
 
 _PROC = Path("/proc")
-_SERVICE = "/robotcore.service"
+_SERVICE = f"/{SERVICE}"
 """In the control group of every process of the release that runs. Source: cgroups(7)."""
 
 
@@ -41,13 +42,12 @@ def findings_of(folder: Path, release: Release) -> list[Row]:
 
 def _ran(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     """Let the doctor look; what the library for pins leaves in its working folder goes elsewhere (``LG_WD``)."""
-    command = [str(folder / ENVIRONMENT / "bin/python"), "-m", "robotcore", "doctor", "--json", *arguments]
+    called = launch.robotcore(folder, "doctor", "--json", *arguments)
     with TemporaryDirectory() as scratch:
-        told = {"PYTHONPATH": str(folder / SITE), "PYTHONNOUSERSITE": "1", "LG_WD": scratch}
         return subprocess.run(  # noqa: S603  no shell
-            command,
-            cwd=folder / PROJECT,
-            env={**os.environ, **told},
+            called.command,
+            cwd=called.folder,
+            env={**called.environment, "LG_WD": scratch},
             stdin=subprocess.DEVNULL,
             capture_output=True,
             text=True,

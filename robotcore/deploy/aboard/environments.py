@@ -60,11 +60,13 @@ def find(layout: Layout, recipe: Recipe) -> Path | None:
 def make(layout: Layout, recipe: Recipe, release: str, need: pip.Need, tell: Say) -> Path:
     """Return a new environment for a release; raises RefusalError, and then there is nothing of it.
 
-    Its name is its own: the one that it replaces may be running.
+    Its name is its own: the one that it replaces may be running. Halves that somebody was killed over are thrown away.
+    The caller holds the lock.
     """
     folder = layout.environments / f"{recipe.digest}-{release}"
     layout.environments.mkdir(parents=True, exist_ok=True)
-    erase(folder)
+    for half in [path for path in layout.environments.iterdir() if not path.joinpath(WHOLE).exists()]:
+        erase(half)
     try:
         _create(folder, with_pip=bool(recipe.requirements))
         borrowed = pip.install(folder, recipe.requirements, need, tell) if recipe.requirements else ()

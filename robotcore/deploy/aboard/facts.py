@@ -15,9 +15,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from robotcore.deploy.aboard import current
 from robotcore.deploy.aboard.disk import free_bytes
 from robotcore.deploy.aboard.layout import Layout
-from robotcore.deploy.aboard.pruning import current
 
 GROUPS = ("gpio", "i2c", "spi", "video")
 """Who may use a Raspberry Pi's devices."""
@@ -49,7 +49,7 @@ def facts(layout: Layout) -> dict[str, Any]:
         "is_lingering": is_lingering(),
         "groups": groups(),
         "reads_journal": reads_journal(),
-        "release": current(layout),
+        "release": current.name_of(layout),
         "time": datetime.now(timezone.utc).isoformat(timespec="seconds"),
     }
 

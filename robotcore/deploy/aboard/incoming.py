@@ -44,6 +44,16 @@ def clear(layout: Layout) -> None:
             owner.unlink(missing_ok=True)
 
 
+def forget(layout: Layout, release: str) -> bool:
+    """Throw away what was sent of a release; return whether there was anything."""
+    folder = layout.incoming / release
+    was_there = folder.is_dir()
+    if was_there:
+        throw_away(layout, folder)
+    _owner(layout, release).unlink(missing_ok=True)
+    return was_there
+
+
 def throw_away(layout: Layout, folder: Path) -> None:
     """Take a folder away: out of sight in one step, so that nobody ever meets a half of it, and then for good."""
     layout.incoming.mkdir(parents=True, exist_ok=True)

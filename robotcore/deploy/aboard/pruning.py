@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 
-from robotcore.deploy.aboard import environments
+from robotcore.deploy.aboard import current, environments, trial
 from robotcore.deploy.aboard.incoming import throw_away
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.release import NAME
+from robotcore.deploy.aboard.verdict import Verdict
 
 KEPT = 5
 
@@ -17,14 +17,6 @@ def names(layout: Layout) -> list[str]:
     """Return the names of all releases, the newest first."""
     found = layout.releases.glob("*")
     return sorted((folder.name for folder in found if NAME.fullmatch(folder.name)), reverse=True)
-
-
-def current(layout: Layout) -> str | None:
-    """Return the name of the release that runs, or would; nothing where none does."""
-    try:
-        return layout.current.readlink().name
-    except OSError:
-        return None
 
 
 def prune(layout: Layout, keep: int = KEPT) -> tuple[str, ...]:
@@ -41,12 +33,14 @@ def prune(layout: Layout, keep: int = KEPT) -> tuple[str, ...]:
 
 
 def _needed(layout: Layout) -> Iterator[str | None]:
-    """Yield the release that runs, the one to go back to, and those that a trial is about."""
-    now = current(layout)
+    """Yield the release that runs, the healthy one to go back to from it, and those that a trial is about."""
+    now, tried = current.name_of(layout), trial.pending(layout)
     yield now
-    yield next((name for name in names(layout) if now and name < now), None)
-    try:
-        trial = json.loads(layout.trial.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return
-    yield from (trial.get("release"), trial.get("previous"))
+    yield next((name for name in names(layout) if now and name < now and _was_healthy(layout, name)), None)
+    if tried:
+        yield from (tried.release, tried.previous)
+
+
+def _was_healthy(layout: Layout, name: str) -> bool:
+    verdict = Verdict.read(layout.releases / name)
+    return bool(verdict and verdict.is_healthy)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
-from robotcore.deploy.aboard import disk, incoming, pruning
+from robotcore.deploy.aboard import current, disk, incoming, pruning
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.locking import locked
 from robotcore.deploy.aboard.release import require_name
@@ -16,25 +15,21 @@ SPARE = 100_000_000
 
 
 def act(layout: Layout, *, release: str, size: int) -> dict[str, Any]:
-    """Make room for so many bytes; return where they go (``to``), and the folder to copy from what it has already.
+    """Make room for so many bytes in ``incoming/RELEASE``; return which release to copy from what it has already.
 
-    Both are below the robot's own folder; ``copy_from`` is None where there is none. Raises RefusalError where there is
-    too little room, though what nobody needs was thrown away.
+    ``copy_from`` is its name, None where there is none. Raises RefusalError where there is too little room, though what
+    nobody needs was thrown away; then nothing is left of this push.
     """
     with locked(layout, f"push of {require_name(release)}"):
         for room in (layout.incoming, layout.releases, layout.wheels, layout.recordings):
             room.mkdir(parents=True, exist_ok=True)
-        folder = incoming.open_for(layout, release)
+        incoming.open_for(layout, release)
         if _lacks(layout, size):
             pruning.prune(layout, keep=1)
         if short := _lacks(layout, size):
+            incoming.forget(layout, release)
             raise _refusal(layout, size, short)
-        before = pruning.current(layout) or next(iter(pruning.names(layout)), None)
-    return {"to": _below(layout, folder), "copy_from": _below(layout, layout.releases / before) if before else None}
-
-
-def _below(layout: Layout, folder: Path) -> str:
-    return folder.relative_to(layout.root).as_posix()
+        return {"release": release, "copy_from": current.name_of(layout) or next(iter(pruning.names(layout)), None)}
 
 
 def _lacks(layout: Layout, size: int) -> int:

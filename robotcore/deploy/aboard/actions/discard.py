@@ -11,8 +11,4 @@ from robotcore.deploy.aboard.release import require_name
 
 def act(layout: Layout, *, release: str) -> dict[str, Any]:
     """Throw away what was sent of a release that was not installed; return whether there was anything."""
-    folder = layout.incoming / require_name(release)
-    was_there = folder.is_dir()
-    if was_there:
-        incoming.throw_away(layout, folder)
-    return {"discarded": was_there}
+    return {"discarded": incoming.forget(layout, require_name(release))}

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from robotcore.deploy.aboard import doctoring, durable, environments, pip
+from robotcore.deploy.aboard import doctoring, durable, environments, incoming, pip
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.locking import locked
 from robotcore.deploy.aboard.release import ENVIRONMENT, PROJECT, SITE, Release, require_name
@@ -28,6 +28,7 @@ def act(layout: Layout, *, release: str, is_offline: bool = False) -> dict[str, 
         findings = doctoring.findings_of(folder, told)
         os.sync()
         durable.move(folder, layout.releases / release)
+        incoming.forget(layout, release)
     return {"release": release, "environment": how, "findings": findings}
 
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Collection, Iterator
+from collections.abc import Container, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -12,20 +11,19 @@ from robotcore.deploy.aboard.digest import sha256
 from robotcore.deploy.aboard.layout import Layout
 
 
-def act(layout: Layout, *, hashed: Collection[str] = ()) -> dict[str, Any]:
-    """Return the ``recordings`` by name: ``bytes``, whether one ``is_being_written``, and ``sha256`` of those named."""
+def act(layout: Layout, *, hashed: Sequence[str] = ()) -> dict[str, Any]:
+    """Return the ``recordings``: ``name``, ``bytes``, and whether one ``is_being_written``.
+
+    Those named in ``hashed`` are read, and have their ``sha256`` besides; names that are not there are passed over.
+    """
     written = set(_open_files())
     files = [path for path in sorted(layout.recordings.glob("*")) if path.is_file()]
-    return {"recordings": [{**_told(path, written), **_digest(path, hashed)} for path in files]}
+    return {"recordings": [_told(path, written, is_hashed=path.name in hashed) for path in files]}
 
 
-def _told(path: Path, written: set[str]) -> dict[str, Any]:
-    is_being_written = os.path.realpath(path) in written
-    return {"name": path.name, "bytes": path.stat().st_size, "is_being_written": is_being_written}
-
-
-def _digest(path: Path, hashed: Collection[str]) -> dict[str, str]:
-    return {"sha256": sha256(path)} if path.name in hashed else {}
+def _told(path: Path, written: Container[str], *, is_hashed: bool) -> dict[str, Any]:
+    told = {"name": path.name, "bytes": path.stat().st_size, "is_being_written": str(path.resolve()) in written}
+    return {**told, "sha256": sha256(path)} if is_hashed else told
 
 
 def _open_files() -> Iterator[str]:

@@ -5,24 +5,31 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from robotcore.deploy.aboard import pruning
+from robotcore.deploy.aboard import current, pruning, trial
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.release import Release
 from robotcore.deploy.aboard.verdict import Verdict
 
 
 def act(layout: Layout) -> dict[str, Any]:
-    """Return the ``releases``, the newest first, and which is ``current``.
+    """Return the ``releases``, the newest first, which is ``current``, and which is ``on_trial``.
 
-    Each is as its file tells of it, and has the outcome of its trial as ``verdict``, None where it had none.
+    Each is as its file tells of it, with the ``verdict`` of its last trial, None where it had none, and its ``reason``;
+    one whose file cannot be read has its ``name`` and why it is ``unreadable``.
     """
-    return {"releases": [_told(layout, name) for name in pruning.names(layout)], "current": pruning.current(layout)}
+    tried = trial.pending(layout)
+    return {
+        "releases": [_told(layout, name) for name in pruning.names(layout)],
+        "current": current.name_of(layout),
+        "on_trial": tried.release if tried else None,
+    }
 
 
 def _told(layout: Layout, name: str) -> dict[str, Any]:
     folder = layout.releases / name
-    verdict = Verdict.read(folder)
     try:
-        return {**asdict(Release.read(folder)), "verdict": verdict.outcome if verdict else None}
+        told = asdict(Release.read(folder))
     except (OSError, ValueError, KeyError, TypeError) as error:
-        return {"name": name, "unreadable": str(error)}
+        told = {"name": name, "unreadable": str(error)}
+    verdict = Verdict.read(folder)
+    return {**told, "verdict": verdict.outcome if verdict else None, "reason": verdict.reason if verdict else ""}

@@ -2,40 +2,39 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
-from robotcore.deploy.aboard import incoming
+from robotcore.deploy.aboard import incoming, systemd
+from robotcore.deploy.aboard.actions import stop
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.locking import locked
-from robotcore.deploy.aboard.manager import systemctl
-from robotcore.deploy.aboard.telling import RefusalError
-
-UNITS = ("robotcore.service", "robotcore-trial.service")
+from robotcore.deploy.aboard.units import TEXTS
 
 
 def act(layout: Layout, *, keeps_recordings: bool = True) -> dict[str, Any]:
     """Stop what runs, and take away all that deploys have put here; lingering stays as it is.
 
-    What does not stop is refused, and then everything is still there. Returns whether recordings are ``kept``.
+    Where it does not stop, RefusalError is raised, and all is still there. Returns whether there was anything to be
+    ``removed``, and whether recordings are ``kept``.
     """
-    if not layout.root.exists():
+    units = [unit for name in TEXTS if (unit := layout.units / name).exists()]
+    if not units and not layout.root.exists():
         return {"removed": False, "kept": False}
+    if len(units) == len(TEXTS):  # else somebody was killed over this, after all was stopped
+        stop.act(layout)
     with locked(layout, "removal"):
-        _stop()
-        for unit in UNITS:
-            layout.units.joinpath(unit).unlink(missing_ok=True)
-        systemctl("daemon-reload")
+        _take_away(units)
         kept = _clear(layout, keeps_recordings=keeps_recordings)
     return {"removed": True, "kept": kept}
 
 
-def _stop() -> None:
-    """Stop and disable the services, and wait until they have: then the motors stand."""
-    for unit in UNITS:
-        systemctl("disable", "--now", unit)
-        state = systemctl("is-active", unit).strip()
-        if state in {"active", "activating", "deactivating", "reloading"}:
-            raise RefusalError(f"{unit} does not stop", "Switch the robot off", "running")
+def _take_away(units: list[Path]) -> None:
+    for unit in units:
+        systemd.disable(unit.name)
+        unit.unlink()
+    if units:
+        systemd.reload()
 
 
 def _clear(layout: Layout, *, keeps_recordings: bool) -> bool:

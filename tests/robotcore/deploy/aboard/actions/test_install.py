@@ -53,7 +53,7 @@ def test_what_was_sent_becomes_a_release(layout: Layout) -> None:
     assert installed.pop("environment").startswith("../../environments/")  # type: ignore[arg-type]
     assert installed == sent
     assert (layout.releases / NEW / "environment" / "bin" / "python").exists()
-    assert not (layout.incoming / NEW).exists()
+    assert not any(layout.incoming.iterdir())
 
 
 def test_the_environment_is_kept_where_nothing_of_it_has_changed(layout: Layout) -> None:
@@ -121,7 +121,7 @@ def test_killed_at_any_moment_nothing_that_was_there_is_touched_and_the_next_pus
         assert [told["name"] for told in releases.act(layout)["releases"]] == [OLD]
         _break_off(layout, NEW)
         deaths += 1
-    assert deaths > 8
+    assert deaths >= 8
     assert files_of(layout.releases / NEW)["release.json"]
     begin.act(layout, release=NEWER, size=0)
     send(layout, NEWER)

@@ -1,0 +1,74 @@
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from collections.abc import Iterator
+
+import pytest
+
+from robotcore.deploy.aboard import disk
+from robotcore.deploy.aboard.actions import begin, discard
+from robotcore.deploy.aboard.layout import Layout
+from robotcore.deploy.aboard.pruning import names
+from robotcore.deploy.aboard.telling import RefusalError
+from tests.robotcore.deploy.aboard.released import NEW, NEWER, OLD, files_of, let_run, put, send
+
+MOUNT = shutil.which("mount")
+
+
+def test_the_first_push_has_nothing_to_copy_from(layout: Layout) -> None:
+    assert begin.act(layout, release=NEW, size=1000) == {"release": NEW, "copy_from": None}
+    assert (layout.incoming / NEW).is_dir()
+
+
+def test_the_next_one_copies_from_what_runs(layout: Layout) -> None:
+    for name in (OLD, NEW):
+        put(layout, name)
+    assert begin.act(layout, release=NEWER, size=1000)["copy_from"] == NEW
+    let_run(layout, OLD)
+    assert begin.act(layout, release=NEWER, size=1000)["copy_from"] == OLD
+
+
+def test_more_than_there_is_room_for_is_refused_and_nothing_is_left_of_it(layout: Layout) -> None:
+    before = files_of(put(layout, OLD))
+    let_run(layout, OLD)
+    layout.recordings.mkdir()
+    (layout.recordings / "long.mcap").write_bytes(bytes(2_000_000))
+    with pytest.raises(RefusalError) as refused:
+        begin.act(layout, release=NEW, size=10**15)
+    assert refused.value.kind == "disk"
+    assert "1000000.0 GB are to be sent" in refused.value.fault
+    assert "recordings take 2.0 MB; robotcore deploy fetch --move takes them home" in refused.value.remedy
+    assert files_of(layout.releases / OLD) == before
+    assert not any(layout.incoming.glob(NEW))
+
+
+def test_what_was_sent_can_be_thrown_away(layout: Layout) -> None:
+    begin.act(layout, release=NEW, size=1000)
+    send(layout, NEW)
+    assert discard.act(layout, release=NEW) == {"discarded": True}
+    assert discard.act(layout, release=NEW) == {"discarded": False}
+    assert not any(layout.incoming.iterdir())
+
+
+@pytest.fixture
+def small(layout: Layout) -> Iterator[Layout]:
+    """A robot whose disk has 130 MB."""
+    if os.geteuid() or not MOUNT:
+        pytest.skip("only root mounts a small disk")
+    layout.root.mkdir(parents=True)
+    if subprocess.run([MOUNT, "-t", "tmpfs", "-o", "size=130m", "none", layout.root], check=False).returncode:
+        pytest.skip("nothing can be mounted here")
+    yield layout
+    subprocess.run([str(shutil.which("umount")), layout.root], check=True)
+
+
+def test_on_a_small_disk_old_releases_make_room(small: Layout) -> None:
+    for name in (OLD, NEW, NEWER):
+        (put(small, name) / "big").write_bytes(bytes(9_000_000))
+    let_run(small, NEW)
+    free = disk.free_bytes(small.root)
+    begin.act(small, release="2026-12-01T00-00-00Z", size=free - begin.SPARE + 5_000_000)
+    assert names(small) == [NEWER, NEW]
+    assert disk.free_bytes(small.root) > free + 8_000_000
