@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import getpass
 import grp
 import os
 import platform
+import pwd
 import shutil
 import subprocess
 import sys
@@ -33,7 +33,7 @@ def facts(layout: Layout) -> dict[str, Any]:
     libc, libc_version = platform.libc_ver()
     return {
         "host": platform.node(),
-        "user": getpass.getuser(),
+        "user": user(),
         "home": str(layout.home),
         "system": system(),
         "model": model(),
@@ -52,6 +52,11 @@ def facts(layout: Layout) -> dict[str, Any]:
         "release": current.name_of(layout),
         "time": datetime.now(timezone.utc).isoformat(timespec="seconds"),
     }
+
+
+def user() -> str:
+    """Return who is logged in, by the system's word: the environment may have another one."""
+    return pwd.getpwuid(os.getuid()).pw_name
 
 
 def system() -> str:
@@ -80,7 +85,7 @@ def has_venv() -> bool:
 
 def is_lingering() -> bool:
     """Return whether this user's services run without them being logged in."""
-    return (LINGERING / getpass.getuser()).exists()
+    return (LINGERING / user()).exists()
 
 
 def has_user_manager() -> bool:

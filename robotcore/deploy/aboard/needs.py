@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import getpass
 import subprocess
 from collections.abc import Iterator
 from contextlib import suppress
@@ -38,10 +37,9 @@ def _missing(told: dict[str, object], *, has_environment: bool) -> Iterator[tupl
     if not told["has_venv"] and not has_environment:
         yield "python3-venv is missing on the robot", "There: sudo apt install python3-venv", "venv"
     if not lingers():
-        user = getpass.getuser()
         yield (
-            f"lingering is off: nothing of {user}'s runs while they are not logged in",
-            f"There: sudo loginctl enable-linger {user}",
+            f"lingering is off: nothing of {facts.user()}'s runs while they are not logged in",
+            f"There: sudo loginctl enable-linger {facts.user()}",
             "linger",
         )
     elif not comes_up():

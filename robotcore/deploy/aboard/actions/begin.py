@@ -24,8 +24,7 @@ def act(layout: Layout, *, release: str, size: int) -> dict[str, Any]:
         for room in (layout.incoming, layout.releases, layout.wheels, layout.recordings):
             room.mkdir(parents=True, exist_ok=True)
         incoming.open_for(layout, release)
-        if _lacks(layout, size):
-            pruning.prune(layout, keep=1)
+        pruning.prune(layout, keep=1 if _lacks(layout, size) else pruning.KEPT)
         if short := _lacks(layout, size):
             incoming.forget(layout, release)
             raise _refusal(layout, size, short)

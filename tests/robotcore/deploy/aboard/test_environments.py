@@ -116,7 +116,9 @@ def test_a_place_that_nobody_reaches_is_told_as_no_network_and_a_password_to_nob
     environment: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(RefusalError) as refused:
-        pip.install(environment, ["gadget @ http://user:secret@127.0.0.1:9/gadget.whl"], pip.Need(), say)
+        pip.install(
+            environment, ["gadget @ http://user:secret@127.0.0.1:9/gadget-1.0-py3-none-any.whl"], pip.Need(), say
+        )
     assert refused.value.kind == "network"
     assert "Collecting gadget" in (told := capsys.readouterr().out)
     assert "secret" not in told + str(refused.value)

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -116,16 +117,26 @@ def test_killed_at_any_moment_nothing_that_was_there_is_touched_and_the_next_pus
     before = files_of(layout.releases / OLD)
     deaths = 0
     while _installed(layout, NEW, deaths) == -signal.SIGKILL:
-        assert files_of(layout.releases / OLD) == before
-        assert releases.act(layout)["current"] == OLD
-        assert [told["name"] for told in releases.act(layout)["releases"]] == [OLD]
-        _break_off(layout, NEW)
         deaths += 1
+        assert files_of(layout.releases / OLD) == before
+        told = releases.act(layout)
+        assert told["current"] == OLD
+        if (layout.incoming / NEW).exists():
+            assert [each["name"] for each in told["releases"]] == [OLD]
+            _break_off(layout, NEW)
+        else:
+            _require_whole(layout.releases / NEW)
+            (layout.releases / NEW).rename(layout.home / f"installed-{deaths}")
     assert deaths >= 8
-    assert files_of(layout.releases / NEW)["release.json"]
+    _require_whole(layout.releases / NEW)
     begin.act(layout, release=NEWER, size=0)
     send(layout, NEWER)
     assert install.act(layout, release=NEWER)["environment"] == "kept"
+
+
+def _require_whole(release: Path) -> None:
+    assert Release.read(release).name == NEW
+    assert (release / "environment" / "bin" / "python").exists()
 
 
 def _installed(layout: Layout, release: str, deaths: int) -> int:
