@@ -69,9 +69,10 @@ def send(
     """Send what is in a folder, as `Link.send` has it.
 
     Contents decide what is the same, not times: those of a fresh checkout tell nothing. A file that has changed goes
-    whole: rsync 3.2.7 as Debian 12 has it fails to verify one that is patched from a folder of --copy-dest.
+    whole: rsync 3.2.7 as Debian 12 has it fails to verify one that is patched from a folder of --copy-dest. What else
+    is there goes: a push takes over what a broken one has sent.
     """
-    options = ["--executability", "--checksum", "--whole-file", "--compress", "--no-inc-recursive"]
+    options = ["--executability", "--checksum", "--whole-file", "--delete", "--compress", "--no-inc-recursive"]
     if copy_from is not None:
         options.append(f"--copy-dest={os.path.relpath(_place(copy_from), _place(to))}")
     ends = (f"{folder.absolute()}/", f"robot:~/{FOLDER}/{_place(to)}/")

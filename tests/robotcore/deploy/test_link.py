@@ -174,6 +174,14 @@ def test_what_the_robot_has_is_copied_there_whatever_its_time(link: Link, robot:
     assert second.sent < first.sent
 
 
+def test_what_a_broken_push_sent_and_this_one_does_not_goes(link: Link, sshd: Sshd, folder: Path) -> None:
+    there = sshd.home / "robotcore" / "incoming" / "new"
+    (there / "deleted").mkdir(parents=True)
+    (there / "deleted" / "app.py").write_text("of before")
+    link.send(folder, "incoming/new")
+    assert {path.name for path in there.iterdir()} == {path.name for path in folder.iterdir()}
+
+
 def test_progress_comes_to_the_whole(link: Link, folder: Path) -> None:
     told: list[tuple[int, float]] = []
     link.send(folder, "incoming/new", on_progress=lambda done, part: told.append((done, part)))
