@@ -16,7 +16,7 @@ from robotcore.errors import UsageError
 
 LEFT_BY_PROGRAMS = re.compile(
     r"""\.git|\.hg|\.svn|\.jj|__pycache__|\.venv|venv|\.tox|\.nox|node_modules|\.[a-z]+_cache|\.hypothesis|\.idea|\.vscode
-    |\.ipynb_checkpoints|\.DS_Store|\.coverage|.*\.egg-info|.*\.py[co]|.*\.mcap|.*~|\.\#.*|.*\.sw[po]""",
+    |\.ipynb_checkpoints|\.DS_Store|\.coverage|.*\.egg-info|.*\.py[co]|.*\.mcap|.+~|\.\#.*|.*\.sw[po]""",
     re.VERBOSE | re.DOTALL,
 )
 """What editors, Python and its tools, version control and robots leave, by name; it is sent where git tracks it."""

@@ -39,9 +39,11 @@ def extras(project: Project) -> set[str]:
 
 
 def _drivers(project: Project) -> set[str]:
-    """Return the drivers that the robot's file names, for whatever backend."""
-    known = {point.name for point in entry_points(group=DEVICES)}
-    return known & set(_named(project.described().backends))
+    """Return the drivers that the robot's file names, where the backend reads such a section; DescriptionError."""
+    robot = project.described()
+    if not load_backend(project.backend).check(robot):
+        return set()
+    return {point.name for point in entry_points(group=DEVICES)} & set(_named(robot.backends))
 
 
 def _named(value: Any) -> Iterator[str]:

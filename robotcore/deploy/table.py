@@ -21,14 +21,16 @@ Text = Annotated[str, StringConstraints(min_length=1)]
 Texts = Annotated[tuple[Text, ...], Field(description="a list of strings")]
 
 
-def _told(value: Any) -> Any:
-    """Return a value as a command line says it; what it cannot say stays as it is."""
+def _told(value: Any) -> str:
+    """Return a value as a command line says it."""
     if isinstance(value, bool):
         return str(value).lower()
-    return str(value) if isinstance(value, (int, float)) else value
+    if isinstance(value, (str, int, float)):
+        return str(value)
+    raise ValueError("should be a string, a number, true or false; correct it")
 
 
-Said = Annotated[str, BeforeValidator(_told), Field(description="a string, a number, true or false")]
+Said = Annotated[str, BeforeValidator(_told)]
 """A setting or an option, in the words of a command line."""
 
 

@@ -39,8 +39,17 @@ def wheels_for(requirements: Iterable[str], target: Target, say: Say, cache: Pat
             whole = Path(scratch, "wheels")
             whole.mkdir()
             _gather([Requirement(each) for each in wanted], target, whole, say)
-            whole.rename(folder)
+            _keep(whole, folder)
     return folder
+
+
+def _keep(whole: Path, folder: Path) -> None:
+    """Give gathered wheels their place at once; somebody who was faster has put the same there."""
+    try:
+        whole.rename(folder)
+    except OSError:
+        if not folder.is_dir():
+            raise
 
 
 def _cache() -> Path:

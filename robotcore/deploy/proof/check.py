@@ -1,29 +1,44 @@
-"""The robot and the world as they are described."""
+"""The robot and the world as they are described: what ``robotcore check`` says of them."""
 
 from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator
 
 from robotcore.catalogue import load_backend
 from robotcore.deploy.paths import told
 from robotcore.deploy.project import Project
-from robotcore.deploy.proof.proof import Proof, Say, ask, command_line, told_error
-from robotcore.errors import UnprovenError
-
-_WARNING = "] warning: "
+from robotcore.deploy.proof.proof import Proof, Say, command_line
+from robotcore.description import RobotDescription, load_world
+from robotcore.errors import BackendMissingError, DescriptionError, UnprovenError
 
 
 def prove(project: Project, say: Say) -> Proof:
     """Return that the descriptions are right, their warnings as notes; raises UnprovenError with all that is wrong."""
-    names = [name for name in (project.robot, project.world) if name]
-    notes = [note for name in names for note in _checked(project, name, say)]
-    load_backend(project.backend).check(project.described())
-    return Proof("; ".join(f"{told(name)}: OK" for name in names), tuple(notes))
+    notes: list[str] = []
+    for name in filter(None, (project.robot, project.world)):
+        say(told(name))
+        try:
+            notes += _checked(project, name)
+        except DescriptionError as error:
+            again = command_line(project, shlex.join(["robotcore", "check", name]))
+            raise UnprovenError(f"check: {error}\nRepeat it: {again}") from error
+    return Proof("; ".join(f"{told(name)}: OK" for name in filter(None, (project.robot, project.world))), tuple(notes))
 
 
-def _checked(project: Project, name: str, say: Say) -> list[str]:
-    """Return the warnings of ``robotcore check``."""
-    say(told(name))
-    asked = ask(project, "robotcore", ["check", "--", name])
-    if asked.returncode:
-        again = command_line(project, f"robotcore check {name}")
-        raise UnprovenError(f"check: {told_error(asked)}\nRepeat it: {again}")
-    return [line for line in asked.stdout.splitlines() if _WARNING in line]
+def _checked(project: Project, name: str) -> list[str]:
+    if name == project.world:
+        load_world(project.at_desk(name))
+        return []
+    robot = project.described()
+    return [note for backend in {*robot.backends, project.backend} for note in _warnings(robot, backend)]
+
+
+def _warnings(robot: RobotDescription, backend: str) -> Iterator[str]:
+    """Yield what a backend warns of in its section; raises DescriptionError where that is wrong, or missing."""
+    try:
+        loaded = load_backend(backend)
+        loaded.check(robot)
+        yield from (f"[{backend}] warning: {each}" for each in loaded.warnings(robot))
+    except BackendMissingError as error:
+        yield f"[{backend}] was not checked: {error}"

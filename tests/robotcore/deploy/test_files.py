@@ -1,0 +1,119 @@
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from robotcore.deploy.copying import copied
+from robotcore.deploy.files import listed
+from robotcore.deploy.stamping import stamp
+from robotcore.errors import UsageError
+from tests.robotcore.deploy.projects import git, write
+
+HOSTILE = ("a b.py", "it's \"$(x)`y`;.py", "new\nline.py", "-rf", "--help", "é\u200b字.py", "*", "~", "back\\slash")
+LEFT = {
+    "__pycache__/app.cpython-311.pyc": "",
+    ".venv/bin/python": "",
+    "env/pyvenv.cfg": "",
+    "env/lib/x.py": "",
+    "sweeps/a/results.jsonl": "",
+    "recordings/rover/1.mcap": "",
+    "run.mcap": "",
+    ".pytest_cache/x": "",
+    ".#app.py": "",
+}
+SECRETS = {
+    ".env": "A=1",
+    "deep/.env.local": "A=1",
+    "tls.pem": "",
+    "id_ed25519": "",
+    ".ssh/config": "",
+    "harmless.txt": "-----BEGIN OPENSSH PRIVATE KEY-----\n",
+}
+PUBLIC = {"app.py": "", "id_tags.py": "", ".env.example": "", "id_ed25519.pub": "", "keys.md": "see -----BEGIN"}
+
+
+@pytest.mark.parametrize("has_git", [False, True])
+def test_what_programs_leave_and_secrets_stay_at_home_and_secrets_are_told(tmp_path: Path, *, has_git: bool) -> None:
+    write(tmp_path, {**LEFT, **SECRETS, **PUBLIC})
+    if has_git:
+        git(tmp_path, "init", "-q")
+    assert set(listed(tmp_path).names) == set(PUBLIC)
+    assert set(listed(tmp_path).secrets) == set(SECRETS)
+
+
+def test_git_says_what_is_the_projects(tmp_path: Path) -> None:
+    write(tmp_path, {".gitignore": "big*\n", "big.bin": "", "run.mcap": "", "gone.py": "", ".env": "", "new.py": ""})
+    git(tmp_path, "init", "-q")
+    git(tmp_path, "add", "-f", "run.mcap", "gone.py", ".env")
+    (tmp_path / "gone.py").unlink()
+    assert listed(tmp_path).names == (".gitignore", "new.py", "run.mcap")
+    assert listed(tmp_path).secrets == (".env",), "tracked or not"
+
+
+def test_a_repository_within_the_project_comes_along(tmp_path: Path) -> None:
+    write(tmp_path, {"app.py": "", "lib/.gitignore": "junk\n", "lib/junk": "", "lib/lib.py": ""})
+    for folder in (tmp_path, tmp_path / "lib"):
+        git(folder, "init", "-q")
+    assert listed(tmp_path).names == ("app.py", "lib/.gitignore", "lib/lib.py")
+
+
+def test_a_folder_that_git_ignores_as_a_whole_is_taken_as_it_is(tmp_path: Path) -> None:
+    write(tmp_path, {".gitignore": "tried/\n", "tried/app.py": ""})
+    git(tmp_path, "init", "-q")
+    assert listed(tmp_path / "tried").names == ("app.py",)
+
+
+def test_a_hook_of_another_repository_does_not_change_the_list(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("one", "other"):
+        git(write(tmp_path / name, {f"{name}.py": ""}), "init", "-q")
+    monkeypatch.setenv("GIT_DIR", str(tmp_path / "other" / ".git"))
+    monkeypatch.setenv("GIT_WORK_TREE", str(tmp_path / "other"))
+    assert listed(tmp_path / "one").names == ("one.py",)
+
+
+@pytest.mark.parametrize("has_git", [False, True])
+def test_every_name_is_copied_as_it_is(tmp_path: Path, *, has_git: bool) -> None:
+    source, target = write(tmp_path / "source", {name: name for name in HOSTILE}), tmp_path / "target"
+    (source / os.fsdecode(b"latin-\xe9")).write_text("x")
+    if has_git:
+        git(source, "init", "-q")
+    copied(source, target)
+    assert {path.name for path in target.iterdir()} == {path.name for path in source.iterdir()} - {".git"}
+    assert all((target / name).read_text() == name for name in HOSTILE)
+
+
+def test_a_link_that_leads_to_what_is_sent_is_kept_and_leads_there_from_wherever_it_is(tmp_path: Path) -> None:
+    source = write(tmp_path / "source", {"data/map.txt": "here"})
+    (source / "absolute").symlink_to(source / "data" / "map.txt")
+    (source / "data" / "round").symlink_to("../../source/data/map.txt")
+    (source / "folder").symlink_to("data")
+    copied(source, tmp_path / "target")
+    source.rename(tmp_path / "moved")
+    for name in ("absolute", "data/round", "folder/map.txt"):
+        assert (tmp_path / "target" / name).read_text() == "here"
+    assert (tmp_path / "target" / "absolute").is_symlink()
+
+
+@pytest.mark.parametrize("leads", ["nowhere", "../outside.txt", "/etc/passwd", ".env", "loop"])
+def test_a_link_that_leads_to_nothing_sent_is_refused_by_its_name(tmp_path: Path, leads: str) -> None:
+    source = write(tmp_path, {"outside.txt": "", "source/.env": "", "source/app.py": ""}) / "source"
+    (source / "loop").symlink_to(leads)
+    with pytest.raises(UsageError, match=f"loop -> {leads}: a link that leads to nothing that is sent"):
+        copied(source, tmp_path / "target")
+
+
+def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
+    source = write(tmp_path / "source", {"app.py": ""})
+    os.mkfifo(source / "pipe")
+    copied(source, tmp_path / "target")
+    assert [path.name for path in (tmp_path / "target").iterdir()] == ["app.py"]
+
+
+def test_times_tell_contents_apart_and_nothing_else(tmp_path: Path) -> None:
+    for name, content in (("one", "aa"), ("same", "aa"), ("other", "ab")):
+        stamp(write(tmp_path / name, {"file": content}))
+    one, same, other = ((tmp_path / name / "file").stat().st_mtime_ns for name in ("one", "same", "other"))
+    assert one == same != other
+    assert one % 10**9 == 0, "a whole second: not every file system has finer ones"

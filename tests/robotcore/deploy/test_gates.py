@@ -1,0 +1,129 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from robotcore import Outcome
+from robotcore.deploy.gates import GATES, lines_of, skipped
+from robotcore.deploy.project import Asked, project_of
+from robotcore.deploy.proof import check, simulation, tests
+from robotcore.deploy.proof.simulation import passes, simulator_of
+from robotcore.errors import UnprovenError, UsageError
+from tests.robotcore.deploy.projects import DRIVES_ON, TABLE, project_in, write
+from tests.robotcore.sweep.conftest import record_of
+
+RAISES = DRIVES_ON.replace("return Status.RUNNING", "return 1 / 0")
+
+
+def test_tests_that_pass_are_counted(tmp_path: Path) -> None:
+    write(tmp_path, {"tests/test_a.py": "def test_a(): pass\ndef test_b(): pass\n"})
+    said: list[str] = []
+    assert tests.prove(project_in(tmp_path), said.append).said == "2 passed"
+    assert said == ["pytest"]
+
+
+def test_a_test_that_fails_is_named_with_what_repeats_it(tmp_path: Path) -> None:
+    write(tmp_path, {"a b/test_a.py": "def test_a(): pass\ndef test_b(): assert 1 == 2\n"})
+    with pytest.raises(UnprovenError) as raised:
+        tests.prove(project_in(tmp_path), str)
+    assert str(raised.value).startswith("tests: 1 failed, 1 passed\n  FAILED a b/test_a.py::test_b")
+    assert str(raised.value).endswith(f"Repeat it: cd {tmp_path.resolve()} && python -m pytest")
+
+
+def test_tests_that_cannot_be_read_are_not_taken_for_none(tmp_path: Path) -> None:
+    write(tmp_path, {"test_a.py": "import nothing_of_that_name\n"})
+    with pytest.raises(UnprovenError, match=r"ERROR test_a\.py"):
+        tests.prove(project_in(tmp_path), str)
+
+
+def test_a_project_without_tests_is_told_so(tmp_path: Path) -> None:
+    assert tests.prove(project_in(tmp_path), str).said == "none"
+
+
+def test_a_wrong_description_is_told_in_all_its_faults(tmp_path: Path) -> None:
+    write(tmp_path, {"-my room.toml": "[floor]\nlenght_m = 3\nwidth_m = 3\n[walls]\nhight_m = 1\n"})
+    project = project_in(tmp_path, TABLE.replace("\n\n", '\nworld = "-my room.toml"\n\n'))
+    with pytest.raises(UnprovenError, match="lenght_m: is unknown") as raised:
+        check.prove(project, str)
+    assert "hight_m: is unknown" in str(raised.value)
+    assert str(raised.value).endswith("robotcore check './-my room.toml'")
+
+
+def test_a_robot_without_the_section_that_its_backend_needs_is_told_at_the_desk(tmp_path: Path) -> None:
+    rover = project_of(Asked(app="avoid-obstacles", robot="bubblerob"), tmp_path)
+    with pytest.raises(UnprovenError, match="raspberrypi: is missing"):
+        check.prove(rover, str)
+
+
+def test_an_app_that_never_says_success_passes_by_going_on_without_a_touch(tmp_path: Path) -> None:
+    assert simulation.prove(project_in(tmp_path), str).said == "kinematic, arena, seeds 1: 1 of 1 without a contact"
+
+
+def test_a_run_that_fails_is_told_with_the_line_that_repeats_it(tmp_path: Path) -> None:
+    project = project_in(write(tmp_path / "a 'b", {}), app=RAISES)
+    with pytest.raises(UnprovenError) as raised:
+        simulation.prove(project, str)
+    assert "ZeroDivisionError" in str(raised.value)
+    assert "robotcore run app.py --world arena --seed 1" in str(raised.value)
+    assert f"cd '{tmp_path.resolve()}/a '\"'\"'b' && " in str(raised.value)
+
+
+def test_required_bounds_decide_and_not_what_is_usual(tmp_path: Path) -> None:
+    project = project_in(tmp_path, TABLE + 'require = ["verified>=0.5"]\n')
+    words = simulation.words_for(project, "kinematic", "arena")
+    assert words[words.index("--require") + 1] == "verified>=0.5"
+    failing = [record_of(Outcome.FAILURE, verified=False)]
+    simulation._require(project, [], failing)
+    with pytest.raises(UnprovenError, match=r"verified is 0\.3, required verified>=0\.5"):
+        simulation._require(project, ["kinematic, arena: verified is 0.3, required verified>=0.5"], failing)
+
+
+def test_an_app_that_cannot_be_run_at_all_is_told_why(tmp_path: Path) -> None:
+    with pytest.raises(UnprovenError, match="holds no behaviour") as raised:
+        simulation.prove(project_in(tmp_path, app="x = 1\n"), str)
+    assert "&& robotcore sweep app.py --backend kinematic" in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    "change, is_passed",
+    [
+        ({"outcome": Outcome.SUCCESS, "verified": True}, True),
+        ({"outcome": Outcome.SUCCESS, "verified": None}, True),
+        ({"outcome": Outcome.SUCCESS, "verified": False}, False),
+        ({"outcome": Outcome.SUCCESS, "verified": True, "contacts": 1}, False),
+        ({"outcome": Outcome.TIMEOUT, "verified": None}, True),
+        ({"outcome": Outcome.TIMEOUT, "verified": None, "contacts": 1}, False),
+        ({"outcome": Outcome.TIMEOUT, "verified": False}, False),
+        ({"outcome": Outcome.STOPPED, "verified": None}, False),
+        ({"outcome": Outcome.ERROR, "verified": None}, False),
+    ],
+)
+def test_what_passes_where_nothing_is_required(change: dict[str, object], *, is_passed: bool) -> None:
+    record = record_of()
+    result = replace(record.result, **{"contacts": 0, **change})  # type: ignore[arg-type]
+    assert passes(replace(record, result=result)) is is_passed
+
+
+def test_simulated_is_what_comes_nearest_to_the_robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rover = project_of(Asked(app="green-search", robot="rover"), tmp_path)
+    assert simulator_of(rover) == ("virtualpi", ())
+    assert simulator_of(replace(rover, robot="bubblerob")) == ("kinematic", ())
+    assert simulator_of(replace(rover, backend="kinematic")) == ("kinematic", ())
+    monkeypatch.setattr(simulation, "find_spec", lambda _: None)
+    backend, notes = simulator_of(rover)
+    assert (backend, len(notes)) == ("kinematic", 1)
+    assert "pip install 'robotcore[deploy]'" in notes[0]
+
+
+def test_a_world_that_a_sweep_would_take_for_two_is_refused(tmp_path: Path) -> None:
+    write(tmp_path, {"a,b.toml": ""})
+    project = project_in(tmp_path, TABLE.replace("\n\n", '\nworld = "a,b.toml"\n\n'))
+    with pytest.raises(UsageError, match="Take the comma out"):
+        simulation.prove(project, str)
+
+
+def test_what_is_skipped_is_named() -> None:
+    assert lines_of(skipped()) == ("tests: skipped", "check: skipped", "simulation: skipped")
+    assert [gate.name for gate in GATES] == list(skipped())
