@@ -46,3 +46,12 @@ def test_an_end_lets_go_of_who_waits_for_room_and_takes_no_more() -> None:
     rest = [backlog.get(), backlog.get()]
     assert 2 not in rest
     assert backlog.is_over
+
+
+def test_what_is_abandoned_leaves_room_and_nothing_to_take() -> None:
+    backlog: Backlog[int] = Backlog(room=10)
+    for entry in range(3):
+        backlog.put(entry, 9, waits=False)
+    backlog.abandon()
+    backlog.put(4, 9, waits=True)
+    assert (backlog.has_room(), backlog.is_over, backlog.get()) == (True, True, None)
