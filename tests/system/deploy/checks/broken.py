@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import pytest
 
+from tests.system.deploy.projects import rewritten
 from tests.system.deploy.rover import Ran, Rover
 
 RAD_S, BROKEN_RAD_S = 2.0, 7.0
@@ -20,14 +19,6 @@ FAULTS = {
 }
 
 
-@pytest.fixture(autouse=True)
-def _project_is_left_as_it_was(rover: Rover) -> Iterator[None]:
-    app = rover.project / APP
-    text = app.read_text()
-    yield
-    app.write_text(text)
-
-
 @pytest.mark.parametrize("fault", FAULTS)
 def test_release_that_does_not_live_is_rolled_back_with_its_reason(rover: Rover, fault: str) -> None:
     settings, reason = FAULTS[fault]
@@ -40,8 +31,8 @@ def test_release_that_does_not_live_is_rolled_back_with_its_reason(rover: Rover,
 )
 def test_app_that_python_does_not_take_is_rolled_back_with_its_reason(rover: Rover, line: str, reason: str) -> None:
     app = rover.project / APP
-    app.write_text(f"{app.read_text()}\n{line}\n")
-    require_rolled_back(rover, reason)
+    with rewritten(app, f"{app.read_text()}\n{line}\n"):
+        require_rolled_back(rover, reason)
 
 
 def require_rolled_back(rover: Rover, reason: str, *arguments: str) -> None:

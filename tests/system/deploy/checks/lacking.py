@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
+from tests.system.deploy.projects import needing
 from tests.system.deploy.rover import Rover
 
 LINGER = "var/lib/systemd/linger/pi"
 RSYNC = "usr/bin/rsync"
 VENV = "usr/lib/python3.11/ensurepip"
-NEW_NEED = 'dependencies = ["six"]'
 
 
 def test_robot_whose_user_does_not_linger(rover: Rover) -> None:
@@ -44,18 +43,6 @@ def lacking(rover: Rover, path: str) -> Iterator[None]:
         yield
     finally:
         away.rename(there)
-
-
-@contextmanager
-def needing(project: Path) -> Iterator[None]:
-    """Let the project need a package that no environment on the robot has."""
-    file = project / "pyproject.toml"
-    text = file.read_text()
-    file.write_text(text.replace('version = "0.1.0"', f'version = "0.1.0"\n{NEW_NEED}'))
-    try:
-        yield
-    finally:
-        file.write_text(text)
 
 
 def require_refused(rover: Rover, remedy: str, arguments: tuple[str, ...] = ("--skip-checks", "--offline")) -> None:

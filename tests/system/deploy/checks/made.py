@@ -9,6 +9,7 @@ import pytest
 
 from tests.system.deploy.desk import Desk
 from tests.system.deploy.machine import Machine
+from tests.system.deploy.projects import rewritten
 from tests.system.deploy.rover import Rover
 
 APP = "search.py"
@@ -37,12 +38,9 @@ def test_it_runs_and_says_so(made: Rover) -> None:
 
 def test_what_does_not_pass_its_tests_is_not_sent(made: Rover) -> None:
     app = made.project / APP
-    text, release = app.read_text(), made.release
-    app.write_text(text.replace("robot.drive.stop()", "pass"))
-    try:
+    release = made.release
+    with rewritten(app, app.read_text().replace("robot.drive.stop()", "pass")):
         ran = made.deploy("push", *VIRTUAL)
-    finally:
-        app.write_text(text)
     assert (ran.returncode, made.release) == (1, release)
     assert "nothing was sent" in ran.stderr.lower()
 
