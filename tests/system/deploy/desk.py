@@ -70,8 +70,12 @@ class Desk:
 
     def deploy(self, deed: str, *arguments: str, project: Path | None = None) -> subprocess.CompletedProcess[str]:
         """Type ``robotcore deploy DEED rover …`` in a project's folder, and see what comes of it."""
+        return self.typed("deploy", deed, HOST, *arguments, "--ssh-config", str(self.config), project=project)
+
+    def typed(self, *arguments: str, project: Path | None = None) -> subprocess.CompletedProcess[str]:
+        """Type a command of robotcore's."""
         return subprocess.run(
-            self.deploying(deed, *arguments),
+            self.command(*arguments),
             cwd=project or self.folder,
             env=self.environment,
             stdin=subprocess.DEVNULL,

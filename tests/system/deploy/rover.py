@@ -14,6 +14,9 @@ from tests.system.deploy.desk import Desk
 from tests.system.deploy.machine import Machine
 from tests.system.deploy.motors import Motors, awaited
 
+BENCH = Path(__file__).parent / "bench"
+"""A project with a driver of its own, whose motors write down what they are told."""
+
 SERVICE = "robotcore.service"
 Ran = subprocess.CompletedProcess[str]
 

@@ -10,19 +10,23 @@ from robotcore import Behaviour, Robot, Role, Status
 ASKED = Path.home() / "deed"
 """Names what is to be done at once, once."""
 
+NOTED = Path.home() / "noted"
+
 
 @dataclass
 class Onwards(Behaviour):
-    """Drives at ``speed_rad_s``, and does the deed in its tick ``at``; a process that drives is told apart by both."""
+    """Drives at ``speed_rad_s``, does the deed in its tick ``at``, and writes down the ``note`` that it was given."""
 
     needs = frozenset({Role.DRIVE})
 
     speed_rad_s: float = 2.0
     deed: str = ""
     at: int = 1
+    note: str = ""
 
     def __post_init__(self) -> None:
         self._ticks = 0
+        NOTED.write_text(self.note)
         if self.deed == "dawdles":
             time.sleep(3600)
 

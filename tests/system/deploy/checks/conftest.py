@@ -8,12 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.system import needs
 from tests.system.deploy.desk import Desk
 from tests.system.deploy.machine import Machine, machine
-from tests.system.deploy.rover import Rover
-
-BENCH = needs.ROOT / "tests" / "system" / "deploy" / "bench"
+from tests.system.deploy.rover import BENCH, Rover
 
 
 @pytest.fixture(autouse=True)

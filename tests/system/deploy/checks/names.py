@@ -22,6 +22,7 @@ NAMES = (
     "::colons:and@ats",
 )
 CANARY = "pwned"
+NOTE = "$(touch pwned)'; touch pwned; \" ü\nand on"
 
 
 @pytest.fixture
@@ -36,10 +37,11 @@ def odd(rover: Rover, tmp_path: Path) -> Rover:
 
 
 def test_files_arrive_as_they_are_called(odd: Rover, tmp_path: Path) -> None:
-    ran = odd.push("--set", "speed_rad_s=2", "--set", "note=$(touch pwned)'; touch pwned; \"")
+    ran = odd.push("--set", "speed_rad_s=2", "--set", f"note={NOTE}")
     assert ran.returncode == 0, ran.stdout + ran.stderr
     there = odd.files / "releases" / odd.release / "project" / "data"
     arrived = {str(path.relative_to(there)): path.read_text() for path in there.rglob("*") if path.is_file()}
     assert arrived == {name: name for name in NAMES}
+    assert (odd.machine.home / "noted").read_text() == NOTE
     assert not list(odd.machine.home.rglob(CANARY))
     assert not list(tmp_path.rglob(CANARY))
