@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 @click.argument("folder", metavar="NAME", type=click.Path(path_type=Path))
 @click.option("--driver", "is_driver", is_flag=True, help="Make a package that adds a backend, and is tested as one.")
 def command(folder: Path, *, is_driver: bool) -> None:
-    """Make a project in a new folder NAME: an app, a robot, a room, and their tests.
+    """Make a project NAME: an app, a robot, a room, their tests.
 
     It runs, passes its tests and deploys as it is. NAME may be a path, whose last part is the project's name.
     """

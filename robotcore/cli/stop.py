@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 @click.option("--robot", default="rover", show_default=True, help="A robot's name, or its .toml file.")
 @click.option("--option", "options", metavar="KEY=VALUE", type=pair, multiple=True, help="An option of the backend.")
 def command(name: str, robot: str, options: tuple[tuple[str, str], ...]) -> int:
-    """Make every motor of a robot stand, where the program that drove it is gone.
+    """Make every motor of a robot stand, from any process.
 
     Nothing is opened but what stops them. No program is ended for it: what one that lives still holds is named, and the
     exit status is 3. A backend whose motors turn no longer than their run has nothing to stop.

@@ -14,7 +14,7 @@ from robotcore.cli.lazy import LazyGroup
     names=("push", "list", "rollback", "status", "logs", "start", "stop", "remove", "fetch"),
 )
 def command() -> None:
-    """Put a project on a robot, keep it running there, bring home what it recorded.
+    """Put a project on a robot and keep it running there.
 
     HOST is [user@]host[:port], or an alias of your ssh configuration, which is used with all that it says.
     """

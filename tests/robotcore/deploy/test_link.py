@@ -174,8 +174,8 @@ def test_what_the_robot_has_is_copied_there_whatever_its_time(link: Link, robot:
     assert second.sent < first.sent
 
 
-def test_what_a_broken_push_sent_and_this_one_does_not_goes(link: Link, sshd: Sshd, folder: Path) -> None:
-    there = sshd.home / "robotcore" / "incoming" / "new"
+def test_what_a_broken_push_sent_and_this_one_does_not_goes(link: Link, robot: Sshd, folder: Path) -> None:
+    there = robot.home / "robotcore" / "incoming" / "new"
     (there / "deleted").mkdir(parents=True)
     (there / "deleted" / "app.py").write_text("of before")
     link.send(folder, "incoming/new")
