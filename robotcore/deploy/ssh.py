@@ -40,7 +40,6 @@ MASTER_OPTIONS = {
     "ServerAliveCountMax": ALIVE_COUNT,
     "ClearAllForwardings": "yes",
     "RemoteCommand": "none",
-    "RequestTTY": "no",
 }
 """What we need, over the user's own configuration; all else is as he has it."""
 

@@ -150,7 +150,10 @@ def test_what_is_told_comes_as_it_is_and_nothing_of_it_runs(
     assert not list(tmp_path.rglob("canary"))
 
 
-def test_files_of_any_name_arrive_and_nothing_of_them_runs(link: Link, robot: Sshd, folder: Path) -> None:
+def test_files_of_any_name_arrive_and_nothing_of_them_runs(
+    link: Link, robot: Sshd, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("RSYNC_CHECKSUM_LIST", "of a user's own")
     transfer = link.send(folder, "incoming/new")
     assert contents(robot.home / "robotcore" / "incoming" / "new") == contents(folder)
     assert transfer.files == transfer.changed == len(NAMES)
@@ -300,7 +303,12 @@ def test_any_login_shell_will_do(shell: str, tmp_path: Path, aboard: Aboard, fol
 
 def test_what_a_user_has_configured_for_his_own_logins_does_no_harm(sshd: Sshd, aboard: Aboard) -> None:
     aboard("echo", ECHO)
-    own = ("RemoteCommand echo no", "RequestTTY force", f"LocalForward {sshd.port} localhost:1", "ControlPersist 600")
+    own = (
+        "RemoteCommand echo no",
+        "RequestTTY force",
+        f"LocalForward 127.0.0.1:{sshd.port} localhost:1",
+        "ControlPersist 600",
+    )
     sshd.config.write_text("\n".join((*own, "ExitOnForwardFailure yes", sshd.config.read_text())))
     with Link(Host.parse("robot"), sshd.config) as link:
         assert link.call("echo", a=1) == {"told": {"a": 1}}

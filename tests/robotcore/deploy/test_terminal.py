@@ -42,6 +42,7 @@ from robotcore.deploy.host import Host
 from robotcore.deploy.link import Link
 
 os.open(os.ttyname(0), os.O_RDWR)  # the terminal of this session from now on
+ssh.ENDING_S = 600  # what is to end ends by itself
 config, ssh.ROOM, folder = Path(sys.argv[1]), sys.argv[2], Path(sys.argv[3])
 """
 
@@ -90,6 +91,18 @@ def test_a_host_key_and_a_passphrase_are_asked_for(sshd: Sshd, tmp_path: Path) -
         person.type("open sesame\n")
         person.read_until("connected")
         assert person.program.wait(ANSWERING_S) == 0
+
+
+def test_ctrl_c_withdraws_a_question(sshd: Sshd, tmp_path: Path) -> None:
+    sshd.key.unlink()
+    make_key(sshd.key, "open sesame")
+    sshd.config.write_text(sshd.config.read_text().replace("BatchMode yes", ""))
+    with TemporaryDirectory(dir=ssh.ROOM) as room, terminal(CONNECT, sshd.config, room, tmp_path) as person:
+        person.read_until("Enter passphrase for key")
+        person.type("\x03")
+        person.read_until("KeyboardInterrupt")
+        assert person.program.wait(ANSWERING_S) == -signal.SIGINT
+        assert not list(Path(room).iterdir())
 
 
 @pytest.fixture
