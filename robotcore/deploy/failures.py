@@ -123,7 +123,7 @@ RSYNC = (
         "Let it print only where somebody is: case $- in *i*) … esac in ~/.bashrc there",
     ),
     Failure(
-        r"remote command not found|\(code 127\)",
+        r"remote command not found|rsync: (?:[Cc]ommand )?not found|Unknown command:? '?rsync",  # any shell's words
         "no rsync",
         "there is no rsync",
         "Install it there: sudo apt install rsync",
