@@ -15,10 +15,10 @@ SPARE = 100_000_000
 
 
 def act(layout: Layout, *, release: str, size: int) -> dict[str, Any]:
-    """Make room for so many bytes in ``incoming/RELEASE``; return which release to copy from what it has already.
+    """Make room for so many bytes; return where they go (``to``), and the folder to copy from what it has already.
 
-    ``copy_from`` is its name, None where there is none. Raises RefusalError where there is too little room, though what
-    nobody needs was thrown away; then nothing is left of this push.
+    Both are below the robot's own folder; ``copy_from`` is None where there is none. Raises RefusalError where there is
+    too little room, though what nobody needs was thrown away; then nothing is left of this push.
     """
     with locked(layout, f"push of {require_name(release)}"):
         for room in (layout.incoming, layout.releases, layout.wheels, layout.recordings):
@@ -28,7 +28,8 @@ def act(layout: Layout, *, release: str, size: int) -> dict[str, Any]:
         if short := _lacks(layout, size):
             incoming.forget(layout, release)
             raise _refusal(layout, size, short)
-        return {"release": release, "copy_from": current.name_of(layout) or next(iter(pruning.names(layout)), None)}
+        before = current.name_of(layout) or next(iter(pruning.names(layout)), None)
+    return {"to": f"incoming/{release}", "copy_from": f"releases/{before}" if before else None}
 
 
 def _lacks(layout: Layout, size: int) -> int:

@@ -18,16 +18,16 @@ MOUNT = shutil.which("mount")
 
 
 def test_the_first_push_has_nothing_to_copy_from(layout: Layout) -> None:
-    assert begin.act(layout, release=NEW, size=1000) == {"release": NEW, "copy_from": None}
+    assert begin.act(layout, release=NEW, size=1000) == {"to": f"incoming/{NEW}", "copy_from": None}
     assert (layout.incoming / NEW).is_dir()
 
 
 def test_the_next_one_copies_from_what_runs(layout: Layout) -> None:
     for name in (OLD, NEW):
         put(layout, name)
-    assert begin.act(layout, release=NEWER, size=1000)["copy_from"] == NEW
+    assert begin.act(layout, release=NEWER, size=1000)["copy_from"] == f"releases/{NEW}"
     let_run(layout, OLD)
-    assert begin.act(layout, release=NEWER, size=1000)["copy_from"] == OLD
+    assert begin.act(layout, release=NEWER, size=1000)["copy_from"] == f"releases/{OLD}"
 
 
 def test_more_than_there_is_room_for_is_refused_and_nothing_is_left_of_it(layout: Layout) -> None:
