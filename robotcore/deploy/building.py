@@ -55,7 +55,7 @@ def _has_all_to_build(tree: Path) -> bool:
     if not (tree / FILE).is_file():
         return False
     table = read_table(str(tree / FILE)).get("build-system", {})
-    return bool(table.get("requires")) and all(map(_is_here, table["requires"]))
+    return "requires" in table and all(map(_is_here, table["requires"]))
 
 
 def _is_here(text: str) -> bool:

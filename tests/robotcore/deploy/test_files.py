@@ -67,10 +67,10 @@ def test_a_folder_that_git_ignores_as_a_whole_is_taken_as_it_is(tmp_path: Path) 
 
 def test_a_hook_of_another_repository_does_not_change_the_list(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("one", "other"):
-        git(write(tmp_path / name, {f"{name}.py": ""}), "init", "-q")
+        git(write(tmp_path / name, {f"{name}.py": "", ".gitignore": "big\n", "big": ""}), "init", "-q")
     monkeypatch.setenv("GIT_DIR", str(tmp_path / "other" / ".git"))
     monkeypatch.setenv("GIT_WORK_TREE", str(tmp_path / "other"))
-    assert listed(tmp_path / "one").names == ("one.py",)
+    assert listed(tmp_path / "one").names == (".gitignore", "one.py")
 
 
 @pytest.mark.parametrize("has_git", [False, True])

@@ -168,7 +168,9 @@ def test_compiled_code_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_package_that_cannot_be_built_is_told_and_its_folder_left_as_it_was(tmp_path: Path) -> None:
-    source = write(tmp_path / "broken", {"pyproject.toml": BUILT + DRIVER})
+    table = '[build-system]\nrequires = []\nbuild-backend = "own"\nbackend-path = ["."]\n'
+    leaves_things = "def build_wheel(*_):\n    open('left', 'w').close()\n    raise OSError('no compiler')\n"
+    source = write(tmp_path / "broken", {"pyproject.toml": table, "own.py": leaves_things})
     with pytest.raises(DeployError, match=r"broken cannot be built: .*pip wheel --no-deps"):
         build(source, tmp_path / "site")
-    assert [path.name for path in source.iterdir()] == ["pyproject.toml"]
+    assert {path.name for path in source.iterdir()} == {"pyproject.toml", "own.py"}
