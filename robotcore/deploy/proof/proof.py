@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 import subprocess
 import sys
@@ -10,6 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from robotcore.deploy.project import Project
+
+ROBOTCORE = "robotcore"
 
 Say = Callable[[str], object]
 """Is told in words what goes on."""
@@ -28,12 +31,21 @@ def ask(project: Project, module: str, words: Sequence[str]) -> subprocess.Compl
     return subprocess.run(  # noqa: S603  words, and no shell to take them for anything else
         [sys.executable, "-m", module, *words],
         cwd=project.folder,
+        env=_environment(module),
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
         errors="backslashreplace",
         check=False,
     )
+
+
+def _environment(module: str) -> dict[str, str]:
+    """Return the environment of a process: robotcore's own modules are not looked for in the project's folder.
+
+    One that has a folder ``drivers`` or ``apps`` would put it before robotcore's. Tests are run as everybody runs them.
+    """
+    return {**os.environ, "PYTHONSAFEPATH": "1"} if module == ROBOTCORE else {**os.environ}
 
 
 def command_line(project: Project, line: str) -> str:

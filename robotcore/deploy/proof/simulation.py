@@ -13,7 +13,7 @@ from typing import Any
 from robotcore.catalogue import load_backend
 from robotcore.deploy.paths import told
 from robotcore.deploy.project import Project
-from robotcore.deploy.proof.proof import Proof, Say, ask, command_line, told_error
+from robotcore.deploy.proof.proof import ROBOTCORE, Proof, Say, ask, command_line, told_error
 from robotcore.errors import UnprovenError, UsageError
 from robotcore.running.outcome import Outcome
 from robotcore.running.plan import DEFAULT_WORLD, RunRequest
@@ -84,13 +84,13 @@ def words_for(project: Project, backend: str, world: str) -> list[str]:
 
 def _swept(project: Project, words: Sequence[str], folder: str) -> dict[str, Any]:
     """Return the answer of ``robotcore sweep``, its results in the folder; UnprovenError where it came to no end."""
-    asked = ask(project, "robotcore", [*words, "--out", folder, "--json"])
+    asked = ask(project, ROBOTCORE, [*words, "--out", folder, "--json"])
     try:
         answer: dict[str, Any] = json.loads(asked.stdout)
     except ValueError:
         answer = {"error": told_error(asked)}
     if "error" in answer:
-        again = command_line(project, shlex.join(["robotcore", *words]))
+        again = command_line(project, shlex.join([ROBOTCORE, *words]))
         raise UnprovenError(f"simulation: {answer['error']}\nRepeat it: {again}")
     return answer
 

@@ -58,6 +58,7 @@ def test_a_robot_without_the_section_that_its_backend_needs_is_told_at_the_desk(
 
 
 def test_an_app_that_never_says_success_passes_by_going_on_without_a_touch(tmp_path: Path) -> None:
+    write(tmp_path, {"drivers/__init__.py": "", "json.py": "raise ImportError"})  # a folder of the user's own
     assert simulation.prove(project_in(tmp_path), str).said == "kinematic, arena, seeds 1: 1 of 1 without a contact"
 
 
