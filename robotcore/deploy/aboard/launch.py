@@ -19,7 +19,7 @@ class Launch:
 
 
 def robotcore(release: Path, *arguments: str) -> Launch:
-    """Return how robotcore is called in a release's folder."""
+    """Return how robotcore is called in a release's folder; no ``drivers`` of the project's is taken for ours."""
     python = release / ENVIRONMENT / "bin" / "python"
-    environment = {**os.environ, "PYTHONPATH": str(release / SITE), "PYTHONNOUSERSITE": "1"}
-    return Launch((str(python), "-m", "robotcore", *arguments), release / PROJECT, environment)
+    kept_apart = {"PYTHONPATH": str(release / SITE), "PYTHONNOUSERSITE": "1", "PYTHONSAFEPATH": "1"}
+    return Launch((str(python), "-m", "robotcore", *arguments), release / PROJECT, {**os.environ, **kept_apart})
