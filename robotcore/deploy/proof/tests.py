@@ -37,7 +37,7 @@ def prove(project: Project, say: Say) -> Proof:
     if asked.returncode == NO_TESTS:
         return Proof("none")
     if asked.returncode:
-        raise UnprovenError(f"tests: {_failed(asked)}. Repeat it: {command_line(project, 'python -m pytest')}")
+        raise UnprovenError(f"tests: {_failed(asked)}\nRepeat it: {command_line(project, 'python -m pytest')}")
     return Proof(_counts(asked) or "passed")
 
 
