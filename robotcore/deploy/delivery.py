@@ -61,9 +61,10 @@ class Delivery:
 
     def _send(self, wheels: Path | None) -> None:
         step = begin("sent", self._tell)
-        folder, name = self._staged.folder, self._release.name
+        folder = self._staged.folder
         self._release.write(folder)
-        begun = self._link.call("begin", release=name, size=size_of(folder) + (size_of(wheels) if wheels else 0))
+        size = size_of(folder) + (size_of(wheels) if wheels else 0)
+        begun = self._link.call("begin", release=self._release.name, size=size)
         if wheels:
             self._link.send(wheels, "wheels", on_progress=_saying(step, "wheels"))
         went = self._link.send(folder, begun["to"], begun["copy_from"], _saying(step, "files"))

@@ -90,9 +90,10 @@ class Connection:
 
     def _started(self) -> subprocess.Popen[bytes]:
         command = (*DEAF_TO_CTRL_C, "ssh", *self._options(), "--", self._host.name, "cat")
-        return subprocess.Popen(  # noqa: S603  the host is checked, the rest is ours
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE
-        )
+        with (self._folder / "log").open("ab") as log:  # what ssh says of a broken connection is ours to tell
+            return subprocess.Popen(  # noqa: S603  the host is checked, the rest is ours
+                command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log
+            )
 
     def _options(self) -> list[str]:
         """Return what ssh is told: its own messages go to a file, and a question of its to the terminal."""

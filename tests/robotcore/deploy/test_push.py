@@ -1,0 +1,142 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from robotcore.deploy import gates
+from robotcore.deploy.gates import Gate
+from robotcore.deploy.host import Host
+from robotcore.deploy.progress import Progress
+from robotcore.deploy.project import Asked, project_of
+from robotcore.deploy.proof.proof import Proof, Say
+from robotcore.deploy.push import Push, push, state_after
+from robotcore.errors import DeployError, UnprovenError
+from tests.robotcore.deploy.actions import Aboard
+from tests.robotcore.deploy.sshd import Sshd, serving
+
+APP = """
+from robotcore import Behaviour, Role, Status
+
+class Still(Behaviour):
+    needs = frozenset({Role.DRIVE})
+
+    def step(self, robot):
+        return Status.SUCCESS
+"""
+
+PROBE = """
+def act(layout, requirements, is_push):
+    assert is_push and "numpy>=1.24" in requirements
+    return {
+        "host": "rover", "machine": "aarch64", "system": "Debian 12", "python": "3.11.2", "free_bytes": 12_300_000_000,
+        "has_environment": True,
+    }
+"""
+
+INSTALL = """
+from robotcore.deploy.aboard.telling import say
+
+def act(layout, release, is_offline):
+    (layout.incoming / release).rename(layout.releases / release)
+    say("doctor looks at the robot")
+    fault = {"level": "warning", "what": "disk", "said": "nearly full", "remedy": "Make room"}
+    good = {"level": "ok", "what": "Python", "said": "3.11.2", "remedy": ""}
+    return {"environment": "kept", "findings": [good, fault]}
+"""
+
+FAIL = """
+from robotcore.deploy.aboard.telling import RefusalError
+
+def act(layout, **told):
+    raise RefusalError("pip cannot reach its index", "Push with --offline", "network")
+"""
+
+ACTIVATE = """
+import os
+
+def act(layout, release, healthy_within_s):
+    assert healthy_within_s == 7.0
+    layout.current.unlink(missing_ok=True)
+    layout.current.symlink_to(f"releases/{release}")
+    return {"release": release, "outcome": "healthy", "reason": "", "lines": [], "current": release, "is_running": True}
+"""
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Sshd]:
+    with serving(tmp_path_factory.mktemp("robot") / "sshd") as server:
+        yield server
+
+
+@pytest.fixture
+def wanted(robot: Sshd, tmp_path: Path, aboard: Aboard) -> Push:
+    """A push of a small project, to a robot on which systemd and pip are left out; sent and kept is for real."""
+    (tmp_path / "still.py").write_text(APP)
+    for name, source in {"probe": PROBE, "install": INSTALL, "activate": ACTIVATE}.items():
+        aboard(name, source)
+    project = project_of(Asked(app="still.py", robot="rover", backend="kinematic"), tmp_path)
+    return Push(Host(robot.host), project, robot.config, is_proven=False, healthy_within_s=7.0)
+
+
+def rooms(robot: Sshd, room: str) -> set[str]:
+    return {path.name for path in (robot.home / "robotcore" / room).iterdir() if path.is_dir()}
+
+
+def test_each_step_is_told_and_the_release_is_there_whole(wanted: Push, robot: Sshd) -> None:
+    told: list[Progress] = []
+    release = push(wanted, told.append)
+    done = {each.step: each for each in told if each.is_done}
+    assert list(done) == ["skipped", "robot", "sent", "environment", "doctor", "release"]
+    assert done["robot"].said == "rover: aarch64, Debian 12, Python 3.11.2, 12.3 GB free"
+    assert (done["doctor"].said, done["doctor"].notes) == (
+        "1 ok, 1 warning",
+        ("warning: disk: nearly full. Make room",),
+    )
+    assert done["release"].said == f"{release} is healthy; it runs"
+    assert (robot.home / "robotcore" / "current" / "project" / "still.py").read_text() == APP
+
+
+def test_second_push_sends_what_has_changed_alone(wanted: Push) -> None:
+    push(wanted, lambda _: None)
+    told: list[Progress] = []
+    push(wanted, told.append)
+    (sent,) = (each.said for each in told if each.step == "sent" and each.is_done)
+    assert ", 1 of them new," in sent, sent  # release.json
+
+
+def test_what_fails_to_install_is_thrown_away_and_what_runs_is_as_it_was(
+    wanted: Push, robot: Sshd, aboard: Aboard
+) -> None:
+    running = push(wanted, lambda _: None)
+    releases = rooms(robot, "releases")
+    aboard("install", FAIL)
+    with pytest.raises(DeployError, match=r"pip cannot reach its index\. Push with --offline"):
+        push(wanted, lambda _: None)
+    assert rooms(robot, "incoming") == set()
+    assert rooms(robot, "releases") == releases
+    assert (robot.home / "robotcore" / "current").readlink().name == running
+
+
+def test_nobody_is_called_before_every_gate_is_passed(wanted: Push, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(_project: object, say: Say) -> Proof:
+        raise UnprovenError("simulation: 1 of 3 verified")
+
+    passed = Gate("tests", lambda _project, _say: Proof("12 passed"))
+    monkeypatch.setattr(gates, "GATES", (passed, Gate("simulation", fail)))
+    told: list[Progress] = []
+    nowhere = replace(wanted, is_proven=True, host=Host("nobody.invalid"))
+    with pytest.raises(UnprovenError, match="1 of 3"):
+        push(nowhere, told.append)
+    assert told[-2:] == [Progress("tests", "12 passed", is_done=True), Progress("simulation")]
+
+
+@pytest.mark.parametrize("step", ["tests", "robot", "sent", "environment", "doctor"])
+def test_push_cut_short_before_the_release_has_changed_nothing(step: str) -> None:
+    assert state_after(step, Host("rover")) == "Nothing has changed on rover"
+
+
+def test_push_cut_short_in_the_trial_goes_on_there() -> None:
+    assert state_after("release", Host("rover")) == "The trial goes on there: robotcore deploy status rover"

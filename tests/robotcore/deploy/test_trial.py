@@ -1,0 +1,141 @@
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterator
+
+import pytest
+
+from robotcore.deploy import trial
+from robotcore.deploy.host import Host
+from robotcore.deploy.link import Link
+from robotcore.deploy.progress import Progress
+from robotcore.errors import DeployError, UnhealthyError
+from tests.robotcore.deploy.actions import Aboard
+from tests.robotcore.deploy.sshd import Sshd, serving
+
+OLD, NEW = "2026-11-21T22-40-03Z", "2026-11-21T22-52-10Z"
+
+JUDGED = """
+def act(layout, release, **told):
+    return {judgement!r}
+"""
+
+GOES_ON = """
+import time
+from robotcore.deploy.aboard.telling import say
+
+def act(layout, release, healthy_within_s):
+    begun = layout.home / "begun"
+    if begun.exists():
+        return {{"release": release, "outcome": "healthy", "reason": "", "current": release, "is_running": True}}
+    begun.touch()
+    say("it starts")
+    time.sleep({time_s})
+"""
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Sshd]:
+    with serving(tmp_path_factory.mktemp("robot") / "sshd") as server:
+        yield server
+
+
+@pytest.fixture(scope="module")
+def link(robot: Sshd) -> Iterator[Link]:
+    with Link(Host(robot.host), robot.config) as link:
+        yield link
+
+
+@pytest.fixture(autouse=True)
+def prompt(monkeypatch: pytest.MonkeyPatch, robot: Sshd) -> None:
+    monkeypatch.setattr(trial, "PAUSE_S", 0.01)
+    (robot.home / "begun").unlink(missing_ok=True)
+
+
+def follow(link: Link, robot: Sshd, release: str | None = NEW) -> list[Progress]:
+    """Follow a trial; return what is told of it."""
+    told: list[Progress] = []
+    watched = trial.Trial(link.host, robot.config, trial.begin(trial.STEP, told.append))
+    watched.follow(link, "activate", release, healthy_within_s=5.0)
+    return told
+
+
+def follow_cut(robot: Sshd) -> list[Progress]:
+    """Follow a trial over a connection that breaks as soon as the robot says something."""
+    told: list[Progress] = []
+
+    def hear(progress: Progress) -> None:
+        told.append(progress)
+        if progress.said == "it starts":
+            os.kill(robot.connections()[-1], signal.SIGKILL)
+
+    with Link(Host(robot.host), robot.config) as link:
+        watched = trial.Trial(link.host, robot.config, trial.begin(trial.STEP, hear))
+        watched.follow(link, "activate", NEW, healthy_within_s=5.0)
+    return told
+
+
+def judgement(outcome: str, reason: str = "", current: str | None = NEW, *, is_running: bool = True) -> str:
+    lines = ["ZeroDivisionError: float division by zero"] if reason else []
+    told = {"outcome": outcome, "reason": reason, "current": current, "is_running": is_running}
+    return JUDGED.format(judgement={"release": NEW, "lines": lines, **told})
+
+
+def test_release_that_lives_is_told_to_run(link: Link, robot: Sshd, aboard: Aboard) -> None:
+    aboard("activate", judgement("healthy"))
+    assert follow(link, robot)[-1] == Progress("release", f"{NEW} is healthy; it runs", is_done=True)
+
+
+def test_release_that_has_ended_well_is_told_to_have_ended(link: Link, robot: Sshd, aboard: Aboard) -> None:
+    aboard("activate", judgement("healthy", "it ended with success", is_running=False))
+    assert follow(link, robot)[-1].said == f"{NEW} is healthy; it ended with success"
+
+
+@pytest.mark.parametrize(
+    "current, is_running, now",
+    [
+        (OLD, True, f"{OLD} runs again"),
+        (OLD, False, f"{OLD} is in its place again, and stands"),
+        (None, False, "Nothing runs"),
+    ],
+)
+def test_release_that_does_not_live_is_told_with_its_last_words_and_what_runs_now(
+    link: Link, robot: Sshd, aboard: Aboard, current: str | None, is_running: bool, now: str
+) -> None:
+    aboard("activate", judgement("unhealthy", "it ended with status 5", current, is_running=is_running))
+    with pytest.raises(UnhealthyError) as caught:
+        follow(link, robot)
+    assert f"{NEW} did not live: it ended with status 5. {now}" in str(caught.value)
+    assert str(caught.value).splitlines()[1:] == ["  ZeroDivisionError: float division by zero"]
+
+
+def test_broken_connection_is_made_anew_and_the_trial_is_followed_to_its_end(robot: Sshd, aboard: Aboard) -> None:
+    aboard("activate", GOES_ON.format(time_s=600))
+    told = follow_cut(robot)
+    assert "broke" in told[-2].said
+    assert told[-1].said == f"{NEW} is healthy; it runs"
+
+
+def test_robot_that_does_not_come_back_is_told_with_how_to_look(
+    robot: Sshd, aboard: Aboard, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(trial, "ATTEMPTS", 0)
+    aboard("activate", GOES_ON.format(time_s=600))
+    with pytest.raises(DeployError, match="The trial goes on there: robotcore deploy status robot") as caught:
+        follow_cut(robot)
+    assert not isinstance(caught.value, UnhealthyError)
+
+
+def test_refusal_is_no_reason_to_look_again(link: Link, robot: Sshd, aboard: Aboard) -> None:
+    aboard(
+        "activate",
+        """
+from robotcore.deploy.aboard.telling import RefusalError
+
+def act(layout, **told):
+    raise RefusalError("somebody else is at it", "Wait for it")
+""",
+    )
+    with pytest.raises(DeployError, match=r"somebody else is at it\. Wait for it$"):
+        follow(link, robot)
