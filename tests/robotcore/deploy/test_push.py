@@ -2,7 +2,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
@@ -26,6 +25,8 @@ class Still(Behaviour):
     def step(self, robot):
         return Status.SUCCESS
 """
+
+OLD = "2026-11-21T22-40-03Z"
 
 PROBE = """
 def act(layout, requirements, is_push):
@@ -71,53 +72,55 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Sshd]:
         yield server
 
 
-@pytest.fixture
-def wanted(robot: Sshd, tmp_path: Path, aboard: Aboard) -> Push:
-    """A push of a small project, to a robot on which systemd and pip are left out; sent and kept is for real."""
-    (tmp_path / "still.py").write_text(APP)
-    for name, source in {"probe": PROBE, "install": INSTALL, "activate": ACTIVATE}.items():
-        aboard(name, source)
-    project = project_of(Asked(app="still.py", robot="rover", backend="kinematic"), tmp_path)
+@pytest.fixture(scope="module")
+def wanted(robot: Sshd, tmp_path_factory: pytest.TempPathFactory) -> Push:
+    """A push of a small project."""
+    folder = tmp_path_factory.mktemp("project")
+    (folder / "still.py").write_text(APP)
+    project = project_of(Asked(app="still.py", robot="rover", backend="kinematic"), folder)
     return Push(Host(robot.host), project, robot.config, is_proven=False, healthy_within_s=7.0)
 
 
+@pytest.fixture(autouse=True)
+def without_systemd(aboard: Aboard) -> None:
+    """Leaves out systemd and pip on the robot; what is sent and kept is for real."""
+    for name, source in {"probe": PROBE, "install": INSTALL, "activate": ACTIVATE}.items():
+        aboard(name, source)
+
+
 def rooms(robot: Sshd, room: str) -> set[str]:
-    return {path.name for path in (robot.home / "robotcore" / room).iterdir() if path.is_dir()}
+    return {path.name for path in (robot.home / "robotcore" / room).glob("*") if path.is_dir()}
 
 
-def test_each_step_is_told_and_the_release_is_there_whole(wanted: Push, robot: Sshd) -> None:
+def test_each_step_is_told_and_the_release_is_there_whole_and_only_changes_are_sent_again(
+    wanted: Push, robot: Sshd
+) -> None:
     told: list[Progress] = []
+    push(wanted, lambda _: None)
     release = push(wanted, told.append)
     done = {each.step: each for each in told if each.is_done}
     assert list(done) == ["skipped", "robot", "sent", "environment", "doctor", "release"]
     assert done["robot"].said == "rover: aarch64, Debian 12, Python 3.11.2, 12.3 GB free"
-    assert (done["doctor"].said, done["doctor"].notes) == (
-        "1 ok, 1 warning",
-        ("warning: disk: nearly full. Make room",),
-    )
+    assert ", 1 of them new," in done["sent"].said  # release.json
+    assert done["doctor"].said == "1 ok, 1 warning"
+    assert done["doctor"].notes == ("warning: disk: nearly full. Make room",)
     assert done["release"].said == f"{release} is healthy; it runs"
     assert (robot.home / "robotcore" / "current" / "project" / "still.py").read_text() == APP
-
-
-def test_second_push_sends_what_has_changed_alone(wanted: Push) -> None:
-    push(wanted, lambda _: None)
-    told: list[Progress] = []
-    push(wanted, told.append)
-    (sent,) = (each.said for each in told if each.step == "sent" and each.is_done)
-    assert ", 1 of them new," in sent, sent  # release.json
 
 
 def test_what_fails_to_install_is_thrown_away_and_what_runs_is_as_it_was(
     wanted: Push, robot: Sshd, aboard: Aboard
 ) -> None:
-    running = push(wanted, lambda _: None)
-    releases = rooms(robot, "releases")
+    root = robot.home / "robotcore"
+    (root / "releases" / OLD).mkdir(parents=True, exist_ok=True)
+    (root / "current").unlink(missing_ok=True)
+    (root / "current").symlink_to(f"releases/{OLD}")
+    before = (rooms(robot, "releases"), (root / "current").readlink())
     aboard("install", FAIL)
     with pytest.raises(DeployError, match=r"pip cannot reach its index\. Push with --offline"):
         push(wanted, lambda _: None)
     assert rooms(robot, "incoming") == set()
-    assert rooms(robot, "releases") == releases
-    assert (robot.home / "robotcore" / "current").readlink().name == running
+    assert (rooms(robot, "releases"), (root / "current").readlink()) == before
 
 
 def test_nobody_is_called_before_every_gate_is_passed(wanted: Push, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,7 +9,7 @@ import pytest
 from robotcore.deploy import trial
 from robotcore.deploy.host import Host
 from robotcore.deploy.link import Link
-from robotcore.deploy.progress import Progress
+from robotcore.deploy.progress import Progress, begin
 from robotcore.errors import DeployError, UnhealthyError
 from tests.robotcore.deploy.actions import Aboard
 from tests.robotcore.deploy.sshd import Sshd, serving
@@ -56,7 +56,7 @@ def prompt(monkeypatch: pytest.MonkeyPatch, robot: Sshd) -> None:
 def follow(link: Link, robot: Sshd, release: str | None = NEW) -> list[Progress]:
     """Follow a trial; return what is told of it."""
     told: list[Progress] = []
-    watched = trial.Trial(link.host, robot.config, trial.begin(trial.STEP, told.append))
+    watched = trial.Trial(link.host, robot.config, begin(trial.STEP, told.append))
     watched.follow(link, "activate", release, healthy_within_s=5.0)
     return told
 
@@ -71,7 +71,7 @@ def follow_cut(robot: Sshd) -> list[Progress]:
             os.kill(robot.connections()[-1], signal.SIGKILL)
 
     with Link(Host(robot.host), robot.config) as link:
-        watched = trial.Trial(link.host, robot.config, trial.begin(trial.STEP, hear))
+        watched = trial.Trial(link.host, robot.config, begin(trial.STEP, hear))
         watched.follow(link, "activate", NEW, healthy_within_s=5.0)
     return told
 

@@ -1,0 +1,30 @@
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from tests.robotcore.cli.conftest import Cli, Told
+from tests.robotcore.deploy.actions import aboard
+from tests.robotcore.deploy.sshd import Sshd, serving
+
+__all__ = ["aboard"]
+
+Deploy = Callable[..., Told]
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Sshd]:
+    """A real sshd on loopback."""
+    with serving(tmp_path_factory.mktemp("robot") / "sshd") as server:
+        yield server
+
+
+@pytest.fixture
+def deploy(cli: Cli, robot: Sshd) -> Deploy:
+    """Runs a command of ``robotcore deploy`` against the robot."""
+
+    def run(command: str, *arguments: str) -> Told:
+        return cli("deploy", command, robot.host, "--ssh-config", str(robot.config), *arguments)
+
+    return run

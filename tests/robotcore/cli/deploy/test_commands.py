@@ -1,0 +1,212 @@
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from robotcore.deploy.aboard.release import Release
+from robotcore.deploy.aboard.verdict import HEALTHY, Verdict
+from tests.robotcore.cli.conftest import Cli
+from tests.robotcore.cli.deploy.conftest import Deploy
+from tests.robotcore.deploy.actions import Aboard
+from tests.robotcore.deploy.sshd import Sshd
+
+OLD, NEW = "2026-11-21T22-40-03Z", "2026-11-21T22-52-10Z"
+
+COMMANDS = ("push", "list", "rollback", "status", "logs", "start", "stop", "remove", "fetch")
+
+STATE: dict[str, Any] = {
+    "release": NEW,
+    "verdict": "healthy",
+    "on_trial": None,
+    "state": "running",
+    "for_s": 3723.4,
+    "restarts": 2,
+    "words": "approach, 12.4 s",
+    "reason": "",
+    "lines": [],
+    "starts_with_robot": True,
+    "lingers": True,
+    "recordings": {"files": 3, "bytes": 41_000_000},
+    "free_bytes": 12_300_000_000,
+}
+"""As a target of systemd's told it."""
+
+FAILED = {
+    "state": "failed",
+    "for_s": None,
+    "reason": "it ended with status 5",
+    "lines": ["ValueError: no"],
+    "words": "",
+}
+
+REFUSING = """
+from robotcore.deploy.aboard.telling import RefusalError
+
+def act(layout, **told):
+    raise RefusalError("lingering is off", "On the robot: sudo loginctl enable-linger pi", "linger")
+"""
+
+LOG = """
+import os, signal, subprocess
+
+def act(layout, lines, follow):
+    print("a line of", lines)
+    print("  another", flush=True)
+    if follow:
+        os.kill({pid}, signal.SIGINT)
+        subprocess.run(["sleep", "600"])
+    return {{}}
+"""
+
+ON_TRIAL = """
+import os, signal, subprocess
+from robotcore.deploy.aboard.telling import say
+
+def act(layout, **told):
+    say("it starts")
+    os.kill({pid}, signal.SIGINT)
+    subprocess.run(["sleep", "600"])
+"""
+
+REMOVE = """
+def act(layout, keeps_recordings):
+    (layout.home / "removed").touch()
+    return {"removed": True, "kept": keeps_recordings}
+"""
+
+
+def answering(told: dict[str, Any]) -> str:
+    return f"def act(layout, **told):\n    return {told!r}\n"
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_host_that_is_none_is_wrong_usage(command: str, cli: Cli) -> None:
+    told = cli("deploy", command, "-oProxyCommand=touch canary" if command == "list" else "rover;touch canary")
+    assert told.status == 2
+    assert not Path("canary").exists()
+
+
+@pytest.mark.parametrize("command", ["list", "status"])
+def test_robot_that_cannot_be_reached_is_told_in_json_too(command: str, cli: Cli) -> None:
+    told = cli("deploy", command, "nobody.invalid", "--json")
+    assert told.status == told.json["exit_status"] == 3
+    assert told.json["host"] == "nobody.invalid"
+    assert told.json["error"] in told.err
+
+
+def test_status_says_what_runs_and_how(deploy: Deploy, aboard: Aboard) -> None:
+    aboard("status", answering(STATE))
+    told = deploy("status")
+    assert told.status == 0
+    assert told.out.splitlines() == [
+        f"robot: {NEW} running for 1 h 2 min, restarted 2 times",
+        "  says         approach, 12.4 s",
+        "  recordings   3, 41.0 MB; 12.3 GB free",
+    ]
+
+
+def test_status_of_what_does_not_run_has_the_reason_and_exits_1(deploy: Deploy, aboard: Aboard) -> None:
+    aboard("status", answering({**STATE, **FAILED, "on_trial": NEW, "lingers": False, "starts_with_robot": False}))
+    told = deploy("status")
+    assert told.status == 1
+    assert f"  on trial     {NEW}" in told.out
+    assert "  failed       it ended with status 5\n    ValueError: no\n" in told.out
+    assert "sudo loginctl enable-linger" in told.out
+    assert "robotcore deploy start robot" in told.out
+
+
+def test_status_as_json_is_what_the_robot_tells(deploy: Deploy, aboard: Aboard) -> None:
+    aboard("status", answering(STATE))
+    assert deploy("status", "--json").json == {"host": "robot", **STATE, "exit_status": 0}
+
+
+def test_status_of_a_robot_without_a_release_says_how_to_begin(deploy: Deploy, aboard: Aboard) -> None:
+    aboard("status", answering({**STATE, "release": None, "state": "stopped"}))
+    told = deploy("status")
+    assert (told.status, told.out) == (1, "robot: nothing was put there yet. robotcore deploy push robot\n")
+
+
+def test_list_names_each_release_with_its_verdict_and_what_was_proven(deploy: Deploy, robot: Sshd) -> None:
+    root = robot.home / "robotcore"
+    for name in (OLD, NEW):
+        (root / "releases" / name).mkdir(parents=True)
+        proven = ("tests: 12 passed",)
+        release = Release(
+            name, "mine", "search.py", "my_robot.toml", "raspberrypi", (), (), gates=proven, sender="ann@desk"
+        )
+        release.write(root / "releases" / name)
+    Verdict(HEALTHY).write(root / "releases" / OLD)
+    (root / "current").symlink_to(f"releases/{OLD}")
+    told = deploy("list")
+    head, _, newer, older = told.out.splitlines()
+    assert head.split()[:2] == ["release", "state"]
+    assert newer.split()[:2] == [NEW, "search.py"]
+    assert older.split()[:4] == [OLD, "current,", "healthy", "search.py"]
+    assert "ann@desk" in older
+    assert "tests: 12 passed" in older
+    assert [each["verdict"] for each in deploy("list", "--json").json["releases"]] == [None, "healthy"]
+
+
+def test_start_and_stop_tell_how_the_robot_does_then(deploy: Deploy, aboard: Aboard) -> None:
+    aboard("start", answering(STATE))
+    aboard("stop", answering({**STATE, "state": "stopped", "for_s": None, "restarts": 0}))
+    started, stopped = deploy("start"), deploy("stop")
+    assert (started.status, stopped.status) == (0, 0)
+    assert f"{NEW} running for" in started.out
+    assert f"robot: {NEW} stopped\n" in stopped.out
+
+
+def test_refusal_of_the_robot_says_what_to_do_and_exits_3(deploy: Deploy, aboard: Aboard) -> None:
+    aboard("start", REFUSING)
+    told = deploy("start")
+    assert told.status == 3
+    assert told.err == "error: robot: lingering is off. On the robot: sudo loginctl enable-linger pi\n"
+
+
+def test_logs_are_passed_through_and_ctrl_c_ends_the_looking(deploy: Deploy, aboard: Aboard) -> None:
+    aboard("logs", LOG.format(pid=os.getpid()))
+    told = deploy("logs", "-n", "7")
+    assert (told.status, told.out) == (0, "a line of 7\n  another\n")
+    assert deploy("logs", "-f").status == 130
+
+
+def test_ctrl_c_in_a_trial_says_that_it_goes_on_there(deploy: Deploy, aboard: Aboard) -> None:
+    aboard("rollback", ON_TRIAL.format(pid=os.getpid()))
+    told = deploy("rollback")
+    assert told.status == 130
+    assert told.err.splitlines() == [
+        "The trial goes on there: robotcore deploy status robot",
+        "error: interrupted by SIGINT",
+    ]
+
+
+def test_remove_does_nothing_where_nobody_can_be_asked(deploy: Deploy, aboard: Aboard, robot: Sshd) -> None:
+    aboard("remove", REMOVE)
+    told = deploy("remove")
+    assert told.status == 2
+    assert "--yes" in told.err
+    assert not (robot.home / "removed").exists()
+
+
+@pytest.mark.parametrize("option, kept", [((), True), (("--recordings",), False)])
+def test_remove_keeps_recordings_unless_it_is_told_otherwise(
+    deploy: Deploy, aboard: Aboard, option: tuple[str, ...], kept: bool
+) -> None:
+    aboard("remove", REMOVE)
+    told = deploy("remove", "--yes", *option)
+    assert told.status == 0
+    assert ("the recordings stay: robotcore deploy fetch robot" in told.out) is kept
+
+
+def test_fetch_says_how_to_replay_the_newest_by_a_name_that_a_shell_takes(
+    deploy: Deploy, robot: Sshd, tmp_path: Path
+) -> None:
+    recordings = robot.home / "robotcore" / "recordings"
+    recordings.mkdir(parents=True)
+    (recordings / f"{OLD}.mcap").write_text("seen")
+    told = deploy("fetch", "-o", str(tmp_path / "from rover"))
+    assert told.status == 0
+    assert f"robotcore replay '{tmp_path}/from rover/{OLD}.mcap'" in told.out
