@@ -16,6 +16,9 @@ from tests.system.guest.waiting import settled
 
 FORWARD = MOTOR_LINES["left"][0]
 
+AT_FULL_SPEED = ("--set", "speed_m_s=1")
+"""A line is high all the time then, not only in its part of a cycle."""
+
 BARE = """
 import sys
 from gpiozero import Motor
@@ -59,8 +62,7 @@ def test_sigkill_while_driving_leaves_the_board_asleep_by_the_guardian(chip: Chi
 def test_lines_that_nobody_is_left_to_pull_low_are_pulled_low_by_robotcore_stop(
     chip: Chip, robot: str, high: int
 ) -> None:
-    with started(run_command(ONWARDS, robot)) as app:
-        assert settled(lambda: chip.level(FORWARD), 1) == 1
+    with started(run_command(ONWARDS, robot, *AT_FULL_SPEED)) as app:
         assert settled(lambda: chip.level(high), 1) == 1
         os.kill(guardian_of(app.pid), signal.SIGKILL)
         app.kill()

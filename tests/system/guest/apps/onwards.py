@@ -11,6 +11,8 @@ class Onwards(Behaviour):
 
     needs = frozenset({Role.DRIVE})
 
+    speed_m_s: float = 0.2
+
     def step(self, robot: Robot) -> Status:
-        robot.drive.set_velocity(0.2, 0.0)
+        robot.drive.set_velocity(self.speed_m_s, 0.0)
         return Status.RUNNING
