@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -18,6 +19,9 @@ HOST = "rover"
 
 COMMAND_S = 240.0
 """A hang."""
+
+BUILT_WITH = ("hatchling>=1.21",)
+"""What builds packages; else pip would fetch it for each push."""
 
 CONFIG = """\
 Host {host}
@@ -56,6 +60,7 @@ class Desk:
     def install(self, project: Path) -> None:
         """Install a package of the user's, as who writes a driver does."""
         wheels.install(self._site, [str(project)], "--no-deps")
+        wheels.install(self._site, BUILT_WITH)
 
     def ssh(self, command: str) -> str:
         """Run a command there as the user, by ssh alone; return what it printed."""
@@ -63,6 +68,11 @@ class Desk:
             ["ssh", "-F", self.config, HOST, command], capture_output=True, text=True, check=True, timeout=COMMAND_S
         )
         return run.stdout
+
+    def rsync(self, folder: Path, there: str) -> None:
+        """Send a folder by rsync alone, to one below the user's home."""
+        ssh = shlex.join(["ssh", "-F", str(self.config)])
+        subprocess.run(["rsync", "--archive", "--compress", "-e", ssh, f"{folder}/", f"{HOST}:{there}/"], check=True)
 
     def command(self, *arguments: str) -> list[str]:
         """Return the command line of ``robotcore`` with these arguments."""

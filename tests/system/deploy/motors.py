@@ -50,6 +50,13 @@ class Motors:
 
         return awaited(look, f"both motors at {rad_s:g} rad/s", lambda: self.told()[-20:])
 
+    def come_to_be_driven(self, rad_s: float) -> bool:
+        """Whether both motors are driven at this velocity, if need be after a while."""
+        try:
+            return bool(self.await_driving(rad_s))
+        except AssertionError:
+            return False
+
     def is_still(self) -> bool:
         """Whether the last that each motor was told is to stand."""
         last = {told.motor: told.rad_s for told in self.told()}

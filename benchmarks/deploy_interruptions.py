@@ -1,0 +1,122 @@
+"""Deploys interrupted at random moments: the old release runs, or the new one; never neither, and never half of one.
+
+    python -m benchmarks.deploy_interruptions --trials 30 --seed 1
+
+The robot is a Debian that systemd boots (tests/system/deploy); it needs root. In each trial a release that drives at
+another speed is pushed, every third with something to be installed, every fourth broken. At a moment that the seed
+draws, from the first to the last second that such a push takes, one of these is done: the desk's push is killed, all
+connections to the robot are, whoever conducts the trial there is, or the robot's power is cut and it is booted again.
+Then the motors have to be driven, at the speed of the release that is in place, which is the old or the new one; a
+broken one may not be. Exit status 1 where that is not so.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+from collections import Counter
+from contextlib import nullcontext, suppress
+from dataclasses import dataclass
+from random import Random
+
+from benchmarks.deployed.robot import robot
+from benchmarks.report import machine, print_table
+from tests.system import needs
+from tests.system.deploy.projects import needing
+from tests.system.deploy.rover import Rover
+
+KINDS = ("the desk is killed", "the connections are killed", "the trial is killed", "the power is cut")
+OLD, NEW, NEITHER = "the old runs", "the new runs", "NEITHER"
+TAKES_S = {False: 12.0, True: 40.0}
+"""A push, and one with something to be installed; a moment after its end is drawn too now and then."""
+
+LIMIT_S = 180.0
+
+
+@dataclass(frozen=True)
+class Interruption:
+    """What is done to a push, and when."""
+
+    kind: str
+    after_s: float
+    speed_rad_s: float
+    is_broken: bool
+    has_needs: bool
+
+
+def main() -> bool:
+    """Print what came of each kind; return whether there was never neither."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--trials", type=int, default=30)
+    parser.add_argument("--seed", type=int, default=1)
+    asked = parser.parse_args()
+    print(machine())
+    came: Counter[tuple[str, str]] = Counter()
+    with robot() as rover:
+        for trial in range(asked.trials):
+            drawn = _drawn(trial, Random(f"{asked.seed} {trial}"))
+            outcome = _tried(rover, drawn)
+            came[drawn.kind, outcome] += 1
+            print(f"{trial + 1:3}  {drawn.kind} after {drawn.after_s:.1f} s: {outcome}", file=sys.stderr, flush=True)
+    outcomes = (OLD, NEW, NEITHER)
+    print_table(("", *outcomes), [(kind, *(str(came[kind, each]) for each in outcomes)) for kind in KINDS])
+    return not any(came[kind, NEITHER] for kind in KINDS)
+
+
+def _drawn(trial: int, random: Random) -> Interruption:
+    has_needs = trial % 3 == 2
+    return Interruption(
+        kind=KINDS[trial % len(KINDS)],
+        after_s=random.uniform(0.0, TAKES_S[has_needs]),
+        speed_rad_s=1.0 + trial % 50 / 10,
+        is_broken=trial % 4 == 3,
+        has_needs=has_needs,
+    )
+
+
+def _tried(rover: Rover, drawn: Interruption) -> str:
+    """Push, interrupt, and return what runs when all has come to rest."""
+    old = rover.release
+    told = [f"speed_rad_s={drawn.speed_rad_s:g}", *(["deed=raises", "at=5"] if drawn.is_broken else [])]
+    settings = [word for setting in told for word in ("--set", setting)]
+    with needing(rover.project) if drawn.has_needs else nullcontext(), rover.pushing(*settings) as push:
+        with suppress(subprocess.TimeoutExpired):
+            push.wait(drawn.after_s)
+        _interrupt(drawn.kind, rover, push)
+        push.communicate(timeout=LIMIT_S)
+    return _running(rover, old, drawn)
+
+
+def _running(rover: Rover, old: str, drawn: Interruption) -> str:
+    rover.await_judged()
+    speed = _speed_of(rover)
+    is_new = rover.release != old
+    if (is_new and (drawn.is_broken or speed != drawn.speed_rad_s)) or not rover.motors.come_to_be_driven(speed):
+        return NEITHER
+    return NEW if is_new else OLD
+
+
+def _speed_of(rover: Rover) -> float:
+    """Return the speed of the release that is in place, as its manifest has it."""
+    told = json.loads((rover.files / "current" / "release.json").read_text())["run"]
+    return next(float(word.partition("=")[2]) for word in told if word.startswith("speed_rad_s="))
+
+
+def _interrupt(kind: str, rover: Rover, push: subprocess.Popen[str]) -> None:
+    match kind:
+        case "the desk is killed":
+            push.kill()
+        case "the connections are killed":
+            rover.machine.as_root("systemctl", "kill", "--signal=KILL", "session-*", is_checked=False)
+        case "the trial is killed":
+            with suppress(subprocess.CalledProcessError):  # there is none before it begins
+                rover.desk.ssh("systemctl --user kill --signal=KILL robotcore-trial.service")
+        case "the power is cut":
+            rover.machine.restart()
+
+
+if __name__ == "__main__":
+    needs.leave_on_sigterm()
+    sys.exit(needs.told("deploy_interruptions", main))
