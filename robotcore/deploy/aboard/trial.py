@@ -89,6 +89,8 @@ def abandon(layout: Layout) -> None:
 
 def _judge(layout: Layout, trial: Trial) -> Verdict:
     """Let the release run; return and write down how it did."""
+    if not (layout.releases / trial.release).is_dir():
+        return Verdict(UNHEALTHY, "it is no longer there", since=trial.since)
     current.swap(layout, trial.release)
     seen = _seen(trial)
     verdict = Verdict(seen.outcome, seen.reason, seen.lines, trial.since)

@@ -36,7 +36,7 @@ def watch(healthy_within_s: float, settle_s: float) -> Seen:
     systemd.restart(SERVICE)
     state = _begun(before)
     if state is None:
-        return Seen(UNHEALTHY, f"systemd has not started it within {STOP_LIMIT_S:g} s")
+        return Seen(UNHEALTHY, "systemd did not start it")
     ours, started, up_since = state.invocation, time.monotonic(), None
     while (seen := _judged(state, ours)) is None:
         now = time.monotonic()
@@ -58,8 +58,11 @@ def _begun(before: str) -> State | None:
     """Return the service's state once it was started anew; None where it was not."""
     until = time.monotonic() + STOP_LIMIT_S
     while time.monotonic() < until:
-        if (state := systemd.show(SERVICE)).invocation not in {before, ""}:
+        state = systemd.show(SERVICE)
+        if state.invocation not in {before, ""}:
             return state
+        if state.is_down and not state.has_job:
+            return None
         time.sleep(LOOK_S)
     return None
 
