@@ -11,7 +11,7 @@ import time
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 
-from robotcore.deploy.aboard import current, durable, pruning, systemd
+from robotcore.deploy.aboard import current, durable, systemd
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.locking import locked
 from robotcore.deploy.aboard.release import require_name
@@ -76,8 +76,6 @@ def conduct(layout: Layout) -> None:
         if trial := pending(layout):
             verdict = trial.verdict(layout) or _judge(layout, trial)
             _conclude(layout, trial, verdict)
-            if verdict.is_healthy:
-                pruning.prune(layout)
 
 
 def abandon(layout: Layout) -> None:

@@ -53,6 +53,8 @@ _TRIAL = """\
 [Unit]
 Description=Whether a new release of this robot's app lives, and the way back
 ConditionPathExists=%h/robotcore/trial.json
+StartLimitIntervalSec=60
+StartLimitBurst=20
 
 [Service]
 Type=exec
