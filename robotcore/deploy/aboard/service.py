@@ -27,9 +27,9 @@ def main(arguments: Sequence[str] = tuple(sys.argv[1:]), layout: Layout | None =
     works: dict[str, Callable[[Layout], int]] = {"run": run, "off": off, "trial": trial}
     try:
         return works[arguments[0]](layout or Layout(Path.home()))
-    except RefusalError as refusal:
-        return _tell(str(refusal))
-    except (OSError, ValueError) as error:
+    except OSError as error:
+        return _tell(f"{error.filename}: {error.strerror}. Push again")
+    except (RefusalError, ValueError, KeyError, TypeError) as error:
         return _tell(str(error))
 
 
