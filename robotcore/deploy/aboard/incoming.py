@@ -20,11 +20,16 @@ def open_for(layout: Layout, release: str) -> Path:
     What a broken push left is taken over, so that only the rest is sent; contents decide what that is.
     """
     folder = layout.incoming / release
-    if not folder.exists():
-        before = next((left for left in leftovers(layout) if NAME.fullmatch(left.name)), None)
-        before.rename(folder) if before else folder.mkdir()
+    left = [path for path in leftovers(layout) if path != folder]
+    before = None if folder.exists() else next((path for path in left if NAME.fullmatch(path.name)), None)
+    for path in left:
+        if path != before:
+            erase(path)
+    if before:
+        before.rename(folder)
+    folder.mkdir(exist_ok=True)
     _owner(layout, release).write_text(process.connection())
-    clear(layout)
+    _drop_owners(layout)
     return folder
 
 
@@ -33,15 +38,6 @@ def leftovers(layout: Layout) -> Iterator[Path]:
     for path in sorted(layout.incoming.glob("*"), reverse=True):
         if path.suffix != _PUSHED_BY and not process.is_alive(_said(_owner(layout, path.name))):
             yield path
-
-
-def clear(layout: Layout) -> None:
-    """Throw away what broken pushes left."""
-    for folder in list(leftovers(layout)):
-        erase(folder)
-    for owner in layout.incoming.glob(f"*{_PUSHED_BY}"):
-        if not (layout.incoming / owner.stem).exists():
-            owner.unlink(missing_ok=True)
 
 
 def forget(layout: Layout, release: str) -> bool:
@@ -76,6 +72,13 @@ def erase(folder: Path) -> None:
 def _let_move(folder: Path) -> None:
     if not folder.is_symlink():
         folder.chmod(folder.stat().st_mode | 0o700)
+
+
+def _drop_owners(layout: Layout) -> None:
+    """Take away what tells of pushes whose folders are gone."""
+    for owner in layout.incoming.glob(f"*{_PUSHED_BY}"):
+        if not (layout.incoming / owner.stem).exists():
+            owner.unlink()
 
 
 def _owner(layout: Layout, release: str) -> Path:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import fcntl
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from pathlib import Path
 from threading import Event
 
 from robotcore.deploy.aboard.layout import Layout
@@ -23,18 +24,30 @@ def locked(layout: Layout, doing: str, patience_s: float = PATIENCE_S) -> Iterat
 
     ``doing`` is told to whoever waits in vain. Raises RefusalError of the kind ``busy``.
     """
-    layout.root.mkdir(parents=True, exist_ok=True)
-    handle = os.open(layout.lock, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+    handle = _taken(layout, patience_s)
     try:
-        _take(handle, patience_s)
-        os.ftruncate(handle, 0)
-        os.pwrite(handle, f"{doing}, process {os.getpid()}".encode(), 0)
+        _sign(handle, f"{doing}, process {os.getpid()}")
         yield handle
     finally:
         os.close(handle)
 
 
-def _take(handle: int, patience_s: float) -> None:
+def _taken(layout: Layout, patience_s: float) -> int:
+    """Return the handle of the lock, once it is ours."""
+    while True:
+        layout.root.mkdir(parents=True, exist_ok=True)
+        handle = os.open(layout.lock, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        try:
+            _wait_for(handle, patience_s)
+            if _is_at(layout.lock, handle):
+                return handle
+        except BaseException:
+            os.close(handle)
+            raise
+        os.close(handle)  # of a robot from which all was taken away meanwhile
+
+
+def _wait_for(handle: int, patience_s: float) -> None:
     for _ in range(round(patience_s / LOOK_S)):
         if _is_free(handle):
             return
@@ -51,3 +64,17 @@ def _is_free(handle: int) -> bool:
     except BlockingIOError:
         return False
     return True
+
+
+def _is_at(path: Path, handle: int) -> bool:
+    try:
+        return os.path.samestat(path.stat(), os.fstat(handle))
+    except FileNotFoundError:
+        return False
+
+
+def _sign(handle: int, words: str) -> None:
+    """Say who holds it, unless the disk is full: then a robot must be stopped and cleared all the same."""
+    with suppress(OSError):
+        os.ftruncate(handle, 0)
+        os.pwrite(handle, words.encode(), 0)

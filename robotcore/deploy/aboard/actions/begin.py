@@ -23,9 +23,9 @@ def act(layout: Layout, *, release: str, size: int) -> dict[str, Any]:
     with locked(layout, f"push of {require_name(release)}"):
         for room in (layout.incoming, layout.releases, layout.wheels, layout.recordings):
             room.mkdir(parents=True, exist_ok=True)
-        incoming.open_for(layout, release)
         pruning.prune(layout, keep=1 if _lacks(layout, size) else pruning.KEPT)
-        if short := _lacks(layout, size):
+        folder = incoming.open_for(layout, release)
+        if short := _lacks(layout, size - disk.size_of(folder)):
             incoming.forget(layout, release)
             raise _refusal(layout, size, short)
         before = current.name_of(layout) or next(iter(pruning.names(layout)), None)

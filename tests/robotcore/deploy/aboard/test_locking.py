@@ -4,7 +4,10 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from pathlib import Path
+from threading import Event
 
 import pytest
 
@@ -55,3 +58,22 @@ def test_a_child_that_is_given_the_lock_holds_it_when_its_parent_is_gone(layout:
         pytest.fail("the child's work is not over")
     with locked(layout, "push", 0.2):
         pass
+
+
+def test_who_waited_for_a_lock_that_was_taken_away_takes_the_new_one(layout: Layout) -> None:
+    with another_at_work(layout) as process, ThreadPoolExecutor() as pool:
+        waiting = pool.submit(_lock_file_of_whoever_waited, layout)
+        while not _is_waiting(layout):
+            Event().wait(0.01)
+        layout.lock.unlink()
+        process.kill()
+        assert waiting.result() == layout.lock.stat().st_ino
+
+
+def _lock_file_of_whoever_waited(layout: Layout) -> int:
+    with locked(layout, "push", 10) as handle:
+        return os.fstat(handle).st_ino
+
+
+def _is_waiting(layout: Layout) -> bool:
+    return any(path.resolve() == layout.lock for path in Path("/proc/self/fd").iterdir())

@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 from collections.abc import Iterator
+from contextlib import suppress
 
 import pytest
 
@@ -62,6 +63,24 @@ def small(layout: Layout) -> Iterator[Layout]:
         pytest.skip("nothing can be mounted here")
     yield layout
     subprocess.run([str(shutil.which("umount")), layout.root], check=True)
+
+
+def test_on_a_disk_without_a_free_byte_old_releases_make_room(small: Layout) -> None:
+    for name in (OLD, NEW, NEWER):
+        (put(small, name) / "big").write_bytes(bytes(42_000_000 if name == OLD else 1000))
+    let_run(small, NEW)
+    fill(small)
+    with pytest.raises(RefusalError, match="the robot's disk is full"):  # there is not enough for what stays free
+        begin.act(small, release="2026-12-01T00-00-00Z", size=1000)
+    assert names(small) == [NEWER, NEW]
+    assert not any(small.incoming.iterdir())
+
+
+def fill(robot: Layout) -> None:
+    with (robot.root / "long.mcap").open("wb", buffering=0) as file, suppress(OSError):
+        while True:
+            file.write(bytes(1 << 16))
+    assert disk.free_bytes(robot.root) == 0
 
 
 def test_on_a_small_disk_old_releases_make_room(small: Layout) -> None:
