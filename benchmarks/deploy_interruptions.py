@@ -114,7 +114,9 @@ def _interrupt(kind: str, rover: Rover, push: subprocess.Popen[str]) -> None:
             with suppress(subprocess.CalledProcessError):  # there is none before it begins
                 rover.desk.ssh("systemctl --user kill --signal=KILL robotcore-trial.service")
         case "the power is cut":
-            rover.machine.restart()
+            rover.machine.cut_power()
+            rover.motors.mark()
+            rover.machine.boot()
 
 
 if __name__ == "__main__":

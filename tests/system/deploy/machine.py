@@ -68,16 +68,10 @@ class Machine:
             os.kill(_child(self._booted.pid), signal.SIGKILL)
             self._booted.wait(BOOT_S)  # the first of a namespace is not gone before all the others are
 
-    def reboot(self) -> None:
-        """Let it go down in good order, as its user may ask for, and switch it on again."""
-        self.as_root("systemctl", "reboot")
+    def shut_down(self) -> None:
+        """Let it go down in good order."""
+        self.as_root("systemctl", "poweroff")
         self._running.wait(BOOT_S)
-        self.boot()
-
-    def restart(self) -> None:
-        """Cut its power, and switch it on again."""
-        self.cut_power()
-        self.boot()
 
     def as_root(self, *command: str, is_checked: bool = True) -> str:
         """Run a command on it as root; return what it printed."""

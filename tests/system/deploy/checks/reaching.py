@@ -22,6 +22,7 @@ def test_nobody_else_is_reached_from_there(target: Machine) -> None:
 
 def test_it_comes_back_with_the_user_s_services_and_all_files(desk: Desk, target: Machine) -> None:
     desk.ssh("touch kept")
-    for come_back in (target.reboot, target.restart):
-        come_back()
+    for go_down in (target.shut_down, target.cut_power):
+        go_down()
+        target.boot()
         assert desk.ssh("systemctl --user is-system-running --wait; ls kept") == "running\nkept\n"

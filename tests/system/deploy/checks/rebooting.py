@@ -10,19 +10,22 @@ LIMIT_S = 120
 RAD_S, NEW_RAD_S = 2.0, 3.0
 
 
-@pytest.mark.parametrize("way", ["reboot", "restart"])
+@pytest.mark.parametrize("way", ["shut_down", "cut_power"])
 def test_release_that_drove_drives_again(rover: Rover, way: str) -> None:
-    """Restarting is cutting the power."""
     rover.done("start")
-    driving, release = rover.motors.await_driving(RAD_S), rover.release
+    release = rover.release
+    rover.motors.await_driving(RAD_S)
     getattr(rover.machine, way)()
-    rover.motors.await_driving(RAD_S, instead_of=driving)
+    rover.motors.mark()
+    rover.machine.boot()
+    rover.motors.await_driving(RAD_S)
     assert (rover.release, rover.status()["state"]) == (release, "running")
 
 
 def test_stopped_app_stays_stopped(rover: Rover) -> None:
     rover.done("stop")
-    rover.machine.reboot()
+    rover.machine.shut_down()
+    rover.machine.boot()
     assert (rover.status()["state"], rover.process, rover.motors.is_still()) == ("stopped", 0, True)
 
 
@@ -52,6 +55,8 @@ def pushed_while_power_is_cut(rover: Rover, *settings: str) -> Ran:
     with rover.pushing(*told) as push:
         rover.motors.await_driving(NEW_RAD_S)
         assert (rover.files / "trial.json").exists()
-        rover.machine.restart()
+        rover.machine.cut_power()
+        rover.motors.mark()
+        rover.machine.boot()
         out, err = push.communicate(timeout=LIMIT_S)
         return Ran(push.args, push.returncode, out, err)
