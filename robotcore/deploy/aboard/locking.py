@@ -36,7 +36,7 @@ def _taken(layout: Layout, patience_s: float) -> int:
     """Return the handle of the lock, once it is ours."""
     while True:
         layout.root.mkdir(parents=True, exist_ok=True)
-        handle = os.open(layout.lock, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        handle = os.open(layout.lock, os.O_RDWR | os.O_CREAT, 0o600)
         try:
             _wait_for(handle, patience_s)
             if _is_at(layout.lock, handle):

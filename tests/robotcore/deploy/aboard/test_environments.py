@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import socket
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
@@ -131,14 +132,16 @@ def test_a_requirement_that_looks_like_an_option_is_none(environment: Path, tmp_
     assert not canary.exists()
 
 
-def test_pip_ends_with_whoever_no_longer_listens(environment: Path, tmp_path: Path) -> None:
-    (tmp_path / "setup.py").write_text("import time; print('building', flush=True); time.sleep(600)")
+def test_pip_ends_with_whoever_no_longer_listens(environment: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PIP_DEFAULT_TIMEOUT", "600")
 
     def deaf(words: str, **more: object) -> None:
         raise BrokenPipeError
 
-    with pytest.raises(BrokenPipeError):
-        pip.install(environment, [f"gadget @ {tmp_path.as_uri()}"], pip.Need(tmp_path), deaf)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        place = f"http://127.0.0.1:{silent.getsockname()[1]}/gadget-1.0-py3-none-any.whl"
+        with pytest.raises(BrokenPipeError):
+            pip.install(environment, [f"gadget @ {place}"], pip.Need(), deaf)
     left = [path for path in Path("/proc").glob("[0-9]*/cwd") if _leads_to(path, environment)]
     assert left == []
 

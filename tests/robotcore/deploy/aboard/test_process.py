@@ -20,6 +20,7 @@ def test_a_process_is_known_as_long_as_it_lives() -> None:
 def test_another_process_with_the_same_number_is_another_one() -> None:
     boot, pid, started = process.identity(os.getpid()).split()
     assert process.is_alive(f"{boot} {pid} {started}")
+    assert int(started) > int(process.identity(1).split()[2])
     assert not process.is_alive(f"{boot} {pid} {int(started) - 1}")
     assert not process.is_alive(f"another-boot {pid} {started}")
 
