@@ -14,8 +14,8 @@ class Layout:
     """The rooms of a robot.
 
     ``current`` is a link to the release that runs; ``trial`` tells of one that has yet to prove itself. An environment
-    is kept under the digest of what is installed in it, and shared by releases. ``program`` is this package as one
-    file, which systemd starts.
+    is named by the digest of what is installed in it and the release it was made for, and shared by releases.
+    ``program`` is this package as one file, which systemd starts.
     """
 
     home: Path
