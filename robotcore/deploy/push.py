@@ -53,7 +53,9 @@ def push(asked: Push, tell: Tell = print) -> str:
 
 def state_after(step: str, host: Host) -> str:
     """Return what a push that was cut short in a step leaves on the robot."""
-    return trial.goes_on(host) if step == trial.STEP else f"Nothing has changed on {host}"
+    if step == trial.STEP:
+        return trial.goes_on(host)
+    return f"Nothing {'was sent to' if step in {gate.name for gate in gates.GATES} else 'has changed on'} {host}"
 
 
 def _proven(asked: Push, tell: Tell) -> tuple[str, ...]:

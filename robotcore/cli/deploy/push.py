@@ -52,7 +52,8 @@ def command(
     """
     from robotcore.cli.deploy.showing import Showing
     from robotcore.deploy.push import Push, push, state_after
-    from robotcore.errors import Interrupted
+    from robotcore.deploy.trial import STEP
+    from robotcore.errors import Interrupted, RobotcoreError
 
     wanted = Push(
         host,
@@ -65,9 +66,10 @@ def command(
     with Showing() as showing:
         try:
             push(wanted, showing)
-        except Interrupted:
+        except (Interrupted, RobotcoreError) as error:
             showing.close()
-            click.echo(state_after(showing.step, host), err=True)
+            if showing.step != STEP or isinstance(error, Interrupted):  # else the error tells
+                click.echo(state_after(showing.step, host), err=True)
             raise
     return 0
 
