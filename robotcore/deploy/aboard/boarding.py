@@ -15,6 +15,9 @@ from importlib.util import spec_from_loader
 
 OLDEST = (3, 10)
 
+AGAIN_S = 3.0
+"""So much later a call that has not ended is interrupted again."""
+
 
 class InMemory(MetaPathFinder, ExecutionLoader):
     """Modules of which only the source is there, by its file: no disk need have room for them."""
@@ -76,4 +79,6 @@ def _interrupt_when_alone() -> None:
     poll = select.poll()
     poll.register(sys.stdout.fileno(), 0)
     poll.poll()
-    os.killpg(0, signal.SIGINT)
+    while True:  # one that comes just before a wait begins is not heard in it
+        os.killpg(0, signal.SIGINT)
+        threading.Event().wait(AGAIN_S)
