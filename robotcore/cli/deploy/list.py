@@ -7,7 +7,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +18,9 @@ from robotcore.cli.output import as_json, write_json, write_table
 
 if TYPE_CHECKING:
     from robotcore.deploy.host import Host
+
+SKIPPED = ": skipped"
+"""The end of what is told of a gate that nothing was to pass."""
 
 COLUMNS = ("release", "state", "app", "robot", "from", "proven")
 
@@ -44,4 +47,8 @@ def _row(release: Mapping[str, Any], current: str | None) -> list[str]:
         return [name, f"cannot be read: {release['unreadable']}", "", "", "", ""]
     state = ", ".join(word for word in ("current" if name == current else "", release["verdict"] or "") if word)
     sender = " ".join(part for part in (release["sender"], release["revision"]) if part)
-    return [name, state, release["app"], release["robot"], sender, "\n".join(release["gates"])]
+    return [name, state, release["app"], release["robot"], sender, _proven(release["gates"])]
+
+
+def _proven(gates: Sequence[str]) -> str:
+    return "\n".join(gate for gate in gates if not gate.endswith(SKIPPED)) or "nothing"
