@@ -20,7 +20,7 @@ def follow(layout: Layout, trial: Trial) -> dict[str, Any]:
     """Say how a trial goes, and return what came of it: see `told`; raises RefusalError where nobody conducts it."""
     phase = ""
     while pending(layout) == trial:
-        if (words := _phase(trial)) != phase:
+        if (words := _phase(trial)) not in {phase, ""}:
             phase = words
             say(words)
         _require_conducted()
@@ -58,10 +58,10 @@ def settled(words: str = "") -> State:
 
 
 def _phase(trial: Trial) -> str:
-    state, name = systemd.show(SERVICE), current.running()
-    if name != trial.release:
-        return "what ran before is stopped"
-    if state.is_up:
+    """Return how far a release is; empty as long as it is not the one that runs."""
+    if current.running() != trial.release:
+        return ""
+    if systemd.show(SERVICE).is_up:
         return f"it is ready; whether it stays so is seen for {trial.settle_s:g} s"
     return "it starts"
 

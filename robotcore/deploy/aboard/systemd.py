@@ -21,7 +21,13 @@ EXITED = 1
 GONE = "manager"
 """The kind of a refusal where the user's systemd itself does not answer."""
 
-_NO_BUS = "Failed to connect to bus"
+_NO_BUS = (
+    "Failed to connect to bus",
+    "Transport endpoint is not connected",
+    "Connection reset",
+    "Connection terminated",
+)
+"""What systemctl prints where the user's systemd does not run, or ends meanwhile."""
 
 
 @dataclass(frozen=True)
@@ -161,7 +167,7 @@ def systemctl(*arguments: str) -> str:
 
 
 def _call(*arguments: str) -> subprocess.CompletedProcess[str]:
-    command = ("systemctl", "--user", "--quiet", "--no-ask-password", *arguments)
+    command = ("systemctl", "--user", "--no-ask-password", *arguments)
     environment = {**os.environ, "XDG_RUNTIME_DIR": str(runtime()), "LC_ALL": "C.UTF-8", "SYSTEMD_COLORS": "0"}
     try:
         return subprocess.run(  # noqa: S603 - constants and names of units
@@ -186,7 +192,7 @@ def runtime() -> Path:
 
 
 def _refusal(arguments: tuple[str, ...], told: str) -> RefusalError:
-    if _NO_BUS in told:
+    if any(words in told for words in _NO_BUS):
         user = getpass.getuser()
         return RefusalError(
             f"no systemd of {user}'s runs there ({told})",

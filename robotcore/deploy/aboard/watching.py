@@ -40,10 +40,10 @@ def watch(healthy_within_s: float, settle_s: float) -> Seen:
     ours, started, up_since = state.invocation, time.monotonic(), None
     while (seen := _judged(state, ours)) is None:
         now = time.monotonic()
-        up_since = (up_since or now) if state.is_up else None
-        if up_since and now - up_since >= settle_s:
+        up_since = up_since or (now if state.is_up else None)
+        if state.is_up and up_since and now - up_since >= settle_s:
             return Seen(HEALTHY)
-        if up_since is None and now - started >= healthy_within_s:
+        if state.active == "activating" and now - started >= healthy_within_s:
             return _unhealthy(f"it was not ready within {healthy_within_s:g} s", ours)
         time.sleep(LOOK_S)
         state = systemd.show(SERVICE)
@@ -68,7 +68,12 @@ def _begun(before: str) -> State | None:
 
 
 def _judged(state: State, ours: str) -> Seen | None:
-    """Return what a state tells, seen while the service was started as ``ours``; None where it tells nothing yet."""
+    """Return what a state tells, seen while the service was started as ``ours``; None where it tells nothing yet.
+
+    A failure is told once the process has ended: how, and what it wrote at last, is not known before.
+    """
+    if state.has_failed and state.active == "deactivating":
+        return None
     if state.has_failed or state.invocation != ours or state.restarts:
         return _unhealthy(state.ending() if state.has_failed else "it was started again", ours)
     if state.has_succeeded:

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from robotcore.deploy.aboard.layout import Layout
+from tests.robotcore.deploy.aboard.scripted import systemd as systemd  # noqa: PLC0414  given on
 
 
 @pytest.fixture
