@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import getpass
 import os
 import subprocess
 import time
 
+from robotcore.deploy.aboard import facts
 from robotcore.deploy.aboard.telling import RefusalError
 
 LAST = 12
@@ -14,6 +14,8 @@ LAST = 12
 
 _TRIES, _LOOK_S = 5, 0.2
 """The journal has a process's last words a moment after its end."""
+
+_COMMAND = ("journalctl", "--no-pager")
 
 _UNREADABLE = ("insufficient permissions", "No journal files were found")
 
@@ -37,13 +39,10 @@ def show(unit: str, count: int, *, is_followed: bool) -> None:
     The journal is asked by the unit's name, not as the user's own one: where it is not kept on disk, as on Raspberry
     Pi OS, there is one for all.
     """
-    command = [*_COMMAND, "--output=short-iso", f"--lines={count}", f"--user-unit={unit}"]
+    command = [*_COMMAND, "--quiet", "--output=short-iso", f"--lines={count}", f"--user-unit={unit}"]
     status = subprocess.run([*command, *(["--follow"] if is_followed else [])], check=False).returncode  # noqa: S603
     if status > 0:
         raise RefusalError("the journal cannot be read", f"On the robot: {_remedy()}", "journal")
-
-
-_COMMAND = ("journalctl", "--quiet", "--no-pager")
 
 
 def _journalctl(*arguments: str) -> subprocess.CompletedProcess[str]:
@@ -53,7 +52,7 @@ def _journalctl(*arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 def _remedy() -> str:
-    return f"sudo usermod -aG systemd-journal {getpass.getuser()}, and log in again"
+    return f"sudo usermod -aG systemd-journal {facts.user()}, and log in again"
 
 
 def _plain(line: str) -> str:

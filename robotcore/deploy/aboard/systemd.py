@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import getpass
 import os
+import pwd
 import signal
 import subprocess
 from collections.abc import Mapping
@@ -193,7 +193,7 @@ def runtime() -> Path:
 
 def _refusal(arguments: tuple[str, ...], told: str) -> RefusalError:
     if any(words in told for words in _NO_BUS):
-        user = getpass.getuser()
+        user = pwd.getpwuid(os.getuid()).pw_name
         return RefusalError(
             f"no systemd of {user}'s runs there ({told})",
             f"On the robot: sudo loginctl enable-linger {user} && sudo systemctl start user@{os.getuid()}.service",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 from robotcore.deploy.aboard import current, systemd, trial, upkeep
@@ -28,7 +29,7 @@ def act(
     looked at. Nothing that happens to this call changes the trial. Raises RefusalError where the release cannot be
     tried; then nothing has changed.
     """
-    known = Verdict.read(layout.releases / require_name(release))
+    known = Verdict.read(_folder(layout, release))
     is_over = known and (current.name_of(layout) == release or not known.is_healthy)
     if known and is_over and not trial.pending(layout):
         return told(layout, release, known)
@@ -37,12 +38,7 @@ def act(
 
 def try_out(layout: Layout, release: str, healthy_within_s: float, settle_s: float) -> dict[str, Any]:
     """Try a release, whatever is known of it."""
-    if not 0 < healthy_within_s <= START_LIMIT_S:
-        raise RefusalError(
-            f"a release cannot be given {healthy_within_s:g} s to come up", f"Give it up to {START_LIMIT_S} s"
-        )
-    if not (layout.releases / require_name(release)).is_dir():
-        raise RefusalError(f"there is no release {release}", "See what there is: robotcore deploy list")
+    _require_possible(layout, release, healthy_within_s)
     under_way = trial.pending(layout)
     if under_way and under_way.release == release:
         systemd.start(TRIAL)
@@ -52,6 +48,23 @@ def try_out(layout: Layout, release: str, healthy_within_s: float, settle_s: flo
         upkeep.ensure(layout)
         begun.begin(layout)
     return follow(layout, begun)
+
+
+def _require_possible(layout: Layout, release: str, healthy_within_s: float) -> None:
+    if not 0 < healthy_within_s <= START_LIMIT_S:
+        raise RefusalError(
+            f"a release cannot be given {healthy_within_s:g} s to come up", f"Give it up to {START_LIMIT_S} s"
+        )
+    if not _folder(layout, release).is_dir():
+        raise RefusalError(f"there is no release {release}", "See what there is: robotcore deploy list")
+
+
+def _folder(layout: Layout, release: str) -> Path:
+    """Return where a release is, or would be; raises RefusalError where the name is none."""
+    try:
+        return layout.releases / require_name(release)
+    except ValueError as error:
+        raise RefusalError(f"{release!r} is no release", "See what there is: robotcore deploy list") from error
 
 
 def _to_go_back_to(layout: Layout, release: str) -> str | None:

@@ -1,0 +1,20 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from robotcore.deploy import aboard, boot
+from robotcore.deploy.aboard import facts
+
+
+@pytest.fixture
+def lingering(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A robot whose systemd serves whoever runs the tests from boot on; the sources are there, as in a call."""
+    folder = tmp_path / "linger"
+    folder.mkdir()
+    folder.joinpath(facts.user()).touch()
+    monkeypatch.setattr(facts, "LINGERING", folder)
+    for path, text in boot.sources().items():
+        monkeypatch.setitem(aboard.sources, path, text)
+    return folder

@@ -1,0 +1,216 @@
+from __future__ import annotations
+
+import json
+import shlex
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from robotcore.deploy.aboard import current, durable, trial
+from robotcore.deploy.aboard.actions import activate, rollback
+from robotcore.deploy.aboard.layout import Layout
+from robotcore.deploy.aboard.telling import MARK, RefusalError
+from robotcore.deploy.aboard.trial import Trial
+from robotcore.deploy.aboard.units import TEXTS, TRIAL
+from robotcore.deploy.aboard.verdict import Verdict
+from tests.robotcore.deploy.aboard import recorded as at
+from tests.robotcore.deploy.aboard.released import NEW, NEWER, OLD, let_run, put
+from tests.robotcore.deploy.aboard.scripted import Scripted
+
+FAILED_TRIAL = "failed failed exit-code 9a 0 1 2 -"
+TRIAL_RUNS = "active running success 9a 0 0 0 -"
+
+pytestmark = pytest.mark.usefixtures("lingering")
+
+
+def conducts(layout: Layout, systemd: Scripted, name: str, verdict: Verdict, then_current: str) -> None:
+    """Let systemd's trial of a release end with a verdict, at the second look at it."""
+    told = {"outcome": verdict.outcome, "reason": verdict.reason, "lines": verdict.lines}
+    since = shlex.quote('s/.*"since": "\\(.*\\)".*/\\1/p')
+    root, release = shlex.quote(str(layout.root)), shlex.quote(str(layout.releases / name))
+    systemd.will_tell(TRIAL_RUNS, TRIAL_RUNS, unit=TRIAL)
+    systemd.then(
+        2,
+        f"cd {root}; since=$(sed -n {since} trial.json)\n"
+        f"printf '%s\\n' {shlex.quote(json.dumps(told)[:-1])}', \"since\": \"'$since'\"}}' > {release}/verdict.json\n"
+        f"ln -sfn releases/{then_current} current; rm trial.json",
+        unit=TRIAL,
+    )
+
+
+def test_release_that_lives_is_told_step_by_step(
+    layout: Layout, systemd: Scripted, capsys: pytest.CaptureFixture[str]
+) -> None:
+    put(layout, OLD)
+    let_run(layout, OLD)
+    put(layout, NEW)
+    systemd.will_tell(at.NEW_STARTS, at.NEW_RUNS)
+    conducts(layout, systemd, NEW, Verdict("healthy"), NEW)
+    runs(layout, systemd, NEW)
+    came = activate.act(layout, release=NEW, settle_s=2)
+    assert came == told(NEW, "healthy", current=NEW, is_running=True)
+    assert said(capsys) == ["it starts", "it is ready; whether it stays so is seen for 2 s"]
+
+
+def test_release_that_does_not_live_is_told_with_what_runs_again(
+    layout: Layout, systemd: Scripted, capsys: pytest.CaptureFixture[str]
+) -> None:
+    put(layout, OLD)
+    let_run(layout, OLD)
+    put(layout, NEW)
+    systemd.will_tell(at.NEW_FAILS, at.BACK_STARTS, at.BACK_RUNS)
+    conducts(layout, systemd, NEW, Verdict("unhealthy", "it ended with status 1", ("OSError",)), OLD)
+    came = activate.act(layout, release=NEW)
+    assert came == told(
+        NEW, "unhealthy", reason="it ended with status 1", lines=["OSError"], current=OLD, is_running=True
+    )
+    assert said(capsys) == [f"{OLD} runs again"]
+
+
+def test_trial_is_written_down_and_the_robot_seen_to_before_anything_changes(layout: Layout, systemd: Scripted) -> None:
+    put(layout, OLD)
+    let_run(layout, OLD)
+    put(layout, NEW)
+    systemd.will_tell(FAILED_TRIAL, unit=TRIAL)
+    with pytest.raises(RefusalError, match="broke off"):
+        activate.act(layout, release=NEW, healthy_within_s=7, settle_s=2)
+    tried = trial.pending(layout)
+    assert tried
+    assert (tried.release, tried.previous, tried.healthy_within_s, tried.settle_s) == (NEW, OLD, 7, 2)
+    assert {unit.name: unit.read_text() for unit in layout.units.iterdir()} == dict(TEXTS)
+    assert layout.program.exists()
+    assert systemd.calls == [
+        "daemon-reload",
+        "enable robotcore.service robotcore-trial.service",
+        "start --no-block robotcore-trial.service",
+    ]
+    assert current.name_of(layout) == OLD, "the trial's own business"
+
+
+def test_units_that_are_there_are_not_read_again(layout: Layout, systemd: Scripted) -> None:
+    put(layout, NEW)
+    systemd.will_tell(FAILED_TRIAL, unit=TRIAL)
+    for _ in range(2):
+        with pytest.raises(RefusalError):
+            activate.act(layout, release=NEW)
+    assert systemd.calls.count("daemon-reload") == 1
+
+
+def test_trial_that_is_under_way_is_looked_at_once_more(layout: Layout, systemd: Scripted) -> None:
+    put(layout, NEW)
+    begun = Trial(NEW, None, since="2026-11-21T22:40:03Z")
+    begun.begin(layout)
+    conducts(layout, systemd, NEW, Verdict("healthy"), NEW)
+    runs(layout, systemd, NEW)
+    assert activate.act(layout, release=NEW)["outcome"] == "healthy"
+    assert begun.verdict(layout)
+
+
+@pytest.mark.parametrize("outcome, in_place", [("healthy", NEW), ("unhealthy", OLD), ("stopped", OLD)])
+def test_verdict_that_a_lost_connection_missed_is_told(
+    layout: Layout, systemd: Scripted, outcome: str, in_place: str
+) -> None:
+    for name in (OLD, NEW):
+        put(layout, name)
+    let_run(layout, in_place)
+    Verdict(outcome, "why").write(layout.releases / NEW)
+    assert activate.act(layout, release=NEW) == told(NEW, outcome, reason="why", current=in_place)
+    assert systemd.calls == []
+
+
+def test_release_after_one_that_was_never_judged_goes_back_to_the_one_before_it(
+    layout: Layout, systemd: Scripted
+) -> None:
+    for name in (OLD, NEW, NEWER):
+        put(layout, name)
+    let_run(layout, NEW)
+    Trial(NEW, OLD).begin(layout)
+    systemd.will_tell(FAILED_TRIAL, unit=TRIAL)
+    with pytest.raises(RefusalError):
+        activate.act(layout, release=NEWER)
+    tried = trial.pending(layout)
+    assert tried
+    assert (tried.release, tried.previous) == (NEWER, OLD)
+
+
+@pytest.mark.parametrize("within_s", [0.0, -1.0, 121.0, float("nan")])
+def test_time_that_systemd_would_not_give_is_refused(layout: Layout, within_s: float) -> None:
+    put(layout, NEW)
+    with pytest.raises(RefusalError, match="up to 120 s"):
+        activate.act(layout, release=NEW, healthy_within_s=within_s)
+
+
+def test_release_that_is_not_there_is_refused(layout: Layout) -> None:
+    with pytest.raises(RefusalError, match=f"no release {NEW}"):
+        activate.act(layout, release=NEW)
+
+
+def test_robot_whose_systemd_ends_with_the_connection_is_refused_and_nothing_changes(
+    layout: Layout, systemd: Scripted, lingering: Path
+) -> None:
+    next(lingering.iterdir()).unlink()
+    systemd.folder.joinpath("loginctl").write_text("#!/bin/sh\necho Access denied >&2; exit 1\n")
+    systemd.folder.joinpath("loginctl").chmod(0o755)
+    put(layout, NEW)
+    with pytest.raises(RefusalError, match="sudo loginctl enable-linger"):
+        activate.act(layout, release=NEW)
+    assert systemd.calls == []
+    assert not layout.trial.exists()
+
+
+def test_rollback_takes_the_last_healthy_release_before(layout: Layout, systemd: Scripted) -> None:
+    for name in (OLD, NEW, NEWER):
+        put(layout, name)
+    Verdict("healthy").write(layout.releases / OLD)
+    Verdict("unhealthy", "it ended with status 1").write(layout.releases / NEW)
+    let_run(layout, NEWER)
+    conducts(layout, systemd, OLD, Verdict("healthy"), OLD)
+    assert rollback.act(layout)["release"] == OLD
+
+
+def test_rollback_to_a_named_release_tries_it_whatever_is_known_of_it(layout: Layout, systemd: Scripted) -> None:
+    for name in (OLD, NEW):
+        put(layout, name)
+    Verdict("unhealthy", "it ended with status 1").write(layout.releases / OLD)
+    let_run(layout, NEW)
+    conducts(layout, systemd, OLD, Verdict("healthy"), OLD)
+    assert rollback.act(layout, release=OLD)["outcome"] == "healthy"
+    assert "start --no-block robotcore-trial.service" in systemd.calls
+
+
+def test_rollback_without_a_healthy_release_names_those_that_are_there(layout: Layout) -> None:
+    for name in (OLD, NEW):
+        put(layout, name)
+    let_run(layout, NEW)
+    with pytest.raises(RefusalError, match=f"no release before {NEW} was healthy. Name one: {OLD}"):
+        rollback.act(layout)
+
+
+def test_rollback_to_what_is_in_place_is_refused(layout: Layout) -> None:
+    put(layout, NEW)
+    let_run(layout, NEW)
+    with pytest.raises(RefusalError, match=f"{NEW} is the current release"):
+        rollback.act(layout, release=NEW)
+
+
+@pytest.mark.parametrize("name", ["../../../etc", "current", "2026-11-21T22-40-00Z/../..", "$(reboot)"])
+@pytest.mark.parametrize("act", [activate.act, rollback.act])
+def test_name_that_is_none_is_refused_before_a_path_is_made_of_it(layout: Layout, act: Any, name: str) -> None:
+    with pytest.raises(RefusalError, match="is no release"):
+        act(layout, release=name)
+
+
+def runs(layout: Layout, systemd: Scripted, name: str) -> None:
+    """Let it be noted that a release runs."""
+    current.note().parent.mkdir(parents=True)
+    durable.link(current.note(), str(layout.releases / name))
+
+
+def told(release: str, outcome: str, **more: Any) -> dict[str, Any]:
+    nothing: dict[str, Any] = {"reason": "", "lines": [], "current": None, "is_running": False}
+    return {"release": release, "outcome": outcome, **nothing, **more}
+
+
+def said(capsys: pytest.CaptureFixture[str]) -> list[str]:
+    return [json.loads(line.removeprefix(MARK))["say"] for line in capsys.readouterr().out.split("\n")[:-1]]

@@ -1,0 +1,80 @@
+from __future__ import annotations
+
+import time
+
+import pytest
+
+from robotcore.deploy.aboard.actions import status
+from robotcore.deploy.aboard.layout import Layout
+from robotcore.deploy.aboard.trial import Trial
+from robotcore.deploy.aboard.verdict import Verdict
+from tests.robotcore.deploy.aboard import recorded as at
+from tests.robotcore.deploy.aboard.released import NEW, OLD, let_run, put
+from tests.robotcore.deploy.aboard.scripted import Scripted
+
+pytestmark = pytest.mark.usefixtures("lingering")
+
+
+@pytest.mark.parametrize(
+    "look, state",
+    [
+        (at.NEW_RUNS, "running"),
+        (at.NEW_STARTS, "starting"),
+        (at.OLD_STOPS, "stopping"),
+        (at.NEW_WAITS, "restarting"),
+        (at.UNUSABLE, "failed"),
+        (at.SUCCEEDED, "ended"),
+        (at.STOPPED, "stopped"),
+        (at.NEVER_WAS, "stopped"),
+    ],
+)
+def test_state_is_told_in_a_word(layout: Layout, systemd: Scripted, look: str, state: str) -> None:
+    systemd.will_tell(look)
+    assert status.act(layout)["state"] == state
+
+
+def test_what_runs_is_told_with_what_it_says_of_itself(layout: Layout, systemd: Scripted) -> None:
+    put(layout, OLD)
+    let_run(layout, OLD)
+    Verdict("healthy").write(layout.releases / OLD)
+    layout.recordings.mkdir()
+    layout.recordings.joinpath("run.mcap").write_bytes(bytes(1000))
+    systemd.will_tell(at.AGAIN_RUNS)
+    came = status.act(layout)
+    assert came.pop("free_bytes") > 0
+    assert came.pop("for_s") == pytest.approx(time.monotonic() - 69920.658494, abs=60)
+    assert came == {
+        "release": OLD,
+        "verdict": "healthy",
+        "on_trial": None,
+        "state": "running",
+        "restarts": 1,
+        "words": "searching, 30 s",
+        "reason": "",
+        "lines": [],
+        "starts_with_robot": True,
+        "lingers": True,
+        "recordings": {"files": 1, "bytes": 1000},
+    }
+
+
+def test_failure_is_told_with_the_apps_last_words(layout: Layout, systemd: Scripted) -> None:
+    systemd.will_tell(at.UNUSABLE)
+    systemd.writes("\x1b[31mmy_robot.toml: no such motor\x1b[0m", "", "tab\tand \x07bell")
+    came = status.act(layout)
+    assert came["reason"] == "it ended with status 2"
+    assert came["lines"] == ["[31mmy_robot.toml: no such motor[0m", "tab and bell"], "nothing moves a terminal's cursor"
+    assert came["for_s"] is None
+
+
+def test_app_whose_words_nobody_may_read_is_told_with_the_remedy(layout: Layout, systemd: Scripted) -> None:
+    systemd.will_tell(at.UNUSABLE)
+    systemd.folder.joinpath("unreadable").write_text("No journal files were opened due to insufficient permissions.\n")
+    assert "sudo usermod -aG systemd-journal" in status.act(layout)["lines"][0]
+
+
+def test_release_on_trial_is_named(layout: Layout, systemd: Scripted) -> None:
+    put(layout, NEW)
+    Trial(NEW, None).begin(layout)
+    came = status.act(layout)
+    assert (came["on_trial"], came["release"], came["verdict"]) == (NEW, None, None)

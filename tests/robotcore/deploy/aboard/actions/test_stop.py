@@ -1,0 +1,62 @@
+from __future__ import annotations
+
+import pytest
+
+from robotcore.deploy.aboard import current, trial
+from robotcore.deploy.aboard.actions import start, stop
+from robotcore.deploy.aboard.layout import Layout
+from robotcore.deploy.aboard.telling import RefusalError
+from robotcore.deploy.aboard.trial import Trial
+from robotcore.deploy.aboard.verdict import Verdict
+from tests.robotcore.deploy.aboard import recorded as at
+from tests.robotcore.deploy.aboard.released import NEW, OLD, let_run, put
+from tests.robotcore.deploy.aboard.scripted import Scripted
+
+STOPS = ["stop robotcore.service robotcore-trial.service", "stop robotcore.service", "disable robotcore.service"]
+
+pytestmark = pytest.mark.usefixtures("lingering")
+
+
+def test_stopped_app_stays_so_after_a_reboot(layout: Layout, systemd: Scripted) -> None:
+    put(layout, OLD)
+    let_run(layout, OLD)
+    systemd.will_tell(at.STOPPED)
+    came = stop.act(layout)
+    assert (came["release"], came["state"]) == (OLD, "stopped")
+    assert systemd.calls == STOPS
+
+
+def test_release_on_trial_is_taken_back_and_nothing_is_started(layout: Layout, systemd: Scripted) -> None:
+    for name in (OLD, NEW):
+        put(layout, name)
+    let_run(layout, NEW)
+    begun = Trial(NEW, OLD, since="2026-11-21T22:40:03Z")
+    begun.begin(layout)
+    systemd.will_tell(at.STOPPED)
+    stop.act(layout)
+    assert (current.name_of(layout), trial.pending(layout)) == (OLD, None)
+    assert begun.verdict(layout) == Verdict("stopped", "somebody stopped it", since=begun.since)
+    assert systemd.calls[1:] == STOPS
+
+
+def test_app_that_does_not_stop_is_told_of(layout: Layout, systemd: Scripted) -> None:
+    systemd.fails("stop", at.NO_BUS)
+    with pytest.raises(RefusalError, match="loginctl enable-linger"):
+        stop.act(layout)
+
+
+def test_started_app_starts_with_the_robot_too(layout: Layout, systemd: Scripted) -> None:
+    put(layout, OLD)
+    let_run(layout, OLD)
+    systemd.will_tell(at.BACK_STARTS, at.BACK_RUNS)
+    assert start.act(layout)["state"] == "running"
+    assert systemd.calls == [
+        "daemon-reload",
+        "enable robotcore.service robotcore-trial.service",
+        "start --no-block robotcore.service",
+    ]
+
+
+def test_robot_without_a_release_has_nothing_to_start(layout: Layout) -> None:
+    with pytest.raises(RefusalError, match="robotcore deploy push"):
+        start.act(layout)
