@@ -35,6 +35,7 @@ def test_release_that_runs_already_is_not_taken_for_the_new_one(systemd: Scripte
         ((at.NEVER_READY, at.WAS_NEVER_READY), "it ended with status 0 before its first step"),
         ((at.AGAIN_RUNS,), "it was started again"),
         ((at.NEW_RUNS, at.AGAIN_RUNS), "it was started again"),
+        ((at.NEW_RUNS, at.BACK_RUNS), "it was started again"),
     ],
 )
 def test_release_that_fails_is_unhealthy_and_told_of_in_its_own_words(
@@ -44,6 +45,18 @@ def test_release_that_fails_is_unhealthy_and_told_of_in_its_own_words(
     systemd.writes(*WORDS)
     assert watching.watch(LONG, LONG) == Seen("unhealthy", reason, WORDS)
     assert "_SYSTEMD_INVOCATION_ID=0c7fb2b1ea3440b5ae86df6299644aee" in systemd.asked
+
+
+def test_start_that_failed_before_anybody_looked_is_not_missed(systemd: Scripted) -> None:
+    systemd.will_tell(at.OLD_RUNS, at.AGAIN_RUNS)
+    assert watching.watch(LONG, 0.0).outcome == "unhealthy"
+
+
+def test_last_words_are_those_of_a_process_that_has_ended(systemd: Scripted) -> None:
+    systemd.will_tell(at.OLD_RUNS, at.NEW_RUNS, at.HANGS, at.HUNG)
+    systemd.writes("release 2026-11-21T22-40-01Z: search.py on raspberrypi")
+    systemd.then(4, "echo 'Fatal Python error: Aborted' > journal")
+    assert watching.watch(LONG, LONG).lines == ("Fatal Python error: Aborted",)
 
 
 def test_release_that_is_not_ready_in_time_is_unhealthy(systemd: Scripted) -> None:

@@ -19,6 +19,7 @@ from tests.robotcore.deploy.aboard.released import NEW, NEWER, OLD, let_run, put
 from tests.robotcore.deploy.aboard.scripted import Scripted
 
 FAILED_TRIAL = "failed failed exit-code 9a 0 1 2 -"
+FAILED_TO_START_AGAIN = "failed failed exit-code 0c 0 1 1 2140"
 TRIAL_RUNS = "active running success 9a 0 0 0 -"
 
 pytestmark = pytest.mark.usefixtures("lingering")
@@ -59,7 +60,7 @@ def test_release_that_does_not_live_is_told_with_what_runs_again(
     put(layout, OLD)
     let_run(layout, OLD)
     put(layout, NEW)
-    systemd.will_tell(at.NEW_FAILS, at.BACK_STARTS, at.BACK_RUNS)
+    systemd.will_tell(FAILED_TO_START_AGAIN, at.BACK_STARTS, at.BACK_RUNS)
     conducts(layout, systemd, NEW, Verdict("unhealthy", "it ended with status 1", ("OSError",)), OLD)
     came = activate.act(layout, release=NEW)
     assert came == told(
@@ -94,6 +95,8 @@ def test_units_that_are_there_are_not_read_again(layout: Layout, systemd: Script
     for _ in range(2):
         with pytest.raises(RefusalError):
             activate.act(layout, release=NEW)
+        layout.trial.unlink()
+    assert systemd.calls.count("enable robotcore.service robotcore-trial.service") == 2
     assert systemd.calls.count("daemon-reload") == 1
 
 
@@ -165,6 +168,15 @@ def test_rollback_takes_the_last_healthy_release_before(layout: Layout, systemd:
     Verdict("healthy").write(layout.releases / OLD)
     Verdict("unhealthy", "it ended with status 1").write(layout.releases / NEW)
     let_run(layout, NEWER)
+    conducts(layout, systemd, OLD, Verdict("healthy"), OLD)
+    assert rollback.act(layout)["release"] == OLD
+
+
+def test_rollback_never_goes_on_to_a_newer_release(layout: Layout, systemd: Scripted) -> None:
+    for name in (OLD, NEW, NEWER):
+        put(layout, name)
+        Verdict("healthy").write(layout.releases / name)
+    let_run(layout, NEW)
     conducts(layout, systemd, OLD, Verdict("healthy"), OLD)
     assert rollback.act(layout)["release"] == OLD
 
