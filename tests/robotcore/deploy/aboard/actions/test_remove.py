@@ -13,7 +13,7 @@ from robotcore.deploy.aboard.units import SERVICE, TEXTS, TRIAL
 from tests.robotcore.deploy.aboard.released import OLD, files_of, let_run, put
 
 SYSTEMCTL = """#!/bin/sh
-shift 3
+shift 2
 echo "$@" >> "{folder}/told"
 test "$1" = "$(cat "{folder}/refused" 2> /dev/null)" && echo "Failed to connect to bus" >&2 && exit 1
 test "$1" = show && cat <<.
