@@ -5,11 +5,14 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from itertools import count
 from pathlib import Path
 
 MOUNTED = Path("/sys/fs/cgroup")
 HIERARCHIES = (MOUNTED, MOUNTED / "unified", MOUNTED / "systemd")
 """Where systemd keeps its groups: the one hierarchy, or with version 1 beside it, these two."""
+
+_NUMBERS = count()
 
 JOINING = 'for file; do [ "$file" = -- ] && break; echo $$ > "$file"; shift; done; shift; exec "$@"'
 
@@ -17,9 +20,10 @@ JOINING = 'for file; do [ "$file" = -- ] && break; echo $$ > "$file"; shift; don
 @contextmanager
 def own_group() -> Iterator[list[str]]:
     """Make a group; gives what to put before a command that is to run in it. All of it has ended when this is left."""
-    groups = [folder / f"robotcore-{os.getpid()}" for folder in HIERARCHIES if (folder / "cgroup.procs").is_file()]
+    name = f"robotcore-{os.getpid()}-{next(_NUMBERS)}"
+    groups = [folder / name for folder in HIERARCHIES if (folder / "cgroup.procs").is_file()]
     for group in groups:
-        group.mkdir(exist_ok=True)
+        group.mkdir()
     try:
         yield ["sh", "-c", JOINING, "joining", *(str(group / "cgroup.procs") for group in groups), "--"]
     finally:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -45,9 +44,9 @@ def network() -> Iterator[Network]:
 
 def _joined(holder: int) -> Network:
     """Lay a wire between the desk and a namespace, of link-local addresses that nobody else has been given."""
-    third, fourth = os.getpid() // 64 % 254 + 1, os.getpid() % 64 * 4
+    third, fourth = holder // 64 % 254 + 1, holder % 64 * 4
     desk, target = f"169.254.{third}.{fourth + 1}", f"169.254.{third}.{fourth + 2}"
-    outside = f"rover{os.getpid()}"
+    outside = f"rover{holder}"
     made = Network(holder, target)
     for change in (
         ["ip", "link", "add", outside, "type", "veth", "peer", "name", INSIDE, "netns", str(holder)],

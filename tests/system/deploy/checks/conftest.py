@@ -39,3 +39,10 @@ def rover(target: Machine, desk: Desk, tmp_path_factory: pytest.TempPathFactory)
     deployed = Rover(target, desk, project)
     deployed.drive(2.0)
     return deployed
+
+
+@pytest.fixture
+def driving(rover: Rover) -> int:
+    """The process that drives."""
+    rover.done("start")
+    return rover.motors.await_driving()

@@ -2,16 +2,7 @@
 
 from __future__ import annotations
 
-import pytest
-
 from tests.system.deploy.rover import SERVICE, Rover
-
-
-@pytest.fixture
-def driving(rover: Rover) -> int:
-    """The process that drives."""
-    rover.done("start")
-    return rover.motors.await_driving()
 
 
 def test_killed_app_comes_back_and_stood_in_between(rover: Rover, driving: int) -> None:

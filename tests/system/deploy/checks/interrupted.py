@@ -28,13 +28,6 @@ SIGNS = {
 """What is there while the robot is in a step, and was not before."""
 
 
-@pytest.fixture
-def driving(rover: Rover) -> int:
-    """The process that drives."""
-    rover.done("start")
-    return rover.motors.await_driving(RAD_S)
-
-
 @pytest.mark.parametrize("step", SIGNS)
 def test_ctrl_c(rover: Rover, driving: int, step: str) -> None:
     before = rover.release

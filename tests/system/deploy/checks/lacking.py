@@ -11,26 +11,27 @@ from tests.system.deploy.rover import Rover
 LINGER = "var/lib/systemd/linger/pi"
 RSYNC = "usr/bin/rsync"
 VENV = "usr/lib/python3.11/ensurepip"
+OFFLINE = "--offline"
 
 
-def test_robot_whose_user_does_not_linger(rover: Rover) -> None:
+def test_robot_whose_user_does_not_linger(rover: Rover, driving: int) -> None:
     with lacking(rover, LINGER):
-        require_refused(rover, "sudo loginctl enable-linger pi")
+        require_refused(rover, driving, "sudo loginctl enable-linger pi", OFFLINE)
 
 
-def test_robot_without_rsync(rover: Rover) -> None:
+def test_robot_without_rsync(rover: Rover, driving: int) -> None:
     with lacking(rover, RSYNC):
-        require_refused(rover, "sudo apt install rsync")
+        require_refused(rover, driving, "sudo apt install rsync", OFFLINE)
 
 
-def test_robot_without_venv(rover: Rover) -> None:
+def test_robot_without_venv(rover: Rover, driving: int) -> None:
     with lacking(rover, VENV), needing(rover.project):
-        require_refused(rover, "sudo apt install python3-venv")
+        require_refused(rover, driving, "sudo apt install python3-venv", OFFLINE)
 
 
-def test_robot_without_network(rover: Rover) -> None:
+def test_robot_without_network(rover: Rover, driving: int) -> None:
     with needing(rover.project):
-        require_refused(rover, "--offline", arguments=("--skip-checks",))
+        require_refused(rover, driving, OFFLINE)
 
 
 @contextmanager
@@ -45,11 +46,10 @@ def lacking(rover: Rover, path: str) -> Iterator[None]:
         away.rename(there)
 
 
-def require_refused(rover: Rover, remedy: str, arguments: tuple[str, ...] = ("--skip-checks", "--offline")) -> None:
+def require_refused(rover: Rover, driving: int, remedy: str, *arguments: str) -> None:
     """Push; what runs must not be touched, and what to do has to be said in few words."""
-    rover.done("start")
-    driving, releases = rover.motors.await_driving(), rover.releases
-    ran = rover.deploy("push", *arguments)
+    releases = rover.releases
+    ran = rover.deploy("push", "--skip-checks", *arguments)
     assert (ran.returncode, remedy in ran.stderr) == (3, True), ran.stdout + ran.stderr
     assert len(ran.stderr.strip().splitlines()) <= 2, ran.stderr
     assert (rover.process, rover.releases) == (driving, releases)

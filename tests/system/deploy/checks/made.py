@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import subprocess
+from collections.abc import Iterator
 
 import pytest
 
 from tests.system.deploy.desk import Desk
-from tests.system.deploy.machine import Machine
+from tests.system.deploy.machine import machine
 from tests.system.deploy.projects import rewritten
 from tests.system.deploy.rover import Rover
 
@@ -17,18 +18,21 @@ VIRTUAL = ("--backend", "virtualpi")
 
 
 @pytest.fixture(scope="module")
-def made(target: Machine, desk: Desk, tmp_path_factory: pytest.TempPathFactory) -> Rover:
-    """A project as `robotcore new` makes it, deployed as it is but for the pins, which are simulated."""
+def made(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Rover]:
+    """A project as `robotcore new` makes it, on a target of its own: as it is but for the pins, which are simulated."""
     folder = tmp_path_factory.mktemp("new")
-    subprocess.run(desk.command("new", "my-robot"), cwd=folder, env=desk.environment, check=True)
-    rover = Rover(target, desk, folder / "my-robot")
-    rover.done("push", *VIRTUAL, "--offline")
-    return rover
+    with machine() as target:
+        target.boot()
+        desk = Desk.of(folder, target)
+        subprocess.run(desk.command("new", "my-robot"), cwd=folder, env=desk.environment, check=True)
+        rover = Rover(target, desk, folder / "my-robot")
+        rover.done("push", *VIRTUAL, "--offline")
+        yield rover
 
 
 def test_it_is_proven_before_it_is_sent(made: Rover) -> None:
     (release,) = [told for told in json.loads(made.done("list", "--json"))["releases"] if told["name"] == made.release]
-    assert [gate.split()[0] for gate in release["gates"]] == ["tests", "check", "simulation"]
+    assert [gate.partition(":")[0] for gate in release["gates"]] == ["tests", "check", "simulation"]
 
 
 def test_it_runs_and_says_so(made: Rover) -> None:
@@ -39,7 +43,7 @@ def test_it_runs_and_says_so(made: Rover) -> None:
 def test_what_does_not_pass_its_tests_is_not_sent(made: Rover) -> None:
     app = made.project / APP
     release = made.release
-    with rewritten(app, app.read_text().replace("robot.drive.stop()", "pass")):
+    with rewritten(app, app.read_text().replace("2 * ball.bearing", "-2 * ball.bearing")):
         ran = made.deploy("push", *VIRTUAL)
     assert (ran.returncode, made.release) == (1, release)
     assert "nothing was sent" in ran.stderr.lower()
@@ -67,4 +71,6 @@ def test_recordings_come_home_and_are_replayed(made: Rover) -> None:
 
 def test_nothing_is_left_when_it_is_removed_but_the_recordings(made: Rover) -> None:
     made.done("remove", "--yes")
-    assert made.desk.ssh("ls -A robotcore .config/systemd/user") == "sorted"
+    assert made.desk.ssh("find robotcore .config/systemd -mindepth 1 -type f | xargs -n 1 dirname | uniq") == (
+        "robotcore/recordings\n"
+    )
