@@ -23,6 +23,9 @@ LOGIN_S = 150
 
 ENDING_S = 5
 
+WITHDRAWING_S = 0.2
+"""ssh does not see a signal that comes just before it waits for what is typed; so it is given another."""
+
 GOING_S = 1
 """A connection that breaks takes others with it before it is gone itself."""
 
@@ -40,8 +43,9 @@ MASTER_OPTIONS = {
     "ServerAliveCountMax": ALIVE_COUNT,
     "ClearAllForwardings": "yes",
     "RemoteCommand": "none",
+    "LogLevel": "INFO",
 }
-"""What we need, over the user's own configuration; all else is as he has it."""
+"""What we need, over the user's own configuration; all else is as he has it. A quiet ssh does not say why it fails."""
 
 DEAF_TO_CTRL_C = ("sh", "-c", 'trap "" INT; exec "$@"', "sh")
 """A terminal sends Ctrl-C to the connection too; we still have to say there that nothing more comes."""
@@ -117,8 +121,16 @@ class Connection:
         try:
             self._hear(self._master.stdout.fileno())
         except BaseException:
-            self._master.terminate()
+            self._withdraw()
             raise
+
+    def _withdraw(self) -> None:
+        """End it while it may be asking: killed outright, it would leave a terminal that shows nothing typed."""
+        for _ in range(int(ENDING_S / WITHDRAWING_S)):
+            self._master.terminate()
+            with suppress(subprocess.TimeoutExpired):
+                self._master.wait(WITHDRAWING_S)
+                return
 
     def _hear(self, answers: int) -> None:
         heard = b""
