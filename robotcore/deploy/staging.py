@@ -13,7 +13,6 @@ from robotcore.deploy.paths import names_told, told
 from robotcore.deploy.project import Project
 from robotcore.deploy.requirements import requirements_of
 from robotcore.deploy.site import fill
-from robotcore.deploy.stamping import stamp
 from robotcore.errors import UsageError
 
 
@@ -32,13 +31,11 @@ class Staged:
 def stage(project: Project, folder: Path) -> Staged:
     """Put into an empty folder what is sent, but for the manifest, which `Release.write` adds.
 
-    Times of files are made of their contents (`stamp`), so that rsync sees which have changed. Raises UsageError where
-    a link leads out of the project or nowhere, where a file that the project names would not be sent, and for code that
-    is compiled for this machine; DeployError where the project cannot be built.
+    Raises UsageError where a link leads out of the project or nowhere, where a file that the project names would not be
+    sent, and for code that is compiled for this machine; DeployError where the project cannot be built.
     """
     listing = _with_files(project, folder / PROJECT)
     pinned = fill(project, folder / PROJECT, folder / SITE)
-    stamp(folder)
     return Staged(folder, requirements_of(project, folder / SITE, pinned), _notes(listing))
 
 

@@ -7,7 +7,6 @@ import pytest
 
 from robotcore.deploy.copying import copied
 from robotcore.deploy.files import listed
-from robotcore.deploy.stamping import stamp
 from robotcore.errors import UsageError
 from tests.robotcore.deploy.projects import git, write
 
@@ -109,11 +108,3 @@ def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
     os.mkfifo(source / "pipe")
     copied(source, tmp_path / "target")
     assert [path.name for path in (tmp_path / "target").iterdir()] == ["app.py"]
-
-
-def test_times_tell_contents_apart_and_nothing_else(tmp_path: Path) -> None:
-    for name, content in (("one", "aa"), ("same", "aa"), ("other", "ab")):
-        stamp(write(tmp_path / name, {"file": content}))
-    one, same, other = ((tmp_path / name / "file").stat().st_mtime_ns for name in ("one", "same", "other"))
-    assert one == same != other
-    assert one % 10**9 == 0, "a whole second: not every file system has finer ones"

@@ -2,6 +2,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from importlib import import_module
+from itertools import count
 
 import pytest
 
@@ -27,6 +29,7 @@ class Still(Behaviour):
 """
 
 OLD = "2026-11-21T22-40-03Z"
+MINUTES = count()
 
 PROBE = """
 def act(layout, requirements, is_push):
@@ -86,6 +89,16 @@ def without_systemd(aboard: Aboard) -> None:
     """Leaves out systemd and pip on the robot; what is sent and kept is for real."""
     for name, source in {"probe": PROBE, "install": INSTALL, "activate": ACTIVATE}.items():
         aboard(name, source)
+
+
+@pytest.fixture(autouse=True)
+def a_minute_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lets no two releases be of the same second: their names are times."""
+    pushing = import_module("robotcore.deploy.push")
+    make = pushing.new_release
+    monkeypatch.setattr(
+        pushing, "new_release", lambda *told: replace(make(*told), name=f"2026-11-21T23-{next(MINUTES):02}-00Z")
+    )
 
 
 def rooms(robot: Sshd, room: str) -> set[str]:

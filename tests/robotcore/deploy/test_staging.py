@@ -114,18 +114,6 @@ def test_a_project_that_records_nothing_needs_nothing_for_it(tmp_path: Path, sta
     assert not [each for each in requirements if each.startswith(("mcap", "gpiozero"))]
 
 
-def test_the_same_is_staged_with_the_same_times_whenever_it_is_done(tmp_path: Path) -> None:
-    project = project_in(tmp_path / "project")
-    times = []
-    for name in ("one", "two"):
-        (tmp_path / name).mkdir()
-        stage(project, tmp_path / name)
-        (project.folder or tmp_path).joinpath("app.py").touch()
-        files = [path for path in (tmp_path / name).rglob("*") if path.is_file()]
-        times.append({str(path.relative_to(tmp_path / name)): path.stat().st_mtime_ns for path in files})
-    assert times[0] == times[1]
-
-
 @pytest.mark.parametrize(
     "dependency, told",
     [
