@@ -20,9 +20,12 @@ def address_in(variable: str) -> Address | None:
     return Address(host=host or "127.0.0.1", port=int(port)) if port else None
 
 
-def run(folder: Path, names: Iterable[str]) -> bool:
-    """Run these files of checks of a folder, by default all; return whether every check was passed."""
+def run(folder: Path, names: Iterable[str], *options: str) -> bool:
+    """Run these files of checks of a folder, by default all; return whether every check was passed.
+
+    ``options`` are pytest's.
+    """
     files = [folder / f"{name}.py" for name in names] or sorted(folder.glob("[a-z]*.py"))
     plugins = ["-p", "no:cacheprovider", f"--timeout={CHECK_LIMIT_S}"]
-    command = [sys.executable, "-m", "pytest", *plugins, "-v", "-rs", *map(str, files)]
+    command = [sys.executable, "-m", "pytest", *plugins, "-v", "-rs", *options, *map(str, files)]
     return subprocess.run(command, cwd=needs.ROOT, check=False).returncode == 0

@@ -8,11 +8,14 @@ from pathlib import Path
 from tests.system import checking, needs
 from tests.system.deploy.machine import require
 
+SIDE_BY_SIDE = ("-n", "3", "--dist", "loadfile")
+"""Each has a target of its own; most of the time they wait for what comes."""
+
 
 def main(names: list[str]) -> bool:
     """Run these files of checks, by default all; return whether every check was passed."""
     require()
-    return checking.run(Path(__file__).parent / "checks", names)
+    return checking.run(Path(__file__).parent / "checks", names, *SIDE_BY_SIDE)
 
 
 if __name__ == "__main__":

@@ -27,7 +27,7 @@ NAMESPACES = ("--mount", "--uts", "--ipc", "--net", "--pid", "--cgroup")
 ALONE = ("unshare", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc")
 """Runs a command in a namespace of processes: systemd-nspawn, killed, leaves what it has booted to itself."""
 
-CONSOLE = needs.ROOT / "build" / "deploy-console.log"
+CONSOLE = needs.ROOT / "build" / f"deploy-console-{os.environ.get('PYTEST_XDIST_WORKER', 'gw')}.log"
 
 
 @dataclass

@@ -43,10 +43,10 @@ def test_it_runs_and_says_so(made: Rover) -> None:
 def test_what_does_not_pass_its_tests_is_not_sent(made: Rover) -> None:
     app = made.project / APP
     release = made.release
-    with rewritten(app, app.read_text().replace("2 * ball.bearing", "-2 * ball.bearing")):
+    with rewritten(app, app.read_text().replace("saw nothing", "found no")):
         ran = made.deploy("push", *VIRTUAL)
     assert (ran.returncode, made.release) == (1, release)
-    assert "nothing was sent" in ran.stderr.lower()
+    assert "test_gives_up_where_there_is_no_ball" in ran.stderr
 
 
 def test_a_changed_file_is_all_that_a_second_push_sends_and_a_rollback_takes_it_back(made: Rover) -> None:
