@@ -23,6 +23,7 @@ from robotcore.errors import UsageError
 if TYPE_CHECKING:
     from robotcore.recording.recorder import Recorder
     from robotcore.running.interrupts import Interrupts
+    from robotcore.running.notify import Notifier
     from robotcore.running.outcome import RunResult
     from robotcore.running.session import Observer
     from robotcore.view.picture import PictureRecorder
@@ -70,14 +71,17 @@ def command(
     or backend failed, 4 the safety stage stopped it, 5 the app raised, 128 + the signal's number when interrupted.
     """
     from robotcore.running.interrupts import Interrupts
+    from robotcore.running.notify import Notifier
 
     with Interrupts() as interrupts:
         drawer = _drawer(picture)
         recorder = recorder_for(record, dict(asked["options"]), is_jpeg=record_jpeg, limit=record_limit)
-        last_words = _last_words(recorder, as_json=as_json)
+        notifier = Notifier.of(os.environ)
+        last_words = _last_words(recorder, notifier, as_json=as_json)
         with printing_apart(as_json=as_json):
-            result = _run(asked, drawer, recorder, interrupts, last_words)
+            result = _run(asked, drawer, recorder, notifier, interrupts, last_words)
         interrupts.hold()
+        result = notifier.completed(result) if notifier else result
         made = []
         if picture and drawer:
             result, drawn = _with_picture(result, drawer, picture)
@@ -128,14 +132,13 @@ def _run(
     asked: dict[str, Any],
     drawer: PictureRecorder | None,
     recorder: Recorder | None,
+    notifier: Notifier | None,
     interrupts: Interrupts,
     last_words: Callable[[RunResult], None],
 ) -> RunResult:
     from robotcore.cli.keys import SpaceBar, can_listen
-    from robotcore.running.notify import Notifier
     from robotcore.running.session import RunRequest, run
 
-    notifier = Notifier.of(os.environ)
     with ExitStack() as stack:
         in_terminal: list[SpaceBar | Progress] = []
         bar = stack.enter_context(closing(SpaceBar())) if can_listen() else None
@@ -153,14 +156,20 @@ def _run(
         return run(RunRequest(**_requested(**asked)), observers, taps, last_words=last_words)
 
 
-def _last_words(recorder: Recorder | None, *, as_json: bool) -> Callable[[RunResult], None]:
-    """Return what tells the end of a process that ends itself; standard output is what it is now."""
+def _last_words(recorder: Recorder | None, notifier: Notifier | None, *, as_json: bool) -> Callable[[RunResult], None]:
+    """Return what tells the end of a process that ends itself, and ends a service; standard output is what it is now.
+
+    A service has an exit status of its own, see `Notifier.completed`.
+    """
     stdout = sys.stdout
 
     def tell_the_last(result: RunResult) -> None:
         result, recorded = with_recording(result, recorder) if recorder else (result, "")
+        result = notifier.completed(result) if notifier else result
         with redirect_stdout(stdout):
-            _told(result, [recorded] if recorded else [], as_json=as_json)
+            status = _told(result, [recorded] if recorded else [], as_json=as_json)
+        if notifier:
+            os._exit(status)
 
     return tell_the_last
 

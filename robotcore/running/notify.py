@@ -10,10 +10,12 @@ import os
 import sys
 from collections.abc import MutableMapping
 from contextlib import suppress
+from dataclasses import replace
 from math import inf
 from socket import AF_UNIX, MSG_DONTWAIT, SOCK_DGRAM, socket
 
 from robotcore.clock import Clock, MonotonicClock
+from robotcore.errors import BehaviourError, WatchdogError
 from robotcore.running.observer import Run
 from robotcore.running.outcome import RunResult
 from robotcore.running.trace import TickRecord
@@ -72,6 +74,16 @@ class Notifier:
 
     def end(self, result: RunResult) -> None:
         self._say(STOPPING, _status(": ".join(filter(None, (result.outcome.value, result.reason)))))
+
+    @staticmethod
+    def completed(result: RunResult) -> RunResult:
+        """Return a result with a service's exit status: one that hung has that of an app that raised.
+
+        systemd has nothing else to tell a program at fault, which may be started again, from what the safety stage
+        found, which somebody has to look at before anything turns again.
+        """
+        hung = isinstance(result.error, WatchdogError)
+        return replace(result, exit_status=BehaviourError.exit_status) if hung else result
 
     @property
     def _goes_well(self) -> bool:

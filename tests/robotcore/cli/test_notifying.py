@@ -1,6 +1,9 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
+from importlib import resources
 from pathlib import Path
 from socket import AF_UNIX, SOCK_DGRAM, socket
 
@@ -29,3 +32,39 @@ def test_a_run_tells_systemd_and_hides_it_from_what_the_app_starts(cli: Cli, app
     assert heard[:2] == ["READY=1", "WATCHDOG=1"]
     assert heard[2].startswith("STATUS=")
     assert heard[3] == "STOPPING=1\nSTATUS=error: Odd raised ValueError: []"
+
+
+@pytest.fixture
+def hasty(tmp_path: Path) -> str:
+    """The shipped robot, with a watchdog that waits for nothing."""
+    file = tmp_path / "hasty.toml"
+    shipped = resources.files("robotcore.description").joinpath("robots", "rover.toml").read_text(encoding="utf-8")
+    file.write_text(shipped.replace("[safety]\n", "[safety]\nwatchdog_s = 0.2\n"))
+    return str(file)
+
+
+HANGS = {
+    "and comes back": "while True: pass",
+    "for good": """
+            while True:
+                try:
+                    while True: pass
+                except BaseException: pass
+""",
+}
+
+
+@pytest.mark.parametrize("deed", HANGS.values(), ids=HANGS)
+def test_a_service_that_hangs_is_told_from_one_that_the_safety_stage_stopped(
+    app_file: AppFile, hasty: str, address: str, deed: str
+) -> None:
+    """systemd starts what ended with 5 again, and never what ended with 4."""
+    command = (sys.executable, "-m", "robotcore", "run", app_file(deed), "--world", "open", "--robot", hasty)
+    environment = {**os.environ, "WATCHDOG_PID": ""}
+    told = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert "has not come back from step" in told.stderr
+    assert told.returncode == 5
+
+
+def test_what_the_safety_stage_found_keeps_its_status_in_a_service(cli: Cli, app_file: AppFile, address: str) -> None:
+    assert cli("run", app_file("robot.drive.set_velocity(float('nan'), 0.0)"), "--world", "open").status == 4
