@@ -11,6 +11,7 @@ from robotcore.deploy.aboard.digest import sha256
 from robotcore.deploy.aboard.disk import in_words
 from robotcore.deploy.link import Link
 from robotcore.deploy.progress import Tell, begin
+from robotcore.errors import UsageError
 
 STEP = "brought"
 
@@ -47,13 +48,20 @@ def fetch(link: Link, folder: Path, tell: Tell = print, *, moves: bool = False) 
     if moves:
         found = _proven_same(link, found)
     if wanted := [*found.brought, *(found.here if moves else ())]:
-        folder.mkdir(parents=True, exist_ok=True)
+        _make(folder)
         link.bring(
             wanted, folder, moves=moves, on_progress=lambda done, part: step.say(f"{part:.0%}, {in_words(done)}")
         )
     size = in_words(sum(sizes[name] for name in found.brought))
     step.done(f"{_count(found.brought)}, {size}, to {folder}", *_notes(found, moves=moves))
     return found
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UsageError(f"{folder} cannot be made: {error.strerror}. Take another folder: -o DIR") from error
 
 
 def _compared(told: Iterable[Mapping[str, Any]], folder: Path) -> tuple[dict[str, int], Fetched]:

@@ -45,17 +45,17 @@ def push(asked: Push, tell: Tell = print) -> str:
         staged = stage(asked.project, Path(folder))
         release = new_release(asked.project, staged.requirements, proven)
         delivery = Delivery(link, release, staged, tell)
-        delivery.look(step)
+        delivery.look(step, asked.project)
         delivery.make(is_offline=asked.is_offline)
         judged = trial.Trial(asked.host, asked.ssh_config, begin(trial.STEP, tell))
         return judged.follow(link, "activate", release.name, healthy_within_s=asked.healthy_within_s)
 
 
-def state_after(step: str, host: Host) -> str:
+def state_after(step: str, asked: Push) -> str:
     """Return what a push that was cut short in a step leaves on the robot."""
     if step == trial.STEP:
-        return trial.goes_on(host)
-    return f"Nothing {'was sent to' if step in {gate.name for gate in gates.GATES} else 'has changed on'} {host}"
+        return trial.goes_on(asked.host, asked.ssh_config)
+    return f"Nothing {'was sent to' if step in {gate.name for gate in gates.GATES} else 'has changed on'} {asked.host}"
 
 
 def _proven(asked: Push, tell: Tell) -> tuple[str, ...]:

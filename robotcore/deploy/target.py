@@ -8,7 +8,8 @@ from typing import Any
 
 from robotcore.deploy.project import Project
 from robotcore.deploy.requirements import SpecifierSet
-from robotcore.errors import DeployError
+from robotcore.deploy.table import FILE
+from robotcore.errors import DeployError, DescriptionError
 
 OLDEST_GLIBC = {"x86_64": 5, "aarch64": 17}
 """The minor version of glibc 2 that a processor's oldest wheels are built for. Source: PEP 600, PEP 599."""
@@ -70,9 +71,14 @@ class Target:
         }
 
     def require_python(self, project: Project) -> None:
-        """Raise DeployError where the project needs another Python than the robot has."""
+        """Raise DeployError where the project needs another Python than the robot has, DescriptionError for no such."""
         needed = project.told.requires_python
-        if not SpecifierSet(needed).contains(self.python, prereleases=True):
+        try:
+            is_met = SpecifierSet(needed).contains(self.python, prereleases=True)
+        except ValueError as error:
+            remedy = 'Write it as pip takes it: ">=3.10"'
+            raise DescriptionError(FILE, "project.requires-python", f"{needed!r} names no versions", remedy) from error
+        if not is_met:
             raise DeployError(
                 f"the project needs Python {needed}, and the robot has {self.python}. Take a newer system there, or "
                 "another requires-python in pyproject.toml where it works with that one too"

@@ -11,6 +11,7 @@ from robotcore.clock import MonotonicClock
 from robotcore.deploy.host import Host
 from robotcore.deploy.link import Link
 from robotcore.deploy.progress import Step, Tell, begin
+from robotcore.deploy.typed import typed
 from robotcore.errors import DeployError, UnhealthyError
 
 STEP = "release"
@@ -27,67 +28,71 @@ BROKEN = "broken"
 
 def rollback(host: Host, ssh_config: Path | None, release: str | None, tell: Tell = print) -> str:
     """Let the healthy release before run again, or a named one; return its name. Raises as `Trial.follow` does."""
-    trial = Trial(host, ssh_config, begin(STEP, tell))
     with Link(host, ssh_config) as link:
+        trial = Trial(host, ssh_config, begin(STEP, tell))
         return trial.follow(link, "rollback", release=release, healthy_within_s=HEALTHY_WITHIN_S)
 
 
-@dataclass(frozen=True)
+@dataclass
 class Trial:
-    """A trial that a desk looks on."""
+    """A trial that a desk looks on. ``release`` is what is tried; the robot tells which one that is, where it chose."""
 
     host: Host
     ssh_config: Path | None
     step: Step
+    release: str | None = None
 
     def follow(self, link: Link, action: str, release: str | None, **told: Any) -> str:
         """Let the robot try a release, and tell how it does; return its name once it lives.
 
         Raises UnhealthyError where it does not, and DeployError where that is not known.
         """
+        self.release = release
         try:
             came = link.call(action, on_say=self._hear, release=release, **told)
         except DeployError as error:
             if error.kind != BROKEN:
                 raise
-            came = self._found_again(error, {"release": release, **told})
+            came = self._found_again(error, told)
         return self._judged(came)
 
-    def _hear(self, words: str, **more: Any) -> None:
+    def _hear(self, words: str, release: str | None = None, **more: Any) -> None:
+        self.release = release or self.release
         self.step.say(words)
 
     def _found_again(self, broken: DeployError, told: Mapping[str, Any]) -> Mapping[str, Any]:
         """Connect until the robot has told what came of a release that is known by name."""
         clock = MonotonicClock()
-        for _ in range(ATTEMPTS if told["release"] else 0):
+        for _ in range(ATTEMPTS if self.release else 0):
             self.step.say("the connection broke; the trial goes on there, and is looked for")
             clock.sleep_until(clock.now() + PAUSE_S)
             try:
                 with Link(self.host, self.ssh_config) as link:
-                    return link.call("activate", on_say=self._hear, **told)
+                    return link.call("activate", on_say=self._hear, release=self.release, **told)
             except DeployError as error:
                 broken = error
-        raise DeployError(f"{broken}. {goes_on(self.host)}", broken.kind) from broken
+        raise DeployError(f"{broken}. {goes_on(self.host, self.ssh_config)}", broken.kind) from broken
 
     def _judged(self, came: Mapping[str, Any]) -> str:
         release: str = came["release"]
         if came["outcome"] != HEALTHY:
-            raise UnhealthyError(_unhealthy(self.host, came))
+            logs = typed("logs", self.host, self.ssh_config)
+            raise UnhealthyError(_unhealthy(self.host, came, logs))
         self.step.done(f"{release} is healthy; {'it runs' if came['is_running'] else came['reason']}")
         return release
 
 
-def goes_on(host: Host) -> str:
+def goes_on(host: Host, ssh_config: Path | None) -> str:
     """Say what a desk that looks away leaves behind."""
-    return f"The trial goes on there: robotcore deploy status {host}"
+    return f"The trial goes on there: {typed('status', host, ssh_config)}"
 
 
-def _unhealthy(host: Host, came: Mapping[str, Any]) -> str:
+def _unhealthy(host: Host, came: Mapping[str, Any], logs: str) -> str:
     """Say what came of a release that does not live, in the app's own last words too."""
     what = "did not live" if came["outcome"] == UNHEALTHY else "was not judged"
     now = f"{came['current']} {'runs again' if came['is_running'] else 'is in its place again, and stands'}"
     lines = "".join(f"\n  {line}" for line in came["lines"])
     return (
         f"{host}: {came['release']} {what}: {came['reason']}. {now if came['current'] else 'Nothing runs'}. "
-        f"All it said: robotcore deploy logs {host}{lines}"
+        f"All it said: {logs}{lines}"
     )

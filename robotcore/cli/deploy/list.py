@@ -30,6 +30,8 @@ COLUMNS = ("release", "state", "app", "robot", "from", "proven")
 @as_json
 def command(host: Host, ssh_config: Path | None, *, as_json: bool) -> int:
     """List the releases on HOST, the newest first, and what was proven of each before it was sent."""
+    from robotcore.deploy.typed import typed
+
     with link_to(host, ssh_config) as link:
         told = link.call("releases")
     if as_json:
@@ -37,7 +39,7 @@ def command(host: Host, ssh_config: Path | None, *, as_json: bool) -> int:
     elif told["releases"]:
         write_table(COLUMNS, [_row(each, told["current"]) for each in told["releases"]])
     else:
-        click.echo(f"{host}: nothing was put there yet. robotcore deploy push {host}")
+        click.echo(f"{host}: nothing was put there yet. {typed('push', host, ssh_config)}")
     return 0
 
 

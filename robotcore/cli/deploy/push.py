@@ -9,6 +9,7 @@ import click
 
 from robotcore.cli.deploy.target import DeployCommand, on_robot
 from robotcore.cli.values import pair
+from robotcore.deploy.aboard.units import START_LIMIT_S
 
 if TYPE_CHECKING:
     from robotcore.deploy.host import Host
@@ -36,7 +37,7 @@ FOLDER = click.Path(path_type=Path, exists=True, file_okay=False)
     "--healthy-within",
     "healthy_within_s",
     metavar="SECONDS",
-    type=click.FloatRange(1, 3600),
+    type=click.FloatRange(1, START_LIMIT_S),
     default=60.0,
     show_default=True,
     help="It has so long for its first tick; else the release before runs again.",
@@ -69,7 +70,7 @@ def command(
         except (Interrupted, RobotcoreError) as error:
             showing.close()
             if showing.step != STEP or isinstance(error, Interrupted):  # else the error tells
-                click.echo(state_after(showing.step, host), err=True)
+                click.echo(state_after(showing.step, wanted), err=True)
             raise
     return 0
 

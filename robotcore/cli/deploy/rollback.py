@@ -14,9 +14,18 @@ if TYPE_CHECKING:
     from robotcore.deploy.host import Host
 
 
+def _release(value: str) -> str:
+    from robotcore.deploy.aboard.release import require_name
+
+    try:
+        return require_name(value)
+    except ValueError as error:
+        raise click.BadParameter(str(error)) from error
+
+
 @click.command("rollback", cls=DeployCommand)
 @on_robot
-@click.argument("release", required=False)
+@click.argument("release", required=False, type=_release)
 def command(host: Host, ssh_config: Path | None, release: str | None) -> int:
     """Let the healthy release before run on HOST again, or RELEASE.
 
@@ -24,13 +33,14 @@ def command(host: Host, ssh_config: Path | None, release: str | None) -> int:
     that are there.
     """
     from robotcore.cli.deploy.showing import Showing
-    from robotcore.deploy.trial import goes_on, rollback
+    from robotcore.deploy.trial import STEP, goes_on, rollback
 
     with Showing() as showing:
         try:
             rollback(host, ssh_config, release, showing)
         except Interrupted:
             showing.close()
-            click.echo(goes_on(host), err=True)
+            if showing.step == STEP:
+                click.echo(goes_on(host, ssh_config), err=True)
             raise
     return 0

@@ -20,5 +20,5 @@ def command(host: Host, ssh_config: Path | None) -> int:
     """Let the release on HOST run, now and whenever the robot is switched on."""
     with link_to(host, ssh_config) as link:
         told = link.call("start")
-    tell_state(host, told)
+    tell_state(host, ssh_config, told)
     return status_of(told)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -19,18 +20,19 @@ def status_of(told: Mapping[str, Any]) -> int:
     return 0 if told["state"] in LIVES else 1
 
 
-def tell_state(host: Host, told: Mapping[str, Any]) -> None:
+def tell_state(host: Host, ssh_config: Path | None, told: Mapping[str, Any]) -> None:
     """Print what a robot tells of itself."""
-    for line in lines_of(host, told):
+    for line in lines_of(host, ssh_config, told):
         click.echo(line)
 
 
-def lines_of(host: Host, told: Mapping[str, Any]) -> Iterator[str]:
+def lines_of(host: Host, ssh_config: Path | None, told: Mapping[str, Any]) -> Iterator[str]:
     """Yield what a robot tells of itself, in lines: what runs, then what its user should know."""
     from robotcore.deploy.aboard.disk import in_words
+    from robotcore.deploy.typed import typed
 
     if told["release"] is None:
-        yield f"{host}: nothing was put there yet. robotcore deploy push {host}"
+        yield f"{host}: nothing was put there yet. {typed('push', host, ssh_config)}"
         return
     yield f"{host}: {_state(told)}"
     if told["on_trial"]:
@@ -42,7 +44,7 @@ def lines_of(host: Host, told: Mapping[str, Any]) -> Iterator[str]:
         yield from (f"    {line}" for line in told["lines"])
     recorded = told["recordings"]
     yield _row("recordings", f"{recorded['files']}, {in_words(recorded['bytes'])}; {in_words(told['free_bytes'])} free")
-    yield from _warnings(host, told)
+    yield from _warnings(told, typed("start", host, ssh_config))
 
 
 def _state(told: Mapping[str, Any]) -> str:
@@ -51,11 +53,11 @@ def _state(told: Mapping[str, Any]) -> str:
     return f"{told['release']} {told['state']}{since}{again}"
 
 
-def _warnings(host: Host, told: Mapping[str, Any]) -> Iterator[str]:
+def _warnings(told: Mapping[str, Any], start: str) -> Iterator[str]:
     if not told["lingers"]:
         yield _row("warning", "it ends with the last login. On the robot: sudo loginctl enable-linger")
     if not told["starts_with_robot"]:
-        yield _row("note", f"it does not start with the robot: robotcore deploy start {host}")
+        yield _row("note", f"it does not start with the robot: {start}")
 
 
 def _row(name: str, said: str) -> str:

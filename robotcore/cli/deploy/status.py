@@ -34,5 +34,5 @@ def command(host: Host, ssh_config: Path | None, *, as_json: bool) -> int:
     if as_json:
         write_json({"host": str(host), **told, "exit_status": status})
     else:
-        tell_state(host, told)
+        tell_state(host, ssh_config, told)
     return status

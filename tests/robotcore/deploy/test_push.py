@@ -14,7 +14,7 @@ from robotcore.deploy.progress import Progress
 from robotcore.deploy.project import Asked, project_of
 from robotcore.deploy.proof.proof import Proof, Say
 from robotcore.deploy.push import Push, push, state_after
-from robotcore.errors import DeployError, UnprovenError
+from robotcore.errors import DeployError, DescriptionError, UnprovenError
 from tests.robotcore.deploy.actions import Aboard
 from tests.robotcore.deploy.sshd import Sshd, serving
 
@@ -36,7 +36,7 @@ def act(layout, requirements, is_push):
     assert is_push and "numpy>=1.24" in requirements
     return {
         "host": "rover", "machine": "aarch64", "system": "Debian 12", "python": "3.11.2", "free_bytes": 12_300_000_000,
-        "has_environment": True,
+        "has_environment": True, "libc": "glibc", "libc_version": "2.36",
     }
 """
 
@@ -160,5 +160,22 @@ def test_nobody_is_called_before_every_gate_is_passed(wanted: Push, monkeypatch:
         ("release", "The trial goes on there: robotcore deploy status rover"),
     ],
 )
-def test_push_that_is_cut_short_says_what_it_leaves(step: str, state: str) -> None:
-    assert state_after(step, Host("rover")) == state
+def test_push_that_is_cut_short_says_what_it_leaves(wanted: Push, step: str, state: str) -> None:
+    assert state_after(step, replace(wanted, host=Host("rover"), ssh_config=None)) == state
+
+
+@pytest.mark.parametrize(
+    "needed, fault",
+    [
+        (">=3.13", r"the project needs Python >=3\.13, and the robot has 3\.11\.2"),
+        ("three", "'three' names no versions"),
+    ],
+)
+def test_robot_whose_python_is_not_the_projects_is_sent_nothing(
+    wanted: Push, robot: Sshd, needed: str, fault: str
+) -> None:
+    before = rooms(robot, "releases")
+    told = wanted.project.told.model_copy(update={"requires_python": needed})
+    with pytest.raises((DeployError, DescriptionError), match=fault):
+        push(replace(wanted, project=replace(wanted.project, told=told)), lambda _: None)
+    assert (rooms(robot, "releases"), rooms(robot, "incoming")) == (before, set())

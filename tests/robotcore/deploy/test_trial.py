@@ -10,6 +10,7 @@ from robotcore.deploy import trial
 from robotcore.deploy.host import Host
 from robotcore.deploy.link import Link
 from robotcore.deploy.progress import Progress, begin
+from robotcore.deploy.typed import typed
 from robotcore.errors import DeployError, UnhealthyError
 from tests.robotcore.deploy.actions import Aboard
 from tests.robotcore.deploy.sshd import Sshd, serving
@@ -26,12 +27,13 @@ import time
 from robotcore.deploy.aboard.telling import say
 
 def act(layout, release, healthy_within_s):
+    release = release or "2026-11-21T22-40-03Z"
     begun = layout.home / "begun"
     if begun.exists():
-        return {{"release": release, "outcome": "healthy", "reason": "", "current": release, "is_running": True}}
+        return {"release": release, "outcome": "healthy", "reason": "", "current": release, "is_running": True}
     begun.touch()
-    say("it starts")
-    time.sleep({time_s})
+    say("it starts", release=release)
+    time.sleep(600)
 """
 
 
@@ -61,7 +63,7 @@ def follow(link: Link, robot: Sshd, release: str | None = NEW) -> list[Progress]
     return told
 
 
-def follow_cut(robot: Sshd) -> list[Progress]:
+def follow_cut(robot: Sshd, action: str = "activate", release: str | None = NEW) -> list[Progress]:
     """Follow a trial over a connection that breaks as soon as the robot says something."""
     told: list[Progress] = []
 
@@ -72,7 +74,7 @@ def follow_cut(robot: Sshd) -> list[Progress]:
 
     with Link(Host(robot.host), robot.config) as link:
         watched = trial.Trial(link.host, robot.config, begin(trial.STEP, hear))
-        watched.follow(link, "activate", NEW, healthy_within_s=5.0)
+        watched.follow(link, action, release, healthy_within_s=5.0)
     return told
 
 
@@ -111,18 +113,24 @@ def test_release_that_does_not_live_is_told_with_its_last_words_and_what_runs_no
 
 
 def test_broken_connection_is_made_anew_and_the_trial_is_followed_to_its_end(robot: Sshd, aboard: Aboard) -> None:
-    aboard("activate", GOES_ON.format(time_s=600))
+    aboard("activate", GOES_ON)
     told = follow_cut(robot)
     assert "broke" in told[-2].said
     assert told[-1].said == f"{NEW} is healthy; it runs"
+
+
+def test_release_that_the_robot_chose_is_found_again_by_the_name_that_it_said(robot: Sshd, aboard: Aboard) -> None:
+    for action in ("activate", "rollback"):
+        aboard(action, GOES_ON)
+    assert follow_cut(robot, "rollback", None)[-1].said == f"{OLD} is healthy; it runs"
 
 
 def test_robot_that_does_not_come_back_is_told_with_how_to_look(
     robot: Sshd, aboard: Aboard, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(trial, "ATTEMPTS", 0)
-    aboard("activate", GOES_ON.format(time_s=600))
-    with pytest.raises(DeployError, match="The trial goes on there: robotcore deploy status robot") as caught:
+    aboard("activate", GOES_ON)
+    with pytest.raises(DeployError, match=f"goes on there: {typed('status', Host('robot'), robot.config)}") as caught:
         follow_cut(robot)
     assert not isinstance(caught.value, UnhealthyError)
 

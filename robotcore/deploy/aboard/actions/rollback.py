@@ -7,7 +7,7 @@ from typing import Any
 from robotcore.deploy.aboard import current, trial
 from robotcore.deploy.aboard.actions import activate
 from robotcore.deploy.aboard.layout import Layout
-from robotcore.deploy.aboard.telling import RefusalError
+from robotcore.deploy.aboard.telling import RefusalError, say
 
 
 def act(
@@ -21,6 +21,7 @@ def act(
     name = release or _before(layout)
     if name == current.name_of(layout):
         raise RefusalError(f"{name} is the current release", "To start it: robotcore deploy start")
+    say(f"{name} is to run again", release=name)  # who loses the connection knows by it what to look for
     return activate.try_out(layout, name, healthy_within_s, settle_s)
 
 

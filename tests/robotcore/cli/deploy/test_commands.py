@@ -108,14 +108,14 @@ def test_status_says_what_runs_and_how(deploy: Deploy, aboard: Aboard) -> None:
     ]
 
 
-def test_status_of_what_does_not_run_has_the_reason_and_exits_1(deploy: Deploy, aboard: Aboard) -> None:
+def test_status_of_what_does_not_run_has_the_reason_and_exits_1(deploy: Deploy, aboard: Aboard, robot: Sshd) -> None:
     aboard("status", answering({**STATE, **FAILED, "on_trial": NEW, "lingers": False, "starts_with_robot": False}))
     told = deploy("status")
     assert told.status == 1
     assert f"  on trial     {NEW}" in told.out
     assert "  failed       it ended with status 5\n    ValueError: no\n" in told.out
     assert "sudo loginctl enable-linger" in told.out
-    assert "robotcore deploy start robot" in told.out
+    assert f"robotcore deploy start robot --ssh-config {robot.config}\n" in told.out
 
 
 def test_status_as_json_is_what_the_robot_tells(deploy: Deploy, aboard: Aboard) -> None:
@@ -123,10 +123,11 @@ def test_status_as_json_is_what_the_robot_tells(deploy: Deploy, aboard: Aboard) 
     assert deploy("status", "--json").json == {"host": "robot", **STATE, "exit_status": 0}
 
 
-def test_status_of_a_robot_without_a_release_says_how_to_begin(deploy: Deploy, aboard: Aboard) -> None:
+def test_status_of_a_robot_without_a_release_says_how_to_begin(deploy: Deploy, aboard: Aboard, robot: Sshd) -> None:
     aboard("status", answering({**STATE, "release": None, "state": "stopped"}))
     told = deploy("status")
-    assert (told.status, told.out) == (1, "robot: nothing was put there yet. robotcore deploy push robot\n")
+    push = f"robotcore deploy push robot --ssh-config {robot.config}"
+    assert (told.status, told.out) == (1, f"robot: nothing was put there yet. {push}\n")
 
 
 def test_list_names_each_release_with_its_verdict_and_what_was_proven(deploy: Deploy, robot: Sshd) -> None:
@@ -173,14 +174,21 @@ def test_logs_are_passed_through_and_ctrl_c_ends_the_looking(deploy: Deploy, abo
     assert deploy("logs", "-f").status == 130
 
 
-def test_ctrl_c_in_a_trial_says_that_it_goes_on_there(deploy: Deploy, aboard: Aboard) -> None:
+def test_ctrl_c_in_a_trial_says_that_it_goes_on_there(deploy: Deploy, aboard: Aboard, robot: Sshd) -> None:
     aboard("rollback", ON_TRIAL.format(pid=os.getpid()))
     told = deploy("rollback")
     assert told.status == 130
     assert told.err.splitlines() == [
-        "The trial goes on there: robotcore deploy status robot",
+        f"The trial goes on there: robotcore deploy status robot --ssh-config {robot.config}",
         "error: interrupted by SIGINT",
     ]
+
+
+@pytest.mark.parametrize("name", ["", "v1", "../../etc"])
+def test_rollback_to_what_is_no_release_is_wrong_usage_and_nobody_is_asked(deploy: Deploy, name: str) -> None:
+    told = deploy("rollback", name)
+    assert told.status == 2
+    assert "is no release" in told.err
 
 
 def test_remove_does_nothing_where_nobody_can_be_asked(deploy: Deploy, aboard: Aboard, robot: Sshd) -> None:
@@ -193,12 +201,12 @@ def test_remove_does_nothing_where_nobody_can_be_asked(deploy: Deploy, aboard: A
 
 @pytest.mark.parametrize("option, kept", [((), True), (("--recordings",), False)])
 def test_remove_keeps_recordings_unless_it_is_told_otherwise(
-    deploy: Deploy, aboard: Aboard, option: tuple[str, ...], kept: bool
+    deploy: Deploy, aboard: Aboard, robot: Sshd, option: tuple[str, ...], kept: bool
 ) -> None:
     aboard("remove", REMOVE)
     told = deploy("remove", "--yes", *option)
     assert told.status == 0
-    assert ("the recordings stay: robotcore deploy fetch robot" in told.out) is kept
+    assert (f"the recordings stay: robotcore deploy fetch robot --ssh-config {robot.config}" in told.out) is kept
 
 
 def test_fetch_says_how_to_replay_the_newest_by_a_name_that_a_shell_takes(
@@ -210,3 +218,12 @@ def test_fetch_says_how_to_replay_the_newest_by_a_name_that_a_shell_takes(
     told = deploy("fetch", "-o", str(tmp_path / "from rover"))
     assert told.status == 0
     assert f"robotcore replay '{tmp_path}/from rover/{OLD}.mcap'" in told.out
+
+
+def test_fetch_into_a_folder_that_cannot_be_made_is_wrong_usage(deploy: Deploy, robot: Sshd) -> None:
+    recordings = robot.home / "robotcore" / "recordings"
+    recordings.mkdir(parents=True, exist_ok=True)
+    (recordings / f"{NEW}.mcap").write_text("seen")
+    told = deploy("fetch", "-o", "/proc/nowhere")
+    assert told.status == 2
+    assert "/proc/nowhere cannot be made" in told.err
