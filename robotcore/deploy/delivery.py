@@ -12,7 +12,6 @@ from robotcore.deploy.aboard.disk import in_words, size_of
 from robotcore.deploy.aboard.release import Release
 from robotcore.deploy.link import Link
 from robotcore.deploy.progress import Step, Tell, begin
-from robotcore.deploy.project import Project
 from robotcore.deploy.staging import Staged
 from robotcore.deploy.target import Target
 from robotcore.deploy.wheelhouse import wheels_for
@@ -29,12 +28,12 @@ class Delivery:
         self._link, self._release, self._staged, self._tell = link, release, staged, tell
         self._facts: Mapping[str, Any] = {}
 
-    def look(self, step: Step, project: Project) -> None:
+    def look(self, step: Step) -> None:
         """Tell what the robot is; raise DeployError where it cannot take a release of the project."""
         facts = self._link.call("probe", requirements=self._release.requirements, is_push=True)
         room = f"{in_words(facts['free_bytes'])} free"
         step.done(f"{facts['host']}: {facts['machine']}, {facts['system']}, Python {facts['python']}, {room}")
-        Target.of(facts).require_python(project)
+        Target.of(facts).require_python(self._staged.project)
         self._facts = facts
 
     def make(self, *, is_offline: bool) -> None:

@@ -16,6 +16,10 @@ from robotcore.deploy.project import Project
 from robotcore.deploy.staging import stage
 
 
+FILES = "files"
+"""The step in which what is to be sent is gathered: nothing comes of it to be told."""
+
+
 @dataclass(frozen=True)
 class Push:
     """What is to be put where.
@@ -38,34 +42,24 @@ def push(asked: Push, tell: Tell = print) -> str:
     Raises UnprovenError where it is not sent for what it does, DeployError where the robot does not take it, and
     UnhealthyError where it did not live and was rolled back. Whatever is raised, the old or the new release runs.
     """
-    proven = _proven(asked, tell)
-    step = begin("robot", tell)
-    with TemporaryDirectory(prefix="robotcore-") as folder, Link(asked.host, asked.ssh_config) as link:
-        step.say("what is to be sent is gathered")
+    with TemporaryDirectory(prefix="robotcore-") as folder:
+        proven = gates.passed(gates.AT_DESK, asked.project, tell) if asked.is_proven else gates.skipped(tell)
+        begin(FILES, tell).say("what is to be sent is gathered")
         staged = stage(asked.project, Path(folder))
+        if asked.is_proven:
+            proven += gates.passed(gates.AS_SENT, staged, tell)
         release = new_release(asked.project, staged.requirements, proven)
-        delivery = Delivery(link, release, staged, tell)
-        delivery.look(step, asked.project)
-        delivery.make(is_offline=asked.is_offline)
-        judged = trial.Trial(asked.host, asked.ssh_config, begin(trial.STEP, tell))
-        return judged.follow(link, "activate", release.name, healthy_within_s=asked.healthy_within_s)
+        step = begin("robot", tell)
+        with Link(asked.host, asked.ssh_config) as link:
+            delivery = Delivery(link, release, staged, tell)
+            delivery.look(step)
+            delivery.make(is_offline=asked.is_offline)
+            judged = trial.Trial(asked.host, asked.ssh_config, begin(trial.STEP, tell))
+            return judged.follow(link, "activate", release.name, healthy_within_s=asked.healthy_within_s)
 
 
 def state_after(step: str, asked: Push) -> str:
     """Return what a push that was cut short in a step leaves on the robot."""
     if step == trial.STEP:
         return trial.goes_on(asked.host, asked.ssh_config)
-    return f"Nothing {'was sent to' if step in {gate.name for gate in gates.GATES} else 'has changed on'} {asked.host}"
-
-
-def _proven(asked: Push, tell: Tell) -> tuple[str, ...]:
-    """Pass the gates; return a line for each, as the release keeps them."""
-    if not asked.is_proven:
-        begin("skipped", tell).done(", ".join(gate.name for gate in gates.GATES))
-        return gates.lines_of(gates.skipped())
-    proofs = {}
-    for gate in gates.GATES:
-        step = begin(gate.name, tell)
-        proof = proofs[gate.name] = gate.prove(asked.project, step.say)
-        step.done(proof.said, *proof.notes)
-    return gates.lines_of(proofs)
+    return f"Nothing {'was sent to' if step in {*gates.NAMES, FILES} else 'has changed on'} {asked.host}"

@@ -18,11 +18,12 @@ from robotcore.errors import UsageError
 
 @dataclass(frozen=True)
 class Staged:
-    """What is in the folder that is to be sent: the user's files in ``project``, what they import in ``site``.
+    """A project, and the folder that is to be sent: the user's files in ``project``, what they import in ``site``.
 
     ``requirements`` are what pip installs there; ``notes`` are what whoever sends it should know.
     """
 
+    project: Project
     folder: Path
     requirements: tuple[str, ...]
     notes: tuple[str, ...] = ()
@@ -36,7 +37,7 @@ def stage(project: Project, folder: Path) -> Staged:
     """
     listing = _with_files(project, folder / PROJECT)
     pinned = fill(project, folder / PROJECT, folder / SITE)
-    return Staged(folder, requirements_of(project, folder / SITE, pinned), _notes(listing))
+    return Staged(project, folder, requirements_of(project, folder / SITE, pinned), _notes(listing))
 
 
 def _with_files(project: Project, target: Path) -> Listing:

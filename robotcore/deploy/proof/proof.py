@@ -6,13 +6,11 @@ import os
 import shlex
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from robotcore.deploy.project import Project
-
-ROBOTCORE = "robotcore"
 
 Say = Callable[[str], object]
 """Is told in words what goes on."""
@@ -26,26 +24,23 @@ class Proof:
     notes: tuple[str, ...] = ()
 
 
-def ask(project: Project, module: str, words: Sequence[str]) -> subprocess.CompletedProcess[str]:
-    """Run one of this Python's modules in the project's folder, with nothing to read; what it prints is returned."""
+def ask(
+    folder: Path | None, module: str, words: Sequence[str], environment: Mapping[str, str] | None = None
+) -> subprocess.CompletedProcess[str]:
+    """Run one of this Python's modules in a folder, with nothing to read; what it prints is returned.
+
+    ``environment`` goes before that of this process.
+    """
     return subprocess.run(  # noqa: S603  words, and no shell to take them for anything else
         [sys.executable, "-m", module, *words],
-        cwd=project.folder,
-        env=_environment(module),
+        cwd=folder,
+        env={**os.environ, **(environment or {})},
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
         errors="backslashreplace",
         check=False,
     )
-
-
-def _environment(module: str) -> dict[str, str]:
-    """Return the environment of a process: robotcore's own modules are not looked for in the project's folder.
-
-    One that has a folder ``drivers`` or ``apps`` would put it before robotcore's. Tests are run as everybody runs them.
-    """
-    return {**os.environ, "PYTHONSAFEPATH": "1"} if module == ROBOTCORE else {**os.environ}
 
 
 def command_line(project: Project, line: str) -> str:

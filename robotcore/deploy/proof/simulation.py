@@ -1,9 +1,11 @@
-"""The app in simulation, in a few worlds."""
+"""The app in simulation, in a few worlds, as it is sent."""
 
 from __future__ import annotations
 
 import json
+import os
 import shlex
+import shutil
 from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
@@ -11,9 +13,11 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from robotcore.catalogue import load_backend
+from robotcore.deploy.aboard.release import PROJECT, SITE
 from robotcore.deploy.paths import told
 from robotcore.deploy.project import Project
-from robotcore.deploy.proof.proof import ROBOTCORE, Proof, Say, ask, command_line, told_error
+from robotcore.deploy.proof.proof import Proof, Say, ask, command_line, told_error
+from robotcore.deploy.staging import Staged
 from robotcore.errors import UnprovenError, UsageError
 from robotcore.running.outcome import Outcome
 from robotcore.running.plan import DEFAULT_WORLD, RunRequest
@@ -25,23 +29,26 @@ PINS, PLAIN = "virtualpi", "kinematic"
 """The simulator with the robot's own drivers in it, and the one that needs nothing."""
 
 SECTION = "raspberrypi"
-RESULTS = "results.jsonl"
+ROBOTCORE, RESULTS = "robotcore", "results.jsonl"
 
 
-def prove(project: Project, say: Say) -> Proof:
+def prove(staged: Staged, say: Say) -> Proof:
     """Return how many runs passed; raises UnprovenError where one does not, with the line that repeats it.
 
-    Where bounds are required, they decide. Else every run has to pass: see `passes`.
+    What runs is what is sent, and not what lies beside it at the desk. Where bounds are required, they decide. Else
+    every run has to pass: see `passes`.
     """
+    project = staged.project
     backend, notes = simulator_of(project)
     world = project.world or DEFAULT_WORLD
     if "," in world:
         raise UsageError(f"simulation: {told(world)}: a sweep parts worlds at commas. Take the comma out of the name")
     where = f"{backend}, {told(world)}, seeds {project.seeds}"
     say(where)
-    with TemporaryDirectory(prefix="robotcore-") as folder:
-        answer = _swept(project, words_for(project, backend, world), folder)
-        records = [Record.from_json(line) for line in (Path(folder) / RESULTS).read_bytes().splitlines()]
+    with TemporaryDirectory(prefix="robotcore-") as scratch:
+        results = Path(scratch, "results")
+        answer = _swept(staged, words_for(project, backend, world), Path(scratch), results)
+        records = [Record.from_json(line) for line in (results / RESULTS).read_bytes().splitlines()]
     _require(project, answer["missed"], [record for record in records if not passes(record)])
     is_judged = any(record.result.verified is not None for record in records)
     passed = sum(map(passes, records))
@@ -82,17 +89,30 @@ def words_for(project: Project, backend: str, world: str) -> list[str]:
     return ["sweep", project.app, *where, *words_of(request), *bounds]
 
 
-def _swept(project: Project, words: Sequence[str], folder: str) -> dict[str, Any]:
-    """Return the answer of ``robotcore sweep``, its results in the folder; UnprovenError where it came to no end."""
-    asked = ask(project, ROBOTCORE, [*words, "--out", folder, "--json"])
+def _swept(staged: Staged, words: Sequence[str], scratch: Path, results: Path) -> dict[str, Any]:
+    """Return the answer of ``robotcore sweep``; raises UnprovenError where it came to no end.
+
+    It runs in a copy: what an app writes beside itself is not to be sent, nor what Python compiles.
+    """
+    copy = shutil.copytree(staged.folder, scratch / "sent", symlinks=True)
+    asked = ask(copy / PROJECT, ROBOTCORE, [*words, "--out", str(results), "--json"], _environment(copy / SITE))
     try:
         answer: dict[str, Any] = json.loads(asked.stdout)
     except ValueError:
         answer = {"error": told_error(asked)}
     if "error" in answer:
-        again = command_line(project, shlex.join([ROBOTCORE, *words]))
+        again = command_line(staged.project, shlex.join([ROBOTCORE, *words]))
         raise UnprovenError(f"simulation: {answer['error']}\nRepeat it: {again}")
     return answer
+
+
+def _environment(site: Path) -> dict[str, str]:
+    """Return where Python looks for modules, as on the robot: in ``site``, and not in the project's folder.
+
+    One that has a folder ``drivers`` or ``apps`` would put it before robotcore's.
+    """
+    paths = [str(site), *filter(None, [os.environ.get("PYTHONPATH")])]
+    return {"PYTHONPATH": os.pathsep.join(paths), "PYTHONSAFEPATH": "1"}
 
 
 def _require(project: Project, missed: Sequence[str], failing: Sequence[Record]) -> None:

@@ -23,7 +23,10 @@ _FAILURES = re.compile(r"^(?:FAILED|ERROR) .*", re.MULTILINE)
 
 
 def prove(project: Project, say: Say) -> Proof:
-    """Return how many tests passed; raises UnprovenError where one does not, or none can be run."""
+    """Return how many tests passed; raises UnprovenError where one does not, or none can be run.
+
+    They run in the user's own folder, as he runs them: they may need what is not sent.
+    """
     if project.folder is None:
         return Proof("none: what is sent is installed, and nothing of yours")
     if not any(map(_IS_TEST.fullmatch, listed(project.folder).names)):
@@ -33,7 +36,7 @@ def prove(project: Project, say: Say) -> Proof:
             "tests: pytest is not installed. Run pip install 'robotcore[deploy]', or send them untried: --skip-checks"
         )
     say("pytest")
-    asked = ask(project, "pytest", ["-q", "--color=no"])
+    asked = ask(project.folder, "pytest", ["-q", "--color=no"])
     if asked.returncode == NO_TESTS:
         return Proof("none")
     if asked.returncode:

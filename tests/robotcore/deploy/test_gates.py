@@ -6,15 +6,23 @@ from pathlib import Path
 import pytest
 
 from robotcore import Outcome
-from robotcore.deploy.gates import GATES, lines_of, skipped
-from robotcore.deploy.project import Asked, project_of
+from robotcore.deploy.copying import copied
+from robotcore.deploy.project import Asked, Project, project_of
 from robotcore.deploy.proof import check, simulation, tests
 from robotcore.deploy.proof.simulation import passes, simulator_of
+from robotcore.deploy.staging import Staged
 from robotcore.errors import UnprovenError, UsageError
 from tests.robotcore.deploy.projects import DRIVES_ON, TABLE, project_in, write
 from tests.robotcore.sweep.conftest import record_of
 
 RAISES = DRIVES_ON.replace("return Status.RUNNING", "return 1 / 0")
+
+
+def staged_of(project: Project, tmp_path: Path) -> Staged:
+    """Return a project as it is sent; robotcore is the one that runs the tests, which is compiled already."""
+    folder = write(tmp_path.with_name(f"{tmp_path.name}-staged"), {"site/packaged.py": ""})
+    copied(project.folder or tmp_path, folder / "project")
+    return Staged(project, folder, ())
 
 
 def test_tests_that_pass_are_counted(tmp_path: Path) -> None:
@@ -59,13 +67,27 @@ def test_a_robot_without_the_section_that_its_backend_needs_is_told_at_the_desk(
 
 def test_an_app_that_never_says_success_passes_by_going_on_without_a_touch(tmp_path: Path) -> None:
     write(tmp_path, {"drivers/__init__.py": "", "json.py": "raise ImportError"})  # a folder of the user's own
-    assert simulation.prove(project_in(tmp_path), str).said == "kinematic, arena, seeds 1: 1 of 1 without a contact"
+    proof = simulation.prove(staged_of(project_in(tmp_path), tmp_path), str)
+    assert proof.said == "kinematic, arena, seeds 1: 1 of 1 without a contact"
+
+
+def test_what_is_simulated_is_what_is_sent_and_stays_as_it_is(tmp_path: Path) -> None:
+    app = "import helper, packaged\n" + DRIVES_ON.replace("return", "open('log', 'a').close()\n        return")
+    project = project_in(write(tmp_path, {"helper.py": ""}), app=app)
+    staged = staged_of(project, tmp_path)
+    (tmp_path / "helper.py").write_text("raise OSError('changed meanwhile')")
+    before = {*staged.folder.rglob("*")}
+    simulation.prove(staged, str)
+    assert {*staged.folder.rglob("*")} == before
+    (staged.folder / "project" / "helper.py").unlink()
+    with pytest.raises(UnprovenError, match="No module named 'helper'"):
+        simulation.prove(staged, str)
 
 
 def test_a_run_that_fails_is_told_with_the_line_that_repeats_it(tmp_path: Path) -> None:
     project = project_in(write(tmp_path / "a 'b", {}), app=RAISES)
     with pytest.raises(UnprovenError) as raised:
-        simulation.prove(project, str)
+        simulation.prove(staged_of(project, tmp_path), str)
     assert "ZeroDivisionError" in str(raised.value)
     assert "robotcore run app.py --world arena --seed 1" in str(raised.value)
     assert f"cd '{tmp_path.resolve()}/a '\"'\"'b' && " in str(raised.value)
@@ -83,7 +105,7 @@ def test_required_bounds_decide_and_not_what_is_usual(tmp_path: Path) -> None:
 
 def test_an_app_that_cannot_be_run_at_all_is_told_why(tmp_path: Path) -> None:
     with pytest.raises(UnprovenError, match="holds no behaviour") as raised:
-        simulation.prove(project_in(tmp_path, app="x = 1\n"), str)
+        simulation.prove(staged_of(project_in(tmp_path, app="x = 1\n"), tmp_path), str)
     assert "&& robotcore sweep app.py --backend kinematic" in str(raised.value)
 
 
@@ -122,9 +144,4 @@ def test_a_world_that_a_sweep_would_take_for_two_is_refused(tmp_path: Path) -> N
     write(tmp_path, {"a,b.toml": ""})
     project = project_in(tmp_path, TABLE.replace("\n\n", '\nworld = "a,b.toml"\n\n'))
     with pytest.raises(UsageError, match="Take the comma out"):
-        simulation.prove(project, str)
-
-
-def test_what_is_skipped_is_named() -> None:
-    assert lines_of(skipped()) == ("tests: skipped", "check: skipped", "simulation: skipped")
-    assert [gate.name for gate in GATES] == list(skipped())
+        simulation.prove(staged_of(project, tmp_path), str)

@@ -140,13 +140,14 @@ def test_nobody_is_called_before_every_gate_is_passed(wanted: Push, monkeypatch:
     def fail(_project: object, say: Say) -> Proof:
         raise UnprovenError("simulation: 1 of 3 verified")
 
-    passed = Gate("tests", lambda _project, _say: Proof("12 passed"))
-    monkeypatch.setattr(gates, "GATES", (passed, Gate("simulation", fail)))
+    monkeypatch.setattr(gates, "AT_DESK", (Gate("tests", lambda _project, _say: Proof("12 passed")),))
+    monkeypatch.setattr(gates, "AS_SENT", (Gate("simulation", fail),))
     told: list[Progress] = []
     nowhere = replace(wanted, is_proven=True, host=Host("nobody.invalid"))
     with pytest.raises(UnprovenError, match="1 of 3"):
         push(nowhere, told.append)
-    assert told[-2:] == [Progress("tests", "12 passed", is_done=True), Progress("simulation")]
+    assert [each.step for each in told] == ["tests", "tests", "files", "files", "simulation"]
+    assert told[1] == Progress("tests", "12 passed", is_done=True)
 
 
 @pytest.mark.parametrize(
@@ -154,6 +155,7 @@ def test_nobody_is_called_before_every_gate_is_passed(wanted: Push, monkeypatch:
     [
         ("", "Nothing has changed on rover"),
         ("tests", "Nothing was sent to rover"),
+        ("files", "Nothing was sent to rover"),
         ("simulation", "Nothing was sent to rover"),
         ("sent", "Nothing has changed on rover"),
         ("doctor", "Nothing has changed on rover"),
