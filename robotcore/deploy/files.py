@@ -67,16 +67,20 @@ def _git(folder: Path) -> list[str] | None:
 def _ls_files(folder: Path, *which: str) -> list[str] | None:
     if (git := shutil.which("git")) is None:
         return None
-    environment = {name: value for name, value in os.environ.items() if name not in _GIT_VARIABLES}
     answer = subprocess.run(  # noqa: S603  words of our own, and no shell
         [git, "ls-files", "-z", *which],
         cwd=folder,
-        env=environment,
+        env=git_environment(),
         stdin=subprocess.DEVNULL,
         capture_output=True,
         check=False,
     )
     return None if answer.returncode else [os.fsdecode(name) for name in answer.stdout.split(b"\0") if name]
+
+
+def git_environment() -> dict[str, str]:
+    """Return the environment for a git that looks at the folder it works in, whichever hook this process runs in."""
+    return {name: value for name, value in os.environ.items() if name not in _GIT_VARIABLES}
 
 
 def _files_of(folder: Path, names: Iterable[str]) -> Iterator[str]:

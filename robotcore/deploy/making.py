@@ -10,6 +10,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from robotcore.deploy.aboard.release import Release
+from robotcore.deploy.files import git_environment
 from robotcore.deploy.manifest import release_of
 from robotcore.deploy.project import Project
 
@@ -34,7 +35,7 @@ def revision_of(folder: Path | None) -> str:
     command = ("git", "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*")
     try:
         asked = subprocess.run(  # noqa: S603  constants
-            command, cwd=folder, capture_output=True, text=True, check=False
+            command, cwd=folder, env=git_environment(), capture_output=True, text=True, check=False
         )
     except FileNotFoundError:
         return ""

@@ -119,7 +119,7 @@ def _require_installable(requirement: Requirement) -> None:
             f"{requirement.name} is required from a file of this machine, which the robot does not have. Put its code "
             "into the project, or require it from where the robot finds it too"
         )
-    if address.username or address.password:
+    if address.password or (address.username and "ssh" not in address.scheme):  # git@ is nobody's secret
         raise UsageError(
             f"{requirement.name} is required from an address with a name or a password in it, which would be kept on "
             "the robot. Take it out, and put it into ~/.netrc there"

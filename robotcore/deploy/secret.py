@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 _NAMES = re.compile(
-    r"""\.env(?!\.(?:example|sample|template)$)(?:\..*)?|.*\.(?:pem|key|p12|pfx|jks|keystore|kdbx|ppk|ovpn)
+    r"""\.env(?!\.(?:example|sample|template)$)(?:rc|\..*)?|.*\.(?:env|pem|key|p12|pfx|jks|keystore|kdbx|ppk|ovpn)
     |id_(?:rsa|dsa|ecdsa|ed25519)(?:_sk)?|\.netrc|\.pypirc|\.npmrc|\.git-credentials|\.htpasswd
     |(?:credentials|secrets?)\.(?:json|ya?ml|toml|ini)|wpa_supplicant\.conf|.*\.nmconnection""",
     re.VERBOSE | re.DOTALL | re.IGNORECASE,

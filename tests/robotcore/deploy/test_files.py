@@ -24,6 +24,8 @@ LEFT = {
 }
 SECRETS = {
     ".env": "A=1",
+    ".envrc": "export A=1",
+    "production.env": "A=1",
     "deep/.env.local": "A=1",
     "tls.pem": "",
     "id_ed25519": "",

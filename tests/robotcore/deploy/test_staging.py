@@ -120,6 +120,8 @@ def test_a_project_that_records_nothing_needs_nothing_for_it(tmp_path: Path, sta
         ("robotcore>=99", "is required, and .* is installed here"),
         ("thing @ file:///home/me/thing", "from a file of this machine"),
         ("thing @ https://me:hunter2@host.example/thing.whl", "a name or a password in it"),
+        ("thing @ https://hunter2@host.example/thing.whl", "a name or a password in it"),
+        ("thing @ git+ssh://git:hunter2@host.example/thing", "a name or a password in it"),
         ("thing >= = 2", "is no requirement"),
     ],
 )
@@ -130,6 +132,12 @@ def test_a_dependency_that_no_robot_can_install_is_refused(
     with pytest.raises(UsageError, match=told) as raised:
         stage(project, staged_in)
     assert "hunter2" not in str(raised.value)
+
+
+def test_a_repository_that_is_read_by_ssh_keeps_its_user(tmp_path: Path, staged_in: Path) -> None:
+    place = "thing @ git+ssh://git@host.example/thing"
+    project = project_in(tmp_path / "project", f'[project]\ndependencies = ["{place}"]\n{TABLE}')
+    assert place in stage(project, staged_in).requirements
 
 
 def test_an_extra_that_nobody_has_is_told_with_the_nearest(tmp_path: Path, staged_in: Path) -> None:
