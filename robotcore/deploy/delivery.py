@@ -10,11 +10,11 @@ from typing import Any
 
 from robotcore.deploy.aboard.disk import in_words, size_of
 from robotcore.deploy.aboard.release import Release
-from robotcore.deploy.link import Link
+from robotcore.deploy.connection.link import Link
+from robotcore.deploy.packages.target import Target
+from robotcore.deploy.packages.wheelhouse import wheels_for
 from robotcore.deploy.progress import Step, Tell, begin
-from robotcore.deploy.staging import Staged
-from robotcore.deploy.target import Target
-from robotcore.deploy.wheelhouse import wheels_for
+from robotcore.deploy.staging.staging import Staged
 from robotcore.errors import DeployError
 
 BAD = ("error", "warning")

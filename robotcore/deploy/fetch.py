@@ -9,7 +9,7 @@ from typing import Any
 
 from robotcore.deploy.aboard.digest import sha256
 from robotcore.deploy.aboard.disk import in_words
-from robotcore.deploy.link import Link
+from robotcore.deploy.connection.link import Link
 from robotcore.deploy.progress import Tell, begin
 from robotcore.errors import UsageError
 

@@ -2,15 +2,36 @@
 
 from __future__ import annotations
 
+import getpass
+import platform
+import subprocess
+from datetime import datetime, timezone
+from importlib.metadata import version
+from pathlib import Path
+
 from robotcore.catalogue import load_backend
 from robotcore.deploy.aboard.release import Release
 from robotcore.deploy.project import Project
+from robotcore.deploy.staging.files import git_environment
 from robotcore.running.plan import DEFAULT_WORLD, RunRequest
 from robotcore.sweep.command import words_of
 from robotcore.sweep.seeds import seeds_of
 
 UNTIL_STOPPED_S = 1e9
 """A deployed app runs until somebody stops it: the time-out of a run is 30 years."""
+
+
+def new_release(project: Project, requirements: tuple[str, ...], proven: tuple[str, ...]) -> Release:
+    """Return the release of a project at this moment."""
+    return release_of(
+        project,
+        f"{datetime.now(timezone.utc):%Y-%m-%dT%H-%M-%SZ}",
+        requirements=requirements,
+        gates=proven,
+        robotcore=version("robotcore"),
+        revision=_revision_of(project.folder),
+        sender=f"{getpass.getuser()}@{platform.node()}",
+    )
 
 
 def release_of(
@@ -60,3 +81,17 @@ def _request(project: Project) -> RunRequest:
         options=project.options,
         realtime=True,
     )
+
+
+def _revision_of(folder: Path | None) -> str:
+    """Return the commit that a folder is at, ``-dirty`` behind it where it was changed since; empty without git."""
+    if folder is None:
+        return ""
+    command = ("git", "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*")
+    try:
+        asked = subprocess.run(  # noqa: S603  constants
+            command, cwd=folder, env=git_environment(), capture_output=True, text=True, check=False
+        )
+    except FileNotFoundError:
+        return ""
+    return asked.stdout.strip()

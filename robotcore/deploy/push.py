@@ -6,15 +6,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from robotcore.deploy import gates, trial
+from robotcore.deploy import trial
+from robotcore.deploy.connection.host import Host
+from robotcore.deploy.connection.link import Link
 from robotcore.deploy.delivery import Delivery
-from robotcore.deploy.host import Host
-from robotcore.deploy.link import Link
-from robotcore.deploy.making import new_release
+from robotcore.deploy.manifest import new_release
 from robotcore.deploy.progress import Tell, begin
 from robotcore.deploy.project import Project
-from robotcore.deploy.staging import stage
-
+from robotcore.deploy.proof import gates
+from robotcore.deploy.staging.staging import stage
 
 FILES = "files"
 """The step in which what is to be sent is gathered: nothing comes of it to be told."""

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from robotcore.clock import MonotonicClock
-from robotcore.deploy.host import Host
-from robotcore.deploy.link import Link
+from robotcore.deploy.connection.host import Host
+from robotcore.deploy.connection.link import Link
+from robotcore.deploy.connection.typed import typed
 from robotcore.deploy.progress import Step, Tell, begin
-from robotcore.deploy.typed import typed
 from robotcore.errors import DeployError, UnhealthyError
 
 STEP = "release"

@@ -13,8 +13,8 @@ from robotcore.cli.deploy.target import DeployCommand, link_to, on_robot
 from robotcore.cli.values import Folder
 
 if TYPE_CHECKING:
+    from robotcore.deploy.connection.host import Host
     from robotcore.deploy.fetch import Fetched
-    from robotcore.deploy.host import Host
 
 RECORDINGS = Path("recordings")
 """Here, with a folder for each robot."""

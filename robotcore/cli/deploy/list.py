@@ -17,7 +17,7 @@ from robotcore.cli.deploy.target import AnsweringDeployCommand, link_to, on_robo
 from robotcore.cli.output import as_json, write_json, write_table
 
 if TYPE_CHECKING:
-    from robotcore.deploy.host import Host
+    from robotcore.deploy.connection.host import Host
 
 SKIPPED = ": skipped"
 """The end of what is told of a gate that nothing was to pass."""
@@ -30,7 +30,7 @@ COLUMNS = ("release", "state", "app", "robot", "from", "proven")
 @as_json
 def command(host: Host, ssh_config: Path | None, *, as_json: bool) -> int:
     """List the releases on HOST, the newest first, and what was proven of each before it was sent."""
-    from robotcore.deploy.typed import typed
+    from robotcore.deploy.connection.typed import typed
 
     with link_to(host, ssh_config) as link:
         told = link.call("releases")

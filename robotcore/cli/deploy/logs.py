@@ -10,7 +10,7 @@ import click
 from robotcore.cli.deploy.target import DeployCommand, link_to, on_robot
 
 if TYPE_CHECKING:
-    from robotcore.deploy.host import Host
+    from robotcore.deploy.connection.host import Host
 
 
 @click.command("logs", cls=DeployCommand)

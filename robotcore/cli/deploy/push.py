@@ -12,7 +12,7 @@ from robotcore.cli.values import pair
 from robotcore.deploy.aboard.units import START_LIMIT_S
 
 if TYPE_CHECKING:
-    from robotcore.deploy.host import Host
+    from robotcore.deploy.connection.host import Host
     from robotcore.deploy.project import Project
 
 FOLDER = click.Path(path_type=Path, exists=True, file_okay=False)

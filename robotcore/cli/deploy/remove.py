@@ -12,7 +12,7 @@ from robotcore.cli.deploy.target import DeployCommand, link_to, on_robot
 from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
-    from robotcore.deploy.host import Host
+    from robotcore.deploy.connection.host import Host
 
 
 @click.command("remove", cls=DeployCommand)
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 @click.option("--yes", is_flag=True, help="Do not ask.")
 def command(host: Host, ssh_config: Path | None, *, recordings: bool, yes: bool) -> int:
     """Stop the app on HOST and take away all that was put there; recordings stay, unless --recordings."""
-    from robotcore.deploy.typed import typed
+    from robotcore.deploy.connection.typed import typed
 
     what = "all releases and all recordings" if recordings else "all releases, and leave the recordings"
     if not yes and not _is_agreed(f"Stop {host}, and remove {what}?"):

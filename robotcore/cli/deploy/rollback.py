@@ -11,7 +11,7 @@ from robotcore.cli.deploy.target import DeployCommand, on_robot
 from robotcore.errors import Interrupted
 
 if TYPE_CHECKING:
-    from robotcore.deploy.host import Host
+    from robotcore.deploy.connection.host import Host
 
 
 def _release(value: str) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
-    from robotcore.deploy.host import Host
+    from robotcore.deploy.connection.host import Host
 
 LIVES = ("running", "ended")
 """The states of a release that does what it is to do."""
@@ -29,7 +29,7 @@ def tell_state(host: Host, ssh_config: Path | None, told: Mapping[str, Any]) -> 
 def lines_of(host: Host, ssh_config: Path | None, told: Mapping[str, Any]) -> Iterator[str]:
     """Yield what a robot tells of itself, in lines: what runs, then what its user should know."""
     from robotcore.deploy.aboard.disk import in_words
-    from robotcore.deploy.typed import typed
+    from robotcore.deploy.connection.typed import typed
 
     if told["release"] is None:
         yield f"{host}: nothing was put there yet. {typed('push', host, ssh_config)}"

@@ -17,7 +17,7 @@ from robotcore.cli.deploy.target import AnsweringDeployCommand, link_to, on_robo
 from robotcore.cli.output import as_json, write_json
 
 if TYPE_CHECKING:
-    from robotcore.deploy.host import Host
+    from robotcore.deploy.connection.host import Host
 
 
 @click.command("status", cls=AnsweringDeployCommand)

@@ -11,7 +11,7 @@ from robotcore.cli.deploy.state import tell_state
 from robotcore.cli.deploy.target import DeployCommand, link_to, on_robot
 
 if TYPE_CHECKING:
-    from robotcore.deploy.host import Host
+    from robotcore.deploy.connection.host import Host
 
 
 @click.command("stop", cls=DeployCommand)

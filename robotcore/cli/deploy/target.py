@@ -12,8 +12,8 @@ from robotcore.cli.answering import AnsweringCommand
 from robotcore.errors import Interrupted, RobotcoreError
 
 if TYPE_CHECKING:
-    from robotcore.deploy.host import Host
-    from robotcore.deploy.link import Link
+    from robotcore.deploy.connection.host import Host
+    from robotcore.deploy.connection.link import Link
 
 
 class DeployCommand(click.Command):
@@ -46,12 +46,12 @@ def on_robot(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def link_to(host: Host, ssh_config: Path | None) -> Link:
     """Return the link to a robot, not yet connected."""
-    from robotcore.deploy.link import Link
+    from robotcore.deploy.connection.link import Link
 
     return Link(host, ssh_config)
 
 
 def _host(value: str) -> Host:
-    from robotcore.deploy.host import Host
+    from robotcore.deploy.connection.host import Host
 
     return Host.parse(value)

@@ -1,6 +1,6 @@
 """What the robot's Python reads first, on its stdin. Any Python 3 must understand it, if only to be refused.
 
-`robotcore.deploy.boot` sends it as text, with a call of `board` after it.
+`robotcore.deploy.connection.boot` sends it as text, with a call of `board` after it.
 """
 
 import json

@@ -17,7 +17,7 @@ from robotcore.deploy.aboard.release import PROJECT, SITE
 from robotcore.deploy.paths import told
 from robotcore.deploy.project import Project
 from robotcore.deploy.proof.proof import Proof, Say, ask, command_line, told_error
-from robotcore.deploy.staging import Staged
+from robotcore.deploy.staging.staging import Staged
 from robotcore.errors import UnprovenError, UsageError
 from robotcore.running.outcome import Outcome
 from robotcore.running.plan import DEFAULT_WORLD, RunRequest

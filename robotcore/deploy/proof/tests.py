@@ -6,9 +6,9 @@ import re
 from importlib.util import find_spec
 from subprocess import CompletedProcess
 
-from robotcore.deploy.files import listed
 from robotcore.deploy.project import Project
 from robotcore.deploy.proof.proof import Proof, Say, ask, command_line
+from robotcore.deploy.staging.files import listed
 from robotcore.errors import UnprovenError
 
 NO_TESTS = 5

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from robotcore.deploy import boot
+from robotcore.deploy.connection import boot
 
 Aboard = Callable[[str, str], None]
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from robotcore.deploy.connection.host import Host
+from robotcore.deploy.connection.link import Link
 from robotcore.deploy.fetch import Fetched, fetch
-from robotcore.deploy.host import Host
-from robotcore.deploy.link import Link
 from robotcore.deploy.progress import Progress
 from tests.robotcore.deploy.sshd import serving
 

@@ -7,11 +7,11 @@ from itertools import count
 
 import pytest
 
-from robotcore.deploy import gates
-from robotcore.deploy.gates import Gate
-from robotcore.deploy.host import Host
+from robotcore.deploy.connection.host import Host
 from robotcore.deploy.progress import Progress
 from robotcore.deploy.project import Asked, project_of
+from robotcore.deploy.proof import gates
+from robotcore.deploy.proof.gates import Gate
 from robotcore.deploy.proof.proof import Proof, Say
 from robotcore.deploy.push import Push, push, state_after
 from robotcore.errors import DeployError, DescriptionError, UnprovenError

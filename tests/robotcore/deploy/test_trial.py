@@ -7,10 +7,10 @@ from collections.abc import Iterator
 import pytest
 
 from robotcore.deploy import trial
-from robotcore.deploy.host import Host
-from robotcore.deploy.link import Link
+from robotcore.deploy.connection.host import Host
+from robotcore.deploy.connection.link import Link
+from robotcore.deploy.connection.typed import typed
 from robotcore.deploy.progress import Progress, begin
-from robotcore.deploy.typed import typed
 from robotcore.errors import DeployError, UnhealthyError
 from tests.robotcore.deploy.actions import Aboard
 from tests.robotcore.deploy.sshd import Sshd, serving

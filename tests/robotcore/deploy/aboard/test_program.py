@@ -3,9 +3,9 @@ from __future__ import annotations
 import io
 import zipfile
 
-from robotcore.deploy import boot
 from robotcore.deploy.aboard import program
 from robotcore.deploy.aboard.layout import Layout
+from robotcore.deploy.connection import boot
 
 
 def test_same_sources_make_the_same_file(layout: Layout) -> None:

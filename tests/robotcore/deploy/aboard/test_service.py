@@ -10,10 +10,10 @@ from typing import Any
 
 import pytest
 
-from robotcore.deploy import boot
 from robotcore.deploy.aboard import current, program
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.release import ENVIRONMENT, SITE, Release
+from robotcore.deploy.connection import boot
 from tests.robotcore.deploy.aboard.released import NEW, OLD, let_run, put
 
 TOLD = """

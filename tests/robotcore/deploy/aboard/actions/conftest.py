@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.deploy import aboard, boot
+from robotcore.deploy import aboard
 from robotcore.deploy.aboard import facts
+from robotcore.deploy.connection import boot
 
 
 @pytest.fixture

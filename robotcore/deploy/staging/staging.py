@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from robotcore.deploy.aboard.release import PROJECT, SITE
-from robotcore.deploy.copying import copied
-from robotcore.deploy.files import Listing
+from robotcore.deploy.packages.requirements import requirements_of
+from robotcore.deploy.packages.site import fill
 from robotcore.deploy.paths import names_told, told
 from robotcore.deploy.project import Project
-from robotcore.deploy.requirements import requirements_of
-from robotcore.deploy.site import fill
+from robotcore.deploy.staging.copying import copied
+from robotcore.deploy.staging.files import Listing
 from robotcore.errors import UsageError
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from robotcore.deploy.paths import told
-from robotcore.deploy.secret import is_secret
+from robotcore.deploy.staging.secret import is_secret
 from robotcore.errors import UsageError
 
 LEFT_BY_PROGRAMS = re.compile(

@@ -7,8 +7,8 @@ import shutil
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
-from robotcore.deploy.files import Listing, listed
 from robotcore.deploy.paths import names_told, told
+from robotcore.deploy.staging.files import Listing, listed
 from robotcore.errors import UsageError
 
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from robotcore.deploy import boot
 from robotcore.deploy.aboard.telling import MARK
+from robotcore.deploy.connection import boot
 from tests.robotcore.deploy.actions import ECHO, Aboard
 
 NASTY = {"a b": 'it\'s "so" $(touch canary) `x` \\ \n \0 ü \udcff \U0001f916', "n": [1, 2.5, None, True]}

@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import IO
 
 from robotcore.deploy.aboard.layout import FOLDER
-from robotcore.deploy.failures import no_program, transfer_failed
-from robotcore.deploy.host import Host
-from robotcore.deploy.ssh import Connection
+from robotcore.deploy.connection.failures import no_program, transfer_failed
+from robotcore.deploy.connection.host import Host
+from robotcore.deploy.connection.ssh import Connection
 from robotcore.errors import DeployError
 
 OnProgress = Callable[[int, float], object]

@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 
 from robotcore import Outcome
-from robotcore.deploy.copying import copied
 from robotcore.deploy.project import Asked, Project, project_of
 from robotcore.deploy.proof import check, simulation, tests
 from robotcore.deploy.proof.simulation import passes, simulator_of
-from robotcore.deploy.staging import Staged
+from robotcore.deploy.staging.copying import copied
+from robotcore.deploy.staging.staging import Staged
 from robotcore.errors import UnprovenError, UsageError
 from tests.robotcore.deploy.projects import DRIVES_ON, TABLE, project_in, write
 from tests.robotcore.sweep.conftest import record_of

@@ -13,9 +13,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from zipfile import ZipFile
 
-from robotcore.deploy.pip import pip, told
-from robotcore.deploy.requirements import Requirement, canonicalize_name
-from robotcore.deploy.target import Target
+from robotcore.deploy.packages.pip import pip, told
+from robotcore.deploy.packages.requirements import Requirement, canonicalize_name
+from robotcore.deploy.packages.target import Target
 from robotcore.errors import DeployError
 
 Say = Callable[[str], object]

@@ -10,7 +10,7 @@ from robotcore.deploy.progress import Tell, begin
 from robotcore.deploy.project import Project
 from robotcore.deploy.proof import check, simulation, tests
 from robotcore.deploy.proof.proof import Proof, Say
-from robotcore.deploy.staging import Staged
+from robotcore.deploy.staging.staging import Staged
 
 SubjectT = TypeVar("SubjectT")
 

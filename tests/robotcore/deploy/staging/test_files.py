@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.deploy.copying import copied
-from robotcore.deploy.files import listed
+from robotcore.deploy.staging.copying import copied
+from robotcore.deploy.staging.files import listed
 from robotcore.errors import UsageError
 from tests.robotcore.deploy.projects import git, write
 

@@ -8,7 +8,7 @@ from importlib.metadata import Distribution, distributions
 from pathlib import Path
 from urllib.parse import urlsplit
 
-from robotcore.deploy.needs import extras
+from robotcore.deploy.packages.needs import extras
 from robotcore.deploy.project import Project
 from robotcore.deploy.table import FILE
 from robotcore.errors import BackendMissingError, UnknownNameError, UsageError

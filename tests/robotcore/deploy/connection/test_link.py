@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from robotcore.deploy import ssh
-from robotcore.deploy.host import Host
-from robotcore.deploy.link import Link
+from robotcore.deploy.connection import ssh
+from robotcore.deploy.connection.host import Host
+from robotcore.deploy.connection.link import Link
 from robotcore.errors import DeployError
 from tests.robotcore.deploy.actions import ECHO, Aboard
 from tests.robotcore.deploy.sshd import Sshd, serving, slow_rsync

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.deploy.building import build
+from robotcore.deploy.packages.building import build
 from robotcore.deploy.project import Asked, project_of
-from robotcore.deploy.staging import Staged, stage
+from robotcore.deploy.staging.staging import Staged, stage
 from robotcore.errors import DeployError, UnknownNameError, UsageError
 from robotcore.registry import _points
 from tests.robotcore.deploy.projects import TABLE, git, project_in, write
@@ -38,7 +38,7 @@ from drivers.raspberrypi.ranging.ultrasonic import Ultrasonic
 class Lidar(Ultrasonic):
     name = "lidar-x"
 """
-ROBOT = Path(__file__).parents[3] / "robotcore" / "description" / "robots" / "rover.toml"
+ROBOT = Path(__file__).parents[4] / "robotcore" / "description" / "robots" / "rover.toml"
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 from pathlib import Path
 
-from robotcore.deploy.host import Host
+from robotcore.deploy.connection.host import Host
 
 
 def typed(command: str, host: Host, ssh_config: Path | None = None) -> str:

@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
-from robotcore.deploy.building import build
-from robotcore.deploy.needs import needed
+from robotcore.deploy.packages.building import build
+from robotcore.deploy.packages.needs import needed
+from robotcore.deploy.packages.requirements import ROBOTCORE
 from robotcore.deploy.project import Project
-from robotcore.deploy.requirements import ROBOTCORE
 from robotcore.errors import DeployError
 
 METADATA = ("METADATA", "entry_points.txt", "top_level.txt")

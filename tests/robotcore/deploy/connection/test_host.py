@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from robotcore.deploy.host import Host
+from robotcore.deploy.connection.host import Host
 from robotcore.errors import UsageError
 
 HOSTILE = (

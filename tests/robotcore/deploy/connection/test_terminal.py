@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 
 import pytest
 
-from robotcore.deploy import ssh
+from robotcore.deploy.connection import ssh
 from tests.robotcore.deploy.sshd import Sshd, make_key, slow_rsync
 
 ANSWERING_S = 20
@@ -37,9 +37,9 @@ with Link(Host.parse("robot"), config) as link:
 PROGRAM = """
 import os, sys
 from pathlib import Path
-from robotcore.deploy import ssh
-from robotcore.deploy.host import Host
-from robotcore.deploy.link import Link
+from robotcore.deploy.connection import ssh
+from robotcore.deploy.connection.host import Host
+from robotcore.deploy.connection.link import Link
 
 os.open(os.ttyname(0), os.O_RDWR)  # the terminal of this session from now on
 ssh.ENDING_S = 600  # what is to end ends by itself

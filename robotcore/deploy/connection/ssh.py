@@ -11,8 +11,8 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from types import TracebackType
 
-from robotcore.deploy.failures import SSH_FAILED, broken_by, no_program, refused_by, silent
-from robotcore.deploy.host import Host
+from robotcore.deploy.connection.failures import SSH_FAILED, broken_by, no_program, refused_by, silent
+from robotcore.deploy.connection.host import Host
 from robotcore.errors import DeployError
 
 CONNECT_S, ALIVE_S, ALIVE_COUNT = 10, 5, 3

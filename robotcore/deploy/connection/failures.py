@@ -7,7 +7,7 @@ import shlex
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from robotcore.deploy.host import Host
+from robotcore.deploy.connection.host import Host
 from robotcore.errors import DeployError
 
 SSH_FAILED = 255

@@ -11,12 +11,12 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Any
 
-from robotcore.deploy import boot, rsync
 from robotcore.deploy.aboard.telling import MARK
-from robotcore.deploy.failures import unanswered
-from robotcore.deploy.host import Host
-from robotcore.deploy.rsync import OnProgress, Transfer
-from robotcore.deploy.ssh import Connection
+from robotcore.deploy.connection import boot, rsync
+from robotcore.deploy.connection.failures import unanswered
+from robotcore.deploy.connection.host import Host
+from robotcore.deploy.connection.rsync import OnProgress, Transfer
+from robotcore.deploy.connection.ssh import Connection
 from robotcore.errors import DeployError
 
 OnSay = Callable[..., object]

@@ -8,8 +8,8 @@ from zipfile import ZipFile
 
 import pytest
 
-from robotcore.deploy.target import Target
-from robotcore.deploy.wheelhouse import wheels_for
+from robotcore.deploy.packages.target import Target
+from robotcore.deploy.packages.wheelhouse import wheels_for
 from robotcore.errors import DeployError
 from tests.robotcore.deploy.projects import project_in
 

@@ -8,11 +8,11 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from robotcore.deploy.copying import copied
+from robotcore.deploy.packages.pip import pip
+from robotcore.deploy.packages.pip import told as told_by_pip
+from robotcore.deploy.packages.requirements import Requirement
 from robotcore.deploy.paths import told
-from robotcore.deploy.pip import pip
-from robotcore.deploy.pip import told as told_by_pip
-from robotcore.deploy.requirements import Requirement
+from robotcore.deploy.staging.copying import copied
 from robotcore.deploy.table import FILE
 from robotcore.description import read_table
 from robotcore.errors import DeployError, UsageError

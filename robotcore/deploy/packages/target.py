@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from robotcore.deploy.packages.requirements import SpecifierSet
 from robotcore.deploy.project import Project
-from robotcore.deploy.requirements import SpecifierSet
 from robotcore.deploy.table import FILE
 from robotcore.errors import DeployError, DescriptionError
 

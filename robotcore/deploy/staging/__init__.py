@@ -1,0 +1,1 @@
+"""What of a project is sent, put together at the desk."""
