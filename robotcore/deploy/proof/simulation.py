@@ -101,9 +101,15 @@ def _swept(staged: Staged, words: Sequence[str], scratch: Path, results: Path) -
     except ValueError:
         answer = {"error": told_error(asked)}
     if "error" in answer:
-        again = command_line(staged.project, shlex.join([ROBOTCORE, *words]))
-        raise UnprovenError(f"simulation: {answer['error']}\nRepeat it: {again}")
+        again = _again(staged.project, shlex.join([ROBOTCORE, *words]))
+        raise UnprovenError(f"simulation: {answer['error']}{again}")
     return answer
+
+
+def _again(project: Project, line: str) -> str:
+    """Return what repeats it, in the user's own folder: there is more in that than is sent."""
+    more = "\nIf it passes then, it lacks a file that is not sent: git ignores it, or it may hold a secret"
+    return f"\nRepeat it: {command_line(project, line)}{more if project.folder else ''}"
 
 
 def _environment(site: Path) -> dict[str, str]:
@@ -122,5 +128,5 @@ def _require(project: Project, missed: Sequence[str], failing: Sequence[Record])
     first = failing[0] if failing else None
     why = "; ".join(missed) or f"{len(failing)} of the runs fail"
     which = f". Seed {first.result.seed}: {fault(first)}" if first else ""
-    again = f"\nRepeat it: {command_line(project, first.command)}" if first else ""
+    again = _again(project, first.command) if first else ""
     raise UnprovenError(f"simulation: {why}{which}{again}")

@@ -80,8 +80,9 @@ def test_what_is_simulated_is_what_is_sent_and_stays_as_it_is(tmp_path: Path) ->
     simulation.prove(staged, str)
     assert {*staged.folder.rglob("*")} == before
     (staged.folder / "project" / "helper.py").unlink()
-    with pytest.raises(UnprovenError, match="No module named 'helper'"):
+    with pytest.raises(UnprovenError, match="No module named 'helper'") as raised:
         simulation.prove(staged, str)
+    assert "it lacks a file that is not sent" in str(raised.value)
 
 
 def test_a_run_that_fails_is_told_with_the_line_that_repeats_it(tmp_path: Path) -> None:
