@@ -12,6 +12,7 @@ from itertools import chain, count
 from pathlib import Path
 
 from robotcore.deploy.aboard import current, durable, launch
+from robotcore.deploy.aboard.disk import free_bytes
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.release import Release
 from robotcore.deploy.aboard.telling import RefusalError
@@ -71,13 +72,17 @@ def trial(layout: Layout) -> int:
 
 
 def _recorded(layout: Layout, release: Release) -> tuple[str, ...]:
-    """Return the arguments that record a run, in a file that is not there yet."""
+    """Return the arguments that record a run, in a file that is not there yet, and in half of the free room at most.
+
+    A robot that is left alone for days must not fill its disk.
+    """
     if not release.is_recorded:
         return ()
     layout.recordings.mkdir(exist_ok=True)
     began = time.strftime("%Y-%m-%dT%H-%M-%SZ", time.gmtime())
     paths = (layout.recordings / f"{began}{again}.mcap" for again in chain([""], map("-{}".format, count(2))))
-    return ("--record", str(next(path for path in paths if not path.exists())))
+    path = next(path for path in paths if not path.exists())
+    return ("--record", str(path), "--record-limit", str(max(1, free_bytes(layout.home) // 2)))
 
 
 def _tell(fault: str) -> int:

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from robotcore.deploy.aboard import current, program
+from robotcore.deploy.aboard.disk import free_bytes
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.release import ENVIRONMENT, SITE, Release
 from robotcore.deploy.connection import boot
@@ -67,12 +68,13 @@ def test_process_that_systemd_starts_becomes_the_app_in_the_projects_folder(layo
 
 
 def test_each_run_records_in_a_file_of_its_own(layout: Layout, systemd: Systemd) -> None:
-    fitted(layout, OLD, TOLD + "open(sys.argv[-1], 'x').close()\n")
+    fitted(layout, OLD, TOLD + "open(sys.argv[3], 'x').close()\n")
     let_run(layout, OLD)
     for _ in range(3):
         with systemd("run") as process:
             arguments = json.loads(_lines(process)[1])["arguments"]
-        assert (process.returncode, arguments[:2]) == (0, ["run", "--record"])
+        assert (process.returncode, arguments[:2], arguments[3]) == (0, ["run", "--record"], "--record-limit")
+        assert 0 < int(arguments[4]) < free_bytes(layout.home)
     assert len(list(layout.recordings.glob("*.mcap"))) == 3
 
 
