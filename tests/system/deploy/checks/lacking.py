@@ -48,8 +48,8 @@ def lacking(rover: Rover, path: str) -> Iterator[None]:
 
 def require_refused(rover: Rover, driving: int, remedy: str, *arguments: str) -> None:
     """Push; what runs must not be touched, and what to do has to be said in few words."""
-    releases = rover.releases
+    releases = set(rover.releases)
     ran = rover.deploy("push", "--skip-checks", *arguments)
     assert (ran.returncode, remedy in ran.stderr) == (3, True), ran.stdout + ran.stderr
     assert len(ran.stderr.strip().splitlines()) <= 2, ran.stderr
-    assert (rover.process, rover.releases) == (driving, releases)
+    assert (rover.process, set(rover.releases) - releases) == (driving, set())
