@@ -8,13 +8,13 @@ from itertools import count
 import pytest
 
 from robotcore.deploy.connection.host import Host
+from robotcore.deploy.packages.target import Target
 from robotcore.deploy.progress import Progress
 from robotcore.deploy.project import Asked, project_of
 from robotcore.deploy.proof import gates
 from robotcore.deploy.proof.gates import Gate
 from robotcore.deploy.proof.proof import Proof, Say
 from robotcore.deploy.push import Push, push, state_after
-from robotcore.deploy.target import Target
 from robotcore.errors import DeployError, DescriptionError, UnprovenError
 from tests.robotcore.deploy.actions import Aboard
 from tests.robotcore.deploy.sshd import Sshd, serving
