@@ -120,10 +120,15 @@ def show(unit: str) -> State:
     return State.of(dict(line.partition("=")[::2] for line in lines))
 
 
-def restart(unit: str) -> None:
-    """Let systemd stop and start a unit in one job, and do not wait for it; failures of before count no longer."""
+def restart(unit: str) -> str:
+    """Let systemd stop and start a unit in one job, and do not wait for it; failures of before count no longer.
+
+    Returns the invocation that this ends.
+    """
     systemctl("reset-failed", unit)
+    before = show(unit).invocation
     systemctl("restart", "--no-block", unit)
+    return before
 
 
 def start(unit: str) -> None:

@@ -13,8 +13,8 @@ from robotcore.deploy.aboard.verdict import HEALTHY, STOPPED, UNHEALTHY
 LOOK_S = 0.25
 """Far shorter than the units' RestartSec: no start of a failing app is missed."""
 
-STOP_LIMIT_S = 60.0
-"""For the release that ran before to stop; systemd ends it long before."""
+STOP_LIMIT_S = 90.0
+"""For the release that ran before to stop, by the times of its unit: the app, then what stops its motors."""
 
 
 @dataclass(frozen=True)
@@ -32,9 +32,18 @@ def watch(healthy_within_s: float, settle_s: float) -> Seen:
     An app that ends with success has done all that it was to do. Raises RefusalError where systemd does not answer,
     and `LeavingError` where the robot goes down meanwhile.
     """
-    before = systemd.show(SERVICE).invocation
-    systemd.restart(SERVICE)
-    state = _begun(before)
+    seen = _seen(healthy_within_s, settle_s)
+    if seen.outcome != HEALTHY and systemd.is_shutting_down():
+        raise LeavingError
+    return seen
+
+
+class LeavingError(Exception):
+    """The robot goes down: what is seen now tells nothing of the release."""
+
+
+def _seen(healthy_within_s: float, settle_s: float) -> Seen:
+    state = _begun(systemd.restart(SERVICE))
     if state is None:
         return Seen(UNHEALTHY, "systemd did not start it")
     ours, started, up_since = state.invocation, time.monotonic(), None
@@ -50,16 +59,16 @@ def watch(healthy_within_s: float, settle_s: float) -> Seen:
     return seen
 
 
-class LeavingError(Exception):
-    """The robot goes down: what is seen now tells nothing of the release."""
-
-
 def _begun(before: str) -> State | None:
-    """Return the service's state once it was started anew; None where it was not."""
+    """Return the service's state once it was started anew, by somebody; None where it was not.
+
+    What failed before may be started by systemd once more until it hears of us: that start is not ours.
+    """
     until = time.monotonic() + STOP_LIMIT_S
     while time.monotonic() < until:
         state = systemd.show(SERVICE)
-        if state.invocation not in {before, ""}:
+        is_another_start = state.restarts and state.has_job
+        if state.invocation not in {before, ""} and not is_another_start:
             return state
         if state.is_down and not state.has_job:
             return None
@@ -78,9 +87,7 @@ def _judged(state: State, ours: str) -> Seen | None:
         return _unhealthy(state.ending() if state.has_failed else "it was started again", ours)
     if state.has_succeeded:
         return Seen(HEALTHY, "it ended with success")
-    if state.is_down:
-        if systemd.is_shutting_down():
-            raise LeavingError
+    if state.is_down and not state.has_job:
         return Seen(STOPPED, "somebody stopped it")
     return None
 

@@ -23,6 +23,11 @@ def test_release_that_runs_already_is_not_taken_for_the_new_one(systemd: Scripte
     assert watching.watch(LONG, 0.0).outcome == "unhealthy"
 
 
+def test_release_before_that_fails_and_is_just_started_again_is_not_taken_for_the_new_one(systemd: Scripted) -> None:
+    systemd.will_tell(at.OLD_WAITS, at.OLD_AGAIN, at.OLD_STOPS_AGAIN, at.NEW_STARTS, at.NEW_RUNS)
+    assert watching.watch(LONG, 0.0) == Seen("healthy")
+
+
 @pytest.mark.parametrize(
     "looks, reason",
     [
@@ -36,6 +41,7 @@ def test_release_that_runs_already_is_not_taken_for_the_new_one(systemd: Scripte
         ((at.AGAIN_RUNS,), "it was started again"),
         ((at.NEW_RUNS, at.AGAIN_RUNS), "it was started again"),
         ((at.NEW_RUNS, at.BACK_RUNS), "it was started again"),
+        ((at.NEW_RUNS, at.BETWEEN, at.AGAIN_RUNS), "it was started again"),
     ],
 )
 def test_release_that_fails_is_unhealthy_and_told_of_in_its_own_words(
@@ -76,9 +82,12 @@ def test_release_that_somebody_stops_is_not_judged(systemd: Scripted) -> None:
 
 
 @pytest.mark.parametrize("system", ["stopping", "offline", ""])
-def test_release_that_ends_with_the_robot_is_not_judged_at_all(systemd: Scripted, system: str) -> None:
+@pytest.mark.parametrize("looks", [(at.NEW_RUNS, at.STOPPED), (at.NEW_RUNS, at.KILLED), (at.PASSED_OVER,)])
+def test_release_that_ends_with_the_robot_is_not_judged_at_all(
+    systemd: Scripted, system: str, looks: tuple[str, ...]
+) -> None:
     systemd.folder.joinpath("system").write_text(system)
-    systemd.will_tell(at.OLD_RUNS, at.NEW_RUNS, at.STOPPED)
+    systemd.will_tell(at.OLD_RUNS, *looks)
     with pytest.raises(watching.LeavingError):
         watching.watch(LONG, LONG)
 
