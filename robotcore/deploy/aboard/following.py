@@ -15,15 +15,21 @@ from robotcore.deploy.aboard.verdict import STOPPED, UNHEALTHY, Verdict
 
 LOOK_S = 0.3
 
+ALONE_S = 45.0
+"""Whoever stops a trial, and then the app, puts it away within this time."""
+
 
 def follow(layout: Layout, trial: Trial) -> dict[str, Any]:
     """Say how a trial goes, and return what came of it: see `told`; raises RefusalError where nobody conducts it."""
-    phase = ""
+    phase, conducted = "", time.monotonic()
     while pending(layout) == trial:
         if (words := _phase(trial)) not in {phase, ""}:
             phase = words
             say(words)
-        _require_conducted()
+        if _is_conducted():
+            conducted = time.monotonic()
+        elif time.monotonic() - conducted > ALONE_S:
+            raise RefusalError(f"nobody judges {trial.release} any more", "To have it judged: robotcore deploy start")
         time.sleep(LOOK_S)
     unknown = Verdict(STOPPED, "it is not known how it did: nothing could be written down")
     return told(layout, trial.release, trial.verdict(layout) or unknown)
@@ -66,11 +72,12 @@ def _phase(trial: Trial) -> str:
     return "it starts"
 
 
-def _require_conducted() -> None:
-    """Raise RefusalError where nobody conducts the trial any more."""
+def _is_conducted() -> bool:
+    """Return whether somebody conducts the trial, or is about to; raises RefusalError where that failed for good."""
     state = systemd.show(TRIAL)
     if state.active == "failed":
         words = " / ".join(journal.last_lines(TRIAL, state.invocation)) or state.ending()
         raise RefusalError(
             f"the trial of the release broke off: {words}", "Look at it there: systemctl --user status robotcore-trial"
         )
+    return state.has_job or not state.is_down

@@ -7,7 +7,6 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from itertools import chain, count
 from pathlib import Path
 
@@ -65,9 +64,11 @@ def off(layout: Layout) -> int:
 
 
 def trial(layout: Layout) -> int:
-    """Judge the release that is on trial."""
-    with suppress(LeavingError):
+    """Judge the release that is on trial; where the robot goes down meanwhile, systemd starts no more for us."""
+    try:
         conduct(layout)
+    except LeavingError as error:
+        return _tell(str(error))
     return 0
 
 

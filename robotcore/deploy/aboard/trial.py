@@ -28,7 +28,8 @@ HEALTHY_WITHIN_S, SETTLE_S = 60.0, 5.0
 class Trial:
     """What is on trial: a release, the ``previous`` one that is there again if it is not healthy, and how it is judged.
 
-    ``since`` is in UTC, and tells this trial from another one of the same release.
+    ``since`` is in UTC, and tells this trial from another one of the same release. The previous one stands where
+    somebody had stopped it (``was_stopped``).
     """
 
     release: str
@@ -36,6 +37,7 @@ class Trial:
     healthy_within_s: float = HEALTHY_WITHIN_S
     settle_s: float = SETTLE_S
     since: str = ""
+    was_stopped: bool = False
 
     def begin(self, layout: Layout) -> None:
         """Write it down, and let systemd have it judged: from now on it will be, whatever happens.
@@ -116,16 +118,17 @@ def _conclude(layout: Layout, trial: Trial, verdict: Verdict) -> None:
     if verdict.outcome == STOPPED:
         _note(layout, trial, verdict)
     if verdict.outcome != HEALTHY:
-        _go_back(layout, trial.previous, is_to_run=verdict.outcome == UNHEALTHY)
+        _go_back(layout, trial, is_to_run=verdict.outcome == UNHEALTHY)
     layout.trial.unlink(missing_ok=True)
     durable.settle(layout.root)
 
 
-def _go_back(layout: Layout, previous: str | None, *, is_to_run: bool) -> None:
-    """Make the previous release the current one, and run it; without one nothing runs, now or after a reboot."""
-    if previous is None:
+def _go_back(layout: Layout, trial: Trial, *, is_to_run: bool) -> None:
+    """Make the previous release the current one, and run it; where none ran, none does, now or after a reboot."""
+    if trial.previous is None or trial.was_stopped:
         systemd.stop(SERVICE)
         systemd.disable(SERVICE)
-    current.swap(layout, previous)
-    if previous and is_to_run:
+        is_to_run = False
+    current.swap(layout, trial.previous)
+    if is_to_run:
         systemd.restart(SERVICE)

@@ -60,6 +60,7 @@ StartLimitBurst=20
 Type=exec
 ExecStart=/usr/bin/python3 -I %h/robotcore/aboard.pyz trial
 Restart=on-failure
+RestartForceExitStatus=SIGTERM SIGINT SIGHUP
 RestartSec=1
 SyslogIdentifier=robotcore-trial
 

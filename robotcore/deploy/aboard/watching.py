@@ -34,7 +34,7 @@ def watch(healthy_within_s: float, settle_s: float) -> Seen:
     """
     seen = _seen(healthy_within_s, settle_s)
     if seen.outcome != HEALTHY and systemd.is_shutting_down():
-        raise LeavingError
+        raise LeavingError("the robot goes down; the trial begins anew when it is up")
     return seen
 
 

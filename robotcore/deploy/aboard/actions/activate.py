@@ -12,7 +12,7 @@ from robotcore.deploy.aboard.locking import locked
 from robotcore.deploy.aboard.release import require_name
 from robotcore.deploy.aboard.telling import RefusalError
 from robotcore.deploy.aboard.trial import Trial
-from robotcore.deploy.aboard.units import START_LIMIT_S, TRIAL
+from robotcore.deploy.aboard.units import SERVICE, START_LIMIT_S, TRIAL
 from robotcore.deploy.aboard.verdict import Verdict
 
 
@@ -44,7 +44,8 @@ def try_out(layout: Layout, release: str, healthy_within_s: float, settle_s: flo
         systemd.start(TRIAL)
         return follow(layout, under_way)
     with locked(layout, f"release {release} is put in place"):
-        begun = Trial(release, _to_go_back_to(layout, release), healthy_within_s, settle_s, trial.now())
+        previous, was_stopped = _to_go_back_to(layout, release)
+        begun = Trial(release, previous, healthy_within_s, settle_s, trial.now(), was_stopped)
         upkeep.ensure(layout)
         begun.begin(layout)
     return follow(layout, begun)
@@ -67,8 +68,14 @@ def _folder(layout: Layout, release: str) -> Path:
         raise RefusalError(f"{release!r} is no release", "See what there is: robotcore deploy list") from error
 
 
-def _to_go_back_to(layout: Layout, release: str) -> str | None:
-    """Return the release that is there again if this one is not healthy: never one that was not judged to the end."""
-    unjudged = trial.pending(layout)
-    name = unjudged.previous if unjudged else current.name_of(layout)
-    return name if name != release else None
+def _to_go_back_to(layout: Layout, release: str) -> tuple[str | None, bool]:
+    """Return the release that is there again if this one is not healthy, and whether somebody had stopped it.
+
+    It is never one that was not judged to the end.
+    """
+    if unjudged := trial.pending(layout):
+        name, was_stopped = unjudged.previous, unjudged.was_stopped
+    else:
+        state = systemd.show(SERVICE)
+        name, was_stopped = current.name_of(layout), state.is_down and not state.is_enabled
+    return (name if name != release else current.before(layout)), was_stopped

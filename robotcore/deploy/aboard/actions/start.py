@@ -4,21 +4,24 @@ from __future__ import annotations
 
 from typing import Any
 
-from robotcore.deploy.aboard import current, systemd, upkeep
+from robotcore.deploy.aboard import current, systemd, trial, upkeep
 from robotcore.deploy.aboard.actions import status
-from robotcore.deploy.aboard.following import settled
+from robotcore.deploy.aboard.following import follow, settled
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.locking import locked
 from robotcore.deploy.aboard.telling import RefusalError
-from robotcore.deploy.aboard.units import SERVICE
+from robotcore.deploy.aboard.units import SERVICE, TRIAL
 
 
 def act(layout: Layout) -> dict[str, Any]:
-    """Start it; return the status once it is up, or is not."""
+    """Start it; return the status once it is up, or is not. One whose trial broke off is judged."""
     if current.name_of(layout) is None:
         raise RefusalError("there is no release to start", "Send one: robotcore deploy push")
     with locked(layout, "the app is started"):
         upkeep.ensure(layout)
-        systemd.start(SERVICE)
+        tried = trial.pending(layout)
+        systemd.start(TRIAL if tried else SERVICE)
+    if tried:
+        follow(layout, tried)
     settled()
     return status.act(layout)

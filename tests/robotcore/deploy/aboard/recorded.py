@@ -1,7 +1,7 @@
 """What systemd 252 told of ``robotcore.service``, recorded while releases were on trial on a Debian 12.
 
 Each line is one look: ActiveState, SubState, Result, InvocationID (the first two characters stand for it), NRestarts,
-ExecMainCode, ExecMainStatus, Job.
+ExecMainCode, ExecMainStatus, Job, and UnitFileState where it is not enabled.
 """
 
 from __future__ import annotations
@@ -28,6 +28,9 @@ SUCCEEDS = "deactivating stop-post success 0c 0 1 0 -"
 SUCCEEDED = "inactive dead success 0c 0 1 0 -"
 BETWEEN = "inactive dead success 0c 0 1 143 625"
 STOPPED = "inactive dead success 0c 0 1 143 -"
+PUT_OFF = "inactive dead success dd 0 1 143 - disabled"
+RUNS_ONCE = "active running success dd 0 0 0 - disabled"
+GAVE_UP = "failed failed exit-code dd 9 1 1 -"
 PASSED_OVER = "inactive dead success dd 0 1 143 -"
 BACK_STARTS = "activating start success e6 0 0 0 2140"
 BACK_RUNS = "active running success e6 0 0 0 -"
@@ -40,10 +43,11 @@ UNKNOWN = "Failed to restart robotcore.service: Unit robotcore.service not found
 
 def told(line: str) -> str:
     """Return a look as ``systemctl show`` prints it."""
-    active, sub, result, invocation, restarts, code, status, job = ("" if it == "-" else it for it in line.split())
+    active, sub, result, invocation, restarts, code, status, job, *file = line.replace(" -", " _").split()
+    invocation, job, enabled = invocation.strip("_"), job.strip("_"), "".join(file) or "enabled"
     return (
         f"StatusText=searching, 30 s\nResult={result}\nNRestarts={restarts}\nExecMainCode={code}\n"
-        f"ExecMainStatus={status}\nActiveState={active}\nSubState={sub}\nUnitFileState=enabled\n"
+        f"ExecMainStatus={status}\nActiveState={active}\nSubState={sub}\nUnitFileState={enabled}\n"
         f"ActiveEnterTimestampMonotonic=69920658494\nJob={job}\n"
         f"InvocationID={invocation and invocation + '7fb2b1ea3440b5ae86df6299644aee'}\n"
     )

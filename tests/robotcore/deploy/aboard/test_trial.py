@@ -64,6 +64,16 @@ def test_first_release_that_dies_leaves_nothing_running_now_or_after_a_reboot(
     assert systemd.calls == [START_TRIAL, RESTART, "stop robotcore.service", "disable robotcore.service"]
 
 
+def test_release_that_dies_in_the_place_of_one_that_somebody_had_stopped_lets_it_stand(
+    layout: Layout, systemd: Scripted, begun: Trial
+) -> None:
+    Trial(NEW, OLD, LONG, LONG, begun.since, was_stopped=True).begin(layout)
+    systemd.will_tell(at.PUT_OFF, *DIES[1:])
+    trial.conduct(layout)
+    assert current.name_of(layout) == OLD
+    assert systemd.calls == [START_TRIAL, RESTART, "stop robotcore.service", "disable robotcore.service"]
+
+
 def test_release_that_somebody_stops_is_taken_back_and_nothing_is_started(
     layout: Layout, systemd: Scripted, begun: Trial
 ) -> None:

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from robotcore.deploy.aboard import current, durable, trial
-from robotcore.deploy.aboard.actions import activate, rollback
+from robotcore.deploy.aboard import current, durable, following, trial
+from robotcore.deploy.aboard.actions import activate, rollback, start
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.telling import MARK, RefusalError
 from robotcore.deploy.aboard.trial import Trial
@@ -46,7 +46,7 @@ def test_release_that_lives_is_told_step_by_step(
     put(layout, OLD)
     let_run(layout, OLD)
     put(layout, NEW)
-    systemd.will_tell(at.NEW_STARTS, at.NEW_RUNS)
+    systemd.will_tell(at.OLD_RUNS, at.NEW_STARTS, at.NEW_RUNS)
     conducts(layout, systemd, NEW, Verdict("healthy"), NEW)
     runs(layout, systemd, NEW)
     came = activate.act(layout, release=NEW, settle_s=2)
@@ -60,7 +60,7 @@ def test_release_that_does_not_live_is_told_with_what_runs_again(
     put(layout, OLD)
     let_run(layout, OLD)
     put(layout, NEW)
-    systemd.will_tell(FAILED_TO_START_AGAIN, at.BACK_STARTS, at.BACK_RUNS)
+    systemd.will_tell(at.OLD_RUNS, FAILED_TO_START_AGAIN, at.BACK_STARTS, at.BACK_RUNS)
     conducts(layout, systemd, NEW, Verdict("unhealthy", "it ended with status 1", ("OSError",)), OLD)
     came = activate.act(layout, release=NEW)
     assert came == told(
@@ -128,13 +128,67 @@ def test_release_after_one_that_was_never_judged_goes_back_to_the_one_before_it(
     for name in (OLD, NEW, NEWER):
         put(layout, name)
     let_run(layout, NEW)
-    Trial(NEW, OLD).begin(layout)
+    Trial(NEW, OLD, was_stopped=True).begin(layout)
     systemd.will_tell(FAILED_TRIAL, unit=TRIAL)
     with pytest.raises(RefusalError):
         activate.act(layout, release=NEWER)
     tried = trial.pending(layout)
     assert tried
-    assert (tried.release, tried.previous) == (NEWER, OLD)
+    assert (tried.release, tried.previous, tried.was_stopped) == (NEWER, OLD, True)
+
+
+@pytest.fixture
+def robot(layout: Layout) -> Layout:
+    """A robot with an old release in place, which is healthy, and a new one beside it."""
+    for name in (OLD, NEW):
+        put(layout, name)
+    Verdict("healthy").write(layout.releases / OLD)
+    let_run(layout, OLD)
+    return layout
+
+
+def begun(robot: Layout, systemd: Scripted, release: str = NEW) -> dict[str, Any]:
+    """Return what is on trial once a release is activated; it is over as soon as somebody looks."""
+    systemd.then(1, f"mv {shlex.quote(str(robot.trial))} ./was", unit=TRIAL)
+    activate.act(robot, release=release)
+    told: dict[str, Any] = json.loads(systemd.folder.joinpath("was").read_text())
+    return told
+
+
+@pytest.mark.parametrize(
+    "look, was_stopped",
+    [(at.OLD_RUNS, False), (at.OLD_WAITS, False), (at.GAVE_UP, False), (at.RUNS_ONCE, False), (at.PUT_OFF, True)],
+)
+def test_release_before_is_to_stand_again_only_where_somebody_had_stopped_it(
+    robot: Layout, systemd: Scripted, look: str, was_stopped: bool
+) -> None:
+    systemd.will_tell(look)
+    told = begun(robot, systemd)
+    assert (told["release"], told["previous"], told["was_stopped"]) == (NEW, OLD, was_stopped)
+
+
+def test_current_release_that_nothing_is_known_of_goes_back_to_the_healthy_one_before(
+    robot: Layout, systemd: Scripted
+) -> None:
+    let_run(robot, NEW)
+    systemd.will_tell(at.OLD_RUNS)
+    assert begun(robot, systemd)["previous"] == OLD
+
+
+def test_trial_that_somebody_has_ended_is_not_looked_at_for_ever(
+    robot: Layout, systemd: Scripted, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(following, "ALONE_S", 0.0)
+    with pytest.raises(RefusalError, match="nobody judges"):
+        activate.act(robot, release=NEW)
+
+
+def test_trial_that_broke_off_goes_on_with_a_start(robot: Layout, systemd: Scripted) -> None:
+    Trial(NEW, OLD).begin(robot)
+    systemd.then(1, f"rm {shlex.quote(str(robot.trial))}", unit=TRIAL)
+    systemd.will_tell(at.NEW_RUNS)
+    start.act(robot)
+    assert systemd.calls[-1] == "start --no-block robotcore-trial.service"
 
 
 @pytest.mark.parametrize("within_s", [0.0, -1.0, 121.0, float("nan")])
