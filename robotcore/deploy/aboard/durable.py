@@ -7,14 +7,18 @@ from contextlib import suppress
 from pathlib import Path
 
 
-def write(path: Path, text: str) -> None:
-    """Replace a file's text in one step."""
+def write(path: Path, content: str | bytes) -> None:
+    """Replace what is in a file in one step; where that fails, nothing is left of it."""
     beside = _beside(path)
-    with beside.open("w", encoding="utf-8") as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
-    move(beside, path)
+    try:
+        with beside.open("wb") as file:
+            file.write(content if isinstance(content, bytes) else content.encode())
+            file.flush()
+            os.fsync(file.fileno())
+        move(beside, path)
+    except BaseException:
+        beside.unlink(missing_ok=True)
+        raise
 
 
 def link(path: Path, target: str) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
 import zipfile
 from collections.abc import Mapping
 
@@ -18,14 +17,8 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 def install(layout: Layout, sources: Mapping[str, str]) -> None:
     """Put the program where it is not there like this; ``sources`` are texts by their path, ``robotcore/deploy/…``."""
     content = packed(sources)
-    if layout.program.is_file() and layout.program.read_bytes() == content:
-        return
-    beside = layout.program.with_suffix(f".{os.getpid()}")
-    with beside.open("wb") as file:
-        file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
-    durable.move(beside, layout.program)
+    if not layout.program.is_file() or layout.program.read_bytes() != content:
+        durable.write(layout.program, content)
 
 
 def packed(sources: Mapping[str, str]) -> bytes:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import errno
 import os
 from pathlib import Path
 
@@ -14,6 +15,20 @@ def test_a_file_is_replaced_and_nothing_is_left_beside_it(tmp_path: Path) -> Non
     durable.write(file, "new")
     assert [path.name for path in tmp_path.iterdir()] == ["trial.json"]
     assert file.read_text() == "new"
+
+
+def test_what_cannot_be_written_leaves_what_was_there_and_nothing_else(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def is_full(_: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    file = tmp_path / "trial.json"
+    durable.write(file, "old")
+    monkeypatch.setattr(os, "fsync", is_full)
+    with pytest.raises(OSError, match="No space left"):
+        durable.write(file, "new")
+    assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("trial.json", "old")]
 
 
 def test_a_link_leads_elsewhere_though_somebody_was_killed_in_the_middle_before(tmp_path: Path) -> None:
