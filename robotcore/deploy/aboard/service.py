@@ -15,8 +15,6 @@ from robotcore.deploy.aboard.disk import free_bytes
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.release import Release
 from robotcore.deploy.aboard.telling import RefusalError
-from robotcore.deploy.aboard.trial import conduct
-from robotcore.deploy.aboard.watching import LeavingError
 
 UNUSABLE = 2
 """An exit status after which systemd does not try again."""
@@ -64,7 +62,13 @@ def off(layout: Layout) -> int:
 
 
 def trial(layout: Layout) -> int:
-    """Judge the release that is on trial; where the robot goes down meanwhile, systemd starts no more for us."""
+    """Judge the release that is on trial; where the robot goes down meanwhile, systemd starts no more for us.
+
+    What this needs is imported here: whatever is wrong with it keeps no app from running, and no motor from standing.
+    """
+    from robotcore.deploy.aboard.trial import conduct
+    from robotcore.deploy.aboard.watching import LeavingError
+
     try:
         conduct(layout)
     except LeavingError as error:

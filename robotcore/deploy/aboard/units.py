@@ -32,7 +32,7 @@ RestartSec=2
 RestartPreventExitStatus=1 2 4
 SuccessExitStatus=143
 TimeoutStartSec={START_LIMIT_S}
-TimeoutStopSec=10
+TimeoutStopSec=20
 TimeoutAbortSec=5
 WatchdogSec=10
 KillMode=control-group
@@ -80,6 +80,11 @@ def install(layout: Layout) -> None:
     if changed:
         systemd.reload()
     systemd.enable(*TEXTS)
+
+
+def installed(layout: Layout) -> list[Path]:
+    """Return the files of the units that are there: all, none, or what a removal that was cut short has left."""
+    return [unit for name in TEXTS if (unit := layout.units / name).exists()]
 
 
 def _is_there(path: Path, text: str) -> bool:

@@ -9,7 +9,7 @@ from robotcore.deploy.aboard import incoming, systemd
 from robotcore.deploy.aboard.actions import stop
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.locking import locked
-from robotcore.deploy.aboard.units import TEXTS
+from robotcore.deploy.aboard.units import TEXTS, installed
 
 
 def act(layout: Layout, *, keeps_recordings: bool = True) -> dict[str, Any]:
@@ -18,7 +18,7 @@ def act(layout: Layout, *, keeps_recordings: bool = True) -> dict[str, Any]:
     Where it does not stop, RefusalError is raised, and all is still there. Returns whether there was anything to be
     ``removed``, and whether recordings are ``kept``.
     """
-    units = [unit for name in TEXTS if (unit := layout.units / name).exists()]
+    units = installed(layout)
     if not units and not layout.root.exists():
         return {"removed": False, "kept": False}
     if len(units) == len(TEXTS):  # else somebody was killed over this, after all was stopped

@@ -7,7 +7,8 @@ from typing import Any
 from robotcore.deploy.aboard import systemd, trial
 from robotcore.deploy.aboard.actions import status
 from robotcore.deploy.aboard.layout import Layout
-from robotcore.deploy.aboard.units import SERVICE, TRIAL
+from robotcore.deploy.aboard.telling import RefusalError
+from robotcore.deploy.aboard.units import SERVICE, TRIAL, installed
 
 
 def act(layout: Layout) -> dict[str, Any]:
@@ -15,6 +16,10 @@ def act(layout: Layout) -> dict[str, Any]:
 
     A release that is on trial is not judged any more; the one before is the current one, and stands too.
     """
+    if not installed(layout):
+        raise RefusalError(
+            "there is nothing to stop: nothing was put there yet", "Send something: robotcore deploy push"
+        )
     systemd.stop(SERVICE, TRIAL)
     systemd.stop(SERVICE)  # which the trial may have started once more
     systemd.disable(SERVICE)
