@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from robotcore.deploy.aboard import durable, systemd
+from robotcore.deploy.aboard import durable, session
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.release import NAME
 from robotcore.deploy.aboard.verdict import Verdict
@@ -33,7 +33,7 @@ def note() -> Path:
 
     It is not always the current one: a swap comes first, then the restart.
     """
-    return systemd.runtime() / "robotcore" / "release"
+    return session.runtime() / "robotcore" / "release"
 
 
 def running() -> str | None:
@@ -43,15 +43,15 @@ def running() -> str | None:
 
 
 def names(layout: Layout) -> list[str]:
-    """Return the names of all releases, the oldest first."""
-    return sorted(folder.name for folder in layout.releases.glob("*") if NAME.fullmatch(folder.name))
+    """Return the names of all releases, the newest first."""
+    return sorted((folder.name for folder in layout.releases.glob("*") if NAME.fullmatch(folder.name)), reverse=True)
 
 
 def before(layout: Layout) -> str | None:
     """Return the last healthy release that is older than the current one; None where there is none."""
     now = name_of(layout)
     older = [name for name in names(layout) if now is None or name < now]
-    return next((name for name in reversed(older) if _is_healthy(layout.releases / name)), None)
+    return next((name for name in older if _is_healthy(layout.releases / name)), None)
 
 
 def _is_healthy(release: Path) -> bool:

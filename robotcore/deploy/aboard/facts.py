@@ -5,7 +5,6 @@ from __future__ import annotations
 import grp
 import os
 import platform
-import pwd
 import shutil
 import subprocess
 import sys
@@ -15,7 +14,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from robotcore.deploy.aboard import current
+from robotcore.deploy.aboard import current, session
 from robotcore.deploy.aboard.disk import free_bytes
 from robotcore.deploy.aboard.layout import Layout
 
@@ -33,7 +32,7 @@ def facts(layout: Layout) -> dict[str, Any]:
     libc, libc_version = platform.libc_ver()
     return {
         "host": platform.node(),
-        "user": user(),
+        "user": session.user(),
         "home": str(layout.home),
         "system": system(),
         "model": model(),
@@ -52,11 +51,6 @@ def facts(layout: Layout) -> dict[str, Any]:
         "release": current.name_of(layout),
         "time": datetime.now(timezone.utc).isoformat(timespec="seconds"),
     }
-
-
-def user() -> str:
-    """Return who is logged in, by the system's word: the environment may have another one."""
-    return pwd.getpwuid(os.getuid()).pw_name
 
 
 def system() -> str:
@@ -85,7 +79,7 @@ def has_venv() -> bool:
 
 def is_lingering() -> bool:
     """Return whether this user's services run without them being logged in."""
-    return (LINGERING / user()).exists()
+    return (LINGERING / session.user()).exists()
 
 
 def has_user_manager() -> bool:
@@ -105,9 +99,10 @@ def groups() -> dict[str, bool]:
 
 
 def _answers(*command: str) -> bool:
-    runtime = {"XDG_RUNTIME_DIR": f"/run/user/{os.getuid()}", **os.environ}
     try:
-        asked = subprocess.run(command, env=runtime, capture_output=True, timeout=10, check=False)  # noqa: S603
+        asked = subprocess.run(  # noqa: S603
+            command, env=session.environment(), capture_output=True, timeout=10, check=False
+        )
     except (OSError, subprocess.TimeoutExpired):
         return False
     return asked.returncode == 0

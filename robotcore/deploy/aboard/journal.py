@@ -6,7 +6,7 @@ import os
 import subprocess
 import time
 
-from robotcore.deploy.aboard import facts
+from robotcore.deploy.aboard import session
 from robotcore.deploy.aboard.telling import RefusalError
 
 LAST = 12
@@ -52,7 +52,7 @@ def _journalctl(*arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 def _remedy() -> str:
-    return f"sudo usermod -aG systemd-journal {facts.user()}, and log in again"
+    return f"sudo usermod -aG systemd-journal {session.user()}, and log in again"
 
 
 def _plain(line: str) -> str:

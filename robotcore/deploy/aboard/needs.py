@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from threading import Event
 
-from robotcore.deploy.aboard import facts
+from robotcore.deploy.aboard import facts, session
 from robotcore.deploy.aboard.telling import RefusalError
 
 MANAGER_S = 5.0
@@ -37,13 +37,21 @@ def _missing(told: dict[str, object], *, has_environment: bool) -> Iterator[tupl
     if not told["has_venv"] and not has_environment:
         yield "python3-venv is missing on the robot", "There: sudo apt install python3-venv", "venv"
     if not lingers():
-        yield (
-            f"lingering is off: nothing of {facts.user()}'s runs while they are not logged in",
-            f"There: sudo loginctl enable-linger {facts.user()}",
-            "linger",
-        )
+        yield _no_linger()
     elif not comes_up():
         yield "systemd serves no user sessions on the robot", "There: systemctl --user status says why", "manager"
+
+
+def require_lingering() -> None:
+    """Raise RefusalError where the user's systemd would end with the connection."""
+    if not lingers():
+        raise RefusalError(*_no_linger())
+
+
+def _no_linger() -> tuple[str, str, str]:
+    user = session.user()
+    fault = f"lingering is off: nothing of {user}'s runs while they are not logged in"
+    return fault, f"There: sudo loginctl enable-linger {user}", "linger"
 
 
 def lingers() -> bool:

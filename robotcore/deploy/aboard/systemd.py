@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import os
-import pwd
 import signal
 import subprocess
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
+from robotcore.deploy.aboard import session
 from robotcore.deploy.aboard.telling import RefusalError
 
 PATIENCE_S = 90.0
@@ -173,10 +172,9 @@ def systemctl(*arguments: str) -> str:
 
 def _call(*arguments: str) -> subprocess.CompletedProcess[str]:
     command = ("systemctl", "--user", "--no-ask-password", *arguments)
-    environment = {**os.environ, "XDG_RUNTIME_DIR": str(runtime()), "LC_ALL": "C.UTF-8", "SYSTEMD_COLORS": "0"}
     try:
         return subprocess.run(  # noqa: S603 - constants and names of units
-            command, env=environment, capture_output=True, text=True, timeout=PATIENCE_S, check=False
+            command, env=session.environment(), capture_output=True, text=True, timeout=PATIENCE_S, check=False
         )
     except FileNotFoundError as error:
         raise RefusalError(
@@ -188,17 +186,9 @@ def _call(*arguments: str) -> subprocess.CompletedProcess[str]:
         ) from error
 
 
-def runtime() -> Path:
-    """Return the folder of what lasts until a reboot, in which systemd listens too.
-
-    A login that does not know it has one all the same, where the user lingers.
-    """
-    return Path(os.environ.get("XDG_RUNTIME_DIR") or f"/run/user/{os.getuid()}")
-
-
 def _refusal(arguments: tuple[str, ...], told: str) -> RefusalError:
     if any(words in told for words in _NO_BUS):
-        user = pwd.getpwuid(os.getuid()).pw_name
+        user = session.user()
         return RefusalError(
             f"no systemd of {user}'s runs there ({told})",
             f"On the robot: sudo loginctl enable-linger {user} && sudo systemctl start user@{os.getuid()}.service",

@@ -28,7 +28,7 @@ def act(layout: Layout, *, release: str, size: int) -> dict[str, Any]:
         if short := _lacks(layout, size - disk.size_of(folder)):
             incoming.forget(layout, release)
             raise _refusal(layout, size, short)
-        before = current.name_of(layout) or next(iter(pruning.names(layout)), None)
+        before = current.name_of(layout) or next(iter(current.names(layout)), None)
     return {"to": f"incoming/{release}", "copy_from": f"releases/{before}" if before else None}
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from robotcore.deploy.aboard import current, pruning, trial
+from robotcore.deploy.aboard import current, trial
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.release import Release
 from robotcore.deploy.aboard.verdict import Verdict
@@ -19,7 +19,7 @@ def act(layout: Layout) -> dict[str, Any]:
     """
     tried = trial.pending(layout)
     return {
-        "releases": [_told(layout, name) for name in pruning.names(layout)],
+        "releases": [_told(layout, name) for name in current.names(layout)],
         "current": current.name_of(layout),
         "on_trial": tried.release if tried else None,
     }

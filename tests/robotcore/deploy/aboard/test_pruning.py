@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from robotcore.deploy.aboard import durable, pruning
+from robotcore.deploy.aboard import current, durable, pruning
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.verdict import HEALTHY, UNHEALTHY, Verdict
 from tests.robotcore.deploy.aboard.released import let_run, put
@@ -21,13 +21,13 @@ def crowded(layout: Layout) -> Layout:
 
 def test_the_newest_stay_and_the_one_that_runs_and_the_one_to_go_back_to(crowded: Layout) -> None:
     assert pruning.prune(crowded, keep=3) == tuple(reversed(NAMES[2:6]))
-    assert pruning.names(crowded) == list(reversed(NAMES[:2] + NAMES[6:]))
+    assert current.names(crowded) == list(reversed(NAMES[:2] + NAMES[6:]))
 
 
 def test_what_a_trial_is_about_stays(crowded: Layout) -> None:
     durable.write(crowded.trial, f'{{"release": "{NAMES[3]}", "previous": "{NAMES[2]}"}}')
     pruning.prune(crowded, keep=1)
-    assert pruning.names(crowded) == [NAMES[8], NAMES[3], NAMES[2], NAMES[1], NAMES[0]]
+    assert current.names(crowded) == [NAMES[8], NAMES[3], NAMES[2], NAMES[1], NAMES[0]]
 
 
 def test_environments_go_with_the_last_release_that_needs_them(crowded: Layout) -> None:
@@ -38,6 +38,6 @@ def test_environments_go_with_the_last_release_that_needs_them(crowded: Layout) 
 
 
 def test_nothing_is_pruned_of_what_is_few(crowded: Layout) -> None:
-    before = pruning.names(crowded)
+    before = current.names(crowded)
     assert pruning.prune(crowded, keep=9) == ()
-    assert pruning.names(crowded) == before
+    assert current.names(crowded) == before

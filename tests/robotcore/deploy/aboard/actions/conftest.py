@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from robotcore.deploy import aboard
-from robotcore.deploy.aboard import facts
+from robotcore.deploy.aboard import facts, session
 from robotcore.deploy.connection import boot
 
 
@@ -14,7 +14,7 @@ def lingering(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A robot whose systemd serves whoever runs the tests from boot on; the sources are there, as in a call."""
     folder = tmp_path / "linger"
     folder.mkdir()
-    folder.joinpath(facts.user()).touch()
+    folder.joinpath(session.user()).touch()
     monkeypatch.setattr(facts, "LINGERING", folder)
     for path, text in boot.sources().items():
         monkeypatch.setitem(aboard.sources, path, text)

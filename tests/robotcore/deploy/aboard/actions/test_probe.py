@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.deploy.aboard import environments, facts, needs, pip
+from robotcore.deploy.aboard import environments, facts, needs, pip, session
 from robotcore.deploy.aboard.actions import probe
 from robotcore.deploy.aboard.environments import Recipe
 from robotcore.deploy.aboard.layout import Layout
@@ -47,7 +47,7 @@ def poor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(facts, "LINGERING", tmp_path)
     monkeypatch.setattr(facts, "bits", lambda: 32)
     monkeypatch.setattr(facts, "has_venv", lambda: False)
-    monkeypatch.setattr(facts, "user", lambda: "pi")
+    monkeypatch.setattr(session, "user", lambda: "pi")
 
 
 @pytest.mark.usefixtures("poor")

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from robotcore.deploy.aboard import current, trial
+from robotcore.deploy.aboard import current, trial, units
 from robotcore.deploy.aboard.actions import start, stop
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.telling import RefusalError
@@ -20,10 +20,11 @@ pytestmark = pytest.mark.usefixtures("lingering")
 def test_stopped_app_stays_so_after_a_reboot(layout: Layout, systemd: Scripted) -> None:
     put(layout, OLD)
     let_run(layout, OLD)
+    units.install(layout)
     systemd.will_tell(at.STOPPED)
     came = stop.act(layout)
     assert (came["release"], came["state"]) == (OLD, "stopped")
-    assert systemd.calls == STOPS
+    assert systemd.calls[2:] == STOPS
 
 
 def test_release_on_trial_is_taken_back_and_nothing_is_started(layout: Layout, systemd: Scripted) -> None:
@@ -31,15 +32,17 @@ def test_release_on_trial_is_taken_back_and_nothing_is_started(layout: Layout, s
         put(layout, name)
     let_run(layout, NEW)
     begun = Trial(NEW, OLD, since="2026-11-21T22:40:03Z")
+    units.install(layout)
     begun.begin(layout)
     systemd.will_tell(at.STOPPED)
     stop.act(layout)
     assert (current.name_of(layout), trial.pending(layout)) == (OLD, None)
     assert begun.verdict(layout) == Verdict("stopped", "somebody stopped it", since=begun.since)
-    assert systemd.calls[1:] == STOPS
+    assert systemd.calls[3:] == STOPS
 
 
 def test_app_that_does_not_stop_is_told_of(layout: Layout, systemd: Scripted) -> None:
+    units.install(layout)
     systemd.fails("stop", at.NO_BUS)
     with pytest.raises(RefusalError, match="loginctl enable-linger"):
         stop.act(layout)
