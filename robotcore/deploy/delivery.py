@@ -8,8 +8,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from robotcore.deploy.aboard.disk import in_words, size_of
-from robotcore.deploy.aboard.release import Release
+from robotcore.deploy.aboard.releases.release import Release
+from robotcore.deploy.aboard.system.disk import in_words, size_of
 from robotcore.deploy.connection.link import Link
 from robotcore.deploy.packages.target import Target
 from robotcore.deploy.packages.wheelhouse import wheels_for

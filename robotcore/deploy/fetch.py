@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from robotcore.deploy.aboard.digest import sha256
-from robotcore.deploy.aboard.disk import in_words
+from robotcore.deploy.aboard.system.digest import sha256
+from robotcore.deploy.aboard.system.disk import in_words
 from robotcore.deploy.connection.link import Link
 from robotcore.deploy.progress import Tell, begin
 from robotcore.errors import UsageError

@@ -10,7 +10,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from robotcore.catalogue import load_backend
-from robotcore.deploy.aboard.release import Release
+from robotcore.deploy.aboard.releases.release import Release
 from robotcore.deploy.project import Project
 from robotcore.deploy.staging.files import git_environment
 from robotcore.running.plan import DEFAULT_WORLD, RunRequest

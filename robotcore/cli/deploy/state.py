@@ -28,7 +28,7 @@ def tell_state(host: Host, ssh_config: Path | None, told: Mapping[str, Any]) -> 
 
 def lines_of(host: Host, ssh_config: Path | None, told: Mapping[str, Any]) -> Iterator[str]:
     """Yield what a robot tells of itself, in lines: what runs, then what its user should know."""
-    from robotcore.deploy.aboard.disk import in_words
+    from robotcore.deploy.aboard.system.disk import in_words
     from robotcore.deploy.connection.typed import typed
 
     if told["release"] is None:

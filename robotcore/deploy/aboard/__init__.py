@@ -1,8 +1,8 @@
 """What works on the robot: Python's standard library alone, sent there as source with each call.
 
 Nothing here imports anything of robotcore's outside this package, so that it works where no release is installed, or a
-broken one. `robotcore.deploy.aboard.calls` takes the desk's calls; `robotcore.deploy.aboard.service` is what systemd
-starts.
+broken one. `robotcore.deploy.aboard.calls` takes the desk's calls; `robotcore.deploy.aboard.service.main` is what
+systemd starts.
 """
 
 sources: dict[str, str] = {}

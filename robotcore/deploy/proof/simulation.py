@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from robotcore.catalogue import load_backend
-from robotcore.deploy.aboard.release import PROJECT, SITE
+from robotcore.deploy.aboard.releases.release import PROJECT, SITE
 from robotcore.deploy.paths import told
 from robotcore.deploy.project import Project
 from robotcore.deploy.proof.proof import Proof, Say, ask, command_line, told_error

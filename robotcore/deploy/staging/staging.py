@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from robotcore.deploy.aboard.release import PROJECT, SITE
+from robotcore.deploy.aboard.releases.release import PROJECT, SITE
 from robotcore.deploy.packages.requirements import requirements_of
 from robotcore.deploy.packages.site import fill
 from robotcore.deploy.paths import names_told, told

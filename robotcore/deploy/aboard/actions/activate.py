@@ -5,15 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from robotcore.deploy.aboard import current, systemd, trial, upkeep
-from robotcore.deploy.aboard.following import follow, told
 from robotcore.deploy.aboard.layout import Layout
-from robotcore.deploy.aboard.locking import locked
-from robotcore.deploy.aboard.release import require_name
+from robotcore.deploy.aboard.releases import current
+from robotcore.deploy.aboard.releases.release import require_name
+from robotcore.deploy.aboard.releases.verdict import Verdict
+from robotcore.deploy.aboard.service import systemd, upkeep
+from robotcore.deploy.aboard.service.units import SERVICE, START_LIMIT_S, TRIAL
+from robotcore.deploy.aboard.system.locking import locked
 from robotcore.deploy.aboard.telling import RefusalError
-from robotcore.deploy.aboard.trial import Trial
-from robotcore.deploy.aboard.units import SERVICE, START_LIMIT_S, TRIAL
-from robotcore.deploy.aboard.verdict import Verdict
+from robotcore.deploy.aboard.trial import trial
+from robotcore.deploy.aboard.trial.following import follow, told
+from robotcore.deploy.aboard.trial.trial import Trial
 
 
 def act(

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from robotcore.deploy.aboard import current, disk, incoming, pruning
 from robotcore.deploy.aboard.layout import Layout
-from robotcore.deploy.aboard.locking import locked
-from robotcore.deploy.aboard.release import require_name
+from robotcore.deploy.aboard.releases import current, incoming, pruning
+from robotcore.deploy.aboard.releases.release import require_name
+from robotcore.deploy.aboard.system import disk
+from robotcore.deploy.aboard.system.locking import locked
 from robotcore.deploy.aboard.telling import RefusalError
 
 SPARE = 100_000_000

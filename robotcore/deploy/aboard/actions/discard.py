@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from robotcore.deploy.aboard import incoming
 from robotcore.deploy.aboard.layout import Layout
-from robotcore.deploy.aboard.release import require_name
+from robotcore.deploy.aboard.releases import incoming
+from robotcore.deploy.aboard.releases.release import require_name
 
 
 def act(layout: Layout, *, release: str) -> dict[str, Any]:

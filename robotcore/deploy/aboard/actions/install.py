@@ -6,10 +6,13 @@ import os
 from pathlib import Path
 from typing import Any
 
-from robotcore.deploy.aboard import doctoring, durable, environments, incoming, pip
+from robotcore.deploy.aboard.environment import environments, pip
 from robotcore.deploy.aboard.layout import Layout
-from robotcore.deploy.aboard.locking import locked
-from robotcore.deploy.aboard.release import ENVIRONMENT, PROJECT, SITE, Release, require_name
+from robotcore.deploy.aboard.releases import incoming
+from robotcore.deploy.aboard.releases.release import ENVIRONMENT, PROJECT, SITE, Release, require_name
+from robotcore.deploy.aboard.service import doctoring
+from robotcore.deploy.aboard.system import durable
+from robotcore.deploy.aboard.system.locking import locked
 from robotcore.deploy.aboard.telling import RefusalError, say
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from robotcore.deploy.aboard import journal
 from robotcore.deploy.aboard.layout import Layout
-from robotcore.deploy.aboard.units import SERVICE
+from robotcore.deploy.aboard.service import journal
+from robotcore.deploy.aboard.service.units import SERVICE
 
 
 def act(layout: Layout, *, lines: int = 50, follow: bool = False) -> dict[str, Any]:  # noqa: ARG001  as all do

@@ -5,17 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from robotcore.deploy.aboard import environments, needs
-from robotcore.deploy.aboard.facts import facts
+from robotcore.deploy.aboard.environment import environments
 from robotcore.deploy.aboard.layout import Layout
+from robotcore.deploy.aboard.releases import current
+from robotcore.deploy.aboard.system import needs
+from robotcore.deploy.aboard.system.facts import facts
 
 
 def act(layout: Layout, *, requirements: Sequence[str] = (), is_push: bool = False) -> dict[str, Any]:
-    """Return the facts, and whether there is an environment with these requirements (``has_environment``).
+    """Return the facts, the current ``release``, and whether requirements have an environment (``has_environment``).
 
     For a push, a robot that cannot take one is refused, with what to do.
     """
-    told = facts(layout)
+    told = {**facts(layout), "release": current.name_of(layout)}
     told["has_environment"] = environments.find(layout, environments.Recipe.of(requirements)) is not None
     if is_push:
         needs.require(told, has_environment=told["has_environment"])

@@ -7,8 +7,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from robotcore.deploy.aboard.digest import sha256
 from robotcore.deploy.aboard.layout import Layout
+from robotcore.deploy.aboard.system.digest import sha256
 
 
 def act(layout: Layout, *, hashed: Sequence[str] = ()) -> dict[str, Any]:

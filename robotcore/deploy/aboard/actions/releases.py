@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from robotcore.deploy.aboard import current, trial
 from robotcore.deploy.aboard.layout import Layout
-from robotcore.deploy.aboard.release import Release
-from robotcore.deploy.aboard.verdict import Verdict
+from robotcore.deploy.aboard.releases import current
+from robotcore.deploy.aboard.releases.release import Release
+from robotcore.deploy.aboard.releases.verdict import Verdict
+from robotcore.deploy.aboard.trial import trial
 
 
 def act(layout: Layout) -> dict[str, Any]:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from robotcore.deploy.aboard import incoming, systemd
 from robotcore.deploy.aboard.actions import stop
 from robotcore.deploy.aboard.layout import Layout
-from robotcore.deploy.aboard.locking import locked
-from robotcore.deploy.aboard.units import TEXTS, installed
+from robotcore.deploy.aboard.releases import incoming
+from robotcore.deploy.aboard.service import systemd
+from robotcore.deploy.aboard.service.units import TEXTS, installed
+from robotcore.deploy.aboard.system.locking import locked
 
 
 def act(layout: Layout, *, keeps_recordings: bool = True) -> dict[str, Any]:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from robotcore.deploy.aboard import current, trial
 from robotcore.deploy.aboard.actions import activate
 from robotcore.deploy.aboard.layout import Layout
+from robotcore.deploy.aboard.releases import current
 from robotcore.deploy.aboard.telling import RefusalError, say
+from robotcore.deploy.aboard.trial import trial
 
 
 def act(

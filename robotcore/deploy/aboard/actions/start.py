@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from robotcore.deploy.aboard import current, systemd, trial, upkeep
 from robotcore.deploy.aboard.actions import status
-from robotcore.deploy.aboard.following import follow, settled
 from robotcore.deploy.aboard.layout import Layout
-from robotcore.deploy.aboard.locking import locked
+from robotcore.deploy.aboard.releases import current
+from robotcore.deploy.aboard.service import systemd, upkeep
+from robotcore.deploy.aboard.service.units import SERVICE, TRIAL
+from robotcore.deploy.aboard.system.locking import locked
 from robotcore.deploy.aboard.telling import RefusalError
-from robotcore.deploy.aboard.units import SERVICE, TRIAL
+from robotcore.deploy.aboard.trial import trial
+from robotcore.deploy.aboard.trial.following import follow, settled
 
 
 def act(layout: Layout) -> dict[str, Any]:

@@ -5,12 +5,15 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from robotcore.deploy.aboard import current, facts, journal, systemd, trial
-from robotcore.deploy.aboard.disk import free_bytes
 from robotcore.deploy.aboard.layout import Layout
-from robotcore.deploy.aboard.systemd import State
-from robotcore.deploy.aboard.units import SERVICE
-from robotcore.deploy.aboard.verdict import Verdict
+from robotcore.deploy.aboard.releases import current
+from robotcore.deploy.aboard.releases.verdict import Verdict
+from robotcore.deploy.aboard.service import journal, systemd
+from robotcore.deploy.aboard.service.systemd import State
+from robotcore.deploy.aboard.service.units import SERVICE
+from robotcore.deploy.aboard.system import facts
+from robotcore.deploy.aboard.system.disk import free_bytes
+from robotcore.deploy.aboard.trial import trial
 
 
 def act(layout: Layout) -> dict[str, Any]:

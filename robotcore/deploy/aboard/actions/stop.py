@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from robotcore.deploy.aboard import systemd, trial
 from robotcore.deploy.aboard.actions import status
 from robotcore.deploy.aboard.layout import Layout
+from robotcore.deploy.aboard.service import systemd
+from robotcore.deploy.aboard.service.units import SERVICE, TRIAL, installed
 from robotcore.deploy.aboard.telling import RefusalError
-from robotcore.deploy.aboard.units import SERVICE, TRIAL, installed
+from robotcore.deploy.aboard.trial import trial
 
 
 def act(layout: Layout) -> dict[str, Any]:

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from robotcore.deploy.aboard.release import Release
-from robotcore.deploy.aboard.verdict import HEALTHY, Verdict
+from robotcore.deploy.aboard.releases.release import Release
+from robotcore.deploy.aboard.releases.verdict import HEALTHY, Verdict
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.cli.deploy.conftest import Deploy
 from tests.robotcore.deploy.actions import Aboard

@@ -5,9 +5,9 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-from robotcore.deploy.aboard import durable
 from robotcore.deploy.aboard.layout import Layout
-from robotcore.deploy.aboard.release import ENVIRONMENT, PROJECT, SITE, Release
+from robotcore.deploy.aboard.releases.release import ENVIRONMENT, PROJECT, SITE, Release
+from robotcore.deploy.aboard.system import durable
 
 OLD, NEW, NEWER = (f"2026-11-21T22-40-0{second}Z" for second in range(3))
 

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.deploy.aboard import following, journal, watching
-from robotcore.deploy.aboard.units import SERVICE
+from robotcore.deploy.aboard.service import journal
+from robotcore.deploy.aboard.service.units import SERVICE
+from robotcore.deploy.aboard.trial import following, watching
 from tests.robotcore.deploy.aboard.recorded import NEVER_WAS, told
 
 _SYSTEMCTL = """#!/bin/sh

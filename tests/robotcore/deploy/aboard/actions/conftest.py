@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from robotcore.deploy import aboard
-from robotcore.deploy.aboard import facts, session
+from robotcore.deploy.aboard.system import facts, session
 from robotcore.deploy.connection import boot
 
 

@@ -7,13 +7,15 @@ from typing import Any
 
 import pytest
 
-from robotcore.deploy.aboard import current, durable, following, trial
 from robotcore.deploy.aboard.actions import activate, rollback, start
 from robotcore.deploy.aboard.layout import Layout
+from robotcore.deploy.aboard.releases import current
+from robotcore.deploy.aboard.releases.verdict import Verdict
+from robotcore.deploy.aboard.service.units import TEXTS, TRIAL
+from robotcore.deploy.aboard.system import durable
 from robotcore.deploy.aboard.telling import MARK, RefusalError
-from robotcore.deploy.aboard.trial import Trial
-from robotcore.deploy.aboard.units import TEXTS, TRIAL
-from robotcore.deploy.aboard.verdict import Verdict
+from robotcore.deploy.aboard.trial import following, trial
+from robotcore.deploy.aboard.trial.trial import Trial
 from tests.robotcore.deploy.aboard import recorded as at
 from tests.robotcore.deploy.aboard.released import NEW, NEWER, OLD, let_run, put
 from tests.robotcore.deploy.aboard.scripted import Scripted

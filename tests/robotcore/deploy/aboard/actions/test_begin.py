@@ -8,10 +8,10 @@ from contextlib import suppress
 
 import pytest
 
-from robotcore.deploy.aboard import disk
 from robotcore.deploy.aboard.actions import begin, discard
-from robotcore.deploy.aboard.current import names
 from robotcore.deploy.aboard.layout import Layout
+from robotcore.deploy.aboard.releases.current import names
+from robotcore.deploy.aboard.system import disk
 from robotcore.deploy.aboard.telling import RefusalError
 from tests.robotcore.deploy.aboard.released import NEW, NEWER, OLD, files_of, let_run, put, send
 

@@ -11,7 +11,7 @@ import pytest
 
 from robotcore.deploy.aboard.actions import begin, install, releases
 from robotcore.deploy.aboard.layout import Layout
-from robotcore.deploy.aboard.release import Release
+from robotcore.deploy.aboard.releases.release import Release
 from robotcore.deploy.aboard.telling import RefusalError
 from tests.robotcore.deploy.aboard.released import NEW, NEWER, OLD, files_of, let_run, put, send
 

@@ -5,10 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.deploy.aboard import environments, facts, needs, pip, session
 from robotcore.deploy.aboard.actions import probe
-from robotcore.deploy.aboard.environments import Recipe
+from robotcore.deploy.aboard.environment import environments, pip
+from robotcore.deploy.aboard.environment.environments import Recipe
 from robotcore.deploy.aboard.layout import Layout
+from robotcore.deploy.aboard.system import facts, needs, session
 from robotcore.deploy.aboard.telling import RefusalError, say
 from tests.robotcore.deploy.aboard.released import OLD, let_run, put
 

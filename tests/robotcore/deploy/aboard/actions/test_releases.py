@@ -1,9 +1,9 @@
 from __future__ import annotations
 
-from robotcore.deploy.aboard import durable
 from robotcore.deploy.aboard.actions import releases
 from robotcore.deploy.aboard.layout import Layout
-from robotcore.deploy.aboard.verdict import HEALTHY, Verdict
+from robotcore.deploy.aboard.releases.verdict import HEALTHY, Verdict
+from robotcore.deploy.aboard.system import durable
 from tests.robotcore.deploy.aboard.released import NEW, OLD, let_run, put
 
 

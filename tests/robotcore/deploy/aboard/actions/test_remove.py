@@ -4,8 +4,8 @@ import pytest
 
 from robotcore.deploy.aboard.actions import remove, stop
 from robotcore.deploy.aboard.layout import Layout
+from robotcore.deploy.aboard.service.units import SERVICE, TEXTS, TRIAL
 from robotcore.deploy.aboard.telling import RefusalError
-from robotcore.deploy.aboard.units import SERVICE, TEXTS, TRIAL
 from tests.robotcore.deploy.aboard import recorded as at
 from tests.robotcore.deploy.aboard.released import OLD, files_of, let_run, put
 from tests.robotcore.deploy.aboard.scripted import Scripted

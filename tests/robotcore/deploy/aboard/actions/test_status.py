@@ -6,8 +6,8 @@ import pytest
 
 from robotcore.deploy.aboard.actions import status
 from robotcore.deploy.aboard.layout import Layout
-from robotcore.deploy.aboard.trial import Trial
-from robotcore.deploy.aboard.verdict import Verdict
+from robotcore.deploy.aboard.releases.verdict import Verdict
+from robotcore.deploy.aboard.trial.trial import Trial
 from tests.robotcore.deploy.aboard import recorded as at
 from tests.robotcore.deploy.aboard.released import NEW, OLD, let_run, put
 from tests.robotcore.deploy.aboard.scripted import Scripted

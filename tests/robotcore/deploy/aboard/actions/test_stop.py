@@ -2,12 +2,14 @@ from __future__ import annotations
 
 import pytest
 
-from robotcore.deploy.aboard import current, trial, units
 from robotcore.deploy.aboard.actions import start, stop
 from robotcore.deploy.aboard.layout import Layout
+from robotcore.deploy.aboard.releases import current
+from robotcore.deploy.aboard.releases.verdict import Verdict
+from robotcore.deploy.aboard.service import units
 from robotcore.deploy.aboard.telling import RefusalError
-from robotcore.deploy.aboard.trial import Trial
-from robotcore.deploy.aboard.verdict import Verdict
+from robotcore.deploy.aboard.trial import trial
+from robotcore.deploy.aboard.trial.trial import Trial
 from tests.robotcore.deploy.aboard import recorded as at
 from tests.robotcore.deploy.aboard.released import NEW, OLD, let_run, put
 from tests.robotcore.deploy.aboard.scripted import Scripted

@@ -1,0 +1,1 @@
+"""What pip installs for a release, and how its failures are told."""

@@ -1,0 +1,34 @@
+"""Old releases make room for new ones."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from robotcore.deploy.aboard.environment import environments
+from robotcore.deploy.aboard.layout import Layout
+from robotcore.deploy.aboard.releases import current
+from robotcore.deploy.aboard.releases.incoming import throw_away
+from robotcore.deploy.aboard.trial import trial
+
+KEPT = 5
+
+
+def prune(layout: Layout, keep: int = KEPT) -> tuple[str, ...]:
+    """Throw away all but the newest releases and those that are needed, and environments nobody uses; return which.
+
+    The caller holds the lock.
+    """
+    needed = set(_needed(layout))
+    old = [name for name in current.names(layout)[keep:] if name not in needed]
+    for name in old:
+        throw_away(layout, layout.releases / name)
+    environments.discard_unused(layout)
+    return tuple(old)
+
+
+def _needed(layout: Layout) -> Iterator[str | None]:
+    """Yield the release that runs, the healthy one to go back to from it, and those that a trial is about."""
+    yield current.name_of(layout)
+    yield current.before(layout)
+    if tried := trial.pending(layout):
+        yield from (tried.release, tried.previous)

@@ -1,0 +1,1 @@
+"""A new release proves itself, or is taken back."""
