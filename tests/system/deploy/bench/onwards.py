@@ -3,6 +3,7 @@
 import os
 import time
 from dataclasses import dataclass
+from math import nan
 from pathlib import Path
 
 from robotcore import Behaviour, Robot, Role, Status
@@ -46,5 +47,7 @@ class Onwards(Behaviour):
             raise ValueError("no ball today")
         if deed == "leaves":
             os._exit(9)
+        if deed == "errs":
+            self.speed_rad_s = nan
         while deed == "hangs":
             time.sleep(0.01)

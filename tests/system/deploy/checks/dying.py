@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+import time
+
+from tests.system.deploy.motors import awaited
 from tests.system.deploy.rover import SERVICE, Rover
+
+PAUSE_S = 2.0
+"""Between the end of an app and its next start: the unit's RestartSec."""
 
 
 def test_killed_app_comes_back_and_stood_in_between(rover: Rover, driving: int) -> None:
@@ -25,6 +31,15 @@ def test_suspended_app_is_ended_by_systemd_and_stood_all_the_while(rover: Rover,
     rover.desk.ssh(f"kill -STOP {driving}")
     require_another(rover, driving)
     assert "watchdog" in rover.desk.ssh(f"journalctl --user --unit {SERVICE} --lines 40 --output cat").lower()
+
+
+def test_app_that_the_safety_stage_stopped_stands_until_somebody_starts_it(rover: Rover, driving: int) -> None:
+    rover.desk.ssh("echo errs > deed")
+    awaited(lambda: None if rover.process else 1, "the end of the app", rover.status)
+    time.sleep(2 * PAUSE_S)
+    status = rover.status()
+    assert (status["state"], status["reason"]) == ("failed", "it ended with status 4")
+    assert rover.motors.is_still()
 
 
 def test_stopped_app_stands_and_is_not_started_again(rover: Rover, driving: int) -> None:
