@@ -23,7 +23,11 @@ from robotcore.running.trace import TickRecord
 SOCKET, WATCHDOG_US, WATCHDOG_PID = "NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID"
 """What systemd puts into the environment of a service's process."""
 
-READY, ALIVE, STOPPING = "READY=1", "WATCHDOG=1", "STOPPING=1"
+READY, ALIVE = "READY=1", "WATCHDOG=1"
+
+STOPPING = "STOPPING=1\nEXTEND_TIMEOUT_USEC=60000000"
+"""With it systemd's time to stop begins, after which it kills, and takes a run that ended well for a failure; a
+recording may need more on a slow disk, and has its own end after a minute."""
 
 STATUS_S = 1.0
 """A status is told no more often."""

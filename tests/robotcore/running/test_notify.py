@@ -122,7 +122,10 @@ def test_the_state_is_told_once_a_second_in_one_short_line(systemd: Listener, pa
 def test_at_the_end_it_is_stopping_for_the_reason_of_the_run(systemd: Listener, path: str) -> None:
     Notifier(path).end(result(Outcome.STOPPED, "e-stop: a test"))
     Notifier(path).end(result())
-    assert systemd.heard() == ["STOPPING=1\nSTATUS=stopped: e-stop: a test", "STOPPING=1\nSTATUS=success"]
+    assert systemd.heard() == [
+        "STOPPING=1\nEXTEND_TIMEOUT_USEC=60000000\nSTATUS=stopped: e-stop: a test",
+        "STOPPING=1\nEXTEND_TIMEOUT_USEC=60000000\nSTATUS=success",
+    ]
 
 
 def test_an_abstract_socket_is_told_too(clock: SteppedClock) -> None:
