@@ -3,11 +3,11 @@
     python -m benchmarks.deploy_interruptions --trials 30 --seed 1
 
 The robot is a Debian that systemd boots (tests/system/deploy); it needs root. In each trial a release that drives at
-another speed is pushed, every third with something to be installed, every fourth broken. At a moment that the seed
-draws, from the first to the last second that such a push takes, one of these is done: the desk's push is killed, all
-connections to the robot are, whoever conducts the trial there is, or the robot's power is cut and it is booted again.
-Then the motors have to be driven, at the speed of the release that is in place, which is the old or the new one; a
-broken one may not be. Exit status 1 where that is not so.
+another speed is pushed, every third with something to be installed, every fifth broken. At a moment that the seed
+draws, within the time that such a push takes, one of these is done: the desk's push is killed, all connections to the
+robot are, whoever conducts the trial there is, or the robot's power is cut and it is booted again. Then the motors
+have to be driven, at the speed of the release that is in place, which is the old or the new one; a broken one may not
+be. Exit status 1 where that is not so.
 """
 
 from __future__ import annotations
@@ -17,9 +17,11 @@ import json
 import subprocess
 import sys
 from collections import Counter
+from collections.abc import Mapping
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from random import Random
+from time import perf_counter
 
 from benchmarks.deployed.robot import robot
 from benchmarks.report import machine, print_table
@@ -29,9 +31,6 @@ from tests.system.deploy.rover import Rover
 
 KINDS = ("the desk is killed", "the connections are killed", "the trial is killed", "the power is cut")
 OLD, NEW, NEITHER = "the old runs", "the new runs", "NEITHER"
-TAKES_S = {False: 12.0, True: 40.0}
-"""A push, and one with something to be installed; a moment after its end is drawn too now and then."""
-
 LIMIT_S = 180.0
 
 
@@ -43,7 +42,7 @@ class Interruption:
     after_s: float
     speed_rad_s: float
     is_broken: bool
-    has_needs: bool
+    need: str
 
 
 def main() -> bool:
@@ -55,25 +54,44 @@ def main() -> bool:
     print(machine())
     came: Counter[tuple[str, str]] = Counter()
     with robot() as rover:
+        takes_s = {has_needs: _taken_s(rover, _need(asked.trials) if has_needs else "") for has_needs in (False, True)}
         for trial in range(asked.trials):
-            drawn = _drawn(trial, Random(f"{asked.seed} {trial}"))
+            drawn = _drawn(trial, Random(f"{asked.seed} {trial}"), takes_s)
             outcome = _tried(rover, drawn)
             came[drawn.kind, outcome] += 1
-            print(f"{trial + 1:3}  {drawn.kind} after {drawn.after_s:.1f} s: {outcome}", file=sys.stderr, flush=True)
+            part = drawn.after_s / takes_s[bool(drawn.need)]
+            print(f"{trial + 1:3}  {drawn.kind} after {part:.0%} of a push: {outcome}", file=sys.stderr, flush=True)
     outcomes = (OLD, NEW, NEITHER)
     print_table(("", *outcomes), [(kind, *(str(came[kind, each]) for each in outcomes)) for kind in KINDS])
     return not any(came[kind, NEITHER] for kind in KINDS)
 
 
-def _drawn(trial: int, random: Random) -> Interruption:
+def _drawn(trial: int, random: Random, takes_s: Mapping[bool, float]) -> Interruption:
     has_needs = trial % 3 == 2
     return Interruption(
         kind=KINDS[trial % len(KINDS)],
-        after_s=random.uniform(0.0, TAKES_S[has_needs]),
-        speed_rad_s=1.0 + trial % 50 / 10,
-        is_broken=trial % 4 == 3,
-        has_needs=has_needs,
+        after_s=random.uniform(0.0, takes_s[has_needs]),
+        speed_rad_s=_speed(trial),
+        is_broken=trial % 5 == 4,
+        need=_need(trial) if has_needs else "",
     )
+
+
+def _speed(trial: int) -> float:
+    return 1.0 + trial % 50 / 10
+
+
+def _need(trial: int) -> str:
+    """Return a requirement that is another one in each trial, and met by the same package."""
+    return f"six>=1.0.{trial}"
+
+
+def _taken_s(rover: Rover, need: str) -> float:
+    """Return how long a push takes that nobody interrupts."""
+    start = perf_counter()
+    with needing(rover.project, need) if need else nullcontext():
+        rover.drive(2.0)
+    return perf_counter() - start
 
 
 def _tried(rover: Rover, drawn: Interruption) -> str:
@@ -81,7 +99,7 @@ def _tried(rover: Rover, drawn: Interruption) -> str:
     old = rover.release
     told = [f"speed_rad_s={drawn.speed_rad_s:g}", *(["deed=raises", "at=5"] if drawn.is_broken else [])]
     settings = [word for setting in told for word in ("--set", setting)]
-    with needing(rover.project) if drawn.has_needs else nullcontext(), rover.pushing(*settings) as push:
+    with needing(rover.project, drawn.need) if drawn.need else nullcontext(), rover.pushing(*settings) as push:
         with suppress(subprocess.TimeoutExpired):
             push.wait(drawn.after_s)
         _interrupt(drawn.kind, rover, push)

@@ -7,16 +7,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-NEED = "six"
-"""A small package that nothing else needs."""
-
 
 @contextmanager
-def needing(project: Path) -> Iterator[None]:
-    """Let it need a package that no environment on the robot has."""
+def needing(project: Path, need: str = "six") -> Iterator[None]:
+    """Let it need a package, a small one that nothing else needs: no environment on the robot has it."""
     file = project / "pyproject.toml"
     text = file.read_text()
-    with rewritten(file, text.replace('version = "0.1.0"', f'version = "0.1.0"\ndependencies = ["{NEED}"]')):
+    with rewritten(file, text.replace('version = "0.1.0"', f'version = "0.1.0"\ndependencies = ["{need}"]')):
         yield
 
 
