@@ -64,6 +64,12 @@ def driver(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     _points.cache_clear()
 
 
+@pytest.fixture
+def without_code(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leaves robotcore's own code at home, of which only the metadata tells what is to be installed."""
+    monkeypatch.setattr("robotcore.deploy.packages.site.shutil.copytree", lambda *_args, **_more: None)
+
+
 @pytest.mark.usefixtures("driver")
 def test_what_is_staged_runs_alone_and_tells_nothing_of_this_machine(tmp_path: Path, staged_in: Path) -> None:
     table = BUILT + PACKAGE + TABLE.replace('"rover"', '"my robot.toml"').replace("kinematic", "raspberrypi")
@@ -109,11 +115,13 @@ def test_what_pip_installs_is_what_the_robot_runs_with_and_markers_are_left_to_i
     assert not [each for each in requirements if "extra" in each or each.startswith(("pytest", "robotcore", "jinja"))]
 
 
+@pytest.mark.usefixtures("without_code")
 def test_a_project_that_records_nothing_needs_nothing_for_it(tmp_path: Path, staged_in: Path) -> None:
     requirements = stage(project_in(tmp_path / "project"), staged_in).requirements
     assert not [each for each in requirements if each.startswith(("mcap", "gpiozero"))]
 
 
+@pytest.mark.usefixtures("without_code")
 @pytest.mark.parametrize(
     "dependency, told",
     [
@@ -134,18 +142,21 @@ def test_a_dependency_that_no_robot_can_install_is_refused(
     assert "hunter2" not in str(raised.value)
 
 
+@pytest.mark.usefixtures("without_code")
 def test_a_repository_that_is_read_by_ssh_keeps_its_user(tmp_path: Path, staged_in: Path) -> None:
     place = "thing @ git+ssh://git@host.example/thing"
     project = project_in(tmp_path / "project", f'[project]\ndependencies = ["{place}"]\n{TABLE}')
     assert place in stage(project, staged_in).requirements
 
 
+@pytest.mark.usefixtures("without_code")
 def test_an_extra_that_nobody_has_is_told_with_the_nearest(tmp_path: Path, staged_in: Path) -> None:
     project = project_in(tmp_path / "project", f'{TABLE}extras = ["tofu"]\n')
     with pytest.raises(UnknownNameError, match="'tof'"):
         stage(project, staged_in)
 
 
+@pytest.mark.usefixtures("without_code")
 def test_a_project_that_would_lack_what_it_names_is_refused(tmp_path: Path, staged_in: Path) -> None:
     project = project_in(tmp_path / "project")
     git(tmp_path / "project", "init", "-q")
