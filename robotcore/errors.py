@@ -15,8 +15,8 @@
     │   └── DeviceGroupError                 several failed at once
     ├── DeviationError                       a replay does otherwise than its recording: exit 1
     ├── DeployError                          a robot cannot be reached, or does not take a release: exit 3
-    │   ├── UnprovenError                    what was to be sent did not pass its tests, checks or simulation: exit 1
-    │   └── UnhealthyError                   the new release did not live, and was rolled back: exit 1
+    ├── UnprovenError                        what was to be sent did not pass its tests, checks or simulation: exit 1
+    ├── UnhealthyError                       the new release did not live, and was rolled back: exit 1
     ├── SafetyStop                           the safety stage ended the run: exit 4
     │   ├── InvalidCommandError (ValueError) a velocity that is no number
     │   ├── StaleSampleError (TimeoutError)  a needed sample is too old
@@ -145,16 +145,12 @@ class DeployError(RobotcoreError):
         self.kind = kind
 
 
-class UnprovenError(DeployError):
+class UnprovenError(RobotcoreError):
     """What was to be sent did not pass its tests, its checks or its simulation; nothing was sent."""
 
-    exit_status = 1
 
-
-class UnhealthyError(DeployError):
+class UnhealthyError(RobotcoreError):
     """A release was not healthy within its time; the one before it runs again, where there was one."""
-
-    exit_status = 1
 
 
 class DeviceError(RobotcoreError, OSError):
