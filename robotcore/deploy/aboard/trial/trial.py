@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import time
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.releases import current
@@ -83,10 +83,11 @@ def conduct(layout: Layout) -> None:
 
 
 def abandon(layout: Layout) -> None:
-    """End a trial without a verdict, once the service is down: the previous release is the current one, and stands."""
+    """End a trial, once the service is down: nothing is started, and what is not known to be healthy is taken back."""
     with locked(layout, "a trial is ended"):
         if trial := pending(layout):
-            _conclude(layout, trial, Verdict(STOPPED, "somebody stopped it", since=trial.since))
+            stopped = Verdict(STOPPED, "somebody stopped it", since=trial.since)
+            _conclude(layout, replace(trial, was_stopped=True), trial.verdict(layout) or stopped)
 
 
 def _judge(layout: Layout, trial: Trial) -> Verdict:
@@ -126,11 +127,14 @@ def _conclude(layout: Layout, trial: Trial, verdict: Verdict) -> None:
 
 
 def _go_back(layout: Layout, trial: Trial, *, is_to_run: bool) -> None:
-    """Make the previous release the current one, and run it; where none ran, none does, now or after a reboot."""
-    if trial.previous is None or trial.was_stopped:
-        systemd.stop(SERVICE)
-        systemd.disable(SERVICE)
-        is_to_run = False
+    """Make the previous release the current one, and run it; where none ran, none does, now or after a reboot.
+
+    Where the disk has no room for a link, nothing runs: the bad release is stopped, and not found again.
+    """
+    systemd.stop(SERVICE)
+    current.swap(layout, None)
     current.swap(layout, trial.previous)
-    if is_to_run:
+    if trial.previous is None or trial.was_stopped:
+        systemd.disable(SERVICE)
+    elif is_to_run:
         systemd.restart(SERVICE)

@@ -56,6 +56,8 @@ def _seen(healthy_within_s: float, settle_s: float) -> Seen:
             return _unhealthy(f"it was not ready within {healthy_within_s:g} s", ours)
         time.sleep(LOOK_S)
         state = systemd.show(SERVICE)
+        if state.invocation != ours and not state.restarts:  # by hand: it is watched anew
+            ours, started, up_since = state.invocation, time.monotonic(), None
     return seen
 
 
@@ -83,7 +85,7 @@ def _judged(state: State, ours: str) -> Seen | None:
     """
     if state.has_failed and state.active == "deactivating":
         return None
-    if state.has_failed or state.invocation != ours or state.restarts:
+    if state.has_failed or state.restarts:
         return _unhealthy(state.ending() if state.has_failed else "it was started again", ours)
     if state.has_succeeded:
         return Seen(HEALTHY, "it ended with success")

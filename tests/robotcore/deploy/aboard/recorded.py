@@ -34,6 +34,7 @@ GAVE_UP = "failed failed exit-code dd 9 1 1 -"
 PASSED_OVER = "inactive dead success dd 0 1 143 -"
 BACK_STARTS = "activating start success e6 0 0 0 2140"
 BACK_RUNS = "active running success e6 0 0 0 -"
+BACK_FAILS = "activating auto-restart exit-code e6 0 1 1 -"
 NEVER_WAS = "inactive dead success - 0 0 0 -"
 
 NO_BUS = "Failed to connect to bus: No medium found"

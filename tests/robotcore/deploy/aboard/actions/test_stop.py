@@ -40,7 +40,7 @@ def test_release_on_trial_is_taken_back_and_nothing_is_started(layout: Layout, s
     stop.act(layout)
     assert (current.name_of(layout), trial.pending(layout)) == (OLD, None)
     assert begun.verdict(layout) == Verdict("stopped", "somebody stopped it", since=begun.since)
-    assert systemd.calls[3:] == STOPS
+    assert not [call for call in systemd.calls[3:] if "start" in call]
 
 
 def test_app_that_does_not_stop_is_told_of(layout: Layout, systemd: Scripted) -> None:

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import os
+
 import pytest
 
 from robotcore.deploy.aboard.layout import Layout
@@ -15,6 +17,7 @@ from tests.robotcore.deploy.aboard.scripted import Scripted
 
 LONG = 1000.0
 RESTART = "restart --no-block robotcore.service"
+STOP = "stop robotcore.service"
 START_TRIAL = "start --no-block robotcore-trial.service"
 DIES = (at.OLD_RUNS, at.NEW_STARTS, at.NEW_RUNS, at.NEW_FAILS, at.NEW_WAITS)
 LIVES = (at.OLD_RUNS, at.NEW_STARTS, at.NEW_RUNS)
@@ -51,7 +54,7 @@ def test_release_that_dies_makes_room_for_the_one_before(layout: Layout, systemd
         "unhealthy", "it ended with status 1", ("OSError: camera: no picture",), begun.since
     )
     assert trial.pending(layout) is None
-    assert systemd.calls == [START_TRIAL, RESTART, RESTART]
+    assert systemd.calls == [START_TRIAL, RESTART, STOP, RESTART]
 
 
 def test_first_release_that_dies_leaves_nothing_running_now_or_after_a_reboot(
@@ -62,7 +65,7 @@ def test_first_release_that_dies_leaves_nothing_running_now_or_after_a_reboot(
     systemd.will_tell(at.NEVER_WAS, *DIES[1:])
     trial.conduct(layout)
     assert current.name_of(layout) is None
-    assert systemd.calls == [START_TRIAL, RESTART, "stop robotcore.service", "disable robotcore.service"]
+    assert systemd.calls == [START_TRIAL, RESTART, STOP, "disable robotcore.service"]
 
 
 def test_release_that_dies_in_the_place_of_one_that_somebody_had_stopped_lets_it_stand(
@@ -72,7 +75,7 @@ def test_release_that_dies_in_the_place_of_one_that_somebody_had_stopped_lets_it
     systemd.will_tell(at.PUT_OFF, *DIES[1:])
     trial.conduct(layout)
     assert current.name_of(layout) == OLD
-    assert systemd.calls == [START_TRIAL, RESTART, "stop robotcore.service", "disable robotcore.service"]
+    assert systemd.calls == [START_TRIAL, RESTART, STOP, "disable robotcore.service"]
 
 
 def test_release_that_somebody_stops_is_taken_back_and_nothing_is_started(
@@ -84,7 +87,7 @@ def test_release_that_somebody_stops_is_taken_back_and_nothing_is_started(
     trial.conduct(layout)
     assert current.name_of(layout) == OLD
     assert begun.verdict(layout) == Verdict("stopped", "somebody stopped it", since=begun.since)
-    assert systemd.calls == [RESTART], "the new one, and nothing after it"
+    assert systemd.calls == [RESTART, STOP], "the new one, and nothing after it"
 
 
 def test_reboot_leaves_the_trial_for_the_next_start(layout: Layout, systemd: Scripted, begun: Trial) -> None:
@@ -130,7 +133,7 @@ def test_who_was_killed_after_the_verdict_is_followed_by_somebody_who_does_what_
     Verdict("unhealthy", "it ended with status 1", (), begun.since).write(layout.releases / NEW)
     trial.conduct(layout)
     assert (current.name_of(layout), trial.pending(layout)) == (OLD, None)
-    assert systemd.calls == [RESTART], "the old one: the new one is not tried once more"
+    assert systemd.calls == [STOP, RESTART], "the old one: the new one is not tried once more"
 
 
 def test_verdict_of_another_trial_is_none(layout: Layout, systemd: Scripted, begun: Trial) -> None:
@@ -148,6 +151,35 @@ def test_bad_release_is_taken_back_also_where_its_verdict_cannot_be_written(
     systemd.will_tell(*DIES)
     trial.conduct(layout)
     assert (current.name_of(layout), trial.pending(layout)) == (OLD, None)
+
+
+def test_bad_release_runs_no_more_where_no_link_can_be_made(layout: Layout, systemd: Scripted, begun: Trial) -> None:
+    Trial(NEW, OLD, LONG, LONG, begun.since).begin(layout)
+    layout.releases.joinpath(NEW, "verdict.json").mkdir()
+    in_the_way = layout.root / f".current.{os.getpid()}"
+    systemd.will_tell(*DIES)
+    systemd.then(len(DIES), f'mkdir "{in_the_way}"')
+    for _ in range(2):
+        with pytest.raises(OSError, match=in_the_way.name):
+            trial.conduct(layout)
+    assert systemd.calls == [START_TRIAL, RESTART, STOP], "nor does it when systemd starts the trial again"
+    in_the_way.rmdir()
+    systemd.folder.joinpath(f"then.robotcore.service.{len(DIES)}").unlink()
+    systemd.will_tell(*DIES)
+    trial.conduct(layout)
+    assert (current.name_of(layout), trial.pending(layout)) == (OLD, None)
+
+
+@pytest.mark.parametrize("known, stays", [("unhealthy", OLD), ("healthy", NEW)])
+def test_verdict_that_is_known_is_kept_where_somebody_stops_what_is_left_to_do(
+    layout: Layout, systemd: Scripted, begun: Trial, known: str, stays: str
+) -> None:
+    let_run(layout, NEW)
+    (verdict := Verdict(known, "it is known why", (), begun.since)).write(layout.releases / NEW)
+    trial.abandon(layout)
+    assert (current.name_of(layout), trial.pending(layout)) == (stays, None)
+    assert begun.verdict(layout) == verdict
+    assert RESTART not in systemd.calls
 
 
 def test_release_that_is_gone_changes_nothing(layout: Layout, systemd: Scripted) -> None:

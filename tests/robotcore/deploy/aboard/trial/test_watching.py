@@ -40,7 +40,6 @@ def test_release_before_that_fails_and_is_just_started_again_is_not_taken_for_th
         ((at.NEVER_READY, at.WAS_NEVER_READY), "it ended with status 0 before its first step"),
         ((at.AGAIN_RUNS,), "it was started again"),
         ((at.NEW_RUNS, at.AGAIN_RUNS), "it was started again"),
-        ((at.NEW_RUNS, at.BACK_RUNS), "it was started again"),
         ((at.NEW_RUNS, at.BETWEEN, at.AGAIN_RUNS), "it was started again"),
     ],
 )
@@ -51,6 +50,15 @@ def test_release_that_fails_is_unhealthy_and_told_of_in_its_own_words(
     systemd.writes(*WORDS)
     assert watching.watch(LONG, LONG) == Seen("unhealthy", reason, WORDS)
     assert "_SYSTEMD_INVOCATION_ID=0c7fb2b1ea3440b5ae86df6299644aee" in systemd.asked
+
+
+def test_release_that_somebody_restarts_is_watched_from_there_on(systemd: Scripted) -> None:
+    systemd.will_tell(at.OLD_RUNS, at.NEW_RUNS, at.BETWEEN, at.BACK_STARTS, at.BACK_RUNS, at.BACK_FAILS)
+    systemd.writes(*WORDS)
+    assert watching.watch(LONG, LONG) == Seen("unhealthy", "it ended with status 1", WORDS)
+    assert "_SYSTEMD_INVOCATION_ID=e67fb2b1ea3440b5ae86df6299644aee" in systemd.asked
+    systemd.will_tell(at.OLD_RUNS, at.NEW_STARTS, at.BETWEEN, at.BACK_STARTS, at.BACK_RUNS)
+    assert watching.watch(LONG, 0.0) == Seen("healthy")
 
 
 def test_start_that_failed_before_anybody_looked_is_not_missed(systemd: Scripted) -> None:
