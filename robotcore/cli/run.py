@@ -81,7 +81,6 @@ def command(
         with printing_apart(as_json=as_json):
             result = _run(asked, drawer, recorder, notifier, interrupts, last_words)
         interrupts.hold()
-        result = notifier.completed(result) if notifier else result
         made = []
         if picture and drawer:
             result, drawn = _with_picture(result, drawer, picture)
@@ -89,6 +88,7 @@ def command(
         if recorder:
             result, recorded = with_recording(result, recorder)
             made += [recorded] if recorded else []
+        result = notifier.completed(result) if notifier else result
         return _told(result, made, as_json=as_json)
 
 

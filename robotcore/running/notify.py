@@ -29,6 +29,9 @@ STOPPING = "STOPPING=1\nEXTEND_TIMEOUT_USEC=60000000"
 """With it systemd's time to stop begins, after which it kills, and takes a run that ended well for a failure; a
 recording may need more on a slow disk, and has its own end after a minute."""
 
+FAILED = 6
+"""The exit status of a service that ended by itself, and not well. Python has 1 for whatever it cannot go on from."""
+
 STATUS_S = 1.0
 """A status is told no more often."""
 
@@ -81,13 +84,14 @@ class Notifier:
 
     @staticmethod
     def completed(result: RunResult) -> RunResult:
-        """Return a result with a service's exit status: one that hung has that of an app that raised.
+        """Return a result with a service's exit status, by which systemd tells what is to be started again.
 
-        systemd has nothing else to tell a program at fault, which may be started again, from what the safety stage
-        found, which somebody has to look at before anything turns again.
+        One that hung has that of an app that raised: a program at fault, and nothing that the safety stage found, which
+        somebody has to look at before anything turns again. One that came to its end, and not well, has `FAILED`.
         """
-        hung = isinstance(result.error, WatchdogError)
-        return replace(result, exit_status=BehaviourError.exit_status) if hung else result
+        if isinstance(result.error, WatchdogError):
+            return replace(result, exit_status=BehaviourError.exit_status)
+        return replace(result, exit_status=FAILED) if result.exit_status and not result.error else result
 
     @property
     def _goes_well(self) -> bool:

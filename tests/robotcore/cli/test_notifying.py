@@ -9,6 +9,8 @@ from socket import AF_UNIX, SOCK_DGRAM, socket
 
 import pytest
 
+from robotcore.deploy.aboard.service.units import SERVICE, TEXTS
+from robotcore.running.notify import FAILED
 from tests.robotcore.cli.conftest import AppFile, Cli
 
 
@@ -68,3 +70,13 @@ def test_a_service_that_hangs_is_told_from_one_that_the_safety_stage_stopped(
 
 def test_what_the_safety_stage_found_keeps_its_status_in_a_service(cli: Cli, app_file: AppFile, address: str) -> None:
     assert cli("run", app_file("robot.drive.set_velocity(float('nan'), 0.0)"), "--world", "open").status == 4
+
+
+@pytest.mark.parametrize("deed", ["return Status.FAILURE", "os.mkdir('run.png'); return Status.SUCCESS"])
+def test_a_service_that_ended_by_itself_has_a_status_that_python_never_gives(
+    cli: Cli, app_file: AppFile, address: str, deed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Python has 1 where an import fails, say of a file that a worn card does not give: such a robot tries again."""
+    monkeypatch.chdir(tmp_path)
+    assert cli("run", app_file(deed), "--world", "open", "--picture", "run.png").status == FAILED
+    assert f"\nRestartPreventExitStatus=2 4 {FAILED}\n" in TEXTS[SERVICE]

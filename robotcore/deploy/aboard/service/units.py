@@ -16,6 +16,10 @@ SERVICE, TRIAL = "robotcore.service", "robotcore-trial.service"
 START_LIMIT_S = 120
 """How long a release may take until its app has made its first step."""
 
+_STAND = "2 4 6"
+"""Exit statuses of robotcore's after which somebody has to look: what can never run, what the safety stage stopped, and
+what ended by itself with a failure (`robotcore.running.notify.FAILED`)."""
+
 _SERVICE = f"""\
 # Written by robotcore deploy. What you want otherwise goes into a drop-in: systemctl --user edit {SERVICE}
 [Unit]
@@ -30,7 +34,7 @@ ExecStart=/usr/bin/python3 -I %h/robotcore/aboard.pyz run
 ExecStopPost=/usr/bin/python3 -I %h/robotcore/aboard.pyz off
 Restart=on-failure
 RestartSec=2
-RestartPreventExitStatus=1 2 4
+RestartPreventExitStatus={_STAND}
 SuccessExitStatus=143
 TimeoutStartSec={START_LIMIT_S}
 TimeoutStopSec=20
