@@ -6,11 +6,11 @@ import json
 import shutil
 from collections.abc import Iterator
 from importlib.metadata import Distribution, distribution
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
+import robotcore
 from robotcore.deploy.packages.building import build
 from robotcore.deploy.packages.needs import needed
 from robotcore.deploy.packages.requirements import ROBOTCORE
@@ -44,12 +44,14 @@ def fill(project: Project, source: Path, site: Path) -> tuple[str, ...]:
 
 
 def _bring_robotcore(site: Path) -> None:
-    """Copy its packages, those that its entry points lead to, and its metadata, by which these are found there."""
+    """Copy its packages, those that its entry points lead to, and its metadata, by which these are found there.
+
+    They are those beside the one that runs: of the same names there may be others in the folder that somebody works in.
+    """
+    beside = Path(robotcore.__file__).parents[1]
     dist = distribution(ROBOTCORE)
     for package in {ROBOTCORE, *(point.value.partition(".")[0] for point in dist.entry_points)}:
-        spec = find_spec(package)
-        for folder in (spec.submodule_search_locations if spec else None) or ():
-            shutil.copytree(folder, site / package, ignore=_LEFT, dirs_exist_ok=True)
+        shutil.copytree(beside / package, site / package, ignore=_LEFT)
     told = site / f"{ROBOTCORE}-{dist.version}.dist-info"
     told.mkdir()
     for name in METADATA:

@@ -25,14 +25,14 @@ class Proof:
 
 
 def ask(
-    folder: Path | None, module: str, words: Sequence[str], environment: Mapping[str, str] | None = None
+    folder: Path | None, words: Sequence[str], environment: Mapping[str, str] | None = None
 ) -> subprocess.CompletedProcess[str]:
-    """Run one of this Python's modules in a folder, with nothing to read; what it prints is returned.
+    """Run this Python with these arguments in a folder, with nothing to read; what it prints is returned.
 
     ``environment`` goes before that of this process.
     """
     return subprocess.run(  # noqa: S603  words, and no shell to take them for anything else
-        [sys.executable, "-m", module, *words],
+        [sys.executable, *words],
         cwd=folder,
         env={**os.environ, **(environment or {})},
         stdin=subprocess.DEVNULL,

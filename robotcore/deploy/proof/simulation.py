@@ -14,6 +14,7 @@ from typing import Any
 
 from robotcore.catalogue import load_backend
 from robotcore.deploy.aboard.releases.release import PROJECT, SITE
+from robotcore.deploy.aboard.service import launch
 from robotcore.deploy.paths import told
 from robotcore.deploy.project import Project
 from robotcore.deploy.proof.proof import Proof, Say, ask, command_line, told_error
@@ -95,7 +96,8 @@ def _swept(staged: Staged, words: Sequence[str], scratch: Path, results: Path) -
     It runs in a copy: what an app writes beside itself is not to be sent, nor what Python compiles.
     """
     copy = shutil.copytree(staged.folder, scratch / "sent", symlinks=True)
-    asked = ask(copy / PROJECT, ROBOTCORE, [*words, "--out", str(results), "--json"], _environment(copy / SITE))
+    line = [*launch.ROBOTCORE, *words, "--out", str(results), "--json"]
+    asked = ask(copy / PROJECT, line, _environment(copy / SITE))
     try:
         answer: dict[str, Any] = json.loads(asked.stdout)
     except ValueError:
@@ -113,12 +115,9 @@ def _again(project: Project, line: str) -> str:
 
 
 def _environment(site: Path) -> dict[str, str]:
-    """Return where Python looks for modules, as on the robot: in ``site``, and not in the project's folder.
-
-    One that has a folder ``drivers`` or ``apps`` would put it before robotcore's.
-    """
+    """Return where Python looks for modules, as on the robot: in ``site`` first."""
     paths = [str(site), *filter(None, [os.environ.get("PYTHONPATH")])]
-    return {"PYTHONPATH": os.pathsep.join(paths), "PYTHONSAFEPATH": "1"}
+    return {"PYTHONPATH": os.pathsep.join(paths)}
 
 
 def _require(project: Project, missed: Sequence[str], failing: Sequence[Record]) -> None:

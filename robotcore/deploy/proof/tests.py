@@ -36,7 +36,7 @@ def prove(project: Project, say: Say) -> Proof:
             "tests: pytest is not installed. Run pip install 'robotcore[deploy]', or send them untried: --skip-checks"
         )
     say("pytest")
-    asked = ask(project.folder, "pytest", ["-q", "--color=no"])
+    asked = ask(project.folder, ["-m", "pytest", "-q", "--color=no"])
     if asked.returncode == NO_TESTS:
         return Proof("none")
     if asked.returncode:

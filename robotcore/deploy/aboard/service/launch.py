@@ -8,6 +8,16 @@ from pathlib import Path
 
 from robotcore.deploy.aboard.releases.release import ENVIRONMENT, PROJECT, SITE
 
+ROBOTCORE = (
+    "-c",
+    (
+        "import sys; sys.path[:] = [each for each in sys.path if each]; "
+        "import runpy; runpy.run_module('robotcore', run_name='__main__', alter_sys=True)"
+    ),
+)
+"""Arguments of Python's: ``-m robotcore`` that looks for no module in the working folder, so that no ``drivers`` of a
+project's is taken for ours. Python has a variable for that from 3.11 on, too late."""
+
 
 @dataclass(frozen=True)
 class Launch:
@@ -19,7 +29,7 @@ class Launch:
 
 
 def robotcore(release: Path, *arguments: str) -> Launch:
-    """Return how robotcore is called in a release's folder; no ``drivers`` of the project's is taken for ours."""
+    """Return how robotcore is called in a release's folder."""
     python = release / ENVIRONMENT / "bin" / "python"
-    kept_apart = {"PYTHONPATH": str(release / SITE), "PYTHONNOUSERSITE": "1", "PYTHONSAFEPATH": "1"}
-    return Launch((str(python), "-m", "robotcore", *arguments), release / PROJECT, {**os.environ, **kept_apart})
+    kept_apart = {"PYTHONPATH": str(release / SITE), "PYTHONNOUSERSITE": "1"}
+    return Launch((str(python), *ROBOTCORE, *arguments), release / PROJECT, {**os.environ, **kept_apart})

@@ -71,12 +71,18 @@ def without_code(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("driver")
-def test_what_is_staged_runs_alone_and_tells_nothing_of_this_machine(tmp_path: Path, staged_in: Path) -> None:
+def test_what_is_staged_runs_alone_and_tells_nothing_of_this_machine(
+    tmp_path: Path, staged_in: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     table = BUILT + PACKAGE + TABLE.replace('"rover"', '"my robot.toml"').replace("kinematic", "raspberrypi")
     robot = ROBOT.read_text().replace('driver = "hc-sr04"', 'driver = "lidar-x"')
     source = write(tmp_path / "project", {"my robot.toml": robot, "my_rover/__init__.py": "", ".env": "A=1"})
+    monkeypatch.chdir(write(source, {"apps/__init__.py": "", "apps/mine.py": ""}))
+    monkeypatch.syspath_prepend("")
+    monkeypatch.delitem(sys.modules, "apps", raising=False)
     staged = stage(project_in(source, table), staged_in)
     site = staged_in / "site"
+    assert not (site / "apps" / "mine.py").exists()
     names = {dist.metadata["Name"] for dist in distributions(path=[str(site)])}
     assert names == {"robotcore", "my-rover", "lidar-x"}
     assert (site / "my_rover/__init__.py").exists()

@@ -56,6 +56,8 @@ def fitted(layout: Layout, name: str, source: str = TOLD) -> Path:
 
 def test_process_that_systemd_starts_becomes_the_app_in_the_projects_folder(layout: Layout, systemd: Systemd) -> None:
     folder = fitted(layout, OLD)
+    for name in ("robotcore", "runpy", "json"):
+        folder.joinpath("project", f"{name}.py").write_text("raise ImportError('of the project')")
     let_run(layout, OLD)
     with systemd("run") as process:
         release, told = _lines(process)
