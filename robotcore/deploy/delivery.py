@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -36,21 +37,30 @@ class Delivery:
         Target.of(facts).require_python(self._staged.project)
         self._facts = facts
 
-    def make(self, *, is_offline: bool) -> None:
-        """Send it, install what it needs, and let its doctor look; where that fails, the robot forgets it."""
-        with self._forgetting():
-            wheels = self._wheels() if is_offline and not self._facts["has_environment"] else None
-            self._send(wheels)
-            self._install(is_offline=is_offline)
+    def make(self, *, is_offline: bool) -> str:
+        """Send it, install what it needs, and let its doctor look; return the name that the robot has given it.
+
+        Where that fails, the robot forgets it.
+        """
+        wheels = self._wheels() if is_offline and not self._facts["has_environment"] else None
+        step = begin("sent", self._tell)
+        size = size_of(self._staged.folder) + (size_of(wheels) if wheels else 0)
+        begun = self._link.call("begin", release=self._release.name, size=size)
+        release = replace(self._release, name=begun["release"])
+        with self._forgetting(release.name):
+            release.write(self._staged.folder)
+            self._send(wheels, begun, step)
+            self._install(release.name, is_offline=is_offline)
+        return release.name
 
     @contextmanager
-    def _forgetting(self) -> Iterator[None]:
+    def _forgetting(self, release: str) -> Iterator[None]:
         """While entered, whatever is raised lets the robot throw away what it got; where it cannot, it does later."""
         try:
             yield
         except BaseException:
             with suppress(DeployError):
-                self._link.call("discard", release=self._release.name)
+                self._link.call("discard", release=release)
             raise
 
     def _wheels(self) -> Path:
@@ -60,21 +70,16 @@ class Delivery:
         step.done(f"{len(list(wheels.iterdir()))} for {target}")
         return wheels
 
-    def _send(self, wheels: Path | None) -> None:
-        step = begin("sent", self._tell)
-        folder = self._staged.folder
-        self._release.write(folder)
-        size = size_of(folder) + (size_of(wheels) if wheels else 0)
-        begun = self._link.call("begin", release=self._release.name, size=size)
+    def _send(self, wheels: Path | None, begun: Mapping[str, Any], step: Step) -> None:
         if wheels:
             self._link.send(wheels, "wheels", on_progress=_saying(step, "wheels"))
-        went = self._link.send(folder, begun["to"], begun["copy_from"], _saying(step, "files"))
+        went = self._link.send(self._staged.folder, begun["to"], begun["copy_from"], _saying(step, "files"))
         step.done(f"{went.files} files, {went.changed} of them new, {in_words(went.sent)}", *self._staged.notes)
 
-    def _install(self, *, is_offline: bool) -> None:
+    def _install(self, release: str, *, is_offline: bool) -> None:
         step = begin("environment", self._tell)
         made = self._link.call(
-            "install", on_say=lambda words, **_: step.say(words), release=self._release.name, is_offline=is_offline
+            "install", on_say=lambda words, **_: step.say(words), release=release, is_offline=is_offline
         )
         step.done(made["environment"])
         _tell_findings(made["findings"], begin("doctor", self._tell))

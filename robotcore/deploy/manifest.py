@@ -10,7 +10,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from robotcore.catalogue import load_backend
-from robotcore.deploy.aboard.releases.release import Release
+from robotcore.deploy.aboard.releases.release import TIME, Release
 from robotcore.deploy.project import Project
 from robotcore.deploy.staging.files import git_environment
 from robotcore.running.plan import DEFAULT_WORLD, RunRequest
@@ -22,10 +22,10 @@ UNTIL_STOPPED_S = 1e9
 
 
 def new_release(project: Project, requirements: tuple[str, ...], proven: tuple[str, ...]) -> Release:
-    """Return the release of a project at this moment."""
+    """Return the release of a project at this moment; the robot has a later name for it where its newest is later."""
     return release_of(
         project,
-        f"{datetime.now(timezone.utc):%Y-%m-%dT%H-%M-%SZ}",
+        f"{datetime.now(timezone.utc):{TIME}}",
         requirements=requirements,
         gates=proven,
         robotcore=version("robotcore"),

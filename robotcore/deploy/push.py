@@ -53,9 +53,9 @@ def push(asked: Push, tell: Tell = print) -> str:
         with Link(asked.host, asked.ssh_config) as link:
             delivery = Delivery(link, release, staged, tell)
             delivery.look(step)
-            delivery.make(is_offline=asked.is_offline)
+            name = delivery.make(is_offline=asked.is_offline)
             judged = trial.Trial(asked.host, asked.ssh_config, begin(trial.STEP, tell))
-            return judged.follow(link, "activate", release.name, healthy_within_s=asked.healthy_within_s)
+            return judged.follow(link, "activate", name, healthy_within_s=asked.healthy_within_s)
 
 
 def state_after(step: str, asked: Push) -> str:

@@ -3,10 +3,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from importlib import import_module
-from itertools import count
 
 import pytest
 
+from robotcore.deploy.aboard.releases.release import Release
 from robotcore.deploy.connection.host import Host
 from robotcore.deploy.packages.target import Target
 from robotcore.deploy.progress import Progress
@@ -30,7 +30,6 @@ class Still(Behaviour):
 """
 
 OLD = "2026-11-21T22-40-03Z"
-MINUTES = count()
 
 PROBE = """
 def act(layout, requirements, is_push):
@@ -42,11 +41,9 @@ def act(layout, requirements, is_push):
 """
 
 INSTALL = """
-import shutil
 from robotcore.deploy.aboard.telling import say
 
 def act(layout, release, is_offline):
-    shutil.rmtree(layout.releases / release, ignore_errors=True)  # of a push within the same second
     (layout.incoming / release).rename(layout.releases / release)
     say("doctor looks at the robot")
     fault = {"level": "warning", "what": "disk", "said": "nearly full", "remedy": "Make room"}
@@ -95,13 +92,11 @@ def without_systemd(aboard: Aboard) -> None:
 
 
 @pytest.fixture(autouse=True)
-def a_minute_apart(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Lets no two releases be of the same second: their names are times."""
+def a_clock_that_stands(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lets the desk's time be always the same."""
     pushing = import_module("robotcore.deploy.push")
     make = pushing.new_release
-    monkeypatch.setattr(
-        pushing, "new_release", lambda *told: replace(make(*told), name=f"2026-11-21T23-{next(MINUTES):02}-00Z")
-    )
+    monkeypatch.setattr(pushing, "new_release", lambda *told: replace(make(*told), name=OLD))
 
 
 def rooms(robot: Sshd, room: str) -> set[str]:
@@ -112,7 +107,7 @@ def test_each_step_is_told_and_the_release_is_there_whole_and_only_changes_are_s
     wanted: Push, robot: Sshd
 ) -> None:
     told: list[Progress] = []
-    push(wanted, lambda _: None)
+    before = push(wanted, lambda _: None)
     release = push(wanted, told.append)
     done = {each.step: each for each in told if each.is_done}
     assert list(done) == ["skipped", "robot", "sent", "environment", "doctor", "release"]
@@ -121,7 +116,9 @@ def test_each_step_is_told_and_the_release_is_there_whole_and_only_changes_are_s
     assert done["doctor"].said == "1 ok, 1 warning"
     assert done["doctor"].notes == ("warning: disk: nearly full. Make room",)
     assert done["release"].said == f"{release} is healthy; it runs"
-    assert (robot.home / "robotcore" / "current" / "project" / "still.py").read_text() == APP
+    current = robot.home / "robotcore" / "current"
+    assert (current / "project" / "still.py").read_text() == APP
+    assert Release.read(current).name == release > before
 
 
 def test_what_fails_to_install_is_thrown_away_and_what_runs_is_as_it_was(

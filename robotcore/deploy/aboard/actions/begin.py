@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import time
+from calendar import timegm
 from typing import Any
 
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.releases import current, incoming, pruning
-from robotcore.deploy.aboard.releases.release import require_name
+from robotcore.deploy.aboard.releases.release import NAME, TIME, require_name
 from robotcore.deploy.aboard.system import disk
 from robotcore.deploy.aboard.system.locking import locked
 from robotcore.deploy.aboard.telling import RefusalError
@@ -16,21 +18,30 @@ SPARE = 100_000_000
 
 
 def act(layout: Layout, *, release: str, size: int) -> dict[str, Any]:
-    """Make room for so many bytes; return where they go (``to``), and the folder to copy from what it has already.
+    """Make room for so many bytes; return the ``release``'s name, where it goes (``to``), and the folder to copy from.
 
-    Both are below the robot's own folder; ``copy_from`` is None where there is none. Raises RefusalError where there is
-    too little room, though what nobody needs was thrown away; then nothing is left of this push.
+    It is named as the desk asks for, by the time there, or by the second after the newest that is here: no two pushes
+    share a name, and names sort in the order of pushing, whatever a desk's clock tells. Both folders are below the
+    robot's own folder; ``copy_from`` is None where there is none. Raises RefusalError where there is too little room,
+    though what nobody needs was thrown away; then nothing is left of this push.
     """
     with locked(layout, f"push of {require_name(release)}"):
         for room in (layout.incoming, layout.releases, layout.wheels, layout.recordings):
             room.mkdir(parents=True, exist_ok=True)
         pruning.prune(layout, keep=1 if _lacks(layout, size) else pruning.KEPT)
+        release = _named(layout, release)
         folder = incoming.open_for(layout, release)
         if short := _lacks(layout, size - disk.size_of(folder)):
             incoming.forget(layout, release)
             raise _refusal(layout, size, short)
         before = current.name_of(layout) or next(iter(current.names(layout)), None)
-    return {"to": f"incoming/{release}", "copy_from": f"releases/{before}" if before else None}
+    return {"release": release, "to": f"incoming/{release}", "copy_from": f"releases/{before}" if before else None}
+
+
+def _named(layout: Layout, asked: str) -> str:
+    there = [*current.names(layout), *(path.name for path in layout.incoming.glob("*") if NAME.fullmatch(path.name))]
+    newest = max(there, default="")
+    return asked if asked > newest else time.strftime(TIME, time.gmtime(timegm(time.strptime(newest, TIME)) + 1))
 
 
 def _lacks(layout: Layout, size: int) -> int:

@@ -15,13 +15,13 @@ _PUSHED_BY = ".pushed-by"
 
 
 def open_for(layout: Layout, release: str) -> Path:
-    """Return the folder that a release is sent to.
+    """Return the folder that a release is sent to, whose name is new.
 
     What a broken push left is taken over, so that only the rest is sent; contents decide what that is.
     """
     folder = layout.incoming / release
-    left = [path for path in leftovers(layout) if path != folder]
-    before = None if folder.exists() else next((path for path in left if NAME.fullmatch(path.name)), None)
+    left = list(leftovers(layout))
+    before = next((path for path in left if NAME.fullmatch(path.name)), None)
     for path in left:
         if path != before:
             erase(path)

@@ -17,6 +17,9 @@ PROJECT, SITE, ENVIRONMENT = "project", "site", "environment"
 NAME = re.compile(r"\d{4}-\d\d-\d\dT\d\d-\d\d-\d\dZ")
 """When it was made, in UTC: names sort by age, and mean nothing to a shell."""
 
+TIME = "%Y-%m-%dT%H-%M-%SZ"
+"""A name, as strftime(3) writes it."""
+
 
 @dataclass(frozen=True)
 class Release:

@@ -19,7 +19,11 @@ MOUNT = shutil.which("mount")
 
 
 def test_the_first_push_has_nothing_to_copy_from(layout: Layout) -> None:
-    assert begin.act(layout, release=NEW, size=1000) == {"to": f"incoming/{NEW}", "copy_from": None}
+    assert begin.act(layout, release=NEW, size=1000) == {
+        "release": NEW,
+        "to": f"incoming/{NEW}",
+        "copy_from": None,
+    }
     assert (layout.incoming / NEW).is_dir()
 
 
@@ -29,6 +33,17 @@ def test_the_next_one_copies_from_what_runs(layout: Layout) -> None:
     assert begin.act(layout, release=NEWER, size=1000)["copy_from"] == f"releases/{NEW}"
     let_run(layout, OLD)
     assert begin.act(layout, release=NEWER, size=1000)["copy_from"] == f"releases/{OLD}"
+
+
+def test_two_pushes_at_once_have_a_name_and_a_folder_each(layout: Layout) -> None:
+    told = [begin.act(layout, release=OLD, size=1000) for _ in range(3)]
+    assert [each["release"] for each in told] == [OLD, NEW, NEWER]
+    assert [each["to"] for each in told] == [f"incoming/{name}" for name in (OLD, NEW, NEWER)]
+
+
+def test_a_push_from_a_desk_whose_clock_is_slow_is_the_newest_all_the_same(layout: Layout) -> None:
+    put(layout, "2027-12-31T23-59-59Z")
+    assert begin.act(layout, release=OLD, size=1000)["release"] == "2028-01-01T00-00-00Z"
 
 
 def test_more_than_there_is_room_for_is_refused_and_nothing_is_left_of_it(layout: Layout) -> None:

@@ -62,12 +62,6 @@ def test_nothing_else_of_broken_pushes_stays(layout: Layout) -> None:
     assert {path.name for path in layout.incoming.iterdir()} == {NEW, f"{NEW}.pushed-by"}
 
 
-def test_a_push_may_begin_twice(layout: Layout) -> None:
-    for _ in range(2):
-        incoming.open_for(layout, NEW).joinpath("half").touch()
-    assert (layout.incoming / NEW / "half").exists()
-
-
 @pytest.mark.skipif(os.geteuid() == 0, reason="nothing is kept from root")
 def test_a_folder_that_is_kept_from_being_written_to_can_be_thrown_away(layout: Layout) -> None:
     folder = put(layout, OLD)
