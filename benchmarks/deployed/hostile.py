@@ -41,7 +41,7 @@ NOTES = (
     f"`{TOUCH}`",
     f"'; {TOUCH}; '",
     f'"; {TOUCH}; "',
-    f"\n{TOUCH}\n",
+    f"a\n{TOUCH}\nb",
     f"--record={CANARY}",
     f"%h %t $HOME ${{IFS}}{TOUCH}",
     f"\\'; {TOUCH} #",
