@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import shutil
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
-from robotcore.deploy.aboard.releases.release import Release
+from robotcore.deploy.aboard.releases.release import WHEELS, Release
 from robotcore.deploy.aboard.system.disk import in_words, size_of
 from robotcore.deploy.connection.link import Link
 from robotcore.deploy.packages.target import Target
@@ -42,14 +42,14 @@ class Delivery:
 
         Where that fails, the robot forgets it.
         """
-        wheels = self._wheels() if is_offline and not self._facts["has_environment"] else None
+        if is_offline and not self._facts["has_environment"]:
+            self._add_wheels()
         step = begin("sent", self._tell)
-        size = size_of(self._staged.folder) + (size_of(wheels) if wheels else 0)
-        begun = self._link.call("begin", release=self._release.name, size=size)
+        begun = self._link.call("begin", release=self._release.name, size=size_of(self._staged.folder))
         release = replace(self._release, name=begun["release"])
         with self._forgetting(release.name):
             release.write(self._staged.folder)
-            self._send(wheels, begun, step)
+            self._send(begun, step)
             self._install(release.name, is_offline=is_offline)
         return release.name
 
@@ -63,17 +63,16 @@ class Delivery:
                 self._link.call("discard", release=release)
             raise
 
-    def _wheels(self) -> Path:
+    def _add_wheels(self) -> None:
+        """Put them beside what is sent: they go with it, and no other push has to do with them."""
         step = begin("wheels", self._tell)
         target = Target.of(self._facts)
         wheels = wheels_for(self._release.requirements, target, step.say)
+        shutil.copytree(wheels, self._staged.folder / WHEELS)
         step.done(f"{len(list(wheels.iterdir()))} for {target}")
-        return wheels
 
-    def _send(self, wheels: Path | None, begun: Mapping[str, Any], step: Step) -> None:
-        if wheels:
-            self._link.send(wheels, "wheels", on_progress=_saying(step, "wheels"))
-        went = self._link.send(self._staged.folder, begun["to"], begun["copy_from"], _saying(step, "files"))
+    def _send(self, begun: Mapping[str, Any], step: Step) -> None:
+        went = self._link.send(self._staged.folder, begun["to"], begun["copy_from"], _saying(step))
         step.done(f"{went.files} files, {went.changed} of them new, {in_words(went.sent)}", *self._staged.notes)
 
     def _install(self, release: str, *, is_offline: bool) -> None:
@@ -85,8 +84,8 @@ class Delivery:
         _tell_findings(made["findings"], begin("doctor", self._tell))
 
 
-def _saying(step: Step, what: str) -> Callable[[int, float], None]:
-    return lambda size, part: step.say(f"{what}: {part:.0%}, {in_words(size)}")
+def _saying(step: Step) -> Callable[[int, float], None]:
+    return lambda size, part: step.say(f"{part:.0%}, {in_words(size)}")
 
 
 def _tell_findings(findings: Sequence[Mapping[str, Any]], step: Step) -> None:

@@ -37,10 +37,6 @@ class Layout:
         return self.root / "environments"
 
     @property
-    def wheels(self) -> Path:
-        return self.root / "wheels"
-
-    @property
     def recordings(self) -> Path:
         return self.root / "recordings"
 

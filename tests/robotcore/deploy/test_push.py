@@ -3,9 +3,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from importlib import import_module
+from pathlib import Path
 
 import pytest
 
+from robotcore.deploy import delivery
 from robotcore.deploy.aboard.releases.release import Release
 from robotcore.deploy.connection.host import Host
 from robotcore.deploy.packages.target import Target
@@ -119,6 +121,16 @@ def test_each_step_is_told_and_the_release_is_there_whole_and_only_changes_are_s
     current = robot.home / "robotcore" / "current"
     assert (current / "project" / "still.py").read_text() == APP
     assert Release.read(current).name == release > before
+
+
+def test_wheels_go_with_the_release_that_needs_them(
+    wanted: Push, robot: Sshd, aboard: Aboard, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "widget.whl").write_text("machine code")
+    monkeypatch.setattr(delivery, "wheels_for", lambda *_: tmp_path)
+    aboard("probe", PROBE.replace('"has_environment": True', '"has_environment": False'))
+    release = push(replace(wanted, is_offline=True), lambda _: None)
+    assert (robot.home / "robotcore" / "releases" / release / "wheels" / "widget.whl").read_text() == "machine code"
 
 
 def test_what_fails_to_install_is_thrown_away_and_what_runs_is_as_it_was(

@@ -26,7 +26,7 @@ def act(layout: Layout, *, release: str, size: int) -> dict[str, Any]:
     though what nobody needs was thrown away; then nothing is left of this push.
     """
     with locked(layout, f"push of {require_name(release)}"):
-        for room in (layout.incoming, layout.releases, layout.wheels, layout.recordings):
+        for room in (layout.incoming, layout.releases, layout.recordings):
             room.mkdir(parents=True, exist_ok=True)
         pruning.prune(layout, keep=1 if _lacks(layout, size) else pruning.KEPT)
         release = _named(layout, release)

@@ -9,7 +9,7 @@ from typing import Any
 from robotcore.deploy.aboard.environment import environments, pip
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.releases import incoming
-from robotcore.deploy.aboard.releases.release import ENVIRONMENT, PROJECT, SITE, Release, require_name
+from robotcore.deploy.aboard.releases.release import ENVIRONMENT, PROJECT, SITE, WHEELS, Release, require_name
 from robotcore.deploy.aboard.service import doctoring
 from robotcore.deploy.aboard.system import durable
 from robotcore.deploy.aboard.system.locking import locked
@@ -24,8 +24,9 @@ def act(layout: Layout, *, release: str, is_offline: bool = False) -> dict[str, 
     folder = layout.incoming / require_name(release)
     with locked(layout, f"installation of {release}") as handle:
         told = _sent(folder, release)
-        need = pip.Need(layout.wheels if is_offline else None, folder / SITE, (handle,))
+        need = pip.Need(folder / WHEELS if is_offline else None, folder / SITE, (handle,))
         environment, how = _environment(layout, told, need)
+        incoming.erase(folder / WHEELS)
         durable.link(folder / ENVIRONMENT, f"../../environments/{environment.name}")
         say("doctor looks at the robot")
         findings = doctoring.findings_of(folder, told)

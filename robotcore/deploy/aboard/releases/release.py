@@ -11,8 +11,9 @@ FORMAT = 1
 """Of the file. What reads another one refuses it by its number."""
 
 MANIFEST = "release.json"
-PROJECT, SITE, ENVIRONMENT = "project", "site", "environment"
-"""In a release's folder: the user's files; robotcore and the project's own package; a link to its environment."""
+PROJECT, SITE, ENVIRONMENT, WHEELS = "project", "site", "environment", "wheels"
+"""In a release's folder: the user's files; robotcore and the project's own package; a link to its environment; what was
+brought for pip, until it is installed."""
 
 NAME = re.compile(r"\d{4}-\d\d-\d\dT\d\d-\d\d-\d\dZ")
 """When it was made, in UTC: names sort by age, and mean nothing to a shell."""

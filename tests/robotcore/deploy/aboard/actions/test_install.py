@@ -10,8 +10,10 @@ from pathlib import Path
 import pytest
 
 from robotcore.deploy.aboard.actions import begin, install, releases
+from robotcore.deploy.aboard.environment import environments, pip
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.releases.release import Release
+from robotcore.deploy.aboard.service import doctoring
 from robotcore.deploy.aboard.telling import RefusalError
 from tests.robotcore.deploy.aboard.released import NEW, NEWER, OLD, files_of, let_run, put, send
 
@@ -21,6 +23,7 @@ INSTALL = """
 import os, signal, sys
 from pathlib import Path
 from robotcore.deploy.aboard.actions import install
+from robotcore.deploy.aboard.environment import environments, pip
 from robotcore.deploy.aboard.layout import Layout
 
 home, release, last, *changes = sys.argv[1:]
@@ -63,6 +66,24 @@ def test_the_environment_is_kept_where_nothing_of_it_has_changed(layout: Layout)
         send(layout, name)
         assert install.act(layout, release=name)["environment"] == expected
     assert len(list(layout.environments.iterdir())) == 1
+
+
+def test_wheels_that_were_brought_are_there_for_pip_alone(layout: Layout, monkeypatch: pytest.MonkeyPatch) -> None:
+    def make(layout: Layout, _recipe: object, name: str, need: pip.Need, _say: object) -> Path:
+        assert need.wheels == layout.incoming / name / "wheels"
+        assert need.wheels.joinpath("widget.whl").exists()
+        return layout.environments / "made"
+
+    monkeypatch.setattr(environments, "make", make)
+    monkeypatch.setattr(doctoring, "findings_of", lambda *_: [])
+    begin.act(layout, release=NEW, size=0)
+    wheels = send(layout, NEW) / "wheels"
+    wheels.mkdir()
+    (wheels / "widget.whl").touch()
+    install.act(layout, release=NEW, is_offline=True)
+    assert {path.name for path in (layout.releases / NEW).iterdir()} == {
+        *("project", "site", "environment", "release.json")
+    }
 
 
 def test_the_doctor_of_what_was_sent_is_asked_in_its_project(layout: Layout) -> None:

@@ -39,10 +39,10 @@ def wheel_in(folder: Path, name: str, version: str) -> Path:
 def made(tmp_path_factory: pytest.TempPathFactory) -> Layout:
     """A robot with one environment, that has the widget in it."""
     layout = Layout(tmp_path_factory.mktemp("home with 'quotes' and ü"))
-    wheel_in(layout.wheels, WIDGET, "1.0")
+    wheel_in(layout.root / "wheels", WIDGET, "1.0")
     with pytest.MonkeyPatch.context() as here:
         here.setattr(os, "sync", lambda: None)
-        environments.make(layout, Recipe.of([f"{WIDGET}>=1"]), OLD, pip.Need(wheels=layout.wheels), say)
+        environments.make(layout, Recipe.of([f"{WIDGET}>=1"]), OLD, pip.Need(wheels=layout.root / "wheels"), say)
     return layout
 
 
