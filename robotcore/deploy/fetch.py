@@ -10,6 +10,7 @@ from typing import Any
 from robotcore.deploy.aboard.system.digest import sha256
 from robotcore.deploy.aboard.system.disk import in_words
 from robotcore.deploy.connection.link import Link
+from robotcore.deploy.paths import told
 from robotcore.deploy.progress import Tell, begin
 from robotcore.errors import UsageError
 
@@ -64,9 +65,9 @@ def _make(folder: Path) -> None:
         raise UsageError(f"{folder} cannot be made: {error.strerror}. Take another folder: -o DIR") from error
 
 
-def _compared(told: Iterable[Mapping[str, Any]], folder: Path) -> tuple[dict[str, int], Fetched]:
+def _compared(found: Iterable[Mapping[str, Any]], folder: Path) -> tuple[dict[str, int], Fetched]:
     """Return the sizes of what is there, and what is here of it: by name and size."""
-    there = {each["name"]: each for each in told}
+    there = {each["name"]: each for each in found}
     sizes: dict[str, int] = {name: each["bytes"] for name, each in there.items()}
     written = {name for name, each in there.items() if each["is_being_written"]}
     known = {name for name in sizes if (folder / name).exists()} - written
@@ -77,16 +78,17 @@ def _compared(told: Iterable[Mapping[str, Any]], folder: Path) -> tuple[dict[str
 
 def _proven_same(link: Link, found: Fetched) -> Fetched:
     """Return what is here with what differs in a byte apart: it must not be deleted there."""
-    told = link.call("recordings", hashed=found.here)["recordings"]
-    there = {each["name"]: each.get("sha256") for each in told}
+    hashed = link.call("recordings", hashed=found.here)["recordings"]
+    there = {each["name"]: each.get("sha256") for each in hashed}
     here = tuple(name for name in found.here if there.get(name) == sha256(found.folder / name))
     return replace(found, here=here, different=tuple(sorted({*found.different, *found.here} - {*here})))
 
 
 def _notes(found: Fetched, *, moves: bool) -> list[str]:
-    notes = [f"{name} is being written, and was left there" for name in found.written]
+    notes = [f"{told(name)} is being written, and was left there" for name in found.written]
     notes += [
-        f"{name} is here with other content; neither was touched. Take another folder: -o" for name in found.different
+        f"{told(name)} is here with other content; neither was touched. Take another folder: -o"
+        for name in found.different
     ]
     if moves and found.here:
         notes.append(f"{_count(found.here)} that were here already are deleted there")

@@ -39,7 +39,9 @@ def command(host: Host, ssh_config: Path | None, out: Path | None, *, moves: boo
 
 
 def _tell_what_next(fetched: Fetched) -> None:
+    from robotcore.deploy.paths import told
+
     if fetched.newest:
-        file = shlex.quote(str(fetched.newest))
+        file = shlex.quote(told(fetched.newest))
         click.echo(f"Replay the newest: robotcore replay {file}")
         click.echo(f"Compare it with a simulated run: robotcore compare {file} run.mcap")

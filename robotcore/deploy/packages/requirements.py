@@ -30,6 +30,9 @@ ROBOTCORE = "robotcore"
 _EXTRA = re.compile(r'(?:(?P<rest>.*) and )?extra == "(?P<extra>[^"]+)"', re.DOTALL)
 """How builders write that something is for an extra only: at the end."""
 
+_SECRET = re.compile(":.*@", re.DOTALL)
+"""Where a password is in an address, however that is written."""
+
 
 def requirements_of(project: Project, site: Path, pinned: Iterable[str] = ()) -> tuple[str, ...]:
     """Return what pip is to install, sorted: of robotcore in ``site``, of the packages beside it, of the project.
@@ -100,8 +103,9 @@ def _extras(project: Project, robotcore: Distribution) -> set[str]:
 def _parsed(text: str) -> Requirement:
     try:
         return Requirement(text)
-    except InvalidRequirement as error:
-        raise UsageError(f"{FILE}: {text!r} is no requirement: {error}. Write it as pip takes it") from error
+    except InvalidRequirement as error:  # it quotes what may hold a password
+        told, why = (_SECRET.sub(":****@", each) for each in (repr(text), str(error).splitlines()[0]))
+        raise UsageError(f"{FILE}: {told} is no requirement: {why}. Write it as pip takes it") from None
 
 
 def _require_version(requirement: Requirement, dist: Distribution) -> None:

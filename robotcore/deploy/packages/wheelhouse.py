@@ -62,10 +62,22 @@ def _gather(requirements: list[Requirement], target: Target, folder: Path, say: 
     asked: list[Requirement] = []
     missing = list(_for(requirements, target, {""}))
     while missing:
+        _require_names(missing)
         asked += missing
         say(f"fetching wheels for {target}")
         _download(asked, target, folder)
         missing = list(_missing(asked, target, folder))
+
+
+def _require_names(requirements: Iterable[Requirement]) -> None:
+    """Raise DeployError where something is to come from an address: pip there goes to it, whatever was brought."""
+    for each in requirements:
+        if each.url:
+            raise DeployError(
+                f"{each.name} is required from an address, where a robot without a network cannot get it. Require it "
+                "by name and version, from an index; or put its code into the project; or connect the robot once, and "
+                "push without --offline: what is installed there then is kept"
+            )
 
 
 def _download(asked: Sequence[Requirement], target: Target, folder: Path) -> None:

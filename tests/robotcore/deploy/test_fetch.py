@@ -79,6 +79,16 @@ def test_file_with_other_content_is_never_overwritten(link: Link, there: Path, h
     assert FIRST in told.notes[0]
 
 
+def test_name_that_would_move_the_cursor_is_told_by_its_escapes(link: Link, there: Path, here: Path) -> None:
+    here.mkdir(parents=True)
+    (here / "\x1b[2J.mcap").write_text("mine")
+    (there / "\x1b[2J.mcap").write_text("another")
+    with (there / "\x1b[1A.mcap").open("w"):
+        _, told = brought(link, here)
+    assert ("\\x1b[2J.mcap" in str(told), "\\x1b[1A.mcap" in str(told)) == (True, True)
+    assert "\x1b" not in str(told)
+
+
 def test_what_is_moved_is_deleted_there(link: Link, there: Path, here: Path) -> None:
     brought(link, here)
     (there / THIRD).write_text("new")

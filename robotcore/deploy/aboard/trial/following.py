@@ -32,7 +32,7 @@ def follow(layout: Layout, trial: Trial) -> dict[str, Any]:
         elif time.monotonic() - conducted > ALONE_S:
             raise RefusalError(f"nobody judges {trial.release} any more", "To have it judged: robotcore deploy start")
         time.sleep(LOOK_S)
-    unknown = Verdict(STOPPED, "it is not known how it did: nothing could be written down")
+    unknown = Verdict(STOPPED, "another release took its place, or nothing could be written down")
     return told(layout, trial.release, trial.verdict(layout) or unknown)
 
 

@@ -68,6 +68,12 @@ def test_what_has_no_wheel_for_the_robot_is_named_and_nothing_is_kept(tmp_path: 
     assert list((tmp_path / "cache").iterdir()) == []
 
 
+@pytest.mark.parametrize("address", ["git+https://host.example/thing@v1", "https://host.example/thing-1.0.whl"])
+def test_what_pip_would_get_from_an_address_is_named_with_what_to_do(tmp_path: Path, address: str) -> None:
+    with pytest.raises(DeployError, match=r"thing is required from an address.* push without --offline"):
+        fetched(tmp_path, f"thing @ {address}")
+
+
 def test_pure_python_without_a_wheel_is_built_here(tmp_path: Path, publish: Publish) -> None:
     publish("source")
     wheel = tmp_path / "index" / "source-1.0-py3-none-any.whl"

@@ -137,6 +137,8 @@ def test_a_project_that_records_nothing_needs_nothing_for_it(tmp_path: Path, sta
         ("thing @ https://hunter2@host.example/thing.whl", "a name or a password in it"),
         ("thing @ git+ssh://git:hunter2@host.example/thing", "a name or a password in it"),
         ("thing >= = 2", "is no requirement"),
+        ("thing @ https://me:my hunter2@host.example/thing.whl", "https:....@host.* is no requirement: Expected"),
+        ("thing @ https:/me:hunter2@host.example/a b", "is no requirement"),
     ],
 )
 def test_a_dependency_that_no_robot_can_install_is_refused(
