@@ -13,7 +13,7 @@ from threading import Thread
 
 import pytest
 
-from robotcore.deploy.connection import ssh
+from robotcore.deploy.connection import rsync, ssh
 from robotcore.deploy.connection.host import Host
 from robotcore.deploy.connection.link import Link
 from robotcore.errors import DeployError
@@ -214,7 +214,9 @@ def test_a_connection_that_breaks_in_a_call(
             os.kill(pid, signal.SIGCONT)
 
 
-def test_a_connection_that_breaks_in_a_transfer(sshd: Sshd, tmp_path: Path) -> None:
+def test_a_connection_that_breaks_in_a_transfer(sshd: Sshd, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is slow: rsync tells of progress once a second, and of what is quicker only when all is there."""
+    monkeypatch.setattr(rsync, "COMMON", (*rsync.COMMON, "--bwlimit=500k"))
     (folder := tmp_path / "sent").mkdir()
     (folder / "big").write_bytes(os.urandom(1 << 24))
     (sshd.home / "robotcore").mkdir()
