@@ -16,11 +16,18 @@ import shutil
 import statistics
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from time import perf_counter
 
 from benchmarks.deployed.robot import robot
 from benchmarks.report import machine, print_table
+from robotcore.deploy.aboard.releases.release import Release
+from robotcore.deploy.connection.host import Host
+from robotcore.deploy.connection.link import Link
+from robotcore.deploy.packages.target import Target
+from robotcore.deploy.packages.wheelhouse import wheels_for
 from tests.system import needs
+from tests.system.deploy.desk import HOST
 from tests.system.deploy.rover import Rover
 
 BOUND = 0.5
@@ -60,10 +67,18 @@ def _second(rover: Rover) -> Callable[[], object]:
 def _by_hand(rover: Rover) -> Callable[[], object]:
     """Send what is there back to where it came from, into a folder that is empty."""
     home = rover.desk.folder / "by hand"
-    for folder in ("current/project", "current/site", "wheels"):
+    for folder in ("current/project", "current/site"):
         shutil.copytree(rover.files / folder, home / folder, symlinks=True, dirs_exist_ok=True)
+    shutil.copytree(_wheels(rover), home / "wheels", dirs_exist_ok=True)
     rover.desk.ssh("rm -rf by-hand")
     return lambda: rover.desk.rsync(home, "by-hand")
+
+
+def _wheels(rover: Rover) -> Path:
+    """Return the folder of the desk's in which the wheels of the release that runs are by now."""
+    with Link(Host.parse(HOST), rover.desk.config) as link:
+        target = Target.of(link.call("probe"))
+    return wheels_for(Release.read(rover.files / "current").requirements, target, lambda _: None)
 
 
 def _seconds(work: Callable[[], object]) -> float:
