@@ -90,7 +90,8 @@ def goes_on(host: Host, ssh_config: Path | None) -> str:
 def _unhealthy(host: Host, came: Mapping[str, Any], logs: str) -> str:
     """Say what came of a release that does not live, in the app's own last words too."""
     what = "did not live" if came["outcome"] == UNHEALTHY else "was not judged"
-    now = f"{came['current']} {'runs again' if came['is_running'] else 'is in its place again, and stands'}"
+    how = "stands as before" if came["is_standing"] else "does not run either"
+    now = f"{came['current']} {'runs again' if came['is_running'] else f'is in place again, and {how}'}"
     lines = "".join(f"\n  {line}" for line in came["lines"])
     return (
         f"{host}: {came['release']} {what}: {came['reason']}. {now if came['current'] else 'Nothing runs'}. "

@@ -78,9 +78,17 @@ def follow_cut(robot: Sshd, action: str = "activate", release: str | None = NEW)
     return told
 
 
-def judgement(outcome: str, reason: str = "", current: str | None = NEW, *, is_running: bool = True) -> str:
+def judgement(
+    outcome: str, reason: str = "", current: str | None = NEW, *, is_running: bool = True, is_standing: bool = False
+) -> str:
     lines = ["ZeroDivisionError: float division by zero"] if reason else []
-    told = {"outcome": outcome, "reason": reason, "current": current, "is_running": is_running}
+    told = {
+        "outcome": outcome,
+        "reason": reason,
+        "current": current,
+        "is_running": is_running,
+        "is_standing": is_standing,
+    }
     return JUDGED.format(judgement={"release": NEW, "lines": lines, **told})
 
 
@@ -95,17 +103,19 @@ def test_release_that_has_ended_well_is_told_to_have_ended(link: Link, robot: Ss
 
 
 @pytest.mark.parametrize(
-    "current, is_running, now",
+    "current, is_running, is_standing, now",
     [
-        (OLD, True, f"{OLD} runs again"),
-        (OLD, False, f"{OLD} is in its place again, and stands"),
-        (None, False, "Nothing runs"),
+        (OLD, True, False, f"{OLD} runs again"),
+        (OLD, False, True, f"{OLD} is in place again, and stands as before"),
+        (OLD, False, False, f"{OLD} is in place again, and does not run either"),
+        (None, False, True, "Nothing runs"),
     ],
 )
 def test_release_that_does_not_live_is_told_with_its_last_words_and_what_runs_now(
-    link: Link, robot: Sshd, aboard: Aboard, current: str | None, is_running: bool, now: str
+    link: Link, robot: Sshd, aboard: Aboard, current: str | None, is_running: bool, is_standing: bool, now: str
 ) -> None:
-    aboard("activate", judgement("unhealthy", "it ended with status 5", current, is_running=is_running))
+    judged = judgement("unhealthy", "it ended with status 5", current, is_running=is_running, is_standing=is_standing)
+    aboard("activate", judged)
     with pytest.raises(UnhealthyError) as caught:
         follow(link, robot)
     assert f"{NEW} did not live: it ended with status 5. {now}" in str(caught.value)

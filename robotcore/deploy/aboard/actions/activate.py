@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from robotcore.deploy.aboard.service.units import SERVICE, START_LIMIT_S, TRIAL
 from robotcore.deploy.aboard.system.locking import locked
 from robotcore.deploy.aboard.telling import RefusalError
 from robotcore.deploy.aboard.trial import trial
-from robotcore.deploy.aboard.trial.following import follow, told
+from robotcore.deploy.aboard.trial.following import follow, settled, told
 from robotcore.deploy.aboard.trial.trial import Trial
 
 
@@ -46,8 +47,8 @@ def try_out(layout: Layout, release: str, healthy_within_s: float, settle_s: flo
         systemd.start(TRIAL)
         return follow(layout, under_way)
     with locked(layout, f"release {release} is put in place"):
-        previous, was_stopped = _to_go_back_to(layout, release)
-        begun = Trial(release, previous, healthy_within_s, settle_s, trial.now(), was_stopped)
+        before = _to_go_back_to(layout, release)
+        begun = replace(before, healthy_within_s=healthy_within_s, settle_s=settle_s, since=trial.now())
         upkeep.ensure(layout)
         begun.begin(layout)
     return follow(layout, begun)
@@ -70,14 +71,17 @@ def _folder(layout: Layout, release: str) -> Path:
         raise RefusalError(f"{release!r} is no release", "See what there is: robotcore deploy list") from error
 
 
-def _to_go_back_to(layout: Layout, release: str) -> tuple[str | None, bool]:
-    """Return the release that is there again if this one is not healthy, and whether somebody had stopped it.
+def _to_go_back_to(layout: Layout, release: str) -> Trial:
+    """Return a trial with the release that is there again if this one is not healthy, and how that one is now.
 
     It is never one that was not judged to the end.
     """
     if unjudged := trial.pending(layout):
-        name, was_stopped = unjudged.previous, unjudged.was_stopped
+        found = replace(unjudged, release=release)
     else:
         state = systemd.show(SERVICE)
-        name, was_stopped = current.name_of(layout), state.is_down and not state.is_enabled
-    return (name if name != release else current.before(layout)), was_stopped
+        if state.is_between and not state.is_starting:  # whether it will be started again is known once it has ended
+            state = settled()
+        is_standing = not (state.is_up or state.is_starting)
+        found = Trial(release, current.name_of(layout), was_standing=is_standing, was_enabled=state.is_enabled)
+    return replace(found, previous=current.before(layout)) if found.previous == release else found

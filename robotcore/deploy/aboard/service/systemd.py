@@ -73,6 +73,11 @@ class State:
         return self.active == "active"
 
     @property
+    def is_starting(self) -> bool:
+        """It is being started, or will be once more after a pause."""
+        return self.active == "activating"
+
+    @property
     def is_down(self) -> bool:
         """It ended without a failure, and nothing will start it again."""
         return self.active == "inactive" and not self.has_failed
@@ -137,8 +142,9 @@ def start(unit: str) -> None:
 
 
 def stop(*units: str) -> None:
-    """Stop units; return once they are down."""
+    """Stop units; return once they are down. What failed is forgotten, as what was stopped has not failed."""
     systemctl("stop", *units)
+    _call("reset-failed", *units)  # refused where systemd knows a unit no more, and then there is nothing to forget
 
 
 def enable(*units: str) -> None:

@@ -40,17 +40,20 @@ def told(layout: Layout, release: str, verdict: Verdict) -> dict[str, Any]:
     """Return what came of a release's trial.
 
     ``outcome``, ``reason`` and ``lines`` are the verdict's; ``current`` is the release that is in place now, None where
-    none is, and ``is_running`` whether it runs: the previous one is waited for.
+    none is, ``is_running`` whether it runs, and ``is_standing`` whether nothing has started it: the previous one is
+    waited for.
     """
     name = current.name_of(layout)
     is_back = name is not None and verdict.outcome == UNHEALTHY
+    state = settled(f"{name} runs again" if is_back else "")
     return {
         "release": release,
         "outcome": verdict.outcome,
         "reason": verdict.reason,
         "lines": list(verdict.lines),
         "current": name,
-        "is_running": settled(f"{name} runs again" if is_back else "").is_up,
+        "is_running": state.is_up,
+        "is_standing": state.is_down,
     }
 
 

@@ -30,8 +30,9 @@ HEALTHY_WITHIN_S, SETTLE_S = 60.0, 5.0
 class Trial:
     """What is on trial: a release, the ``previous`` one that is there again if it is not healthy, and how it is judged.
 
-    ``since`` is in UTC, and tells this trial from another one of the same release. The previous one stands where
-    somebody had stopped it (``was_stopped``).
+    ``since`` is in UTC, and tells this trial from another one of the same release. The previous one is found again as it
+    was: where nothing ran (``was_standing``) nothing is started, and it starts with the robot where it did
+    (``was_enabled``).
     """
 
     release: str
@@ -39,7 +40,8 @@ class Trial:
     healthy_within_s: float = HEALTHY_WITHIN_S
     settle_s: float = SETTLE_S
     since: str = ""
-    was_stopped: bool = False
+    was_standing: bool = False
+    was_enabled: bool = True
 
     def begin(self, layout: Layout) -> None:
         """Write it down, and let systemd have it judged: from now on it will be, whatever happens.
@@ -87,7 +89,7 @@ def abandon(layout: Layout) -> None:
     with locked(layout, "a trial is ended"):
         if trial := pending(layout):
             stopped = Verdict(STOPPED, "somebody stopped it", since=trial.since)
-            _conclude(layout, replace(trial, was_stopped=True), trial.verdict(layout) or stopped)
+            _conclude(layout, replace(trial, was_standing=True, was_enabled=False), trial.verdict(layout) or stopped)
 
 
 def _judge(layout: Layout, trial: Trial) -> Verdict:
@@ -127,14 +129,14 @@ def _conclude(layout: Layout, trial: Trial, verdict: Verdict) -> None:
 
 
 def _go_back(layout: Layout, trial: Trial, *, is_to_run: bool) -> None:
-    """Make the previous release the current one, and run it; where none ran, none does, now or after a reboot.
+    """Make the previous release the current one, and run it; where none ran, no wheel turns: none is started.
 
     Where the disk has no room for a link, nothing runs: the bad release is stopped, and not found again.
     """
     systemd.stop(SERVICE)
     current.swap(layout, None)
     current.swap(layout, trial.previous)
-    if trial.previous is None or trial.was_stopped:
+    if trial.previous is None or not trial.was_enabled:
         systemd.disable(SERVICE)
-    elif is_to_run:
+    if trial.previous is not None and is_to_run and not trial.was_standing:
         systemd.restart(SERVICE)

@@ -130,13 +130,13 @@ def test_release_after_one_that_was_never_judged_goes_back_to_the_one_before_it(
     for name in (OLD, NEW, NEWER):
         put(layout, name)
     let_run(layout, NEW)
-    Trial(NEW, OLD, was_stopped=True).begin(layout)
+    Trial(NEW, OLD, was_standing=True, was_enabled=False).begin(layout)
     systemd.will_tell(FAILED_TRIAL, unit=TRIAL)
     with pytest.raises(RefusalError):
         activate.act(layout, release=NEWER)
     tried = trial.pending(layout)
     assert tried
-    assert (tried.release, tried.previous, tried.was_stopped) == (NEWER, OLD, True)
+    assert (tried.release, tried.previous, tried.was_standing, tried.was_enabled) == (NEWER, OLD, True, False)
 
 
 @pytest.fixture
@@ -158,15 +158,28 @@ def begun(robot: Layout, systemd: Scripted, release: str = NEW) -> dict[str, Any
 
 
 @pytest.mark.parametrize(
-    "look, was_stopped",
-    [(at.OLD_RUNS, False), (at.OLD_WAITS, False), (at.GAVE_UP, False), (at.RUNS_ONCE, False), (at.PUT_OFF, True)],
+    "looks, was_standing, was_enabled",
+    [
+        ([at.OLD_RUNS], False, True),
+        ([at.OLD_WAITS], False, True),
+        ([at.NEW_STARTS, at.UNUSABLE], False, True),
+        ([at.RUNS_ONCE], False, False),
+        ([at.PUT_OFF], True, False),
+        ([at.GAVE_UP], True, True),
+        ([at.UNUSABLE], True, True),
+        ([at.SUCCEEDED], True, True),
+        ([at.SUCCEEDS, at.SUCCEEDED], True, True),
+        ([at.NEW_FAILS, at.UNUSABLE], True, True),
+        ([at.NEW_FAILS, at.NEW_WAITS], False, True),
+    ],
 )
-def test_release_before_is_to_stand_again_only_where_somebody_had_stopped_it(
-    robot: Layout, systemd: Scripted, look: str, was_stopped: bool
+def test_release_before_is_to_run_again_only_where_it_ran(
+    robot: Layout, systemd: Scripted, looks: list[str], was_standing: bool, was_enabled: bool
 ) -> None:
-    systemd.will_tell(look)
+    systemd.will_tell(*looks)
     told = begun(robot, systemd)
-    assert (told["release"], told["previous"], told["was_stopped"]) == (NEW, OLD, was_stopped)
+    assert (told["release"], told["previous"]) == (NEW, OLD)
+    assert (told["was_standing"], told["was_enabled"]) == (was_standing, was_enabled)
 
 
 def test_current_release_that_nothing_is_known_of_goes_back_to_the_healthy_one_before(
@@ -277,6 +290,7 @@ def runs(layout: Layout, systemd: Scripted, name: str) -> None:
 
 def told(release: str, outcome: str, **more: Any) -> dict[str, Any]:
     nothing: dict[str, Any] = {"reason": "", "lines": [], "current": None, "is_running": False}
+    nothing["is_standing"] = not more.get("is_running")
     return {"release": release, "outcome": outcome, **nothing, **more}
 
 

@@ -27,6 +27,8 @@ def test_stopped_app_stays_so_after_a_reboot(layout: Layout, systemd: Scripted) 
     came = stop.act(layout)
     assert (came["release"], came["state"]) == (OLD, "stopped")
     assert systemd.calls[2:] == STOPS
+    calls = systemd.folder.joinpath("calls").read_text().splitlines()
+    assert calls[calls.index(STOPS[1]) + 1] == "reset-failed robotcore.service", "what was stopped has not failed"
 
 
 def test_release_on_trial_is_taken_back_and_nothing_is_started(layout: Layout, systemd: Scripted) -> None:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 
 import pytest
 
@@ -68,14 +69,24 @@ def test_first_release_that_dies_leaves_nothing_running_now_or_after_a_reboot(
     assert systemd.calls == [START_TRIAL, RESTART, STOP, "disable robotcore.service"]
 
 
-def test_release_that_dies_in_the_place_of_one_that_somebody_had_stopped_lets_it_stand(
-    layout: Layout, systemd: Scripted, begun: Trial
+@pytest.mark.parametrize(
+    "was_standing, was_enabled, after",
+    [
+        (True, False, ["disable robotcore.service"]),
+        (True, True, []),
+        (False, False, ["disable robotcore.service", RESTART]),
+    ],
+)
+def test_release_before_is_found_again_as_it_was(
+    layout: Layout, systemd: Scripted, begun: Trial, was_standing: bool, was_enabled: bool, after: list[str]
 ) -> None:
-    Trial(NEW, OLD, LONG, LONG, begun.since, was_stopped=True).begin(layout)
+    replace(begun, settle_s=LONG, was_standing=was_standing, was_enabled=was_enabled).begin(layout)
     systemd.will_tell(at.PUT_OFF, *DIES[1:])
     trial.conduct(layout)
     assert current.name_of(layout) == OLD
-    assert systemd.calls == [START_TRIAL, RESTART, STOP, "disable robotcore.service"]
+    assert systemd.calls == [START_TRIAL, RESTART, STOP, *after]
+    forgotten = systemd.folder.joinpath("calls").read_text().splitlines().count("reset-failed robotcore.service")
+    assert forgotten == 2 + after.count(RESTART), "the failure of the new one is none of the old one's"
 
 
 def test_release_that_somebody_stops_is_taken_back_and_nothing_is_started(
