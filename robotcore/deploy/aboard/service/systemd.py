@@ -33,9 +33,9 @@ _NO_BUS = (
 class State:
     """What systemd tells of a unit, by the names of org.freedesktop.systemd1(5).
 
-    ``active_since_s`` is of the monotonic clock. ``code`` and ``status`` are of the main process's end, as wait(2) has
-    them. ``has_job`` is whether it is about to be started or stopped. ``invocation`` is another one each time the unit
-    starts, by whatever cause.
+    ``active_since_s`` and ``alive_at_s``, when its loop last told the watchdog that it is alive, are of the monotonic
+    clock. ``code`` and ``status`` are of the main process's end, as wait(2) has them. ``has_job`` is whether it is
+    about to be started or stopped. ``invocation`` is another one each time the unit starts, by whatever cause.
     """
 
     active: str = "inactive"
@@ -47,6 +47,7 @@ class State:
     code: int = 0
     status: int = 0
     active_since_s: float = 0.0
+    alive_at_s: float = 0.0
     is_enabled: bool = False
     has_job: bool = False
 
@@ -63,6 +64,7 @@ class State:
             code=int(told["ExecMainCode"]),
             status=int(told["ExecMainStatus"]),
             active_since_s=int(told["ActiveEnterTimestampMonotonic"]) / 1e6,
+            alive_at_s=int(told["WatchdogTimestampMonotonic"]) / 1e6,
             is_enabled=told["UnitFileState"] == "enabled",
             has_job=bool(told["Job"]),
         )
@@ -114,7 +116,7 @@ class State:
 
 _PROPERTIES = (
     "ActiveState,SubState,Result,InvocationID,NRestarts,StatusText,ExecMainCode,ExecMainStatus,"
-    "ActiveEnterTimestampMonotonic,UnitFileState,Job"
+    "ActiveEnterTimestampMonotonic,WatchdogTimestampMonotonic,UnitFileState,Job"
 )
 
 

@@ -30,8 +30,8 @@ HEALTHY_WITHIN_S, SETTLE_S = 60.0, 5.0
 class Trial:
     """What is on trial: a release, the ``previous`` one that is there again if it is not healthy, and how it is judged.
 
-    ``since`` is in UTC, and tells this trial from another one of the same release. The previous one is found again as it
-    was: where nothing ran (``was_standing``) nothing is started, and it starts with the robot where it did
+    ``since`` is in UTC, and tells this trial from another one of the same release. The previous one is found again as
+    it was: where nothing ran (``was_standing``) nothing is started, and it starts with the robot where it did
     (``was_enabled``).
     """
 

@@ -16,6 +16,9 @@ LOOK_S = 0.25
 STOP_LIMIT_S = 90.0
 """For the release that ran before to stop, by the times of its unit: the app, then what stops its motors."""
 
+UNWATCHED_S = 30.0
+"""Far longer than the unit's WatchdogSec: what is up so long without a word has no watchdog, by somebody's wish."""
+
 
 @dataclass(frozen=True)
 class Seen:
@@ -29,8 +32,9 @@ class Seen:
 def watch(healthy_within_s: float, settle_s: float) -> Seen:
     """Restart the service, and return how it did: it has to come up in time, and then to stay for ``settle_s``.
 
-    An app that ends with success has done all that it was to do. Raises RefusalError where systemd does not answer,
-    and `LeavingError` where the robot goes down meanwhile.
+    After that it has to tell systemd's watchdog once more that its loop is alive: what hangs is up too, until somebody
+    notices. An app that ends with success has done all that it was to do. Raises RefusalError where systemd does not
+    answer, and `LeavingError` where the robot goes down meanwhile.
     """
     seen = _seen(healthy_within_s, settle_s)
     if seen.outcome != HEALTHY and systemd.is_shutting_down():
@@ -50,7 +54,7 @@ def _seen(healthy_within_s: float, settle_s: float) -> Seen:
     while (seen := _judged(state, ours)) is None:
         now = time.monotonic()
         up_since = up_since or (now if state.is_up else None)
-        if state.is_up and up_since and now - up_since >= settle_s:
+        if state.is_up and up_since and _has_settled(state, up_since + settle_s, now):
             return Seen(HEALTHY)
         if state.active == "activating" and now - started >= healthy_within_s:
             return _unhealthy(f"it was not ready within {healthy_within_s:g} s", ours)
@@ -59,6 +63,10 @@ def _seen(healthy_within_s: float, settle_s: float) -> Seen:
         if state.invocation != ours and not state.restarts:  # by hand: it is watched anew
             ours, started, up_since = state.invocation, time.monotonic(), None
     return seen
+
+
+def _has_settled(state: State, until: float, now: float) -> bool:
+    return now >= until and (state.alive_at_s >= until or now >= until + UNWATCHED_S)
 
 
 def _begun(before: str) -> State | None:

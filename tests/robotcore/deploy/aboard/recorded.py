@@ -1,12 +1,14 @@
 """What systemd 252 told of ``robotcore.service``, recorded while releases were on trial on a Debian 12.
 
 Each line is one look: ActiveState, SubState, Result, InvocationID (the first two characters stand for it), NRestarts,
-ExecMainCode, ExecMainStatus, Job, and UnitFileState where it is not enabled.
+ExecMainCode, ExecMainStatus, Job, and UnitFileState where it is not enabled. It has told the watchdog just now
+that it is alive, but where a 0 ends the line.
 """
 
 from __future__ import annotations
 
 OLD_RUNS = "active running success dd 0 0 0 -"
+NEW_HANGS = "active running success 0c 0 0 0 - enabled 0"
 OLD_STOPS = "deactivating stop-post success dd 0 1 143 2135"
 OLD_WAITS = "activating auto-restart exit-code dd 0 1 1 -"
 OLD_AGAIN = "active running success f7 1 0 0 2135"
@@ -44,11 +46,12 @@ UNKNOWN = "Failed to restart robotcore.service: Unit robotcore.service not found
 
 def told(line: str) -> str:
     """Return a look as ``systemctl show`` prints it."""
-    active, sub, result, invocation, restarts, code, status, job, *file = line.replace(" -", " _").split()
-    invocation, job, enabled = invocation.strip("_"), job.strip("_"), "".join(file) or "enabled"
+    active, sub, result, invocation, restarts, code, status, job, *more = line.replace(" -", " _").split()
+    invocation, job, enabled = invocation.strip("_"), job.strip("_"), (*more, "enabled")[0]
+    alive_at = more[1] if more[1:] else "9" * 18
     return (
         f"StatusText=searching, 30 s\nResult={result}\nNRestarts={restarts}\nExecMainCode={code}\n"
         f"ExecMainStatus={status}\nActiveState={active}\nSubState={sub}\nUnitFileState={enabled}\n"
-        f"ActiveEnterTimestampMonotonic=69920658494\nJob={job}\n"
+        f"ActiveEnterTimestampMonotonic=69920658494\nWatchdogTimestampMonotonic={alive_at}\nJob={job}\n"
         f"InvocationID={invocation and invocation + '7fb2b1ea3440b5ae86df6299644aee'}\n"
     )

@@ -66,6 +66,22 @@ def test_start_that_failed_before_anybody_looked_is_not_missed(systemd: Scripted
     assert watching.watch(LONG, 0.0).outcome == "unhealthy"
 
 
+def test_release_that_hangs_is_not_healthy_before_it_tells_that_it_is_alive(systemd: Scripted) -> None:
+    systemd.will_tell(at.OLD_RUNS, at.NEW_STARTS, at.NEW_HANGS, at.NEW_HANGS, at.NEW_FAILS, at.NEW_WAITS)
+    systemd.writes(*WORDS)
+    assert watching.watch(LONG, 0.0) == Seen("unhealthy", "it ended with status 1", WORDS)
+    systemd.will_tell(at.OLD_RUNS, at.NEW_HANGS, at.NEW_HANGS, at.NEW_RUNS)
+    assert watching.watch(LONG, 0.0) == Seen("healthy")
+
+
+def test_release_whose_watchdog_somebody_switched_off_is_healthy_in_the_end(
+    systemd: Scripted, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    systemd.will_tell(at.OLD_RUNS, at.NEW_HANGS)
+    monkeypatch.setattr(watching, "UNWATCHED_S", 0.0)
+    assert watching.watch(LONG, 0.0) == Seen("healthy")
+
+
 def test_last_words_are_those_of_a_process_that_has_ended(systemd: Scripted) -> None:
     systemd.will_tell(at.OLD_RUNS, at.NEW_RUNS, at.HANGS, at.HUNG)
     systemd.writes("release 2026-11-21T22-40-01Z: search.py on raspberrypi")
