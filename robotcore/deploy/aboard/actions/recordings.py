@@ -14,11 +14,13 @@ from robotcore.deploy.aboard.system.digest import sha256
 def act(layout: Layout, *, hashed: Sequence[str] = ()) -> dict[str, Any]:
     """Return the ``recordings``: ``name``, ``bytes``, and whether one ``is_being_written``.
 
-    Those named in ``hashed`` are read, and have their ``sha256`` besides; names that are not there are passed over.
+    One that nothing was written into, as where the disk was full, is none. Those named in ``hashed`` are read, and have
+    their ``sha256`` besides; names that are not there are passed over.
     """
     written = set(_open_files())
     files = [path for path in sorted(layout.recordings.glob("*")) if path.is_file()]
-    return {"recordings": [_told(path, written, is_hashed=path.name in hashed) for path in files]}
+    told = [_told(path, written, is_hashed=path.name in hashed) for path in files]
+    return {"recordings": [each for each in told if each["bytes"] or each["is_being_written"]]}
 
 
 def _told(path: Path, written: Container[str], *, is_hashed: bool) -> dict[str, Any]:

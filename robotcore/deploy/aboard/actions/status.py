@@ -57,5 +57,5 @@ def _verdict(layout: Layout, name: str | None) -> str | None:
 
 
 def _recordings(layout: Layout) -> dict[str, int]:
-    sizes = [file.stat().st_size for file in layout.recordings.glob("*.mcap")]
+    sizes = [size for file in layout.recordings.glob("*.mcap") if (size := file.stat().st_size)]
     return {"files": len(sizes), "bytes": sum(sizes)}

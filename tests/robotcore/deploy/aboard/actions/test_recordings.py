@@ -24,6 +24,13 @@ def test_what_somebody_still_writes_is_told(layout: Layout) -> None:
     assert not any(each["is_being_written"] for each in recordings.act(layout)["recordings"])
 
 
+def test_what_nothing_was_written_into_is_none_once_nobody_writes_it(layout: Layout) -> None:
+    layout.recordings.mkdir(parents=True)
+    with (layout.recordings / "begun.mcap").open("wb"):
+        assert [each["name"] for each in recordings.act(layout)["recordings"]] == ["begun.mcap"]
+    assert recordings.act(layout) == {"recordings": []}
+
+
 def test_those_that_are_asked_for_are_told_with_what_is_in_them(layout: Layout) -> None:
     layout.recordings.mkdir(parents=True)
     for name in ("one.mcap", "other.mcap"):

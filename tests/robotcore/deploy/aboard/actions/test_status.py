@@ -39,6 +39,7 @@ def test_what_runs_is_told_with_what_it_says_of_itself(layout: Layout, systemd: 
     Verdict("healthy").write(layout.releases / OLD)
     layout.recordings.mkdir()
     layout.recordings.joinpath("run.mcap").write_bytes(bytes(1000))
+    layout.recordings.joinpath("full-disk.mcap").touch()
     systemd.will_tell(at.AGAIN_RUNS)
     came = status.act(layout)
     assert came.pop("free_bytes") > 0
