@@ -51,9 +51,10 @@ def before(layout: Layout) -> str | None:
     """Return the last healthy release that is older than the current one; None where there is none."""
     now = name_of(layout)
     older = [name for name in names(layout) if now is None or name < now]
-    return next((name for name in older if _is_healthy(layout.releases / name)), None)
+    return next((name for name in older if is_healthy(layout, name)), None)
 
 
-def _is_healthy(release: Path) -> bool:
-    verdict = Verdict.read(release)
+def is_healthy(layout: Layout, name: str) -> bool:
+    """Whether a release was, on its last trial."""
+    verdict = Verdict.read(layout.releases / name)
     return verdict is not None and verdict.is_healthy

@@ -10,7 +10,8 @@ from robotcore.deploy.aboard.releases import current
 from robotcore.deploy.aboard.releases.incoming import throw_away
 from robotcore.deploy.aboard.trial import trial
 
-KEPT = 5
+KEPT, FAILED = 5, 2
+"""So many healthy releases stay, and so many others, to be looked at: what fails pushes out nothing that lives."""
 
 
 def prune(layout: Layout, keep: int = KEPT) -> tuple[str, ...]:
@@ -18,8 +19,10 @@ def prune(layout: Layout, keep: int = KEPT) -> tuple[str, ...]:
 
     The caller holds the lock.
     """
-    needed = set(_needed(layout))
-    old = [name for name in current.names(layout)[keep:] if name not in needed]
+    healthy = [name for name in current.names(layout) if current.is_healthy(layout, name)]
+    others = [name for name in current.names(layout) if name not in healthy]
+    stay = {*healthy[:keep], *others[: min(keep, FAILED)], *_needed(layout)}
+    old = [name for name in current.names(layout) if name not in stay]
     for name in old:
         throw_away(layout, layout.releases / name)
     environments.discard_unused(layout)

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import shutil
+
 import pytest
 
 from robotcore.deploy.aboard.layout import Layout
@@ -21,8 +23,15 @@ def crowded(layout: Layout) -> Layout:
 
 
 def test_the_newest_stay_and_the_one_that_runs_and_the_one_to_go_back_to(crowded: Layout) -> None:
-    assert pruning.prune(crowded, keep=3) == tuple(reversed(NAMES[2:6]))
-    assert current.names(crowded) == list(reversed(NAMES[:2] + NAMES[6:]))
+    assert pruning.prune(crowded, keep=3) == tuple(reversed(NAMES[2:7]))
+    assert current.names(crowded) == list(reversed(NAMES[:2] + NAMES[7:]))
+
+
+def test_what_fails_pushes_out_nothing_that_lives(crowded: Layout) -> None:
+    for name in NAMES[:6]:
+        Verdict(HEALTHY).write(crowded.releases / name)
+    let_run(crowded, NAMES[5])
+    assert pruning.prune(crowded) == (NAMES[6], NAMES[0])
 
 
 def test_what_a_trial_is_about_stays(crowded: Layout) -> None:
@@ -39,6 +48,11 @@ def test_environments_go_with_the_last_release_that_needs_them(crowded: Layout) 
 
 
 def test_nothing_is_pruned_of_what_is_few(crowded: Layout) -> None:
+    for name in NAMES[4:]:
+        Verdict(HEALTHY).write(crowded.releases / name)
+    for name in NAMES[:2]:
+        shutil.rmtree(crowded.releases / name)
+    let_run(crowded, NAMES[8])
     before = current.names(crowded)
-    assert pruning.prune(crowded, keep=9) == ()
+    assert pruning.prune(crowded) == ()
     assert current.names(crowded) == before
