@@ -20,5 +20,8 @@ def command(host: Host, ssh_config: Path | None) -> int:
     """Stop the app on HOST and every motor; it stays stopped until `robotcore deploy start` or the next push."""
     with link_to(host, ssh_config) as link:
         told = link.call("stop")
-    tell_state(host, ssh_config, told)
+    if told["release"] is None:
+        click.echo(f"{host}: nothing of robotcore's runs there")
+    else:
+        tell_state(host, ssh_config, told)
     return 0

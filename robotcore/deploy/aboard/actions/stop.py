@@ -8,21 +8,17 @@ from robotcore.deploy.aboard.actions import status
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.service import systemd
 from robotcore.deploy.aboard.service.units import SERVICE, TRIAL, installed
-from robotcore.deploy.aboard.telling import RefusalError
 from robotcore.deploy.aboard.trial import trial
 
 
 def act(layout: Layout) -> dict[str, Any]:
-    """Stop it, whoever else is at work; return the status.
+    """Stop it, whoever else is at work; return the status. Where nothing was put, nothing is done.
 
     A release that is on trial is not judged any more; the one before is the current one, and stands too.
     """
-    if not installed(layout):
-        raise RefusalError(
-            "there is nothing to stop: nothing was put there yet", "Send something: robotcore deploy push"
-        )
-    systemd.stop(SERVICE, TRIAL)
-    systemd.stop(SERVICE)  # which the trial may have started once more
-    systemd.disable(SERVICE)
-    trial.abandon(layout)
+    if installed(layout):
+        systemd.stop(SERVICE, TRIAL)
+        systemd.stop(SERVICE)  # which the trial may have started once more
+        systemd.disable(SERVICE)
+        trial.abandon(layout)
     return status.act(layout)

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from robotcore.deploy.aboard.actions import remove, stop
+from robotcore.deploy.aboard.actions import remove
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.service.units import SERVICE, TEXTS, TRIAL
 from robotcore.deploy.aboard.telling import RefusalError
@@ -56,9 +56,3 @@ def test_a_robot_that_a_push_broke_off_on_has_nothing_to_stop(layout: Layout, sy
     assert remove.act(layout) == {"removed": True, "kept": False}
     assert not systemd.calls
     assert not layout.root.exists()
-
-
-def test_a_robot_on_which_nothing_was_put_has_nothing_to_stop(layout: Layout, systemd: Scripted) -> None:
-    with pytest.raises(RefusalError, match="nothing was put there yet"):
-        stop.act(layout)
-    assert not systemd.calls

@@ -45,6 +45,11 @@ def test_release_on_trial_is_taken_back_and_nothing_is_started(layout: Layout, s
     assert not [call for call in systemd.calls[3:] if "start" in call]
 
 
+def test_robot_that_nothing_was_put_on_stands_already(layout: Layout, systemd: Scripted) -> None:
+    assert stop.act(layout)["release"] is None
+    assert systemd.calls == []
+
+
 def test_app_that_does_not_stop_is_told_of(layout: Layout, systemd: Scripted) -> None:
     units.install(layout)
     systemd.fails("stop", at.NO_BUS)
