@@ -12,7 +12,7 @@ from robotcore.deploy.connection.host import Host
 from robotcore.deploy.connection.link import Link
 from robotcore.deploy.connection.typed import typed
 from robotcore.deploy.progress import Step, Tell, begin
-from robotcore.errors import DeployError, UnhealthyError
+from robotcore.errors import DeployError, UnhealthyError, UsageError
 
 STEP = "release"
 HEALTHY_WITHIN_S = 60.0
@@ -22,15 +22,26 @@ ATTEMPTS, PAUSE_S = 10, 3.0
 """So often a broken connection is made anew, with a pause before each."""
 
 HEALTHY, UNHEALTHY = "healthy", "unhealthy"
+NAME = "name"
+"""The kind of a DeployError that tells of a release that is not there."""
+
 BROKEN = "broken"
 """The kind of a DeployError that tells of a connection that was there."""
 
 
 def rollback(host: Host, ssh_config: Path | None, release: str | None, tell: Tell = print) -> str:
-    """Let the healthy release before run again, or a named one; return its name. Raises as `Trial.follow` does."""
+    """Let the healthy release before run again, or a named one; return its name.
+
+    Raises as `Trial.follow` does, and UsageError where no release has that name.
+    """
     with Link(host, ssh_config) as link:
         trial = Trial(host, ssh_config, begin(STEP, tell))
-        return trial.follow(link, "rollback", release=release, healthy_within_s=HEALTHY_WITHIN_S)
+        try:
+            return trial.follow(link, "rollback", release=release, healthy_within_s=HEALTHY_WITHIN_S)
+        except DeployError as error:
+            if error.kind == NAME:
+                raise UsageError(str(error)) from error
+            raise
 
 
 @dataclass

@@ -32,7 +32,7 @@ def lines_of(host: Host, ssh_config: Path | None, told: Mapping[str, Any]) -> It
     from robotcore.deploy.connection.typed import typed
 
     if told["release"] is None:
-        yield f"{host}: nothing was put there yet. {typed('push', host, ssh_config)}"
+        yield f"{host}: {_nothing(told)}. {typed('push', host, ssh_config)}"
         return
     yield f"{host}: {_state(told)}"
     if told["on_trial"]:
@@ -45,6 +45,17 @@ def lines_of(host: Host, ssh_config: Path | None, told: Mapping[str, Any]) -> It
     recorded = told["recordings"]
     yield _row("recordings", f"{recorded['files']}, {in_words(recorded['bytes'])}; {in_words(told['free_bytes'])} free")
     yield from _warnings(told, typed("start", host, ssh_config))
+
+
+def _nothing(told: Mapping[str, Any]) -> str:
+    from robotcore.deploy.trial import UNHEALTHY
+
+    if told["on_trial"]:
+        return f"{told['on_trial']} is on trial, and no release before it is there"
+    if last := told["last"]:
+        what = "did not live" if last["outcome"] == UNHEALTHY else "is not in place"
+        return f"{last['name']} {what} ({last['reason'] or last['outcome']}); nothing runs"
+    return "nothing was put there yet"
 
 
 def _state(told: Mapping[str, Any]) -> str:

@@ -1,8 +1,8 @@
 """``robotcore deploy status``: how a robot does.
 
-``--json`` prints ``host`` and what the robot tells: ``release``, ``verdict``, ``on_trial``, ``state``, ``for_s``,
-``restarts``, ``words``, ``reason``, ``lines``, ``starts_with_robot``, ``lingers``, ``recordings``, ``free_bytes``; and
-``exit_status``.
+``--json`` prints ``host`` and what the robot tells: ``release``, ``verdict``, ``on_trial``, ``last``, ``state``,
+``for_s``, ``restarts``, ``words``, ``reason``, ``lines``, ``starts_with_robot``, ``lingers``, ``recordings``,
+``free_bytes``; and ``exit_status``.
 """
 
 from __future__ import annotations

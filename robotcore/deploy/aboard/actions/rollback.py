@@ -7,6 +7,7 @@ from typing import Any
 from robotcore.deploy.aboard.actions import activate
 from robotcore.deploy.aboard.layout import Layout
 from robotcore.deploy.aboard.releases import current
+from robotcore.deploy.aboard.releases.verdict import UNHEALTHY, Verdict
 from robotcore.deploy.aboard.telling import RefusalError, say
 from robotcore.deploy.aboard.trial import trial
 
@@ -19,6 +20,8 @@ def act(
     settle_s: float = trial.SETTLE_S,
 ) -> dict[str, Any]:
     """Try a release that was there before, by default the last healthy one; return what came of it."""
+    if release is not None and release not in current.names(layout):
+        raise RefusalError(f"there is no release {release!r}", _those(current.names(layout)), "name")
     name = release or _before(layout)
     if name == current.name_of(layout):
         raise RefusalError(f"{name} is the current release", "To start it: robotcore deploy start")
@@ -31,8 +34,14 @@ def _before(layout: Layout) -> str:
     if name := current.before(layout):
         return name
     now = current.name_of(layout)
-    others = ", ".join(name for name in current.names(layout) if name != now)
-    raise RefusalError(
-        f"no release before {now} was healthy" if now else "no release was healthy",
-        f"Name one: {others}" if others else "There is no other; send one: robotcore deploy push",
-    )
+    others = [name for name in current.names(layout) if name != now and not _is_known_to_fail(layout, name)]
+    raise RefusalError(f"no release before {now} was healthy" if now else "no release was healthy", _those(others))
+
+
+def _those(names: list[str]) -> str:
+    return f"Name one: {', '.join(names)}" if names else "There is none to go back to; send one: robotcore deploy push"
+
+
+def _is_known_to_fail(layout: Layout, name: str) -> bool:
+    verdict = Verdict.read(layout.releases / name)
+    return verdict is not None and verdict.outcome == UNHEALTHY

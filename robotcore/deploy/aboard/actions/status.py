@@ -20,18 +20,21 @@ def act(layout: Layout) -> dict[str, Any]:
     """Return what runs, and how.
 
     ``state`` is running, starting, stopping, restarting, ended, failed or stopped; ``for_s`` how long it has been
-    running, None where it is not; ``words`` what the app last said of itself. ``reason`` and ``lines`` tell of a
-    failure. ``on_trial`` names the release on trial.
+    running, None where it is not; ``words`` what the app last said of itself, unless it is stopped. ``reason`` and
+    ``lines`` tell of a failure. ``on_trial`` names the release on trial. Where no release is in place, ``last`` is the
+    newest that was tried, by its ``name``, with the ``outcome`` and its ``reason``.
     """
     state, name, tried = systemd.show(SERVICE), current.name_of(layout), trial.pending(layout)
+    word = _word(state)
     return {
         "release": name,
         "verdict": _verdict(layout, name),
         "on_trial": tried.release if tried else None,
-        "state": _word(state),
+        "last": None if name else _last(layout),
+        "state": word,
         "for_s": time.monotonic() - state.active_since_s if state.is_up else None,
         "restarts": state.restarts,
-        "words": state.words,
+        "words": "" if word == "stopped" else state.words,  # of whichever release ran last
         "reason": state.ending() if state.has_failed else "",
         "lines": list(journal.last_lines(SERVICE, state.invocation)) if state.has_failed else [],
         "starts_with_robot": state.is_enabled,
@@ -54,6 +57,13 @@ def _word(state: State) -> str:
 def _verdict(layout: Layout, name: str | None) -> str | None:
     verdict = Verdict.read(layout.releases / name) if name else None
     return verdict.outcome if verdict else None
+
+
+def _last(layout: Layout) -> dict[str, str] | None:
+    for name in current.names(layout):
+        if verdict := Verdict.read(layout.releases / name):
+            return {"name": name, "outcome": verdict.outcome, "reason": verdict.reason}
+    return None
 
 
 def _recordings(layout: Layout) -> dict[str, int]:

@@ -21,6 +21,7 @@ STATE: dict[str, Any] = {
     "release": NEW,
     "verdict": "healthy",
     "on_trial": None,
+    "last": None,
     "state": "running",
     "for_s": 3723.4,
     "restarts": 2,
@@ -128,6 +129,26 @@ def test_status_of_a_robot_without_a_release_says_how_to_begin(deploy: Deploy, a
     told = deploy("status")
     push = f"robotcore deploy push robot --ssh-config {robot.config}"
     assert (told.status, told.out) == (1, f"robot: nothing was put there yet. {push}\n")
+
+
+def test_status_after_a_first_push_that_failed_says_so(deploy: Deploy, aboard: Aboard) -> None:
+    last = {"name": NEW, "outcome": "unhealthy", "reason": "it ended with status 5"}
+    aboard("status", answering({**STATE, "release": None, "state": "stopped", "last": last}))
+    told = deploy("status")
+    assert told.status == 1
+    assert f"robot: {NEW} did not live (it ended with status 5); nothing runs. robotcore deploy push" in told.out
+
+
+def test_stop_where_nothing_is_says_so(deploy: Deploy, aboard: Aboard) -> None:
+    aboard("stop", answering({**STATE, "release": None, "state": "stopped"}))
+    told = deploy("stop")
+    assert (told.status, told.out) == (0, "robot: nothing of robotcore's runs there\n")
+
+
+def test_rollback_to_a_release_that_is_not_there_is_wrong_usage(deploy: Deploy) -> None:
+    told = deploy("rollback", "2026-01-01T00-00-00Z")
+    assert told.status == 2
+    assert "there is no release '2026-01-01T00-00-00Z'. " in told.err
 
 
 def test_list_names_each_release_with_its_verdict_and_what_was_proven(deploy: Deploy, robot: Sshd) -> None:

@@ -268,6 +268,19 @@ def test_rollback_without_a_healthy_release_names_those_that_are_there(layout: L
         rollback.act(layout)
 
 
+def test_rollback_does_not_offer_what_did_not_live(layout: Layout) -> None:
+    Verdict("unhealthy", "it ended with status 1").write(put(layout, OLD))
+    with pytest.raises(RefusalError, match=r"no release was healthy\. There is none to go back to; send one"):
+        rollback.act(layout)
+
+
+def test_rollback_to_what_is_not_there_names_what_is(layout: Layout) -> None:
+    put(layout, OLD)
+    with pytest.raises(RefusalError, match=f"there is no release '{NEW}'. Name one: {OLD}") as refused:
+        rollback.act(layout, release=NEW)
+    assert refused.value.kind == "name"
+
+
 def test_rollback_to_what_is_in_place_is_refused(layout: Layout) -> None:
     put(layout, NEW)
     let_run(layout, NEW)
@@ -278,7 +291,7 @@ def test_rollback_to_what_is_in_place_is_refused(layout: Layout) -> None:
 @pytest.mark.parametrize("name", ["../../../etc", "current", "2026-11-21T22-40-00Z/../..", "$(reboot)"])
 @pytest.mark.parametrize("act", [activate.act, rollback.act])
 def test_name_that_is_none_is_refused_before_a_path_is_made_of_it(layout: Layout, act: Any, name: str) -> None:
-    with pytest.raises(RefusalError, match="is no release"):
+    with pytest.raises(RefusalError, match="no release"):
         act(layout, release=name)
 
 

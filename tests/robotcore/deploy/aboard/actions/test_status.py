@@ -30,7 +30,9 @@ pytestmark = pytest.mark.usefixtures("lingering")
 )
 def test_state_is_told_in_a_word(layout: Layout, systemd: Scripted, look: str, state: str) -> None:
     systemd.will_tell(look)
-    assert status.act(layout)["state"] == state
+    came = status.act(layout)
+    assert came["state"] == state
+    assert came["words"] == ("" if state == "stopped" else "searching, 30 s"), "what stands may not be what spoke"
 
 
 def test_what_runs_is_told_with_what_it_says_of_itself(layout: Layout, systemd: Scripted) -> None:
@@ -48,6 +50,7 @@ def test_what_runs_is_told_with_what_it_says_of_itself(layout: Layout, systemd: 
         "release": OLD,
         "verdict": "healthy",
         "on_trial": None,
+        "last": None,
         "state": "running",
         "restarts": 1,
         "words": "searching, 30 s",
@@ -72,6 +75,14 @@ def test_app_whose_words_nobody_may_read_is_told_with_the_remedy(layout: Layout,
     systemd.will_tell(at.UNUSABLE)
     systemd.folder.joinpath("unreadable").write_text("No journal files were opened due to insufficient permissions.\n")
     assert "sudo usermod -aG systemd-journal" in status.act(layout)["lines"][0]
+
+
+def test_release_that_did_not_live_is_told_where_none_is_in_place(layout: Layout, systemd: Scripted) -> None:
+    put(layout, NEW)
+    Verdict("unhealthy", "it ended with status 5").write(put(layout, OLD))
+    came = status.act(layout)
+    assert came["release"] is None
+    assert came["last"] == {"name": OLD, "outcome": "unhealthy", "reason": "it ended with status 5"}
 
 
 def test_release_on_trial_is_named(layout: Layout, systemd: Scripted) -> None:
