@@ -7,13 +7,18 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from robotcore.clock import MonotonicClock
 from robotcore.deploy.project import Project
 
 Say = Callable[[str], object]
 """Is told in words what goes on."""
+
+LOOK_S = 0.5
+"""So often somebody looks how far a process is."""
 
 
 @dataclass(frozen=True)
@@ -25,22 +30,40 @@ class Proof:
 
 
 def ask(
-    folder: Path | None, words: Sequence[str], environment: Mapping[str, str] | None = None
+    folder: Path | None,
+    words: Sequence[str],
+    environment: Mapping[str, str] | None = None,
+    *,
+    limit_s: float,
+    look: Callable[[], object] = lambda: None,
 ) -> subprocess.CompletedProcess[str]:
     """Run this Python with these arguments in a folder, with nothing to read; what it prints is returned.
 
-    ``environment`` goes before that of this process.
+    ``environment`` goes before that of this process; ``look`` is called again and again meanwhile. Raises TimeoutError
+    where it takes longer than ``limit_s``; then, or whatever else is raised, it is ended.
     """
-    return subprocess.run(  # noqa: S603  words, and no shell to take them for anything else
+    clock = MonotonicClock()
+    with subprocess.Popen(  # noqa: S603  words, and no shell to take them for anything else
         [sys.executable, *words],
         cwd=folder,
         env={**os.environ, **(environment or {})},
         stdin=subprocess.DEVNULL,
-        capture_output=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
         text=True,
         errors="backslashreplace",
-        check=False,
-    )
+    ) as process:
+        try:
+            while clock.now() < limit_s:
+                with suppress(subprocess.TimeoutExpired):
+                    out, err = process.communicate(timeout=min(LOOK_S, limit_s))
+                    return subprocess.CompletedProcess(process.args, process.returncode, out, err)
+                look()
+        except BaseException:
+            process.kill()
+            raise
+        process.kill()
+    raise TimeoutError(f"no end within {limit_s:g} s")
 
 
 def command_line(project: Project, line: str) -> str:

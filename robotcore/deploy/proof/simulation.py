@@ -6,7 +6,7 @@ import json
 import os
 import shlex
 import shutil
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -24,6 +24,7 @@ from robotcore.running.outcome import Outcome
 from robotcore.running.plan import DEFAULT_WORLD, RunRequest
 from robotcore.sweep.command import words_of
 from robotcore.sweep.record import Record
+from robotcore.sweep.seeds import seeds_of
 from robotcore.sweep.words import fault
 
 PINS, PLAIN = "virtualpi", "kinematic"
@@ -31,6 +32,9 @@ PINS, PLAIN = "virtualpi", "kinematic"
 
 SECTION = "raspberrypi"
 ROBOTCORE, RESULTS = "robotcore", "results.jsonl"
+
+SPARE_S = 60.0
+"""A run may take so much longer by the wall clock than its time-out in simulation, before it counts as hung."""
 
 
 def prove(staged: Staged, say: Say) -> Proof:
@@ -48,7 +52,13 @@ def prove(staged: Staged, say: Say) -> Proof:
     say(where)
     with TemporaryDirectory(prefix="robotcore-") as scratch:
         results = Path(scratch, "results")
-        answer = _swept(staged, words_for(project, backend, world), Path(scratch), results)
+        answer = _swept(
+            staged,
+            words_for(project, backend, world),
+            Path(scratch),
+            results,
+            lambda done, runs: say(f"{where}: {done} of {runs} runs"),
+        )
         records = [Record.from_json(line) for line in (results / RESULTS).read_bytes().splitlines()]
     _require(project, answer["missed"], [record for record in records if not passes(record)])
     is_judged = any(record.result.verified is not None for record in records)
@@ -90,22 +100,38 @@ def words_for(project: Project, backend: str, world: str) -> list[str]:
     return ["sweep", project.app, *where, *words_of(request), *bounds]
 
 
-def _swept(staged: Staged, words: Sequence[str], scratch: Path, results: Path) -> dict[str, Any]:
+def _swept(
+    staged: Staged, words: Sequence[str], scratch: Path, results: Path, tell: Callable[[int, int], object]
+) -> dict[str, Any]:
     """Return the answer of ``robotcore sweep``; raises UnprovenError where it came to no end.
 
-    It runs in a copy: what an app writes beside itself is not to be sent, nor what Python compiles.
+    It runs in a copy: what an app writes beside itself is not to be sent, nor what Python compiles. How many runs are
+    done, and of how many, is told.
     """
     copy = shutil.copytree(staged.folder, scratch / "sent", symlinks=True)
-    line = [*launch.ROBOTCORE, *words, "--out", str(results), "--json"]
-    asked = ask(copy / PROJECT, line, _environment(copy / SITE))
+    runs, patience_s = len(seeds_of(staged.project.seeds)), SPARE_S + RunRequest.timeout_s
+    line = [*launch.ROBOTCORE, *words, "--wall-timeout", f"{patience_s:g}", "--out", str(results), "--json"]
     try:
+        asked = ask(
+            copy / PROJECT,
+            line,
+            _environment(copy / SITE),
+            limit_s=SPARE_S + runs * patience_s,
+            look=lambda: tell(_done(results / RESULTS), runs),
+        )
         answer: dict[str, Any] = json.loads(asked.stdout)
+    except TimeoutError as error:
+        answer = {"error": f"{error}. Does the app's file do something without end?"}
     except ValueError:
         answer = {"error": told_error(asked)}
     if "error" in answer:
         again = _again(staged.project, shlex.join([ROBOTCORE, *words]))
         raise UnprovenError(f"simulation: {answer['error']}{again}")
     return answer
+
+
+def _done(file: Path) -> int:
+    return file.read_bytes().count(b"\n") if file.exists() else 0
 
 
 def _again(project: Project, line: str) -> str:

@@ -14,6 +14,9 @@ from robotcore.errors import UnprovenError
 NO_TESTS = 5
 """pytest's exit status where it found none."""
 
+LIMIT_S = 600.0
+"""Tests that take longer keep everybody from pushing; or one of them hangs."""
+
 MAX_FAILURES = 5
 """So many failing tests are named; the command tells of all."""
 
@@ -36,7 +39,14 @@ def prove(project: Project, say: Say) -> Proof:
             "tests: pytest is not installed. Run pip install 'robotcore[deploy]', or send them untried: --skip-checks"
         )
     say("pytest")
-    asked = ask(project.folder, ["-m", "pytest", "-q", "--color=no"])
+    try:
+        asked = ask(project.folder, ["-m", "pytest", "-q", "--color=no"], limit_s=LIMIT_S)
+    except TimeoutError as error:
+        again = command_line(project, "python -m pytest -v")
+        raise UnprovenError(
+            f"tests: {error}. Does one of them hang? Mend it, or send them untried: --skip-checks\n"
+            f"Which one that is: {again}"
+        ) from error
     if asked.returncode == NO_TESTS:
         return Proof("none")
     if asked.returncode:

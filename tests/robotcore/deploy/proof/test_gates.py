@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -8,10 +10,12 @@ import pytest
 from robotcore import Outcome
 from robotcore.deploy.project import Asked, Project, project_of
 from robotcore.deploy.proof import check, simulation, tests
+from robotcore.deploy.proof.proof import ask
 from robotcore.deploy.proof.simulation import passes, simulator_of
 from robotcore.deploy.staging.copying import copied
 from robotcore.deploy.staging.staging import Staged
 from robotcore.errors import UnprovenError, UsageError
+from robotcore.running.plan import RunRequest
 from tests.robotcore.deploy.projects import DRIVES_ON, TABLE, project_in, write
 from tests.robotcore.sweep.conftest import record_of
 
@@ -46,6 +50,13 @@ def test_tests_that_cannot_be_read_are_not_taken_for_none(tmp_path: Path) -> Non
         tests.prove(project_in(tmp_path), str)
 
 
+def test_tests_that_hang_are_ended_with_what_to_do(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tests, "LIMIT_S", 3.0)
+    write(tmp_path, {"test_a.py": "import time\ndef test_a(): time.sleep(600)\n"})
+    with pytest.raises(UnprovenError, match=r"no end within 3 s.*--skip-checks\nWhich one .* python -m pytest -v$"):
+        tests.prove(project_in(tmp_path), str)
+
+
 def test_a_project_without_tests_is_told_so(tmp_path: Path) -> None:
     assert tests.prove(project_in(tmp_path), str).said == "none"
 
@@ -67,8 +78,10 @@ def test_a_robot_without_the_section_that_its_backend_needs_is_told_at_the_desk(
 
 def test_an_app_that_never_says_success_passes_by_going_on_without_a_touch(tmp_path: Path) -> None:
     write(tmp_path, {"drivers/__init__.py": "", "json.py": "raise ImportError"})  # a folder of the user's own
-    proof = simulation.prove(staged_of(project_in(tmp_path), tmp_path), str)
+    said: list[str] = []
+    proof = simulation.prove(staged_of(project_in(tmp_path), tmp_path), said.append)
     assert proof.said == "kinematic, arena, seeds 1: 1 of 1 without a contact"
+    assert "kinematic, arena, seeds 1: 0 of 1 runs" in said
 
 
 def test_what_is_simulated_is_what_is_sent_and_stays_as_it_is(tmp_path: Path) -> None:
@@ -92,6 +105,18 @@ def test_a_run_that_fails_is_told_with_the_line_that_repeats_it(tmp_path: Path) 
     assert "ZeroDivisionError" in str(raised.value)
     assert "robotcore run app.py --world arena --seed 1" in str(raised.value)
     assert f"cd '{tmp_path.resolve()}/a '\"'\"'b' && " in str(raised.value)
+
+
+def test_an_app_that_hangs_is_told_in_its_own_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(simulation, "SPARE_S", 3.0 - RunRequest.timeout_s)
+    project = project_in(tmp_path, app="import time\n" + DRIVES_ON.replace("return", "time.sleep(600); return"))
+    monkeypatch.setattr(simulation, "ask", partial(_patient, ask))
+    with pytest.raises(UnprovenError, match=r"1 of the runs fail\. Seed 1: .*hung"):
+        simulation.prove(staged_of(project, tmp_path), str)
+
+
+def _patient(asked: Callable[..., object], *words: object, limit_s: float, **more: object) -> object:
+    return asked(*words, limit_s=limit_s + 1000, **more)
 
 
 def test_required_bounds_decide_and_not_what_is_usual(tmp_path: Path) -> None:
