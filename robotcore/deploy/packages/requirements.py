@@ -20,7 +20,7 @@ try:
     from packaging.utils import NormalizedName, canonicalize_name
 except ImportError as error:
     raise BackendMissingError(
-        "robotcore deploy needs packaging, which is not installed. pip install 'robotcore[deploy]'"
+        "robotcore deploy needs packaging, which is not installed. pip install packaging"
     ) from error
 
 __all__ = ["ROBOTCORE", "Requirement", "SpecifierSet", "canonicalize_name", "requirements_of"]

@@ -78,7 +78,7 @@ def simulator_of(project: Project) -> tuple[str, tuple[str, ...]]:
     if SECTION not in robot.backends:
         return PLAIN, ()
     if find_spec("gpiozero") is None:
-        return PLAIN, (f"its own drivers were not tried: {PINS} needs pip install 'robotcore[deploy]'",)
+        return PLAIN, (f"its own drivers were not tried: {PINS} needs pip install gpiozero",)
     return PINS, ()
 
 

@@ -36,7 +36,7 @@ def prove(project: Project, say: Say) -> Proof:
         return Proof("none", ("the project has no tests; robotcore new makes one that runs the app in simulation",))
     if find_spec("pytest") is None:
         raise UnprovenError(
-            "tests: pytest is not installed. Run pip install 'robotcore[deploy]', or send them untried: --skip-checks"
+            "tests: pytest is not installed. Run pip install pytest, or send them untried: --skip-checks"
         )
     say("pytest")
     try:

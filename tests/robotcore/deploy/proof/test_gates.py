@@ -163,7 +163,7 @@ def test_simulated_is_what_comes_nearest_to_the_robot(tmp_path: Path, monkeypatc
     monkeypatch.setattr(simulation, "find_spec", lambda _: None)
     backend, notes = simulator_of(rover)
     assert (backend, len(notes)) == ("kinematic", 1)
-    assert "pip install 'robotcore[deploy]'" in notes[0]
+    assert "pip install gpiozero" in notes[0]
 
 
 def test_a_world_that_a_sweep_would_take_for_two_is_refused(tmp_path: Path) -> None:
