@@ -56,7 +56,7 @@ SSH = (
         r"connect to host \S+ port (?P<port>\d+): Connection refused",
         "refused",
         "it is there, but nothing answers at port {port}",
-        "Switch ssh on there: sudo raspi-config nonint do_ssh 0",
+        "Is the port right? If so, switch ssh on there: sudo systemctl enable --now ssh",
     ),
     Failure(
         r"No route to host|Network is unreachable|Host is down",

@@ -62,8 +62,8 @@ def test_a_host_without_a_server() -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         port = server.getsockname()[1]
     assert told(host=f"pi@127.0.0.1:{port}") == (
-        f"pi@127.0.0.1:{port}: it is there, but nothing answers at port {port}. Switch ssh on there: "
-        "sudo raspi-config nonint do_ssh 0"
+        f"pi@127.0.0.1:{port}: it is there, but nothing answers at port {port}. Is the port right? If so, switch "
+        "ssh on there: sudo systemctl enable --now ssh"
     )
 
 
