@@ -15,6 +15,8 @@ from robotcore.deploy.staging.copying import copied
 from robotcore.deploy.staging.files import Listing
 from robotcore.errors import UsageError
 
+_IGNORED = ("is ignored by git", "Take it out of .gitignore")
+
 
 @dataclass(frozen=True)
 class Staged:
@@ -47,8 +49,8 @@ def _with_files(project: Project, target: Path) -> Listing:
     listing = copied(project.folder, target)
     for name in map(os.path.normpath, project.files):
         if name not in listing.names:
-            why = "may hold a secret" if name in listing.secrets else "is ignored by git"
-            raise UsageError(f"{told(name)} {why}, so it is not sent; without it the project does not run. Rename it")
+            why, remedy = ("may hold a secret", "Rename it") if name in listing.secrets else _IGNORED
+            raise UsageError(f"{told(name)} {why}, so it is not sent; without it the project does not run. {remedy}")
     return listing
 
 

@@ -169,7 +169,7 @@ def test_a_project_that_would_lack_what_it_names_is_refused(tmp_path: Path, stag
     project = project_in(tmp_path / "project")
     git(tmp_path / "project", "init", "-q")
     write(tmp_path / "project", {".gitignore": "app.py\n"})
-    with pytest.raises(UsageError, match=r"app\.py is ignored by git, so it is not sent"):
+    with pytest.raises(UsageError, match=r"app\.py is ignored by git, so it is not sent.* out of \.gitignore$"):
         stage(project, staged_in)
 
 
