@@ -50,7 +50,8 @@ def _lacks(layout: Layout, size: int) -> int:
 
 
 def _refusal(layout: Layout, size: int, short: int) -> RefusalError:
-    recorded = disk.in_words(disk.size_of(layout.recordings))
+    recorded = disk.size_of(layout.recordings)
     fault = f"the robot's disk is full: {disk.in_words(size)} are to be sent, {disk.in_words(short)} are missing"
-    remedy = f"Make room there: recordings take {recorded}; robotcore deploy fetch --move takes them home"
+    take = f"recordings take {disk.in_words(recorded)}; robotcore deploy fetch --move takes them home"
+    remedy = f"Make room there: {take if recorded else 'what takes it is told by df -h and du -xh ~ | sort -h'}"
     return RefusalError(fault, remedy, "disk")

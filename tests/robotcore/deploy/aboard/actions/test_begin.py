@@ -60,6 +60,12 @@ def test_more_than_there_is_room_for_is_refused_and_nothing_is_left_of_it(layout
     assert not any(layout.incoming.glob(NEW))
 
 
+def test_where_there_are_no_recordings_nobody_is_told_to_fetch_them(layout: Layout) -> None:
+    with pytest.raises(RefusalError) as refused:
+        begin.act(layout, release=NEW, size=10**15)
+    assert refused.value.remedy == "Make room there: what takes it is told by df -h and du -xh ~ | sort -h"
+
+
 def test_what_was_sent_can_be_thrown_away(layout: Layout) -> None:
     begin.act(layout, release=NEW, size=1000)
     send(layout, NEW)
