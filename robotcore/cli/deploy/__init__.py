@@ -12,9 +12,13 @@ from robotcore.cli.lazy import LazyGroup
     cls=LazyGroup,
     package="robotcore.cli.deploy",
     names=("push", "list", "rollback", "status", "logs", "start", "stop", "remove", "fetch"),
+    invoke_without_command=True,
 )
-def command() -> None:
+@click.pass_context
+def command(context: click.Context) -> None:
     """Put a project on a robot and keep it running there.
 
     HOST is [user@]host[:port], or an alias of your ssh configuration, which is used with all that it says.
     """
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help())

@@ -21,6 +21,13 @@ if TYPE_CHECKING:
 )
 def command(host: Host, ssh_config: Path | None, lines: int, *, follow: bool) -> int:
     """Show what the app on HOST says, and systemd of it. Ctrl-C ends the looking, not the app."""
-    with link_to(host, ssh_config) as link:
-        link.stream("logs", on_line=click.echo, lines=lines, follow=follow)
+    from robotcore.errors import Interrupted
+
+    try:
+        with link_to(host, ssh_config) as link:
+            link.stream("logs", on_line=click.echo, lines=lines, follow=follow)
+    except Interrupted as way_out:
+        if not follow:
+            raise
+        return way_out.exit_status
     return 0

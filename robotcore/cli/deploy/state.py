@@ -60,7 +60,8 @@ def _nothing(told: Mapping[str, Any]) -> str:
 
 def _state(told: Mapping[str, Any]) -> str:
     since = f" for {duration(told['for_s'])}" if told["for_s"] is not None else ""
-    again = f", restarted {told['restarts']} times" if told["restarts"] else ""
+    times = "once" if told["restarts"] == 1 else f"{told['restarts']} times"
+    again = f", restarted {times}" if told["restarts"] else ""
     return f"{told['release']} {told['state']}{since}{again}"
 
 

@@ -90,6 +90,10 @@ def test_host_that_is_none_is_wrong_usage(command: str, cli: Cli) -> None:
     assert not Path("canary").exists()
 
 
+def test_no_command_is_answered_with_the_help(cli: Cli) -> None:
+    assert cli("deploy") == cli("deploy", "--help")
+
+
 @pytest.mark.parametrize("command", ["list", "status"])
 def test_robot_that_cannot_be_reached_is_told_in_json_too(command: str, cli: Cli) -> None:
     told = cli("deploy", command, "nobody.invalid", "--json")
@@ -107,6 +111,11 @@ def test_status_says_what_runs_and_how(deploy: Deploy, aboard: Aboard) -> None:
         "  says         approach, 12.4 s",
         "  recordings   3, 41.0 MB; 12.3 GB free",
     ]
+
+
+def test_what_was_restarted_once_is_told_so(deploy: Deploy, aboard: Aboard) -> None:
+    aboard("status", answering({**STATE, "restarts": 1}))
+    assert deploy("status").out.splitlines()[0].endswith(" min, restarted once")
 
 
 def test_status_of_what_does_not_run_has_the_reason_and_exits_1(deploy: Deploy, aboard: Aboard, robot: Sshd) -> None:
@@ -192,7 +201,8 @@ def test_logs_are_passed_through_and_ctrl_c_ends_the_looking(deploy: Deploy, abo
     aboard("logs", LOG.format(pid=os.getpid()))
     told = deploy("logs", "-n", "7")
     assert (told.status, told.out) == (0, "a line of 7\n  another\n")
-    assert deploy("logs", "-f").status == 130
+    told = deploy("logs", "-f")
+    assert (told.status, told.err) == (130, "")
 
 
 def test_ctrl_c_in_a_trial_says_that_it_goes_on_there(deploy: Deploy, aboard: Aboard, robot: Sshd) -> None:
