@@ -32,6 +32,9 @@ recording may need more on a slow disk, and has its own end after a minute."""
 FAILED = 6
 """The exit status of a service that ended by itself, and not well. Python has 1 for whatever it cannot go on from."""
 
+FEED_S = 0.5
+"""A watchdog is fed as often, or more often: whoever looks when it last was knows soon whether the loop lives."""
+
 STATUS_S = 1.0
 """A status is told no more often."""
 
@@ -44,14 +47,14 @@ class Notifier:
 
     Whatever becomes of the socket, nothing is raised, and nobody is waited for: what systemd does not take at once is
     lost, but for what the next tick says again. Who is alive is the loop's own thread, for it says so itself, four
-    times in ``watchdog_s`` at least where ticks come as often.
+    times in ``watchdog_s`` at least, and twice a second, where ticks come as often.
     """
 
     def __init__(self, address: str, watchdog_s: float | None = None, clock: Clock | None = None) -> None:
         """``address`` is a path, or the name of an abstract socket after ``@``; no watchdog is fed without its time."""
         self._address = f"\0{address[1:]}" if address.startswith("@") else address
         self._clock = clock or MonotonicClock()
-        self._feed_s = watchdog_s / 4 if watchdog_s else None
+        self._feed_s = min(watchdog_s / 4, FEED_S) if watchdog_s else None
         self._fed = self._told = -inf
         self._outer: BaseException | None = None
         self._is_ready = False

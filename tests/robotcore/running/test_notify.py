@@ -93,11 +93,12 @@ def test_a_first_tick_that_fails_is_not_ready(systemd: Listener, path: str, cloc
     assert systemd.heard() == ["STATUS=search, 0 s"]
 
 
-def test_the_watchdog_is_fed_four_times_in_its_time_and_no_oftener(
-    systemd: Listener, path: str, clock: SteppedClock
+@pytest.mark.parametrize("watchdog_s, fed", [(1.0, 40), (2.0, 20), (10.0, 20)])
+def test_the_watchdog_is_fed_four_times_in_its_time_twice_a_second_and_no_oftener(
+    systemd: Listener, path: str, clock: SteppedClock, watchdog_s: float, fed: int
 ) -> None:
-    heard = ticking(Notifier(path, 2.0, clock), clock, 10.0, systemd=systemd)
-    assert heard.count("WATCHDOG=1") == 20
+    heard = ticking(Notifier(path, watchdog_s, clock), clock, 10.0, systemd=systemd)
+    assert heard.count("WATCHDOG=1") == fed
 
 
 def test_a_watchdog_that_is_quicker_than_the_ticks_is_fed_at_each(

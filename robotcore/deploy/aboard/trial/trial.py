@@ -22,7 +22,7 @@ from robotcore.deploy.aboard.system.locking import locked
 from robotcore.deploy.aboard.telling import RefusalError
 from robotcore.deploy.aboard.trial.watching import Seen, watch
 
-HEALTHY_WITHIN_S, SETTLE_S = 60.0, 5.0
+HEALTHY_WITHIN_S, SETTLE_S = 60.0, 4.0
 """How long an app has until its first step, and how long it then has to live."""
 
 
