@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,9 @@ HEALTHY_WITHIN_S = 60.0
 
 ATTEMPTS, PAUSE_S = 10, 3.0
 """So often a broken connection is made anew, with a pause before each."""
+
+ERROR, NO_MODULE = "error: ", "ModuleNotFoundError: "
+"""What stands before an error in what robotcore writes, and in one where something is not installed."""
 
 HEALTHY, UNHEALTHY = "healthy", "unhealthy"
 NAME = "name"
@@ -99,12 +102,20 @@ def goes_on(host: Host, ssh_config: Path | None) -> str:
 
 
 def _unhealthy(host: Host, came: Mapping[str, Any], logs: str) -> str:
-    """Say what came of a release that does not live, in the app's own last words too."""
+    """Say what came of a release that does not live, in the app's own last words too: first what it ended with."""
     what = "did not live" if came["outcome"] == UNHEALTHY else "was not judged"
     how = "stands as before" if came["is_standing"] else "does not run either"
     now = f"{came['current']} {'runs again' if came['is_running'] else f'is in place again, and {how}'}"
     lines = "".join(f"\n  {line}" for line in came["lines"])
+    why = ": ".join([came["reason"], *_error_in(came["lines"])])
     return (
-        f"{host}: {came['release']} {what}: {came['reason']}. {now if came['current'] else 'Nothing runs'}. "
+        f"{host}: {came['release']} {what}: {why}. {now if came['current'] else 'Nothing runs'}. "
         f"All it said: {logs}{lines}"
     )
+
+
+def _error_in(lines: Sequence[str]) -> list[str]:
+    """Return the first error that robotcore told of, as far as there is one, and what to do where that is known."""
+    errors = [line.removeprefix(ERROR) for line in lines if line.startswith(ERROR)]
+    remedy = ". Add it to dependencies in pyproject.toml" if any(NO_MODULE in error for error in errors[:1]) else ""
+    return [error.rstrip(".") + remedy for error in errors[:1]]

@@ -122,6 +122,25 @@ def test_release_that_does_not_live_is_told_with_its_last_words_and_what_runs_no
     assert str(caught.value).splitlines()[1:] == ["  ZeroDivisionError: float division by zero"]
 
 
+@pytest.mark.parametrize(
+    "error, told",
+    [
+        ("Search raised ZeroDivisionError: 1", "Search raised ZeroDivisionError: 1. Nothing runs"),
+        (
+            "ModuleNotFoundError: No module named 'a'",
+            "No module named 'a'. Add it to dependencies in pyproject.toml. N",
+        ),
+    ],
+)
+def test_headline_has_the_error_that_robotcore_told(error: str, told: str) -> None:
+    lines = ["Traceback (most recent call last):", f"error: {error}", "error: the recording is not whole"]
+    came = {"release": NEW, "outcome": "unhealthy", "reason": "the app raised", "lines": lines, "current": None}
+    said = trial._unhealthy(Host("robot"), {**came, "is_running": False}, "logs").splitlines()
+    assert told in said[0]
+    assert said[0].startswith(f"robot: {NEW} did not live: the app raised: ")
+    assert said[1:] == [f"  {line}" for line in lines]
+
+
 def test_broken_connection_is_made_anew_and_the_trial_is_followed_to_its_end(robot: Sshd, aboard: Aboard) -> None:
     aboard("activate", GOES_ON)
     told = follow_cut(robot)

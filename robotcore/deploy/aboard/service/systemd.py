@@ -17,6 +17,15 @@ PATIENCE_S = 90.0
 EXITED = 1
 """``CLD_EXITED`` of wait(2): a process ended by itself; other numbers are a signal's."""
 
+_STATUSES = {
+    2: "it cannot run as it is described",
+    3: "a device or the backend failed",
+    4: "the safety stage stopped it",
+    5: "the app raised, or hung",
+    6: "it ended without a success",
+}
+"""What ``robotcore run`` exits with as a service, in words."""
+
 GONE = "manager"
 """The kind of a refusal where the user's systemd itself does not answer."""
 
@@ -108,7 +117,8 @@ class State:
         if self.result == "protocol":
             return f"it ended with status {self.status} before its first step"
         if self.code == EXITED:
-            return f"it ended with status {self.status}"
+            words = f" ({_STATUSES[self.status]})" if self.status in _STATUSES else ""
+            return f"it ended with status {self.status}{words}"
         if self.code:
             return f"it was ended by {signal.Signals(self.status).name}"
         return f"systemd could not start it ({self.result})"

@@ -57,7 +57,7 @@ def _seen(healthy_within_s: float, settle_s: float) -> Seen:
         if state.is_up and up_since and _has_settled(state, up_since + settle_s, now):
             return Seen(HEALTHY)
         if state.active == "activating" and now - started >= healthy_within_s:
-            return _unhealthy(f"it was not ready within {healthy_within_s:g} s", ours)
+            return _unhealthy(_not_ready(healthy_within_s), ours)
         time.sleep(LOOK_S)
         state = systemd.show(SERVICE)
         if state.invocation != ours and not state.restarts:  # by hand: it is watched anew
@@ -100,6 +100,11 @@ def _judged(state: State, ours: str) -> Seen | None:
     if state.is_down and not state.has_job:
         return Seen(STOPPED, "somebody stopped it")
     return None
+
+
+def _not_ready(healthy_within_s: float) -> str:
+    more = "if it is only slow, push it with a longer --healthy-within"
+    return f"its first step had not come back within {healthy_within_s:g} s; {more}"
 
 
 def _unhealthy(reason: str, invocation: str) -> Seen:

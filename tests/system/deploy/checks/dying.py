@@ -38,7 +38,7 @@ def test_app_that_the_safety_stage_stopped_stands_until_somebody_starts_it(rover
     awaited(lambda: None if rover.process else 1, "the end of the app", rover.status)
     time.sleep(2 * PAUSE_S)
     status = rover.status()
-    assert (status["state"], status["reason"]) == ("failed", "it ended with status 4")
+    assert (status["state"], status["reason"]) == ("failed", "it ended with status 4 (the safety stage stopped it)")
     assert rover.motors.is_still()
 
 

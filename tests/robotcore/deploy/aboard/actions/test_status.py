@@ -66,7 +66,7 @@ def test_failure_is_told_with_the_apps_last_words(layout: Layout, systemd: Scrip
     systemd.will_tell(at.UNUSABLE)
     systemd.writes("\x1b[31mmy_robot.toml: no such motor\x1b[0m", "", "tab\tand \x07bell")
     came = status.act(layout)
-    assert came["reason"] == "it ended with status 2"
+    assert came["reason"] == "it ended with status 2 (it cannot run as it is described)"
     assert came["lines"] == ["[31mmy_robot.toml: no such motor[0m", "tab and bell"], "nothing moves a terminal's cursor"
     assert came["for_s"] is None
 

@@ -33,7 +33,8 @@ def test_release_before_that_fails_and_is_just_started_again_is_not_taken_for_th
     [
         ((at.NEW_FAILS, at.NEW_WAITS), "it ended with status 1"),
         ((at.NEW_RUNS, at.NEW_FAILS, at.NEW_WAITS), "it ended with status 1"),
-        ((at.UNUSABLE,), "it ended with status 2"),
+        ((at.UNUSABLE,), "it ended with status 2 (it cannot run as it is described)"),
+        ((at.NEW_RUNS, at.NEW_WAITS.replace(" 1 1 ", " 1 5 ")), "it ended with status 5 (the app raised, or hung)"),
         ((at.NEW_RUNS, at.KILLED), "it was ended by SIGKILL"),
         ((at.NEW_RUNS, at.HANGS, at.HUNG), "it hung: it told nothing to systemd's watchdog"),
         ((at.TOO_SLOW, at.WAS_TOO_SLOW), "it took too long to start or to stop"),
@@ -91,7 +92,10 @@ def test_last_words_are_those_of_a_process_that_has_ended(systemd: Scripted) -> 
 
 def test_release_that_is_not_ready_in_time_is_unhealthy(systemd: Scripted) -> None:
     systemd.will_tell(at.OLD_RUNS, at.NEW_STARTS)
-    assert watching.watch(0.0, LONG) == Seen("unhealthy", "it was not ready within 0 s")
+    assert watching.watch(0.0, LONG) == Seen(
+        "unhealthy",
+        "its first step had not come back within 0 s; if it is only slow, push it with a longer --healthy-within",
+    )
 
 
 @pytest.mark.parametrize("within_s", [LONG, 0.0])
