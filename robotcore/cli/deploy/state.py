@@ -40,7 +40,7 @@ def lines_of(host: Host, ssh_config: Path | None, told: Mapping[str, Any]) -> It
     if told["words"]:
         yield _row("says", told["words"])
     if told["reason"]:
-        yield _row("failed", told["reason"])
+        yield _row("restarted" if told["state"] in LIVES else "failed", told["reason"])
         yield from (f"    {line}" for line in told["lines"])
     recorded = told["recordings"]
     yield _row("recordings", f"{recorded['files']}, {in_words(recorded['bytes'])}; {in_words(told['free_bytes'])} free")

@@ -21,11 +21,13 @@ def act(layout: Layout) -> dict[str, Any]:
 
     ``state`` is running, starting, stopping, restarting, ended, failed or stopped; ``for_s`` how long it has been
     running, None where it is not; ``words`` what the app last said of itself, unless it is stopped. ``reason`` and
-    ``lines`` tell of a failure. ``on_trial`` names the release on trial. Where no release is in place, ``last`` is the
-    newest that was tried, by its ``name``, with the ``outcome`` and its ``reason``.
+    ``lines`` tell of a failure, the last one where it was started again after it. ``on_trial`` names the release on
+    trial. Where no release is in place, ``last`` is the newest that was tried, by its ``name``, with ``outcome`` and
+    ``reason``.
     """
     state, name, tried = systemd.show(SERVICE), current.name_of(layout), trial.pending(layout)
     word = _word(state)
+    reason, lines = _failure(state)
     return {
         "release": name,
         "verdict": _verdict(layout, name),
@@ -35,8 +37,8 @@ def act(layout: Layout) -> dict[str, Any]:
         "for_s": time.monotonic() - state.active_since_s if state.is_up else None,
         "restarts": state.restarts,
         "words": "" if word == "stopped" else state.words,  # of whichever release ran last
-        "reason": state.ending() if state.has_failed else "",
-        "lines": list(journal.last_lines(SERVICE, state.invocation)) if state.has_failed else [],
+        "reason": reason,
+        "lines": lines,
         "starts_with_robot": state.is_enabled,
         "lingers": facts.is_lingering(),
         "recordings": _recordings(layout),
@@ -52,6 +54,16 @@ def _word(state: State) -> str:
     if state.has_succeeded and state.invocation:
         return "ended"
     return {"active": "running", "activating": "starting", "deactivating": "stopping"}.get(state.active, "stopped")
+
+
+def _failure(state: State) -> tuple[str, list[str]]:
+    if state.has_failed:
+        reason, invocation = state.ending(), state.invocation
+    elif state.restarts and (ended := journal.last_end(SERVICE)):
+        reason, invocation = ended
+    else:
+        return "", []
+    return reason, list(journal.last_lines(SERVICE, invocation))
 
 
 def _verdict(layout: Layout, name: str | None) -> str | None:

@@ -118,6 +118,11 @@ def test_what_was_restarted_once_is_told_so(deploy: Deploy, aboard: Aboard) -> N
     assert deploy("status").out.splitlines()[0].endswith(" min, restarted once")
 
 
+def test_status_of_what_was_started_again_has_the_reason(deploy: Deploy, aboard: Aboard) -> None:
+    aboard("status", answering({**STATE, "reason": "it ended with status 5", "lines": ["ValueError: no"]}))
+    assert "  restarted    it ended with status 5\n    ValueError: no\n" in deploy("status").out
+
+
 def test_status_of_what_does_not_run_has_the_reason_and_exits_1(deploy: Deploy, aboard: Aboard, robot: Sshd) -> None:
     aboard("status", answering({**STATE, **FAILED, "on_trial": NEW, "lingers": False, "starts_with_robot": False}))
     told = deploy("status")

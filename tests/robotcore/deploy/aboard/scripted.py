@@ -33,6 +33,7 @@ esac
 _JOURNALCTL = """#!/bin/sh
 cd "$(dirname "$0")"
 echo "$*" >> asked
+case "$*" in *MESSAGE_ID=*) cat ended; exit;; esac
 [ ! -f unreadable ] || { cat unreadable >&2; exit 1; }
 cat journal
 """
@@ -64,6 +65,10 @@ class Scripted:
         """Let the journal have these lines of the app's."""
         self.folder.joinpath("journal").write_text("".join(f"{line}\n" for line in lines))
 
+    def tells_of_the_last_end(self, told: str) -> None:
+        """Let the journal have this of systemd's, in JSON, on how the app ended last."""
+        self.folder.joinpath("ended").write_text(told)
+
     @property
     def calls(self) -> list[str]:
         """What systemd was told to do, in order, but for questions."""
@@ -86,6 +91,7 @@ def systemd(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Scripted:
         folder.joinpath(name).chmod(0o755)
     scripted = Scripted(folder)
     scripted.writes()
+    scripted.tells_of_the_last_end("")
     folder.joinpath("calls").touch()
     folder.joinpath("system").write_text("running\n")
     for unit in (SERVICE, "robotcore-trial.service"):

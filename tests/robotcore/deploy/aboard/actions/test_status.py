@@ -71,6 +71,51 @@ def test_failure_is_told_with_the_apps_last_words(layout: Layout, systemd: Scrip
     assert came["for_s"] is None
 
 
+@pytest.mark.parametrize(
+    "how, status_, reason",
+    [
+        ("exited", "5", "it ended with status 5 (the app raised, or hung)"),
+        ("killed", "ABRT", "it was ended by SIGABRT"),
+    ],
+)
+def test_what_was_started_again_is_told_with_why(
+    layout: Layout, systemd: Scripted, how: str, status_: str, reason: str
+) -> None:
+    systemd.will_tell(at.AGAIN_RUNS)
+    systemd.tells_of_the_last_end(
+        f'{{"EXIT_CODE": "{how}", "EXIT_STATUS": "{status_}", "USER_INVOCATION_ID": "d077"}}\n'
+    )
+    systemd.writes("ValueError: on purpose")
+    came = status.act(layout)
+    assert (came["state"], came["reason"], came["lines"]) == ("running", reason, ["ValueError: on purpose"])
+    assert "_SYSTEMD_INVOCATION_ID=d077" in systemd.asked
+
+
+def test_of_a_dump_of_pythons_the_apps_own_line_is_told(layout: Layout, systemd: Scripted) -> None:
+    thread = [f'  File "threading.py", line {number} in run' for number in range(40)]
+    frames = ['  File "search.py", line 31 in step', *(f'  File "click/core.py", line {n} in main' for n in range(40))]
+    systemd.will_tell(at.HUNG)
+    systemd.writes(
+        "release 2026-11-21T22-40-01Z: search.py on raspberrypi",
+        "Fatal Python error: Aborted",
+        "",
+        "Thread 0x00007fa63a1dc6c0 (most recent call first):",
+        *thread,
+        "",
+        "Current thread 0x00007fa63ac38b80 (most recent call first):",
+        *frames,
+        "Extension modules: numpy.core._multiarray_umath (total: 1)",
+        "robotcore: the motors may still turn",
+    )
+    assert status.act(layout)["lines"] == [
+        "release 2026-11-21T22-40-01Z: search.py on raspberrypi",
+        "Fatal Python error: Aborted",
+        "Current thread 0x00007fa63ac38b80 (most recent call first):",
+        *frames[:5],
+        "robotcore: the motors may still turn",
+    ]
+
+
 def test_app_whose_words_nobody_may_read_is_told_with_the_remedy(layout: Layout, systemd: Scripted) -> None:
     systemd.will_tell(at.UNUSABLE)
     systemd.folder.joinpath("unreadable").write_text("No journal files were opened due to insufficient permissions.\n")
