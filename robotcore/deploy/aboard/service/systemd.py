@@ -141,7 +141,7 @@ def restart(unit: str) -> str:
 
     Returns the invocation that this ends.
     """
-    systemctl("reset-failed", unit)
+    _forget_failures(unit)
     before = show(unit).invocation
     systemctl("restart", "--no-block", unit)
     return before
@@ -149,14 +149,19 @@ def restart(unit: str) -> str:
 
 def start(unit: str) -> None:
     """Let systemd start a unit, and do not wait for it; failures of before count no longer."""
-    systemctl("reset-failed", unit)
+    _forget_failures(unit)
     systemctl("start", "--no-block", unit)
 
 
 def stop(*units: str) -> None:
     """Stop units; return once they are down. What failed is forgotten, as what was stopped has not failed."""
     systemctl("stop", *units)
-    _call("reset-failed", *units)  # refused where systemd knows a unit no more, and then there is nothing to forget
+    _forget_failures(*units)
+
+
+def _forget_failures(*units: str) -> None:
+    """Forget them; systemd refuses that where it knows a disabled unit no more, and then there is nothing to forget."""
+    _call("reset-failed", *units)
 
 
 def enable(*units: str) -> None:
