@@ -10,7 +10,7 @@ import time
 from collections.abc import Sequence
 from itertools import dropwhile, islice, takewhile
 
-from robotcore.deploy.aboard.service.systemd import EXITED, State
+from robotcore.deploy.aboard.service.systemd import EXITED, KILLED, State
 from robotcore.deploy.aboard.system import session
 from robotcore.deploy.aboard.telling import RefusalError
 
@@ -68,7 +68,7 @@ def last_end(unit: str) -> tuple[str, str] | None:
     try:
         told = json.loads(_journalctl("--output=json", fields, "--lines=1", *matches).stdout)
         how, status, invocation = told["EXIT_CODE"], told["EXIT_STATUS"], told["USER_INVOCATION_ID"]
-        reason = State(code=EXITED, status=int(status)).ending() if how == "exited" else f"it was ended by SIG{status}"
+        reason = State(code=EXITED if how == "exited" else KILLED, status=int(status)).ending()
     except (ValueError, KeyError):
         return None
     return reason, invocation

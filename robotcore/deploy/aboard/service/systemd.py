@@ -14,8 +14,8 @@ from robotcore.deploy.aboard.telling import RefusalError
 PATIENCE_S = 90.0
 """How long systemd may take over a call: longer than it lets a service take to stop."""
 
-EXITED = 1
-"""``CLD_EXITED`` of wait(2): a process ended by itself; other numbers are a signal's."""
+EXITED, KILLED = 1, 2
+"""``CLD_EXITED`` and ``CLD_KILLED`` of wait(2): a process ended by itself, or by a signal."""
 
 _STATUSES = {
     2: "it cannot run as it is described",

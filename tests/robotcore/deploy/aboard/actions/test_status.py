@@ -75,7 +75,7 @@ def test_failure_is_told_with_the_apps_last_words(layout: Layout, systemd: Scrip
     "how, status_, reason",
     [
         ("exited", "5", "it ended with status 5 (the app raised, or hung)"),
-        ("killed", "ABRT", "it was ended by SIGABRT"),
+        ("killed", "6", "it was ended by SIGABRT"),
     ],
 )
 def test_what_was_started_again_is_told_with_why(
