@@ -8,12 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from robotcore.appfile import is_app_file
-from robotcore.catalogue import app_name, load_backend
+from robotcore.catalogue import app_name, load_app, load_backend
 from robotcore.deploy.paths import inside, require_sendable
 from robotcore.deploy.table import FILE, ProjectTable, RobotcoreTable, Tables, tables_of
 from robotcore.description import RobotDescription, load_robot, load_world
 from robotcore.errors import UnknownNameError, UsageError
 from robotcore.registry import app_names
+from robotcore.running.plan import require_rate
+from robotcore.settings import configure
 from robotcore.sweep.ownfiles import is_own
 from robotcore.sweep.requirements import Requirement
 from robotcore.sweep.seeds import seeds_of
@@ -146,10 +148,16 @@ def _named_by(asked: Asked, table: RobotcoreTable, kind: str, folder: Path | Non
 
 
 def _checked(project: Project) -> Project:
-    """Return the project; raise UsageError where something that it names is not there, or a bound is none."""
+    """Return the project; raise UsageError where something that it names is not there, or a number or a bound is none.
+
+    The settings of an app of the user's own are looked at where it runs: its file is not imported here.
+    """
+    require_rate(project.rate_hz)
     load_backend(project.backend)
-    if not is_app_file(project.app) and app_name(project.app) not in app_names():
-        raise UnknownNameError("app", project.app, app_names())
+    if not is_app_file(project.app):
+        if app_name(project.app) not in app_names():
+            raise UnknownNameError("app", project.app, app_names())
+        configure(load_app(project.app), project.settings)
     if not is_own(project.robot):
         load_robot(project.robot)
     if project.world and not is_own(project.world):

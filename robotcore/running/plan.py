@@ -87,7 +87,7 @@ class Plan:
     @classmethod
     def of(cls, request: RunRequest) -> Plan:
         """Find and check all that the request names; nothing is opened yet."""
-        _require_rate(request.rate_hz)
+        require_rate(request.rate_hz)
         _require_positive("--timeout", request.timeout_s)
         backend = load_backend(request.backend)
         judge = None if request.judge is None else load_judge(request.judge)
@@ -116,7 +116,8 @@ def drawn_for(request: RunRequest) -> Told:
     return drawn
 
 
-def _require_rate(rate_hz: float) -> None:
+def require_rate(rate_hz: float) -> None:
+    """Raise UsageError for what is no rate for a loop."""
     if not MIN_RATE_HZ <= rate_hz <= MAX_RATE_HZ:
         raise UsageError(f"--rate is {rate_hz} Hz; it must be from {MIN_RATE_HZ:g} to {MAX_RATE_HZ:g}")
 

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -81,6 +82,8 @@ def test_every_fault_of_the_table_is_told_by_its_key(tmp_path: Path) -> None:
         (Asked(app="green-search", robot="rover", backend="raspberypi"), UnknownNameError, "raspberrypi"),
         (Asked(app="green-search", robot="rover", seeds="3-1"), UsageError, "1-3"),
         (Asked(app="green-search", robot="rover", require=("verifed>=1",)), UsageError, "verified"),
+        (Asked(app="green-search", robot="rover", rate_hz=0.0), UsageError, "--rate is 0"),
+        (Asked(app="green-search", robot="rover", settings={"sped": "1"}), UnknownNameError, "setting 'sped'"),
         (Asked(app="none.py", robot="rover"), UsageError, "no such file"),
         (Asked(folder=Path("none")), UsageError, "no such folder"),
     ],
@@ -93,7 +96,7 @@ def test_what_is_not_there_is_told_before_anything_is_done(
 
 
 def test_a_release_runs_until_it_is_stopped_and_can_be_stopped_without_its_app(tmp_path: Path) -> None:
-    project = project_of(Asked(app="green-search", robot="rover", settings={"a": "b c"}), tmp_path)
+    project = replace(project_of(Asked(app="green-search", robot="rover"), tmp_path), settings={"a": "b c"})
     release = release_of(project, NAME)
     words = ("run", "green-search", "--backend", "raspberrypi", "--timeout", f"{UNTIL_STOPPED_S:.0f}")
     assert release.run == (*words, "--set", "a=b c", "--realtime")
