@@ -135,7 +135,7 @@ def test_release_that_does_not_live_is_told_with_its_last_words_and_what_runs_no
 def test_headline_has_the_error_that_robotcore_told(error: str, told: str) -> None:
     lines = ["Traceback (most recent call last):", f"error: {error}", "error: the recording is not whole"]
     came = {"release": NEW, "outcome": "unhealthy", "reason": "the app raised", "lines": lines, "current": None}
-    said = trial._unhealthy(Host("robot"), {**came, "is_running": False}, "logs").splitlines()
+    said = trial._unhealthy(Host("robot"), {**came, "is_running": False, "is_standing": True}, "logs").splitlines()
     assert told in said[0]
     assert said[0].startswith(f"robot: {NEW} did not live: the app raised: ")
     assert said[1:] == [f"  {line}" for line in lines]

@@ -40,11 +40,11 @@ def let_run(layout: Layout, name: str) -> None:
 
 
 def files_of(folder: Path) -> dict[str, bytes | str]:
-    """Return all that is below a folder: files with what is in them, links with where they lead."""
+    """Return all that is below a folder: files with what is in them, links with where they lead; nothing compiled."""
     return {
         str(path.relative_to(folder)): str(path.readlink()) if path.is_symlink() else path.read_bytes()
         for path in sorted(folder.rglob("*"))
-        if path.is_symlink() or path.is_file()
+        if (path.is_symlink() or path.is_file()) and path.suffix != ".pyc"
     }
 
 
