@@ -18,8 +18,8 @@ from robotcore.deploy.aboard.system import durable
 from robotcore.deploy.aboard.system.disk import free_bytes
 from robotcore.deploy.aboard.telling import RefusalError
 
-UNUSABLE = 2
-"""An exit status after which systemd does not try again."""
+FAILED, UNUSABLE = 1, 2
+"""Exit statuses: what may be well the next time, such as a card's reading, and what systemd does not try again."""
 
 
 def main(arguments: Sequence[str] = tuple(sys.argv[1:]), layout: Layout | None = None) -> int:
@@ -27,8 +27,11 @@ def main(arguments: Sequence[str] = tuple(sys.argv[1:]), layout: Layout | None =
     works: dict[str, Callable[[Layout], int]] = {"run": run, "off": off, "trial": trial}
     try:
         return works[arguments[0]](layout or Layout(Path.home()))
-    except OSError as error:
+    except FileNotFoundError as error:
         return _tell(f"{error.filename}: {error.strerror}. Push again")
+    except OSError as error:
+        _tell(f"{error.filename}: {error.strerror}. Look at the disk there; or push again")
+        return FAILED
     except (RefusalError, ValueError, KeyError, TypeError) as error:
         return _tell(str(error))
 

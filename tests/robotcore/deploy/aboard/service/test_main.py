@@ -126,6 +126,16 @@ def test_release_that_is_broken_is_refused_for_good(layout: Layout, systemd: Sys
     assert process.returncode == 2, "systemd does not try again"
 
 
+def test_release_that_could_not_be_read_is_tried_again(layout: Layout, systemd: Systemd) -> None:
+    folder = fitted(layout, OLD)
+    folder.joinpath("release.json").unlink()
+    folder.joinpath("release.json").mkdir()  # reading it fails, as on a bad card
+    let_run(layout, OLD)
+    process = systemd("run")
+    assert process.communicate()[1].startswith(f"robotcore: {folder / 'release.json'}: Is a directory.")
+    assert process.returncode == 1, "systemd tries again"
+
+
 def test_nothing_on_trial_is_nothing_to_judge(systemd: Systemd) -> None:
     process = systemd("trial")
     assert (*process.communicate(), process.returncode) == ("", "", 0)
