@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from robotcore.deploy.aboard.layout import Layout
+from robotcore.deploy.aboard.system.disk import MAKE_ROOM
 from robotcore.deploy.aboard.telling import RefusalError, write
 
 ACTIONS = (
@@ -51,5 +52,5 @@ def _remedy(error: OSError) -> str:
     import errno
 
     if error.errno in {errno.ENOSPC, errno.EDQUOT}:
-        return "Make room there: robotcore deploy fetch --move takes recordings home"
+        return MAKE_ROOM
     return "Look at it there"

@@ -7,6 +7,7 @@ import shlex
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from robotcore.deploy.aboard.system.disk import MAKE_ROOM
 from robotcore.deploy.connection.host import Host
 from robotcore.errors import DeployError
 
@@ -114,7 +115,7 @@ RSYNC = (
         r"No space left on device|Disk quota exceeded",
         "disk full",
         "the disk of {where} is full",
-        "Make room there: robotcore deploy fetch --move takes recordings home",
+        MAKE_ROOM,
     ),
     Failure(
         r"is your shell clean",

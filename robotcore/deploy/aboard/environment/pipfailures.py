@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from robotcore.deploy.aboard.system.disk import MAKE_ROOM
 from robotcore.deploy.aboard.telling import RefusalError
 
 _CORRECT = "Correct it in the project's dependencies"
@@ -27,7 +28,7 @@ _ANYWHERE = (
         re.compile(r"No space left on device|Disk quota exceeded"),
         "disk",
         "the robot's disk is full",
-        "Make room there: robotcore deploy fetch --move takes recordings home",
+        MAKE_ROOM,
     ),
     _Failure(
         re.compile(r"ResolutionImpossible"),

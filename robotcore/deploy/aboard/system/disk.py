@@ -6,6 +6,9 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
+MAKE_ROOM = "Make room there: a robot's recordings go home with robotcore deploy fetch --move, df -h tells the rest"
+"""What to do about a full disk, at the desk's end too."""
+
 
 def free_bytes(path: Path) -> int:
     """Return what this user may still write on the disk that a path is on, or will be on."""
