@@ -21,6 +21,7 @@ from robotcore.description import Described, RobotDescription, WorldDescription
 from robotcore.doctor import Finding
 from robotcore.errors import UsageError
 from robotcore.guardian import CutoffSpec
+from robotcore.plural import counted
 from robotcore.robot import Robot
 from robotcore.scene import Whose, join, look, places
 
@@ -77,7 +78,7 @@ class CoppeliaSimBackend(Backend):
         if self.builds_world(robot):
             return ""
         placed = places(robot, SECTION)
-        return f"{len(placed)} object{'' if len(placed) == 1 else 's'}"
+        return counted(len(placed), "object")
 
     def look(self, setup: Setup) -> Iterator[Finding]:
         options = setup.options_as(CoppeliaSimOptions)

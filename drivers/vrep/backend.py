@@ -12,6 +12,7 @@ from robotcore.backend import Backend, Setup, Vouch
 from robotcore.description import Described, RobotDescription
 from robotcore.doctor import Finding
 from robotcore.guardian import CutoffSpec
+from robotcore.plural import counted
 from robotcore.robot import Robot
 from robotcore.scene import Scene, Whose, join, look, places
 
@@ -60,7 +61,7 @@ class VrepBackend(Backend):
 
     def check(self, robot: RobotDescription) -> str:
         placed = places(robot, SECTION)
-        return f"{len(placed)} object{'' if len(placed) == 1 else 's'}"
+        return counted(len(placed), "object")
 
     def look(self, setup: Setup) -> Iterator[Finding]:
         options = setup.options_as(VrepOptions)

@@ -11,6 +11,7 @@ import click
 from robotcore.cli.findings import lines_of
 from robotcore.cli.values import pair
 from robotcore.errors import UsageError
+from robotcore.plural import counted
 
 if TYPE_CHECKING:
     from robotcore.description import RobotDescription, WorldDescription
@@ -94,16 +95,12 @@ def _checked(robot: RobotDescription, section: str) -> tuple[list[str], str]:
 
 def _robot(robot: RobotDescription) -> str:
     kinds = Counter(device.kind.replace("_", " ") for device in robot.devices)
-    devices = ", ".join(_count(number, kind) for kind, number in kinds.items()) or "no devices"
+    devices = ", ".join(counted(number, kind) for kind, number in kinds.items()) or "no devices"
     return f"the robot {robot.name!r}: {devices}"
 
 
 def _world(world: WorldDescription) -> str:
     nothing = "" if world.targets else " (nothing to search for)"
-    counts = f"{_count(len(world.obstacles), 'obstacle')}, {_count(len(world.targets), 'target')}{nothing}"
+    counts = f"{counted(len(world.obstacles), 'obstacle')}, {counted(len(world.targets), 'target')}{nothing}"
     own = "".join(f", {section} of its own" for section in SECTIONS if section in world.model_fields_set)
     return f"the world {world.name!r}: {world.floor.length_m:g} m x {world.floor.width_m:g} m, {counts}{own}"
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"

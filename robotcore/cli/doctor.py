@@ -14,6 +14,7 @@ import click
 
 from robotcore.cli.findings import lines_of
 from robotcore.cli.output import as_json, write_json
+from robotcore.plural import counted
 
 if TYPE_CHECKING:
     from robotcore.description import RobotDescription
@@ -42,7 +43,7 @@ def command(robot: str | None, backend: str | None, *, as_json: bool) -> int:
         rows = [_row(about, finding) for about, finding in findings]
         write_json({"findings": rows, "warnings": warnings, "errors": errors, "exit_status": status})
     else:
-        click.echo(f"\n{_count(errors, 'error')}, {_count(warnings, 'warning')}")
+        click.echo(f"\n{counted(errors, 'error')}, {counted(warnings, 'warning')}")
     return status
 
 
@@ -111,7 +112,3 @@ def _row(about: str, finding: Finding) -> dict[str, Any]:
         "said": finding.said,
         "remedy": finding.remedy,
     }
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -13,8 +13,9 @@ from rich.text import Text
 from robotcore.comparison.comparison import Comparison
 from robotcore.comparison.side import Side
 from robotcore.geometry import wrap_angle
+from robotcore.plural import counted
 from robotcore.recording.path import Path, length_of
-from robotcore.view.summary import counted, heading
+from robotcore.view.summary import heading
 
 NOTHING = "–"
 ROOMS_DIFFER = "the rooms differ: poses and paths are not of one place"

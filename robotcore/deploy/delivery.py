@@ -17,6 +17,7 @@ from robotcore.deploy.packages.wheelhouse import wheels_for
 from robotcore.deploy.progress import Step, Tell, begin
 from robotcore.deploy.staging.staging import Staged
 from robotcore.errors import DeployError
+from robotcore.plural import counted
 
 BAD = ("error", "warning")
 """The levels of a doctor's findings that are told of in full, the worst first."""
@@ -92,12 +93,8 @@ def _tell_findings(findings: Sequence[Mapping[str, Any]], step: Step) -> None:
     """Tell what the doctor found. An error raises nothing: the trial shows whether the app lives with it."""
     counts = Counter(finding["level"] for finding in findings)
     bad = [finding for level in BAD for finding in findings if finding["level"] == level]
-    said = [f"{counts['ok']} ok", *(_count(counts[level], level) for level in BAD if counts[level])]
+    said = [f"{counts['ok']} ok", *(counted(counts[level], level) for level in BAD if counts[level])]
     step.done(", ".join(said), *(_in_a_line(finding) for finding in bad))
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def _in_a_line(finding: Mapping[str, Any]) -> str:

@@ -13,6 +13,7 @@ from robotcore.deploy.connection.link import Link
 from robotcore.deploy.paths import told
 from robotcore.deploy.progress import Tell, begin
 from robotcore.errors import UsageError
+from robotcore.plural import counted
 
 STEP = "brought"
 
@@ -54,7 +55,7 @@ def fetch(link: Link, folder: Path, tell: Tell = print, *, moves: bool = False) 
             wanted, folder, moves=moves, on_progress=lambda done, part: step.say(f"{part:.0%}, {in_words(done)}")
         )
     size = in_words(sum(sizes[name] for name in found.brought))
-    step.done(f"{_count(found.brought)}, {size}, to {folder}", *_notes(found, moves=moves))
+    step.done(f"{counted(len(found.brought), 'recording')}, {size}, to {folder}", *_notes(found, moves=moves))
     return found
 
 
@@ -91,9 +92,5 @@ def _notes(found: Fetched, *, moves: bool) -> list[str]:
         for name in found.different
     ]
     if moves and found.here:
-        notes.append(f"{_count(found.here)} that were here already are deleted there")
+        notes.append(f"{counted(len(found.here), 'recording')} of those that were here already: deleted there")
     return notes
-
-
-def _count(names: tuple[str, ...]) -> str:
-    return f"{len(names)} recording{'' if len(names) == 1 else 's'}"

@@ -8,6 +8,7 @@ from rich.text import Text
 
 from robotcore.errors import RobotcoreError
 from robotcore.faults.spec import Spec
+from robotcore.plural import counted
 from robotcore.running.outcome import Outcome, RunResult
 
 _STYLES = {Outcome.SUCCESS: "bold green", Outcome.INTERRUPTED: "bold yellow", Outcome.TIMEOUT: "bold yellow"}
@@ -49,11 +50,6 @@ def measures(result: RunResult) -> Iterator[str]:
         yield counted(result.contacts, "contact")
     if result.overruns:
         yield counted(result.overruns, "overrun")
-
-
-def counted(count: int, what: str) -> str:
-    """Return how many there are of what, in the plural but for one."""
-    return f"{count} {what}{'' if count == 1 else 's'}"
 
 
 def events(result: RunResult) -> Iterator[str]:
