@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
+from functools import partial
 from typing import Annotated, Generic, TypeVar
 
 from pydantic import Field
 
 from drivers.raspberrypi.gpio import HELD_UP, PULLED_UP, Gpio, gpio
-from drivers.raspberrypi.motors.control import Control, VelocityControl
-from drivers.raspberrypi.motors.controlled import ControlledMotor
-from drivers.raspberrypi.motors.model import MotorModel
-from drivers.raspberrypi.motors.motor import Bridge, PinMotor
-from robotcore.description import Described, EncoderDescription, MotorDescription, RobotDescription
-from robotcore.devices import Encoder, Motor
-from robotcore.errors import DeviceError
+from drivers.raspberrypi.motors.bridge import Bridge
+from robotcore.description import Described, MotorDescription, RobotDescription
+from robotcore.devices import Motor
 from robotcore.guardian import CutoffSpec
-from robotcore.hardware import Connection, DeviceDriver, Host, encoder_of
+from robotcore.hardware import Connection, DeviceDriver, Host
+from robotcore.hardware.motors import Control, Model, open_motor, require_encoder, require_reach
 
 BATTERY = (
     "The motors have a battery of their own, never a pad of the header: it gives them too little, and they disturb it. "
@@ -40,14 +38,6 @@ RISING = (
 
 PAUSE_S = 0.25
 """An app that is silent for no longer only swaps, collects garbage or waits for a slow card: it is not ended for it."""
-
-Model = Annotated[
-    MotorModel,
-    Field(
-        description="a table such as { dead_band = 0.1, forward_rad_s = 14.0, backward_rad_s = 14.0 }; "
-        "docs/raspberry-pi.md says how to measure it"
-    ),
-]
 
 
 class MotorSettings(Described):
@@ -108,25 +98,13 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
                 f"GPIO {held[0]} is held high by a resistor on the Pi, so {told.name} may turn when no program runs; "
                 "take another one, best of 9 to 27"
             )
-        for direction, word in ((1, "forward"), (-1, "backward")):
-            if (reach := settings.model.reach(direction)) < told.max_velocity_rad_s:
-                raise ValueError(
-                    f"by its model the wheel turns {word} at {reach:.3g} rad/s at most, and max_velocity_rad_s of "
-                    f"{told.name} is {told.max_velocity_rad_s:g}; lower that, or correct model.{word}_rad_s or "
-                    "model.max_duty"
-                )
+        require_reach(told, settings.model)
         if settings.control:
             _check_control(settings.control, settings.frequency_hz, told.name, robot)
 
     def open(self, told: MotorDescription, settings: SettingsT, host: Host) -> Motor:
-        if (control := settings.control) is None:
-            return PinMotor(told, settings.model, self.bridge(told.name, settings, host))
-        encoder, counts = _encoder_on(told.name, host)
-        controller = VelocityControl(control, settings.model, told.lag_s, counts)
-        bridge = self.bridge(told.name, settings, host)
-        motor = ControlledMotor(told, settings.model, bridge, controller, encoder)
-        motor.begin(host.clock, control.period_s)
-        return motor
+        bridge = partial(self.bridge, told.name, settings, host)
+        return open_motor(told, settings.model, settings.control, bridge, host)
 
     def cutoffs(self, told: MotorDescription, settings: SettingsT, host: Host) -> Sequence[CutoffSpec]:
         from gpiozero.pins.mock import MockFactory
@@ -147,22 +125,9 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
 
 
 def _check_control(control: Control, frequency_hz: int, motor: str, robot: RobotDescription) -> None:
-    if encoder_of(motor, robot) is None:
-        raise ValueError(
-            f"the wheel of {motor} has no encoder to be controlled by; name the encoders in [drive], or leave control "
-            "out"
-        )
+    require_encoder(motor, robot)
     if control.period_s * frequency_hz < 1:
         raise ValueError(
             f"control.period_s {control.period_s:g} is shorter than a cycle of {frequency_hz} Hz; lengthen it, or "
             "raise frequency_hz"
         )
-
-
-def _encoder_on(motor: str, host: Host) -> tuple[Encoder, int]:
-    """Return the open encoder on a motor's wheel, and its counts per turn; raises DeviceError."""
-    name = encoder_of(motor, host.robot)
-    encoder = host.opened.get(name or "")
-    if not isinstance(encoder, Encoder):
-        raise DeviceError(motor, f"cannot be controlled without the encoder {name!r}, which is not open. Open it too")
-    return encoder, next(told.counts_per_turn for told in host.robot.all_of(EncoderDescription) if told.name == name)

@@ -7,8 +7,8 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from drivers.raspberrypi.gpio import Gpio, gpio
+from drivers.raspberrypi.motors.bridge import Bridge
 from drivers.raspberrypi.motors.driver import MotorDriver, MotorSettings
-from drivers.raspberrypi.motors.motor import Bridge
 from drivers.raspberrypi.motors.outputs import digital_output, fall, pwm_output
 from robotcore.hardware import Connection, Host
 
@@ -59,19 +59,24 @@ class HBridge(MotorDriver[HBridgeSettings]):
             )
             if settings.enable is not None:
                 digital_output(name, settings.enable, host.pins, opened, is_high=True)
-            return TwoInputs(forward, backward, (settings.forward, settings.backward), opened.pop_all())
+            return TwoInputs(name, forward, backward, (settings.forward, settings.backward), opened.pop_all())
 
 
 class TwoInputs(Bridge):
     """The two inputs of an H-bridge."""
 
     def __init__(
-        self, forward: PWMOutputDevice, backward: PWMOutputDevice, gpios: Sequence[int], opened: ExitStack
+        self,
+        motor: str,
+        forward: PWMOutputDevice,
+        backward: PWMOutputDevice,
+        gpios: Sequence[int],
+        opened: ExitStack,
     ) -> None:
-        super().__init__(gpios, opened)
+        super().__init__(motor, gpios, opened)
         self._forward, self._backward = forward, backward
 
-    def turn(self, duty: float) -> None:
+    def put(self, duty: float) -> None:
         if duty > 0:  # what goes low goes first
             fall(self._backward)
             self._forward.value = duty

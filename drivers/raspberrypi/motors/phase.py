@@ -7,8 +7,8 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from drivers.raspberrypi.gpio import Gpio, gpio
+from drivers.raspberrypi.motors.bridge import Bridge
 from drivers.raspberrypi.motors.driver import MotorDriver, MotorSettings
-from drivers.raspberrypi.motors.motor import Bridge
 from drivers.raspberrypi.motors.outputs import digital_output, fall, pwm_output
 from robotcore.hardware import Connection, Host
 
@@ -44,7 +44,7 @@ class PhaseEnable(MotorDriver[PhaseEnableSettings]):
         with ExitStack() as opened:
             phase = digital_output(name, settings.phase, host.pins, opened, is_high=False)
             enable = pwm_output(name, settings.enable, settings.frequency_hz, host.pins, opened)
-            return PhaseAndEnable(phase, enable, (settings.phase, settings.enable), opened.pop_all())
+            return PhaseAndEnable(name, phase, enable, (settings.phase, settings.enable), opened.pop_all())
 
 
 class PhaseAndEnable(Bridge):
@@ -55,13 +55,18 @@ class PhaseAndEnable(Bridge):
     """
 
     def __init__(
-        self, phase: DigitalOutputDevice, enable: PWMOutputDevice, gpios: Sequence[int], opened: ExitStack
+        self,
+        motor: str,
+        phase: DigitalOutputDevice,
+        enable: PWMOutputDevice,
+        gpios: Sequence[int],
+        opened: ExitStack,
     ) -> None:
-        super().__init__(gpios, opened)
+        super().__init__(motor, gpios, opened)
         self._phase, self._enable = phase, enable
         self._is_backward = False
 
-    def turn(self, duty: float) -> None:
+    def put(self, duty: float) -> None:
         if duty == 0:
             fall(self._enable)
             return

@@ -7,13 +7,13 @@ import threading
 from collections.abc import Callable
 from contextlib import ExitStack
 
-from drivers.raspberrypi.ranging.findings import Findings
 from drivers.raspberrypi.ranging.i2c import I2CChip
 from drivers.raspberrypi.ranging.lightchips import Measurement, Seen
 from robotcore.clock import Clock
 from robotcore.description import RangeSensorDescription
 from robotcore.devices import Range, RangeSensor
 from robotcore.errors import DeviceError
+from robotcore.hardware.findings import Findings
 
 STALLED_S = 1.0
 """A chip that has measured nothing for so long was without power meanwhile, and measures no more by itself."""

@@ -10,13 +10,13 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from drivers.raspberrypi.gpio import gpio
-from drivers.raspberrypi.ranging.findings import Findings, require_timely
 from drivers.raspberrypi.ranging.i2c import I2CChip, Place
 from drivers.raspberrypi.ranging.lidar import Lidar
 from drivers.raspberrypi.ranging.lightchips import LightChip, VL53L0XChip, VL53L1XChip
 from robotcore.description import Described, RangeSensorDescription, RobotDescription
 from robotcore.devices import RangeSensor
 from robotcore.hardware import Connection, DeviceDriver, Host
+from robotcore.hardware.findings import Findings, require_timely
 
 _HEADER_BUS, _SDA, _SCL = 1, 2, 3
 """Source: https://pinout.xyz/pinout/i2c."""

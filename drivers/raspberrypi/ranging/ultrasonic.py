@@ -10,7 +10,6 @@ from pydantic import Field
 
 from drivers.raspberrypi.gpio import Gpio, gpio
 from drivers.raspberrypi.ranging.echopins import EchoPins
-from drivers.raspberrypi.ranging.findings import Findings, require_timely
 from drivers.raspberrypi.ranging.hearing import Hearing
 from drivers.raspberrypi.ranging.sonar import Sonar
 from drivers.raspberrypi.ranging.sound import speed_of_sound
@@ -18,6 +17,7 @@ from drivers.raspberrypi.ranging.turns import Turns
 from robotcore.description import Described, RangeSensorDescription, RobotDescription
 from robotcore.devices import RangeSensor
 from robotcore.hardware import Connection, DeviceDriver, Host
+from robotcore.hardware.findings import Findings, require_timely
 
 REACH_M = 4.0
 """Source: HC-SR04 data sheet, ElecFreaks."""

@@ -8,11 +8,11 @@ from typing import Any
 
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
-from drivers.raspberrypi.motors.model import MotorModel
 from robotcore.clock import SteppedClock
 from robotcore.description import RobotDescription, load_robot
 from robotcore.devices import Device, Encoder, Motor
 from robotcore.hardware import Host, fit, open_devices
+from robotcore.hardware.motors.model import MotorModel
 
 FORWARD, BACKWARD, A, B = 17, 27, 5, 6
 MODEL: Mapping[str, float] = {"dead_band": 0.1, "forward_rad_s": 14.0, "backward_rad_s": 14.0}

@@ -4,10 +4,10 @@ from typing import Any
 
 import pytest
 
-from drivers.raspberrypi.motors.controlled import ControlledMotor
 from robotcore.devices import Angle
 from robotcore.errors import DescriptionError, DeviceError
 from robotcore.hardware import fit
+from robotcore.hardware.motors.controlled import ControlledMotor
 from tests.drivers.raspberrypi.motors.rig import H_BRIDGE, QUADRATURE, Rig, rover
 
 CONTROLLED = {**H_BRIDGE, "control": {}}

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from drivers.raspberrypi.ranging.findings import Findings
 from drivers.raspberrypi.ranging.hearing import LONGEST_ECHO_S, SILENCE_S, STUCK_S, Hearing
 from robotcore.devices import Range
 from robotcore.errors import DeviceError
+from robotcore.hardware.findings import Findings
 from tests.drivers.raspberrypi.ranging.modules import NOSE
 
 UNHURRIED = settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])

@@ -12,7 +12,6 @@ import pytest
 from drivers.kinematic.backend import KinematicBackend
 from drivers.raspberrypi.encoders.encoder import PinEncoder
 from drivers.raspberrypi.motors.hbridge import HBridge
-from drivers.raspberrypi.motors.motor import PinMotor
 from drivers.raspberrypi.ranging.sonar import Sonar
 from drivers.raspberrypi.ranging.ultrasonic import Ultrasonic
 from drivers.raspberrypi.virtual.backend import VirtualPiBackend
@@ -22,6 +21,7 @@ from robotcore.catalogue import load_backend
 from robotcore.description import RangeSensorDescription, RobotDescription, WorldDescription, load_robot
 from robotcore.devices import RangeSensor
 from robotcore.errors import BackendMissingError, DescriptionError, DeviceClosedError, DeviceError, UsageError
+from robotcore.hardware.motors import DutyMotor
 from robotcore.robot import Robot
 from robotcore.testing import scenes
 
@@ -54,7 +54,7 @@ def distances_heard(asked: Setup, seconds: float = 3.0) -> list[float]:
 
 def test_what_is_on_pins_is_opened_by_the_drivers_of_a_real_pi() -> None:
     with VirtualPiBackend().open(setup()) as robot:
-        assert isinstance(robot["left_motor"], PinMotor)
+        assert isinstance(robot["left_motor"], DutyMotor)
         assert isinstance(robot["right_encoder"], PinEncoder)
         assert isinstance(robot["nose"], Sonar)
 
@@ -87,7 +87,7 @@ def _turned_in_a_second(asked: Setup, rad_s: float) -> float:
     """Return by how much the left wheel turns when it has settled; its encoder tells it to 0.0016 rad."""
     with VirtualPiBackend().open(asked) as robot:
         motor, encoder = robot["left_motor"], robot["left_encoder"]
-        assert isinstance(motor, PinMotor)
+        assert isinstance(motor, DutyMotor)
         assert isinstance(encoder, PinEncoder)
         motor.set_velocity(rad_s)
         robot.clock.sleep_until(2.0)
@@ -179,7 +179,7 @@ def test_interruption_when_all_are_open_leaves_nothing_open(
         raise interruption
 
     closed: list[str] = []
-    monkeypatch.setattr(PinMotor, "_release", lambda motor: closed.append(motor.name))
+    monkeypatch.setattr(DutyMotor, "_release", lambda motor: closed.append(motor.name))
     monkeypatch.setattr(HBridge, "cutoffs", fail)
     simulated = _kept(monkeypatch)
     with pytest.raises(interruption):

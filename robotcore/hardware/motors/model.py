@@ -51,18 +51,11 @@ class MotorModel(Described):
         return self.forward_rad_s if direction > 0 else self.backward_rad_s
 
 
-def whole_percent(duty: float) -> float:
-    """Return the nearest duty in whole percent, such that lgpio, which cuts ``int(duty * 100)``, sends just that.
-
-    One percent is the resolution of every motor here, on simulated pins too: of
-    ``forward_rad_s / (1 - dead_band)``, so 0.16 rad/s for a wheel of 14 rad/s with a dead band of 0.1.
-
-    >>> int(0.29 * 100), int(whole_percent(0.29) * 100)
-    (28, 29)
-    """
-    return _PERCENT[round(abs(duty) * 100)] if duty >= 0 else -_PERCENT[round(abs(duty) * 100)]
-
-
-_PERCENT = tuple(
-    percent / 100 if int(percent / 100 * 100) == percent else math.nextafter(percent / 100, 1) for percent in range(101)
-)
+Model = Annotated[
+    MotorModel,
+    Field(
+        description="a table such as { dead_band = 0.1, forward_rad_s = 14.0, backward_rad_s = 14.0 }; "
+        "docs/raspberry-pi.md says how to measure it"
+    ),
+]
+"""A motor's model in a robot's file."""

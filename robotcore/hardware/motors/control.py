@@ -8,8 +8,8 @@ from typing import Annotated
 
 from pydantic import Field, NonNegativeFloat
 
-from drivers.raspberrypi.motors.model import MotorModel
 from robotcore.description import Described
+from robotcore.hardware.motors.model import MotorModel
 
 ENOUGH_COUNTS = 8
 """So many make a velocity worth the name: one more or less is an eighth of it."""

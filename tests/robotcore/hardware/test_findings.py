@@ -2,9 +2,11 @@ import math
 
 import pytest
 
-from drivers.raspberrypi.ranging.findings import Findings
+from robotcore.description import RangeSensorDescription, load_robot
 from robotcore.errors import DeviceError
-from tests.drivers.raspberrypi.ranging.modules import NOSE
+from robotcore.hardware.findings import Findings
+
+[NOSE] = load_robot("rover").all_of(RangeSensorDescription)
 
 
 def test_before_anything_was_found_it_says_so() -> None:

@@ -7,7 +7,7 @@ import math
 from robotcore.description import RangeSensorDescription, RobotDescription
 from robotcore.devices import Range
 from robotcore.errors import DeviceError
-from robotcore.hardware import Newest
+from robotcore.hardware.newest import Newest
 
 
 class Findings:

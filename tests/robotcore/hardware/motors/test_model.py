@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from drivers.raspberrypi.motors.model import MotorModel, whole_percent
+from robotcore.hardware.motors import MotorModel
 
 models = st.builds(
     MotorModel,
@@ -53,19 +53,6 @@ def test_each_direction_has_a_full_velocity_of_its_own() -> None:
 
 def test_the_reach_ends_at_the_greatest_duty() -> None:
     assert MotorModel(dead_band=0.2, forward_rad_s=12, backward_rad_s=8, max_duty=0.6).reach(-1) == pytest.approx(4)
-
-
-@pytest.mark.parametrize("percent", range(-100, 101))
-def test_lgpio_sends_the_whole_percent_that_was_meant(percent: int) -> None:
-    duty = whole_percent(percent / 100)
-    assert int(duty * 100) == percent
-    assert duty == pytest.approx(percent / 100)
-    assert abs(duty) <= 1
-
-
-@given(st.floats(-1, 1))
-def test_a_duty_is_rounded_to_the_nearest_percent(duty: float) -> None:
-    assert abs(whole_percent(duty) - duty) <= 0.005 + 1e-12
 
 
 @pytest.mark.parametrize("wrong", [{"dead_band": 1.0}, {"dead_band": -0.1}, {"max_duty": 1.2}, {"forward_rad_s": 0}])

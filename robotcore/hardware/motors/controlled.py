@@ -5,28 +5,28 @@ from __future__ import annotations
 from contextlib import suppress
 from threading import RLock
 
-from drivers.raspberrypi.motors.control import VelocityControl
-from drivers.raspberrypi.motors.model import MotorModel
-from drivers.raspberrypi.motors.motor import Bridge, PinMotor
 from robotcore.clock import Clock
 from robotcore.description import MotorDescription
 from robotcore.devices import Encoder
 from robotcore.errors import DeviceError
+from robotcore.hardware.motors.control import VelocityControl
+from robotcore.hardware.motors.duty import DutyMotor, Output
+from robotcore.hardware.motors.model import MotorModel
 from robotcore.polling import Polling
 
 
-class ControlledMotor(PinMotor):
+class ControlledMotor(DutyMotor):
     """Sends what a controller makes of each command and, between commands, of what the encoder tells.
 
     Commands may come from several threads, and corrections come from one more: what is asked for and what is sent for
-    it belong together by a lock that is only held while pins are written, so nothing turns the wheel after a stop.
+    it belong together by a lock that is only held while a command is handed on: nothing turns the wheel after a stop.
     Where the encoder fails the motor stops, and the next command that would turn it raises why.
     """
 
     def __init__(
-        self, told: MotorDescription, model: MotorModel, bridge: Bridge, control: VelocityControl, encoder: Encoder
+        self, told: MotorDescription, model: MotorModel, output: Output, control: VelocityControl, encoder: Encoder
     ) -> None:
-        super().__init__(told, model, bridge)
+        super().__init__(told, model, output)
         self._control, self._encoder = control, encoder
         self._asked = 0.0
         self._failure: DeviceError | None = None
