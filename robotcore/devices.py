@@ -62,6 +62,15 @@ class Angle:
     sequence: int
 
 
+@dataclass(frozen=True, slots=True)
+class Voltage:
+    """A battery's voltage in volts."""
+
+    voltage: float
+    time: float
+    sequence: int
+
+
 @dataclass(frozen=True, eq=False)
 class Frame:
     """A picture: BGR, (height, width, 3), top-left origin, read-only."""
@@ -234,6 +243,10 @@ class Camera(Sensor[Frame]):
 
 class Encoder(Sensor[Angle]):
     """The angle of a wheel."""
+
+
+class Battery(Sensor[Voltage]):
+    """The voltage of the robot's battery."""
 
 
 class Display(Device, ABC):

@@ -12,6 +12,7 @@
     │   └── RecordingEndedError (EOFError)   a replay came to the end of its recording
     ├── DeviceError (OSError)                a device failed: exit 3
     │   ├── DeviceClosedError                it was used after it was closed
+    │   ├── DeviceLostError                  its line or plug is gone, and it is being looked for
     │   └── DeviceGroupError                 several failed at once
     ├── DeviationError                       a replay does otherwise than its recording: exit 1
     ├── DeployError                          a robot cannot be reached, or does not take a release: exit 3
@@ -168,6 +169,10 @@ class DeviceClosedError(DeviceError):
 
     def __init__(self, device: str) -> None:
         super().__init__(device, "is closed; open the robot again to use it")
+
+
+class DeviceLostError(DeviceError):
+    """A device is gone, such as one that was unplugged; its driver goes on looking for it, and it may come back."""
 
 
 class DeviceGroupError(DeviceError):

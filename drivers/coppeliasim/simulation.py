@@ -14,12 +14,12 @@ from drivers.coppeliasim.wheels import BuiltEncoder, BuiltMotor
 from robotcore.backend import Setup
 from robotcore.clock import SteppedClock
 from robotcore.description import (
-    AnyDevice,
     CameraDescription,
     DisplayDescription,
     EncoderDescription,
     MotorDescription,
     RangeSensorDescription,
+    SimulatedDevice,
 )
 from robotcore.devices import Device
 from robotcore.errors import DeviceError
@@ -43,7 +43,7 @@ class Simulation:
         self._scene.start()
         self._scene.advance(1)
 
-    def open(self, told: AnyDevice) -> Device:
+    def open(self, told: SimulatedDevice) -> Device:
         """Open one device; raises DeviceError where it sits on a wheel that is not there."""
         scene, clock = self._scene, self.clock
         if isinstance(told, MotorDescription):

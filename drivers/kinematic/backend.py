@@ -6,13 +6,13 @@ from drivers.kinematic.devices import KinematicCamera, KinematicEncoder, Kinemat
 from drivers.kinematic.simulation import Simulation
 from robotcore.backend import Backend, Setup, Vouch
 from robotcore.description import (
-    AnyDevice,
     CameraDescription,
     Described,
     DisplayDescription,
     EncoderDescription,
     MotorDescription,
     RangeSensorDescription,
+    SimulatedDevice,
 )
 from robotcore.devices import Device
 from robotcore.display import MemoryDisplay
@@ -59,7 +59,7 @@ def _require_wheels(setup: Setup, simulation: Simulation) -> None:
         raise DeviceGroupError(f"opening {setup.robot.name}", stray)
 
 
-def _opened(description: AnyDevice, simulation: Simulation) -> Device:
+def _opened(description: SimulatedDevice, simulation: Simulation) -> Device:
     name = description.name
     if isinstance(description, MotorDescription):
         return KinematicMotor(description, simulation.wheels[name])

@@ -12,12 +12,12 @@ from drivers.pybullet.truth import BulletTruth
 from robotcore.backend import Setup
 from robotcore.clock import SteppedClock
 from robotcore.description import (
-    AnyDevice,
     CameraDescription,
     DisplayDescription,
     EncoderDescription,
     MotorDescription,
     RangeSensorDescription,
+    SimulatedDevice,
     WorldDescription,
 )
 from robotcore.devices import Device
@@ -43,7 +43,7 @@ class Simulation:
     def clock(self) -> SteppedClock:
         return self._physics.clock
 
-    def open(self, description: AnyDevice) -> Device:
+    def open(self, description: SimulatedDevice) -> Device:
         """Open one device; raises DeviceError where it sits on a wheel that is not there."""
         bullet = self._bullet.on_behalf_of(description.name)
         body = self._body.through(bullet)

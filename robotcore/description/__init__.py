@@ -12,6 +12,7 @@ from robotcore.description.randomisation import Randomisation
 from robotcore.description.randomising import Randomised, Told, randomise
 from robotcore.description.robot import (
     AnyDevice,
+    BatteryDescription,
     Body,
     CameraDescription,
     Caster,
@@ -23,6 +24,7 @@ from robotcore.description.robot import (
     RangeSensorDescription,
     RobotDescription,
     Safety,
+    SimulatedDevice,
 )
 from robotcore.description.telling import conditions_told, light_told, picture_told
 from robotcore.description.texture import Texture
@@ -41,6 +43,7 @@ __all__ = [
     "COLOURS",
     "AnyDevice",
     "Ball",
+    "BatteryDescription",
     "Body",
     "Box",
     "CameraDescription",
@@ -60,6 +63,7 @@ __all__ = [
     "RangeSensorDescription",
     "RobotDescription",
     "Safety",
+    "SimulatedDevice",
     "Start",
     "Texture",
     "Told",

@@ -150,6 +150,14 @@ class EncoderDescription(Described):
         return math.floor(angle / count) * count
 
 
+class BatteryDescription(Described):
+    """A battery whose voltage somebody tells; below ``warn_below_v`` it is to be charged."""
+
+    kind: Literal["battery"]
+    name: Name
+    warn_below_v: PositiveFloat | None = None
+
+
 class RangeSensorDescription(Described):
     """A distance sensor; ``cone_rad`` is the full angle."""
 
@@ -191,12 +199,13 @@ class DisplayDescription(Described):
     name: Name
 
 
-DeviceDescription = Annotated[
-    MotorDescription | EncoderDescription | RangeSensorDescription | CameraDescription | DisplayDescription,
-    Field(discriminator="kind"),
-]
+SimulatedDevice = (
+    MotorDescription | EncoderDescription | RangeSensorDescription | CameraDescription | DisplayDescription
+)
+"""What a simulator opens: it has no battery to tell of."""
 
-AnyDevice = MotorDescription | EncoderDescription | RangeSensorDescription | CameraDescription | DisplayDescription
+AnyDevice = SimulatedDevice | BatteryDescription
+DeviceDescription = Annotated[AnyDevice, Field(discriminator="kind")]
 DescriptionT = TypeVar("DescriptionT", bound=Described)
 
 

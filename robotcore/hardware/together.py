@@ -34,6 +34,17 @@ def clashes(section: str, fittings: Iterable[Fitting]) -> Iterator[Fault]:
         for wire in fitting.connections:
             key = f"{section}.{fitting.name}.{wire.signal}"
             first, before = taken.setdefault((wire.bus, wire.where), (key, wire))
-            if before is not wire and not (wire.is_shared and before.is_shared and wire.signal == before.signal):
-                instead = f", or {wire.instead}" if wire.instead and wire.signal == before.signal else ""
-                yield key, f"{wire} is already {first}", f"Connect one of them elsewhere{instead}"
+            if before is not wire and not wire.shares(before):
+                yield (
+                    key,
+                    f"{wire} is already {first}{_spoken(before)}",
+                    f"Connect one of them elsewhere{_or(wire, before)}",
+                )
+
+
+def _spoken(before: Connection) -> str:
+    return f", where {before.spoken} is spoken" if before.spoken else ""
+
+
+def _or(wire: Connection, before: Connection) -> str:
+    return f", or {wire.instead}" if wire.instead and wire.signal == before.signal else ""

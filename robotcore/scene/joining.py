@@ -10,13 +10,13 @@ from dataclasses import dataclass
 from robotcore.backend import Setup
 from robotcore.clock import Clock, FollowingClock, SteppedClock
 from robotcore.description import (
-    AnyDevice,
     CameraDescription,
     DisplayDescription,
     EncoderDescription,
     MotorDescription,
     RangeSensorDescription,
     RobotDescription,
+    SimulatedDevice,
 )
 from robotcore.devices import Device
 from robotcore.display import MemoryDisplay
@@ -98,7 +98,7 @@ class _Joined:
     places: Mapping[str, Place]
     found: Found
 
-    def open(self, told: AnyDevice) -> Device:
+    def open(self, told: SimulatedDevice) -> Device:
         """Open a device; a display that has no object is kept in memory."""
         thing = self.found.get(told.name)
         if thing is None:
@@ -126,7 +126,7 @@ class _Joined:
         intrinsics = intrinsics_of(told, self.scene.lens(sensor), as_found=as_found)
         return SceneCamera(told.name, intrinsics, self.scene, sensor, self.clock)
 
-    def _is_reversed(self, told: AnyDevice) -> bool:
+    def _is_reversed(self, told: SimulatedDevice) -> bool:
         place = self.places[told.name]
         return isinstance(place, JointPlace) and place.reversed
 

@@ -1,0 +1,1 @@
+"""ROSArduinoBridge, and our firmware that speaks it: ASCII lines."""

@@ -1,0 +1,1 @@
+"""Sabertooth in packet serial mode: write-only frames of four bytes."""

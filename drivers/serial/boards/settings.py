@@ -1,0 +1,50 @@
+"""What a robot's file says of any device on a serial line."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
+
+from drivers.serial.ports.place import PortPlace
+from robotcore.description import Described
+from robotcore.hardware import Connection
+
+
+class PortSettings(Described):
+    """The port, and its speed where it is not the one that such boards have."""
+
+    speaks: ClassVar[str]
+    """What is spoken on the line: only devices that speak the same share a port."""
+
+    usual_baud: ClassVar[int]
+
+    port: PortPlace
+    baud: Annotated[int, Field(ge=300, le=4_000_000)] | None = None
+
+    @property
+    def speed(self) -> int:
+        """The line's speed in baud."""
+        return self.baud or self.usual_baud
+
+    def at(self, what: str = "") -> tuple[Connection, ...]:
+        """Return where the port goes, and ``what`` of the board behind it the device has alone."""
+        spoken = f"{self.speaks} at {self.speed} baud"
+        port = Connection("port", "serial", self.port, is_shared=True, spoken=spoken)
+        return (port, Connection("side", self.speaks, f"{what} at {self.port}")) if what else (port,)
+
+
+class BoardSettings(PortSettings):
+    """A motor board's own time-out, in seconds: it stops its motors where it has heard no command for so long."""
+
+    board_timeout_s: Annotated[float, Field(ge=0.1, le=5)] = 0.5
+
+
+Side = Literal["left", "right"]
+"""Which of a board's two motors, or encoders, it is; swap the two where the robot turns the wrong way."""
+
+
+class SideSettings(BoardSettings):
+    """One of a board's two sides."""
+
+    side: Side

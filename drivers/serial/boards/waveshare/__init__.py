@@ -1,0 +1,1 @@
+"""Waveshare UGV: JSON lines."""

@@ -1,0 +1,43 @@
+"""What is said on a line, without the line: a protocol's side of the conversation."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+
+
+class Talk(ABC):
+    """One side of a conversation, fed with bytes and asked for bytes: it does no input or output, and never waits.
+
+    The line's thread calls `begin`, `receive` and `due`; devices tell it from other threads what they want sent, so
+    that is kept in values that are replaced whole. Times are of the robot's clock, in seconds.
+
+    ``baud`` is the line's speed; ``is_ready`` whether the other side has answered since the line was opened, as far
+    as it ever does. ``stops_itself`` says in words when the board stops its motors by itself where nobody is heard.
+    """
+
+    baud: int
+    is_ready: bool
+    stops_itself: str = ""
+
+    @abstractmethod
+    def begin(self, now: float) -> None:
+        """Begin anew: the line is open, first or again, and the board may have been reset.
+
+        What was under way and what was commanded is forgotten; nothing turns until it is told anew.
+        """
+
+    @abstractmethod
+    def receive(self, data: bytes, now: float) -> None:
+        """Take what has come in: any cut of the stream, noise and all. Never raises for what it is."""
+
+    @abstractmethod
+    def due(self, now: float) -> bytes:
+        """Return what is to be sent now, empty where it is nothing; asked only when the line is free.
+
+        What is returned will have been sent: the newest command, never a queue of them.
+        """
+
+    def next_due(self, now: float) -> float:
+        """Return when `due` has something again at the latest, if nobody wants anything before; `inf` for never."""
+        return math.inf

@@ -1,0 +1,1 @@
+"""Range sensors on a line of their own."""
