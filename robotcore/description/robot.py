@@ -99,7 +99,9 @@ class Safety(Described):
     """When the safety stage steps in; see `robotcore.safety`.
 
     ``watchdog_s`` is how long an app's step may take, ``answer_s`` how long a device or a simulator may let wait;
-    ``stuck_m`` is how far the robot may drive, turning too, while a range sensor tells the very same.
+    ``stuck_m`` is how far the robot may drive, turning too, while a range sensor tells the very same. ``outage_s`` is
+    how long a device that is lost, such as one that was unplugged, may be away while the robot stands and waits; 0: the
+    run ends.
     """
 
     stop_distance_m: Metres = 0.10
@@ -110,6 +112,7 @@ class Safety(Described):
     answer_s: Annotated[float, Field(ge=0.2, le=3600)] = 1.0
     follow_s: PositiveFloat = 1.5
     stuck_m: PositiveFloat = 0.5
+    outage_s: Annotated[float, Field(ge=0, le=3600)] = 0.0
 
 
 class Mount(Described):

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from robotcore.clock import Clock
 from robotcore.devices import Display, Image, Motor, SampleT, Sensor
-from robotcore.errors import DeviceError
+from robotcore.errors import DeviceLostError
 from robotcore.faults.clocks import Stalling
 from robotcore.faults.fault import ROUNDING_S, Duration, Fault, Kind
 from robotcore.faults.occasion import Occasion
@@ -97,9 +97,9 @@ class CutOff(Layer):
         return _DistantDisplay(display, self)
 
     def require(self, device: str) -> None:
-        """Raise DeviceError by the device's name and the fault while it cannot be reached."""
+        """Raise DeviceLostError by the device's name and the fault while it cannot be reached."""
         if self._fault.is_on(self._occasion.clock.now()):
-            raise DeviceError(device, f'the connection is lost, by the fault "{self._occasion.written}"')
+            raise DeviceLostError(device, f'the connection is lost, by the fault "{self._occasion.written}"')
 
 
 class _DistantMotor(MotorOver):

@@ -7,13 +7,13 @@ deadman → faults → conditions → guard → watched → driver. Clock: backe
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 
 from robotcore.clock import AppClock, Clock, TickClock
 from robotcore.description import CameraDescription, Conditions, RangeSensorDescription, RobotDescription
 from robotcore.devices import Camera, Device, Motor, RangeSensor
-from robotcore.errors import UnknownNameError, UnmetNeedError
+from robotcore.errors import DeviceError, UnknownNameError, UnmetNeedError
 from robotcore.geometry import Pose
 from robotcore.layers.age import Age
 from robotcore.layers.conditions import PERFECT, Conditioned
@@ -35,7 +35,7 @@ class Assembled:
     """A robot as an app gets it, and what its run needs besides.
 
     The clock that its loop ticks, the latch that ends its run, its drive's stage, the brakes on every motor, and what a
-    watchdog looks at. ``halts`` stop drive and lone motors between two ticks.
+    watchdog looks at. ``halts`` stop drive and lone motors between two ticks, for a cause.
     """
 
     robot: Robot
@@ -44,13 +44,19 @@ class Assembled:
     stage: Stage | None
     brakes: Brakes
     where: Whereabouts
-    halts: tuple[Callable[[], None], ...] = ()
+    halts: tuple[Callable[[str], None], ...] = ()
 
     def suspend(self) -> None:
         """Stop what moves, each motor on its own, before the program is suspended; the app has not commanded it."""
         with ExitStack() as each:
             for halt in self.halts:
-                each.callback(halt)
+                each.callback(halt, "suspension")
+
+    def stand(self) -> None:
+        """Stop what moves while a device is lost; a motor that is lost itself does not hear it."""
+        for halt in self.halts:
+            with suppress(DeviceError):
+                halt("lost device")
 
 
 def needed_devices(description: RobotDescription, needs: Iterable[Role], wants: Iterable[Role] = ()) -> frozenset[str]:
@@ -111,7 +117,7 @@ def assemble(
     devices |= {motor.name: stack.over_lone(motor) for motor in lone}
     app_clock = AppClock(ticks)
     robot = Robot(raw.name, app_clock, devices.values(), drive=guarded.drive if guarded else None, release=raw.close)
-    halts = (*([guarded.suspend] if guarded else []), *(motor.stop for motor in lone))
+    halts = (*([guarded.suspend] if guarded else []), *(motor.suspend for motor in lone))
     return Assembled(robot, ticks, latch, guarded.stage if guarded else None, brakes, where, halts)
 
 

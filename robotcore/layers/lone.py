@@ -51,6 +51,10 @@ class LoneMotor(MotorOver):
             self._halt()
             self._deadman.rest()
 
+    def suspend(self, cause: str) -> None:
+        """Stop between two ticks; what it was for is told of drives alone."""
+        self.stop()
+
     def _cut(self, expiry: float) -> None:
         self._halt()
 

@@ -70,7 +70,7 @@ class GuardedDrive:
 
     drive: DifferentialDrive
     stage: Stage
-    suspend: Callable[[], None]
+    suspend: Callable[[str], None]
     motors: dict[str, Device]
 
     @classmethod

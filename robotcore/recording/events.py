@@ -128,7 +128,8 @@ class Tick:
 
     ``standing`` is what the stage said was being asked of the wheels, each time that an app which commands one wheel
     alone needed it. ``pose`` is the odometry's, None without a drive. ``asked``, ``sent`` and ``interventions`` are
-    those of the tick's commit; ``commit_error`` is why it failed. ``error`` ended the run in this tick, wherever in it.
+    those of the tick's commit; ``commit_error`` is why it failed. ``error`` broke the tick off, wherever in
+    it: the run ended with it, but for a device that was lost and waited for.
     """
 
     number: int

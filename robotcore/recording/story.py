@@ -7,7 +7,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from robotcore.faults import PlannedFault
-from robotcore.recording.events import Tick
+from robotcore.recording.events import Raised, Tick
 from robotcore.running.outcome import RunResult
 
 
@@ -36,6 +36,7 @@ class Story:
         self._failures: dict[str, str] = {}
         self._causes: set[str] = set()
         self._dropped = 0
+        self._error: Raised | None = None
 
     def of(self, tick: Tick) -> Iterator[Line]:
         """Yield what is new in a tick."""
@@ -46,8 +47,15 @@ class Story:
         yield from self._changed_failures(tick)
         yield from self._changed_causes(tick)
         yield from self._drops(tick)
-        if tick.error:
-            yield Line(Level.Error, f"{tick.error.kind}: {tick.error.message}")
+        yield from self._changed_error(tick.error)
+
+    def _changed_error(self, error: Raised | None) -> Iterator[Line]:
+        """Yield what broke the tick off; what is waited for breaks off one after the other."""
+        if error and error != self._error:
+            yield Line(Level.Error, f"{error.kind}: {error.message}")
+        if self._error and not error:
+            yield Line(Level.Info, "goes on")
+        self._error = error
 
     def _changed_faults(self, time: float) -> Iterator[Line]:
         """Yield which faults on purpose have come, and which have gone."""

@@ -127,6 +127,7 @@ class Execution:
             [*(observer.tick for observer in self._observers), lambda _: self._interrupts.check()],
             stepping(plan.behaviour, safety.watchdog_s),
             watching(safety.watchdog_s * (SIMULATED if assembled.robot.clock.is_lockstep else 1.0)),
+            safety.outage_s,
         )
         self._interrupts.stop_with(self._last_resort)
         self._interrupts.suspend_with(assembled.suspend, self._let_sensors_wake, is_to_wait=True)

@@ -6,9 +6,10 @@ from collections.abc import Callable, Sequence
 
 from robotcore.behaviour import Behaviour, Status
 from robotcore.drive import DifferentialDrive
-from robotcore.errors import BehaviourError, DeviceError, Interrupted, RobotcoreError, UsageError
+from robotcore.errors import BehaviourError, DeviceError, DeviceLostError, Interrupted, RobotcoreError, UsageError
 from robotcore.layers import Assembled
 from robotcore.running.interrupts import Recalled
+from robotcore.running.outages import Outages
 from robotcore.running.outcome import Outcome
 from robotcore.running.trace import TickRecord, Trace
 from robotcore.safety import Commit, Intervention, Stay
@@ -21,7 +22,8 @@ _IDLE = Commit(None, None, ())
 class Loop:
     """Runs a behaviour on a robot until it ends, or until ``timeout`` seconds of the robot's time.
 
-    ``stepping`` and ``watching`` are what a watchdog is told of the app's step and of the observers.
+    ``stepping`` and ``watching`` are what a watchdog is told of the app's step and of the observers. A device that is
+    lost may be away for ``outage`` seconds: the robot stands meanwhile.
     """
 
     def __init__(
@@ -33,10 +35,13 @@ class Loop:
         observers: Sequence[TickObserver] = (),
         stepping: Stay | None = None,
         watching: Stay | None = None,
+        outage: float = 0.0,
     ) -> None:
         self.robot, self._clock = assembled.robot, assembled.clock
         self._latch, self._stage, self._where = assembled.latch, assembled.stage, assembled.where
         self._stepping, self._watching = stepping, watching
+        self._stand = assembled.stand
+        self.outages = Outages(outage)
         self._drive = assembled.robot.drive if assembled.stage else None
         self.behaviour = behaviour
         self.trace = Trace(behaviour.milestones)
@@ -74,7 +79,7 @@ class Loop:
 
     def _run(self) -> Outcome:
         while True:
-            status = self.tick()
+            status = self._tick_or_stand()
             if status is not Status.RUNNING:
                 self.halt()
                 return Outcome(status.value)
@@ -83,20 +88,35 @@ class Loop:
                 return Outcome.TIMEOUT
             self._let_time_pass()
 
+    def _tick_or_stand(self) -> Status:
+        """Tick; stand where a device is lost that may come back."""
+        try:
+            status = self.tick()
+        except DeviceLostError as lost:
+            if not self.outages.bears(lost, self._clock.now()):
+                raise
+            self._stand()
+            return Status.RUNNING
+        self.outages.end(self._clock.now())
+        return status
+
     def tick(self) -> Status:
         """Decide once, guard and commit what was decided, and note it; a tick that fails is noted too."""
         self._latch.check()
         self._where.ticks += 1
         if self._drive:
             self._track(self._drive)
-        commit = _IDLE
+        commit, lost = _IDLE, None
         try:
             status = self._decide()
             self._latch.check()
             if self._stage:
                 commit = self._stage.commit()
+        except DeviceLostError as error:
+            lost = error.device
+            raise
         finally:
-            self._note(commit)
+            self._note(commit, lost)
         return status
 
     def halt(self) -> None:
@@ -112,14 +132,14 @@ class Loop:
         except DeviceError:
             pass
 
-    def _note(self, commit: Commit) -> None:
+    def _note(self, commit: Commit, lost: str | None = None) -> None:
         """Tell what a tick came to. A latch that trips between two ticks is told as the one that did not come."""
         self._where.begin(self._watching)
         if self._latch.error and not self._is_latch_noted:
             commit = self._with_latch(commit)
         tick = self._clock.tick + (self._clock.tick == self._noted)
         self._noted = tick
-        record = TickRecord(tick, self._clock.now(), self.behaviour.state, *commit)
+        record = TickRecord(tick, self._clock.now(), self.behaviour.state, *commit, lost)
         self.trace.add(record)
         for observe in self._observers:
             observe(record)

@@ -16,6 +16,7 @@ class TickRecord(NamedTuple):
     """One tick: the state after it was decided, what was asked of the wheels and what was sent, rad/s.
 
     ``asked`` is None in a tick without a command, and so is ``sent``, unless the stage lessened one that lived on.
+    ``lost`` names the device for whose loss the tick came to nothing.
     """
 
     tick: int
@@ -24,6 +25,7 @@ class TickRecord(NamedTuple):
     asked: Wheels | None
     sent: Wheels | None
     interventions: tuple[Intervention, ...]
+    lost: str | None = None
 
 
 class Trace:

@@ -97,12 +97,12 @@ class SafetyStage:
             self._is_stopped = True
             self._deadman.rest()
 
-    def suspend(self) -> None:
+    def suspend(self, cause: str) -> None:
         """Stop both motors between two ticks: it is no command, so the next tick tells it as an intervention."""
         with Patiently(self._lock):
             now = self._clock.now()
             if self._sent != REST:
-                self._cuts.append(Intervention(now, "suspension", self._sent, REST))
+                self._cuts.append(Intervention(now, cause, self._sent, REST))
             self._halt(now)
             self._deadman.rest()
 

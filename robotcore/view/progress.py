@@ -68,7 +68,7 @@ class Progress:
             line.add_row(
                 self._spinner,
                 f"{request.app} on {request.backend}",
-                record.state,
+                f"waiting for {record.lost}" if record.lost else record.state,
                 _range_of(self._run),
                 f"{record.time:.1f} s",
                 f"{pace:.1f}x real time",
