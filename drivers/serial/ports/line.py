@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from drivers.serial.ports.port import Port, PortError
 from drivers.serial.ports.talk import Talk
@@ -54,12 +55,34 @@ class Line:
             raise DeviceError(device, str(error)) from error
         self._talk.begin(self._clock.now())
         self._polling = self._clock.every(PERIOD_S, self._exchange, f"line {self.place}")
-        deadline = self._clock.now() + answer_s
-        while not self._talk.is_ready:
+        unanswered = f"nothing on {self.place} answers at {self._talk.baud} baud"
+        try:
+            self.wait_until(lambda: self._talk.is_ready, device, answer_s, unanswered)
+        except DeviceError:
+            self.close()
+            raise
+
+    def now(self) -> float:
+        """Return the time of the clock that the line's conversation goes by."""
+        return self._clock.now()
+
+    def wait_until(self, is_so: Callable[[], bool], device: str, within_s: float, fault: str) -> None:
+        """Let time pass until something is so; raises DeviceError with the fault where it takes longer."""
+        deadline = self._clock.now() + within_s
+        while not is_so():
             if self._clock.now() >= deadline:
-                self.close()
-                raise DeviceError(device, f"nothing on {self.place} answers at {self._talk.baud} baud")
+                raise DeviceError(device, fault)
             self._clock.sleep_until(self._clock.now() + PERIOD_S)
+
+    def settle(self, device: str) -> None:
+        """Wait until the last command was heard, half a second at most; raises DeviceError by the device's name."""
+
+        def is_heard() -> bool:
+            self.require(device)
+            return self._talk.is_settled
+
+        unheard = f"nobody on {self.place} has acknowledged the last command. {self._talk.stops_itself}".strip()
+        self.wait_until(is_heard, device, CLOSING_S, unheard)
 
     def wake(self) -> None:
         """Have what is new sent now, where the line is free."""

@@ -12,12 +12,15 @@ class Talk(ABC):
     The line's thread calls `begin`, `receive` and `due`; devices tell it from other threads what they want sent, so
     that is kept in values that are replaced whole. Times are of the robot's clock, in seconds.
 
-    ``baud`` is the line's speed; ``is_ready`` whether the other side has answered since the line was opened, as far
-    as it ever does. ``stops_itself`` says in words when the board stops its motors by itself where nobody is heard.
+    ``baud`` is the line's speed; ``is_ready`` whether the other side is there: it has answered since the line was
+    opened, as far as it ever does, and goes on doing so where it is asked all the time. ``is_settled`` is whether the
+    last command has been sent and, where the board acknowledges, heard. ``stops_itself`` says in a whole sentence when
+    the board stops its motors by itself where nobody is heard.
     """
 
     baud: int
     is_ready: bool
+    is_settled: bool = True
     stops_itself: str = ""
 
     @abstractmethod

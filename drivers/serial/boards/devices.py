@@ -1,0 +1,85 @@
+"""The devices of a motor board: each hands on what it is told, and reads what the board has told last."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Generic
+
+from drivers.serial.boards.command import Command
+from drivers.serial.boards.settings import Side
+from drivers.serial.boards.turning import Turning
+from drivers.serial.ports.line import Line
+from robotcore.description import MotorDescription
+from robotcore.devices import Angle, Battery, Encoder, Motor, SampleT, Sensor, Voltage
+from robotcore.errors import DeviceError
+from robotcore.hardware.motors import Output
+
+
+class BoardOutput(Output):
+    """One side of a board: what a motor sends goes there, in the unit of the board's `Command`.
+
+    As it is, for a `DutyMotor`, it takes duties.
+    """
+
+    def __init__(self, device: str, line: Line, command: Command, side: Side) -> None:
+        self._device, self._line, self._command, self._side = device, line, command, side
+
+    def turn(self, duty: float) -> None:
+        """Have it sent; raises DeviceLostError, by the motor's name, where the line is lost."""
+        self._line.require(self._device)
+        self._command.tell(self._side, duty, self._line.now())
+        self._line.wake()
+
+    def close(self) -> None:
+        """Wait until the board has heard the last command; raises DeviceError where that cannot be told."""
+        self._line.settle(self._device)
+
+
+class BoardMotor(Motor):
+    """A motor whose velocity its board holds; ``unit_per_rad_s`` is what the board is told for 1 rad/s."""
+
+    def __init__(self, told: MotorDescription, output: BoardOutput, unit_per_rad_s: float) -> None:
+        super().__init__(told.name, told.max_velocity_rad_s)
+        self._output, self._unit_per_rad_s = output, unit_per_rad_s
+
+    def _apply(self, rad_s: float) -> None:
+        self._output.turn(rad_s * self._unit_per_rad_s)
+
+    def _release(self) -> None:
+        self._output.close()
+
+
+class BoardSensor(Sensor[SampleT], Generic[SampleT]):
+    """Something that a board tells of by itself or is asked for all the time; ``tell`` returns what it told last.
+
+    None is that it has not told anything yet. While the line is lost it is read no more.
+    """
+
+    def __init__(self, name: str, line: Line, tell: Callable[[], SampleT | None]) -> None:
+        super().__init__(name)
+        self._line, self._tell = line, tell
+
+    def await_first(self, within_s: float) -> None:
+        """Wait until there is a first sample; raises DeviceError where there is none in this time."""
+        self._line.wait_until(lambda: self._tell() is not None, self.name, within_s, self._untold)
+
+    def _newest(self) -> SampleT:
+        self._line.require(self.name)
+        if (sample := self._tell()) is None:
+            raise DeviceError(self.name, self._untold)
+        return sample
+
+    @property
+    def _untold(self) -> str:
+        return f"the board on {self._line.place} has not told anything of it"
+
+
+class BoardEncoder(BoardSensor[Angle], Encoder):
+    """A wheel whose turns a board counts; ``rad_per_unit`` is the angle of one of the board's counts."""
+
+    def __init__(self, name: str, line: Line, turning: Turning, rad_per_unit: float) -> None:
+        super().__init__(name, line, lambda: turning.angle(rad_per_unit))
+
+
+class BoardBattery(BoardSensor[Voltage], Battery):
+    """A battery whose voltage a board measures."""

@@ -1,0 +1,47 @@
+from __future__ import annotations
+
+import math
+
+from drivers.serial.boards.command import GATHERING_S, Command, Told
+
+
+def test_a_command_is_taken_once_for_each_time_it_was_told() -> None:
+    command = Command()
+    for now in (0.0, 1.0):
+        command.tell("left", 2.0, now)
+        command.tell("right", 2.0, now)
+        assert command.take(now) == Told(2.0, 2.0)
+        assert command.take(now + 0.5) is None
+
+
+def test_one_motor_told_alone_goes_when_it_has_waited_for_the_other() -> None:
+    command = Command()
+    command.tell("left", 2.0, 0.0)
+    assert command.take(0.0) is None
+    assert command.take(command.next_due) == Told(2.0, 0.0)
+    assert command.next_due == math.inf
+
+
+def test_a_motor_told_again_does_not_wait_longer() -> None:
+    command = Command()
+    command.tell("left", 2.0, 0.0)
+    command.tell("left", 3.0, GATHERING_S / 2)
+    assert command.take(GATHERING_S) == Told(3.0, 0.0)
+
+
+def test_a_stop_waits_for_nobody() -> None:
+    command = Command()
+    command.tell("left", 2.0, 0.0)
+    command.tell("right", 2.0, 0.0)
+    command.take(0.0)
+    command.tell("right", 0.0, 1.0)
+    assert command.take(1.0) == Told(2.0, 0.0)
+
+
+def test_nothing_is_left_of_what_is_forgotten() -> None:
+    command = Command()
+    command.tell("left", 2.0, 0.0)
+    command.forget()
+    assert command.take(1.0) is None
+    command.tell("right", 3.0, 1.0)
+    assert command.take(2.0) == Told(0.0, 3.0)
