@@ -16,6 +16,7 @@
     │   └── DeviceGroupError                 several failed at once
     ├── DeviationError                       a replay does otherwise than its recording: exit 1
     ├── DeployError                          a robot cannot be reached, or does not take a release: exit 3
+    ├── FirmwareError                        a board's firmware cannot be built, or not be put on it: exit 3
     ├── UnprovenError                        what was to be sent did not pass its tests, checks or simulation: exit 1
     ├── UnhealthyError                       the new release did not live, and was rolled back: exit 1
     ├── SafetyStop                           the safety stage ended the run: exit 4
@@ -144,6 +145,12 @@ class DeployError(RobotcoreError):
     def __init__(self, message: str, kind: str = "") -> None:
         super().__init__(message)
         self.kind = kind
+
+
+class FirmwareError(RobotcoreError):
+    """A board's firmware cannot be built, or cannot be put on the board; with what the tool said."""
+
+    exit_status = 3
 
 
 class UnprovenError(RobotcoreError):

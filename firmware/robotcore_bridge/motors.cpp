@@ -1,0 +1,48 @@
+#include "motors.h"
+
+#include <Arduino.h>
+
+#include "config.h"
+
+namespace {
+
+struct Motor {
+  uint8_t enable, forward, backward;
+};
+
+const Motor MOTORS[] = {
+    LEFT_MOTOR_REVERSED ? Motor{LEFT_ENABLE_PIN, LEFT_BACKWARD_PIN, LEFT_FORWARD_PIN}
+                        : Motor{LEFT_ENABLE_PIN, LEFT_FORWARD_PIN, LEFT_BACKWARD_PIN},
+    RIGHT_MOTOR_REVERSED ? Motor{RIGHT_ENABLE_PIN, RIGHT_BACKWARD_PIN, RIGHT_FORWARD_PIN}
+                         : Motor{RIGHT_ENABLE_PIN, RIGHT_FORWARD_PIN, RIGHT_BACKWARD_PIN},
+};
+
+} // namespace
+
+static_assert((LEFT_ENABLE_PIN == 9 && RIGHT_ENABLE_PIN == 10) || (LEFT_ENABLE_PIN == 10 && RIGHT_ENABLE_PIN == 9),
+              "config.h: LEFT_ENABLE_PIN and RIGHT_ENABLE_PIN are 9 and 10, or 10 and 9");
+
+void motors::begin() {
+  for (const Motor &motor : MOTORS) {
+    digitalWrite(motor.enable, LOW); // before it is an output
+    pinMode(motor.enable, OUTPUT);
+    pinMode(motor.forward, OUTPUT);
+    pinMode(motor.backward, OUTPUT);
+  }
+  stop();
+}
+
+void motors::stop() {
+  turn(LEFT, 0);
+  turn(RIGHT, 0);
+}
+
+// The direction changes while the bridge is off, lest a glitch turns the wheel the old way.
+void motors::turn(Side side, int16_t duty) {
+  const Motor &motor = MOTORS[side];
+  const bool reverses = digitalRead(duty > 0 ? motor.backward : motor.forward) == HIGH;
+  if (duty == 0 || reverses) digitalWrite(motor.enable, LOW);
+  digitalWrite(motor.forward, duty > 0);
+  digitalWrite(motor.backward, duty < 0);
+  if (duty != 0) analogWrite(motor.enable, abs(duty));
+}
