@@ -118,17 +118,19 @@ bool set(const Command &command) {
   }
 }
 
-// Once a command came with a sum, noise that takes the sum away must not pass; a stop may always.
+// Once something came with a sum, noise that takes a sum away must not pass; a stop may always. Who asks `v` without
+// one is somebody new.
 bool isTrusted(const Command &command) {
-  sumsAsked = sumsAsked || command.summed;
+  if (command.summed) sumsAsked = true;
+  else if (command.name == 'v') sumsAsked = false;
   return command.summed || !sumsAsked || isStop(command);
 }
 
 void obey(bool whole) {
   Command command{};
   Reply reply;
-  const bool understood = whole && parse(line.text(), command) && isTrusted(command);
-  if (understood && set(command)) reply.print(F("OK"));
+  const bool understood = whole && parse(line.text(), command);
+  if (understood && isTrusted(command) && set(command)) reply.print(F("OK"));
   else if (!understood || !tell(command, reply)) reply.print(F("Invalid Command"));
   reply.end(command.summed);
 }
