@@ -1,0 +1,119 @@
+#define _GNU_SOURCE
+#include "line.h"
+
+#include <err.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <simavr/avr_uart.h>
+#include <stdlib.h>
+#include <string.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include "tell.h"
+
+enum { UCSR0A = 0xC0, U2X0 = 0x02, UBRR0L = 0xC4, UBRR0H, BITS_A_BYTE = 10, CR = 13 };
+
+static int master = -1, is_open;
+static unsigned char waiting[64];
+static size_t fed, filled;
+static avr_cycle_count_t next_byte;
+static char text[64];
+static size_t written;
+
+static void sent(avr_irq_t *irq, uint32_t byte, void *given)
+{
+	unsigned char out = byte;
+
+	if (master >= 0 && is_open)
+		(void)!write(master, &out, 1); /* nobody reads it: lost, as on a wire */
+}
+
+void line_wire(avr_t *avr)
+{
+	uint32_t flags = 0; /* no echo on stdout, no naps */
+
+	avr_ioctl(avr, AVR_IOCTL_UART_SET_FLAGS('0'), &flags);
+	avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT), sent, NULL);
+}
+
+void line_plug(avr_t *avr, const char *link)
+{
+	struct termios raw;
+
+	if (master >= 0)
+		return;
+	master = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+	if (master < 0 || grantpt(master) || unlockpt(master) || tcgetattr(master, &raw))
+		err(1, "no pty");
+	cfmakeraw(&raw);
+	tcsetattr(master, TCSANOW, &raw);
+	close(open(ptsname(master), O_RDWR | O_NOCTTY)); /* from now on poll tells whether somebody has it open */
+	if (symlink(ptsname(master), link))
+		err(1, "%s", link);
+	tell(avr, "plugged");
+}
+
+void line_pull(avr_t *avr, const char *link)
+{
+	if (master < 0)
+		return;
+	unlink(link);
+	close(master);
+	master = -1;
+	is_open = 0;
+	tell(avr, "pulled");
+}
+
+void line_flush(void)
+{
+	fed = filled = 0;
+	written = 0;
+}
+
+int line_exchange(avr_t *avr)
+{
+	struct pollfd looked = { .fd = master, .events = POLLIN };
+	int was_open = is_open;
+	ssize_t got;
+
+	if (master < 0 || poll(&looked, 1, 0) < 0)
+		return 0;
+	is_open = !(looked.revents & POLLHUP);
+	if (fed == filled) {
+		fed = filled = 0;
+		if ((got = read(master, waiting, sizeof waiting)) > 0)
+			filled = got;
+	}
+	return is_open && !was_open;
+}
+
+static avr_cycle_count_t byte_cycles(avr_t *avr)
+{
+	int divisor = (avr->data[UBRR0L] | avr->data[UBRR0H] << 8) + 1;
+
+	return divisor * (avr->data[UCSR0A] & U2X0 ? 8 : 16) * BITS_A_BYTE;
+}
+
+static void note(avr_t *avr, unsigned char byte)
+{
+	if (byte != CR && written < sizeof text - 1) {
+		text[written++] = byte >= ' ' && byte <= '~' ? byte : '?';
+		return;
+	}
+	text[written] = 0;
+	written = 0;
+	tell(avr, "line %s", text);
+}
+
+void line_feed(avr_t *avr)
+{
+	avr_irq_t *input = avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_INPUT);
+
+	if (next_byte < avr->cycle && fed == filled)
+		next_byte = avr->cycle;
+	for (; fed < filled && next_byte <= avr->cycle; next_byte += byte_cycles(avr)) {
+		avr_raise_irq(input, waiting[fed]);
+		note(avr, waiting[fed++]);
+	}
+}

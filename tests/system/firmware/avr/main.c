@@ -1,0 +1,188 @@
+/* An ATmega328P at 16 MHz with a robot around it: main ELF LINK BENCH.
+ *
+ * LINK becomes a link to the UART's pty; BENCH is a file that holds a `struct bench`, shared with whoever made it.
+ * On stdin a word a line: pull, plug (the line), reset (the button), hang (the program stops where it is). It ends with
+ * stdin. On stdout what happened; see tell.h. It runs in real time, or more slowly where the machine cannot. */
+#include <err.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <simavr/avr_adc.h>
+#include <simavr/sim_elf.h>
+#include <stdarg.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "bench.h"
+#include "line.h"
+#include "sonar.h"
+#include "tell.h"
+#include "wheels.h"
+
+enum { HZ = 16000000, STEP = 800, STEPS_A_SLICE = 20, LOOK = 32, MILLIVOLT = 5000 };
+/* Wheels take a step of 50 us; the world outside is looked at every millisecond, a pulse's edge every 2 us. */
+
+static const uint16_t HERE = 0xCFFF; /* rjmp .-2 */
+
+static struct bench *bench;
+static avr_run_t run_normally;
+static avr_cycle_count_t boots_until;
+static uint8_t *hung;
+static uint8_t unhung[2];
+
+/* What simavr has to say goes to stderr, errors alone: stdout is ours. */
+static void log_error(avr_t *avr, const int level, const char *format, va_list given)
+{
+	if (level == LOG_ERROR)
+		vfprintf(stderr, format, given);
+}
+
+static avr_t *made(const char *elf)
+{
+	elf_firmware_t firmware = { 0 };
+
+	avr_global_logger_set(log_error);
+	avr_t *avr = avr_make_mcu_by_name("atmega328p");
+
+	if (!avr || elf_read_firmware(elf, &firmware))
+		errx(1, "%s is no firmware", elf);
+	avr_init(avr);
+	firmware.frequency = HZ;
+	avr_load_firmware(avr, &firmware);
+	avr->vcc = avr->avcc = avr->aref = MILLIVOLT;
+	run_normally = avr->run;
+	return avr;
+}
+
+static struct bench *shared(const char *path)
+{
+	int file = open(path, O_RDWR | O_CLOEXEC);
+	void *memory = mmap(NULL, sizeof(struct bench), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+
+	if (file < 0 || memory == MAP_FAILED)
+		err(1, "%s", path);
+	return memory;
+}
+
+static void unhang(void)
+{
+	if (hung)
+		memcpy(hung, unhung, sizeof unhung);
+	hung = NULL;
+}
+
+static void hang(avr_t *avr)
+{
+	unhang();
+	hung = avr->flash + avr->pc;
+	memcpy(unhung, hung, sizeof unhung);
+	memcpy(hung, &HERE, sizeof HERE);
+	tell(avr, "hangs");
+}
+
+static void reset(avr_t *avr)
+{
+	unhang();
+	line_flush();
+	avr_reset(avr);
+	boots_until = avr->cycle + (avr_cycle_count_t)(bench->bootloader_s * HZ);
+	tell(avr, "reset");
+}
+
+/* Run until that cycle, as the bootloader or as the sketch. */
+static void run(avr_t *avr, avr_cycle_count_t end)
+{
+	while (avr->cycle < end) {
+		if (avr->cycle < boots_until) {
+			avr->cycle = end < boots_until ? end : boots_until;
+			continue;
+		}
+		avr->run_cycle_limit = LOOK;
+		if (avr->run != run_normally) {
+			unhang(); /* this very call resets it */
+			tell(avr, "watchdog");
+		}
+		if (avr_run(avr) >= cpu_Done)
+			errx(1, "the sketch has crashed the AVR at %04x", avr->pc);
+		sonar_pass(avr, bench);
+	}
+}
+
+static void obey(avr_t *avr, const char *word, const char *link)
+{
+	if (!strcmp(word, "pull"))
+		line_pull(avr, link);
+	else if (!strcmp(word, "plug"))
+		line_plug(avr, link);
+	else if (!strcmp(word, "reset"))
+		reset(avr);
+	else if (!strcmp(word, "hang"))
+		hang(avr);
+	else
+		warnx("%s?", word);
+}
+
+/* Do what stdin says; returns whether there is more to come. */
+static int listen_outside(avr_t *avr, const char *link)
+{
+	char said[256];
+	ssize_t got = read(STDIN_FILENO, said, sizeof said - 1);
+
+	if (got <= 0)
+		return got < 0 && errno == EAGAIN;
+	said[got] = 0;
+	for (char *word = strtok(said, "\n"); word; word = strtok(NULL, "\n"))
+		obey(avr, word, link);
+	return 1;
+}
+
+static void slice(avr_t *avr)
+{
+	static avr_cycle_count_t until;
+
+	for (int step = 0; step < STEPS_A_SLICE; step++) {
+		run(avr, until += STEP);
+		wheels_turn(avr, bench, (double)STEP / HZ);
+		line_feed(avr);
+	}
+	avr_raise_irq(avr_io_getirq(avr, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0 + bench->battery), bench->battery_mv);
+	bench->cycles = avr->cycle;
+	bench->is_listening = avr->cycle >= boots_until;
+}
+
+/* Sleep while the AVR is ahead of real time; what it is behind, it does not make up for. */
+static void keep_real_time(avr_cycle_count_t cycle)
+{
+	static double zero;
+	struct timespec now, nap = { 0 };
+
+	clock_gettime(CLOCK_MONOTONIC, &now);
+	double wall = now.tv_sec + now.tv_nsec / 1e9, ahead = (double)cycle / HZ + zero - wall;
+	if (ahead < -0.005)
+		zero -= ahead;
+	nap.tv_nsec = ahead > 0 ? ahead * 1e9 : 0;
+	if (nap.tv_nsec)
+		nanosleep(&nap, NULL);
+}
+
+int main(int count, char **given)
+{
+	if (count != 4)
+		errx(2, "usage: %s ELF LINK BENCH", given[0]);
+	setlinebuf(stdout);
+	fcntl(STDIN_FILENO, F_SETFL, O_NONBLOCK);
+	avr_t *avr = made(given[1]);
+	bench = shared(given[3]);
+	line_wire(avr);
+	sonar_wire(avr, bench);
+	line_plug(avr, given[2]);
+	while (listen_outside(avr, given[2])) {
+		if (line_exchange(avr) && bench->resets_when_opened)
+			reset(avr);
+		slice(avr);
+		keep_real_time(avr->cycle);
+	}
+	line_pull(avr, given[2]);
+	return 0;
+}

@@ -1,0 +1,36 @@
+#include "sonar.h"
+
+#include <simavr/sim_time.h>
+
+#include "pins.h"
+
+/* From the end of the trigger to the rise of the echo: eight cycles at 40 kHz are sent, and some more. */
+static const uint32_t BURST_US = 450;
+
+static avr_cycle_count_t rises, falls; /* 0 where nothing is due */
+
+static void triggered(avr_irq_t *irq, uint32_t level, void *given)
+{
+	avr_t *avr = given;
+
+	if (!level && !falls)
+		rises = avr->cycle + avr_usec_to_cycles(avr, BURST_US);
+}
+
+void sonar_wire(avr_t *avr, struct bench *bench)
+{
+	avr_irq_register_notify(pin_irq(avr, bench->trigger), triggered, avr);
+}
+
+void sonar_pass(avr_t *avr, struct bench *bench)
+{
+	if (rises && avr->cycle >= rises) {
+		avr_raise_irq(pin_irq(avr, bench->echo), 1);
+		falls = rises + (avr_cycle_count_t)(bench->echo_s * avr->frequency);
+		rises = 0;
+	}
+	if (falls && avr->cycle >= falls) {
+		avr_raise_irq(pin_irq(avr, bench->echo), 0);
+		falls = 0;
+	}
+}

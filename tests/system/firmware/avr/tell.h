@@ -1,0 +1,11 @@
+/* A line on stdout for each thing that happened: the AVR's time in cycles, and what. */
+#ifndef TELL_H
+#define TELL_H
+
+#include <inttypes.h>
+#include <simavr/sim_avr.h>
+#include <stdio.h>
+
+#define tell(avr, ...) (printf("%" PRIu64 " ", (uint64_t)(avr)->cycle), printf(__VA_ARGS__), putchar('\n'))
+
+#endif
