@@ -1,0 +1,58 @@
+"""What is heard of a TFmini: it talks by itself, and nothing is ever sent to it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from drivers.serial.ports.talk import Talk
+from drivers.serial.ranging.protocol import Parser, Reading, Seen
+from robotcore.hardware.findings import Findings
+
+_FULL = 4095
+"""So much of what nobody reads the kernel keeps; what comes later is dropped. Source: Linux, drivers/tty/n_tty.c."""
+
+
+class Listening(Talk):
+    """Tells the findings what the newest frame says; it is ready once two frames have come in a row.
+
+    It sends nothing, so that a port that is another board's turns nothing. Of frames that come at once only the newest
+    has its distance told, for when the others came nobody knows.
+    """
+
+    def __init__(self, findings: Findings, baud: int) -> None:
+        self.baud, self.is_ready = baud, False
+        self._findings = findings
+        self._parser: Parser | None = None
+
+    @property
+    def skipped(self) -> int | None:
+        """How many bytes came that were in no frame, since the line was opened; None where it never was."""
+        return self._parser.skipped if self._parser else None
+
+    def begin(self, now: float) -> None:
+        self.is_ready, self._parser = False, Parser()
+        self._findings.unclear()
+
+    def receive(self, data: bytes, now: float) -> None:
+        assert self._parser
+        if not (readings := self._parser.feed(data)):
+            return
+        self.is_ready = True
+        if len(data) < _FULL:
+            self._judge(readings, now)
+
+    def due(self, now: float) -> bytes:
+        return b""
+
+    def _judge(self, readings: Sequence[Reading], now: float) -> None:
+        """Tell the newest; one before it that has seen something ends a row in which nothing was found."""
+        *before, newest = readings
+        if any(reading.seen is not Seen.NOTHING for reading in before):
+            self._findings.unclear()
+        match newest.seen:
+            case Seen.TARGET:
+                self._findings.found(newest.distance, now)
+            case Seen.NOTHING:
+                self._findings.nothing(now)
+            case Seen.UNCLEAR:
+                self._findings.unclear()

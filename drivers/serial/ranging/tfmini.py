@@ -1,0 +1,136 @@
+"""TFmini, TFmini-S, TFmini Plus and TF-Luna: Benewake's light-ranging sensors, on a serial line of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from typing import Annotated
+
+from pydantic import Field
+
+from drivers.serial.boards.settings import PortSettings
+from drivers.serial.ports.line import Line
+from drivers.serial.ranging.listening import Listening
+from robotcore.clock import Clock
+from robotcore.description import RangeSensorDescription, RobotDescription
+from robotcore.devices import Range, RangeSensor
+from robotcore.errors import DeviceError
+from robotcore.hardware import Connection, DeviceDriver, Host
+from robotcore.hardware.findings import Findings, require_timely
+
+NEAREST_M, FARTHEST_M = 0.1, 8.0
+"""What none of them sees nearer, or the TF-Luna no farther: a TFmini-S and Plus begin at 0.1 m, a TF-Luna at 0.2 m, a
+TFmini at 0.3 m, and all but the TF-Luna end at 12 m. Source: their manuals, chapter 3."""
+
+_FIRST_FRAMES_S = 1.0
+"""A sensor that has just been given power talks after less."""
+
+_MORE_CYCLES = 20
+"""What the first sample may take beside a row of frames in which nothing was found."""
+
+
+class TFminiSettings(PortSettings):
+    """Its port, how often it tells a distance, as it was set up, and how it is judged.
+
+    So many ``echo_free_cycles`` in a row, in which too little light came back, vouch for nothing in range; 0: none do.
+    """
+
+    speaks = "TFmini"
+    usual_baud = 115200
+
+    cycle_s: Annotated[float, Field(ge=0.001, le=0.5)] = 0.01
+    echo_free_cycles: Annotated[int, Field(ge=0, le=1000)] = 20
+
+
+class TFmini(DeviceDriver[RangeSensorDescription, TFminiSettings]):
+    """Listens to a sensor as it comes from the factory: frames of nine bytes, in centimetres, by themselves.
+
+    A sample's time is when its frame arrived; the light is up to ``cycle_s`` older. `inf` is a target beyond
+    ``max_range_m``, or a row of frames in which too little light came back; a single one of these, as from something
+    dark, is no new sample, and neither is too much light.
+    """
+
+    name = "tfmini"
+    summary = "TFmini, TFmini-S, TFmini Plus, TF-Luna: ranging by light up to 8 m, on a serial line"
+    described = RangeSensorDescription
+    settings = TFminiSettings
+    parts = ("tf-luna", "tfluna", "tfmini-s", "tfmini-plus", "benewake")
+    modules = ("serial",)
+    supply = ("5 V", "ground")
+    remedy = "pip install 'robotcore[serial]'"
+
+    def check(self, told: RangeSensorDescription, settings: TFminiSettings, robot: RobotDescription) -> None:
+        if told.max_range_m > FARTHEST_M:
+            raise ValueError(
+                f"a TF-Luna sees as far as {FARTHEST_M:g} m, and max_range_m is {told.max_range_m:g}; lower it"
+            )
+        if told.min_range_m < NEAREST_M:
+            raise ValueError(
+                f"what is nearer than {NEAREST_M:g} m has no distance for a TFmini-S (TF-Luna: 0.2 m, TFmini: 0.3 m), "
+                f"and min_range_m is {told.min_range_m:g}; raise it"
+            )
+        require_timely(settings.echo_free_cycles, settings.cycle_s, robot)
+
+    def connections(self, settings: TFminiSettings) -> Sequence[Connection]:
+        return (Connection("port", "serial", settings.port, spoken=f"{settings.speaks} at {settings.speed} baud"),)
+
+    def notes(self, settings: TFminiSettings) -> Sequence[str]:
+        return (_LEVEL, _UNIT)
+
+    def open(self, told: RangeSensorDescription, settings: TFminiSettings, host: Host) -> RangeSensor:
+        findings = Findings(told, settings.echo_free_cycles)
+        talk = Listening(findings, settings.speed)
+        sensor = LightSensor(told, findings, talk, Line(settings.port, talk, host.clock))
+        with ExitStack() as undo:
+            undo.callback(sensor.close)
+            sensor.start(host.clock, settings.cycle_s * (settings.echo_free_cycles + _MORE_CYCLES))
+            undo.pop_all()
+        return sensor
+
+
+class LightSensor(RangeSensor):
+    """A sensor that tells its distances by itself; while its line is lost it is read no more."""
+
+    def __init__(self, told: RangeSensorDescription, findings: Findings, talk: Listening, line: Line) -> None:
+        super().__init__(told.name, min_range=told.min_range_m, max_range=told.max_range_m, cone=told.cone_rad)
+        self._findings, self._talk, self._line = findings, talk, line
+
+    def start(self, clock: Clock, first_sample_s: float) -> None:
+        """Open the line and see something within so many seconds; raises DeviceError."""
+        try:
+            self._line.open(self.name, _FIRST_FRAMES_S)
+        except DeviceError as error:
+            if self._talk.skipped is None:
+                raise
+            raise DeviceError(self.name, self._unheard(self._talk.skipped)) from error
+        deadline = clock.now() + first_sample_s
+        while not self._findings.has_told and clock.now() < deadline:
+            clock.sleep_until(clock.now() + first_sample_s / _MORE_CYCLES)
+        self._newest()
+
+    def _unheard(self, skipped: int) -> str:
+        """Say why there are no frames, by how many bytes came in their place."""
+        heard = f"on {self._line.place} at {self._talk.baud} baud"
+        return (_NO_FRAMES if skipped else _SILENT).format(heard=heard, skipped=skipped)
+
+    def _newest(self) -> Range:
+        self._line.require(self.name)
+        return self._findings.newest.get()
+
+    def _release(self) -> None:
+        self._line.close()
+
+
+_LEVEL = "It runs on 5 V, and its lines are 3.3 V: its TX goes to the port's RX as it is. Its RX may stay open."
+_UNIT = (
+    "It has to tell centimetres in frames of nine bytes, as it does from the factory: millimetres look the same. Hold "
+    "something flat 0.5 m in front of it, and see that it reads 0.5 m."
+)
+_NO_FRAMES = (
+    "{skipped} bytes came {heard}, and no frame of a TFmini. Set baud to what the sensor was set to (115200 from the "
+    "factory) and its output to 9 bytes in cm, and see that it is the sensor's port"
+)
+_SILENT = (
+    "nothing comes {heard}; look at its 5 V and its ground, and whether its TX goes to the port's RX. "
+    "One that was set to I2C, or to wait for a trigger, says nothing by itself"
+)
