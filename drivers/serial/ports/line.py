@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from drivers.serial.ports.port import Port, PortError
 from drivers.serial.ports.talk import Talk
+from drivers.serial.ports.waker import Waker
 from robotcore.clock import Clock
 from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.polling import Polling
@@ -15,7 +16,7 @@ BITS_A_BYTE = 10
 """8N1: a start bit, eight, a stop bit."""
 
 PERIOD_S = 0.002
-"""So often simulated time pumps a line; a thread begins again at once, for it waits in the port."""
+"""So often simulated time pumps a line; a thread waits for bytes instead, and begins again at once."""
 
 WAITING_S = 0.005
 """A thread waits no longer for a byte before it looks whether something is due."""
@@ -24,54 +25,75 @@ FIRST_S, LONGEST_S = 0.1, 2.0
 """How long it is before a lost port is opened again: twice as long each time."""
 
 CLOSING_S = 0.5
-"""How long closing waits until the last command has been sent."""
+"""How long closing waits until the last command has been sent and heard."""
 
 
 class Line:
     """A port and the conversation on it.
 
     From `open` on, a port that fails is closed and opened again, after 0.1 s, 0.2 s, up to every 2 s. Meanwhile, and
-    until the board has answered, `require` raises.
+    until the board has answered, `require` raises. What a talk raises is a bug: the line is closed for good, so that
+    the board stops by itself, and `require` tells.
     """
 
     def __init__(self, place: str, talk: Talk, clock: Clock) -> None:
-        self._port = Port(place, talk.baud, 0.0 if clock.is_lockstep else WAITING_S)
+        self._port = Port(place, talk.baud)
         self._talk, self._clock = talk, clock
-        self._failure: str | None = None
+        self._loss: str | None = None
+        self._defect: Exception | None = None
         self._free_at = self._retry_at = -math.inf
         self._back_off = FIRST_S
         self._polling: Polling | None = None
+        self._waker: Waker | None = None
 
     @property
     def place(self) -> str:
         """What the robot's file calls the port."""
         return self._port.place
 
+    def now(self) -> float:
+        """Return the time of the clock that the line's conversation goes by."""
+        return self._clock.now()
+
     def open(self, device: str, answer_s: float) -> None:
-        """Open the port, and wait up to ``answer_s`` seconds for an answer; raises DeviceError by the device's name."""
+        """Open the port, and wait up to ``answer_s`` seconds for an answer; raises DeviceError by the device's name.
+
+        A board that is reset by it answers when it has started, and is not waited for any longer.
+        """
         try:
             self._port.open()
         except PortError as error:
             raise DeviceError(device, str(error)) from error
+        self._waker = Waker()
         self._talk.begin(self._clock.now())
-        self._polling = self._clock.every(PERIOD_S, self._exchange, f"line {self.place}")
-        unanswered = f"nothing on {self.place} answers at {self._talk.baud} baud"
+        period = PERIOD_S if self._clock.is_lockstep else 0.0
+        self._polling = self._clock.every(period, self._exchange, f"line {self.place}")
         try:
-            self.wait_until(lambda: self._talk.is_ready, device, answer_s, unanswered)
+            self.wait_until(lambda: self._talk.is_ready, device, answer_s, self._unanswered)
         except DeviceError:
             self.close()
             raise
 
-    def now(self) -> float:
-        """Return the time of the clock that the line's conversation goes by."""
-        return self._clock.now()
+    def wake(self) -> None:
+        """Have what is new sent now, where the line is free."""
+        if self._waker:
+            self._waker.wake()
+
+    def require(self, device: str) -> None:
+        """Raise DeviceLostError, by the device's name, where the port is lost or its board does not answer."""
+        self._require_sound(device)
+        if self._loss:
+            raise DeviceLostError(device, self._with_its_stop(self._loss))
+        if not self._talk.is_ready:
+            raise DeviceLostError(device, self._with_its_stop(self._unanswered))
 
     def wait_until(self, is_so: Callable[[], bool], device: str, within_s: float, fault: str) -> None:
         """Let time pass until something is so; raises DeviceError with the fault where it takes longer."""
         deadline = self._clock.now() + within_s
         while not is_so():
+            self._require_sound(device)
             if self._clock.now() >= deadline:
-                raise DeviceError(device, fault)
+                raise DeviceError(device, self._loss or fault)
             self._clock.sleep_until(self._clock.now() + PERIOD_S)
 
     def settle(self, device: str) -> None:
@@ -81,19 +103,8 @@ class Line:
             self.require(device)
             return self._talk.is_settled
 
-        unheard = f"nobody on {self.place} has acknowledged the last command. {self._talk.stops_itself}".strip()
-        self.wait_until(is_heard, device, CLOSING_S, unheard)
-
-    def wake(self) -> None:
-        """Have what is new sent now, where the line is free."""
-        self._port.wake()
-
-    def require(self, device: str) -> None:
-        """Raise DeviceLostError, by the device's name, where the port is lost or its board has not answered yet."""
-        if self._failure:
-            raise DeviceLostError(device, self._failure)
-        if not self._talk.is_ready:
-            raise DeviceLostError(device, f"the board on {self.place} has not answered since it came back")
+        unheard = f"the board on {self.place} has not acknowledged the last command. Look whether its motors stand"
+        self.wait_until(is_heard, device, CLOSING_S, self._with_its_stop(unheard))
 
     def close(self) -> None:
         """Send what is due, such as the last stop, within half a second, and let the port go. May be called again."""
@@ -101,33 +112,76 @@ class Line:
         if polling:
             polling.stop()
             self._exchange()
+            self._drain()
         self._port.close()
+        if self._waker:
+            self._waker.close()
 
     def _exchange(self) -> None:
-        """Read what came, and send what is due; called by one thread only."""
+        """Wait for something, read what came, and send what is due; called by one thread only."""
         try:
-            if self._failure:
+            self._wait()
+            if self._loss is None:
+                self._converse()
+            elif self._defect is None:
                 self._open_again()
-                return
-            now = self._clock.now()
-            if data := self._port.read():
-                self._talk.receive(data, self._clock.now())
-            if now >= self._free_at and (sent := self._talk.due(now)):
-                self._free_at = now + len(sent) * BITS_A_BYTE / self._talk.baud
-                self._port.write(sent)
         except PortError as error:
-            self._lose(error)
+            self._lose(str(error))
+        except Exception as defect:  # noqa: BLE001  a talk owes not to raise: told to whoever commands or reads next
+            self._defect = defect
+            self._lose(f"{self.place} was given up")
 
-    def _lose(self, error: PortError) -> None:
-        self._failure = str(error)
+    def _wait(self) -> None:
+        """Wait for a byte, for a word, until something is due, or for a moment; not at all in simulated time."""
+        if self._waker and not self._clock.is_lockstep:
+            now = self._clock.now()
+            due = max(self._free_at, self._talk.next_due(now)) if self._loss is None else self._retry_at
+            self._waker.wait(self._port.file, min(max(0.0, due - now), WAITING_S))
+
+    def _converse(self) -> None:
+        if data := self._port.read():
+            self._talk.receive(data, self._clock.now())
+        if self._talk.is_ready:
+            self._back_off = FIRST_S
+        now = self._clock.now()
+        if now >= self._free_at and (sent := self._talk.due(now)):
+            self._free_at = now + len(sent) * BITS_A_BYTE / self._talk.baud
+            self._port.write(sent)
+
+    def _lose(self, loss: str) -> None:
+        self._loss = loss
         self._port.close()
         self._retry_at = self._clock.now() + self._back_off
         self._back_off = min(2 * self._back_off, LONGEST_S)
 
     def _open_again(self) -> None:
-        if self._clock.now() < self._retry_at:
-            return
-        self._port.open()
-        self._back_off = FIRST_S
-        self._failure = None
-        self._talk.begin(self._clock.now())
+        if self._clock.now() >= self._retry_at:
+            self._port.open()
+            self._free_at = -math.inf
+            self._talk.begin(self._clock.now())
+            self._loss = None
+
+    def _drain(self) -> None:
+        """Wait until all bytes have left the computer, and the wire; simulated time has neither."""
+        end = self._clock.now() + CLOSING_S
+        while not self._clock.is_lockstep and self._clock.now() < min(end, self._left_at()):
+            self._clock.sleep_until(self._clock.now() + PERIOD_S)
+
+    def _left_at(self) -> float:
+        return math.inf if self._port.unsent else self._free_at
+
+    def _require_sound(self, device: str) -> None:
+        if self._defect:
+            what = f"{type(self._defect).__name__}: {self._defect}"
+            fault = f"a defect in what is spoken on {self.place} has closed it ({what}). Report it"
+            raise DeviceError(device, self._with_its_stop(fault)) from self._defect
+
+    @property
+    def _unanswered(self) -> str:
+        return (
+            f"nothing on {self.place} answers at {self._talk.baud} baud. Look whether the board has power, is the one "
+            "that driver is for, and speaks at that baud"
+        )
+
+    def _with_its_stop(self, fault: str) -> str:
+        return f"{fault}. {self._talk.stops_itself}" if self._talk.stops_itself else fault

@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+import termios
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from drivers.serial.ports.place import path_of
+from drivers.serial.ports.finding import path_of
+from drivers.serial.ports.refusal import why_closed
 
 if TYPE_CHECKING:
     from serial import Serial
+
+CHUNK = 4096
+
+FAILURES = (OSError, termios.error, TypeError, ValueError)
+"""What pyserial raises: its own errors are OSErrors, the system's are not translated, a closed port is a TypeError."""
+
+WRITING_S = 0.05
+"""A port that has not taken a frame by then takes none: its buffer, which is larger, is full."""
 
 
 class PortError(OSError):
@@ -15,53 +26,70 @@ class PortError(OSError):
 
 
 class Port:
-    """Opens, reads and writes the port at a place; it may be opened again after it was closed.
+    """Opens, reads and writes the port at a place; it may be opened again after it was closed."""
 
-    ``wait_s`` is how long `read` waits for a first byte, in seconds.
-    """
-
-    def __init__(self, place: str, baud: int, wait_s: float) -> None:
-        self.place, self.baud, self._wait_s = place, baud, wait_s
+    def __init__(self, place: str, baud: int) -> None:
+        self.place, self.baud = place, baud
         self._serial: Serial | None = None
 
     def open(self) -> None:
         """Open it, for this process alone; raises PortError."""
-        from serial import Serial, SerialException
+        from serial import Serial
 
         try:
             path = path_of(self.place)
-            self._serial = Serial(path, self.baud, timeout=self._wait_s, write_timeout=1.0, exclusive=True)
-        except (SerialException, OSError, ValueError) as error:
-            raise PortError(f"{self.place} cannot be opened: {error}") from error
+            self._serial = Serial(path, self.baud, timeout=0, write_timeout=WRITING_S, exclusive=True)
+        except FAILURES as error:
+            raise PortError(why_closed(self.place, self.baud, error)) from error
+
+    @property
+    def file(self) -> int | None:
+        """The file that can be waited for; None where it is not open."""
+        return int(self._serial.fileno()) if self._serial else None
 
     def read(self) -> bytes:
-        """Return what has come in; raises PortError."""
-        from serial import SerialException
+        """Return what has come in, without waiting; raises PortError.
 
+        pyserial reads nothing for ever after a hang-up, and says so; `in_waiting`, which a pseudo-terminal may not
+        have, is not asked.
+        """
         assert self._serial
         try:
-            first = self._serial.read(1)
-            return bytes(first + self._serial.read(self._serial.in_waiting)) if first else b""
-        except (SerialException, OSError, TypeError) as error:
-            raise PortError(f"{self.place} is gone: {error}") from error
+            return bytes(self._serial.read(CHUNK))
+        except FAILURES as error:
+            raise self._gone(error) from error
 
     def write(self, data: bytes) -> None:
-        """Send bytes; raises PortError."""
-        from serial import SerialException
+        """Send bytes, within a moment; raises PortError."""
+        from serial import SerialTimeoutException
 
         assert self._serial
         try:
             self._serial.write(data)
-        except (SerialException, OSError, TypeError) as error:
-            raise PortError(f"{self.place} is gone: {error}") from error
+        except SerialTimeoutException as error:
+            raise PortError(
+                f"{self.place} takes no more bytes: the board does not read. Reset it, or plug it in again"
+            ) from error
+        except FAILURES as error:
+            raise self._gone(error) from error
 
-    def wake(self) -> None:
-        """Let whoever waits in `read` return now."""
-        if self._serial:
-            self._serial.cancel_read()
+    @property
+    def unsent(self) -> int:
+        """How many bytes have not left the computer, as far as the port tells."""
+        with suppress(*FAILURES):
+            return int(self._serial.out_waiting) if self._serial else 0
+        return 0
 
     def close(self) -> None:
-        """Let it go. May be called again."""
-        if self._serial:
-            self._serial.close()
-            self._serial = None
+        """Let it go, and what has not left, for a board that does not read would be waited for. May be called again."""
+        serial, self._serial = self._serial, None
+        if serial:
+            with suppress(*FAILURES):
+                serial.reset_output_buffer()
+            serial.close()
+
+    def _gone(self, error: Exception) -> PortError:
+        return PortError(
+            f"{self.place} is gone: it was unplugged, or the board has no power ({error}). Plug it in again, the "
+            "same port is opened by itself"
+        )
