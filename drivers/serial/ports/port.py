@@ -81,12 +81,13 @@ class Port:
         return 0
 
     def close(self) -> None:
-        """Let it go, and what has not left, for a board that does not read would be waited for. May be called again."""
-        serial, self._serial = self._serial, None
-        if serial:
+        """Let it go, with what has not left: a board that does not read would be waited for. May be called again."""
+        if serial := self._serial:
             with suppress(*FAILURES):
-                serial.reset_output_buffer()
+                if self.unsent:
+                    serial.reset_output_buffer()
             serial.close()
+            self._serial = None
 
     def _gone(self, error: Exception) -> PortError:
         return PortError(

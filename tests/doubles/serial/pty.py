@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
+import secrets
 import select
+import struct
+import termios
 import tty
 from pathlib import Path
 from threading import RLock
+
+WAITING_S = 5.0
+"""The kernel hands bytes over some microseconds later, by a worker of its own; a machine may be busy."""
 
 
 class Pty:
@@ -53,6 +60,37 @@ class Pty:
         with self._lock:
             if self.is_plugged_in:
                 os.write(self._far, data)
+
+    def all_heard(self) -> bytes:
+        """Return all that was sent to the board before, also what the kernel has not handed over yet.
+
+        A mark is sent after it, by the same way. Only where nobody else sends meanwhile: in simulated time.
+        """
+        with self._lock:
+            if not self.is_plugged_in:
+                return b""
+            mark, heard = secrets.token_bytes(12), b""
+            os.write(self._near, mark)
+            while not heard.endswith(mark):
+                more = self.heard(WAITING_S)
+                assert more, "the kernel hands nothing over"
+                heard += more
+            return heard.removesuffix(mark)
+
+    def say_all(self, data: bytes) -> None:
+        """Send as the board, and wait until the kernel has handed it over; only where nobody reads meanwhile."""
+        with self._lock:
+            if data and self.is_plugged_in:
+                there = self._waiting + len(data)
+                self.say(data)
+                while self._waiting < there:
+                    select.select([], [], [], 0)
+
+    @property
+    def _waiting(self) -> int:
+        """How many bytes whoever has the port open could read now."""
+        told: bytes = fcntl.ioctl(self._near, termios.FIONREAD, bytes(4))
+        return int(struct.unpack("i", told)[0])
 
     def close(self) -> None:
         """Take it away for good. May be called again."""

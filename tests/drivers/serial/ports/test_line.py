@@ -1,102 +1,238 @@
 from __future__ import annotations
 
-import threading
+import subprocess
+import sys
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
-from drivers.serial.ports.line import Line
-from drivers.serial.ports.talk import Talk
-from robotcore.clock import MonotonicClock
+from drivers.serial.ports.line import FIRST_S, Line
+from robotcore.clock import MonotonicClock, SteppedClock
 from robotcore.errors import DeviceError, DeviceLostError
+from tests.doubles.serial.board import PERIOD_S, Powered
 from tests.doubles.serial.pty import Pty
-
-
-class Asking(Talk):
-    """Asks until it is answered, then says each word that it is told once."""
-
-    baud = 115200
-
-    def __init__(self) -> None:
-        self.is_ready = False
-        self.word = b""
-
-    def begin(self, now: float) -> None:
-        self.is_ready = False
-        self.word = b"?"
-
-    def receive(self, data: bytes, now: float) -> None:
-        self.is_ready = True
-
-    def due(self, now: float) -> bytes:
-        word, self.word = self.word, b""
-        return word
-
-
-class Answering:
-    """Answers each question, and keeps all that it hears."""
-
-    def __init__(self, pty: Pty) -> None:
-        self.pty, self.heard, self.is_over = pty, b"", False
-        self._thread = threading.Thread(target=self._answer)
-        self._thread.start()
-
-    def close(self) -> None:
-        self.is_over = True
-        self._thread.join()
-
-    def _answer(self) -> None:
-        clock = MonotonicClock()
-        while not self.is_over:
-            clock.sleep_until(clock.now() + 0.001)
-            heard = self.pty.heard()
-            self.heard += heard
-            if b"?" in heard:
-                self.pty.say(b"!")
+from tests.drivers.serial.ports.talking import Answering, Asking
 
 
 @pytest.fixture
-def board(tmp_path: Path) -> Iterator[Answering]:
+def pty(tmp_path: Path) -> Iterator[Pty]:
     with Pty(tmp_path) as pty:
-        answering = Answering(pty)
-        yield answering
-        answering.close()
+        yield pty
 
 
-def test_what_is_due_is_sent_and_what_comes_is_received(board: Answering) -> None:
-    clock, talk = MonotonicClock(), Asking()
-    line = Line(str(board.pty.path), talk, clock)
-    line.open("wheel", 1.0)
-    line.require("wheel")
-    talk.word = b"go"
-    line.close()
-    clock.sleep_until(clock.now() + 0.05)
-    assert board.heard == b"?go"
+class Bench:
+    """A line to a board, in simulated time."""
+
+    def __init__(self, pty: Pty, baud: int = 115200) -> None:
+        self.clock = SteppedClock(20.0, lambda _steps: None, PERIOD_S)
+        self.pty, self.board, self.talk = pty, Answering(), Asking(baud)
+        self.powered = Powered(self.board, pty, self.clock)
+        self.line = Line(str(pty.path), self.talk, self.clock)
+
+    def open(self) -> Bench:
+        self.line.open("wheel", 1.0)
+        return self
+
+    def pass_by(self, seconds: float) -> None:
+        self.clock.sleep_until(self.clock.now() + seconds)
+
+    def lose(self) -> None:
+        self.pty.unplug()
+        self.pass_by(2 * PERIOD_S)
 
 
-def test_a_lost_port_is_an_error_by_name_and_comes_back(board: Answering) -> None:
-    clock, talk = MonotonicClock(), Asking()
-    line = Line(str(board.pty.path), talk, clock)
-    line.open("wheel", 1.0)
-    board.pty.unplug()
-    with pytest.raises(DeviceLostError, match=r"wheel: .*board is gone"):
-        _require_often(line, clock)
-    board.pty.plug_in()
-    for _ in range(5000):
-        if board.heard == b"??" and talk.is_ready:
-            break
-        clock.sleep_until(clock.now() + 0.001)
-    line.require("wheel")
-    line.close()
+@pytest.fixture
+def bench(pty: Pty) -> Iterator[Bench]:
+    bench = Bench(pty)
+    yield bench
+    bench.line.close()
 
 
-def test_a_port_on_which_nobody_answers_is_refused(tmp_path: Path) -> None:
-    with Pty(tmp_path) as pty, pytest.raises(DeviceError, match=r"wheel: nothing on .*board answers at 115200 baud"):
-        Line(str(pty.path), Asking(), MonotonicClock()).open("wheel", 0.05)
+def test_what_is_due_is_sent_and_what_comes_is_received(bench: Bench) -> None:
+    bench.open()
+    bench.talk.say(b"go")
+    bench.line.settle("wheel")
+    assert bench.board.heard == b"?go"
+
+
+def test_the_last_word_is_sent_in_closing(bench: Bench, pty: Pty) -> None:
+    bench.open().talk.say(b"stop")
+    bench.line.close()
+    assert pty.all_heard() == b"stop"
+
+
+def test_a_word_that_is_not_acknowledged_is_an_error_that_says_when_the_board_stops(bench: Bench) -> None:
+    bench.open().board.is_deaf = True
+    bench.talk.say(b"stop")
+    with pytest.raises(DeviceError, match=r"wheel: .* has not acknowledged .*The board stops by itself after 0\.5 s"):
+        bench.line.settle("wheel")
+
+
+def test_no_more_is_sent_than_the_line_carries(pty: Pty) -> None:
+    bench = Bench(pty, baud=300).open()
+    bench.board.times.clear()
+    for _ in range(3):
+        bench.talk.say(b"123")
+        bench.line.settle("wheel")
+    bench.line.close()
+    gaps = [after - before for before, after in pairwise(bench.board.times)]
+    assert gaps == pytest.approx([0.1, 0.1], abs=2 * PERIOD_S)
+
+
+def test_a_lost_port_is_an_error_by_name_that_says_when_the_board_stops(bench: Bench) -> None:
+    bench.open().lose()
+    with pytest.raises(DeviceLostError, match=r"(?s)wheel: .*board is gone: it was unplugged.*stops by itself after"):
+        bench.line.require("wheel")
+
+
+def test_a_lost_port_is_found_again_and_begun_anew(bench: Bench) -> None:
+    bench.open().lose()
+    bench.talk.say(b"old")
+    bench.pty.plug_in()
+    bench.pass_by(2 * FIRST_S)
+    bench.line.require("wheel")
+    assert bench.board.heard == b"??"
+
+
+def test_a_board_that_has_not_answered_since_it_came_back_is_lost_still(bench: Bench) -> None:
+    bench.open().lose()
+    bench.board.is_deaf = True
+    bench.pty.plug_in()
+    bench.pass_by(2 * FIRST_S)
+    with pytest.raises(DeviceLostError, match=r"wheel: nothing on .*board answers at 115200 baud"):
+        bench.line.require("wheel")
+
+
+def test_a_lost_port_is_tried_ever_more_seldom(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    bench.open().lose()
+    tried: list[float] = []
+
+    def is_there(_path: Path) -> bool:
+        tried.append(bench.clock.now())
+        return False
+
+    monkeypatch.setattr(Path, "exists", is_there)
+    bench.pass_by(6.0)
+    gaps = [after - before for before, after in pairwise(tried)]
+    assert gaps == pytest.approx([0.2, 0.4, 0.8, 1.6, 2.0], abs=2 * PERIOD_S)
+
+
+def test_a_defect_of_a_talk_closes_the_line_and_is_told(bench: Bench) -> None:
+    bench.open().talk.defect = KeyError("side")
+    bench.pass_by(1.0)
+    with pytest.raises(
+        DeviceError, match=r"wheel: a defect in what is spoken on .*KeyError: 'side'.*Report it"
+    ) as told:
+        bench.line.require("wheel")
+    assert isinstance(told.value.__cause__, KeyError)
+    assert not isinstance(told.value, DeviceLostError)
+
+
+def test_a_port_on_which_nobody_answers_is_refused(bench: Bench) -> None:
+    bench.board.is_deaf = True
+    with pytest.raises(DeviceError, match=r"wheel: nothing on .*board answers at 115200 baud\. Look whether"):
+        bench.open()
+
+
+def test_a_port_that_is_not_there_is_refused_with_those_that_are(tmp_path: Path) -> None:
+    line = Line(str(tmp_path / "none"), Asking(), MonotonicClock())
+    with pytest.raises(DeviceError, match=r"wheel: there is no .*none; (there is|no port is there).*Plug the board in"):
+        line.open("wheel", 1.0)
+
+
+def test_a_file_that_is_no_port_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "file"
+    file.touch()
+    with pytest.raises(DeviceError, match=r"wheel: .*file cannot be opened as a serial port"):
+        Line(str(file), Asking(), MonotonicClock()).open("wheel", 1.0)
+
+
+HOLDING = """
+import sys
+from serial import Serial
+port = Serial(sys.argv[1], exclusive=True)
+print("held", flush=True)
+sys.stdin.read()
+"""
+
+
+def test_a_port_that_another_program_holds_is_refused_by_its_name(pty: Pty) -> None:
+    pipe = subprocess.PIPE
+    with subprocess.Popen([sys.executable, "-c", HOLDING, pty.path], stdin=pipe, stdout=pipe) as program:
+        assert program.stdout
+        program.stdout.readline()
+        with pytest.raises(DeviceError, match=rf"board is held by process {program.pid} \(python.*End that first"):
+            Line(str(pty.path), Asking(), MonotonicClock()).open("wheel", 1.0)
+        program.communicate()
+
+
+def test_a_board_that_does_not_read_is_an_error_and_holds_up_nobody(pty: Pty) -> None:
+    bench = Bench(pty, baud=4_000_000).open()
+    bench.powered.off()
+    bench.talk.say(b"x" * 50_000)
+    bench.pass_by(PERIOD_S)
+    with pytest.raises(DeviceLostError, match=r"wheel: .*takes no more bytes: the board does not read"):
+        bench.line.require("wheel")
+    bench.line.close()
+
+
+class TestByAThread:
+    """In real time."""
+
+    @pytest.fixture
+    def clock(self) -> Iterator[MonotonicClock]:
+        clock = MonotonicClock()
+        yield clock
+        clock.close()
+
+    def test_it_answers_is_lost_and_comes_back(self, pty: Pty, clock: MonotonicClock) -> None:
+        talk, board = Asking(), Answering()
+        powered = Powered(board, pty, clock)
+        line = Line(str(pty.path), talk, clock)
+        line.open("wheel", 5.0)
+        talk.say(b"go")
+        line.wake()
+        line.settle("wheel")
+        pty.unplug()
+        with pytest.raises(DeviceLostError, match=r"wheel: "):
+            _require_often(line, clock)
+        pty.plug_in()
+        line.wait_until(lambda: board.heard == b"?go?" and talk.is_ready, "wheel", 5.0, "never came back")
+        talk.say(b"stop")
+        line.close()
+        powered.off()
+        assert board.heard + pty.heard() == b"?go?stop"
+
+    def test_what_is_due_at_a_time_is_sent_then_and_not_later(self, pty: Pty, clock: MonotonicClock) -> None:
+        talk, board = Asking(), Answering()
+        powered = Powered(board, pty, clock)
+        line = Line(str(pty.path), talk, clock)
+        line.open("wheel", 5.0)
+        talk.say(b"go", at=clock.now() + 0.05)
+        line.settle("wheel")
+        line.close()
+        powered.off()
+        assert board.heard == b"?go"
+
+    def test_nothing_is_left_open(self, pty: Pty, clock: MonotonicClock) -> None:
+        before = _open_files()
+        powered = Powered(Answering(), pty, clock)
+        for _ in range(3):
+            line = Line(str(pty.path), Asking(), clock)
+            line.open("wheel", 5.0)
+            line.close()
+            line.close()
+        powered.off()
+        assert _open_files() == before
 
 
 def _require_often(line: Line, clock: MonotonicClock) -> None:
     for _ in range(5000):
         line.require("wheel")
         clock.sleep_until(clock.now() + 0.001)
+
+
+def _open_files() -> int:
+    return len(list(Path("/proc/self/fd").iterdir()))

@@ -1,0 +1,55 @@
+"""What every board's double is: it hears, it says, and time passes for it, on a pty by whatever clock there is."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+from robotcore.clock import Clock
+from robotcore.polling import Polling
+from tests.doubles.serial.pty import Pty
+
+PERIOD_S = 0.002
+
+
+class BoardDouble(ABC):
+    """A board without its port. Times are in seconds, of the clock by which it runs."""
+
+    @abstractmethod
+    def hear(self, data: bytes, now: float) -> bytes:
+        """Take what was sent to it, in any pieces; return what it answers at once."""
+
+    def live(self, now: float, seconds: float) -> bytes:
+        """Let time pass up to ``now``: wheels turn, deadmen expire; return what it says unasked."""
+        return b""
+
+    def begin(self, now: float) -> None:  # noqa: B027  most have nothing to forget
+        """Begin anew, as when it was reset: it is called when its port is plugged in."""
+
+
+class Powered:
+    """A board at work on its port: pumped in simulated time, by a thread in real time."""
+
+    def __init__(self, board: BoardDouble, pty: Pty, clock: Clock) -> None:
+        self.board, self._pty, self._clock = board, pty, clock
+        self._last = clock.now()
+        self._was_plugged_in = False
+        self._polling: Polling = clock.every(PERIOD_S, self._pump, "board")
+
+    def off(self) -> None:
+        """Take its power away. May be called again."""
+        self._polling.stop()
+
+    def _pump(self) -> None:
+        now = self._clock.now()
+        if self._pty.is_plugged_in and not self._was_plugged_in:
+            self.board.begin(now)
+        self._was_plugged_in = self._pty.is_plugged_in
+        said = self.board.live(now, now - self._last) + self.board.hear(self._heard(), now)
+        self._last = now
+        if self._clock.is_lockstep:
+            self._pty.say_all(said)
+        else:
+            self._pty.say(said)
+
+    def _heard(self) -> bytes:
+        return self._pty.all_heard() if self._clock.is_lockstep else self._pty.heard()
