@@ -41,7 +41,7 @@
 #define FULL_SPEED 176 // counts in 1/30 s at duty 255: 960 counts a turn at 330 turns a minute
 
 // How the encoder corrects: the gains of the command `u`, as ROSArduinoBridge has them; 0 to 1000 each, KO at least 1.
-#define KP 20
-#define KD 12
+#define KP 30
+#define KD 40
 #define KI 0
 #define KO 50

@@ -43,6 +43,7 @@ UNWRITTEN = 1
         "export",
         "wiring",
         "doctor",
+        "firmware",
         "deploy",
         "stop",
     ),

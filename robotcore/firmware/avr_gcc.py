@@ -13,6 +13,7 @@ from pathlib import Path
 from robotcore.firmware.boards import Board
 from robotcore.firmware.tools import found, run
 
+TOOL = "avr-gcc"
 CORE = Path("/usr/share/arduino/hardware/arduino/avr")
 DEBIAN_PACKAGES = "gcc-avr arduino-core-avr"
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 
@@ -18,18 +19,23 @@ def shipped() -> Path:
 
 
 def chosen(folder: Path | None) -> Path:
-    """Return the folder of a sketch: somebody's own, or the shipped one.
+    """Return the folder of a sketch: somebody's own, or what `copy` made of it, or the shipped one.
 
     Raises UsageError where it holds none: Arduino wants FOLDER/FOLDER.ino.
     """
     if folder is None:
         return shipped()
-    folder = folder.absolute()
-    if not (folder / f"{folder.name}.ino").is_file():
-        raise UsageError(
-            f"{folder}: holds no sketch {folder.name}.ino. `robotcore firmware copy DIR` makes one to change"
-        )
-    return folder
+    for place in (folder.absolute(), folder.absolute() / NAME):
+        if (place / f"{place.name}.ino").is_file():
+            return place
+    raise UsageError(f"{folder}: holds no sketch {folder.name}.ino. `robotcore firmware copy DIR` makes one to change")
+
+
+def baud(folder: Path) -> int:
+    """Return at how many baud a sketch talks, as its config.h says; 57600 where it says nothing."""
+    header = folder / "config.h"
+    said = re.search(r"(?m)^#define BAUD (\d+)", header.read_text()) if header.is_file() else None
+    return int(said[1]) if said else 57600
 
 
 def copy(into: Path) -> Path:

@@ -1,0 +1,90 @@
+"""``robotcore firmware``: our program for a microcontroller that drives the wheels, built and put on it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from robotcore.firmware.boards import Board
+    from robotcore.firmware.building import Built
+
+_BOARDS = ("uno", "nano", "nano-old")
+
+_board = click.option(
+    "--board",
+    "name",
+    type=click.Choice(_BOARDS),
+    default="uno",
+    show_default=True,
+    help="nano-old is a Nano with the bootloader from before 2018, as most clones have.",
+)
+_sketch = click.option(
+    "--sketch-dir",
+    "folder",
+    metavar="DIR",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Your own copy of the sketch, with your robot's config.h; by default the one that came with robotcore.",
+)
+
+
+@click.group("firmware")
+def command() -> None:
+    """Drive the wheels by an Arduino Uno or Nano: its program, built and put on it."""
+
+
+@command.command("copy")
+@click.argument("into", metavar="DIR", type=click.Path(path_type=Path, file_okay=False))
+def copy(into: Path) -> None:
+    """Copy the sketch into DIR, to write your robot's pins into its config.h."""
+    from robotcore.firmware import sketch
+
+    target = sketch.copy(into)
+    click.echo(
+        f"{target}: say in config.h how the robot is wired, then: robotcore firmware flash --sketch-dir {target}"
+    )
+
+
+@command.command("build")
+@_board
+@_sketch
+@click.option(
+    "--into", type=click.Path(path_type=Path, file_okay=False), default=Path("build/firmware"), show_default=True
+)
+def build(name: str, folder: Path | None, into: Path) -> None:
+    """Compile the sketch, with arduino-cli, or with avr-gcc and Debian's Arduino core."""
+    from robotcore.firmware.boards import BOARDS
+    from robotcore.firmware.sketch import chosen
+
+    click.echo(_built(chosen(folder), BOARDS[name], into).image)
+
+
+@command.command("flash")
+@_board
+@_sketch
+@click.option("--port", help="Where the board is, such as /dev/ttyUSB0; not needed where one alone is plugged in.")
+def flash(name: str, folder: Path | None, port: str | None) -> None:
+    """Compile the sketch, put it on the board, and ask the board what it runs."""
+    from robotcore.firmware import flashing, greeting, ports, sketch
+    from robotcore.firmware.boards import BOARDS
+
+    port = port or ports.only_port()
+    ports.require_free(port)
+    board, folder = BOARDS[name], sketch.chosen(folder)
+    with TemporaryDirectory(prefix="robotcore-firmware-") as scratch:
+        built = _built(folder, board, Path(scratch))
+        click.echo(f"flashing the {name} at {port} ...")
+        tool = flashing.flash(built.image, board, port)
+    click.echo(f"flashed and verified with {tool}")
+    click.echo(f"{port} answers: {greeting.greet(port, sketch.baud(folder))}")
+
+
+def _built(folder: Path, board: Board, into: Path) -> Built:
+    from robotcore.firmware import building
+
+    built = building.build(folder, board, into.absolute())
+    click.echo(f"built {built.image.name} with {built.tool}: {built.size_bytes} of {board.flash_bytes} bytes")
+    return built
