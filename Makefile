@@ -9,7 +9,7 @@ READY := $(VENV)/.ready-$(VERSION)
 UV := $(shell command -v uv 2>/dev/null)
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all system system-gpio system-arm64 system-deploy system-coppeliasim system-vrep lint types rules package coverage check clean
+.PHONY: help demo test test-all system system-gpio system-arm64 system-deploy system-firmware system-coppeliasim system-vrep lint types rules package coverage check clean
 
 help:  ## show what there is
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -42,7 +42,7 @@ test-all:  ## run the tests on every Python from 3.10 to 3.13 that is on this ma
 		else echo "== Python $$version is not on this machine"; fi; \
 	done
 
-system: system-gpio system-arm64 system-deploy system-coppeliasim system-vrep  ## the tests on other machines and on real simulators, where they can run
+system: system-gpio system-arm64 system-deploy system-firmware system-coppeliasim system-vrep  ## the tests on other machines and on real simulators, where they can run
 
 system-gpio: $(READY)  ## test the Pi's drivers on a real kernel's GPIO chip and camera, in QEMU
 	@$(BIN)/python -m tests.system.gpio || [ $$? -eq 77 ]
@@ -52,6 +52,9 @@ system-arm64: $(READY)  ## test the wheel on an emulated arm64
 
 system-deploy: $(READY)  ## deploy to a Debian that systemd boots
 	@$(BIN)/python -m tests.system.deploy || [ $$? -eq 77 ]
+
+system-firmware: $(READY)  ## test the firmware on a simulated AVR, with the drivers that speak to it
+	@$(BIN)/python -m tests.system.firmware || [ $$? -eq 77 ]
 
 system-coppeliasim: $(READY)  ## test coppeliasim on a real CoppeliaSim: ROBOTCORE_COPPELIASIM=HOST:PORT
 	@$(BIN)/python -m tests.system.coppeliasim || [ $$? -eq 77 ]

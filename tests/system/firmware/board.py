@@ -16,6 +16,9 @@ from robotcore.drive import Wheels
 from tests.system.firmware.bench import HZ, shared
 from tests.system.firmware.wiring import SILENCE_S, SOUND_M_S, Wiring
 
+STANDS = "0.0000 0.0000"
+"""What more is told of `duty` where neither motor is given any."""
+
 LOOK_S = 0.002
 HUNG_S = 60.0
 """No simulator is so slow that this passes on the wall before what is waited for has come or is too late."""

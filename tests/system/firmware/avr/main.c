@@ -1,7 +1,7 @@
 /* An ATmega328P at 16 MHz with a robot around it: main ELF LINK BENCH.
  *
  * LINK becomes a link to the UART's pty; BENCH is a file that holds a `struct bench`, shared with whoever made it.
- * On stdin a word a line: pull, plug (the line), reset (the button), hang (the program stops where it is). It ends with
+ * On stdin a word a line: pull, plug (the line), reset (the button), hang (the program stays where it is). It ends with
  * stdin. On stdout what happened; see tell.h. It runs in real time, or more slowly where the machine cannot. */
 #include <err.h>
 #include <errno.h>
@@ -72,9 +72,12 @@ static void unhang(void)
 	hung = NULL;
 }
 
+/* Where interrupts are on: simavr's watchdog, unlike a real one, never resets a program that keeps them off. */
 static void hang(avr_t *avr)
 {
 	unhang();
+	while (!avr->sreg[S_I])
+		avr_run(avr);
 	hung = avr->flash + avr->pc;
 	memcpy(unhung, hung, sizeof unhung);
 	memcpy(hung, &HERE, sizeof HERE);

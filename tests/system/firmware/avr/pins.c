@@ -59,7 +59,26 @@ double pin_output(avr_t *avr, int64_t pin)
 	return port.port & mask ? 1 : 0; /* an input with its pull-up on is high too */
 }
 
-avr_irq_t *pin_irq(avr_t *avr, int64_t pin)
+static avr_irq_t *irq_of(avr_t *avr, int64_t pin)
 {
 	return avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ(port_of(pin)), bit_of(pin));
+}
+
+/* simavr lets a pull-up win over a level that was only fed in, at each write to the port; a level of a pull from
+ * outside stays. */
+void pin_drive(avr_t *avr, int64_t pin, int level)
+{
+	static avr_ioport_external_t ports[] = { { .name = 'B' }, { .name = 'C' }, { .name = 'D' } };
+	avr_ioport_external_t *port = &ports[port_of(pin) - 'B'];
+	int mask = 1 << bit_of(pin);
+
+	port->mask |= mask;
+	port->value = level ? port->value | mask : port->value & ~mask;
+	avr_ioctl(avr, AVR_IOCTL_IOPORT_SET_EXTERNAL(port_of(pin)), port);
+	avr_raise_irq(irq_of(avr, pin), level);
+}
+
+void pin_watch(avr_t *avr, int64_t pin, avr_irq_notify_t call)
+{
+	avr_irq_register_notify(irq_of(avr, pin), call, avr);
 }

@@ -8,7 +8,10 @@
 /* What comes out of a pin, 0 to 1: the mean of its PWM, its level, or its pull-up. */
 double pin_output(avr_t *avr, int64_t pin);
 
-/* Where a level is fed into a pin, or watched on it. */
-avr_irq_t *pin_irq(avr_t *avr, int64_t pin);
+/* Drive a pin from outside, 0 or 1; the AVR's own pull-up does not change that. */
+void pin_drive(avr_t *avr, int64_t pin, int level);
+
+/* Call whenever the level of a pin has changed. */
+void pin_watch(avr_t *avr, int64_t pin, avr_irq_notify_t call);
 
 #endif

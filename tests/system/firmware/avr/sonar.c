@@ -19,18 +19,19 @@ static void triggered(avr_irq_t *irq, uint32_t level, void *given)
 
 void sonar_wire(avr_t *avr, struct bench *bench)
 {
-	avr_irq_register_notify(pin_irq(avr, bench->trigger), triggered, avr);
+	pin_drive(avr, bench->echo, 0);
+	pin_watch(avr, bench->trigger, triggered);
 }
 
 void sonar_pass(avr_t *avr, struct bench *bench)
 {
 	if (rises && avr->cycle >= rises) {
-		avr_raise_irq(pin_irq(avr, bench->echo), 1);
+		pin_drive(avr, bench->echo, 1);
 		falls = rises + (avr_cycle_count_t)(bench->echo_s * avr->frequency);
 		rises = 0;
 	}
 	if (falls && avr->cycle >= falls) {
-		avr_raise_irq(pin_irq(avr, bench->echo), 0);
+		pin_drive(avr, bench->echo, 0);
 		falls = 0;
 	}
 }

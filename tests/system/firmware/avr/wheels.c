@@ -33,8 +33,8 @@ static void show(avr_t *avr, const struct wheel *wheel)
 {
 	int64_t quarter = (int64_t)floor(wheel->angle_rad * wheel->edges_per_turn / (2 * M_PI)) & 3;
 
-	avr_raise_irq(pin_irq(avr, wheel->a), quarter == 1 || quarter == 2);
-	avr_raise_irq(pin_irq(avr, wheel->b), quarter >= 2);
+	pin_drive(avr, wheel->a, quarter == 1 || quarter == 2);
+	pin_drive(avr, wheel->b, quarter >= 2);
 }
 
 void wheels_turn(avr_t *avr, struct bench *bench, double seconds)

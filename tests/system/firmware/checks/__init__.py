@@ -1,0 +1,1 @@
+"""The checks, each on a board of its own."""

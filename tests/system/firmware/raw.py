@@ -1,0 +1,51 @@
+"""The line as pyserial has it, without any driver: a command, and what is answered."""
+
+from __future__ import annotations
+
+from types import TracebackType
+
+from serial import Serial
+
+from tests.system.firmware.board import Board
+
+BAUD = 57600
+ANSWER_S = 0.5
+TRY_S = 0.05
+BOOTING_S = 3.0
+
+
+class RawLine:
+    """Opens a board's line and waits until the board listens."""
+
+    def __init__(self, board: Board) -> None:
+        self._board = board
+        self._serial = Serial(str(board.port), BAUD, timeout=0.02)
+        board.wait(lambda: self.ask("b", TRY_S) == str(BAUD), "the firmware's first answer", BOOTING_S)
+        board.pass_time(TRY_S)
+        self._serial.reset_input_buffer()
+
+    def ask(self, command: str, within_s: float = ANSWER_S) -> str:
+        """Send a command and return the answer; nothing where none came in so much of the AVR's time."""
+        self.send(f"{command}\r".encode())
+        return self.hear(within_s)
+
+    def send(self, data: bytes) -> None:
+        self._serial.write(data)
+
+    def hear(self, within_s: float = ANSWER_S) -> str:
+        """Return the next line that comes in, or as much of it."""
+        end, got = self._board.now() + within_s, b""
+        while not got.endswith(b"\n") and self._board.now() < end:
+            got += self._serial.readline()
+        return got.decode("ascii", "replace").strip()
+
+    def close(self) -> None:
+        self._serial.close()
+
+    def __enter__(self) -> RawLine:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()

@@ -1,0 +1,105 @@
+"""The kinematic world, in which the body goes as far as the simulated AVR's wheels have turned."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from threading import RLock
+
+from drivers.kinematic.echo import Sonar
+from drivers.kinematic.simulation import Simulation
+from robotcore.backend import Setup
+from robotcore.clock import Clock
+from robotcore.description import CameraDescription, MotorDescription, RangeSensorDescription, RobotDescription
+from robotcore.devices import Camera, Frame, Image
+from robotcore.drive import Wheels
+from robotcore.geometry import Pose, Twist
+from robotcore.projection import View
+from robotcore.sampling import OnceAnInstant
+from tests.system.firmware.board import Board
+
+STEPS_S = 240
+"""The body takes a step for each 1/240 s in which wheels turned."""
+
+HEARD_M = 4.0
+"""The farthest thing that an HC-SR04 hears."""
+
+
+class FollowedWorld:
+    """Moves the body by the wheels of a board, and puts before the board's sonar what is ahead there.
+
+    It is the run's `TruthSource`. What it has of time is the board's; any thread may ask it.
+    """
+
+    def __init__(self, setup: Setup, board: Board) -> None:
+        assert setup.world
+        self._simulation = Simulation(replace(setup, robot=_without_lag(setup.robot), rate_hz=STEPS_S), setup.world)
+        self._drive, self._board = setup.robot.drive, board
+        self._angles, self._at = board.angles, board.now()
+        self._lock = RLock()
+        nose = setup.robot.first_of(RangeSensorDescription)
+        self._sonar = nose and Sonar(nose.model_copy(update={"max_range_m": HEARD_M}), setup.world)
+        self.follow()
+
+    def follow(self) -> None:
+        """Let the body catch up with the wheels; to be called often, for between two calls it goes in an arc."""
+        with self._lock:
+            angles, now = self._board.angles, self._board.now()
+            self._roll(angles, max(1, math.ceil((now - self._at) * STEPS_S)))
+            self._angles, self._at = angles, now
+            if self._sonar:
+                self._board.put_ahead(self._sonar.listen(self._simulation.pose()).distance)
+
+    def pose(self) -> Pose:
+        with self._lock:
+            self.follow()
+            return self._simulation.pose()
+
+    def twist(self) -> Twist:
+        return self._drive.geometry.to_twist(self._board.velocities) if self._drive else Twist(0.0, 0.0)
+
+    def contacts(self) -> int:
+        with self._lock:
+            return self._simulation.contacts()
+
+    def picture(self, view: Callable[[Pose], View]) -> Image:
+        """Return what is to be seen from where the robot is."""
+        return self._simulation.painter.picture(view(self.pose()))
+
+    def _roll(self, to: Wheels, steps: int) -> None:
+        """Roll the wheels to these angles, each step as far as the others."""
+        if not self._drive:
+            return
+        clock, wheels = self._simulation.clock, self._simulation.wheels
+        for name, turn in (
+            (self._drive.left, to.left - self._angles.left),
+            (self._drive.right, to.right - self._angles.right),
+        ):
+            wheels[name].target = turn / steps / clock.step
+        clock.sleep_until(clock.now() + steps * clock.step)
+
+
+class FollowedCamera(Camera):
+    """Sees the world as it is when the camera is read."""
+
+    def __init__(self, told: CameraDescription, world: FollowedWorld, clock: Clock) -> None:
+        super().__init__(told.name, told.intrinsics)
+        self._mount, self._world = told.mount, world
+        self._newest_at = OnceAnInstant(clock, self._expose)
+
+    def _newest(self) -> Frame:
+        return self._newest_at()
+
+    def _expose(self, time: float, sequence: int) -> Frame:
+        image = self._world.picture(lambda pose: View.of(self.intrinsics, self._mount, pose))
+        image.flags.writeable = False
+        return Frame(image, time, sequence)
+
+
+def _without_lag(robot: RobotDescription) -> RobotDescription:
+    """Return the robot with wheels that follow at once: the board's have the lag."""
+    devices = (
+        told.model_copy(update={"lag_s": 0.0}) if isinstance(told, MotorDescription) else told for told in robot.devices
+    )
+    return robot.model_copy(update={"devices": tuple(devices)})
