@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from drivers.serial.backend import SECTION
 from robotcore.backend import Backend, Setup, Vouch
 from robotcore.clock import FollowingClock
-from robotcore.description import CameraDescription, Described, RobotDescription
+from robotcore.description import CameraDescription, Described
 from robotcore.devices import Device
 from robotcore.hardware import open_robot
 from robotcore.robot import Robot
 from tests.system.firmware.board import Board
 from tests.system.firmware.config import wiring
+from tests.system.firmware.described import on_serial
 from tests.system.firmware.wiring import Wiring
 from tests.system.firmware.world import FollowedCamera, FollowedWorld
 
@@ -35,18 +35,6 @@ def switched_on(change: Callable[[Wiring], Wiring] = lambda wiring: wiring) -> B
     """Return a board that runs our firmware, its robot wired as the sketch says; ``change`` builds it otherwise."""
     sketch = built() / "robotcore_bridge"
     return Board(built() / "simulated-avr", built() / "firmware.elf", change(wiring(sketch)))
-
-
-def on_serial(robot: RobotDescription, port: Path) -> RobotDescription:
-    """Return a robot whose motors, encoders and nose are on one board."""
-    section: Mapping[str, Any] = {
-        **{f"{side}_motor": {"driver": "ros-arduino-motor", "side": side} for side in ("left", "right")},
-        **{f"{side}_encoder": {"driver": "ros-arduino-encoder", "side": side} for side in ("left", "right")},
-        "nose": {"driver": "ros-arduino-sonar"},
-    }
-    names = {told.name for told in robot.devices}
-    here = {name: {**table, "port": str(port)} for name, table in section.items() if name in names}
-    return robot.model_copy(update={"backends": {**robot.backends, SECTION: here}})
 
 
 class SimavrOptions(Described):

@@ -50,6 +50,7 @@ class Bench(ctypes.Structure):
     bootloader_s: float
     echo_s: float
     battery_mv: float
+    noise: float
     cycles: int
     is_listening: int
 
@@ -57,7 +58,7 @@ class Bench(ctypes.Structure):
         ("left", Wheel),
         ("right", Wheel),
         *((name, ctypes.c_int64) for name in ("trigger", "echo", "battery", "resets_when_opened")),
-        *((name, ctypes.c_double) for name in ("bootloader_s", "echo_s", "battery_mv")),
+        *((name, ctypes.c_double) for name in ("bootloader_s", "echo_s", "battery_mv", "noise")),
         ("cycles", ctypes.c_uint64),
         ("is_listening", ctypes.c_int64),
     ]

@@ -84,6 +84,10 @@ class Board:
         """Let the battery have so many volts."""
         self._bench.battery_mv = volts * 1000 * self._wiring.battery_ratio
 
+    def make_noise(self, share: float) -> None:
+        """Let that share of all bytes be spoilt on the line, both ways: a bit turned over, one lost, one too many."""
+        self._bench.noise = share
+
     def pull(self) -> None:
         """Pull the line out: whoever has it open finds the other end gone, and the port is no more."""
         self._do("pull", "pulled")

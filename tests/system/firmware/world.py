@@ -38,6 +38,8 @@ class FollowedWorld:
         self._drive, self._board = setup.robot.drive, board
         self._angles, self._at = board.angles, board.now()
         self._lock = RLock()
+        self.is_silent = False
+        """Whether no echo comes back, whatever is ahead."""
         nose = setup.robot.first_of(RangeSensorDescription)
         self._sonar = nose and Sonar(nose.model_copy(update={"max_range_m": HEARD_M}), setup.world)
         self.follow()
@@ -49,7 +51,7 @@ class FollowedWorld:
             self._roll(angles, max(1, math.ceil((now - self._at) * STEPS_S)))
             self._angles, self._at = angles, now
             if self._sonar:
-                self._board.put_ahead(self._sonar.listen(self._simulation.pose()).distance)
+                self._board.put_ahead(self._heard(self._sonar))
 
     def pose(self) -> Pose:
         with self._lock:
@@ -66,6 +68,9 @@ class FollowedWorld:
     def picture(self, view: Callable[[Pose], View]) -> Image:
         """Return what is to be seen from where the robot is."""
         return self._simulation.painter.picture(view(self.pose()))
+
+    def _heard(self, sonar: Sonar) -> float:
+        return math.inf if self.is_silent else sonar.listen(self._simulation.pose()).distance
 
     def _roll(self, to: Wheels, steps: int) -> None:
         """Roll the wheels to these angles, each step as far as the others."""

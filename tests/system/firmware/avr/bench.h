@@ -26,6 +26,7 @@ struct bench {
 	double bootloader_s;        /* how long a board that was reset listens to nobody */
 	double echo_s;              /* told from outside: how long the echo's pulse is */
 	double battery_mv;          /* told from outside: at the analog pin */
+	double noise;               /* told from outside: the share of bytes that the line spoils, both ways */
 	uint64_t cycles;            /* the AVR's time */
 	int64_t is_listening;       /* whether the bootloader has handed over */
 };

@@ -14,6 +14,7 @@
 
 enum { UCSR0A = 0xC0, U2X0 = 0x02, UBRR0L = 0xC4, UBRR0H, BITS_A_BYTE = 10, CR = 13 };
 
+static struct bench *bench;
 static int master = -1, is_open;
 static unsigned char waiting[64];
 static size_t fed, filled;
@@ -21,18 +22,31 @@ static avr_cycle_count_t next_byte;
 static char text[64];
 static size_t written;
 
-static void sent(avr_irq_t *irq, uint32_t byte, void *given)
+/* What a byte becomes on the line: none, itself, itself with a bit turned over, or that and one more. */
+static size_t carried(unsigned char byte, unsigned char out[2])
 {
-	unsigned char out = byte;
-
-	if (master >= 0 && is_open)
-		(void)!write(master, &out, 1); /* nobody reads it: lost, as on a wire */
+	out[0] = byte;
+	if (drand48() >= bench->noise)
+		return 1;
+	out[0] ^= 1 << lrand48() % 8;
+	out[1] = lrand48();
+	return lrand48() % 3;
 }
 
-void line_wire(avr_t *avr)
+static void sent(avr_irq_t *irq, uint32_t byte, void *given)
+{
+	unsigned char out[2];
+	size_t length = carried(byte, out);
+
+	if (master >= 0 && is_open)
+		(void)!write(master, out, length); /* nobody reads it: lost, as on a wire */
+}
+
+void line_wire(avr_t *avr, struct bench *robot)
 {
 	uint32_t flags = 0; /* no echo on stdout, no naps */
 
+	bench = robot;
 	avr_ioctl(avr, AVR_IOCTL_UART_SET_FLAGS('0'), &flags);
 	avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT), sent, NULL);
 }
@@ -113,7 +127,12 @@ void line_feed(avr_t *avr)
 	if (next_byte < avr->cycle && fed == filled)
 		next_byte = avr->cycle;
 	for (; fed < filled && next_byte <= avr->cycle; next_byte += byte_cycles(avr)) {
-		avr_raise_irq(input, waiting[fed]);
-		note(avr, waiting[fed++]);
+		unsigned char in[2];
+		size_t length = carried(waiting[fed++], in);
+
+		for (size_t i = 0; i < length; i++) {
+			avr_raise_irq(input, in[i]);
+			note(avr, in[i]);
+		}
 	}
 }

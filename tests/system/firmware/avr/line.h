@@ -4,7 +4,9 @@
 
 #include <simavr/sim_avr.h>
 
-void line_wire(avr_t *avr);
+#include "bench.h"
+
+void line_wire(avr_t *avr, struct bench *bench);
 
 /* Put the link to a new pty; take link and pty away, as a line that is pulled. */
 void line_plug(avr_t *avr, const char *link);

@@ -177,7 +177,7 @@ int main(int count, char **given)
 	fcntl(STDIN_FILENO, F_SETFL, O_NONBLOCK);
 	avr_t *avr = made(given[1]);
 	bench = shared(given[3]);
-	line_wire(avr);
+	line_wire(avr, bench);
 	sonar_wire(avr, bench);
 	line_plug(avr, given[2]);
 	while (listen_outside(avr, given[2])) {

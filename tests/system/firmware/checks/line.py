@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import random
 from dataclasses import replace
 
 import pytest
@@ -112,23 +111,6 @@ def test_battery_is_told_in_millivolts(board: Board) -> None:
             board.charge(volts)
             board.pass_time(0.01)
             assert int(line.ask("y")) == pytest.approx(volts * 1000, abs=50)
-
-
-def test_noise_turns_no_wheel_once_sums_are_asked_for(board: Board) -> None:
-    noise = random.Random(1)
-    with RawLine(board) as line:
-        assert line.ask("k 500*" + _sum("k 500")).startswith("OK")
-        for _ in range(30):
-            line.send(noise.randbytes(60) + b"\rm 2x 40\rm 20 40\r")
-            board.pass_time(0.02)
-    assert not board.events("duty")
-
-
-def _sum(command: str) -> str:
-    total = 0
-    for byte in command.encode():
-        total ^= byte
-    return f"{total:02X}"
 
 
 def test_board_that_is_not_reset_by_its_port_keeps_its_counts() -> None:

@@ -1,0 +1,135 @@
+"""What goes wrong while the drivers drive: the firmware stops the wheels, the drivers say so, and go on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from robotcore.devices import Encoder
+from robotcore.errors import DeviceLostError
+from robotcore.robot import Robot
+from robotcore.testing import scenes
+from robotcore.testing.bench import Bench
+from tests.system.firmware.backend import SimavrBackend
+from tests.system.firmware.board import STANDS, Board
+
+SPEED_RAD_S = 5.0
+TICK_S = 0.05
+BOARD_TIMEOUT_S = 0.5
+FRAME_S = 1 / 30
+STANDING_RAD_S = 0.05
+OVERSHOOT = 1.25
+BACK_S = 6.0
+"""By then a board that is back is driven again: the back-off, its bootloader, the first answers."""
+
+
+@pytest.fixture
+def robot(board: Board) -> Iterator[Robot]:
+    bench = Bench()
+    setup = bench.setup_for(scenes.empty(), {"left_motor", "right_motor", "left_encoder", "right_encoder"})
+    with SimavrBackend(board).open(setup) as opened:
+        yield opened
+
+
+def drive(robot: Robot, left: float = SPEED_RAD_S, right: float = SPEED_RAD_S) -> None:
+    """Tell both wheels their velocity, as an app does in a tick."""
+    robot.motors["left_motor"].set_velocity(left)
+    robot.motors["right_motor"].set_velocity(right)
+
+
+def drive_for(robot: Robot, seconds: float, left: float = SPEED_RAD_S, right: float = SPEED_RAD_S) -> None:
+    end = robot.clock.now() + seconds
+    while robot.clock.now() < end:
+        drive(robot, left, right)
+        robot.clock.sleep_until(robot.clock.now() + TICK_S)
+
+
+def drive_until(robot: Robot, is_so: Callable[[], bool], within_s: float = BACK_S) -> None:
+    """Go on driving, whatever is raised, until something is so."""
+    end = robot.clock.now() + within_s
+    while not is_so():
+        assert robot.clock.now() < end, f"waited {within_s} s"
+        if not is_lost(robot):
+            drive(robot)
+        robot.clock.sleep_until(robot.clock.now() + TICK_S)
+
+
+def is_lost(robot: Robot) -> bool:
+    try:
+        drive(robot)
+    except DeviceLostError:
+        return True
+    return False
+
+
+def is_turning(board: Board) -> bool:
+    return min(board.velocities) > SPEED_RAD_S / 2
+
+
+def last_turning_command(board: Board, before: float = math.inf) -> float:
+    """Return when the last command came in whole that feeds the deadman."""
+    commands = [event for event in board.events("line") if event.more[:2] in ("m ", "o ") and event.time < before]
+    return commands[-1].time
+
+
+def test_pulled_line_stops_the_wheels_by_the_boards_own_deadman(robot: Robot, board: Board) -> None:
+    drive_for(robot, 0.5)
+    assert is_turning(board)
+    board.pull()
+    pulled = board.events("pulled")[-1].time
+    told = last_turning_command(board)
+    board.wait(lambda: is_lost(robot), "the loss to be told", 1.0)
+    assert board.velocities.left > STANDING_RAD_S, "the board has stopped before its deadman was due"
+    board.wait(lambda: board.duties == (0.0, 0.0), "the wheels to be stopped", 1.0)
+    stopped = board.events("duty")[-1]
+    assert told < pulled < stopped.time
+    assert BOARD_TIMEOUT_S - 0.001 <= stopped.time - told <= BOARD_TIMEOUT_S + FRAME_S
+
+
+def test_line_put_back_is_driven_again_and_stands_until_then(robot: Robot, board: Board) -> None:
+    drive_for(robot, 0.5)
+    board.pull()
+    board.wait(lambda: is_lost(robot), "the loss to be told", 1.0)
+    board.wait(lambda: board.duties == (0.0, 0.0), "the wheels to be stopped", 1.0)
+    stopped = board.events("duty")[-1].time
+    board.plug()
+    board.pass_time(4.0)
+    assert [event for event in board.events("duty", since=stopped + 0.001) if event.more != STANDS] == []
+    drive_until(robot, lambda: is_turning(board))
+
+
+def test_encoders_go_on_from_where_they_were_when_the_board_was_reset(robot: Robot, board: Board) -> None:
+    drive_for(robot, 1.0)
+    encoder = robot["left_encoder"]
+    assert isinstance(encoder, Encoder)
+    before = encoder.read().angle
+    board.reset()
+    board.wait(lambda: max(board.velocities) < STANDING_RAD_S, "the wheels to stand", 1.0)
+    drive_until(robot, lambda: is_turning(board))
+    after = encoder.read().angle
+    assert 0 < before <= after + 0.1
+    assert after < board.angles.left + 0.1
+
+
+def test_hung_sketch_is_reset_by_its_watchdog_and_driven_again(robot: Robot, board: Board) -> None:
+    drive_for(robot, 0.5)
+    board.hang()
+    board.wait(lambda: board.duties == (0.0, 0.0), "the wheels to be stopped", 0.5)
+    drive_until(robot, lambda: bool(board.events("watchdog")) and is_turning(board))
+
+
+@pytest.mark.parametrize("share", [0.01, 0.05])
+def test_noise_both_ways_turns_no_wheel_otherwise_than_asked(robot: Robot, board: Board, share: float) -> None:
+    board.make_noise(share)
+    fastest = slowest = 0.0
+    end = robot.clock.now() + 6.0
+    while robot.clock.now() < end:
+        is_lost(robot)
+        robot.clock.sleep_until(robot.clock.now() + 0.02)
+        fastest, slowest = max(fastest, *board.velocities), min(slowest, *board.velocities)
+    assert slowest == 0
+    assert SPEED_RAD_S / 2 < fastest < SPEED_RAD_S * OVERSHOOT
+    board.make_noise(0.0)
+    drive_until(robot, lambda: board.velocities == pytest.approx((SPEED_RAD_S, SPEED_RAD_S), rel=0.05))

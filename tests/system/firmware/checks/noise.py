@@ -1,0 +1,48 @@
+"""A line that spoils bytes both ways: no wheel turns at a velocity that was not asked for."""
+
+from __future__ import annotations
+
+import math
+from functools import reduce
+from operator import xor
+
+import pytest
+
+from tests.system.firmware.board import Board
+from tests.system.firmware.raw import RawLine
+
+RAD_S = math.tau / 960 * 30
+"""What a count a frame is."""
+
+OVERSHOOT = 1.2
+
+
+def summed(command: str) -> bytes:
+    return f"{command}*{reduce(xor, command.encode(), 0):02X}\r".encode()
+
+
+@pytest.mark.parametrize("share", [0.01, 0.1])
+def test_summed_commands_turn_no_wheel_otherwise(board: Board, share: float) -> None:
+    with RawLine(board) as line:
+        line.send(summed("k 300"))
+        board.make_noise(share)
+        fastest = slowest = 0.0
+        for _ in range(100):
+            line.send(summed("m 20 -20"))
+            board.pass_time(0.03)
+            left, right = board.velocities
+            fastest, slowest = max(fastest, left, -right), min(slowest, left, -right)
+    assert slowest == 0
+    assert 0 < fastest < 20 * RAD_S * OVERSHOOT
+    spoilt = [event for event in board.events("line") if not event.more.startswith("m 20 -20*")]
+    assert spoilt, "the line was quiet"
+
+
+def test_random_bytes_turn_no_wheel(board: Board) -> None:
+    with RawLine(board) as line:
+        line.send(summed("k 300"))
+        board.make_noise(1.0)
+        for _ in range(100):
+            line.send(b"m 20 40\ro 90 90\r" * 4)
+            board.pass_time(0.01)
+    assert not board.events("duty")
