@@ -2,7 +2,7 @@
 
     59 59  distance  amplitude  temperature  sum        words of two bytes, the low one first
 
-The distance is in centimetres, the temperature in eighths of a degree above -256 °C, and the sum is the low byte of what
+The distance is in centimetres, the temperature in eighths of a degree above -256 °C, the sum is the low byte of what
 the other eight add up to. The first TFmini tells its mode (a number below 256) where the later ones have a temperature.
 
 Source: Benewake's manuals SJ-PM-TFmini-T-01 A03, SJ-PM-TFmini-S A00, SJ-PM-TFmini Plus A04 (chapters 5.3, 5.4) and

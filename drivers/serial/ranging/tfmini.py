@@ -39,7 +39,7 @@ class TFminiSettings(PortSettings):
     usual_baud = 115200
 
     cycle_s: Annotated[float, Field(ge=0.001, le=0.5)] = 0.01
-    echo_free_cycles: Annotated[int, Field(ge=0, le=1000)] = 20
+    echo_free_cycles: Annotated[int, Field(ge=0, le=1000)] = 60
 
 
 class TFmini(DeviceDriver[RangeSensorDescription, TFminiSettings]):

@@ -1,0 +1,98 @@
+from __future__ import annotations
+
+import pytest
+
+from drivers.serial.ranging.protocol import Parser, Seen
+from tests.doubles.serial.tfmini import DAZZLED_CM, SATURATED_CM, STRONG, WEAK, WEAK_CM, frame
+
+OF_THE_FIRST = 7
+"""Where the later sensors have a temperature, the first TFmini has its mode."""
+
+FRAMES = [
+    # TFmini-S manual, 5.3: header, distance, amplitude, temperature, sum; low bytes first
+    ("59 59 32 00 e8 03 c8 08 9f", Seen.TARGET, 0.50, 25.0),
+    ("59 59 2c 01 64 00 c8 08 13", Seen.TARGET, 3.00, 25.0),
+    ("59 59 ff ff 63 00 c8 08 e3", Seen.NOTHING, None, 25.0),
+    ("59 59 fe ff ff ff c8 08 7d", Seen.UNCLEAR, None, 25.0),
+    # TFmini, 5.3: a mode and a spare byte in place of the temperature
+    ("59 59 d8 00 1d 00 02 00 a9", Seen.TARGET, 2.16, None),
+    ("59 59 ff ff 13 00 07 00 ca", Seen.NOTHING, None, None),
+    # TF-Luna, 6.8: no distance where the amplitude is too low
+    ("59 59 00 00 0c 00 00 09 c7", Seen.NOTHING, None, 32.0),
+]
+
+
+@pytest.mark.parametrize("sent, seen, distance, temperature", FRAMES)
+def test_frames_say_what_the_manuals_say(sent: str, seen: Seen, distance: float | None, temperature: float) -> None:
+    reading, _ = Parser().feed(2 * bytes.fromhex(sent))
+    assert (reading.seen, reading.temperature_c) == (seen, temperature)
+    assert distance is None or reading.distance == distance
+
+
+@pytest.mark.parametrize(
+    "sent, seen",
+    [
+        (frame(50, 100), Seen.TARGET),
+        (frame(50, 99), Seen.NOTHING),
+        (frame(50, 20, OF_THE_FIRST), Seen.TARGET),
+        (frame(50, 19, OF_THE_FIRST), Seen.NOTHING),
+        (frame(0, 0xFFFF), Seen.UNCLEAR),
+        (frame(50, 0xFFFF), Seen.UNCLEAR),
+        (frame(WEAK_CM, 100), Seen.NOTHING),
+        (frame(SATURATED_CM), Seen.UNCLEAR),
+        (frame(DAZZLED_CM), Seen.UNCLEAR),
+        (frame(DAZZLED_CM, WEAK), Seen.UNCLEAR),
+        (frame(0), Seen.TARGET),
+    ],
+)
+def test_a_distance_counts_only_with_the_light_to_tell_it(sent: bytes, seen: Seen) -> None:
+    assert [reading.seen for reading in Parser().feed(2 * sent)] == [seen, seen]
+
+
+def test_a_frame_is_believed_at_once_after_two_in_a_row() -> None:
+    parser = Parser()
+    said = [parser.feed(frame(distance)) for distance in (50, 51, 52)]
+    assert [[reading.distance_cm for reading in readings] for readings in said] == [[], [50, 51], [52]]
+
+
+def test_a_frame_cut_short_is_dropped_and_none_after_it() -> None:
+    parser = Parser()
+    parser.feed(frame(50) + frame(51))
+    assert parser.feed(frame(52)[:6]) == []
+    assert _distances(parser, frame(53) + frame(54)) == [53, 54]
+    assert parser.skipped == 6
+
+
+def test_a_frame_with_a_wrong_sum_is_dropped_and_none_after_it() -> None:
+    parser = Parser()
+    broken = frame(52)[:-1] + b"\x00"
+    assert _distances(parser, frame(50) + frame(51) + broken + frame(53) + frame(54)) == [50, 51, 53, 54]
+
+
+@pytest.mark.parametrize("cut", range(9))
+def test_a_header_in_the_words_costs_no_more_than_two_frames(cut: int) -> None:
+    headers = frame(0x59, 0x5959) + frame(0x59, 0x0359)
+    told = _distances(Parser(), (headers * 3)[cut:])
+    assert set(told) == {0x59}
+    assert len(told) >= 4
+
+
+def test_a_frame_cut_out_of_two_that_never_change_is_not_believed() -> None:
+    """Its sum is right in every round: only its words are odd."""
+    still = frame(0x59, 0xF805, 0x08C9)
+    assert still[-1] == 0x59 + 0x80
+    assert {reading.amplitude for reading in Parser().feed(still[1:] + still * 3)} == {0xF805}
+
+
+def test_a_lone_frame_in_noise_is_not_believed() -> None:
+    parser = Parser()
+    assert parser.feed(b"\x00" + frame(50) + b"noise" + frame(51) + b"\x59") == []
+
+
+def test_what_no_sensor_sends_is_dropped() -> None:
+    too_far, too_hot = frame(2001), frame(50, STRONG, 4096)
+    assert Parser().feed(too_far * 3 + too_hot * 3) == []
+
+
+def _distances(parser: Parser, stream: bytes) -> list[int]:
+    return [reading.distance_cm for reading in parser.feed(stream)]

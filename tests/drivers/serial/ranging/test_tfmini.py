@@ -1,0 +1,203 @@
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from drivers.serial.ranging.tfmini import TFmini, TFminiSettings
+from robotcore.clock import MonotonicClock
+from robotcore.description import load_robot
+from robotcore.errors import DescriptionError, DeviceError, DeviceLostError
+from robotcore.hardware import Host, fit
+from tests.doubles.serial.pty import Pty
+from tests.doubles.serial.tfmini import DAZZLED_CM, PERIOD_S, WEAK, WEAK_CM, frame
+from tests.drivers.serial.ranging.rig import TOLD, Rig, robot_with
+
+WIRE = {"driver": "tfmini", "port": "/dev/ttyUSB0"}
+DARK, DAZZLED = frame(WEAK_CM, WEAK), frame(DAZZLED_CM)
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Iterator[Rig]:
+    rig = Rig(tmp_path)
+    yield rig
+    rig.close()
+
+
+def test_a_sample_is_in_hand_when_it_is_open(rig: Rig) -> None:
+    with_sample = rig.open()
+    assert with_sample.read().distance == 0.5
+
+
+def test_each_frame_is_a_new_sample_of_when_it_arrived(rig: Rig) -> None:
+    sensor = rig.open()
+    before = sensor.read()
+    rig.says = frame(120)
+    rig.cycles(5)
+    after = sensor.read()
+    assert (after.distance, after.sequence) == (1.2, before.sequence + 5)
+    assert after.time == pytest.approx(before.time + 0.05)
+    assert rig.clock.now() - after.time < 0.01
+
+
+def test_the_newest_of_frames_that_come_at_once_counts(rig: Rig) -> None:
+    sensor = rig.open()
+    before = sensor.read()
+    rig.says = b""
+    rig.say(frame(60), frame(70), frame(80))
+    rig.cycles()
+    assert (sensor.read().distance, sensor.read().sequence) == (0.8, before.sequence + 2)
+
+
+def test_a_sensor_that_falls_silent_leaves_its_last_sample_to_grow_old(rig: Rig) -> None:
+    sensor = rig.open()
+    rig.fall_silent()
+    before = sensor.read()
+    rig.cycles(200)
+    assert sensor.read() == before
+
+
+def test_nothing_is_vouched_for_only_after_a_row_of_dark_frames(rig: Rig) -> None:
+    sensor = rig.open(echo_free_cycles=10)
+    before = sensor.read()
+    rig.says = DARK
+    rig.cycles(9)
+    assert sensor.read() == before
+    rig.cycles()
+    assert sensor.read().distance == math.inf
+
+
+@pytest.mark.parametrize("between", [DAZZLED, frame(50)], ids=["too much light", "a target"])
+def test_what_is_seen_between_dark_frames_begins_their_row_anew(rig: Rig, between: bytes) -> None:
+    sensor = rig.open(echo_free_cycles=10)
+    for _ in range(5):
+        rig.says = DARK
+        rig.cycles(7)
+        rig.say(between, DARK)
+        rig.cycles()
+    assert sensor.read().distance == 0.5
+
+
+def test_too_much_light_is_no_sample(rig: Rig) -> None:
+    sensor = rig.open()
+    before = sensor.read()
+    rig.says = DAZZLED
+    rig.cycles(200)
+    assert sensor.read() == before
+
+
+@pytest.mark.parametrize("centimetres, expected", [(201, math.inf), (1200, math.inf), (3, 0.1), (0, 0.1)])
+def test_distances_out_of_range_read_as_every_range_sensors(rig: Rig, centimetres: int, expected: float) -> None:
+    sensor = rig.open()
+    rig.says = frame(centimetres)
+    rig.cycles()
+    assert sensor.read().distance == expected
+
+
+def test_dark_at_the_opening_is_told_where_nothing_may_vouch_for_it(rig: Rig) -> None:
+    rig.says = DARK
+    with pytest.raises(DeviceError, match="nose: has found nothing that could be judged"):
+        rig.open(echo_free_cycles=0)
+    assert rig.open().read().distance == math.inf
+
+
+def test_a_wrong_speed_is_told_by_what_comes_in_place_of_frames(rig: Rig) -> None:
+    rig.says = random.Random(1).randbytes(9)
+    with pytest.raises(
+        DeviceError,
+        match=r"nose: \d+ bytes came on .*board at 9600 baud, and no frame of a TFmini. Set baud to .*115200",
+    ):
+        rig.open(baud=9600)
+
+
+def test_a_sensor_that_says_nothing_is_refused_with_what_to_look_at(rig: Rig) -> None:
+    rig.fall_silent()
+    with pytest.raises(DeviceError, match=r"nose: nothing comes on .*board at 115200 baud; look at its 5 V"):
+        rig.open()
+
+
+def test_a_port_that_is_not_there_is_not_taken_for_a_silent_one(rig: Rig) -> None:
+    rig.fall_silent()
+    rig.pty.unplug()
+    with pytest.raises(DeviceError, match=r"nose: .*board cannot be opened"):
+        rig.open()
+
+
+def test_nothing_is_ever_sent_to_it(rig: Rig) -> None:
+    rig.open().close()
+    assert rig.pty.heard() == b""
+
+
+def test_what_waited_in_a_full_buffer_is_of_an_unknown_age(rig: Rig) -> None:
+    sensor = rig.open()
+    rig.fall_silent()
+    before = sensor.read()
+    rig.say(*[frame(90)] * 455)
+    rig.fall_silent()
+    rig.cycles()
+    assert sensor.read() == before
+    rig.say(frame(95))
+    rig.cycles()
+    assert sensor.read().distance == 0.95
+
+
+def test_unplugged_it_is_lost_by_name_and_plugged_in_it_is_back(rig: Rig) -> None:
+    sensor = rig.open()
+    before = sensor.read()
+    rig.pty.unplug()
+    rig.cycles(5)
+    with pytest.raises(DeviceLostError, match=r"nose: .*board is gone"):
+        sensor.read()
+    rig.pty.plug_in()
+    rig.fall_silent()
+    rig.cycles(20)
+    with pytest.raises(DeviceLostError, match="nose: .* has not answered since it came back"):
+        sensor.read()
+    rig.say(frame(70))
+    rig.cycles(2)
+    after = sensor.read()
+    assert (after.distance, after.sequence) == (0.7, before.sequence + 5 + 1)
+
+
+def test_a_thread_hears_it_at_the_machines_own_time(tmp_path: Path) -> None:
+    clock = MonotonicClock()
+    with Pty(tmp_path) as pty:
+        talking = clock.every(PERIOD_S, lambda: pty.say(frame(50)), "TFmini")
+        sensor = TFmini().open(TOLD, TFminiSettings(port=str(pty.path)), Host(load_robot("rover"), clock))
+        before = sensor.read()
+        for _ in range(5000):
+            if sensor.read().sequence > before.sequence:
+                break
+            clock.sleep_until(clock.now() + 0.001)
+        assert sensor.read().distance == 0.5
+        assert before.time < sensor.read().time <= clock.now()
+        sensor.close()
+        talking.stop()
+    clock.close()
+
+
+@pytest.mark.parametrize(
+    "told, settings, fault",
+    [
+        ({"max_range_m": 9.0}, {}, r"a TF-Luna sees as far as 8 m, and max_range_m is 9\. Lower it"),
+        ({"min_range_m": 0.02}, {}, r"nearer than 0\.1 m .* and min_range_m is 0\.02\. Raise it"),
+        ({}, {"cycle_s": 0.02}, r"echo_free_cycles of cycle_s take 1\.2 s"),
+    ],
+)
+def test_what_it_cannot_do_is_refused_by_the_robots_file(
+    told: dict[str, float], settings: dict[str, float], fault: str
+) -> None:
+    robot = robot_with(TOLD.model_copy(update=told), nose=WIRE | settings)
+    with pytest.raises(DescriptionError, match=fault):
+        fit(robot, "serial", {"nose"})
+
+
+def test_two_on_one_port_are_refused() -> None:
+    robot = robot_with(TOLD, TOLD.model_copy(update={"name": "tail"}), nose=WIRE, tail=WIRE)
+    with pytest.raises(
+        DescriptionError, match=r"serial /dev/ttyUSB0 is already serial\.nose\.port, where TFmini at 115200"
+    ):
+        fit(robot, "serial", {"nose", "tail"})
