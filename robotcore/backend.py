@@ -4,14 +4,21 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from pydantic import ValidationError
 
-from robotcore.description import Described, RobotDescription, WorldDescription, first_fault, load_robot
+from robotcore.description import (
+    BatteryDescription,
+    Described,
+    RobotDescription,
+    WorldDescription,
+    first_fault,
+    load_robot,
+)
 from robotcore.devices import Device
 from robotcore.errors import BackendMissingError, DeviceError, DeviceGroupError, UnknownNameError, UsageError
 from robotcore.guardian import CutoffSpec
@@ -60,6 +67,11 @@ class Setup:
         """The descriptions of the devices to open, in the order of the file."""
         return tuple(device for device in self.robot.devices if device.name in self.devices)
 
+    def without_batteries(self) -> Setup:
+        """Return the same for a simulator, which has no battery to tell of, and makes none up."""
+        batteries = {battery.name for battery in self.robot.all_of(BatteryDescription)}
+        return replace(self, devices=self.devices - batteries)
+
     def open_each(self, open_one: Callable[[Any], Device]) -> list[Device]:
         """Return the devices to open, each opened by its description; raise DeviceGroupError with all that failed."""
         devices, failures = [], []
@@ -104,6 +116,18 @@ class Backend(ABC):
         ``options`` are the user's. Raises UsageError where there is none.
         """
         return load_robot(robot)
+
+    def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
+        """Return the names of the batteries whose voltage it tells: every run opens them, whatever its app needs.
+
+        None by default: a simulator has none.
+        """
+        return frozenset()
+
+    def openable(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
+        """Return the names of all devices that it can open: all but the batteries of which it tells nothing."""
+        batteries = {battery.name for battery in robot.all_of(BatteryDescription)}
+        return frozenset({told.name for told in robot.devices} - batteries) | self.batteries(robot, options)
 
     def builds_world(self, robot: RobotDescription) -> bool:
         """Whether it makes the world for this robot, and does not find it as it is."""

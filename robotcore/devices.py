@@ -246,7 +246,12 @@ class Encoder(Sensor[Angle]):
 
 
 class Battery(Sensor[Voltage]):
-    """The voltage of the robot's battery."""
+    """The voltage of the robot's battery, which nobody drives by: it may be old, or fail, and no run ends for it.
+
+    Below ``warn_below`` volts it is to be charged; a robot's assembly sets it from the description.
+    """
+
+    warn_below: float | None = None
 
 
 class Display(Device, ABC):

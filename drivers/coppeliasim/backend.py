@@ -100,7 +100,7 @@ class CoppeliaSimBackend(Backend):
             yield from examine(Address())
 
     def open(self, setup: Setup) -> Robot:
-        options = setup.options_as(CoppeliaSimOptions)
+        options, setup = setup.options_as(CoppeliaSimOptions), setup.without_batteries()
         self.require_installed()
         may_stop = self.builds_world(setup.robot) or options.simulation is Whose.OURS
         connect = partial(open_scene, options.address, _answer_s(options, setup), may_stop=may_stop)

@@ -42,6 +42,7 @@ class KinematicBackend(Backend):
     needs_world = True
 
     def open(self, setup: Setup) -> Robot:
+        setup = setup.without_batteries()
         if setup.world is None:
             raise UsageError("the kinematic backend needs a world; name one with --world")
         setup.options_as(KinematicOptions)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 from drivers.mock.devices import (
+    MockBattery,
     MockCamera,
     MockDisplay,
     MockEncoder,
@@ -17,6 +19,7 @@ from drivers.mock.script import Script
 from robotcore.backend import Backend, Setup, Vouch
 from robotcore.clock import Clock, SteppedClock
 from robotcore.description import (
+    BatteryDescription,
     CameraDescription,
     Described,
     DisplayDescription,
@@ -24,6 +27,7 @@ from robotcore.description import (
     EncoderDescription,
     MotorDescription,
     RangeSensorDescription,
+    RobotDescription,
 )
 from robotcore.devices import Device
 from robotcore.errors import UnknownNameError
@@ -37,7 +41,8 @@ class MockOptions(Described):
 class MockBackend(Backend):
     """Opens a robot whose sensors play ``scripts``, by device name.
 
-    The others read nothing in range, a grey picture, and the angle of a wheel that turns as it is told.
+    The others read nothing in range, a grey picture, and the angle of a wheel that turns as it is told; a battery
+    without a script is not there.
     """
 
     name = "mock"
@@ -46,6 +51,9 @@ class MockBackend(Backend):
 
     def __init__(self, scripts: Mapping[str, Script] | None = None) -> None:
         self._scripts = dict(scripts or {})
+
+    def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
+        return frozenset(battery.name for battery in robot.all_of(BatteryDescription) if battery.name in self._scripts)
 
     def open(self, setup: Setup) -> Robot:
         setup.options_as(MockOptions)
@@ -74,6 +82,9 @@ class MockBackend(Backend):
             elif isinstance(device, EncoderDescription):
                 script = scripts.get(name, _turning_with(motors.get(_wheel_of(name, setup.robot.drive))))
                 yield MockEncoder(name, script, clock, rate_hz)
+            elif isinstance(device, BatteryDescription):
+                if name in scripts:
+                    yield MockBattery(name, scripts[name], clock, rate_hz)
             else:
                 display: DisplayDescription = device  # of a new kind of device, the type checker tells
                 yield MockDisplay(display.name)

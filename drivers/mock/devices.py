@@ -10,7 +10,20 @@ import numpy as np
 from drivers.mock.script import Playback, Script
 from robotcore.clock import Clock
 from robotcore.description import CameraDescription, MotorDescription, RangeSensorDescription
-from robotcore.devices import Angle, Camera, Display, Encoder, Frame, Image, Intrinsics, Motor, Range, RangeSensor
+from robotcore.devices import (
+    Angle,
+    Battery,
+    Camera,
+    Display,
+    Encoder,
+    Frame,
+    Image,
+    Intrinsics,
+    Motor,
+    Range,
+    RangeSensor,
+    Voltage,
+)
 from robotcore.errors import UsageError
 
 GREY = 128
@@ -103,6 +116,18 @@ class MockEncoder(Encoder):
     def _newest(self) -> Angle:
         played = self._playback.newest()
         return Angle(played.value, played.time, played.sequence)
+
+
+class MockBattery(Battery):
+    """Tells the voltages of a script, in volts."""
+
+    def __init__(self, name: str, script: Script, clock: Clock, rate_hz: float) -> None:
+        super().__init__(name)
+        self._playback = Playback(name, script, clock, rate_hz, float)
+
+    def _newest(self) -> Voltage:
+        played = self._playback.newest()
+        return Voltage(played.value, played.time, played.sequence)
 
 
 class MockDisplay(Display):

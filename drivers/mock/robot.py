@@ -104,10 +104,10 @@ class MockRobot:
 
     @cached_property
     def _raw(self) -> Robot:
-        names = frozenset(device.name for device in self.description.devices)
+        backend, names = MockBackend(self._scripts), frozenset(device.name for device in self.description.devices)
         if app := self._app:
-            names = needed_devices(self.description, app.needs, app.wants)
-        return MockBackend(self._scripts).open(Setup(self.description, None, names, self.rate_hz))
+            names = needed_devices(self.description, app.needs, app.wants) | backend.batteries(self.description, {})
+        return backend.open(Setup(self.description, None, names, self.rate_hz))
 
     @cached_property
     def _assembled(self) -> Assembled:

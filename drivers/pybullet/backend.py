@@ -46,6 +46,7 @@ class PyBulletBackend(Backend):
         )
 
     def open(self, setup: Setup) -> Robot:
+        setup = setup.without_batteries()
         if setup.world is None:
             raise UsageError("the pybullet backend needs a world; name one with --world")
         options = setup.options_as(PyBulletOptions)

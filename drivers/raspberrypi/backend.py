@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from drivers.raspberrypi.chip import AT_THE_DESK
 from drivers.raspberrypi.gpio import on_header
@@ -13,7 +13,7 @@ from robotcore.backend import Backend, Setup
 from robotcore.clock import MonotonicClock
 from robotcore.description import Described, RobotDescription
 from robotcore.guardian import CutoffSpec
-from robotcore.hardware import Fitting, fit, open_robot, unopened_cutoffs
+from robotcore.hardware import Fitting, batteries_in, fit, open_robot, unopened_cutoffs
 from robotcore.robot import Robot
 
 if TYPE_CHECKING:
@@ -44,6 +44,9 @@ class RaspberryPiBackend(Backend):
     def fittings(self, robot: RobotDescription, names: Iterable[str] | None = None) -> tuple[Fitting, ...]:
         """Return how the devices of those names, by default all, are connected to this board; see `fit`."""
         return fit(robot, SECTION, names, on_header)
+
+    def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
+        return batteries_in(robot, SECTION)
 
     def check(self, robot: RobotDescription) -> str:
         return counted(self.fittings(robot))

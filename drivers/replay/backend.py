@@ -10,13 +10,22 @@ from typing import Any
 from pydantic import InstanceOf
 
 from drivers.replay.clock import ReplayClock
-from drivers.replay.devices import ReplayCamera, ReplayDisplay, ReplayEncoder, ReplayMotor, ReplayRangeSensor
+from drivers.replay.devices import (
+    ReplayBattery,
+    ReplayCamera,
+    ReplayDisplay,
+    ReplayEncoder,
+    ReplayMotor,
+    ReplayRangeSensor,
+)
 from drivers.replay.reel import Reel
 from robotcore.backend import Backend, Setup
 from robotcore.description import (
+    BatteryDescription,
     CameraDescription,
     Described,
     DisplayDescription,
+    EncoderDescription,
     MotorDescription,
     RangeSensorDescription,
     RobotDescription,
@@ -68,6 +77,10 @@ class ReplayBackend(Backend):
             )
         return recorded.description if options.get("is_held") else _patient(recording)
 
+    def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
+        batteries = {battery.name for battery in robot.all_of(BatteryDescription)}
+        return frozenset(batteries.intersection(self._recording(options).metadata.devices))
+
     def open(self, setup: Setup) -> Robot:
         setup.options_as(ReplayOptions)
         recording = self._recording(setup.options)
@@ -108,8 +121,11 @@ def _devices(setup: Setup, recording: Recording, clock: ReplayClock) -> Iterator
             yield ReplayCamera(device, Reel(name, recording, clock))
         elif isinstance(device, DisplayDescription):
             yield ReplayDisplay(name, recording, clock)
-        else:
+        elif isinstance(device, EncoderDescription):
             yield ReplayEncoder(name, Reel(name, recording, clock))
+        else:
+            battery: BatteryDescription = device  # of a new kind of device, the type checker tells
+            yield ReplayBattery(battery.name, Reel(name, recording, clock))
     yield from _lone_motors(setup, recording)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from drivers.replay.clock import ReplayClock
 from drivers.replay.reel import Reel
 from robotcore.description import CameraDescription, RangeSensorDescription
-from robotcore.devices import Angle, Camera, Display, Encoder, Frame, Image, Motor, Range, RangeSensor
+from robotcore.devices import Angle, Battery, Camera, Display, Encoder, Frame, Image, Motor, Range, RangeSensor, Voltage
 from robotcore.recording import Recording
 
 
@@ -47,6 +47,17 @@ class ReplayEncoder(Encoder):
         self._reel = reel
 
     def _newest(self) -> Angle:
+        return self._reel()
+
+
+class ReplayBattery(Battery):
+    """The voltages of a recording."""
+
+    def __init__(self, name: str, reel: Reel[Voltage]) -> None:
+        super().__init__(name)
+        self._reel = reel
+
+    def _newest(self) -> Voltage:
         return self._reel()
 
 

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from typing import Generic, TypeVar, cast
 
 from drivers.replay.clock import ReplayClock
-from robotcore.devices import Angle, Frame, Range
+from robotcore.devices import Angle, Frame, Range, Voltage
 from robotcore.errors import DeviceError
 from robotcore.recording import Read, Recording, SampleKey
 
-RecordedT = TypeVar("RecordedT", Range, Frame, Angle)
+RecordedT = TypeVar("RecordedT", Range, Frame, Angle, Voltage)
 
 
 class Reel(Generic[RecordedT]):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 from robotcore.backend import Backend, Setup
 from robotcore.clock import MonotonicClock
 from robotcore.description import Described, RobotDescription
 from robotcore.guardian import CutoffSpec
-from robotcore.hardware import Fitting, fit, open_robot, unopened_cutoffs
+from robotcore.hardware import Fitting, batteries_in, fit, open_robot, unopened_cutoffs
 from robotcore.robot import Robot
 
 SECTION = "serial"
@@ -35,6 +36,9 @@ class SerialBackend(Backend):
     def fittings(self, robot: RobotDescription, names: Iterable[str] | None = None) -> tuple[Fitting, ...]:
         """Return how the devices of those names, by default all, are connected to this computer; see `fit`."""
         return fit(robot, SECTION, names)
+
+    def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
+        return batteries_in(robot, SECTION)
 
     def check(self, robot: RobotDescription) -> str:
         count = len(self.fittings(robot))

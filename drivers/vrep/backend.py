@@ -70,7 +70,7 @@ class VrepBackend(Backend):
             yield from look(setup.robot, SECTION, scene)
 
     def open(self, setup: Setup) -> Robot:
-        options = setup.options_as(VrepOptions)
+        options, setup = setup.options_as(VrepOptions), setup.without_batteries()
         answer_s = _answer_s(options, setup)
         connect = partial(_connected, options, answer_s)
         cutoffs = partial(_cutoffs, options)

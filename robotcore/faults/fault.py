@@ -26,13 +26,14 @@ class Kind(str, Enum):
     CAMERA = "camera"
     RANGE = "range sensor"
     ENCODER = "encoder"
+    BATTERY = "battery"
     MOTOR = "motor"
     DISPLAY = "display"
     LOOP = "loop"
     CONNECTION = "connection"
 
 
-SENSORS = frozenset({Kind.CAMERA, Kind.RANGE, Kind.ENCODER})
+SENSORS = frozenset({Kind.CAMERA, Kind.RANGE, Kind.ENCODER, Kind.BATTERY})
 
 Moment = Annotated[float, Field(ge=0, le=LONGEST_S, description="seconds")]
 Duration = Annotated[float, Field(ge=0.001, le=LONGEST_S, description="seconds")]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from robotcore.clock import Clock
-from robotcore.devices import Angle, Camera, Display, Encoder, Frame, Motor, Range, RangeSensor
+from robotcore.devices import Angle, Battery, Camera, Display, Encoder, Frame, Motor, Range, RangeSensor, Voltage
 from robotcore.layers.layer import Layer
 from robotcore.layers.readers import Reader
 
@@ -24,6 +24,9 @@ class Selected(Layer):
 
     def encoder(self, encoder: Encoder, read: Reader[Angle]) -> Reader[Angle]:
         return self._layer.encoder(encoder, read) if encoder.name in self._names else read
+
+    def battery(self, battery: Battery, read: Reader[Voltage]) -> Reader[Voltage]:
+        return self._layer.battery(battery, read) if battery.name in self._names else read
 
     def motor(self, motor: Motor) -> Motor:
         return self._layer.motor(motor) if motor.name in self._names else motor

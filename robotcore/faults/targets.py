@@ -13,17 +13,19 @@ _KINDS = {
     "camera": Kind.CAMERA,
     "range_sensor": Kind.RANGE,
     "encoder": Kind.ENCODER,
+    "battery": Kind.BATTERY,
     "motor": Kind.MOTOR,
     "display": Kind.DISPLAY,
 }
 """By the kinds of a description."""
 
-_FIRST_OF = {"camera": Kind.CAMERA, "range": Kind.RANGE, "display": Kind.DISPLAY}
+_FIRST_OF = {"camera": Kind.CAMERA, "range": Kind.RANGE, "battery": Kind.BATTERY, "display": Kind.DISPLAY}
 
 ROLES = {
     Kind.CAMERA: "camera",
     Kind.RANGE: "range",
     Kind.ENCODER: "encoders",
+    Kind.BATTERY: "battery",
     Kind.MOTOR: "drive",
     Kind.DISPLAY: "display",
     Kind.LOOP: "loop",

@@ -6,7 +6,7 @@ from robotcore.hardware.fitting import Fitting
 from robotcore.hardware.newest import Newest
 from robotcore.hardware.opening import open_devices, open_robot, unopened_cutoffs
 from robotcore.hardware.pairing import encoder_of, motor_of
-from robotcore.hardware.section import fit
+from robotcore.hardware.section import batteries_in, fit
 from robotcore.hardware.shared import Shared
 from robotcore.hardware.wiring import Pad, PadKind, Wire, Wiring
 
@@ -21,6 +21,7 @@ __all__ = [
     "Shared",
     "Wire",
     "Wiring",
+    "batteries_in",
     "encoder_of",
     "fit",
     "motor_of",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from types import MappingProxyType
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 from robotcore.backend import Setup
 from robotcore.clock import Clock, MonotonicClock
 from robotcore.description import (
+    BatteryDescription,
     CameraDescription,
     DisplayDescription,
     EncoderDescription,
@@ -26,7 +27,7 @@ from robotcore.hardware.section import fit
 from robotcore.robot import Robot
 from robotcore.truth import TruthSource
 
-_ORDER = (EncoderDescription, RangeSensorDescription, CameraDescription, DisplayDescription)
+_ORDER = (EncoderDescription, RangeSensorDescription, CameraDescription, DisplayDescription, BatteryDescription)
 
 
 def open_robot(
@@ -42,8 +43,9 @@ def open_robot(
     """Open a robot's devices as that ``section`` of its file says, on these ``pins``, where there are any.
 
     Those that are ``opened`` already are taken as they are; a display that the section does not tell of is kept in
-    memory. When all are closed, also where opening fails, what they share is, and then ``release`` lets go of what they
-    are on. Raises what `fit` and `open_devices` raise.
+    memory, and a battery that cannot be opened is left out, with a note: nobody drives by it. When all are closed, also
+    where opening fails, what they share is, and then ``release`` lets go of what they are on. Raises what `fit` and
+    `open_devices` raise.
     """
     opened = dict(opened)
     host = Host(setup.robot, clock, pins, opened)
@@ -52,12 +54,14 @@ def open_robot(
         beneath.callback(release)
         beneath.callback(host.shared.close)
         fittings = fit(setup.robot, section, setup.devices - opened.keys())
-        open_devices(fittings, host, opened)
+        notes = open_devices(fittings, host, opened)
         for device in opened.values():
             undo.callback(device.close)
-        devices = [opened.get(told.name) or MemoryDisplay(told.name) for told in setup.chosen]
+        devices = _in_order(setup, opened)
         cutoffs = [cutoff for fitting in fittings for cutoff in fitting.cutoffs(host)]
-        robot = Robot(setup.robot.name, clock, devices, truth=truth, release=beneath.close, cutoffs=cutoffs)
+        robot = Robot(
+            setup.robot.name, clock, devices, truth=truth, release=beneath.close, cutoffs=cutoffs, notes=notes
+        )
         undo.pop_all()
     return robot
 
@@ -68,19 +72,23 @@ def unopened_cutoffs(robot: RobotDescription, fittings: Iterable[Fitting]) -> tu
     return tuple(cutoff for fitting in fittings for cutoff in fitting.cutoffs(host))
 
 
-def open_devices(fittings: Iterable[Fitting], host: Host, opened: dict[str, Device]) -> None:
+def open_devices(fittings: Iterable[Fitting], host: Host, opened: dict[str, Device]) -> Sequence[str]:
     """Open every device into ``opened``, which the host shows to those that come later: motors last.
 
     Every device is tried; where one fails, all are closed again. Raises the DeviceError, or DeviceGroupError with all
-    that failed, in closing too.
+    that failed, in closing too. A battery that fails keeps nothing from being opened: what is returned are notes of it.
     """
     failures: list[Exception] = []
+    notes = []
     with ExitStack() as undo:
         for fitting in sorted(fittings, key=_rank):
             try:
                 device = fitting.open(host)
             except DeviceError as failure:
-                failures.append(failure)
+                if isinstance(fitting.told, BatteryDescription):
+                    notes.append(f"{failure}. Nobody is told its voltage")
+                else:
+                    failures.append(failure)
                 continue
             undo.callback(_close, device, failures)
             opened[fitting.name] = device
@@ -90,6 +98,16 @@ def open_devices(fittings: Iterable[Fitting], host: Host, opened: dict[str, Devi
         raise failures[0]
     if failures:
         raise DeviceGroupError(f"opening {host.robot.name}", failures)
+    return notes
+
+
+def _in_order(setup: Setup, opened: Mapping[str, Device]) -> Iterator[Device]:
+    """Yield the devices in the order of the file; a display that nothing opened is kept in memory."""
+    for told in setup.chosen:
+        if told.name in opened:
+            yield opened[told.name]
+        elif isinstance(told, DisplayDescription):
+            yield MemoryDisplay(told.name)
 
 
 def _close(device: Device, failures: list[Exception]) -> None:

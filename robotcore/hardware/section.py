@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import Any
 
-from robotcore.description import AnyDevice, DisplayDescription, RobotDescription
+from robotcore.description import AnyDevice, BatteryDescription, DisplayDescription, RobotDescription
 from robotcore.description.faults import LONGEST
 from robotcore.description.sections import UnfitError, read_each, validated
 from robotcore.errors import DescriptionError, UnknownNameError
@@ -18,6 +18,14 @@ from robotcore.hardware.refusal import refused
 from robotcore.hardware.together import at_odds, clashes, misplaced
 from robotcore.registry import DEVICES, load_registered
 
+_OPTIONAL = (BatteryDescription, DisplayDescription)
+
+
+def batteries_in(robot: RobotDescription, section: str) -> frozenset[str]:
+    """Return the names of the batteries that the ``section`` tells of: a backend's answer to `Backend.batteries`."""
+    told = robot.backends.get(section, {})
+    return frozenset(battery.name for battery in robot.all_of(BatteryDescription) if battery.name in told)
+
 
 def fit(
     robot: RobotDescription,
@@ -27,12 +35,13 @@ def fit(
 ) -> tuple[Fitting, ...]:
     """Return how the devices of those names, by default all, are connected, by a backend's ``section`` of the file.
 
-    A display that the section does not tell of is left out: it needs no wires. ``place`` raises ValueError, the fault,
+    A display or a battery that the section does not tell of is left out: a display needs no wires, and not every board
+    tells of the battery. ``place`` raises ValueError, the fault,
     a semicolon and the remedy, for a wire that goes to no place of the board. Raises DescriptionError, with all that is
     wrong.
     """
     chosen = {device.name for device in robot.devices} if names is None else set(names)
-    wired = [told.name for told in robot.devices if told.name in chosen and not isinstance(told, DisplayDescription)]
+    wired = [told.name for told in robot.devices if told.name in chosen and not isinstance(told, _OPTIONAL)]
     if section not in robot.backends and wired:
         remedy = f"Say how each device is connected, from [{section}.{wired[0]}] on"
         raise DescriptionError(robot.source, section, "is missing", remedy)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Generic
 
 from robotcore.clock import TickClock
-from robotcore.devices import SampleT, Sensor
+from robotcore.devices import Battery, SampleT, Sensor, Voltage
 from robotcore.errors import StaleSampleError
 from robotcore.layers.layer import Layer
 from robotcore.layers.readers import Reader
@@ -13,13 +13,19 @@ from robotcore.safety import Latch
 
 
 class Age(Layer):
-    """No sensor's sample is older than ``limit`` seconds: StaleSampleError instead, which ends the run."""
+    """No sensor's sample is older than ``limit`` seconds: StaleSampleError instead, which ends the run.
+
+    A battery's may be: nobody drives by it.
+    """
 
     def __init__(self, clock: TickClock, limit: float, latch: Latch) -> None:
         self._clock, self._limit, self._latch = clock, limit, latch
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
         return Fresh(sensor.name, self._clock, self._limit, self._latch, read)
+
+    def battery(self, battery: Battery, read: Reader[Voltage]) -> Reader[Voltage]:
+        return read
 
 
 class Fresh(Generic[SampleT]):

@@ -11,8 +11,14 @@ from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 
 from robotcore.clock import AppClock, Clock, TickClock
-from robotcore.description import CameraDescription, Conditions, RangeSensorDescription, RobotDescription
-from robotcore.devices import Camera, Device, Motor, RangeSensor
+from robotcore.description import (
+    BatteryDescription,
+    CameraDescription,
+    Conditions,
+    RangeSensorDescription,
+    RobotDescription,
+)
+from robotcore.devices import Battery, Camera, Device, Motor, RangeSensor
 from robotcore.errors import DeviceError, UnknownNameError, UnmetNeedError
 from robotcore.geometry import Pose
 from robotcore.layers.age import Age
@@ -103,6 +109,7 @@ def assemble(
     stack = Stack(ticks, (watched, guard, conditioned, *faults, *taps, Age(ticks, safety.max_age_s, latch)))
     devices = {device.name: stack.over(device) for device in raw.devices.values()}
     _mount(devices, description)
+    _limit(devices, description)
     motors = {name: device for name, device in devices.items() if isinstance(device, Motor)}
     brakes = Brakes.on(*motors.values())
     latch.call(brakes.apply_apart)
@@ -143,3 +150,11 @@ def _mount(devices: Mapping[str, Device], description: RobotDescription) -> None
         device = devices.get(sensor.name)
         if isinstance(sensor, _MOUNTED) and isinstance(device, (Camera, RangeSensor)):
             device.mount = Pose(sensor.mount.x_m, sensor.mount.y_m, sensor.mount.yaw_rad)
+
+
+def _limit(devices: Mapping[str, Device], description: RobotDescription) -> None:
+    """Tell batteries below which voltage they are to be charged."""
+    for told in description.all_of(BatteryDescription):
+        device = devices.get(told.name)
+        if isinstance(device, Battery):
+            device.warn_below = told.warn_below_v

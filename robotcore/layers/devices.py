@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from robotcore.devices import (
     Angle,
+    Battery,
     Camera,
     Display,
     Encoder,
@@ -13,6 +14,7 @@ from robotcore.devices import (
     RangeSensor,
     SampleT,
     Sensor,
+    Voltage,
 )
 from robotcore.layers.readers import OnceATick
 
@@ -55,6 +57,14 @@ class LayeredEncoder(_Layered[Angle], Encoder):
 
     def __init__(self, inner: Encoder, read: OnceATick[Angle]) -> None:
         Encoder.__init__(self, inner.name)
+        self._inner, self._read = inner, read
+
+
+class LayeredBattery(_Layered[Voltage], Battery):
+    """A battery through its layers."""
+
+    def __init__(self, inner: Battery, read: OnceATick[Voltage]) -> None:
+        Battery.__init__(self, inner.name)
         self._inner, self._read = inner, read
 
 

@@ -5,7 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from robotcore.clock import Clock
-from robotcore.devices import Angle, Camera, Display, Encoder, Frame, Motor, Range, RangeSensor, SampleT, Sensor
+from robotcore.devices import (
+    Angle,
+    Battery,
+    Camera,
+    Display,
+    Encoder,
+    Frame,
+    Motor,
+    Range,
+    RangeSensor,
+    SampleT,
+    Sensor,
+    Voltage,
+)
 from robotcore.drive import Wheels
 from robotcore.layers.readers import Reader
 from robotcore.safety import Latch, Stage
@@ -33,6 +46,10 @@ class Layer:
     def encoder(self, encoder: Encoder, read: Reader[Angle]) -> Reader[Angle]:
         """Return what reads an encoder through this layer."""
         return self.sensor(encoder, read)
+
+    def battery(self, battery: Battery, read: Reader[Voltage]) -> Reader[Voltage]:
+        """Return what reads a battery through this layer."""
+        return self.sensor(battery, read)
 
     def motor(self, motor: Motor) -> Motor:
         """Return the motor as whoever is above commands it."""

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import reduce
+from typing import Any
 
 from robotcore.clock import Clock, TickClock
-from robotcore.devices import Camera, Device, Display, Encoder, Motor, RangeSensor, SampleT
-from robotcore.layers.devices import LayeredCamera, LayeredDisplay, LayeredEncoder, LayeredRangeSensor
+from robotcore.devices import Battery, Camera, Device, Display, Encoder, Motor, RangeSensor, SampleT, Sensor
+from robotcore.layers.devices import LayeredBattery, LayeredCamera, LayeredDisplay, LayeredEncoder, LayeredRangeSensor
 from robotcore.layers.layer import Layer
 from robotcore.layers.readers import OnceATick, Reader
 
@@ -23,17 +24,25 @@ class Stack:
     def over(self, device: Device) -> Device:
         """Return a device under the layers."""
         match device:
+            case Sensor():
+                return self._over_sensor(device)
+            case Motor():
+                return reduce(lambda motor, layer: layer.motor(motor), self.layers, device)
+            case Display():
+                return LayeredDisplay(reduce(lambda display, layer: layer.display(display), self.layers, device))
+        return device
+
+    def _over_sensor(self, sensor: Sensor[Any]) -> Device:
+        match sensor:
             case Camera() as camera:
                 return LayeredCamera(camera, self._read(camera.read, lambda layer, read: layer.camera(camera, read)))
             case RangeSensor() as ear:
                 return LayeredRangeSensor(ear, self._read(ear.read, lambda layer, read: layer.range_sensor(ear, read)))
             case Encoder() as wheel:
                 return LayeredEncoder(wheel, self._read(wheel.read, lambda layer, read: layer.encoder(wheel, read)))
-            case Motor():
-                return reduce(lambda motor, layer: layer.motor(motor), self.layers, device)
-            case Display():
-                return LayeredDisplay(reduce(lambda display, layer: layer.display(display), self.layers, device))
-        return device
+            case Battery() as cell:
+                return LayeredBattery(cell, self._read(cell.read, lambda layer, read: layer.battery(cell, read)))
+        return sensor
 
     def over_lone(self, motor: Motor) -> Motor:
         """Return a motor that belongs to no drive under what the layers put over its guard."""

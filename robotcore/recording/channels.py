@@ -8,10 +8,23 @@ from typing import TYPE_CHECKING, Any
 
 import cv2
 
-from robotcore.devices import Angle, Camera, Device, Display, Encoder, Frame, Image, Intrinsics, Range, RangeSensor
+from robotcore.devices import (
+    Angle,
+    Battery,
+    Camera,
+    Device,
+    Display,
+    Encoder,
+    Frame,
+    Image,
+    Intrinsics,
+    Range,
+    RangeSensor,
+    Voltage,
+)
 from robotcore.recording.frames import ORIGIN, nanoseconds, optical_name, planar, timestamp
 from robotcore.recording.mcapfile import McapFile
-from robotcore.recording.schemas import ANGLE, RANGE
+from robotcore.recording.schemas import ANGLE, RANGE, VOLTAGE, Schema
 from robotcore.recording.wire import to_json
 
 if TYPE_CHECKING:
@@ -53,7 +66,9 @@ def writer_for(file: McapFile, device: Device, *, is_jpeg: bool) -> Write | None
         case RangeSensor():
             return _ranges(file, device)
         case Encoder():
-            return _angles(file, device.name)
+            return _numbers(file, device.name, ANGLE)
+        case Battery():
+            return _numbers(file, device.name, VOLTAGE)
     return None
 
 
@@ -148,10 +163,10 @@ def _fan(sensor: RangeSensor, reading: Range) -> LaserScan:
     )
 
 
-def _angles(file: McapFile, device: str) -> Write:
-    angles = file.json(topic_of(device), ANGLE, {DEVICE: device})
+def _numbers(file: McapFile, device: str, schema: Schema) -> Write:
+    numbers = file.json(topic_of(device), schema, {DEVICE: device})
 
-    def write(angle: Angle, at: float) -> None:
-        angles(to_json(angle), nanoseconds(at))
+    def write(sample: Angle | Voltage, at: float) -> None:
+        numbers(to_json(sample), nanoseconds(at))
 
     return write

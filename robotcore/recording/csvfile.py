@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from robotcore.devices import Angle, Range
+from robotcore.devices import Angle, Range, Voltage
 from robotcore.errors import RecordingError
 from robotcore.recording.contents import last_reads
 from robotcore.recording.events import Read, Tick
@@ -15,7 +15,7 @@ from robotcore.recording.path import true_path
 from robotcore.recording.recording import Recording
 
 _POSE = ("x_m", "y_m", "heading_rad")
-_UNITS = {"range_sensor": "m", "encoder": "rad"}
+_UNITS = {"range_sensor": "m", "encoder": "rad", "battery": "v"}
 
 
 def write_csv(recording: Recording, where: Path, name: str) -> Path:
@@ -68,9 +68,14 @@ def _sample(recording: Recording, read: Read | None) -> tuple[Any, Any]:
     if read is None:
         return "", ""
     sample = None if read.key is None else recording.samples.get(read.key)
-    if isinstance(sample, Range):
-        return sample.distance, read.time
-    return (sample.angle if isinstance(sample, Angle) else read.sequence), read.time
+    match sample:
+        case Range():
+            return sample.distance, read.time
+        case Angle():
+            return sample.angle, read.time
+        case Voltage():
+            return sample.voltage, read.time
+    return read.sequence, read.time
 
 
 def _error(tick: Tick) -> str:

@@ -9,13 +9,13 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from robotcore import errors
-from robotcore.devices import Angle, Frame, Range
+from robotcore.devices import Angle, Frame, Range, Voltage
 from robotcore.drive import Wheels
 from robotcore.errors import Interrupted, RobotcoreError
 from robotcore.geometry import Pose
 from robotcore.safety import Intervention
 
-Recorded = Range | Angle | Frame
+Recorded = Range | Angle | Voltage | Frame
 """A sample as it is in a recording."""
 
 GUARD, ODOMETRY = "guard", "odometry"
@@ -129,7 +129,7 @@ class Tick:
     ``standing`` is what the stage said was being asked of the wheels, each time that an app which commands one wheel
     alone needed it. ``pose`` is the odometry's, None without a drive. ``asked``, ``sent`` and ``interventions`` are
     those of the tick's commit; ``commit_error`` is why it failed. ``error`` broke the tick off, wherever in
-    it: the run ended with it, but for a device that was lost and waited for.
+    it: the run ended with it, but for a device that was lost and waited for. ``warnings`` are those of its record.
     """
 
     number: int
@@ -147,6 +147,7 @@ class Tick:
     commit_error: Raised | None = None
     shown: tuple[Shown, ...] = ()
     error: Raised | None = None
+    warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

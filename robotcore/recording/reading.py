@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from mcap.records import Channel, McapRecord, Message, Schema
 
-from robotcore.devices import Angle, Image, Range
+from robotcore.devices import Angle, Image, Range, Voltage
 from robotcore.errors import RecordingError
 from robotcore.recording import channels
 from robotcore.recording.channels import DEVICE
@@ -22,7 +22,11 @@ from robotcore.recording.samples import FileSamples, Picture
 from robotcore.recording.wire import from_json
 from robotcore.running.outcome import Outcome, RunResult
 
-_NUMBERS: dict[str, type[Range | Angle]] = {"robotcore.Range": Range, "robotcore.Angle": Angle}
+_NUMBERS: dict[str, type[Range | Angle | Voltage]] = {
+    "robotcore.Range": Range,
+    "robotcore.Angle": Angle,
+    "robotcore.Voltage": Voltage,
+}
 _PICTURES: dict[str, Callable[[bytes], Image]] = {
     "foxglove.RawImage": raw_image,
     "foxglove.CompressedImage": compressed_image,

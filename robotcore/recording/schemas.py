@@ -46,9 +46,11 @@ TICK = _object(
     commit_error=_ERROR,
     shown=_list(_object(device=_TEXT, number=_WHOLE, error=_ERROR)),
     error=_ERROR,
+    warnings=_list(_TEXT),
 )
 RANGE = _object("Range", distance=_NUMBER, time=_NUMBER, sequence=_WHOLE, point=_list(_NUMBER))
 ANGLE = _object("Angle", angle=_NUMBER, time=_NUMBER, sequence=_WHOLE)
+VOLTAGE = _object("Voltage", voltage=_NUMBER, time=_NUMBER, sequence=_WHOLE)
 TRUTH = _object("Truth", tick=_WHOLE, time=_NUMBER, pose=_POSE, contacts=_WHOLE)
 RUN = _object("Run", request=_object(), devices=_list(_TEXT), started=_TEXT)
 RESULT = _object("Result", outcome=_TEXT, reason=_TEXT, exit_status=_WHOLE, ticks=_WHOLE)

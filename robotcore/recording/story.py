@@ -47,6 +47,7 @@ class Story:
         yield from self._changed_failures(tick)
         yield from self._changed_causes(tick)
         yield from self._drops(tick)
+        yield from (Line(Level.Warning, warning) for warning in tick.warnings)
         yield from self._changed_error(tick.error)
 
     def _changed_error(self, error: Raised | None) -> Iterator[Line]:

@@ -36,6 +36,7 @@ class Ticks:
             commit_error=notes.commit_error,
             shown=tuple(notes.shown),
             error=error,
+            warnings=record.warnings,
         )
 
 

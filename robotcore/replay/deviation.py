@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from robotcore.devices import Angle, Frame, Range
+from robotcore.devices import Angle, Frame, Range, Voltage
 from robotcore.drive import Wheels
 from robotcore.errors import RecordingError
 from robotcore.recording import MotorAsk, Read, Recorded, SampleKey, Tick
@@ -73,6 +73,8 @@ def _sample_told(read: Read, samples: Mapping[SampleKey, Recorded]) -> str:
             return f"{sample.distance!r} m"
         case Angle():
             return f"{sample.angle!r} rad"
+        case Voltage():
+            return f"{sample.voltage!r} V"
         case Frame():
             height, width = sample.image.shape[:2]
             return f"{width} x {height} picture"

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from robotcore.catalogue import app_name
-from robotcore.devices import Motor, SampleT, Sensor
+from robotcore.devices import Battery, Motor, SampleT, Sensor, Voltage
 from robotcore.drive import Wheels
 from robotcore.errors import Interrupted, RecordingEndedError
 from robotcore.layers.layer import Layer
@@ -139,6 +139,9 @@ class Witness(Layer):
             return read()
 
         return reader
+
+    def battery(self, battery: Battery, read: Reader[Voltage]) -> Reader[Voltage]:
+        return read
 
     def latch(self, latch: Latch) -> None:
         self._tap.latch(latch)

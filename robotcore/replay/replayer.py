@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 
-from robotcore.devices import Motor, SampleT, Sensor
+from robotcore.devices import Battery, Motor, SampleT, Sensor, Voltage
 from robotcore.drive import Wheels
 from robotcore.errors import RobotcoreError
 from robotcore.layers.layer import Layer
@@ -50,6 +50,10 @@ class Replayer(Layer):
             return read()
 
         return reader
+
+    def battery(self, battery: Battery, read: Reader[Voltage]) -> Reader[Voltage]:
+        """Return what reads the battery, held to nothing: it is read beside the app, at whatever pace."""
+        return read
 
     def stage(self, stage: Stage) -> Stage:
         self._stage = ReplayedStage(self.script, self._likeness, self._latch)

@@ -8,6 +8,7 @@ from robotcore.behaviour import Behaviour, Status
 from robotcore.drive import DifferentialDrive
 from robotcore.errors import BehaviourError, DeviceError, DeviceLostError, Interrupted, RobotcoreError, UsageError
 from robotcore.layers import Assembled
+from robotcore.running.gauges import Gauges
 from robotcore.running.interrupts import Recalled
 from robotcore.running.outages import Outages
 from robotcore.running.outcome import Outcome
@@ -50,6 +51,8 @@ class Loop:
         self._timeout = timeout
         self._observers = tuple(observers)
         self._next = self._clock.now()
+        self._gauges = Gauges(assembled.robot)
+        self._warnings: tuple[str, ...] = ()
         self._is_latch_noted = False
         self._noted = -1
 
@@ -106,6 +109,7 @@ class Loop:
         self._where.ticks += 1
         if self._drive:
             self._track(self._drive)
+        self._warnings += self._gauges.read(self._clock.now())
         commit, lost = _IDLE, None
         try:
             status = self._decide()
@@ -139,6 +143,7 @@ class Loop:
             commit = self._with_latch(commit)
         tick = self._clock.tick + (self._clock.tick == self._noted)
         self._noted = tick
+        self._warnings += self._gauges.read(self._clock.now())
         record = TickRecord(tick, self._clock.now(), self.behaviour.state, *commit, lost)
         self.trace.add(record)
         for observe in self._observers:

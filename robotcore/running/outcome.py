@@ -26,8 +26,9 @@ class RunResult:
     one. ``exit_status`` is 0 for a success that is not disputed. ``milestones`` maps each one reached to its time;
     ``conditions`` are what the seed drew of light, looks, sensors and wheels, by name, and what the world's file fixes
     of sensors and wheels; ``faults`` are the specs of what was to fail on purpose; ``notes`` say what of the robot was
-    not what it seems; ``dropped_pictures`` is how many its recording had to leave out, None where it was not recorded;
-    ``error`` is what ended the run, if an error did.
+    not what it seems, and what there was to warn of; ``batteries`` are the lowest voltage that each one told, and the
+    last, ``lowest_v`` and ``last_v``, by name; ``dropped_pictures`` is how many its recording had to leave out, None
+    where it was not recorded; ``error`` is what ended the run, if an error did.
     """
 
     app: str
@@ -51,6 +52,7 @@ class RunResult:
     conditions: dict[str, float | str] = field(default_factory=dict)
     faults: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    batteries: dict[str, dict[str, float]] = field(default_factory=dict)
     trace_sha256: str | None = None
     dropped_pictures: int | None = None
     error: BaseException | None = field(default=None, repr=False, compare=False)

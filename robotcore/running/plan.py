@@ -94,6 +94,7 @@ class Plan:
         behaviour = configure(load_app(request.app), request.settings)  # last: what it imports later is beside it
         description = backend.described(request.robot, request.options)
         devices = needed_devices(description, behaviour.needs, behaviour.wants)
+        devices |= backend.batteries(description, request.options)
         faults = plan_faults(request.faults, description, devices)
         _require_room_to_stop(behaviour, description)
         _require_window(request, backend)

@@ -11,6 +11,7 @@ from pydantic import BeforeValidator, Field
 
 from robotcore.description import (
     AnyDevice,
+    BatteryDescription,
     CameraDescription,
     Described,
     DisplayDescription,
@@ -64,6 +65,9 @@ _PLACES: dict[type[Described], tuple[type[Place], Kind]] = {
 }
 
 
+_NEEDED = (MotorDescription, EncoderDescription, RangeSensorDescription, CameraDescription)
+
+
 @dataclass(frozen=True)
 class Placed:
     """A device, where it is in the scene, and what kind of object that has to be.
@@ -80,11 +84,12 @@ class Placed:
 def places(robot: RobotDescription, section: str, names: Iterable[str] | None = None) -> tuple[Placed, ...]:
     """Return where the devices of those names, by default all, are, by a backend's ``section`` of the file.
 
-    A display that the section does not tell of is left out: its pictures are kept in memory. Raises DescriptionError,
+    A display that the section does not tell of is left out: its pictures are kept in memory. So is a battery, of which
+    a scene has none. Raises DescriptionError,
     with all that is wrong.
     """
     chosen = {told.name for told in robot.devices} if names is None else set(names)
-    needed = [told.name for told in robot.devices if told.name in chosen and not isinstance(told, DisplayDescription)]
+    needed = [told.name for told in robot.devices if told.name in chosen and isinstance(told, _NEEDED)]
     if section not in robot.backends and needed:
         name = needed[0]
         path = f"/{robot.name}/{name}"
@@ -107,6 +112,8 @@ def _untold(robot: RobotDescription, told: AnyDevice) -> str:
 
 
 def _placed(told: AnyDevice, key: str, table: Any) -> Placed:
+    if isinstance(told, BatteryDescription):
+        raise UnfitError((key, "should not be there: a scene has no battery", "Leave it out"))
     model, kind = _PLACES[type(told)]
     if not isinstance(table, Mapping):
         raise UnfitError((key, f"should be a table, got {table!r}", f"Write [{key}], and its path below"))

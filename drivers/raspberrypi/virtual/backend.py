@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -46,6 +46,10 @@ class VirtualPiBackend(RaspberryPiBackend):
     def remedy(self) -> str:
         return "pip install 'robotcore[pi]'"
 
+    def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
+        """Return none: nothing behind virtual pins is fed by a battery."""
+        return frozenset()
+
     def notes(self, setup: Setup) -> list[str]:
         from drivers.raspberrypi.virtual.bench import SIMULATED, stood_in_for
 
@@ -77,7 +81,7 @@ class VirtualPiBackend(RaspberryPiBackend):
         from drivers.raspberrypi.virtual.bench import Bench, as_built
         from drivers.raspberrypi.virtual.pins import VirtualPins
 
-        options = setup.options_as(VirtualPiOptions)
+        options, setup = setup.options_as(VirtualPiOptions), setup.without_batteries()
         simulator = self._simulator(options.simulator)
         fittings = self.fittings(setup.robot, setup.devices)
         built = _with(setup.robot, map(as_built, fittings))

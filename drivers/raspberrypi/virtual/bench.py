@@ -19,7 +19,7 @@ from drivers.raspberrypi.virtual.echo import VirtualEcho
 from drivers.raspberrypi.virtual.pins import VirtualPins
 from drivers.raspberrypi.virtual.wheels import wire_phase_and_enable, wire_two_inputs
 from robotcore.clock import MIN_PHYSICS_RATE_HZ, SteppedClock
-from robotcore.description import AnyDevice, EncoderDescription
+from robotcore.description import AnyDevice, BatteryDescription, EncoderDescription
 from robotcore.devices import Encoder, Motor, RangeSensor
 from robotcore.hardware import Fitting
 from robotcore.robot import Robot
@@ -68,8 +68,12 @@ class Bench:
 
 
 def stood_in_for(fittings: Iterable[Fitting]) -> list[Fitting]:
-    """Return the devices for which the simulator's own stand in: their drivers do not run."""
-    return [fitting for fitting in fittings if not isinstance(fitting.settings, MODELLED)]
+    """Return the devices for which the simulator's own stand in: their drivers do not run. It has no battery."""
+    return [
+        fitting
+        for fitting in fittings
+        if not isinstance(fitting.settings, MODELLED) and not isinstance(fitting.told, BatteryDescription)
+    ]
 
 
 def as_built(fitting: Fitting) -> AnyDevice:

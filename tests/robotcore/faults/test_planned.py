@@ -53,7 +53,11 @@ def test_a_robot_without_encoders_has_none_to_fail() -> None:
     "spec, fault, form",
     [
         ("eyes drop=0.2", "unknown target 'eyes'. Did you mean 'eye'?", "robotcore faults lists"),
-        ("screen drop=0.2", "drop is for camera or range or encoders; on a display there are: lost", "camera drop="),
+        (
+            "screen drop=0.2",
+            "drop is for camera or range or encoders or battery; on a display there are: lost",
+            "camera drop=",
+        ),
         (
             "connection lost=2 lasts=1",
             "lasts=1 is for how long it may begin again; say with every=SECONDS how often, or leave",
@@ -72,7 +76,7 @@ def test_a_robot_without_encoders_has_none_to_fail() -> None:
         ("camera freeze=1", "freeze takes no value", "camera freeze [after=SECONDS] [lasts=SECONDS]"),
         (
             "left_motor drop=0.2",
-            "drop is for camera or range or encoders; on a motor there are: dead, ",
+            "drop is for camera or range or encoders or battery; on a motor there are: dead, ",
             "camera drop=",
         ),
         (
