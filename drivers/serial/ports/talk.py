@@ -13,15 +13,21 @@ class Talk(ABC):
     that is kept in values that are replaced whole. Times are of the robot's clock, in seconds.
 
     ``baud`` is the line's speed; ``is_ready`` whether the other side is there: it has answered since the line was
-    opened, as far as it ever does, and goes on doing so where it is asked all the time. ``is_settled`` is whether the
-    last command has been sent and, where the board acknowledges, heard. ``stops_itself`` says in a whole sentence when
-    the board stops its motors by itself where nobody is heard.
+    opened, as far as it ever does, and goes on doing so where it is asked all the time.
     """
 
     baud: int
     is_ready: bool
-    is_settled: bool = True
-    stops_itself: str = ""
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether the last command has been sent and, where the board acknowledges, heard."""
+        return True
+
+    @property
+    def stops_itself(self) -> str:
+        """When the board stops its motors by itself where nobody is heard, in a whole sentence; empty for never."""
+        return ""
 
     @abstractmethod
     def begin(self, now: float) -> None:

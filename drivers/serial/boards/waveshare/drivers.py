@@ -1,0 +1,145 @@
+"""The devices of a Waveshare UGV board as a robot's file names them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import ClassVar, TypeVar
+
+from drivers.serial.boards.board import Board, open_board
+from drivers.serial.boards.devices import BoardBattery, BoardEncoder, BoardMotor, BoardOutput
+from drivers.serial.boards.settings import PortSettings, Side, SideSettings
+from drivers.serial.boards.waveshare.board import WaveshareTalk
+from drivers.serial.boards.waveshare.protocol import BAUD, FASTEST_M_S
+from robotcore.description import (
+    BatteryDescription,
+    Described,
+    EncoderDescription,
+    MotorDescription,
+    RobotDescription,
+)
+from robotcore.devices import Battery, Encoder, Motor
+from robotcore.errors import DeviceError
+from robotcore.hardware import Connection, DeviceDriver, Host
+
+ANSWER_S = 20.0
+"""A board that was just switched on looks for a Wi-Fi network for 15 s before it takes the first line."""
+
+NOTE = (
+    "The board must run Waveshare's ugv_base_ros, and know which rover it is, once for all: send it "
+    '{"T":900,"main":1,"module":0}, where main is 1 for the RaspRover, 2 for the UGV Rover, 3 for the UGV Beast, and '
+    "module 1 for an arm, 2 for a camera on a gimbal."
+)
+"""What whoever connects a board must know."""
+
+ToldT = TypeVar("ToldT", bound=Described)
+SettingsT = TypeVar("SettingsT", bound="WaveshareSettings")
+
+
+class WaveshareSettings(PortSettings):
+    """The port of a board; over the 40 pins of a Raspberry Pi it is /dev/serial0, over USB that of a CP2102."""
+
+    speaks: ClassVar[str] = "Waveshare UGV"
+    usual_baud: ClassVar[int] = BAUD
+
+
+class WaveshareMotorSettings(SideSettings, WaveshareSettings):
+    """One of a board's two motors."""
+
+
+class WaveshareEncoderSettings(WaveshareSettings):
+    """One of a board's two odometers."""
+
+    side: Side
+
+
+class WaveshareDriver(DeviceDriver[ToldT, SettingsT]):
+    """What the devices of such a board have in common."""
+
+    modules = ("serial",)
+    remedy = "pip install 'robotcore[serial]'"
+    parts = ("ugv", "rasprover", "beast", "general driver")
+
+    def connections(self, settings: SettingsT) -> Sequence[Connection]:
+        return settings.at()
+
+    def notes(self, settings: SettingsT) -> Sequence[str]:
+        return (NOTE,)
+
+
+class WaveshareMotor(WaveshareDriver[MotorDescription, WaveshareMotorSettings]):
+    """Tells the board a speed in m/s, by the wheel's radius; the board holds it by its own encoders."""
+
+    name = "waveshare-motor"
+    summary = "a motor of a Waveshare UGV board on a serial line, whose velocity the board holds"
+    described = MotorDescription
+    settings = WaveshareMotorSettings
+
+    def connections(self, settings: WaveshareMotorSettings) -> Sequence[Connection]:
+        return settings.at(f"motor {settings.side}")
+
+    def check(self, told: MotorDescription, settings: WaveshareMotorSettings, robot: RobotDescription) -> None:
+        fastest = told.max_velocity_rad_s * _wheel_radius_m(robot)
+        if fastest > FASTEST_M_S:
+            raise ValueError(
+                f"max_velocity_rad_s of {told.name} is {fastest:.3g} m/s, and the board ignores what is beyond "
+                f"{FASTEST_M_S:g}; lower it to {FASTEST_M_S / _wheel_radius_m(robot):.3g} at most"
+            )
+
+    def open(self, told: MotorDescription, settings: WaveshareMotorSettings, host: Host) -> Motor:
+        board = _board(told.name, settings, host)
+        board.talk.limit(settings.board_timeout_s)
+        output = BoardOutput(told.name, board.line, board.talk.command, settings.side)
+        return BoardMotor(told, output, _wheel_radius_m(host.robot))
+
+
+class WaveshareEncoder(WaveshareDriver[EncoderDescription, WaveshareEncoderSettings]):
+    """Tells the board's odometer as an angle, by the wheel's radius; between its centimetres by the speed."""
+
+    name = "waveshare-encoder"
+    summary = "a wheel's encoder on a Waveshare UGV board on a serial line"
+    described = EncoderDescription
+    settings = WaveshareEncoderSettings
+
+    def connections(self, settings: WaveshareEncoderSettings) -> Sequence[Connection]:
+        return settings.at(f"odometer {settings.side}")
+
+    def check(self, told: EncoderDescription, settings: WaveshareEncoderSettings, robot: RobotDescription) -> None:
+        _wheel_radius_m(robot)
+
+    def open(self, told: EncoderDescription, settings: WaveshareEncoderSettings, host: Host) -> Encoder:
+        board = _board(told.name, settings, host)
+        return BoardEncoder(
+            told.name, board.line, board.talk.odometers[settings.side].turning, 1 / _wheel_radius_m(host.robot)
+        )
+
+
+class WaveshareBattery(WaveshareDriver[BatteryDescription, WaveshareSettings]):
+    """Tells the battery's voltage as the board measures it, every 10 s."""
+
+    name = "waveshare-battery"
+    summary = "the battery behind a Waveshare UGV board on a serial line"
+    described = BatteryDescription
+    settings = WaveshareSettings
+
+    def open(self, told: BatteryDescription, settings: WaveshareSettings, host: Host) -> Battery:
+        board = _board(told.name, settings, host)
+        return BoardBattery(told.name, board.line, lambda: board.talk.voltage)
+
+
+def _board(device: str, settings: WaveshareSettings, host: Host) -> Board[WaveshareTalk]:
+    """Return the board on the settings' port; raises DeviceError by the device's name."""
+    talk = WaveshareTalk(settings.speed)
+    try:
+        return open_board(device, settings.port, WaveshareTalk, lambda: talk, host, ANSWER_S)
+    except DeviceError as error:
+        if not talk.parser.is_older:
+            raise
+        fault = f"the board on {settings.port} runs ugv_base_general, which tells no odometer and drives most rovers "
+        raise DeviceError(device, f"{fault}without holding a speed. Flash Waveshare's ugv_base_ros") from error
+
+
+def _wheel_radius_m(robot: RobotDescription) -> float:
+    """Return the radius by which the board's metres are radians; raises ValueError where the robot has no drive."""
+    if robot.drive is None:
+        raise ValueError("the board goes by m/s, and the robot has no wheel radius; describe its [drive]")
+    return robot.drive.wheel_radius_m
