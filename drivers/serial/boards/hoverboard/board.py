@@ -1,0 +1,101 @@
+"""The conversation with a hoverboard: it tells by itself, and wants to be told again and again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from drivers.serial.boards.command import Command, Told
+from drivers.serial.boards.hoverboard.mixer import Mixed, Mixer
+from drivers.serial.boards.hoverboard.protocol import Feedback, Parser, command
+from drivers.serial.boards.turning import Turning
+from drivers.serial.ports.talk import Talk
+from robotcore.devices import Voltage
+
+REPEAT_S = 0.1
+"""So often a robot that stands is told so: a board that hears nothing for 0.8 s beeps, and counts it as a fault."""
+
+PAUSE_S = 0.005
+"""Commands are this far apart: the board takes 8 bytes and a pause for one, 16 bytes for none."""
+
+SILENCE_S = 0.4
+"""A board that has told nothing for longer is lost. It is silent for 0.3 s while it beeps that its motors are on."""
+
+
+class HoverboardTalk(Talk):
+    """Sends what the wheels are told, mixed as the board wants it, and adds up what it measures.
+
+    ``left`` and ``right`` have what each motor turned, in rpm times seconds, as the motors are mounted: the measured
+    speeds over the times in which they came. While the board is silent nothing is added, for nobody measured it.
+    """
+
+    stops_itself = "The board stops its motors by itself 0.8 s after the last command that it heard."
+
+    def __init__(self, baud: int) -> None:
+        self.baud = baud
+        self.command = Command()
+        self.mixer: Mixer = Mixed()
+        self.left, self.right = Turning(), Turning()
+        self.voltage: Voltage | None = None
+        self._turned = Told()
+        self._last: Feedback | None = None
+        self._forget()
+
+    def begin(self, now: float) -> None:
+        self._forget()
+        self._repeat_at = now
+
+    def receive(self, data: bytes, now: float) -> None:
+        if heard := self._parser.feed(data):
+            self._add_up(heard, now)
+            self._last, self._heard_at = heard[-1], now
+            self.is_ready = True
+
+    def due(self, now: float) -> bytes:
+        if now - self._heard_at > SILENCE_S:
+            self.is_ready = False
+            self.command.forget()
+        if now < self._free_at:
+            return b""
+        told = self.command.take(now)
+        if told is None and now >= self._repeat_at and self.command.told.stops:
+            told = Told()
+        return b"" if told is None else self._sent(told, now)
+
+    def next_due(self, now: float) -> float:
+        repeat_at = self._repeat_at if self.command.told.stops else math.inf
+        return max(self._free_at, min(self.command.next_due, repeat_at))
+
+    @property
+    def is_settled(self) -> bool:  # type: ignore[override]
+        """Whether the last command was sent and, where it was to stand, the board has told that it heard it."""
+        if self.command.next_due < math.inf:
+            return False
+        return not self._is_stopping or bool(self._last and self._last.stands and self._heard_at > self._sent_at)
+
+    def _forget(self) -> None:
+        self.is_ready = self._is_stopping = False
+        self.command.forget()
+        self._parser = Parser()
+        self._last = None
+        self._heard_at = self._sent_at = self._free_at = self._repeat_at = -math.inf
+
+    def _sent(self, told: Told, now: float) -> bytes:
+        frame = command(*self.mixer.steering(*told))
+        self._is_stopping = told.stops
+        self._sent_at, self._free_at, self._repeat_at = now, now + PAUSE_S, now + REPEAT_S
+        return frame
+
+    def _add_up(self, heard: Sequence[Feedback], now: float) -> None:
+        each_s = (now - self._heard_at) / len(heard)
+        before = self._last
+        for feedback in heard:
+            if before and each_s <= SILENCE_S:
+                self._turned = Told(
+                    self._turned.left + (before.left_rpm + feedback.left_rpm) / 2 * each_s,
+                    self._turned.right + (before.right_rpm + feedback.right_rpm) / 2 * each_s,
+                )
+            before = feedback
+        self.left.count(self._turned.left, now)
+        self.right.count(self._turned.right, now)
+        self.voltage = Voltage(heard[-1].battery_v, now, self.voltage.sequence + 1 if self.voltage else 0)

@@ -1,0 +1,125 @@
+"""The devices of a hoverboard: two motors, what it measures of their wheels, its battery."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import partial
+
+from drivers.serial.boards.board import Board, open_board
+from drivers.serial.boards.command import Command
+from drivers.serial.boards.devices import BoardBattery, BoardEncoder, BoardMotor, BoardOutput
+from drivers.serial.boards.hoverboard.board import HoverboardTalk
+from drivers.serial.boards.hoverboard.protocol import LIMIT
+from drivers.serial.boards.hoverboard.settings import HoverboardMotorSettings, HoverboardSettings, WheelSettings
+from drivers.serial.boards.settings import Side
+from drivers.serial.ports.line import Line
+from robotcore.description import BatteryDescription, EncoderDescription, MotorDescription, RobotDescription
+from robotcore.devices import Battery, Encoder, Motor
+from robotcore.hardware import Connection, DeviceDriver, Host
+from robotcore.hardware.motors import open_motor
+
+ANSWER_S = 1.0
+"""A board that is on tells a hundred times a second."""
+
+WIRING = (
+    "A sensor board's cable of the hoverboard: its RX, TX (3.3 V) and ground go to the adapter, and never its red "
+    "wire, which has 15 V. The firmware is VARIANT_USART, with CONTROL_SERIAL and FEEDBACK_SERIAL on that cable."
+)
+SLEEPING = "A board whose wheels stood for 8 minutes (INACTIVITY_TIMEOUT) switches itself off; its button wakes it."
+MODE = "Its config.h must have CTRL_MOD_REQ {mode}: the board does not tell which one it has."
+TURNING = (
+    "By its steer_coefficient it turns wheels against each other at {part:.0%} of its most: where more is asked for, "
+    "both turn slower alike and the path stays. TANK_STEERING has no such limit."
+)
+
+
+class HoverboardMotor(DeviceDriver[MotorDescription, HoverboardMotorSettings]):
+    """Turns a wheel by the board's own closed loop, or by duty and the wheel's model."""
+
+    name = "hoverboard-motor"
+    summary = "a wheel of a hoverboard with the FOC firmware"
+    described = MotorDescription
+    settings = HoverboardMotorSettings
+    modules = ("serial",)
+    remedy = "pip install 'robotcore[serial]'"
+    parts = ("hoverboard", "eferu")
+    tells_direction = False
+
+    def check(self, told: MotorDescription, settings: HoverboardMotorSettings, robot: RobotDescription) -> None:
+        settings.check(told, robot)
+
+    def connections(self, settings: HoverboardMotorSettings) -> Sequence[Connection]:
+        return (*settings.at(f"{settings.side} motor"), settings.firmware())
+
+    def notes(self, settings: HoverboardMotorSettings) -> Sequence[str]:
+        mode = MODE.format(mode="SPD_MODE" if settings.mode == "speed" else "VLT_MODE")
+        part = settings.mixer.turning / LIMIT
+        return (WIRING, mode, SLEEPING, *((TURNING.format(part=part),) if part < 1 else ()))
+
+    def open(self, told: MotorDescription, settings: HoverboardMotorSettings, host: Host) -> Motor:
+        board = _board(told.name, settings, host)
+        board.talk.mixer = settings.mixer
+        if settings.model is None:
+            output = BoardOutput(told.name, board.line, board.talk.command, settings.side)
+            return BoardMotor(told, output, settings.unit_per_rad_s)
+        duties = DutyOutput(told.name, board.line, board.talk.command, settings.side, settings.sign * LIMIT)
+        return open_motor(told, settings.model, settings.control, lambda: duties, host)
+
+
+class DutyOutput(BoardOutput):
+    """A side of the board that takes duties; ``unit`` is what the board is told for a whole one."""
+
+    def __init__(self, device: str, line: Line, command: Command, side: Side, unit: int) -> None:
+        super().__init__(device, line, command, side)
+        self._unit = unit
+
+    def turn(self, duty: float) -> None:
+        super().turn(duty * self._unit)
+
+
+class HoverboardEncoder(DeviceDriver[EncoderDescription, WheelSettings]):
+    """Adds up the speed that the board measures: an estimate, for it tells no angle."""
+
+    name = "hoverboard-encoder"
+    summary = "the turns of a hoverboard's wheel, by its measured speed"
+    described = EncoderDescription
+    settings = WheelSettings
+    modules = ("serial",)
+    remedy = "pip install 'robotcore[serial]'"
+
+    def connections(self, settings: WheelSettings) -> Sequence[Connection]:
+        return settings.at(f"{settings.side} wheel")
+
+    def open(self, told: EncoderDescription, settings: WheelSettings, host: Host) -> Encoder:
+        board = _board(told.name, settings, host)
+        is_left = settings.side == "left"
+        forward = 1 if is_left else -1  # the right motor is mounted the other way round
+        turning = board.talk.left if is_left else board.talk.right
+        encoder = BoardEncoder(told.name, board.line, turning, forward * settings.sign * math.tau / 60)
+        encoder.await_first(ANSWER_S)
+        return encoder
+
+
+class HoverboardBattery(DeviceDriver[BatteryDescription, HoverboardSettings]):
+    """The voltage that the board measures, in hundredths of a volt."""
+
+    name = "hoverboard-battery"
+    summary = "the battery of a hoverboard"
+    described = BatteryDescription
+    settings = HoverboardSettings
+    modules = ("serial",)
+    remedy = "pip install 'robotcore[serial]'"
+
+    def connections(self, settings: HoverboardSettings) -> Sequence[Connection]:
+        return settings.at("battery")
+
+    def open(self, told: BatteryDescription, settings: HoverboardSettings, host: Host) -> Battery:
+        board = _board(told.name, settings, host)
+        battery = BoardBattery(told.name, board.line, lambda: board.talk.voltage)
+        battery.await_first(ANSWER_S)
+        return battery
+
+
+def _board(device: str, settings: HoverboardSettings, host: Host) -> Board[HoverboardTalk]:
+    return open_board(device, settings.port, HoverboardTalk, partial(HoverboardTalk, settings.speed), host, ANSWER_S)

@@ -1,0 +1,100 @@
+"""What is said on a line with Sabertooths: to each by its address, and nobody answers."""
+
+from __future__ import annotations
+
+import math
+
+from drivers.serial.boards.command import Command, Told
+from drivers.serial.boards.sabertooth.protocol import BAUDING, MOST_TIMEOUT_S, drive, timeout
+from drivers.serial.ports.talk import Talk
+
+SETTLING_S = 0.5
+"""So long a board takes to its baud rate after the first byte."""
+
+REPEAT_S = 0.1
+"""So often boards that stand are told so, in case a stop was lost in noise."""
+
+
+class Addressed:
+    """One board: what its two motors are told, M1 the left and M2 the right, and its own time-out in seconds."""
+
+    def __init__(self, address: int) -> None:
+        self.address = address
+        self.command = Command()
+        self.timeout_s = MOST_TIMEOUT_S
+
+    def frames(self, told: Told) -> bytes:
+        """Return what tells it both, and its time-out again: a board that was off has forgotten that."""
+        motors = drive(self.address, 1, told.left) + drive(self.address, 2, told.right)
+        return motors + timeout(self.address, self.timeout_s)
+
+
+class SabertoothTalk(Talk):
+    """Tells each board its newest command, boards that are to stand first.
+
+    Nobody answers, so it is ready when a board would be that is there. While all stand they are told so again and
+    again; while one turns nothing is repeated, for a board's time-out may begin anew with any frame on the line.
+    """
+
+    def __init__(self, baud: int) -> None:
+        self.baud = baud
+        self._boards: dict[int, Addressed] = {}
+        self._ready_at = self._repeat_at = -math.inf
+        self.is_ready = self._is_new = False
+
+    def board(self, address: int, timeout_s: float) -> Addressed:
+        """Return the board with that address, whose time-out is the shortest that anyone asked for."""
+        board = self._boards.get(address) or Addressed(address)
+        board.timeout_s = min(board.timeout_s, timeout_s)
+        self._boards = {**self._boards, address: board}
+        longest = max(board.timeout_s for board in self._boards.values())
+        self.stops_itself = f"The board stops its motors by itself {longest:g} s after the last command that it heard."
+        return board
+
+    def begin(self, now: float) -> None:
+        self.is_ready = False
+        self._is_new = True
+        self._ready_at = self._repeat_at = now + SETTLING_S
+        for board in self._boards.values():
+            board.command.forget()
+
+    def receive(self, data: bytes, now: float) -> None:
+        """Hear nothing: what comes is an echo, or noise."""
+
+    def due(self, now: float) -> bytes:
+        if self._is_new:
+            self._is_new = False
+            return BAUDING
+        if now < self._ready_at:
+            return b""
+        self.is_ready = True
+        return self._told_anew(now) or self._told_to_stand(now)
+
+    def next_due(self, now: float) -> float:
+        if now < self._ready_at:
+            return now if self._is_new else self._ready_at
+        told = min((board.command.next_due for board in self._boards.values()), default=math.inf)
+        return min(told, self._repeat_at if self._stands else math.inf)
+
+    @property
+    def is_settled(self) -> bool:  # type: ignore[override]
+        """Whether the last command was sent; whether it was heard nobody tells."""
+        return all(board.command.next_due == math.inf for board in self._boards.values())
+
+    @property
+    def _stands(self) -> bool:
+        return all(board.command.told.stops for board in self._boards.values())
+
+    def _told_anew(self, now: float) -> bytes:
+        """Return what one board is told, the next one's turn being when the line is free again."""
+        for board in sorted(self._boards.values(), key=lambda board: not board.command.told.stops):
+            if (told := board.command.take(now)) is not None:
+                self._repeat_at = now + REPEAT_S
+                return board.frames(told)
+        return b""
+
+    def _told_to_stand(self, now: float) -> bytes:
+        if now < self._repeat_at or not self._stands:
+            return b""
+        self._repeat_at = now + REPEAT_S
+        return b"".join(board.frames(Told()) for board in self._boards.values())

@@ -1,0 +1,85 @@
+"""Motors on a Sabertooth or SyRen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from drivers.serial.boards.board import open_board
+from drivers.serial.boards.devices import BoardOutput
+from drivers.serial.boards.sabertooth.board import SETTLING_S, SabertoothTalk
+from drivers.serial.boards.sabertooth.protocol import HIGHEST_ADDRESS, LOWEST_ADDRESS, MotorNumber
+from drivers.serial.boards.settings import BoardSettings, Side
+from robotcore.description import MotorDescription, RobotDescription
+from robotcore.devices import Motor
+from robotcore.hardware import Connection, DeviceDriver, Host
+from robotcore.hardware.motors import Control, Model, open_motor, require_encoder, require_reach
+
+BAUDS = (2400, 9600, 19200, 38400, 115200)
+"""The rates that some Sabertooth knows."""
+
+SIDES: dict[MotorNumber, Side] = {1: "left", 2: "right"}
+"""As which of a board's two motors each goes in its command."""
+
+WIRING = (
+    "The adapter's TX (5 V or 3.3 V) goes to S1 and its ground to 0V; nothing comes back. The switches are set to "
+    "packetized serial and the board's address."
+)
+UNHEARD = (
+    "The board never answers: whether it is there, is switched on and has heard a command nobody can tell, unless the "
+    "wheels have encoders."
+)
+SWITCHING_ON = (
+    "Switch its battery on two seconds before the program starts, and start the program anew where it was off since: "
+    "the board takes its baud rate from the first byte that it hears. Where a wheel turns the wrong way, swap its "
+    "motor's two wires."
+)
+
+
+class SabertoothSettings(BoardSettings):
+    """The board's address, the motor's number on it, and how fast it turns by which duty."""
+
+    speaks: ClassVar[str] = "Sabertooth packet serial"
+    usual_baud: ClassVar[int] = 9600
+
+    address: Annotated[int, Field(ge=LOWEST_ADDRESS, le=HIGHEST_ADDRESS)] = LOWEST_ADDRESS
+    motor: MotorNumber
+    model: Model
+    control: Control | None = None
+
+
+class SabertoothMotor(DeviceDriver[MotorDescription, SabertoothSettings]):
+    """Sends duties, in 127 steps each way."""
+
+    name = "sabertooth-motor"
+    summary = "a motor on a Sabertooth or SyRen in packet serial mode"
+    described = MotorDescription
+    settings = SabertoothSettings
+    modules = ("serial",)
+    remedy = "pip install 'robotcore[serial]'"
+    parts = ("sabertooth", "syren", "dimension engineering")
+    tells_direction = True
+
+    def check(self, told: MotorDescription, settings: SabertoothSettings, robot: RobotDescription) -> None:
+        if settings.speed not in BAUDS:
+            known = ", ".join(map(str, BAUDS))
+            raise ValueError(f"no Sabertooth speaks at {settings.speed} baud; take one of {known}")
+        require_reach(told, settings.model)
+        if settings.control:
+            require_encoder(told.name, robot)
+
+    def connections(self, settings: SabertoothSettings) -> Sequence[Connection]:
+        return settings.at(f"address {settings.address} M{settings.motor}")
+
+    def notes(self, settings: SabertoothSettings) -> Sequence[str]:
+        return WIRING, UNHEARD, SWITCHING_ON
+
+    def open(self, told: MotorDescription, settings: SabertoothSettings, host: Host) -> Motor:
+        make = partial(SabertoothTalk, settings.speed)
+        board = open_board(told.name, settings.port, SabertoothTalk, make, host, 2 * SETTLING_S)
+        command = board.talk.board(settings.address, settings.board_timeout_s).command
+        output = partial(BoardOutput, told.name, board.line, command, SIDES[settings.motor])
+        return open_motor(told, settings.model, settings.control, output, host)
