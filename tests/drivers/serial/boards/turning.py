@@ -1,0 +1,38 @@
+"""A program that turns a motor on a board under a guardian: ``python -m tests.drivers.serial.boards.turning PORT``."""
+
+from __future__ import annotations
+
+import sys
+from select import select
+
+from drivers.serial.boards.cutoff import stop_frame
+from drivers.serial.ports.line import Line
+from robotcore.clock import MonotonicClock
+from robotcore.description import load_robot
+from robotcore.guardian.guardian import Guardian
+from robotcore.hardware import Host
+from tests.drivers.serial.ports.talking import Asking
+
+LEASE_S = 0.3
+TURN, STOP = b"go;", b"stop;"
+
+
+def main() -> None:
+    """Tell the board to turn until a line comes in."""
+    port, clock = sys.argv[1], MonotonicClock()
+    talk = Asking()
+    line = Line(port, talk, clock)
+    line.open("left_motor", 5.0)
+    spec = stop_frame("left_motor", port, talk.baud, STOP, Host(load_robot("rover"), clock))
+    with Guardian([spec], LEASE_S) as guardian:
+        while not select([sys.stdin], [], [], 0.02)[0]:
+            guardian.is_driving()
+            talk.say(TURN)
+            line.wake()
+        guardian.is_resting()
+    line.close()
+    clock.close()
+
+
+if __name__ == "__main__":
+    main()
