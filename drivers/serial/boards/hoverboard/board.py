@@ -67,7 +67,7 @@ class HoverboardTalk(Talk):
         return max(self._free_at, min(self.command.next_due, repeat_at))
 
     @property
-    def is_settled(self) -> bool:  # type: ignore[override]
+    def is_settled(self) -> bool:
         """Whether the last command was sent and, where it was to stand, the board has told that it heard it."""
         if self.command.next_due < math.inf:
             return False

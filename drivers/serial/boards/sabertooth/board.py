@@ -47,9 +47,12 @@ class SabertoothTalk(Talk):
         board = self._boards.get(address) or Addressed(address)
         board.timeout_s = min(board.timeout_s, timeout_s)
         self._boards = {**self._boards, address: board}
-        longest = max(board.timeout_s for board in self._boards.values())
-        self.stops_itself = f"The board stops its motors by itself {longest:g} s after the last command that it heard."
         return board
+
+    @property
+    def stops_itself(self) -> str:
+        longest = max((board.timeout_s for board in self._boards.values()), default=math.inf)
+        return f"The board stops its motors by itself {longest:g} s after the last command that it heard."
 
     def begin(self, now: float) -> None:
         self.is_ready = False
@@ -77,7 +80,7 @@ class SabertoothTalk(Talk):
         return min(told, self._repeat_at if self._stands else math.inf)
 
     @property
-    def is_settled(self) -> bool:  # type: ignore[override]
+    def is_settled(self) -> bool:
         """Whether the last command was sent; whether it was heard nobody tells."""
         return all(board.command.next_due == math.inf for board in self._boards.values())
 

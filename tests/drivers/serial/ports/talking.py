@@ -12,11 +12,11 @@ class Asking(Talk):
     """Asks until it is answered, then says each word that it is told once; each is answered too."""
 
     stops_itself = "The board stops by itself after 0.5 s"
+    is_settled: bool = True
 
     def __init__(self, baud: int = 115200) -> None:
         self.baud = baud
         self.is_ready = False
-        self.is_settled = True
         self.word = b""
         self.at = math.inf
         self.defect: Exception | None = None

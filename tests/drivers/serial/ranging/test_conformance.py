@@ -44,14 +44,14 @@ class TestTFmini(LifecycleRules, RangeRules, SampleRules):
         with ExitStack() as undo:
             simulated = undo.enter_context(KinematicBackend().open(replace(setup, robot=seen)))
             pty = undo.enter_context(Pty(self._path))
-            self.sensor = TFminiS(pty.say_all, _distance(simulated))
-            simulated.clock.every(PERIOD_S, self.sensor.tell, "TFmini")
+            self.module = TFminiS(pty.say_all, _distance(simulated))
+            simulated.clock.every(PERIOD_S, self.module.tell, "TFmini")
             release = undo.pop_all().close
         others = {name: device for name, device in simulated.devices.items() if not isinstance(device, RangeSensor)}
         return open_robot(setup, "serial", simulated.clock, release=release, truth=simulated.truth, opened=others)
 
     def lose_echoes(self, robot: Robot) -> None:
-        self.sensor.is_blind = True
+        self.module.is_blind = True
 
 
 def _distance(simulated: Robot) -> Callable[[], float]:
