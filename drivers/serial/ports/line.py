@@ -21,6 +21,9 @@ PERIOD_S = 0.002
 WAITING_S = 0.005
 """A thread waits no longer for a byte before it looks whether something is due."""
 
+LOOKING_S = 0.005
+"""Who waits for something looks so often; longer than a step of simulated time, or no time would pass."""
+
 FIRST_S, LONGEST_S = 0.1, 2.0
 """How long it is before a lost port is opened again: twice as long each time."""
 
@@ -94,7 +97,7 @@ class Line:
             self._require_sound(device)
             if self._clock.now() >= deadline:
                 raise DeviceError(device, self._loss or fault)
-            self._clock.sleep_until(self._clock.now() + PERIOD_S)
+            self._clock.sleep_until(self._clock.now() + LOOKING_S)
 
     def settle(self, device: str) -> None:
         """Wait until the last command was heard, half a second at most; raises DeviceError by the device's name."""
@@ -165,7 +168,7 @@ class Line:
         """Wait until all bytes have left the computer, and the wire; simulated time has neither."""
         end = self._clock.now() + CLOSING_S
         while not self._clock.is_lockstep and self._clock.now() < min(end, self._left_at()):
-            self._clock.sleep_until(self._clock.now() + PERIOD_S)
+            self._clock.sleep_until(self._clock.now() + LOOKING_S)
 
     def _left_at(self) -> float:
         return math.inf if self._port.unsent else self._free_at
