@@ -11,6 +11,7 @@ from tests.doubles.serial.board import BoardDouble
 class Asking(Talk):
     """Asks until it is answered, then says each word that it is told once; each is answered too."""
 
+    is_settled = True
     stops_itself = "The board stops by itself after 0.5 s"
     is_settled: bool = True
 
