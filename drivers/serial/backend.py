@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
+from drivers.serial.elsewhere import plugged_in_at
+from drivers.serial.ports.place import PortPlace
+from drivers.serial.wires import counted_on, wiring_of
 from robotcore.backend import Backend, Setup
 from robotcore.clock import MonotonicClock
 from robotcore.description import Described, RobotDescription
 from robotcore.guardian import CutoffSpec
 from robotcore.hardware import Fitting, batteries_in, fit, open_robot, unopened_cutoffs
 from robotcore.robot import Robot
+
+if TYPE_CHECKING:
+    from robotcore.doctor import Finding
+    from robotcore.hardware import Wiring
 
 SECTION = "serial"
 """Where a robot's file says how its devices are connected."""
@@ -19,7 +27,7 @@ SECTION = "serial"
 class SerialOptions(Described):
     """The port to take in place of the one that the robot's file names."""
 
-    port: str | None = None
+    port: PortPlace | None = None
 
 
 class SerialBackend(Backend):
@@ -41,11 +49,28 @@ class SerialBackend(Backend):
         return batteries_in(robot, SECTION)
 
     def check(self, robot: RobotDescription) -> str:
-        count = len(self.fittings(robot))
-        return f"{count} devices" if count != 1 else "1 device"
+        return counted_on(self.fittings(robot))
+
+    def warnings(self, robot: RobotDescription) -> list[str]:
+        return [f"{fitting.name}: {each}" for fitting in self.fittings(robot) for each in fitting.warnings]
+
+    def wiring(self, robot: RobotDescription) -> Wiring:
+        return wiring_of(self.fittings(robot))
+
+    def examine(self, robot: RobotDescription | None) -> Iterable[Finding]:
+        from drivers.serial.examination import examine
+
+        return examine(self, robot, SECTION)
 
     def cutoffs(self, setup: Setup) -> Sequence[CutoffSpec]:
+        setup = _placed(setup)
         return unopened_cutoffs(setup.robot, self.fittings(setup.robot, setup.devices))
 
     def open(self, setup: Setup) -> Robot:
-        return open_robot(setup, SECTION, MonotonicClock())
+        return open_robot(_placed(setup), SECTION, MonotonicClock())
+
+
+def _placed(setup: Setup) -> Setup:
+    """Return what to open, with the port that the user names."""
+    port = setup.options_as(SerialOptions).port
+    return replace(setup, robot=plugged_in_at(setup.robot, SECTION, port))

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 def command(robot: str, backend: str, *, as_json: bool) -> None:
     """Show where the wires of ROBOT go.
 
-    As its file says: in a table and on the board's connector, with what else there is to know.
+    As its file says: in a table and on the board's connector, if it has one, with what else there is to know.
     """
     wiring = _wiring(robot, backend)
     if as_json:
@@ -35,9 +35,10 @@ def command(robot: str, backend: str, *, as_json: bool) -> None:
 
     write_table(("device", "signal", "goes to", "pad", "what it is"), _rows(wiring.wires))
     click.echo()
-    for line in drawing(wiring):
-        click.echo(line)
-    click.echo()
+    if wiring.pads:
+        for line in drawing(wiring):
+            click.echo(line)
+        click.echo()
     for note in _notes(wiring):
         click.echo(note)
 

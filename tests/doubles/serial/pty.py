@@ -9,11 +9,15 @@ import select
 import struct
 import termios
 import tty
+from contextlib import suppress
 from pathlib import Path
 from threading import RLock
 
 WAITING_S = 5.0
 """The kernel hands bytes over some microseconds later, by a worker of its own; a machine may be busy."""
+
+FULL = 4000
+"""Some bytes fewer than the kernel keeps for who does not read (N_TTY_BUF_SIZE)."""
 
 
 class Pty:
@@ -56,8 +60,8 @@ class Pty:
             return b""
 
     def say(self, data: bytes) -> None:
-        """Send as the board."""
-        with self._lock:
+        """Send as the board; what nobody reads is lost some time."""
+        with self._lock, suppress(BlockingIOError):
             if self.is_plugged_in:
                 os.write(self._far, data)
 
@@ -81,7 +85,7 @@ class Pty:
         """Send as the board, and wait until the kernel has handed it over; only where nobody reads meanwhile."""
         with self._lock:
             if data and self.is_plugged_in:
-                there = self._waiting + len(data)
+                there = min(self._waiting + len(data), FULL)
                 self.say(data)
                 while self._waiting < there:
                     select.select([], [], [], 0)

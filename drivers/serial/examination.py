@@ -1,0 +1,121 @@
+"""What the doctor looks at: the ports of this computer, those of the robot, and whether its boards answer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from functools import partial
+from typing import Any
+
+from drivers.serial.boards.settings import PortSettings
+from drivers.serial.ports.finding import those_there
+from drivers.serial.ports.port import Port, PortError
+from drivers.serial.wires import counted_on
+from robotcore.backend import Backend, Setup
+from robotcore.description import BatteryDescription, RobotDescription
+from robotcore.devices import Angle, Battery, Device, Range, Sensor, Voltage
+from robotcore.doctor import Check, Finding, Level, findings_of
+from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError
+from robotcore.hardware import Fitting, fit
+from robotcore.robot import Robot
+
+
+def examine(backend: Backend, robot: RobotDescription | None, section: str) -> Iterator[Finding]:
+    """Yield what is right and what is wrong. Boards are asked, which resets an Arduino; no motor is told to turn."""
+    if not backend.is_installed:
+        yield Finding.warning(backend.name, "is not installed", backend.remedy)
+        return
+    yield Finding.ok("ports", those_there())
+    if robot is None:
+        yield Finding.warning("robot", "its ports are not looked at", "Name it: robotcore doctor --robot FILE.toml")
+    elif section in robot.backends:
+        yield from _examined(backend, robot, section)
+    else:
+        said = f"{robot.source} has no [{section}]: its devices are on no serial line of this computer"
+        yield Finding.warning("robot", said, "Name another: robotcore robots")
+
+
+def _examined(backend: Backend, robot: RobotDescription, section: str) -> Iterator[Finding]:
+    try:
+        fittings = fit(robot, section)
+    except DescriptionError as error:
+        for each in (error, *error.others):
+            yield Finding.error("robot", f"{each.key}: {each.fault}", each.remedy)
+        return
+    yield Finding.ok("robot", f"{robot.file or robot.name} OK, {counted_on(fittings)}")
+    for fitting in fittings:
+        for warning in fitting.warnings:
+            said, _, remedy = warning.partition(". ")
+            yield Finding.warning("robot", f"{fitting.name}: {said}", remedy)
+    found = [_port(place, baud) for place, baud in _lines(fittings)]
+    yield from found
+    if all(finding.level is Level.OK for finding in found):
+        checks: list[tuple[str, Check]] = [("boards", partial(_boards, backend, robot, fittings))]
+        yield from findings_of(checks)
+
+
+def _lines(fittings: Iterable[Fitting]) -> list[tuple[str, int]]:
+    """Return each port and its speed, once."""
+    on = (fitting.settings for fitting in fittings)
+    return list(dict.fromkeys((each.port, each.speed) for each in on if isinstance(each, PortSettings)))
+
+
+def _port(place: str, baud: int) -> Finding:
+    """Open a port and let it go."""
+    port = Port(place, baud)
+    try:
+        port.open()
+    except PortError as error:
+        said, _, remedy = str(error).partition(". ")
+        return Finding.error("port", said, remedy)
+    port.close()
+    return Finding.ok("port", f"{place} opens at {baud} baud")
+
+
+def _boards(backend: Backend, robot: RobotDescription, fittings: Iterable[Fitting]) -> Iterator[Finding]:
+    """Open what is on the ports, and have it read."""
+    names = frozenset(fitting.name for fitting in fittings if isinstance(fitting.settings, PortSettings))
+    try:
+        with backend.open(Setup(robot, None, names)) as opened:
+            yield Finding.ok("boards", "; ".join(_told(device) for device in opened.devices.values()))
+            yield from _charges(robot, opened)
+    except DeviceGroupError as error:
+        yield from map(_failed, error.failures)
+    except DeviceError as error:
+        yield _failed(error)
+
+
+def _charges(robot: RobotDescription, opened: Robot) -> Iterator[Finding]:
+    """Tell of batteries that are to be charged."""
+    for told in robot.all_of(BatteryDescription):
+        battery = opened.devices.get(told.name)
+        with suppress(DeviceError):  # one that has told nothing yet
+            if isinstance(battery, Battery) and (voltage := battery.read().voltage) < (told.warn_below_v or 0.0):
+                said = f"{told.name} has {voltage:.1f} V, and is to be charged below {told.warn_below_v:g} V"
+                yield Finding.warning("battery", said, "Charge it")
+
+
+def _failed(error: Exception) -> Finding:
+    said, _, remedy = str(error).partition(". ")
+    return Finding.error("boards", said, remedy or "Look at its wires and its power")
+
+
+def _told(device: Device) -> str:
+    """Say that a device is there, and what it reads."""
+    if not isinstance(device, Sensor):
+        return f"{device.name} is there"
+    try:
+        return f"{device.name} reads {_in_words(device.read())}"
+    except DeviceError:
+        return f"{device.name} has not told anything yet"
+
+
+def _in_words(sample: Any) -> str:
+    match sample:
+        case Range(distance=distance):
+            return f"{distance:.2f} m"
+        case Angle(angle=angle):
+            return f"{angle:.2f} rad"
+        case Voltage(voltage=voltage):
+            return f"{voltage:.1f} V"
+    return "something"

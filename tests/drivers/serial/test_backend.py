@@ -1,0 +1,125 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from drivers.serial.backend import SECTION, SerialBackend
+from robotcore.backend import Setup
+from robotcore.description import RobotDescription, load_robot
+from robotcore.doctor import Level
+from robotcore.errors import DescriptionError, DeviceError, UsageError
+from tests.doubles.serial.bench import wired
+from tests.doubles.serial.pty import Pty
+
+MODEL = {"forward_rad_s": 16.0, "backward_rad_s": 16.0}
+
+
+def motor(side: str, **settings: Any) -> dict[str, Any]:
+    return {"driver": "sabertooth-motor", "motor": 1 if side == "left" else 2, "model": MODEL, **settings}
+
+
+def robot_on(port: object, left: dict[str, Any], right: dict[str, Any]) -> RobotDescription:
+    return wired(load_robot("rover"), {"left_motor": left, "right_motor": right}, Path(str(port)))
+
+
+@pytest.fixture
+def pty(tmp_path: Path) -> Iterator[Pty]:
+    with Pty(tmp_path) as pty:
+        yield pty
+
+
+@pytest.fixture
+def robot(pty: Pty) -> RobotDescription:
+    return robot_on(pty.path, motor("left"), motor("right"))
+
+
+def setup_of(robot: RobotDescription, **options: str) -> Setup:
+    return Setup(robot, None, frozenset(device.name for device in robot.devices), options=options)
+
+
+def faults_of(robot: RobotDescription) -> str:
+    with pytest.raises(DescriptionError) as told:
+        SerialBackend().check(robot)
+    return str(told.value)
+
+
+def test_a_robot_is_told_by_its_devices_and_ports(robot: RobotDescription, pty: Pty) -> None:
+    assert SerialBackend().check(robot) == f"2 devices on {pty.path}"
+
+
+def test_the_option_port_takes_the_place_of_the_robots_one_port(pty: Pty) -> None:
+    robot = robot_on("/dev/nowhere", motor("left"), motor("right"))
+    with pytest.raises(DeviceError, match="there is no /dev/nowhere"):
+        SerialBackend().open(setup_of(robot))
+    with SerialBackend().open(setup_of(robot, port=str(pty.path))) as opened:
+        assert set(opened.devices) == {"left_motor", "right_motor"}
+
+
+def test_the_option_port_is_refused_where_the_robot_has_two_ports() -> None:
+    robot = robot_on("/dev/a", motor("left"), motor("right", port="/dev/b"))
+    with pytest.raises(UsageError, match=r"has 2 ports, /dev/a, /dev/b. Leave it out, and name them in \[serial\]"):
+        SerialBackend().open(setup_of(robot, port="/dev/c"))
+
+
+def test_an_option_port_that_is_no_place_is_refused(robot: RobotDescription) -> None:
+    with pytest.raises(UsageError, match=r"option port: .*usb:1a86.* is no USB id"):
+        SerialBackend().open(setup_of(robot, port="usb:1a86"))
+
+
+def test_two_devices_on_one_side_are_refused() -> None:
+    faults = faults_of(robot_on("/dev/a", motor("left"), motor("left")))
+    assert "is already serial.left_motor." in faults
+
+
+def test_two_speeds_on_one_port_are_refused() -> None:
+    faults = faults_of(robot_on("/dev/a", motor("left"), motor("right", baud=38400)))
+    assert "serial.right_motor.port: serial /dev/a is already serial.left_motor.port, where " in faults
+    assert "at 9600 baud is spoken" in faults
+
+
+def test_two_languages_on_one_port_are_refused() -> None:
+    faults = faults_of(robot_on("/dev/a", motor("left"), {"driver": "waveshare-motor", "side": "right", "baud": 9600}))
+    assert "serial.right_motor.port: serial /dev/a is already serial.left_motor.port, where Sabertooth" in faults
+
+
+def test_a_port_that_is_no_usb_id_is_refused() -> None:
+    faults = faults_of(robot_on("usb:xyz", motor("left"), motor("right")))
+    assert "serial.left_motor.port: 'usb:xyz' is no USB id. Write usb:VENDOR:PRODUCT" in faults
+
+
+def test_wires_are_told_without_a_connector(robot: RobotDescription, pty: Pty) -> None:
+    wiring = SerialBackend().wiring(robot)
+    assert not wiring.pads
+    assert [wire.where for wire in wiring.wires if wire.signal == "port"] == [f"serial {pty.path}"] * 2
+
+
+class TestDoctor:
+    def found(self, robot: RobotDescription | None) -> list[tuple[str, Level, str]]:
+        return [(each.what, each.level, f"{each.said}. {each.remedy}") for each in SerialBackend().examine(robot)]
+
+    def test_boards_that_are_there_are_opened_and_read(self, robot: RobotDescription, pty: Pty) -> None:
+        found = self.found(robot)
+        assert [level for _, level, _ in found] == [Level.OK] * 4
+        assert found[2] == ("port", Level.OK, f"{pty.path} opens at 9600 baud. ")
+        assert found[3] == ("boards", Level.OK, "left_motor is there; right_motor is there. ")
+
+    def test_a_port_that_is_not_there_is_an_error_and_nothing_is_opened(self) -> None:
+        *_, last = self.found(robot_on("/dev/nowhere", motor("left"), motor("right")))
+        assert last[:2] == ("port", Level.ERROR)
+        assert "there is no /dev/nowhere" in last[2]
+        assert ". Plug the board in" in last[2]
+
+    def test_a_section_that_is_wrong_is_an_error(self) -> None:
+        *_, last = self.found(robot_on("/dev/a", motor("left"), motor("left")))
+        assert last[:2] == ("robot", Level.ERROR)
+
+    def test_a_robot_on_no_serial_line_is_told_so(self) -> None:
+        *_, last = self.found(load_robot("lookout"))
+        assert last[:2] == ("robot", Level.WARNING)
+        assert f"has no [{SECTION}]" in last[2]
+
+    def test_without_a_robot_the_ports_are_told(self) -> None:
+        assert [what for what, _, _ in self.found(None)] == ["ports", "robot"]
