@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from drivers.serial.ports.finding import holders, path_of
+from drivers.serial.ports.finding import PortMissingError, holders, path_of
 from robotcore.errors import BackendError
 from robotcore.guardian import Cutoff, CutoffSpec
 
@@ -38,7 +38,11 @@ class StopFrame(Cutoff):
     def open(self) -> None:
         from serial import Serial
 
-        self._serial = Serial(path_of(self._place), self._baud, timeout=0, write_timeout=WRITING_S)
+        try:
+            path = path_of(self._place)
+        except PortMissingError as error:
+            raise BackendError(f"{error}; the board's own time-out has to stop it") from error
+        self._serial = Serial(path, self._baud, timeout=0, write_timeout=WRITING_S)
 
     def stop(self) -> None:
         try:

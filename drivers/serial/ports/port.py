@@ -6,7 +6,7 @@ import termios
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from drivers.serial.ports.finding import path_of
+from drivers.serial.ports.finding import holders, path_of
 from drivers.serial.ports.refusal import why_closed
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ class Port:
         try:
             return bytes(self._serial.read(CHUNK))
         except FAILURES as error:
-            raise self._gone(error) from error
+            raise self._gone() from error
 
     def write(self, data: bytes) -> None:
         """Send bytes, within a moment; raises PortError."""
@@ -71,7 +71,7 @@ class Port:
                 f"{self.place} takes no more bytes: the board does not read. Reset it, or plug it in again"
             ) from error
         except FAILURES as error:
-            raise self._gone(error) from error
+            raise self._gone() from error
 
     @property
     def unsent(self) -> int:
@@ -89,8 +89,7 @@ class Port:
             serial.close()
             self._serial = None
 
-    def _gone(self, error: Exception) -> PortError:
-        return PortError(
-            f"{self.place} is gone: it was unplugged, or the board has no power ({error}). Plug it in again, the "
-            "same port is opened by itself"
-        )
+    def _gone(self) -> PortError:
+        who = holders(self.place)
+        reader = f", or {who} reads it too" if who else ""
+        return PortError(f"{self.place} is gone: it was unplugged, or the board has no power{reader}. Plug it in again")

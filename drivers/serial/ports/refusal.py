@@ -15,7 +15,10 @@ _CLOSED = {errno.EACCES, errno.EPERM}
 def why_closed(place: str, baud: int, error: Exception) -> str:
     """Return why pyserial could not open a port, and what to do now."""
     if isinstance(error, PortMissingError):
-        return f"{error}. Plug the board in, by a cable that carries data, or correct port in the robot's file"
+        return (
+            f"{error}. Plug the board in, by a cable that carries data, or name another: port in the robot's file, or "
+            "--port with --backend serial"
+        )
     number = getattr(error, "errno", None)
     if number in _HELD:
         who = holders(place) or "this program already, by another name, or a program that cannot be seen"

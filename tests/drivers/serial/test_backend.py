@@ -58,6 +58,14 @@ def test_the_option_port_takes_the_place_of_the_robots_one_port(pty: Pty) -> Non
         assert set(opened.devices) == {"left_motor", "right_motor"}
 
 
+def test_a_port_that_cannot_be_opened_is_told_once_and_not_tried_for_each_device() -> None:
+    robot = robot_on("/dev/nowhere", motor("left"), motor("right"))
+    with pytest.raises(DeviceError) as told:
+        SerialBackend().open(setup_of(robot))
+    assert str(told.value).count("there is no /dev/nowhere") == 1
+    assert "right_motor: is on /dev/nowhere too, which could not be opened for left_motor" in str(told.value)
+
+
 def test_the_option_port_is_refused_where_the_robot_has_two_ports() -> None:
     robot = robot_on("/dev/a", motor("left"), motor("right", port="/dev/b"))
     with pytest.raises(UsageError, match=r"has 2 ports, /dev/a, /dev/b. Leave it out, and name them in \[serial\]"):
