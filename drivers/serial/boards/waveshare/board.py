@@ -14,8 +14,8 @@ from robotcore.devices import Voltage
 TIMEOUT_S = 0.5
 """A board on which no motor is open stops what somebody else set turning after so long."""
 
-SILENT_S = 0.5
-"""A board that has told nothing for so long is gone, or begins anew: that takes it some seconds."""
+SILENT_S = 0.3
+"""A board that has told nothing for so long is gone, or was reset: until then its ROM runs, and loses what is said."""
 
 GREETING_S = 0.5
 """A board that is starting is greeted so often."""
@@ -41,6 +41,7 @@ class WaveshareTalk(Talk):
         self.voltage: Voltage | None = None
         self.parser = Parser()
         self._timeouts_s: list[float] = []
+        self._is_greeted = False
         self._heard_at = self._greet_at = self._stop_at = -math.inf
 
     @property
@@ -50,7 +51,7 @@ class WaveshareTalk(Talk):
 
     @property
     def stops_itself(self) -> str:
-        return f"The board stops its motors {self.timeout_s:g} s after the last command that it heard."
+        return f"The board stops its motors {self.timeout_s:g} s after the last command that it heard"
 
     @property
     def is_settled(self) -> bool:
@@ -67,7 +68,8 @@ class WaveshareTalk(Talk):
 
     def receive(self, data: bytes, now: float) -> None:
         for feedback in self.parser.feed(data):
-            self._hear(feedback, now)
+            if self._is_greeted:
+                self._hear(feedback, now)
 
     def due(self, now: float) -> bytes:
         if self.is_ready and now - self._heard_at > SILENT_S:
@@ -81,14 +83,14 @@ class WaveshareTalk(Talk):
         return min(self.command.next_due, again, self._heard_at + SILENT_S)
 
     def _lose(self, now: float) -> None:
-        self.is_ready = False
+        self.is_ready = self._is_greeted = False
         self.command.forget()
         self._greet_at = now
 
     def _greeted(self, now: float) -> bytes:
         if now < self._greet_at:
             return b""
-        self._greet_at = now + GREETING_S
+        self._greet_at, self._is_greeted = now + GREETING_S, True
         return greeting(self.timeout_s)
 
     def _commanded(self, now: float) -> bytes:

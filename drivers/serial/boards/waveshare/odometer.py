@@ -22,10 +22,10 @@ class Odometer:
     >>> odometer = Odometer()
     >>> for time, centimetres in ((0.0, 0), (0.05, 0), (0.1, 2)):
     ...     odometer.move(Track(centimetres, 0.1), time)
-    ...     print(odometer.turning.angle(1.0).angle)
-    0.0
-    0.005
-    0.02
+    ...     print(f"{odometer.turning.angle(1.0).angle:g} m")
+    0 m
+    0.005 m
+    0.02 m
     """
 
     def __init__(self) -> None:

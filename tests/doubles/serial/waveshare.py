@@ -1,0 +1,135 @@
+"""A UGV board at the other end of a line, as Waveshare's ugv_base_ros of September 2024 has it, with two wheels.
+
+What it is told goes the way of uart_ctrl.h and movtion_module.h, what it tells that of ugv_advance.h; numbers are
+written as ArduinoJson 6 does (TextFormatter.hpp, FloatParts.hpp).
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+from tests.doubles.serial.board import BoardDouble
+from tests.doubles.serial.wheels import Wheel, Wheels
+
+WHEEL_M = 0.08
+"""WHEEL_D of the UGV Rover, in metres."""
+
+PULSES = 660
+"""ONE_CIRCLE_PLUSES of the UGV Rover."""
+
+BUFFER = 256
+"""So many bytes wait for a board that is busy starting; what comes after them is lost."""
+
+ROM_S = 0.35
+"""Until then the ROM and the bootloader run, and what is sent is lost."""
+
+STARTING_S = 2.0
+"""It takes 1.7 s and more until its loop begins."""
+
+STARTED = b"Initialize LittleFS for Flash files ctrl.\r\nLittleFS mount succeed.\r\nServer Starts.\r\nUGV started.\r\n"
+
+
+class WaveshareBoard(BoardDouble):
+    """Its loop; it is on a battery of its own, so that who unplugs it does not reset it. ``told`` is what it took."""
+
+    def __init__(self, wheel_m: float = WHEEL_M) -> None:
+        self._metres = wheel_m / 2
+        self.wheels = Wheels()
+        self.centivolts = 1187
+        self.told: list[dict[str, Any]] = []
+        self.starts_at = -math.inf
+        self._waiting, self._is_halted = b"", False
+        self._forget(0.0)
+
+    def reset(self, now: float) -> None:
+        """Begin anew: its motors stand, its odometers and all that it was told are gone."""
+        self.wheels = Wheels()
+        self.starts_at = now + STARTING_S
+        self._forget(now)
+
+    def hear(self, data: bytes, now: float) -> bytes:
+        self._waiting += data
+        if now < self.starts_at:
+            self._waiting = self._waiting[:BUFFER] if now > self.starts_at - STARTING_S + ROM_S else b""
+            return b""
+        *lines, self._waiting = self._waiting.split(b"\n")
+        return b"".join(self._heard(line, now) for line in lines)
+
+    def live(self, now: float, seconds: float) -> bytes:
+        self.wheels.turn(seconds)
+        if now < self.starts_at:
+            return b""
+        started = STARTED if now - seconds < self.starts_at else b""
+        if now - self._commanded_at > self.heartbeat_s and not self._is_halted:
+            self._is_halted = True
+            self._set_speeds(0, 0)
+        return started + self._flow(now)
+
+    def _forget(self, now: float) -> None:
+        self.heartbeat_s, self.interval_s, self.is_flowing, self.echoes = 3.0, 0.05, True, False
+        self.rates = (1.0, 1.0)
+        self._commanded_at, self._fed_at, self._is_halted = now, -math.inf, False
+        self._waiting = b""
+
+    def _heard(self, line: bytes, now: float) -> bytes:
+        try:
+            told, _ = json.JSONDecoder().raw_decode(line.decode().lstrip())
+        except ValueError:
+            return b""
+        if not isinstance(told, dict):
+            return b""
+        self.told.append(told)
+        self._obey(told, now)
+        return line + b"\n" if self.echoes else b""
+
+    def _obey(self, told: dict[str, Any], now: float) -> None:
+        match told:
+            case {"T": 0}:
+                self._set_speeds(0, 0)
+            case {"T": 1, "L": float() | int() as left, "R": float() | int() as right}:
+                self._is_halted, self._commanded_at = False, now
+                self._set_speeds(left, right)
+            case {"T": 131, "cmd": flow}:
+                self.is_flowing = bool(flow)
+            case {"T": 136, "cmd": heartbeat_ms}:
+                self.heartbeat_s = heartbeat_ms / 1000
+            case {"T": 138, "L": left, "R": right}:
+                self.rates = (min(abs(left), 1.0), min(abs(right), 1.0))
+            case {"T": 142, "cmd": interval_ms}:
+                self.interval_s = abs(interval_ms) / 1000
+            case {"T": 143, "cmd": echoes}:
+                self.echoes = bool(echoes)
+
+    def _set_speeds(self, left: float, right: float) -> None:
+        if abs(left) <= 2 >= abs(right):
+            self.wheels.tell(*(m_s * rate / self._metres for m_s, rate in zip((left, right), self.rates, strict=True)))
+
+    def _flow(self, now: float) -> bytes:
+        if not self.is_flowing or now - self._fed_at < self.interval_s:
+            return b""
+        self._fed_at = now
+        return self.feedback()
+
+    def feedback(self) -> bytes:
+        """Return the line that it tells now."""
+        left, right = self.wheels.left, self.wheels.right
+        told: dict[str, float] = {"T": 1001, "L": left.velocity * self._metres, "R": right.velocity * self._metres}
+        told |= dict(zip(("ax", "ay", "az", "gx", "gy", "gz", "mx", "my", "mz"), (-112, 48, 8190) * 3, strict=True))
+        told |= {"odl": self._centimetres(left), "odr": self._centimetres(right), "v": self.centivolts}
+        return b"{%s}\r\n" % b",".join(b'"%s":%s' % (key.encode(), _written(value)) for key, value in told.items())
+
+    def _centimetres(self, wheel: Wheel) -> int:
+        """Return the odometer, of whole pulses, cut towards zero."""
+        return int(int(wheel.angle / math.tau * PULSES) / PULSES * math.tau * self._metres * 100)
+
+
+def _written(value: float) -> bytes:
+    """Return a number as ArduinoJson writes it: nine places of a double at most, exponents beyond 1e-5 and 1e7."""
+    if isinstance(value, int) or value == 0:
+        return b"%d" % value
+    if 1e-5 < abs(value) < 1e7:
+        return f"{value:.9f}".rstrip("0").rstrip(".").encode()
+    exponent = math.floor(math.log10(abs(value)))
+    return f"{value / 10.0**exponent:.9f}".rstrip("0").rstrip(".").encode() + b"e%d" % exponent

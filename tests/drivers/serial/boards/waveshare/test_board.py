@@ -1,0 +1,172 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from drivers.serial.backend import SerialBackend
+from drivers.serial.boards.waveshare import drivers
+from drivers.serial.boards.waveshare.board import SILENT_S
+from robotcore.errors import DescriptionError, DeviceError, DeviceLostError
+from tests.doubles.serial.waveshare import STARTING_S, WaveshareBoard
+from tests.drivers.serial.boards.waveshare.rig import RADIUS_M, Rig, rover
+from tests.drivers.serial.boards.waveshare.test_protocol import OLDER
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Iterator[Rig]:
+    rig = Rig(tmp_path)
+    yield rig
+    with suppress(DeviceError):
+        rig.close()
+
+
+def test_the_boards_own_time_out_is_set_before_it_is_told_to_turn(rig: Rig) -> None:
+    rig.open(board_timeout_s=0.3).drive(4.0, 4.0)
+    for before, told in pairwise(rig.board.told):
+        assert told["T"] != 1 or before["T"] == 136
+    assert rig.board.heartbeat_s == 0.3
+
+
+def test_the_shortest_time_out_that_is_asked_for_counts(rig: Rig) -> None:
+    rig.open(board_timeout_s=5)
+    rig.pass_by(0.01)
+    assert rig.board.heartbeat_s == 0.5
+    rig.drive(4.0, 4.0)
+    assert rig.board.heartbeat_s == 5
+
+
+def test_both_motors_of_a_tick_go_in_one_line_and_once(rig: Rig) -> None:
+    rig.open()
+    rig.pass_by(0.01)
+    rig.board.told.clear()
+    rig.drive(5.0, -2.5)
+    rig.pass_by(0.3)
+    assert [told for told in rig.board.told if told["T"] == 1] == [{"T": 1, "L": 0.2, "R": -0.1}]
+
+
+def test_where_the_app_falls_silent_the_board_stops(rig: Rig) -> None:
+    rig.open().drive(5.0, 5.0)
+    assert rig.board.wheels.left.told == 5.0
+    rig.pass_by(0.6)
+    assert rig.board.wheels.left.told == 0.0
+
+
+def test_a_stop_that_the_line_lost_is_said_again(rig: Rig) -> None:
+    rig.open(board_timeout_s=5).drive(5.0, 5.0)
+    rig.drive(0.0, 0.0)
+    rig.board.wheels.tell(5.0, 5.0)
+    rig.pass_by(0.3)
+    assert rig.board.wheels.left.told == 0.0
+
+
+def test_angles_are_those_of_the_wheels(rig: Rig) -> None:
+    rig.open().drive(5.0, -2.0, seconds=2)
+    left, right = rig.angles()
+    assert left == pytest.approx(rig.board.wheels.left.angle, abs=0.01 / RADIUS_M)
+    assert right == pytest.approx(rig.board.wheels.right.angle, abs=0.01 / RADIUS_M)
+
+
+def test_the_battery_is_told_in_volts(rig: Rig) -> None:
+    rig.board.centivolts = 1102
+    assert rig.open().volts() == 11.02
+
+
+def test_a_board_that_echoes_is_understood(rig: Rig) -> None:
+    rig.board.echoes = True
+    rig.open().drive(5.0, 5.0)
+    assert rig.board.wheels.left.told == 5.0
+
+
+def test_a_board_that_does_not_tell_by_itself_is_made_to(rig: Rig) -> None:
+    rig.board.is_flowing = False
+    rig.open()
+    assert rig.angles() == (0.0, 0.0)
+
+
+def test_a_board_that_is_starting_is_waited_for(rig: Rig) -> None:
+    rig.board.reset(0.0)
+    rig.open()
+    assert rig.clock.now() >= STARTING_S
+    assert rig.board.heartbeat_s == 0.5
+
+
+def test_a_board_that_is_reset_while_it_drives_is_lost_and_stands_until_it_is_told_anew(rig: Rig) -> None:
+    rig.open().drive(5.0, 5.0, seconds=1)
+    angles = rig.angles()
+    rig.board.reset(rig.clock.now())
+    with pytest.raises(DeviceLostError, match=r"left_motor: .*The board stops its motors 0\.5 s after"):
+        rig.drive(5.0, 5.0, seconds=SILENT_S + 0.1)
+    rig.pass_by(STARTING_S + 0.5)
+    assert rig.board.wheels.left.angle == rig.board.wheels.right.angle == 0.0
+    assert rig.board.heartbeat_s == 0.5
+    assert rig.angles() == pytest.approx(angles, abs=0.1)
+    rig.drive(5.0, 5.0, seconds=0.5)
+    assert rig.angles()[0] > angles[0] + 1.0
+
+
+def test_a_port_that_is_pulled_is_lost_by_name_and_comes_back(rig: Rig) -> None:
+    rig.open().drive(5.0, 5.0, seconds=0.5)
+    rig.pty.unplug()
+    with pytest.raises(DeviceLostError, match=r"left_motor: .*board"):
+        rig.drive(5.0, 5.0, seconds=0.5)
+    with pytest.raises(DeviceLostError, match="left_encoder: "):
+        rig.angles()
+    with pytest.raises(DeviceLostError, match="battery: "):
+        rig.volts()
+    rig.pass_by(0.6)
+    assert rig.board.wheels.left.told == 0.0, "its own time-out has stopped it"
+    rig.pty.plug_in()
+    rig.pass_by(3.0)
+    assert rig.board.wheels.left.told == 0.0
+    rig.drive(5.0, 5.0)
+    assert rig.board.wheels.left.told == 5.0
+
+
+def test_an_odometer_with_a_wrong_digit_is_no_angle(rig: Rig) -> None:
+    rig.open().drive(5.0, 5.0, seconds=1)
+    before = rig.angles()
+    rig.pty.say_all(rig.board.feedback().replace(b'"odl":', b'"odl":9'))
+    rig.pass_by(0.01)
+    assert rig.angles() == pytest.approx(before, abs=0.1)
+
+
+def test_noise_between_lines_changes_nothing(rig: Rig) -> None:
+    rig.open().drive(5.0, 5.0, seconds=1)
+    rig.pty.say_all(bytes(range(256)) + b"\n")
+    rig.drive(5.0, 5.0, seconds=0.2)
+    assert rig.angles()[0] == pytest.approx(rig.board.wheels.left.angle, abs=0.01 / RADIUS_M)
+
+
+def test_a_board_with_the_older_firmware_is_refused_by_what_it_runs(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(drivers, "ANSWER_S", 0.5)
+    monkeypatch.setattr(WaveshareBoard, "feedback", lambda _board: OLDER)
+    with pytest.raises(DeviceError, match=r"runs ugv_base_general.* Flash Waveshare's ugv_base_ros"):
+        rig.open()
+
+
+def test_closing_stops_the_board(rig: Rig) -> None:
+    rig.open(board_timeout_s=5).drive(5.0, 5.0)
+    assert rig.robot
+    rig.robot.close()
+    rig.pass_by(0.01)
+    assert rig.board.wheels.left.told == rig.board.wheels.right.told == 0.0
+
+
+def test_a_motor_faster_than_the_board_obeys_is_refused(tmp_path: Path) -> None:
+    robot = rover(tmp_path / "board")
+    fast = tuple(
+        told.model_copy(update={"max_velocity_rad_s": 60.0}) if told.kind == "motor" else told
+        for told in robot.devices
+    )  # fmt: skip
+    with pytest.raises(DescriptionError, match=r"is 2\.4 m/s, and the board ignores what is beyond 2. Lower it to 50"):
+        SerialBackend().fittings(robot.model_copy(update={"devices": fast}))
+
+
+def test_a_robot_without_a_drive_is_refused(tmp_path: Path) -> None:
+    robot = rover(tmp_path / "board").model_copy(update={"drive": None})
+    with pytest.raises(DescriptionError, match=r"has no wheel radius\. Describe its \[drive\]"):
+        SerialBackend().fittings(robot)

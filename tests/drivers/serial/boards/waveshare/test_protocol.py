@@ -1,0 +1,96 @@
+from __future__ import annotations
+
+import pytest
+
+from drivers.serial.boards.waveshare.protocol import LONGEST, Parser, Track, greeting, heartbeat, speeds
+from tests.doubles.serial.waveshare import WaveshareBoard
+
+TOLD = WaveshareBoard().feedback()
+
+OLDER = b'{"T":1001,"L":0,"R":0,"r":-89.1,"p":1.5,"y":36.5,"temp":40.2,"v":12.05}\r\n'
+"""What ugv_base_general of July 2024 tells: volts, and no odometer."""
+
+
+@pytest.mark.parametrize(
+    "sent, line",
+    [
+        (speeds(0.25, -0.1), b'{"T":1,"L":0.2500,"R":-0.1000}\n'),
+        (speeds(1 / 3, 2), b'{"T":1,"L":0.3333,"R":2.0000}\n'),
+        (heartbeat(0.5), b'{"T":136,"cmd":500}\n'),
+    ],
+)
+def test_what_is_sent_is_as_json_cmd_h_has_it(sent: bytes, line: bytes) -> None:
+    assert sent == line
+
+
+def test_a_greeting_ends_a_cut_line_and_sets_the_boards_own_time_out_before_all_else() -> None:
+    assert greeting(0.3).split(b"\n")[:3] == [b"", b'{"T":136,"cmd":300}', b'{"T":1,"L":0.0000,"R":0.0000}']
+
+
+@pytest.mark.parametrize(
+    "line, left, right, centivolts",
+    [
+        (b'{"T":1001,"L":0,"R":0,"odl":0,"odr":0,"v":1187}\r\n', (0, 0), (0, 0), 1187),
+        (b'{"T":1001,"L":0.333333333,"R":-3.2e-7,"odl":12,"odr":-3,"v":0}\r\n', (12, 0.333333333), (-3, -3.2e-7), 0),
+        (b'{"T":1001,"L":0,"R":0,"odl":0,"odr":0,"v":1187,"pan":0.5,"tilt":-3}\r\n', (0, 0), (0, 0), 1187),
+    ],
+)  # fmt: skip
+def test_feedback_is_read(line: bytes, left: Track, right: Track, centivolts: int) -> None:
+    [feedback] = Parser().feed(line)
+    assert (feedback.track("left"), feedback.track("right"), feedback.centivolts) == (left, right, centivolts)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        b"Initialize LittleFS for Flash files ctrl.\r\n",
+        b"rst:0x1 (POWERON_RESET),boot:0x13 (SPI_FAST_FLASH_BOOT)\r\n",
+        b'{"T":1,"L":0.5,"R":0.5}\n',
+        b'{"T":1002,"gx":0,"gy":0,"gz":0}\r\n',
+        b'{"T":1005,"id":11,"status":0}\r\n',
+        b"[1001]\r\n",
+        b"1001\r\n",
+        b"\r\n",
+        b"\xff\xfe{}\r\n",
+        b"{" * (LONGEST - 1) + b"\n",
+        b'{"a":' * 90 + b"\n",
+        TOLD.replace(b'"odl":0', b'"odl":0.5'),
+        TOLD.replace(b'"odl":0', b'"odl":"0"'),
+        TOLD.replace(b'"odl":0', b'"odl":true'),
+        TOLD.replace(b'"odl":0', b'"odl":' + b"9" * 40),
+        TOLD.replace(b'"L":0', b'"L":null'),
+        TOLD.replace(b'"L":0', b'"L":NaN'),
+        TOLD.replace(b'"L":0', b'"L":1e400'),
+        TOLD.replace(b'"L":0', b'"L":1e9'),
+        TOLD.replace(b'"v":1187', b'"v":99999'),
+        TOLD[:-5] + b"\r\n",
+        TOLD[5:],
+        TOLD[:40] + TOLD,
+        OLDER,
+    ],
+)
+def test_what_is_no_feedback_is_counted_and_the_next_line_is_read(line: bytes) -> None:
+    parser = Parser()
+    assert len(parser.feed(line + TOLD)) == 1
+    assert parser.dropped == 1
+
+
+def test_lines_come_in_any_pieces() -> None:
+    parser = Parser()
+    assert sum(len(parser.feed(bytes([byte]))) for byte in TOLD * 3) == 3
+    assert parser.dropped == 0
+
+
+def test_a_line_without_an_end_is_not_kept() -> None:
+    parser = Parser()
+    for _ in range(100):
+        assert not parser.feed(b"7" * 1000)
+    assert len(parser._rest) <= LONGEST
+    assert parser.feed(b"\n" + TOLD)
+
+
+@pytest.mark.parametrize("line, is_older", [(OLDER, True), (TOLD, False), (TOLD[:40] + b"\r\n", False)])
+def test_the_older_firmware_is_known_by_its_feedback(line: bytes, is_older: bool) -> None:
+    parser = Parser()
+    parser.feed(line)
+    assert parser.is_older is is_older
