@@ -84,7 +84,6 @@ class WaveshareTalk(Talk):
 
     def _lose(self, now: float) -> None:
         self.is_ready = self._is_greeted = False
-        self.command.forget()
         self._greet_at = now
 
     def _greeted(self, now: float) -> bytes:

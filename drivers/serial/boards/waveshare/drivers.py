@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from typing import ClassVar, TypeVar
 
 from drivers.serial.boards.board import Board, open_board
+from drivers.serial.boards.cutoff import stop_frame
 from drivers.serial.boards.devices import BoardBattery, BoardEncoder, BoardMotor, BoardOutput
 from drivers.serial.boards.settings import PortSettings, Side, SideSettings
 from drivers.serial.boards.waveshare.board import WaveshareTalk
-from drivers.serial.boards.waveshare.protocol import BAUD, FASTEST_M_S
+from drivers.serial.boards.waveshare.protocol import BAUD, FASTEST_M_S, STOP
 from robotcore.description import (
     BatteryDescription,
     Described,
@@ -19,6 +20,7 @@ from robotcore.description import (
 )
 from robotcore.devices import Battery, Encoder, Motor
 from robotcore.errors import DeviceError
+from robotcore.guardian import CutoffSpec
 from robotcore.hardware import Connection, DeviceDriver, Host
 
 ANSWER_S = 20.0
@@ -90,6 +92,9 @@ class WaveshareMotor(WaveshareDriver[MotorDescription, WaveshareMotorSettings]):
         board.talk.limit(settings.board_timeout_s)
         output = BoardOutput(told.name, board.line, board.talk.command, settings.side)
         return BoardMotor(told, output, _wheel_radius_m(host.robot))
+
+    def cutoffs(self, told: MotorDescription, settings: WaveshareMotorSettings, host: Host) -> Sequence[CutoffSpec]:
+        return (stop_frame(told.name, settings.port, settings.speed, STOP, host),)
 
 
 class WaveshareEncoder(WaveshareDriver[EncoderDescription, WaveshareEncoderSettings]):

@@ -95,16 +95,15 @@ class Parser:
 
 
 def greeting(timeout_s: float) -> bytes:
-    """Return what makes any board one that is driven safely, and heard; begun by ending whatever line it is in.
+    """Return what makes any board one that is driven safely, and heard.
 
-    It sets the board's own time-out, stops it, and has it take speeds as they are told, echo nothing, and give
-    feedback by itself every `FEEDBACK_S`.
+    It stops it, sets its own time-out, and has it take speeds as they are told, echo nothing, and give feedback by
+    itself every `FEEDBACK_S`.
     """
     every = round(1000 * FEEDBACK_S)
     return (
-        b"\n"
+        STOP
         + heartbeat(timeout_s)
-        + STOP
         + b'{"T":138,"L":1,"R":1}\n{"T":143,"cmd":0}\n{"T":142,"cmd":%d}\n{"T":131,"cmd":1}\n' % every
     )
 
@@ -123,5 +122,8 @@ def speeds(left_m_s: float, right_m_s: float) -> bytes:
     return b'{"T":1,"L":%.4f,"R":%.4f}\n' % (left_m_s, right_m_s)
 
 
-STOP = speeds(0.0, 0.0)
-"""It stops both tracks, whatever was being said to the board; its type 0 would disable an arm on it too."""
+STOP = b"\n" + speeds(0.0, 0.0)
+"""It stops both tracks, in the middle of somebody else's line too: the board takes no line that two have written.
+
+Type 0, the board's emergency stop, would stop an arm on it too, and the older firmware does not know it.
+"""

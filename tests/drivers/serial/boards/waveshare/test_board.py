@@ -9,8 +9,10 @@ import pytest
 
 from drivers.serial.backend import SerialBackend
 from drivers.serial.boards.waveshare import drivers
-from drivers.serial.boards.waveshare.board import SILENT_S
+from drivers.serial.boards.waveshare.board import SILENT_S, WaveshareTalk
+from drivers.serial.boards.waveshare.protocol import speeds
 from robotcore.errors import DescriptionError, DeviceError, DeviceLostError
+from robotcore.guardian.cutoff import shared
 from tests.doubles.serial.waveshare import STARTING_S, WaveshareBoard
 from tests.drivers.serial.boards.waveshare.rig import RADIUS_M, Rig, rover
 from tests.drivers.serial.boards.waveshare.test_protocol import OLDER
@@ -87,6 +89,22 @@ def test_a_board_that_does_not_tell_by_itself_is_made_to(rig: Rig) -> None:
     assert rig.angles() == (0.0, 0.0)
 
 
+def test_a_board_that_told_before_it_was_asked_takes_speeds_as_they_are(rig: Rig) -> None:
+    rig.board.rates = (0.5, 0.5)
+    rig.open().drive(5.0, 5.0)
+    assert rig.board.wheels.left.told == 5.0
+
+
+def test_what_was_told_while_the_board_was_silent_is_not_sent_when_it_is_back() -> None:
+    talk, feedback = WaveshareTalk(115200), WaveshareBoard().feedback()
+    for now in (0.0, 1.0):
+        talk.due(now)
+        talk.command.tell("left", 0.2, now)
+        talk.receive(feedback, now)
+        assert speeds(0.0, 0.0) in talk.due(now)
+        assert talk.is_ready
+
+
 def test_a_board_that_is_starting_is_waited_for(rig: Rig) -> None:
     rig.board.reset(0.0)
     rig.open()
@@ -152,6 +170,18 @@ def test_closing_stops_the_board(rig: Rig) -> None:
     rig.open(board_timeout_s=5).drive(5.0, 5.0)
     assert rig.robot
     rig.robot.close()
+    rig.pass_by(0.01)
+    assert rig.board.wheels.left.told == rig.board.wheels.right.told == 0.0
+
+
+def test_another_process_stops_it_in_the_middle_of_a_line(rig: Rig) -> None:
+    rig.open(board_timeout_s=5).drive(5.0, 5.0)
+    assert rig.robot
+    [cutoff] = (spec.make() for spec in shared(rig.robot.cutoffs))
+    cutoff.open()
+    rig.board.hear(speeds(0.3, 0.3)[:9], rig.clock.now())
+    cutoff.stop()
+    cutoff.close()
     rig.pass_by(0.01)
     assert rig.board.wheels.left.told == rig.board.wheels.right.told == 0.0
 

@@ -23,8 +23,8 @@ def test_what_is_sent_is_as_json_cmd_h_has_it(sent: bytes, line: bytes) -> None:
     assert sent == line
 
 
-def test_a_greeting_ends_a_cut_line_and_sets_the_boards_own_time_out_before_all_else() -> None:
-    assert greeting(0.3).split(b"\n")[:3] == [b"", b'{"T":136,"cmd":300}', b'{"T":1,"L":0.0000,"R":0.0000}']
+def test_a_greeting_ends_a_cut_line_stops_the_board_and_sets_its_own_time_out_first() -> None:
+    assert greeting(0.3).split(b"\n")[:3] == [b"", b'{"T":1,"L":0.0000,"R":0.0000}', b'{"T":136,"cmd":300}']
 
 
 @pytest.mark.parametrize(
@@ -63,6 +63,7 @@ def test_feedback_is_read(line: bytes, left: Track, right: Track, centivolts: in
         TOLD.replace(b'"L":0', b'"L":1e400'),
         TOLD.replace(b'"L":0', b'"L":1e9'),
         TOLD.replace(b'"v":1187', b'"v":99999'),
+        TOLD.replace(b'"v":', b'"w":"' + b"w" * LONGEST + b'","v":'),
         TOLD[:-5] + b"\r\n",
         TOLD[5:],
         TOLD[:40] + TOLD,
