@@ -1,0 +1,79 @@
+"""One question at a time: answers carry no tag, so that one is only known by what was asked, and by its shape."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from drivers.serial.boards.rosarduino.protocol import Answer, Parser, Question, checked
+
+Heard = Callable[[Answer, float], None]
+"""What is done with an answer, and the time at which it came."""
+
+
+class Asking:
+    """Asks, and hands each answer to whoever asked; what is no answer to the question under way is dropped.
+
+    A question that is given up leaves a doubt: its answer may yet come. Until a question whose answer has a shape of
+    its own was answered, no other should be asked.
+    """
+
+    def __init__(self) -> None:
+        self.is_summed: bool | None = None
+        """Whether every answer has a sum; None where it is not known yet."""
+        self.is_sure = True
+        """Whether nothing that comes in can be the answer to a question that was given up."""
+        self._parser = Parser()
+        self._asked: tuple[Question, Heard] | None = None
+        self._asked_at = 0.0
+
+    @property
+    def until(self) -> float | None:
+        """When the question under way will be given up; None where there is none."""
+        return self._asked_at + self._asked[0].patience_s if self._asked else None
+
+    def ask(self, question: Question, heard: Heard, now: float) -> bytes:
+        """Return what to send, and wait for the answer."""
+        self._asked, self._asked_at = (question, heard), now
+        return question.frame(is_summed=bool(self.is_summed))
+
+    def hear(self, data: bytes, now: float) -> bool:
+        """Take what has come in; return whether it answered the question under way."""
+        answers = [self._hear(line, now) for line in self._parser.feed(data)]
+        return any(answers)
+
+    def waits(self, now: float) -> bool:
+        """Return whether a question is under way; one that has waited too long is given up."""
+        if self.until is not None and now >= self.until:
+            self.give_up()
+        return self._asked is not None
+
+    def drags(self, now: float, patience_s: float) -> bool:
+        """Return whether the question under way has waited for longer than that."""
+        return self._asked is not None and now - self._asked_at > patience_s
+
+    def give_up(self) -> None:
+        """Wait no longer for the answer, which may come yet."""
+        self._asked, self.is_sure = None, False
+
+    def interrupt(self) -> None:
+        """Know that something else was sent: two answers may come. One that ends doubts is known all the same."""
+        if self._asked and not self._asked[0].raw:
+            self.give_up()
+
+    def _hear(self, line: str, now: float) -> bool:
+        text = self._text_of(line)
+        if self._asked is None or text is None:
+            return False
+        question, heard = self._asked
+        if (answer := question.answer(text)) is None:
+            return False
+        self._asked = None
+        self.is_sure = self.is_sure or bool(question.raw)
+        heard(answer, now)
+        return True
+
+    def _text_of(self, line: str) -> str | None:
+        """Return a line without its sum, None where that is wrong, or missing where every answer has one."""
+        if self.is_summed is None:
+            return checked(line) or line
+        return checked(line) if self.is_summed else line

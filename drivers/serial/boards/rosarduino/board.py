@@ -1,0 +1,221 @@
+"""The conversation with a board that answers, one question at a time: commands first, then what is read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from drivers.serial.boards.command import Command, Told
+from drivers.serial.boards.rosarduino.asking import Asking, Heard
+from drivers.serial.boards.rosarduino.counts import Counts
+from drivers.serial.boards.rosarduino.firmware import UNKNOWN, Meeting, acquaintance
+from drivers.serial.boards.rosarduino.protocol import (
+    COUNTS,
+    GREETING_S,
+    STOP,
+    STOP_NOW,
+    Answer,
+    Question,
+    deadman,
+    duties,
+    speeds,
+    still_there,
+)
+from drivers.serial.boards.settings import Side
+from drivers.serial.ports.talk import Talk
+
+USUAL_TIMEOUT_S = 2.0
+"""So long after the last command both firmwares stop by themselves; ours can be told otherwise."""
+
+SILENCE_S = 0.4
+"""A board that has answered nothing for longer, beyond what its slowest answer may take, is lost or was reset."""
+
+URGENT_S = 0.02
+"""A stop waits no longer for an answer that is under way."""
+
+FULL_DUTY = 255
+
+
+@dataclass
+class Poll:
+    """Something asked again and again, and what is done with the answers."""
+
+    question: Question
+    period_s: float
+    heard: Heard
+    due: float = -math.inf
+
+
+class ArduinoTalk(Talk):
+    """Asks a board who it is, tells it each new command once, and asks for counts and all else in between.
+
+    ``command`` is in counts a frame, or, where the motors go by duty, from -1 to 1. What is not acknowledged is told
+    again only where a wheel is to stand. A board that answers nothing any more is asked who it is until it tells:
+    it may have been reset, so that nothing turns until it is told anew.
+    """
+
+    def __init__(self, baud: int) -> None:
+        self.baud = baud
+        self.is_ready = False
+        self.firmware = UNKNOWN
+        self.command = Command()
+        self.goes_by_duty: bool | None = None
+        self.counts: dict[Side, Counts] = {"left": Counts(), "right": Counts()}
+        self._asking = Asking()
+        self._meeting: Meeting | None = None
+        self._question: Question | None = None
+        self._counting = Poll(COUNTS, 0.1, self._count)
+        self._polls: Sequence[Poll] = (self._counting,)
+        self._timeouts_s: list[float] = []
+        self._kept_timeout_s = USUAL_TIMEOUT_S
+        self._unheard: Told | None = None
+        self._heard_at = -math.inf
+
+    @property
+    def timeout_s(self) -> float:
+        """After how long without a command the board is to stop by itself."""
+        return min(self._timeouts_s, default=USUAL_TIMEOUT_S) if self.firmware.is_ours else USUAL_TIMEOUT_S
+
+    @property
+    def stops_itself(self) -> str:
+        return f"The board stops its motors by itself {self.timeout_s:g} s after the last command that it heard."
+
+    @property
+    def is_settled(self) -> bool:
+        return math.isinf(self.command.next_due) and self._unheard is None
+
+    def limit(self, timeout_s: float) -> None:
+        """Have the board stop by itself after so long, if it can be told; the shortest time counts."""
+        self._timeouts_s.append(timeout_s)
+
+    def count_every(self, period_s: float) -> None:
+        """Ask for the encoders' counts so often, or as often as the line allows."""
+        self._counting.period_s = period_s
+
+    def poll(self, poll: Poll) -> None:
+        """Ask something again and again from now on."""
+        self._polls = (*self._polls, poll)
+
+    def begin(self, now: float) -> None:
+        self._asking = Asking()
+        self._lose(now)
+
+    def receive(self, data: bytes, now: float) -> None:
+        if self._asking.hear(data, now):
+            self._heard_at = now
+
+    def due(self, now: float) -> bytes:
+        if self.is_ready and now - self._heard_at > SILENCE_S + self._slowest_s:
+            self._lose(now)
+        if self._asking.waits(now):
+            return self._urgent(now)
+        if not self.is_ready:
+            return self._asking.ask(self._introduction(), self._meet, now)
+        if not self._asking.is_sure:
+            return self._asking.ask(self._reassurance(), _ignore, now)
+        return self._next(now)
+
+    def next_due(self, now: float) -> float:
+        if (until := self._asking.until) is not None:
+            return until
+        return min(self.command.next_due, *(poll.due for poll in self._polls))
+
+    def _lose(self, now: float) -> None:
+        """Know nothing of the board any more; who it is, it is asked next."""
+        self.is_ready = False
+        self._heard_at = now
+        self._question = self._unheard = None
+        self._asking.give_up()
+        self._asking.is_summed = None
+        self._kept_timeout_s = USUAL_TIMEOUT_S
+        self.command.forget()
+        for counts in self.counts.values():
+            counts.restart()
+
+    def _introduction(self) -> Question:
+        """Return the next question of those that tell who it is; the first again where one was not answered."""
+        question, self._question = self._question, None
+        if question is None:
+            self._meeting = acquaintance(self.baud)
+            question = next(self._meeting)
+        return question
+
+    def _meet(self, answer: Answer, _: float) -> None:
+        assert self._meeting
+        try:
+            self._question = self._meeting.send(answer)
+        except StopIteration as end:
+            self.firmware = end.value
+            self._asking.is_summed = self.firmware.is_ours
+            self._unheard = Told()
+            self.is_ready = True
+
+    def _reassurance(self) -> Question:
+        patience_s = max(GREETING_S, self._slowest_s)
+        return still_there(self.baud, patience_s, is_summed=bool(self._asking.is_summed))
+
+    @property
+    def _slowest_s(self) -> float:
+        """How long the slowest answer may take that is asked for again and again, in seconds."""
+        return max(poll.question.patience_s for poll in self._polls)
+
+    def _urgent(self, now: float) -> bytes:
+        """Return a stop that waits no longer for an answer."""
+        if not (self._stop_is_due(now) and self._asking.drags(now, URGENT_S)):
+            return b""
+        self._newest(now)
+        self._asking.interrupt()
+        return STOP_NOW
+
+    def _next(self, now: float) -> bytes:
+        timeout_s = self.timeout_s
+        if timeout_s != self._kept_timeout_s and not self._stop_is_due(now):
+            return self._asking.ask(deadman(round(timeout_s * 1000)), self._keep(timeout_s), now)
+        if told := self._newest(now):
+            return self._asking.ask(self._driving(told), self._acknowledge, now)
+        poll = min(self._polls, key=lambda poll: poll.due)
+        if now < poll.due:
+            return b""
+        poll.due = now + poll.period_s
+        return self._asking.ask(poll.question, poll.heard, now)
+
+    def _stop_is_due(self, now: float) -> bool:
+        return self.command.next_due <= now and self.command.told.stops
+
+    def _newest(self, now: float) -> Told | None:
+        """Return what the motors are to be told now: something new, or again that a wheel is to stand."""
+        if self.command.next_due <= now:
+            self._unheard = self.command.told  # before it is taken, that nobody thinks it were heard
+            self._unheard = self.command.take(now)
+        elif self._unheard and all(self._unheard):
+            return None
+        return self._unheard
+
+    def _driving(self, told: Told) -> Question:
+        if told.stops:
+            return STOP
+        if self.goes_by_duty:
+            return duties(round(told.left * FULL_DUTY), round(told.right * FULL_DUTY))
+        return speeds(round(told.left), round(told.right))
+
+    def _acknowledge(self, answer: Answer, _: float) -> None:
+        if not answer.is_refusal:
+            self._unheard = None
+
+    def _keep(self, timeout_s: float) -> Heard:
+        def kept(answer: Answer, _: float) -> None:
+            if not answer.is_refusal:
+                self._kept_timeout_s = timeout_s
+
+        return kept
+
+    def _count(self, answer: Answer, now: float) -> None:
+        if not answer.is_refusal:
+            left, right = answer.numbers
+            self.counts["left"].take(left, now)
+            self.counts["right"].take(right, now)
+
+
+def _ignore(answer: Answer, now: float) -> None:
+    """Take an answer that only has to come."""

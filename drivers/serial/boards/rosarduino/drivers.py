@@ -1,0 +1,243 @@
+"""The devices of such a board as a robot's file names them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import partial
+from typing import ClassVar, TypeVar
+
+from drivers.serial.boards.board import Board, open_board
+from drivers.serial.boards.devices import BoardBattery, BoardEncoder, BoardOutput
+from drivers.serial.boards.rosarduino.battery import Voltages
+from drivers.serial.boards.rosarduino.board import ArduinoTalk, Poll
+from drivers.serial.boards.rosarduino.motors import CountingMotor
+from drivers.serial.boards.rosarduino.notes import BOARD, COUNTING, PINGING, TIMEOUT
+from drivers.serial.boards.rosarduino.protocol import BATTERY, FASTEST, PING_S, RANGE, ping
+from drivers.serial.boards.rosarduino.settings import (
+    ArduinoEncoderSettings,
+    ArduinoMotorSettings,
+    ArduinoSettings,
+    ArduinoSonarSettings,
+)
+from drivers.serial.boards.rosarduino.sonar import MUTE_PINGS, Pings, Ranges, Sonar
+from robotcore.description import (
+    BatteryDescription,
+    Described,
+    EncoderDescription,
+    MotorDescription,
+    RangeSensorDescription,
+    RobotDescription,
+)
+from robotcore.devices import Battery, Encoder, Motor, RangeSensor
+from robotcore.errors import DeviceError
+from robotcore.hardware import Connection, DeviceDriver, Host, encoder_of
+from robotcore.hardware.findings import Findings, require_timely
+from robotcore.hardware.motors import open_motor, require_encoder, require_reach
+
+ANSWER_S = 4.0
+"""An Arduino is reset when its port is opened, and its boot loader waits up to two seconds for a new sketch."""
+
+FIRST_S = 1.0
+"""A board that is known by now has answered anything by then."""
+
+COUNT_S = 0.005
+"""Encoders are read no more often: a wheel is controlled every 5 ms at most."""
+
+RANGE_S, BATTERY_S = 0.03, 0.5
+"""So often our firmware is asked for what it measures by itself."""
+
+CYCLE_S = 0.06
+"""How often our firmware triggers its ultrasonic module."""
+
+ToldT = TypeVar("ToldT", bound=Described)
+SettingsT = TypeVar("SettingsT", bound=ArduinoSettings)
+
+
+class ArduinoDriver(DeviceDriver[ToldT, SettingsT]):
+    """What the devices of such a board have in common."""
+
+    modules = ("serial",)
+    remedy = "pip install 'robotcore[serial]'"
+    parts: ClassVar[tuple[str, ...]] = ("arduino", "uno", "nano", "robotcore-bridge", "rosarduinobridge")
+
+    def connections(self, settings: SettingsT) -> Sequence[Connection]:
+        return settings.at()
+
+    def notes(self, settings: SettingsT) -> Sequence[str]:
+        return (BOARD,)
+
+
+class ArduinoMotor(ArduinoDriver[MotorDescription, ArduinoMotorSettings]):
+    """A velocity that the board holds by its encoders, in whole counts a frame; or a duty, by the motor's model.
+
+    The board's own time-out is told to our firmware. The true ROSArduinoBridge has 2 s, and none other can be told.
+    """
+
+    name = "ros-arduino-motor"
+    summary = "a motor on an Arduino with ROSArduinoBridge, or with our firmware, on a serial line"
+    described = MotorDescription
+    settings = ArduinoMotorSettings
+    tells_direction = True
+
+    def connections(self, settings: ArduinoMotorSettings) -> Sequence[Connection]:
+        return settings.at(f"{settings.side} motor")
+
+    def notes(self, settings: ArduinoMotorSettings) -> Sequence[str]:
+        return (BOARD, TIMEOUT) if settings.model else (BOARD, TIMEOUT, COUNTING)
+
+    def check(self, told: MotorDescription, settings: ArduinoMotorSettings, robot: RobotDescription) -> None:
+        if settings.model:
+            require_reach(told, settings.model)
+            if settings.control:
+                require_encoder(told.name, robot)
+            return
+        if settings.control:
+            raise ValueError("control goes by duty, and there is no model; add the motor's model, or leave control out")
+        _require_countable(told, _counts_per_turn(told.name, settings, robot))
+
+    def open(self, told: MotorDescription, settings: ArduinoMotorSettings, host: Host) -> Motor:
+        board = _board(told.name, settings, host)
+        _require(board, told.name, settings)
+        board.talk.limit(settings.board_timeout_s)
+        output = BoardOutput(told.name, board.line, board.talk.command, settings.side)
+        if settings.model:
+            return open_motor(told, settings.model, settings.control, lambda: output, host)
+        counts = _counts_per_turn(told.name, settings, host.robot)
+        return CountingMotor(told, output, counts / math.tau * board.talk.firmware.frame_s)
+
+
+class ArduinoEncoder(ArduinoDriver[EncoderDescription, ArduinoEncoderSettings]):
+    """Asks for the counts whenever the line is free for it; both encoders are told in one answer."""
+
+    name = "ros-arduino-encoder"
+    summary = "a wheel's encoder on an Arduino with ROSArduinoBridge, or with our firmware, on a serial line"
+    described = EncoderDescription
+    settings = ArduinoEncoderSettings
+
+    def connections(self, settings: ArduinoEncoderSettings) -> Sequence[Connection]:
+        return settings.at(f"{settings.side} encoder")
+
+    def open(self, told: EncoderDescription, settings: ArduinoEncoderSettings, host: Host) -> Encoder:
+        board = _board(told.name, settings, host)
+        _require_wheels(board, told.name)
+        board.talk.count_every(COUNT_S)
+        turning = board.talk.counts[settings.side].turning
+        encoder = BoardEncoder(told.name, board.line, turning, math.tau / settings.counts_per_turn(told))
+        encoder.await_first(FIRST_S)
+        return encoder
+
+
+class ArduinoSonar(ArduinoDriver[RangeSensorDescription, ArduinoSonarSettings]):
+    """Asks our firmware for what it measures beside all else; has the true one measure, which stops all else there."""
+
+    name = "ros-arduino-sonar"
+    summary = "an ultrasonic module on an Arduino with ROSArduinoBridge, or with our firmware, on a serial line"
+    described = RangeSensorDescription
+    settings = ArduinoSonarSettings
+    parts: ClassVar[tuple[str, ...]] = ("arduino", "sonar", "ultrasonic", "hc-sr04")
+
+    def connections(self, settings: ArduinoSonarSettings) -> Sequence[Connection]:
+        return settings.at("sonar" if settings.pin is None else f"sonar on pin {settings.pin}")
+
+    def notes(self, settings: ArduinoSonarSettings) -> Sequence[str]:
+        return (BOARD,) if settings.pin is None else (BOARD, PINGING)
+
+    def check(self, told: RangeSensorDescription, settings: ArduinoSonarSettings, robot: RobotDescription) -> None:
+        cycle_s = CYCLE_S if settings.pin is None else settings.cycle_s
+        require_timely(settings.echo_free_cycles, cycle_s, robot)
+
+    def open(self, told: RangeSensorDescription, settings: ArduinoSonarSettings, host: Host) -> RangeSensor:
+        board = _board(told.name, settings, host)
+        findings = Findings(told, settings.echo_free_cycles)
+        board.talk.poll(_polled(board, told, settings, findings))
+        sonar = Sonar(told, board.line, findings)
+        sonar.await_first(FIRST_S + (PING_S * MUTE_PINGS if settings.pin else 0))
+        return sonar
+
+
+class ArduinoBattery(ArduinoDriver[BatteryDescription, ArduinoSettings]):
+    """The voltage that our firmware measures by a divider; the true one measures none."""
+
+    name = "ros-arduino-battery"
+    summary = "the battery of an Arduino with our firmware, on a serial line"
+    described = BatteryDescription
+    settings = ArduinoSettings
+
+    def open(self, told: BatteryDescription, settings: ArduinoSettings, host: Host) -> Battery:
+        board = _board(told.name, settings, host)
+        if not board.talk.firmware.is_ours:
+            raise DeviceError(told.name, _TRUE_ONE.format(port=settings.port, lacks="measures no battery"))
+        voltages = Voltages(told.name)
+        board.talk.poll(Poll(BATTERY, BATTERY_S, voltages.take))
+        battery = BoardBattery(told.name, board.line, voltages.newest)
+        battery.await_first(FIRST_S)
+        return battery
+
+
+def _board(device: str, settings: ArduinoSettings, host: Host) -> Board[ArduinoTalk]:
+    """Return the board on the settings' port; raises DeviceError by the device's name."""
+    make = partial(ArduinoTalk, settings.speed)
+    board = open_board(device, settings.port, ArduinoTalk, make, host, ANSWER_S)
+    if fault := board.talk.firmware.fault:
+        raise DeviceError(device, f"the board on {settings.port} cannot be worked with: {fault}")
+    return board
+
+
+def _require_wheels(board: Board[ArduinoTalk], device: str) -> None:
+    if not board.talk.firmware.has_wheels:
+        fault = f"the ROSArduinoBridge on {board.line.place} was built without wheels"
+        raise DeviceError(device, f"{fault}; define USE_BASE, or flash ours: robotcore firmware flash")
+
+
+def _require(board: Board[ArduinoTalk], motor: str, settings: ArduinoMotorSettings) -> None:
+    """Raise DeviceError where the board cannot drive a motor as its settings want it."""
+    _require_wheels(board, motor)
+    goes_by_duty = settings.model is not None
+    if goes_by_duty and not board.talk.firmware.takes_duties:
+        raise DeviceError(motor, _TRUE_ONE.format(port=settings.port, lacks="takes no duties") + ", or leave model out")
+    if board.talk.goes_by_duty not in (None, goes_by_duty):
+        raise DeviceError(motor, f"one motor on {settings.port} has a model and one has none; give both one, or none")
+    board.talk.goes_by_duty = goes_by_duty
+
+
+def _counts_per_turn(motor: str, settings: ArduinoMotorSettings, robot: RobotDescription) -> int:
+    """Return how far the board counts on a turn of a motor's wheel; raises ValueError where nobody says."""
+    name = encoder_of(motor, robot)
+    for told in robot.all_of(EncoderDescription):
+        if told.name == name:
+            return settings.counts_per_turn(told)
+    raise ValueError(
+        f"the board holds the velocity of {motor} in counts, and the robot's file does not say how many a turn has; "
+        "name the encoders in [drive], or add the motor's model"
+    )
+
+
+def _require_countable(told: MotorDescription, counts_per_turn: int) -> None:
+    """Raise ValueError where the fastest is less than a count a frame, or more than the board takes."""
+    fastest = told.max_velocity_rad_s * counts_per_turn / math.tau / 30
+    if fastest < 1:
+        raise ValueError(
+            f"{told.max_velocity_rad_s:g} rad/s are {fastest:.2g} counts in the board's frame of 1/30 s, and it takes "
+            "whole ones; take encoders with more counts, or add the motor's model"
+        )
+    if fastest > FASTEST:
+        raise ValueError(
+            f"max_velocity_rad_s of {told.name} is {fastest:.0f} counts in the board's frame of 1/30 s, and it takes "
+            f"{FASTEST}; lower it to {told.max_velocity_rad_s * FASTEST / fastest:.3g} at most"
+        )
+
+
+def _polled(
+    board: Board[ArduinoTalk], told: RangeSensorDescription, settings: ArduinoSonarSettings, findings: Findings
+) -> Poll:
+    """Return how a board is asked for ranges; raises DeviceError where it does not know the pin."""
+    if board.talk.firmware.is_ours:
+        return Poll(RANGE, RANGE_S, Ranges(told.name, findings).take)
+    if settings.pin is None:
+        lacks = "is told the pin of its module with each question"
+        raise DeviceError(told.name, _TRUE_ONE.format(port=settings.port, lacks=lacks) + ", or add pin to its section")
+    return Poll(ping(settings.pin), settings.cycle_s, Pings(told, findings).take)
+
+
+_TRUE_ONE = "{port} has the true ROSArduinoBridge, which {lacks}. Flash ours (robotcore firmware flash)"

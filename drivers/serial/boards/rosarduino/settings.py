@@ -1,0 +1,64 @@
+"""What a robot's file says of the devices on such a board."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
+
+from drivers.serial.boards.settings import PortSettings, Side, SideSettings
+from robotcore.description import Described, EncoderDescription
+from robotcore.hardware.motors import Control, Model
+
+EDGES_A_CYCLE = 4
+
+
+class ArduinoSettings(PortSettings):
+    """The port of a board."""
+
+    speaks: ClassVar[str] = "ROSArduinoBridge"
+    usual_baud: ClassVar[int] = 57600
+
+
+class CountSettings(Described):
+    """What a count is.
+
+    ``counts`` says what the description's ``counts_per_turn`` counts, on a turn of the wheel, gear included: "cycles"
+    of one channel (a data sheet's PPR, a disc's slots), of which the board counts all four edges, or those "edges"
+    themselves (often called CPR).
+    """
+
+    counts: Literal["cycles", "edges"] = "cycles"
+
+    def counts_per_turn(self, told: EncoderDescription) -> int:
+        """Return how far the board counts on a turn of the wheel."""
+        return told.counts_per_turn * (EDGES_A_CYCLE if self.counts == "cycles" else 1)
+
+
+class ArduinoEncoderSettings(CountSettings, ArduinoSettings):
+    """Which of the board's two encoders it is."""
+
+    side: Side
+
+
+class ArduinoMotorSettings(CountSettings, SideSettings, ArduinoSettings):
+    """Which of the board's two motors it is, and who holds its velocity.
+
+    Without a ``model`` the board does, by the encoders on it, of which ``counts`` says here what it says there. With
+    one the board is told duties; with ``control`` too, the velocity is held from here.
+    """
+
+    model: Model | None = None
+    control: Control | None = None
+
+
+class ArduinoSonarSettings(ArduinoSettings):
+    """How it is judged, and, where the board runs the true ROSArduinoBridge, its pin and how often it is asked.
+
+    So many ``echo_free_cycles`` in a row vouch for nothing in range; 0: only an echo from beyond does. Our firmware
+    has cycles of its own, of 0.06 s, and pins of its own.
+    """
+
+    pin: Annotated[int, Field(ge=2, le=69)] | None = None
+    cycle_s: Annotated[float, Field(ge=0.05, le=1)] = 0.1
+    echo_free_cycles: Annotated[int, Field(ge=0, le=100)] = 3

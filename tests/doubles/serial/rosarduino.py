@@ -1,0 +1,183 @@
+"""An Arduino with two wheels: as the true ROSArduinoBridge answers, and as our firmware does.
+
+Its answers are byte for byte those of both firmwares on a simulated AVR; see `tests/system/firmware`.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from abc import abstractmethod
+from functools import reduce
+from operator import xor
+
+from tests.doubles.serial.board import BoardDouble
+from tests.doubles.serial.wheels import Wheels
+
+REFUSED = "Invalid Command"
+FULL_SPEED_RAD_S = 16.0
+"""How fast a wheel turns at full duty."""
+
+
+class ArduinoDouble(BoardDouble):
+    """What both firmwares have in common; ``counts_per_turn`` are edges, as they count them."""
+
+    frame_s: float
+    longest_argument: int
+
+    def __init__(self, wheels: Wheels | None = None, counts_per_turn: int = 960, *, takes_duties: bool = True) -> None:
+        self.wheels = wheels or Wheels()
+        self.counts_per_turn, self.takes_duties = counts_per_turn, takes_duties
+        self.commands: list[str] = []
+        """Every line that it has understood and obeyed, without sums."""
+        self.refused = 0
+        self.now = 0.0
+        self.begin(0.0)
+
+    def begin(self, now: float) -> None:
+        """Be reset: the wheels stand, and counts begin at zero where they are."""
+        self.wheels.tell(0, 0)
+        self.deadman_s, self._fed = 2.0, -math.inf
+        self._zeros = self._counted()
+        self._line = b""
+        self.now = now
+
+    def hear(self, data: bytes, now: float) -> bytes:
+        self.now = now
+        *lines, self._line = (self._line + data).split(b"\r")
+        return b"".join(self._obey(line.decode("latin-1")) for line in lines)
+
+    def live(self, now: float, seconds: float) -> bytes:
+        if now - self._fed > self.deadman_s:
+            self.wheels.tell(0, 0)
+        self.wheels.turn(seconds)
+        return b""
+
+    @property
+    def counts(self) -> tuple[int, int]:
+        """The left and the right wheel's counts since it was reset."""
+        left, right = (now - zero for now, zero in zip(self._counted(), self._zeros, strict=True))
+        return left, right
+
+    @abstractmethod
+    def _obey(self, line: str) -> bytes:
+        """Return what is answered to a line."""
+
+    def _drive(self, letter: str, left: int, right: int) -> str:
+        self._fed = self.now
+        unit = FULL_SPEED_RAD_S / 255 if letter == "o" else math.tau / self.counts_per_turn / self.frame_s
+        self.wheels.tell(left * unit, right * unit)
+        return "OK"
+
+    def _answered(self, line: str, answer: str) -> str:
+        if answer == REFUSED:
+            self.refused += 1
+        else:
+            self.commands.append(line)
+        return answer
+
+    def _counted(self) -> tuple[int, int]:
+        left, right = (
+            math.floor(wheel.angle * self.counts_per_turn / math.tau + 1e-9)
+            for wheel in (self.wheels.left, self.wheels.right)
+        )
+        return left, right
+
+
+class TrueDouble(ArduinoDouble):
+    """ROSArduinoBridge: it takes whatever comes for some command, and a CR alone for an unknown one."""
+
+    frame_s = 0.033
+    echo_cm = 50
+
+    def _obey(self, line: str) -> bytes:
+        letter, arguments = _read(line)
+        return f"{self._answered(line, self._answer(letter, *arguments))}\r\n".encode()
+
+    def _answer(self, letter: str, first: int, second: int) -> str:
+        if letter == "b":
+            return "57600"
+        if letter == "e":
+            return "{} {}".format(*self.counts)
+        if letter == "m" or (letter == "o" and self.takes_duties):
+            return self._drive(letter, first, second)
+        if letter == "p":
+            return str(self.echo_cm)
+        return "OK" if letter in "ru" and letter else REFUSED
+
+
+def _read(line: str) -> tuple[str, tuple[int, int]]:
+    """Read a line as its parser does: the last letter before a space, and two numbers as C's atoi does."""
+    words = line.split(" ")
+    texts = [*words[1:2], "".join(words[2:]), ""]
+    numbers = [int(match[0]) if (match := re.match(r"[-+]?\d+", text)) else 0 for text in texts]
+    return words[0][-1:], (numbers[0], numbers[1])
+
+
+class OurDouble(ArduinoDouble):
+    """Our firmware: it takes nothing that is not as it must be, and sums its answers where it is asked so."""
+
+    frame_s = 1 / 30
+    version = 1
+    millimetres: int | None = 500
+    """What its module measures, None where no echo comes."""
+    is_mute = False
+    millivolts = 7400
+
+    def begin(self, now: float) -> None:
+        super().begin(now)
+        self._asks_for_sums = False
+        self._measured = now
+
+    def live(self, now: float, seconds: float) -> bytes:
+        if not self.is_mute and now - self._measured >= 0.06:
+            self._measured = now
+        return super().live(now, seconds)
+
+    def _obey(self, line: str) -> bytes:
+        line = line.removeprefix("\n")
+        if not line:
+            return b""
+        text, star, told = line.partition("*")
+        is_summed = bool(star)
+        is_right = is_summed and told == f"{_sum(text):02X}"
+        self._asks_for_sums = self._asks_for_sums or is_right
+        is_trusted = is_right or not (is_summed or self._asks_for_sums) or line in {"m 0 0", "o 0 0"}
+        answer = self._answered(text, self._answer(text) if is_trusted and len(line) < 32 else REFUSED)
+        return f"{answer}*{_sum(answer):02X}\r\n".encode() if is_summed else f"{answer}\r\n".encode()
+
+    def _answer(self, text: str) -> str:
+        if not re.fullmatch(r"[a-z](u? -?\d{1,5})*", text.replace(":", " ")):
+            return REFUSED
+        letter, *numbers = text.split(" ")
+        arguments = [int(number) for number in numbers]
+        if not arguments:
+            return self._told(letter)
+        return self._set(letter, arguments)
+
+    def _told(self, letter: str) -> str:
+        answers = {
+            "b": "57600",
+            "e": "{} {}".format(*self.counts),
+            "v": f"robotcore-bridge {self.version}",
+            "y": str(self.millivolts),
+            "z": f"{-1 if self.millimetres is None else self.millimetres} {self._age_ms}",
+        }
+        return answers.get(letter, REFUSED)
+
+    def _set(self, letter: str, arguments: list[int]) -> str:
+        most = {"m": 1000, "o": 255}.get(letter)
+        if most and len(arguments) == 2 and all(abs(number) <= most for number in arguments):
+            return self._drive(letter, *arguments)
+        if letter == "k" and len(arguments) == 1 and 100 <= arguments[0] <= 5000:
+            self.deadman_s = arguments[0] / 1000
+            return "OK"
+        return REFUSED
+
+    @property
+    def _age_ms(self) -> int:
+        return min(65535, round((self.now - self._measured) * 1000))
+
+
+def _sum(text: str) -> int:
+    return reduce(xor, text.encode("latin-1"), 0)

@@ -1,0 +1,48 @@
+"""Devices on an Arduino keep the kit's rules, with both firmwares, by counts and by duty."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from robotcore.description import BatteryDescription
+from robotcore.testing import Capability, ConformanceSuite
+from tests.doubles.serial.bench import SerialBench
+from tests.doubles.serial.rosarduino import ArduinoDouble, OurDouble, TrueDouble
+
+COUNTS = {"counts": "edges"}
+LONG = {"board_timeout_s": 5.0}
+"""The kit lets a wheel turn for seconds after one command."""
+
+SIDES: dict[str, dict[str, Any]] = {
+    "left_motor": {"driver": "ros-arduino-motor", "side": "left", **COUNTS, **LONG},
+    "right_motor": {"driver": "ros-arduino-motor", "side": "right", **COUNTS, **LONG},
+    "left_encoder": {"driver": "ros-arduino-encoder", "side": "left", **COUNTS},
+    "right_encoder": {"driver": "ros-arduino-encoder", "side": "right", **COUNTS},
+}
+MODEL = {"model": {"forward_rad_s": 16.0, "backward_rad_s": 16.0}}
+
+
+class TestOurFirmware(SerialBench, ConformanceSuite):
+    devices: ClassVar = {
+        **SIDES,
+        "nose": {"driver": "ros-arduino-sonar"},
+        "battery": {"driver": "ros-arduino-battery"},
+    }
+    extra: ClassVar = (BatteryDescription(kind="battery", name="battery"),)
+
+    def board(self) -> ArduinoDouble:
+        return OurDouble()
+
+
+class TestTheTrueOne(SerialBench, ConformanceSuite):
+    devices: ClassVar = {**SIDES, "nose": {"driver": "ros-arduino-sonar", "pin": 7}}
+
+    def board(self) -> ArduinoDouble:
+        return TrueDouble(takes_duties=False)
+
+
+class TestByDuty(SerialBench, ConformanceSuite):
+    devices: ClassVar = {name: {**told, **(MODEL if "motor" in name else {})} for name, told in SIDES.items()}
+
+    def board(self) -> ArduinoDouble:
+        return OurDouble()
