@@ -15,6 +15,9 @@ from tests.doubles.serial.board import BoardDouble
 from tests.doubles.serial.wheels import Wheels
 
 REFUSED = "Invalid Command"
+STOPS = {"m 0 0", "o 0 0"}
+"""What our firmware obeys without a sum too."""
+
 FULL_SPEED_RAD_S = 16.0
 """How fast a wheel turns at full duty."""
 
@@ -23,7 +26,6 @@ class ArduinoDouble(BoardDouble):
     """What both firmwares have in common; ``counts_per_turn`` are edges, as they count them."""
 
     frame_s: float
-    longest_argument: int
 
     def __init__(self, wheels: Wheels | None = None, counts_per_turn: int = 960, *, takes_duties: bool = True) -> None:
         self.wheels = wheels or Wheels()
@@ -103,7 +105,9 @@ class TrueDouble(ArduinoDouble):
             return self._drive(letter, first, second)
         if letter == "p":
             return str(self.echo_cm)
-        return "OK" if letter in "ru" and letter else REFUSED
+        if letter == "r":
+            self._zeros = self._counted()
+        return "OK" if letter and letter in "rucwx" else REFUSED
 
 
 def _read(line: str) -> tuple[str, tuple[int, int]]:
@@ -141,19 +145,17 @@ class OurDouble(ArduinoDouble):
         text, star, told = line.partition("*")
         is_summed = bool(star)
         is_right = is_summed and told == f"{_sum(text):02X}"
-        self._asks_for_sums = self._asks_for_sums or is_right
-        is_trusted = is_right or not (is_summed or self._asks_for_sums) or line in {"m 0 0", "o 0 0"}
+        self._asks_for_sums = is_right or (self._asks_for_sums and line != "v")
+        is_trusted = is_right or not (is_summed or (self._asks_for_sums and line[0] in "mokur")) or line in STOPS
         answer = self._answered(text, self._answer(text) if is_trusted and len(line) < 32 else REFUSED)
         return f"{answer}*{_sum(answer):02X}\r\n".encode() if is_summed else f"{answer}\r\n".encode()
 
     def _answer(self, text: str) -> str:
-        if not re.fullmatch(r"[a-z](u? -?\d{1,5})*", text.replace(":", " ")):
+        if not re.fullmatch(r"[a-z]( -?\d{1,6})*|u -?\d{1,6}(:-?\d{1,6}){3}", text):
             return REFUSED
-        letter, *numbers = text.split(" ")
+        letter, *numbers = re.split("[ :]", text)
         arguments = [int(number) for number in numbers]
-        if not arguments:
-            return self._told(letter)
-        return self._set(letter, arguments)
+        return self._set(letter, arguments) if arguments or letter == "r" else self._told(letter)
 
     def _told(self, letter: str) -> str:
         answers = {
@@ -172,7 +174,10 @@ class OurDouble(ArduinoDouble):
         if letter == "k" and len(arguments) == 1 and 100 <= arguments[0] <= 5000:
             self.deadman_s = arguments[0] / 1000
             return "OK"
-        return REFUSED
+        if letter == "r" and not arguments:
+            self._zeros = self._counted()
+            return "OK"
+        return "OK" if letter == "u" and len(arguments) == 4 and arguments[3] else REFUSED
 
     @property
     def _age_ms(self) -> int:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
 
 from drivers.serial.boards.command import Command, Told
-from drivers.serial.boards.rosarduino.asking import Asking, Heard
+from drivers.serial.boards.rosarduino.asking import Asking
 from drivers.serial.boards.rosarduino.counts import Counts
-from drivers.serial.boards.rosarduino.firmware import UNKNOWN, Meeting, acquaintance
+from drivers.serial.boards.rosarduino.firmware import UNKNOWN, Acquaintance
+from drivers.serial.boards.rosarduino.polls import Poll, Polls
 from drivers.serial.boards.rosarduino.protocol import (
     COUNTS,
     GREETING_S,
@@ -34,17 +33,11 @@ SILENCE_S = 0.4
 URGENT_S = 0.02
 """A stop waits no longer for an answer that is under way."""
 
+IDLE_S = 0.05
+"""A board whose encoders nobody reads is asked for them so often, to know that it is there,
+and was not reset."""
+
 FULL_DUTY = 255
-
-
-@dataclass
-class Poll:
-    """Something asked again and again, and what is done with the answers."""
-
-    question: Question
-    period_s: float
-    heard: Heard
-    due: float = -math.inf
 
 
 class ArduinoTalk(Talk):
@@ -63,12 +56,11 @@ class ArduinoTalk(Talk):
         self.goes_by_duty: bool | None = None
         self.counts: dict[Side, Counts] = {"left": Counts(), "right": Counts()}
         self._asking = Asking()
-        self._meeting: Meeting | None = None
-        self._question: Question | None = None
-        self._counting = Poll(COUNTS, 0.1, self._count)
-        self._polls: Sequence[Poll] = (self._counting,)
+        self._acquaintance = Acquaintance(baud)
+        self._counting = Poll(COUNTS, IDLE_S, self._count)
+        self._polls = Polls(self._counting)
         self._timeouts_s: list[float] = []
-        self._kept_timeout_s = USUAL_TIMEOUT_S
+        self._kept_timeout_s: float | None = None
         self._unheard: Told | None = None
         self._heard_at = -math.inf
 
@@ -95,7 +87,7 @@ class ArduinoTalk(Talk):
 
     def poll(self, poll: Poll) -> None:
         """Ask something again and again from now on."""
-        self._polls = (*self._polls, poll)
+        self._polls.add(poll)
 
     def begin(self, now: float) -> None:
         self._asking = Asking()
@@ -106,59 +98,47 @@ class ArduinoTalk(Talk):
             self._heard_at = now
 
     def due(self, now: float) -> bytes:
-        if self.is_ready and now - self._heard_at > SILENCE_S + self._slowest_s:
+        if self.is_ready and now - self._heard_at > SILENCE_S + self._polls.slowest_s:
             self._lose(now)
         if self._asking.waits(now):
             return self._urgent(now)
         if not self.is_ready:
-            return self._asking.ask(self._introduction(), self._meet, now)
+            return self._asking.ask(self._acquaintance.question(), self._meet, now)
         if not self._asking.is_sure:
-            return self._asking.ask(self._reassurance(), _ignore, now)
+            return self._reassured(now)
         return self._next(now)
 
     def next_due(self, now: float) -> float:
         if (until := self._asking.until) is not None:
             return until
-        return min(self.command.next_due, *(poll.due for poll in self._polls))
+        return min(self.command.next_due, self._polls.next_due)
 
     def _lose(self, now: float) -> None:
         """Know nothing of the board any more; who it is, it is asked next."""
         self.is_ready = False
         self._heard_at = now
-        self._question = self._unheard = None
+        self._acquaintance = Acquaintance(self.baud)
+        self._unheard = None
         self._asking.give_up()
         self._asking.is_summed = None
-        self._kept_timeout_s = USUAL_TIMEOUT_S
+        self._kept_timeout_s = None
         self.command.forget()
         for counts in self.counts.values():
             counts.restart()
 
-    def _introduction(self) -> Question:
-        """Return the next question of those that tell who it is; the first again where one was not answered."""
-        question, self._question = self._question, None
-        if question is None:
-            self._meeting = acquaintance(self.baud)
-            question = next(self._meeting)
-        return question
-
     def _meet(self, answer: Answer, _: float) -> None:
-        assert self._meeting
-        try:
-            self._question = self._meeting.send(answer)
-        except StopIteration as end:
-            self.firmware = end.value
-            self._asking.is_summed = self.firmware.is_ours
+        if firmware := self._acquaintance.answered(answer):
+            self.firmware = firmware
+            self._asking.is_summed = firmware.is_ours
             self._unheard = Told()
             self.is_ready = True
 
-    def _reassurance(self) -> Question:
-        patience_s = max(GREETING_S, self._slowest_s)
-        return still_there(self.baud, patience_s, is_summed=bool(self._asking.is_summed))
-
-    @property
-    def _slowest_s(self) -> float:
-        """How long the slowest answer may take that is asked for again and again, in seconds."""
-        return max(poll.question.patience_s for poll in self._polls)
+    def _reassured(self, now: float) -> bytes:
+        """Find back into step; a board that was reset meanwhile has forgotten its time-out."""
+        self._kept_timeout_s = None
+        patience_s = max(GREETING_S, self._polls.slowest_s)
+        question = still_there(self.baud, patience_s, is_summed=self.firmware.is_ours)
+        return self._asking.ask(question, _ignore, now)
 
     def _urgent(self, now: float) -> bytes:
         """Return a stop that waits no longer for an answer."""
@@ -169,16 +149,13 @@ class ArduinoTalk(Talk):
         return STOP_NOW
 
     def _next(self, now: float) -> bytes:
-        timeout_s = self.timeout_s
-        if timeout_s != self._kept_timeout_s and not self._stop_is_due(now):
-            return self._asking.ask(deadman(round(timeout_s * 1000)), self._keep(timeout_s), now)
+        if self._has_to_limit and not self._stop_is_due(now):
+            return self._limited(now)
         if told := self._newest(now):
             return self._asking.ask(self._driving(told), self._acknowledge, now)
-        poll = min(self._polls, key=lambda poll: poll.due)
-        if now < poll.due:
-            return b""
-        poll.due = now + poll.period_s
-        return self._asking.ask(poll.question, poll.heard, now)
+        if poll := self._polls.take(now):
+            return self._asking.ask(poll.question, poll.heard, now)
+        return b""
 
     def _stop_is_due(self, now: float) -> bool:
         return self.command.next_due <= now and self.command.told.stops
@@ -203,12 +180,19 @@ class ArduinoTalk(Talk):
         if not answer.is_refusal:
             self._unheard = None
 
-    def _keep(self, timeout_s: float) -> Heard:
-        def kept(answer: Answer, _: float) -> None:
+    @property
+    def _has_to_limit(self) -> bool:
+        """Whether the board has not acknowledged the time-out that it is to have; until then nothing turns."""
+        return self.firmware.is_ours and self._kept_timeout_s != self.timeout_s
+
+    def _limited(self, now: float) -> bytes:
+        timeout_s = self.timeout_s
+
+        def keep(answer: Answer, _: float) -> None:
             if not answer.is_refusal:
                 self._kept_timeout_s = timeout_s
 
-        return kept
+        return self._asking.ask(deadman(round(timeout_s * 1000)), keep, now)
 
     def _count(self, answer: Answer, now: float) -> None:
         if not answer.is_refusal:

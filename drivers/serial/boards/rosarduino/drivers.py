@@ -8,17 +8,29 @@ from functools import partial
 from typing import ClassVar, TypeVar
 
 from drivers.serial.boards.board import Board, open_board
+from drivers.serial.boards.cutoff import stop_frame
 from drivers.serial.boards.devices import BoardBattery, BoardEncoder, BoardOutput
 from drivers.serial.boards.rosarduino.battery import Voltages
-from drivers.serial.boards.rosarduino.board import ArduinoTalk, Poll
+from drivers.serial.boards.rosarduino.board import ArduinoTalk
+from drivers.serial.boards.rosarduino.fitness import (
+    ENCODER,
+    agree_on_duties,
+    counts_per_turn,
+    require_countable,
+    require_ours,
+    require_sound,
+    require_wheels,
+)
 from drivers.serial.boards.rosarduino.motors import CountingMotor
 from drivers.serial.boards.rosarduino.notes import BOARD, COUNTING, PINGING, TIMEOUT
-from drivers.serial.boards.rosarduino.protocol import BATTERY, FASTEST, PING_S, RANGE, ping
+from drivers.serial.boards.rosarduino.polls import Poll
+from drivers.serial.boards.rosarduino.protocol import BATTERY, PING_S, RANGE, STOP_NOW, ping
 from drivers.serial.boards.rosarduino.settings import (
     ArduinoEncoderSettings,
     ArduinoMotorSettings,
     ArduinoSettings,
     ArduinoSonarSettings,
+    edges_per_turn,
 )
 from drivers.serial.boards.rosarduino.sonar import MUTE_PINGS, Pings, Ranges, Sonar
 from robotcore.description import (
@@ -30,8 +42,8 @@ from robotcore.description import (
     RobotDescription,
 )
 from robotcore.devices import Battery, Encoder, Motor, RangeSensor
-from robotcore.errors import DeviceError
-from robotcore.hardware import Connection, DeviceDriver, Host, encoder_of
+from robotcore.guardian import CutoffSpec
+from robotcore.hardware import Connection, DeviceDriver, Host
 from robotcore.hardware.findings import Findings, require_timely
 from robotcore.hardware.motors import open_motor, require_encoder, require_reach
 
@@ -94,23 +106,27 @@ class ArduinoMotor(ArduinoDriver[MotorDescription, ArduinoMotorSettings]):
             return
         if settings.control:
             raise ValueError("control goes by duty, and there is no model; add the motor's model, or leave control out")
-        _require_countable(told, _counts_per_turn(told.name, settings, robot))
+        require_countable(told, counts_per_turn(told.name, settings, robot))
 
     def open(self, told: MotorDescription, settings: ArduinoMotorSettings, host: Host) -> Motor:
         board = _board(told.name, settings, host)
-        _require(board, told.name, settings)
+        require_wheels(board, told.name)
+        agree_on_duties(board, told.name, goes_by_duty=settings.model is not None)
         board.talk.limit(settings.board_timeout_s)
         output = BoardOutput(told.name, board.line, board.talk.command, settings.side)
         if settings.model:
             return open_motor(told, settings.model, settings.control, lambda: output, host)
-        counts = _counts_per_turn(told.name, settings, host.robot)
+        counts = counts_per_turn(told.name, settings, host.robot)
         return CountingMotor(told, output, counts / math.tau * board.talk.firmware.frame_s)
+
+    def cutoffs(self, told: MotorDescription, settings: ArduinoMotorSettings, host: Host) -> Sequence[CutoffSpec]:
+        return (stop_frame(told.name, settings.port, settings.speed, STOP_NOW, host),)
 
 
 class ArduinoEncoder(ArduinoDriver[EncoderDescription, ArduinoEncoderSettings]):
     """Asks for the counts whenever the line is free for it; both encoders are told in one answer."""
 
-    name = "ros-arduino-encoder"
+    name = ENCODER
     summary = "a wheel's encoder on an Arduino with ROSArduinoBridge, or with our firmware, on a serial line"
     described = EncoderDescription
     settings = ArduinoEncoderSettings
@@ -120,10 +136,10 @@ class ArduinoEncoder(ArduinoDriver[EncoderDescription, ArduinoEncoderSettings]):
 
     def open(self, told: EncoderDescription, settings: ArduinoEncoderSettings, host: Host) -> Encoder:
         board = _board(told.name, settings, host)
-        _require_wheels(board, told.name)
+        require_wheels(board, told.name)
         board.talk.count_every(COUNT_S)
         turning = board.talk.counts[settings.side].turning
-        encoder = BoardEncoder(told.name, board.line, turning, math.tau / settings.counts_per_turn(told))
+        encoder = BoardEncoder(told.name, board.line, turning, math.tau / edges_per_turn(told, settings.counts))
         encoder.await_first(FIRST_S)
         return encoder
 
@@ -150,7 +166,7 @@ class ArduinoSonar(ArduinoDriver[RangeSensorDescription, ArduinoSonarSettings]):
     def open(self, told: RangeSensorDescription, settings: ArduinoSonarSettings, host: Host) -> RangeSensor:
         board = _board(told.name, settings, host)
         findings = Findings(told, settings.echo_free_cycles)
-        board.talk.poll(_polled(board, told, settings, findings))
+        board.talk.poll(_asked(board, told, settings, findings))
         sonar = Sonar(told, board.line, findings)
         sonar.await_first(FIRST_S + (PING_S * MUTE_PINGS if settings.pin else 0))
         return sonar
@@ -166,8 +182,7 @@ class ArduinoBattery(ArduinoDriver[BatteryDescription, ArduinoSettings]):
 
     def open(self, told: BatteryDescription, settings: ArduinoSettings, host: Host) -> Battery:
         board = _board(told.name, settings, host)
-        if not board.talk.firmware.is_ours:
-            raise DeviceError(told.name, _TRUE_ONE.format(port=settings.port, lacks="measures no battery"))
+        require_ours(board, told.name, "measures no battery")
         voltages = Voltages(told.name)
         board.talk.poll(Poll(BATTERY, BATTERY_S, voltages.take))
         battery = BoardBattery(told.name, board.line, voltages.newest)
@@ -179,65 +194,17 @@ def _board(device: str, settings: ArduinoSettings, host: Host) -> Board[ArduinoT
     """Return the board on the settings' port; raises DeviceError by the device's name."""
     make = partial(ArduinoTalk, settings.speed)
     board = open_board(device, settings.port, ArduinoTalk, make, host, ANSWER_S)
-    if fault := board.talk.firmware.fault:
-        raise DeviceError(device, f"the board on {settings.port} cannot be worked with: {fault}")
+    require_sound(board, device)
     return board
 
 
-def _require_wheels(board: Board[ArduinoTalk], device: str) -> None:
-    if not board.talk.firmware.has_wheels:
-        fault = f"the ROSArduinoBridge on {board.line.place} was built without wheels"
-        raise DeviceError(device, f"{fault}; define USE_BASE, or flash ours: robotcore firmware flash")
-
-
-def _require(board: Board[ArduinoTalk], motor: str, settings: ArduinoMotorSettings) -> None:
-    """Raise DeviceError where the board cannot drive a motor as its settings want it."""
-    _require_wheels(board, motor)
-    goes_by_duty = settings.model is not None
-    if goes_by_duty and not board.talk.firmware.takes_duties:
-        raise DeviceError(motor, _TRUE_ONE.format(port=settings.port, lacks="takes no duties") + ", or leave model out")
-    if board.talk.goes_by_duty not in (None, goes_by_duty):
-        raise DeviceError(motor, f"one motor on {settings.port} has a model and one has none; give both one, or none")
-    board.talk.goes_by_duty = goes_by_duty
-
-
-def _counts_per_turn(motor: str, settings: ArduinoMotorSettings, robot: RobotDescription) -> int:
-    """Return how far the board counts on a turn of a motor's wheel; raises ValueError where nobody says."""
-    name = encoder_of(motor, robot)
-    for told in robot.all_of(EncoderDescription):
-        if told.name == name:
-            return settings.counts_per_turn(told)
-    raise ValueError(
-        f"the board holds the velocity of {motor} in counts, and the robot's file does not say how many a turn has; "
-        "name the encoders in [drive], or add the motor's model"
-    )
-
-
-def _require_countable(told: MotorDescription, counts_per_turn: int) -> None:
-    """Raise ValueError where the fastest is less than a count a frame, or more than the board takes."""
-    fastest = told.max_velocity_rad_s * counts_per_turn / math.tau / 30
-    if fastest < 1:
-        raise ValueError(
-            f"{told.max_velocity_rad_s:g} rad/s are {fastest:.2g} counts in the board's frame of 1/30 s, and it takes "
-            "whole ones; take encoders with more counts, or add the motor's model"
-        )
-    if fastest > FASTEST:
-        raise ValueError(
-            f"max_velocity_rad_s of {told.name} is {fastest:.0f} counts in the board's frame of 1/30 s, and it takes "
-            f"{FASTEST}; lower it to {told.max_velocity_rad_s * FASTEST / fastest:.3g} at most"
-        )
-
-
-def _polled(
+def _asked(
     board: Board[ArduinoTalk], told: RangeSensorDescription, settings: ArduinoSonarSettings, findings: Findings
 ) -> Poll:
-    """Return how a board is asked for ranges; raises DeviceError where it does not know the pin."""
+    """Return how a board is asked for ranges; raises DeviceError where it has to be told a pin."""
+    if settings.pin is None:
+        require_ours(board, told.name, "is told the pin of its module with each question", "add pin to its section")
     if board.talk.firmware.is_ours:
         return Poll(RANGE, RANGE_S, Ranges(told.name, findings).take)
-    if settings.pin is None:
-        lacks = "is told the pin of its module with each question"
-        raise DeviceError(told.name, _TRUE_ONE.format(port=settings.port, lacks=lacks) + ", or add pin to its section")
+    assert settings.pin
     return Poll(ping(settings.pin), settings.cycle_s, Pings(told, findings).take)
-
-
-_TRUE_ONE = "{port} has the true ROSArduinoBridge, which {lacks}. Flash ours (robotcore firmware flash)"

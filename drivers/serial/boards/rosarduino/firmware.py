@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TypeAlias, cast
 
 from drivers.serial.boards.rosarduino.protocol import STOP, Answer, Question, duties, who_is_there
 
@@ -29,12 +29,38 @@ class Firmware:
 UNKNOWN = Firmware(is_ours=False, frame_s=1 / 30, has_wheels=False, takes_duties=False)
 """Before a board has told anything."""
 
-Meeting: TypeAlias = Generator[Question, Answer, Firmware]
+_Meeting: TypeAlias = Generator[Question, Answer, Firmware]
 """Questions, each after the answer to the one before; at the end it is known who answers."""
 
 
-def acquaintance(baud: int) -> Meeting:
-    """Find out who answers; the motors stand from the first question on.
+class Acquaintance:
+    """Finds out who answers; the motors stand from the first question on."""
+
+    def __init__(self, baud: int) -> None:
+        self._baud = baud
+        self._meeting: _Meeting | None = None
+        self._next: Question | None = None
+
+    def question(self) -> Question:
+        """Return what is to be asked next; the first question again, where the last one was not answered."""
+        question, self._next = self._next, None
+        if question is None:
+            self._meeting = _met(self._baud)
+            question = next(self._meeting)
+        return question
+
+    def answered(self, answer: Answer) -> Firmware | None:
+        """Take the answer to the last question; return the firmware once it is known."""
+        assert self._meeting
+        try:
+            self._next = self._meeting.send(answer)
+        except StopIteration as end:
+            return cast("Firmware", end.value)
+        return None
+
+
+def _met(baud: int) -> _Meeting:
+    """Ask who answers.
 
     The true one is who twice says nothing but its speed: once, noise may have spoilt the question that ours answers.
     """

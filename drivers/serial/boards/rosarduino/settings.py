@@ -7,10 +7,8 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from drivers.serial.boards.settings import PortSettings, Side, SideSettings
-from robotcore.description import Described, EncoderDescription
+from robotcore.description import EncoderDescription
 from robotcore.hardware.motors import Control, Model
-
-EDGES_A_CYCLE = 4
 
 
 class ArduinoSettings(PortSettings):
@@ -20,32 +18,23 @@ class ArduinoSettings(PortSettings):
     usual_baud: ClassVar[int] = 57600
 
 
-class CountSettings(Described):
-    """What a count is.
+class ArduinoEncoderSettings(ArduinoSettings):
+    """Which of the board's two encoders it is, and what a count is.
 
     ``counts`` says what the description's ``counts_per_turn`` counts, on a turn of the wheel, gear included: "cycles"
     of one channel (a data sheet's PPR, a disc's slots), of which the board counts all four edges, or those "edges"
     themselves (often called CPR).
     """
 
+    side: Side
     counts: Literal["cycles", "edges"] = "cycles"
 
-    def counts_per_turn(self, told: EncoderDescription) -> int:
-        """Return how far the board counts on a turn of the wheel."""
-        return told.counts_per_turn * (EDGES_A_CYCLE if self.counts == "cycles" else 1)
 
-
-class ArduinoEncoderSettings(CountSettings, ArduinoSettings):
-    """Which of the board's two encoders it is."""
-
-    side: Side
-
-
-class ArduinoMotorSettings(CountSettings, SideSettings, ArduinoSettings):
+class ArduinoMotorSettings(SideSettings, ArduinoSettings):
     """Which of the board's two motors it is, and who holds its velocity.
 
-    Without a ``model`` the board does, by the encoders on it, of which ``counts`` says here what it says there. With
-    one the board is told duties; with ``control`` too, the velocity is held from here.
+    Without a ``model`` the board does, by its wheel's encoder on the same board. With one the board is told duties;
+    with ``control`` too, the velocity is held from here.
     """
 
     model: Model | None = None
@@ -62,3 +51,8 @@ class ArduinoSonarSettings(ArduinoSettings):
     pin: Annotated[int, Field(ge=2, le=69)] | None = None
     cycle_s: Annotated[float, Field(ge=0.05, le=1)] = 0.1
     echo_free_cycles: Annotated[int, Field(ge=0, le=100)] = 3
+
+
+def edges_per_turn(told: EncoderDescription, counts: object) -> int:
+    """Return how far a board counts on a turn of the wheel: all four edges of each cycle."""
+    return told.counts_per_turn * (1 if counts == "edges" else 4)

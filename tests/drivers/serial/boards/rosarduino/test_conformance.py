@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 from robotcore.description import BatteryDescription
-from robotcore.testing import Capability, ConformanceSuite
+from robotcore.testing import ConformanceSuite
 from tests.doubles.serial.bench import SerialBench
 from tests.doubles.serial.rosarduino import ArduinoDouble, OurDouble, TrueDouble
 
@@ -14,8 +14,8 @@ LONG = {"board_timeout_s": 5.0}
 """The kit lets a wheel turn for seconds after one command."""
 
 SIDES: dict[str, dict[str, Any]] = {
-    "left_motor": {"driver": "ros-arduino-motor", "side": "left", **COUNTS, **LONG},
-    "right_motor": {"driver": "ros-arduino-motor", "side": "right", **COUNTS, **LONG},
+    "left_motor": {"driver": "ros-arduino-motor", "side": "left", **LONG},
+    "right_motor": {"driver": "ros-arduino-motor", "side": "right", **LONG},
     "left_encoder": {"driver": "ros-arduino-encoder", "side": "left", **COUNTS},
     "right_encoder": {"driver": "ros-arduino-encoder", "side": "right", **COUNTS},
 }
