@@ -41,7 +41,7 @@ private:
   bool spoilt = false;
 };
 
-// Reads an integer of at most five digits, and moves on behind it. Returns whether there was one of 16 bits.
+// Reads an integer of at most six digits, and moves on behind it. Returns whether there was one of 16 bits.
 inline bool readNumber(const char *&text, int16_t &number) {
   const bool negative = *text == '-';
   if (negative) ++text;

@@ -42,13 +42,14 @@ private:
     return value < low ? low : value > high ? high : value;
   }
 
-  // What cannot be had is not added up: the correction and its sum end where the duty does.
+  // What cannot be had is not added up: the correction ends where the duty does, and there its sum only comes back.
   int16_t corrected(int16_t error, int16_t change) {
     const int32_t guess = guessed();
     const int32_t step = int32_t(gains.kp) * error - int32_t(gains.kd) * change + sum;
     const int32_t wanted = guess + correction + step * ONE / gains.ko;
     const int32_t duty = limited(wanted, 0, FULL);
-    if (duty == wanted) sum = limited(sum + int32_t(gains.ki) * error, -255L * gains.ko, 255L * gains.ko);
+    const bool isBeyond = wanted < duty ? error < 0 : wanted > duty && error > 0;
+    if (!isBeyond) sum = limited(sum + int32_t(gains.ki) * error, -255L * gains.ko, 255L * gains.ko);
     correction = duty - guess;
     return static_cast<int16_t>((duty + ONE / 2) / ONE);
   }

@@ -1,0 +1,116 @@
+"""The firmware's own C++, compiled for this computer: lines, encoders, deadman and speeds as the board has them."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Iterable, Sequence
+from ctypes import c_bool, c_char, c_char_p, c_int16, c_int32, c_uint16, c_uint32, c_void_p
+from pathlib import Path
+from typing import Any, ClassVar, NamedTuple
+
+NOTHING, LINE, SPOILT = range(3)
+"""What a byte makes of a line, as line.h has it."""
+
+
+class Command(NamedTuple):
+    name: str
+    args: tuple[int, ...]
+    summed: bool = False
+
+
+class _Understood(ctypes.Structure):
+    ended: int
+    isCommand: int  # noqa: N815  as in C++
+    name: int
+    count: int
+    summed: int
+    args: Sequence[int]
+    _fields_: ClassVar = [
+        *((name, c_int32) for name in ("ended", "isCommand", "name", "count", "summed")),
+        ("args", c_int32 * 4),
+    ]
+
+
+_SIGNATURES: dict[str, tuple[Any, list[Any]]] = {
+    "reader": (c_void_p, []),
+    "dropReader": (None, [c_void_p]),
+    "take": (_Understood, [c_void_p, c_char]),
+    "counted": (c_int32, [c_char_p, c_int32]),
+    "watched": (c_void_p, [c_uint16]),
+    "dropWatched": (None, [c_void_p]),
+    "feed": (None, [c_void_p, c_uint32]),
+    "disarm": (None, [c_void_p]),
+    "hasExpired": (c_bool, [c_void_p, c_uint32]),
+    "kept": (c_void_p, [c_int16] * 6),
+    "dropKept": (None, [c_void_p]),
+    "setTarget": (None, [c_void_p, c_int16]),
+    "step": (c_int16, [c_void_p, c_int32]),
+}
+
+
+class Firmware:
+    """The library; each method makes the object it asks anew."""
+
+    def __init__(self, library: Path) -> None:
+        self._c = ctypes.CDLL(str(library))
+        for name, (returned, taken) in _SIGNATURES.items():
+            function = getattr(self._c, name)
+            function.restype, function.argtypes = returned, taken
+
+    def understood(self, data: bytes) -> list[Command | None]:
+        """Return what each line that ends in these bytes is: a command, or None."""
+        reader = self._c.reader()
+        try:
+            told = [self._c.take(reader, bytes([byte])) for byte in data]
+        finally:
+            self._c.dropReader(reader)
+        return [_command(line) for line in told if line.ended != NOTHING]
+
+    def counted(self, levels: Iterable[int]) -> int:
+        """Return the count of an encoder whose two levels were these, A in bit 1 and B in bit 0."""
+        seen = bytes(levels)
+        return int(self._c.counted(seen, len(seen)))
+
+    def deadman(self, ms: int) -> Deadman:
+        return Deadman(self._c, ms)
+
+    def speed_control(self, gains: tuple[int, int, int, int], start: int = 20, full: int = 176) -> SpeedControl:
+        return SpeedControl(self._c, start, full, gains)
+
+
+class Deadman:
+    def __init__(self, library: Any, ms: int) -> None:
+        self._c, self._it = library, library.watched(ms)
+
+    def feed(self, now: int) -> None:
+        self._c.feed(self._it, now % 2**32)
+
+    def disarm(self) -> None:
+        self._c.disarm(self._it)
+
+    def has_expired(self, now: int) -> bool:
+        return bool(self._c.hasExpired(self._it, now % 2**32))
+
+    def __del__(self) -> None:
+        self._c.dropWatched(self._it)
+
+
+class SpeedControl:
+    def __init__(self, library: Any, start: int, full: int, gains: tuple[int, int, int, int]) -> None:
+        self._c, self._it = library, library.kept(start, full, *gains)
+
+    def set_target(self, speed: int) -> None:
+        self._c.setTarget(self._it, speed)
+
+    def step(self, counts: int) -> int:
+        """Return the duty for the next frame, given the last one's counts."""
+        return int(self._c.step(self._it, counts))
+
+    def __del__(self) -> None:
+        self._c.dropKept(self._it)
+
+
+def _command(told: _Understood) -> Command | None:
+    if not told.isCommand:
+        return None
+    return Command(chr(told.name), tuple(told.args[: told.count]), bool(told.summed))
