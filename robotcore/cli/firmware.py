@@ -43,9 +43,8 @@ def copy(into: Path) -> None:
     from robotcore.firmware import sketch
 
     target = sketch.copy(into)
-    click.echo(
-        f"{target}: say in config.h how the robot is wired, then: robotcore firmware flash --sketch-dir {target}"
-    )
+    click.echo(f"{target / 'config.h'}: say there how your robot is wired")
+    click.echo(f"then: robotcore firmware flash --sketch-dir {target}")
 
 
 @command.command("build")

@@ -28,10 +28,12 @@ def has_core() -> bool:
 
 def build(sketch: Path, board: Board, folder: Path) -> Path:
     """Compile a sketch into a folder; return the image. Raises FirmwareError with what the compiler said."""
+    folder.mkdir(parents=True, exist_ok=True)
     run([TOOL, "compile", "--fqbn", board.fqbn, "--output-dir", folder, sketch], f"building {sketch.name}")
     return folder / f"{sketch.name}.ino.hex"
 
 
 def flash(image: Path, board: Board, port: str) -> None:
     """Put an image on the board at a port; raises FirmwareError with what it said."""
-    run([TOOL, "upload", "--fqbn", board.fqbn, "--port", port, "--input-file", image], f"flashing {port}")
+    where = ["--fqbn", board.fqbn, "--port", port, "--verify"]
+    run([TOOL, "upload", *where, "--input-file", image], f"flashing the {board.name} at {port}")

@@ -18,23 +18,24 @@ BOOTING_S, BETWEEN_S, TIMES = 2.0, 0.5, 6
 """Opening the port resets the board; its bootloader listens first, and what it hears keeps it there for longer."""
 
 
-def greet(port: str, baud: int, booting_s: float = BOOTING_S) -> str:
+def greet(port: str, baud: int) -> str:
     """Return what the board at a port says of itself: ``robotcore-bridge 1``.
 
     Raises FirmwareError where nothing of ours answers within `TIMES` questions, or the port cannot be opened.
     """
     clock = MonotonicClock()
     try:
-        with _opened(port, baud) as line:
-            clock.sleep_until(booting_s)
-            heard = b"".join(_answers(line, clock))
+        with _opened(port, baud) as port_file:
+            clock.sleep_until(BOOTING_S)
+            heard = b"".join(_answers(port_file, clock))
     except (OSError, termios.error) as error:
         raise FirmwareError(f"{port}: cannot be asked what runs there: {error}") from error
-    for said in heard.splitlines():
-        if ANSWER in said:
-            return said[said.index(ANSWER) :].decode("ascii", "replace")
+    for line in heard.splitlines():
+        if ANSWER in line:
+            return line[line.index(ANSWER) :].decode("ascii", "replace")
+    said = repr(heard.splitlines()[-1][:60]) if heard else "nothing"
     raise FirmwareError(
-        f"{port}: was flashed, but asked for its version at {baud} baud it said {bytes(heard[-60:])!r}. "
+        f"{port}: was flashed, but asked for its version at {baud} baud it said {said}. "
         "Press the board's reset, and look whether --board and the BAUD of config.h are right"
     )
 

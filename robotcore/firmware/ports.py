@@ -25,7 +25,7 @@ def only_port(devices: Path = DEVICES) -> str:
 
 
 def require_free(port: str) -> None:
-    """Raise FirmwareError unless a port is there, may be used, and nobody has it open."""
+    """Raise FirmwareError unless a port is there, may be used, and nobody else has it open."""
     if not Path(port).is_char_device():
         raise FirmwareError(f"{port}: is no port. Is the board plugged in? `ls /dev/serial/by-id` names those that are")
     if not os.access(port, os.R_OK | os.W_OK):
@@ -35,8 +35,9 @@ def require_free(port: str) -> None:
 
 
 def _holders(device: Path) -> Iterator[str]:
-    """Yield who has a device open, by name and number, as far as we may see."""
-    for process in Path("/proc").glob("[0-9]*"):
+    """Yield who else has a device open, by name and number, as far as we may see."""
+    others = (process for process in Path("/proc").glob("[0-9]*") if process.name != str(os.getpid()))
+    for process in others:
         with suppress(OSError):  # somebody else's, or gone meanwhile
             if any(file.readlink() == device for file in (process / "fd").iterdir()):
                 yield f"{(process / 'comm').read_text().strip()} ({process.name})"

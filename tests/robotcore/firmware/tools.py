@@ -1,0 +1,37 @@
+"""Tools on the PATH that write down how they were called: only their arguments are looked at."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+
+class Tools:
+    """A PATH of its own, with the tools that are put on it and what a shell needs."""
+
+    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        self._folder, self._diary = folder / "bin", folder / "calls"
+        self._folder.mkdir()
+        self._diary.touch()
+        monkeypatch.setenv("PATH", str(self._folder))
+
+    def put(self, name: str, deed: str = "") -> None:
+        """Put a tool there; ``deed`` is what it does in /bin/sh, with what it was called by in $*."""
+        tool = self._folder / name
+        tool.write_text(f'#!/bin/sh\nPATH={os.defpath}\necho "{name} $*" >> "{self._diary}"\n{deed}\n')
+        tool.chmod(0o755)
+
+    @property
+    def calls(self) -> list[str]:
+        return self._diary.read_text().splitlines()
+
+
+HEX = ":04000000DEADBEEFC4\\n:00000001FF\\n"
+"""Four bytes, in Intel's format."""
+
+_LIST = "ID          Installed Latest Name\\narduino:avr 1.8.6     1.8.6  Arduino AVR Boards\\n"
+LISTS_CORE = f'case "$*" in "core list") printf "{_LIST}";; '
+LISTS_NONE = 'case "$*" in "core list") echo "No platforms installed.";; '
+COMPILES = f'compile*) shift 4; printf "{HEX}" > "$1/$(basename "$2").ino.hex";; esac'
