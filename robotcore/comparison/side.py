@@ -104,6 +104,7 @@ class Side:
             "interventions": self.interventions,
             "rate_hz": None if self.rate_hz is None else round(self.rate_hz, _DIGITS),
             "overruns": result.overruns,
+            "batteries": result.batteries,
         }
 
 

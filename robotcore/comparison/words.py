@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import PurePath
 
 from rich import box
@@ -59,6 +59,9 @@ def rows(comparison: Comparison) -> Iterator[Row]:
     yield "ends at", _pose(one), _pose(other)
     if one.drift is not None or other.drift is not None:
         yield "odometry off by", _drift(one), _drift(other)
+    batteries = one.result.batteries, other.result.batteries
+    for name in dict.fromkeys((*batteries[0], *batteries[1])):
+        yield f"{name}, lowest", _volts(batteries[0].get(name)), _volts(batteries[1].get(name))
     yield "interventions", str(one.interventions), str(other.interventions)
     yield "loop", _loop(one), _loop(other)
 
@@ -87,6 +90,10 @@ def _parting(comparison: Comparison) -> str:
 
 def _seconds(time: float | None) -> str:
     return NOTHING if time is None else f"{time:.2f} s"
+
+
+def _volts(told: Mapping[str, float] | None) -> str:
+    return f"{told['lowest_v']:.2f} V" if told else NOTHING
 
 
 def _metres(path: Path) -> str:

@@ -79,6 +79,7 @@ def contents_of(recording: Recording) -> dict[str, Any]:
         "dropped_pictures": result.dropped_pictures,
         "interventions": interventions_of(recording),
         "milestones": result.milestones,
+        "batteries": result.batteries,
         "outcome": recording.result.outcome.value if recording.result else None,
         "reason": result.reason,
         "trace_sha256": result.trace_sha256,

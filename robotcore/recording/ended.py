@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from robotcore.catalogue import app_name
+from robotcore.devices import Voltage
+from robotcore.recording.events import Tick
 from robotcore.recording.recording import Recording
 from robotcore.running.outcome import Outcome, RunResult
 from robotcore.running.trace import TickRecord, Trace
@@ -28,6 +30,8 @@ def result_of(recording: Recording) -> RunResult:
         milestones=trace.milestones,
         interventions=trace.interventions,
         faults=list(request.faults),
+        notes=list(trace.warnings),
+        batteries=trace.batteries,
     )
 
 
@@ -46,5 +50,18 @@ def why_no_end(recording: Recording) -> str:
 def _trace_of(recording: Recording) -> Trace:
     trace = Trace(tuple(recording.metadata.milestones))
     for tick in recording.ticks:
-        trace.add(TickRecord(tick.number, tick.time, tick.state, tick.asked, tick.sent, tick.interventions))
+        decided = tick.asked, tick.sent, tick.interventions
+        trace.add(
+            TickRecord(
+                *(tick.number, tick.time, tick.state, *decided),
+                voltages=_voltages_in(tick, recording),
+                warnings=tick.warnings,
+            )
+        )
     return trace
+
+
+def _voltages_in(tick: Tick, recording: Recording) -> dict[str, float]:
+    """Return what was read of batteries in a tick, in volts."""
+    read = {read.device: recording.samples.get(read.key) for read in tick.reads if read.key}
+    return {device: sample.voltage for device, sample in read.items() if isinstance(sample, Voltage)}

@@ -18,7 +18,7 @@ from robotcore.clock import Clock, MonotonicClock
 from robotcore.errors import BehaviourError, WatchdogError
 from robotcore.running.observer import Run
 from robotcore.running.outcome import RunResult
-from robotcore.running.trace import TickRecord
+from robotcore.running.trace import TickRecord, voltages_told
 
 SOCKET, WATCHDOG_US, WATCHDOG_PID = "NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID"
 """What systemd puts into the environment of a service's process."""
@@ -79,7 +79,7 @@ class Notifier:
             self._is_ready = self._goes_well and self._say(READY)
         if self._feed_s is not None and now - self._fed >= self._feed_s and self._say(ALIVE):
             self._fed = now
-        if now - self._told >= STATUS_S and self._say(_status(f"{record.state}, {record.time:.0f} s")):
+        if now - self._told >= STATUS_S and self._say(_status(_under_way(record))):
             self._told = now
 
     def end(self, result: RunResult) -> None:
@@ -107,6 +107,10 @@ class Notifier:
             link.sendto("\n".join(lines).encode(errors="replace"), MSG_DONTWAIT, self._address)
             return True
         return False
+
+
+def _under_way(record: TickRecord) -> str:
+    return ", ".join(filter(None, (record.state, f"{record.time:.0f} s", voltages_told(record.voltages))))
 
 
 def _status(words: str) -> str:

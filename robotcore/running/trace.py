@@ -34,6 +34,17 @@ class TickRecord(NamedTuple):
     warnings: tuple[str, ...] = ()
 
 
+def voltages_told(voltages: Mapping[str, float]) -> str:
+    """Return voltages in words; each with its battery's name only where there are several.
+
+    >>> voltages_told({"battery": 7.412})
+    '7.41 V'
+    """
+    if len(voltages) == 1:
+        return "".join(f"{voltage:.2f} V" for voltage in voltages.values())
+    return ", ".join(f"{name} {voltage:.2f} V" for name, voltage in voltages.items())
+
+
 class Trace:
     """Adds up a run: digest, milestones, interventions, warnings, and what its batteries told, in volts.
 

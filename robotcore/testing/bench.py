@@ -79,13 +79,18 @@ class Bench:
         return _described(self.robot)
 
     @property
+    def openable(self) -> frozenset[str]:
+        """The names of the devices that the backend can open."""
+        return self.backend().openable(self.description, self.options)
+
+    @property
     def drive(self) -> Drive:
         """The description of its drive."""
         return self.description.drive or pytest.skip(f"{self.description.name} has no drive")
 
     def setup_for(self, world: WorldDescription | None = None, devices: Iterable[str] | None = None) -> Setup:
-        """Return what a backend is told: open ground, and every device, where nothing else is named."""
-        names = [device.name for device in self.description.devices] if devices is None else devices
+        """Return what a backend is told: open ground and every device that it can open, or what else is named."""
+        names = self.openable if devices is None else devices
         return Setup(self.description, world or scenes.empty(), frozenset(names), RATE_HZ, options=self.options)
 
     def opened(self, world: WorldDescription | None = None, *roles: Role) -> Robot:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from robotcore.testing.battery_rules import BatteryRules
 from robotcore.testing.camera_rules import CameraRules
 from robotcore.testing.clock_rules import ClockRules
 from robotcore.testing.display_rules import DisplayRules
@@ -25,6 +26,7 @@ class ConformanceSuite(
     EncoderRules,
     RangeRules,
     CameraRules,
+    BatteryRules,
     SampleRules,
     DisplayRules,
     TickRules,

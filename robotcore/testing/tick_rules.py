@@ -15,5 +15,5 @@ class TickRules(Bench):
                 first = sensor.read()
                 assert all(sensor.read() is first for _ in range(3)), (
                     f"{sensor.name}: read several times in one tick, it gave different samples; derive it from "
-                    "RangeSensor, Camera or Encoder, which the layers know"
+                    "RangeSensor, Camera, Encoder or Battery, which the layers know"
                 )

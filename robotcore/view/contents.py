@@ -51,6 +51,7 @@ def _about(recording: Recording) -> Iterator[str]:
         yield f"dropped: {counted(result.dropped_pictures, 'picture')}"
     if causes := interventions_of(recording):
         yield "interventions: " + ", ".join(f"{cause} {count}" for cause, count in causes.items())
+    yield from (f"note: {note}" for note in result.notes)
     yield "on " + ", ".join(f"{name} {value}" for name, value in about.platform.items())
 
 

@@ -5,25 +5,26 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import isfinite
 
-from rich.console import Console
+from rich.console import Console, Group
 from rich.live import Live
 from rich.spinner import Spinner
 from rich.table import Table
+from rich.text import Text
 
 from robotcore.clock import MonotonicClock
 from robotcore.layers.devices import LayeredRangeSensor
 from robotcore.running.outcome import RunResult
 from robotcore.running.session import Run
-from robotcore.running.trace import TickRecord
+from robotcore.running.trace import TickRecord, voltages_told
 
 REFRESH_HZ = 10
 
 
 class Progress:
-    """An observer: state, range, time and its pace, and which faults are there; on stderr, gone when it is closed.
+    """An observer: state, range, voltage, time and its pace, and which faults are there; on stderr, gone when closed.
 
     A tick only leaves its record; a thread draws the newest one ten times a second. What ``hint`` returns by then
-    stands at its end.
+    stands at its end, and what the run has warned of below it.
     """
 
     def __init__(self, console: Console | None = None, hint: Callable[[], str] = str) -> None:
@@ -32,8 +33,9 @@ class Progress:
         self._wall = MonotonicClock()
         self._run: Run | None = None
         self._record: TickRecord | None = None
+        self._warnings: list[str] = []
         console = console or Console(stderr=True, highlight=False, markup=False)
-        self._live = Live(get_renderable=self._line, console=console, refresh_per_second=REFRESH_HZ, transient=True)
+        self._live = Live(get_renderable=self._lines, console=console, refresh_per_second=REFRESH_HZ, transient=True)
 
     def begin(self, run: Run) -> None:
         self._wall = MonotonicClock()
@@ -42,6 +44,7 @@ class Progress:
 
     def tick(self, record: TickRecord) -> None:
         self._record = record
+        self._warnings += record.warnings
 
     def end(self, result: RunResult) -> None:
         self.close()
@@ -60,6 +63,9 @@ class Progress:
         if self._run:
             self._live.start()
 
+    def _lines(self) -> Group:
+        return Group(self._line(), *(Text(f"  warning: {each}", "yellow") for each in self._warnings))
+
     def _line(self) -> Table:
         line = Table.grid(padding=(0, 2))
         if self._run and self._record:
@@ -70,6 +76,7 @@ class Progress:
                 f"{request.app} on {request.backend}",
                 f"waiting for {record.lost}" if record.lost else record.state,
                 _range_of(self._run),
+                voltages_told(record.voltages),
                 f"{record.time:.1f} s",
                 f"{pace:.1f}x real time",
                 _faults_at(self._run, record.time),

@@ -50,6 +50,8 @@ def measures(result: RunResult) -> Iterator[str]:
         yield counted(result.contacts, "contact")
     if result.overruns:
         yield counted(result.overruns, "overrun")
+    for name, told in result.batteries.items():
+        yield f"{name} at {told['last_v']:.2f} V, at its lowest {told['lowest_v']:.2f} V"
 
 
 def events(result: RunResult) -> Iterator[str]:
