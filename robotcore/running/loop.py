@@ -143,8 +143,9 @@ class Loop:
             commit = self._with_latch(commit)
         tick = self._clock.tick + (self._clock.tick == self._noted)
         self._noted = tick
-        self._warnings += self._gauges.read(self._clock.now())
-        record = TickRecord(tick, self._clock.now(), self.behaviour.state, *commit, lost)
+        warnings, self._warnings = self._warnings, ()
+        told = self._gauges.voltages, warnings
+        record = TickRecord(tick, self._clock.now(), self.behaviour.state, *commit, lost, *told)
         self.trace.add(record)
         for observe in self._observers:
             observe(record)
