@@ -1,0 +1,58 @@
+"""A simulated rover that is fed by a battery, whose voltages follow a script, as a board would tell them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib.metadata import EntryPoint
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, ClassVar
+
+import pytest
+
+from drivers.kinematic.backend import KinematicBackend
+from drivers.mock.devices import MockBattery
+from drivers.mock.script import Script
+from robotcore import registry
+from robotcore.backend import Setup
+from robotcore.description import BatteryDescription, RobotDescription, load_robot
+from robotcore.robot import Robot
+
+CELLS = '\n[[devices]]\nkind = "battery"\nname = "cells"\nwarn_below_v = 6.6\n'
+"""What a file says of the battery, and nothing else of any backend."""
+
+
+def powered_rover(folder: Path) -> RobotDescription:
+    """Return the shipped rover with a battery, from a file of its own."""
+    file = folder / "powered.toml"
+    file.write_text(files("robotcore.description").joinpath("robots", "rover.toml").read_text() + CELLS)
+    return load_robot(str(file))
+
+
+class PoweredBackend(KinematicBackend):
+    """Tells of every battery what ``volts`` has; None in its place is a battery that cannot be opened."""
+
+    name = "powered"
+    volts: ClassVar[Any] = 7.4
+
+    def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
+        return frozenset(told.name for told in robot.all_of(BatteryDescription))
+
+    def open(self, setup: Setup) -> Robot:
+        raw = super().open(setup)
+        names = self.batteries(setup.robot, {}) & setup.devices
+        if self.volts is None:
+            return Robot(raw.name, raw.clock, raw.devices.values(), notes=[f"{name}: no answer" for name in names])
+        batteries = [MockBattery(name, self.volts, raw.clock, setup.rate_hz) for name in names]
+        return Robot(raw.name, raw.clock, [*raw.devices.values(), *batteries], truth=raw.truth)
+
+
+def install(monkeypatch: pytest.MonkeyPatch, volts: Script = 7.4) -> None:
+    """Let the backend be installed, with a battery that follows the script."""
+    points = dict(registry._points(registry.BACKENDS))
+    points["powered"] = EntryPoint("powered", f"{__name__}:PoweredBackend", registry.BACKENDS)
+    others = registry._points
+    monkeypatch.setattr(
+        "robotcore.registry._points", lambda group: points if group == registry.BACKENDS else others(group)
+    )
+    monkeypatch.setattr(PoweredBackend, "volts", staticmethod(volts) if callable(volts) else volts)
