@@ -6,7 +6,7 @@ import pytest
 
 from robotcore.backend import Setup
 from robotcore.clock import SteppedClock
-from robotcore.description import AnyDevice, load_robot
+from robotcore.description import AnyDevice, BatteryDescription, load_robot
 from robotcore.devices import Device
 from robotcore.errors import DeviceError, DeviceGroupError
 from robotcore.hardware import Host, open_devices, open_robot
@@ -37,6 +37,15 @@ def test_where_one_fails_the_others_are_tried_and_closed_again_the_last_one_firs
     assert [line for line in driver.diary if line.startswith("close")] == [
         f"close {name}" for name in reversed(ORDER) if name != "nose"
     ]
+
+
+def test_a_battery_that_fails_keeps_no_motor_from_being_opened_and_is_noted() -> None:
+    cells = BatteryDescription(kind="battery", name="cells")
+    powered = ROVER.model_copy(update={"devices": (*ROVER.devices, cells)})
+    opened: dict[str, Device] = {}
+    notes = open_devices(fitted(NotingDriver("cells"), powered), host(opened), opened)
+    assert notes == ["cells: does not answer. Nobody is told its voltage"]
+    assert list(opened) == ORDER
 
 
 def test_every_device_that_fails_is_told() -> None:

@@ -6,8 +6,10 @@ import pytest
 
 from robotcore.description import RobotDescription, load_robot
 from robotcore.errors import BackendMissingError, DescriptionError
-from robotcore.hardware import fit
+from robotcore.hardware import batteries_in, fit
 from tests.robotcore.hardware.plugs import EYE, NECK, register, robot_file
+
+CELLS = '[plugboard.cells]\ndriver = "plug"\npin = 4\n'
 
 
 @pytest.fixture(autouse=True)
@@ -53,6 +55,14 @@ def test_what_is_told_of_a_device_that_nobody_asks_for_must_be_right_too(post: P
 def test_a_display_needs_no_wires_but_may_have_some(post: Path) -> None:
     screen = EYE.replace("eye", "screen").replace("2", "3")
     assert [each.name for each in fit(described(post, NECK + EYE + screen), "plugboard")] == ["neck", "eye", "screen"]
+
+
+def test_a_battery_is_there_only_where_the_section_tells_of_it(post: Path) -> None:
+    cells = '[[devices]]\nkind = "battery"\nname = "cells"\n'
+    for section, batteries in ((cells + EYE + NECK, set()), (cells + CELLS + EYE + NECK, {"cells"})):
+        robot = described(post, section)
+        assert batteries_in(robot, "plugboard") == batteries
+        assert {each.name for each in fit(robot, "plugboard")} == {"neck", "eye", *batteries}
 
 
 def test_a_file_without_the_section_is_told_once(post: Path) -> None:

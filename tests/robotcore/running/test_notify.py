@@ -86,6 +86,12 @@ def test_the_first_tick_is_ready_and_alive(systemd: Listener, path: str, clock: 
     assert systemd.heard() == ["READY=1", "WATCHDOG=1", "STATUS=search, 0 s"]
 
 
+def test_the_status_tells_the_voltage_where_a_battery_does(systemd: Listener, path: str, clock: SteppedClock) -> None:
+    notifier = Notifier(path, clock=clock)
+    notifier.tick(TickRecord(0, 0.0, "search", None, None, (), voltages={"cells": 7.384}))
+    assert systemd.heard() == ["READY=1", "STATUS=search, 0 s, 7.38 V"]
+
+
 def test_a_first_tick_that_fails_is_not_ready(systemd: Listener, path: str, clock: SteppedClock) -> None:
     notifier = Notifier(path, clock=clock)
     with pytest.raises(EmergencyStopError):

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from robotcore.description import load_robot
+from robotcore.description import BatteryDescription, load_robot
 from robotcore.errors import DescriptionError
 from robotcore.scene import Kind, places
 from robotcore.scene.section import JointPlace
@@ -34,6 +34,16 @@ def test_only_the_devices_asked_for_are_placed() -> None:
 def test_wheel_may_be_reversed() -> None:
     placed, *_ = places(rover(left_motor={"path": "/left", "reversed": True}), "memory")
     assert placed.place == JointPlace(path=("/left",), reversed=True)
+
+
+def test_a_scene_has_no_battery_and_needs_to_tell_of_none() -> None:
+    powered = rover()
+    cells = BatteryDescription(kind="battery", name="cells")
+    powered = powered.model_copy(update={"devices": (*powered.devices, cells)})
+    assert "cells" not in {each.told.name for each in places(powered, "memory")}
+    told = {"memory": {**powered.backends["memory"], "cells": {"path": "/cells"}}}
+    with pytest.raises(DescriptionError, match=r"memory\.cells: should not be there: a scene has no battery"):
+        places(powered.model_copy(update={"backends": told}), "memory")
 
 
 def test_display_without_an_object_is_left_out() -> None:

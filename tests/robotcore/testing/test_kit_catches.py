@@ -5,11 +5,16 @@ from __future__ import annotations
 import pytest
 
 from tests.robotcore.testing.broken import BROKEN
+from tests.robotcore.testing.broken.batteries import Powered
 from tests.robotcore.testing.harness import Broken, Sound, failing_rules, rule_names
 
 
 def test_sound_driver_fails_no_rule() -> None:
     assert failing_rules(Sound) == set()
+
+
+def test_sound_driver_with_a_battery_fails_no_rule() -> None:
+    assert failing_rules(Powered) == set()
 
 
 @pytest.mark.parametrize("broken", BROKEN, ids=[broken.fault for broken in BROKEN])

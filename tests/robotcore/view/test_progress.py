@@ -25,6 +25,10 @@ class Painted(Progress):
         self.lines: list[str] = []
         super().__init__(self.console, hint)
 
+    def begin(self, run: Run) -> None:
+        self.last_run = run
+        super().begin(run)
+
     def tick(self, record: TickRecord) -> None:
         super().tick(record)
         with self.console.capture() as capture:
@@ -47,6 +51,19 @@ def test_the_line_tells_the_range_that_was_read(monkeypatch: pytest.MonkeyPatch,
     progress = Painted()
     run(REQUEST, [progress])
     assert words in progress.lines[-1]
+
+
+def test_the_line_tells_the_voltage_and_below_it_stands_what_was_warned_of() -> None:
+    progress = Painted()
+    run(REQUEST, [progress])
+    progress._run = progress.last_run
+    record = TickRecord(11, 0.55, "cruise", None, None, (), voltages={"cells": 6.214}, warnings=("cells: charge it",))
+    progress.tick(record)
+    progress.tick(record._replace(warnings=()))
+    assert "6.21 V" in progress.lines[-1]
+    with progress.console.capture() as capture:
+        progress.console.print(progress._lines())
+    assert "warning: cells: charge it" in capture.get()
 
 
 def test_the_line_tells_the_faults_that_are_there() -> None:

@@ -34,6 +34,11 @@ def test_a_success_that_nobody_can_verify_is_told_without_a_verdict(result: RunR
     assert "agree" not in told
 
 
+def test_the_voltages_of_a_battery_are_told(result: RunResult) -> None:
+    told = dataclasses.replace(result, batteries={"cells": {"lowest_v": 6.912, "last_v": 7.2}})
+    assert "cells at 7.20 V, at its lowest 6.91 V" in summary(told).plain
+
+
 def test_a_timeout_needs_no_verdict_but_a_reason(result: RunResult) -> None:
     told = dataclasses.replace(result, outcome=Outcome.TIMEOUT, verified=False, reason="not done after 120 s")
     lines = summary(told).plain.splitlines()

@@ -1,6 +1,7 @@
 """Deliberately broken drivers, a file for each kind of device."""
 
 from tests.robotcore.testing.broken import (
+    batteries,
     cameras,
     clocks,
     displays,
@@ -18,6 +19,7 @@ BROKEN: tuple[Broken, ...] = (
     *encoders.BROKEN,
     *ranges.BROKEN,
     *cameras.BROKEN,
+    *batteries.BROKEN,
     *samples.BROKEN,
     *displays.BROKEN,
     *clocks.BROKEN,

@@ -1,0 +1,105 @@
+"""A battery in a recording: on a channel of its own, read back to the bit, and in the way of no replay."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from drivers.mock.script import Script
+from robotcore.comparison import Comparison, Side
+from robotcore.comparison.words import rows
+from robotcore.devices import Voltage
+from robotcore.errors import DeviceError
+from robotcore.recording import Recording, read
+from robotcore.recording.contents import contents_of, devices_of
+from robotcore.recording.csvfile import write_csv
+from robotcore.recording.ended import result_of
+from robotcore.recording.recorder import Recorder
+from robotcore.recording.story import Level, Line, Story
+from robotcore.replay import replay
+from robotcore.replay.rehearsal import rehearse
+from robotcore.running import gauges
+from robotcore.running.session import RunRequest, run
+from tests.doubles import powered
+
+
+def draining(time: float) -> float:
+    return 7.0 - time / 7
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / "run.mcap"
+
+
+def recorded(monkeypatch: pytest.MonkeyPatch, file: Path, volts: Script = draining) -> Recording:
+    powered.install(monkeypatch, volts)
+    rover = str(powered.powered_rover(file.parent).file)
+    recorder = Recorder(file)
+    request = RunRequest("avoid-obstacles", "powered", rover, "open", settings={"duration_s": 5.0})
+    run(request, [recorder], [recorder.tap])
+    assert recorder.fault is None
+    return read(file)
+
+
+def test_each_voltage_that_was_read_comes_back_to_the_bit(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
+    recording = recorded(monkeypatch, file)
+    voltages = [sample for key, sample in recording.samples.items() if key.device == "cells"]
+    assert voltages == [Voltage(draining(time), time, 20 * time) for time in range(6)]
+    (cells,) = (each for each in devices_of(recording) if each.name == "cells")
+    assert (cells.kind, cells.samples, cells.rate_hz) == ("battery", 6, 1.0)
+
+
+def test_its_warning_is_in_its_tick_and_in_the_log(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
+    recording = recorded(monkeypatch, file, 6.0)
+    assert recording.ticks[0].warnings == ("cells: 6.00 V, and it is to be charged below 6.6 V. Charge it",)
+    assert all(not tick.warnings for tick in recording.ticks[1:])
+    assert Line(Level.Warning, *recording.ticks[0].warnings) in list(Story(()).of(recording.ticks[0]))
+
+
+def test_a_table_has_its_voltage_where_it_was_read(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
+    recording = recorded(monkeypatch, file)
+    rows = list(csv.DictReader(write_csv(recording, file.with_suffix(".csv"), "").read_text().splitlines()))
+    told = [(row["cells_v"], row["cells_time_s"]) for row in rows if row["cells_v"]]
+    assert told == [(str(draining(time)), str(float(time))) for time in range(6)]
+
+
+def test_a_file_that_was_cut_tells_the_same_of_it(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
+    recording = recorded(monkeypatch, file, 6.0)
+    whole, cut = recording.result, result_of(replace(recording, result=None))
+    assert whole
+    assert cut.batteries == whole.batteries == {"cells": {"lowest_v": 6.0, "last_v": 6.0}}
+    assert cut.notes == whole.notes
+    assert contents_of(recording)["batteries"] == whole.batteries
+
+
+@pytest.mark.parametrize("volts", [draining, lambda time: DeviceError("cells", "no answer") if time < 2.5 else 7.0])
+def test_a_run_with_a_battery_is_replayed_to_the_bit(
+    monkeypatch: pytest.MonkeyPatch, file: Path, volts: Script
+) -> None:
+    recording = recorded(monkeypatch, file, volts)
+    replayed = replay(recording)
+    assert recording.result
+    assert (replayed.deviation, replayed.is_exact) == (None, True)
+    assert replayed.trace_sha256 == recording.result.trace_sha256
+    assert replayed.result.batteries == recording.result.batteries
+
+
+@pytest.mark.parametrize("period", [0.0, 0.3])
+def test_a_replay_that_reads_it_at_another_pace_does_not_deviate(
+    monkeypatch: pytest.MonkeyPatch, file: Path, period: float
+) -> None:
+    recording = recorded(monkeypatch, file)
+    monkeypatch.setattr(gauges, "PERIOD_S", period)
+    assert replay(recording).deviation is None
+    assert not rehearse(recording).late_reads
+
+
+def test_two_runs_are_compared_by_their_lowest_voltages(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
+    one = recorded(monkeypatch, file)
+    other = replace(one, result=replace(one.result, batteries={})) if one.result else one
+    told = [row for row in rows(Comparison(Side("a", one), Side("b", other))) if row[0].startswith("cells")]
+    assert told == [("cells, lowest", "6.29 V", "–")]
