@@ -68,5 +68,5 @@ def _harmless(value: Any) -> Any:
 
 def _columns(key: str, item: Any) -> list[tuple[str, Any]]:
     if isinstance(item, dict):
-        return [(f"{key}.{name}", value) for name, value in item.items()]
+        return [column for name, value in item.items() for column in _columns(f"{key}.{name}", value)]
     return [(key, "; ".join(item) if isinstance(item, list) else item)]

@@ -43,7 +43,7 @@ def installed(package: Path) -> str:
 
 def test_passes_the_conformance_kit_and_runs_an_app(package: Path, typed: Typed) -> None:
     told = typed(package, *TESTS, path=installed(package)).stdout
-    assert "46 passed" in told
+    assert "48 passed" in told
     assert "failed" not in told
 
 

@@ -1,25 +1,28 @@
 """The backend: opens a robot's devices on the board."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack, closing
 from functools import partial
+from typing import Any
 
 from robotcore.backend import Backend, Setup, Vouch
 from robotcore.clock import Clock
 from robotcore.description import (
     AnyDevice,
+    BatteryDescription,
     Described,
     Drive,
     EncoderDescription,
     MotorDescription,
     RangeSensorDescription,
+    RobotDescription,
 )
 from robotcore.devices import Device
 from robotcore.errors import DeviceError
 from robotcore.robot import Robot
 
 from my_board.board import Board
-from my_board.devices import BoardEncoder, BoardMotor, BoardRange
+from my_board.devices import BoardBattery, BoardEncoder, BoardMotor, BoardRange
 from my_board.failures import in_words
 
 
@@ -38,6 +41,10 @@ class MyBoardBackend(Backend):
 
     def __init__(self, connect: Callable[[], Board] = Board) -> None:
         self._connect = connect
+
+    def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
+        """Return all that are described: the board can tell of one. Every run opens them, whatever its app needs."""
+        return frozenset(battery.name for battery in robot.all_of(BatteryDescription))
 
     def open(self, setup: Setup) -> Robot:
         """Open the devices asked for; where one cannot be, close the others again."""
@@ -62,6 +69,8 @@ def _opened(drive: Drive | None, board: Board, clock: Clock, told: AnyDevice) ->
             return BoardEncoder(told, board, _wheel_of(told.name, drive), clock)
         case RangeSensorDescription():
             return BoardRange(told, board, clock)
+        case BatteryDescription():
+            return BoardBattery(told, board, clock)
     raise DeviceError(told.name, f"a {told.kind} is nothing that the board has")
 
 

@@ -10,6 +10,8 @@ GEOMETRY = DifferentialGeometry(wheel_radius=0.0325, track=0.155)
 WALL_M = 1.5
 """How far ahead of the start there is a wall."""
 
+FULL_V = 7.8
+
 
 class Board:
     """Two wheels that turn as they are told, and a wall ahead.
@@ -40,6 +42,10 @@ class Board:
         """Return the way from the axle to the wall, m; inf where none is ahead."""
         ahead = math.cos(self._pose.heading)
         return (WALL_M - self._pose.x) / ahead if ahead > 0 else math.inf
+
+    def voltage(self) -> float:
+        """Return the battery's voltage, V."""
+        return FULL_V
 
     def disconnect(self) -> None:
         """Let the board go, its wheels at rest."""

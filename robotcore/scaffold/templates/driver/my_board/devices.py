@@ -3,8 +3,8 @@
 import math
 
 from robotcore.clock import Clock
-from robotcore.description import EncoderDescription, MotorDescription, RangeSensorDescription
-from robotcore.devices import Angle, Encoder, Motor, Range, RangeSensor
+from robotcore.description import BatteryDescription, EncoderDescription, MotorDescription, RangeSensorDescription
+from robotcore.devices import Angle, Battery, Encoder, Motor, Range, RangeSensor, Voltage
 
 from my_board.board import Board
 from my_board.failures import in_words
@@ -57,6 +57,24 @@ class BoardRange(RangeSensor):
     def _take(self, time: float, sequence: int) -> Range:
         distance = max(self._board.distance() - self._mount_x, self.min_range)
         return Range(distance if distance <= self.max_range else math.inf, time, sequence)
+
+    def _release(self) -> None:
+        self._polled.stop()
+
+
+class BoardBattery(Battery):
+    """Tells what feeds the board; no run ends where it cannot."""
+
+    def __init__(self, told: BatteryDescription, board: Board, clock: Clock) -> None:
+        super().__init__(told.name)
+        self._board = board
+        self._polled = Polled(self.name, clock, self._take)
+
+    def _newest(self) -> Voltage:
+        return self._polled.newest()
+
+    def _take(self, time: float, sequence: int) -> Voltage:
+        return Voltage(self._board.voltage(), time, sequence)
 
     def _release(self) -> None:
         self._polled.stop()

@@ -41,3 +41,7 @@ class SlowBoard(Board):
     def distance(self) -> float:
         self._gate.pass_through()
         return super().distance()
+
+    def voltage(self) -> float:
+        self._gate.pass_through()
+        return super().voltage()
