@@ -20,7 +20,7 @@ FRAME_S = 1 / 30
 
 @pytest.fixture
 def app(board: Board, tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
-    """A run on the shipped backend, in a process of its own, whose robot drives over open ground."""
+    """A run on the backend `serial`, in a process of its own, whose robot drives over open ground."""
     robot = written(tmp_path / "robot.toml", board.port)
     command = [
         sys.executable,
