@@ -13,6 +13,7 @@ import pytest
 from tests.system.firmware.board import Board
 from tests.system.firmware.described import written
 
+RUN = "run avoid-obstacles --backend serial --set duration_s=600 --timeout 600"
 STARTED_S = 30.0
 BOARD_TIMEOUT_S = 0.5
 FRAME_S = 1 / 30
@@ -22,18 +23,8 @@ FRAME_S = 1 / 30
 def app(board: Board, tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
     """A run on the backend `serial`, in a process of its own, whose robot drives over open ground."""
     robot = written(tmp_path / "robot.toml", board.port)
-    command = [
-        sys.executable,
-        "-m",
-        "robotcore",
-        "run",
-        "avoid-obstacles",
-        "--backend",
-        "serial",
-        "--robot",
-        str(robot),
-    ]
-    with subprocess.Popen([*command, "--set", "duration_s=600", "--timeout", "600"], text=True) as process:
+    command = [sys.executable, "-m", "robotcore", *RUN.split(), "--robot", str(robot)]
+    with subprocess.Popen(command, text=True) as process:
         try:
             board.wait(lambda: min(board.velocities) > 1.0, "the robot to drive", STARTED_S)
             yield process
