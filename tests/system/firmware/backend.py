@@ -59,12 +59,9 @@ class SimavrBackend(Backend):
             clock = FollowingClock(board.now)
             world = FollowedWorld(setup, board)
             undo.callback(clock.every(FOLLOW_S, world.follow, "followed world").stop)
-            setup = replace(setup, robot=on_serial(setup.robot, board.port), options={})
-            robot = open_robot(
-                setup, SECTION, clock, release=undo.close, truth=world, opened=_cameras(setup, world, clock)
-            )
-            undo.pop_all()
-        return robot
+            release = undo.pop_all().close
+        setup = replace(setup, robot=on_serial(setup.robot, board.port), options={})
+        return open_robot(setup, SECTION, clock, release=release, truth=world, opened=_cameras(setup, world, clock))
 
 
 def _cameras(setup: Setup, world: FollowedWorld, clock: FollowingClock) -> dict[str, Device]:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from importlib.resources import files
 from pathlib import Path
 
 from drivers.serial.backend import SECTION
-from robotcore.description import RobotDescription, load_robot
+from robotcore.description import RobotDescription
 
 CONNECTED: dict[str, dict[str, str]] = {
-    "left_motor": {"driver": "ros-arduino-motor", "side": "left"},
-    "right_motor": {"driver": "ros-arduino-motor", "side": "right"},
-    "left_encoder": {"driver": "ros-arduino-encoder", "side": "left"},
-    "right_encoder": {"driver": "ros-arduino-encoder", "side": "right"},
+    "left_motor": {"driver": "ros-arduino-motor", "side": "left", "counts": "edges"},
+    "right_motor": {"driver": "ros-arduino-motor", "side": "right", "counts": "edges"},
+    "left_encoder": {"driver": "ros-arduino-encoder", "side": "left", "counts": "edges"},
+    "right_encoder": {"driver": "ros-arduino-encoder", "side": "right", "counts": "edges"},
     "nose": {"driver": "ros-arduino-sonar"},
 }
 
@@ -25,7 +26,7 @@ def on_serial(robot: RobotDescription, port: Path) -> RobotDescription:
 
 def written(path: Path, port: Path) -> Path:
     """Write the rover's file with that section, as a user has it, and return where it is."""
-    rover = Path(load_robot("rover").source)
+    rover = files("robotcore.description") / "robots" / "rover.toml"
     tables = (f"[{SECTION}.{name}]\n{_lines({**table, 'port': str(port)})}" for name, table in CONNECTED.items())
     path.write_text("\n".join([rover.read_text(), *tables]))
     return path

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 
 import pytest
 
 from robotcore.devices import Encoder
-from robotcore.errors import DeviceLostError
+from robotcore.errors import DeviceError, DeviceGroupError, DeviceLostError
 from robotcore.robot import Robot
 from robotcore.testing import scenes
 from robotcore.testing.bench import Bench
@@ -29,8 +30,12 @@ BACK_S = 6.0
 def robot(board: Board) -> Iterator[Robot]:
     bench = Bench()
     setup = bench.setup_for(scenes.empty(), {"left_motor", "right_motor", "left_encoder", "right_encoder"})
-    with SimavrBackend(board).open(setup) as opened:
+    opened = SimavrBackend(board).open(setup)
+    try:
         yield opened
+    finally:
+        with suppress(DeviceError, DeviceGroupError):  # a board that is gone cannot be told to stop, which is said
+            opened.close()
 
 
 def drive(robot: Robot, left: float = SPEED_RAD_S, right: float = SPEED_RAD_S) -> None:
