@@ -9,8 +9,8 @@ from drivers.serial.backend import SECTION
 from robotcore.description import RobotDescription
 
 CONNECTED: dict[str, dict[str, str]] = {
-    "left_motor": {"driver": "ros-arduino-motor", "side": "left", "counts": "edges"},
-    "right_motor": {"driver": "ros-arduino-motor", "side": "right", "counts": "edges"},
+    "left_motor": {"driver": "ros-arduino-motor", "side": "left"},
+    "right_motor": {"driver": "ros-arduino-motor", "side": "right"},
     "left_encoder": {"driver": "ros-arduino-encoder", "side": "left", "counts": "edges"},
     "right_encoder": {"driver": "ros-arduino-encoder", "side": "right", "counts": "edges"},
     "nose": {"driver": "ros-arduino-sonar"},
