@@ -9,6 +9,12 @@ from robotcore.devices import Range
 from robotcore.errors import DeviceError
 from robotcore.hardware.newest import Newest
 
+NOTHING_YET = (
+    "has found nothing that could be judged; hold something flat in front of it. "
+    "Where nothing is in range when it is opened, echo_free_cycles must not be 0"
+)
+"""What is wrong with a sensor that is open and has no sample yet."""
+
 
 class Findings:
     """Makes samples of what a sensor's measurements say; ``newest`` has the last of them, or why it failed.
@@ -18,7 +24,7 @@ class Findings:
     """
 
     def __init__(self, told: RangeSensorDescription, echo_free_cycles: int) -> None:
-        self.newest: Newest[Range] = Newest(told.name, DeviceError(told.name, _NOTHING_YET))
+        self.newest: Newest[Range] = Newest(told.name, DeviceError(told.name, NOTHING_YET))
         self.has_told = False
         """Whether there has been a sample, or a failure."""
         self._told, self._echo_free_cycles = told, echo_free_cycles
@@ -69,9 +75,3 @@ def require_timely(echo_free_cycles: int, cycle_s: float, robot: RobotDescriptio
             f"echo_free_cycles of cycle_s{turns} take {takes:g} s, a sample may be {robot.safety.max_age_s:g} s old: "
             "with nothing in range the robot would be stopped; lower one of them, or raise safety.max_age_s"
         )
-
-
-_NOTHING_YET = (
-    "has found nothing that could be judged; hold something flat in front of it. "
-    "Where nothing is in range when it is opened, echo_free_cycles must not be 0"
-)

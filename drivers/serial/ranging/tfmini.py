@@ -11,12 +11,11 @@ from pydantic import Field
 from drivers.serial.boards.settings import PortSettings
 from drivers.serial.ports.line import Line
 from drivers.serial.ranging.listening import Listening
-from robotcore.clock import Clock
 from robotcore.description import RangeSensorDescription, RobotDescription
 from robotcore.devices import Range, RangeSensor
 from robotcore.errors import DeviceError
 from robotcore.hardware import Connection, DeviceDriver, Host
-from robotcore.hardware.findings import Findings, require_timely
+from robotcore.hardware.findings import NOTHING_YET, Findings, require_timely
 
 NEAREST_M, FARTHEST_M = 0.1, 8.0
 """What none of them sees nearer, or the TF-Luna no farther: a TFmini-S and Plus begin at 0.1 m, a TF-Luna at 0.2 m, a
@@ -83,7 +82,7 @@ class TFmini(DeviceDriver[RangeSensorDescription, TFminiSettings]):
         sensor = LightSensor(told, findings, talk, Line(settings.port, talk, host.clock))
         with ExitStack() as undo:
             undo.callback(sensor.close)
-            sensor.start(host.clock, settings.cycle_s * (settings.echo_free_cycles + _MORE_CYCLES))
+            sensor.start(settings.cycle_s * (settings.echo_free_cycles + _MORE_CYCLES))
             undo.pop_all()
         return sensor
 
@@ -95,7 +94,7 @@ class LightSensor(RangeSensor):
         super().__init__(told.name, min_range=told.min_range_m, max_range=told.max_range_m, cone=told.cone_rad)
         self._findings, self._talk, self._line = findings, talk, line
 
-    def start(self, clock: Clock, first_sample_s: float) -> None:
+    def start(self, first_sample_s: float) -> None:
         """Open the line and see something within so many seconds; raises DeviceError."""
         try:
             self._line.open(self.name, _FIRST_FRAMES_S)
@@ -103,10 +102,7 @@ class LightSensor(RangeSensor):
             if self._talk.skipped is None:
                 raise
             raise DeviceError(self.name, self._unheard(self._talk.skipped)) from error
-        deadline = clock.now() + first_sample_s
-        while not self._findings.has_told and clock.now() < deadline:
-            clock.sleep_until(clock.now() + first_sample_s / _MORE_CYCLES)
-        self._newest()
+        self._line.wait_until(lambda: self._findings.has_told, self.name, first_sample_s, NOTHING_YET)
 
     def _unheard(self, skipped: int) -> str:
         """Say why there are no frames, by how many bytes came in their place."""

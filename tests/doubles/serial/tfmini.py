@@ -6,7 +6,12 @@ import math
 import struct
 from collections.abc import Callable
 
+from tests.doubles.serial.board import BoardDouble
+
 PERIOD_S = 0.01
+SLACK_S = 1e-9
+"""Times are no exact sums."""
+
 REACH_M = 12.0
 STRONG, WEAK = 1000, 20
 WARM = (36 + 256) * 8
@@ -19,14 +24,26 @@ def frame(distance_cm: int, amplitude: int = STRONG, temperature: int = WARM) ->
     return body + bytes([sum(body) & 0xFF])
 
 
-class TFminiS:
-    """Says what ``distance`` is, in metres, `inf` for nothing; where it ``is_blind`` no light comes back."""
+class TFminiS(BoardDouble):
+    """Says what ``distance`` is, in metres, `inf` for nothing; where it ``is_blind`` no light comes back.
 
-    def __init__(self, say: Callable[[bytes], object], distance: Callable[[], float]) -> None:
-        self._say, self._distance = say, distance
+    ``says`` takes the place of what it would say, where it is told.
+    """
+
+    def __init__(self, distance: Callable[[], float] = lambda: math.inf) -> None:
+        self._distance, self._due = distance, 0.0
         self.is_blind = False
+        self.says: bytes | None = None
 
-    def tell(self) -> None:
-        """Measure and send it, which it does by itself."""
+    def hear(self, data: bytes, now: float) -> bytes:
+        return b""
+
+    def live(self, now: float, seconds: float) -> bytes:
+        if now < self._due:
+            return b""
+        self._due = now + PERIOD_S - SLACK_S
+        return self._measured() if self.says is None else self.says
+
+    def _measured(self) -> bytes:
         distance = math.inf if self.is_blind else self._distance()
-        self._say(frame(WEAK_CM, WEAK) if distance > REACH_M else frame(round(distance * 100)))
+        return frame(WEAK_CM, WEAK) if distance > REACH_M else frame(round(distance * 100))

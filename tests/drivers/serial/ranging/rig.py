@@ -11,9 +11,9 @@ from robotcore.clock import SteppedClock
 from robotcore.description import RangeSensorDescription, RobotDescription, load_robot
 from robotcore.devices import RangeSensor
 from robotcore.hardware import Host
-from robotcore.polling import Polling
+from tests.doubles.serial.board import Powered
 from tests.doubles.serial.pty import Pty
-from tests.doubles.serial.tfmini import PERIOD_S, frame
+from tests.doubles.serial.tfmini import PERIOD_S, TFminiS, frame
 
 _NOSE = next(device for device in load_robot("rover").devices if isinstance(device, RangeSensorDescription))
 TOLD = _NOSE.model_copy(update={"min_range_m": 0.1, "cone_rad": 0.063})
@@ -28,31 +28,25 @@ def robot_with(*noses: RangeSensorDescription, **wires: Mapping[str, Any]) -> Ro
 
 
 class Rig:
-    """A sensor that sends what ``says`` is, every hundredth of a second."""
+    """A sensor that sends something flat at 0.5 m, until it is told to send something else."""
 
     def __init__(self, folder: Path) -> None:
-        self.pty = Pty(folder)
-        self.clock = SteppedClock(500, lambda _steps: None)
-        self.says = frame(50)
-        self._talking: Polling = self.clock.every(PERIOD_S, self._tell, "TFmini")
+        self.pty, self.clock, self.double = Pty(folder), SteppedClock(500, lambda _steps: None), TFminiS()
+        self.sends(frame(50))
+        self._powered = Powered(self.double, self.pty, self.clock)
 
     def open(self, **settings: Any) -> RangeSensor:
         host = Host(load_robot("rover"), self.clock)
         return TFmini().open(TOLD, TFminiSettings(port=str(self.pty.path), **settings), host)
 
-    def say(self, *frames: bytes) -> None:
-        """Send frames at once, and go on with the last of them."""
-        self.pty.say_all(b"".join(frames))
-        self.says = frames[-1]
-
-    def fall_silent(self) -> None:
-        self.says = b""
+    def sends(self, *frames: bytes, cycles: int = 0) -> None:
+        """From now on, every hundredth of a second, send these frames at once; let so many of these pass."""
+        self.double.says = b"".join(frames)
+        self.cycles(cycles)
 
     def cycles(self, count: int = 1) -> None:
         self.clock.sleep_until(self.clock.now() + PERIOD_S * count)
 
     def close(self) -> None:
+        self._powered.off()
         self.pty.close()
-
-    def _tell(self) -> None:
-        self.pty.say_all(self.says)

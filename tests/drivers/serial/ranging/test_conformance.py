@@ -21,8 +21,9 @@ from robotcore.testing import Capability
 from robotcore.testing.lifecycle_rules import LifecycleRules
 from robotcore.testing.range_rules import RangeRules
 from robotcore.testing.sample_rules import SampleRules
+from tests.doubles.serial.board import Powered
 from tests.doubles.serial.pty import Pty
-from tests.doubles.serial.tfmini import PERIOD_S, REACH_M, TFminiS
+from tests.doubles.serial.tfmini import REACH_M, TFminiS
 from tests.drivers.serial.ranging.rig import TOLD, robot_with
 
 
@@ -44,14 +45,14 @@ class TestTFmini(LifecycleRules, RangeRules, SampleRules):
         with ExitStack() as undo:
             simulated = undo.enter_context(KinematicBackend().open(replace(setup, robot=seen)))
             pty = undo.enter_context(Pty(self._path))
-            self.module = TFminiS(pty.say_all, _distance(simulated))
-            simulated.clock.every(PERIOD_S, self.module.tell, "TFmini")
+            self.double = TFminiS(_distance(simulated))
+            undo.callback(Powered(self.double, pty, simulated.clock).off)
             release = undo.pop_all().close
         others = {name: device for name, device in simulated.devices.items() if not isinstance(device, RangeSensor)}
         return open_robot(setup, "serial", simulated.clock, release=release, truth=simulated.truth, opened=others)
 
     def lose_echoes(self, robot: Robot) -> None:
-        self.module.is_blind = True
+        self.double.is_blind = True
 
 
 def _distance(simulated: Robot) -> Callable[[], float]:

@@ -28,15 +28,13 @@ def rig(tmp_path: Path) -> Iterator[Rig]:
 
 
 def test_a_sample_is_in_hand_when_it_is_open(rig: Rig) -> None:
-    with_sample = rig.open()
-    assert with_sample.read().distance == 0.5
+    assert rig.open().read().distance == 0.5
 
 
 def test_each_frame_is_a_new_sample_of_when_it_arrived(rig: Rig) -> None:
     sensor = rig.open()
     before = sensor.read()
-    rig.says = frame(120)
-    rig.cycles(5)
+    rig.sends(frame(120), cycles=5)
     after = sensor.read()
     assert (after.distance, after.sequence) == (1.2, before.sequence + 5)
     assert after.time == pytest.approx(before.time + 0.05)
@@ -46,25 +44,21 @@ def test_each_frame_is_a_new_sample_of_when_it_arrived(rig: Rig) -> None:
 def test_the_newest_of_frames_that_come_at_once_counts(rig: Rig) -> None:
     sensor = rig.open()
     before = sensor.read()
-    rig.says = b""
-    rig.say(frame(60), frame(70), frame(80))
-    rig.cycles()
-    assert (sensor.read().distance, sensor.read().sequence) == (0.8, before.sequence + 2)
+    rig.sends(frame(60), frame(70), frame(80), cycles=1)
+    assert (sensor.read().distance, sensor.read().sequence) == (0.8, before.sequence + 1)
 
 
 def test_a_sensor_that_falls_silent_leaves_its_last_sample_to_grow_old(rig: Rig) -> None:
     sensor = rig.open()
-    rig.fall_silent()
     before = sensor.read()
-    rig.cycles(200)
+    rig.sends(cycles=200)
     assert sensor.read() == before
 
 
 def test_nothing_is_vouched_for_only_after_a_row_of_dark_frames(rig: Rig) -> None:
     sensor = rig.open(echo_free_cycles=10)
     before = sensor.read()
-    rig.says = DARK
-    rig.cycles(9)
+    rig.sends(DARK, cycles=9)
     assert sensor.read() == before
     rig.cycles()
     assert sensor.read().distance == math.inf
@@ -74,38 +68,34 @@ def test_nothing_is_vouched_for_only_after_a_row_of_dark_frames(rig: Rig) -> Non
 def test_what_is_seen_between_dark_frames_begins_their_row_anew(rig: Rig, between: bytes) -> None:
     sensor = rig.open(echo_free_cycles=10)
     for _ in range(5):
-        rig.says = DARK
-        rig.cycles(7)
-        rig.say(between, DARK)
-        rig.cycles()
+        rig.sends(DARK, cycles=8)
+        rig.sends(between, DARK, cycles=1)
     assert sensor.read().distance == 0.5
 
 
 def test_too_much_light_is_no_sample(rig: Rig) -> None:
     sensor = rig.open()
     before = sensor.read()
-    rig.says = DAZZLED
-    rig.cycles(200)
+    rig.sends(DAZZLED, cycles=200)
     assert sensor.read() == before
 
 
 @pytest.mark.parametrize("centimetres, expected", [(201, math.inf), (1200, math.inf), (3, 0.1), (0, 0.1)])
 def test_distances_out_of_range_read_as_every_range_sensors(rig: Rig, centimetres: int, expected: float) -> None:
     sensor = rig.open()
-    rig.says = frame(centimetres)
-    rig.cycles()
+    rig.sends(frame(centimetres), cycles=1)
     assert sensor.read().distance == expected
 
 
 def test_dark_at_the_opening_is_told_where_nothing_may_vouch_for_it(rig: Rig) -> None:
-    rig.says = DARK
+    rig.sends(DARK)
     with pytest.raises(DeviceError, match="nose: has found nothing that could be judged"):
         rig.open(echo_free_cycles=0)
     assert rig.open().read().distance == math.inf
 
 
 def test_a_wrong_speed_is_told_by_what_comes_in_place_of_frames(rig: Rig) -> None:
-    rig.says = random.Random(1).randbytes(9)
+    rig.sends(random.Random(1).randbytes(9))
     with pytest.raises(
         DeviceError,
         match=r"nose: \d+ bytes came on .*board at 9600 baud, and no frame of a TFmini. Set baud to .*115200",
@@ -114,13 +104,13 @@ def test_a_wrong_speed_is_told_by_what_comes_in_place_of_frames(rig: Rig) -> Non
 
 
 def test_a_sensor_that_says_nothing_is_refused_with_what_to_look_at(rig: Rig) -> None:
-    rig.fall_silent()
+    rig.sends()
     with pytest.raises(DeviceError, match=r"nose: nothing comes on .*board at 115200 baud; look at its 5 V"):
         rig.open()
 
 
 def test_a_port_that_is_not_there_is_not_taken_for_a_silent_one(rig: Rig) -> None:
-    rig.fall_silent()
+    rig.sends()
     rig.pty.unplug()
     with pytest.raises(DeviceError, match=r"nose: .*board cannot be opened"):
         rig.open()
@@ -133,14 +123,10 @@ def test_nothing_is_ever_sent_to_it(rig: Rig) -> None:
 
 def test_what_waited_in_a_full_buffer_is_of_an_unknown_age(rig: Rig) -> None:
     sensor = rig.open()
-    rig.fall_silent()
     before = sensor.read()
-    rig.say(*[frame(90)] * 455)
-    rig.fall_silent()
-    rig.cycles()
+    rig.sends(*[frame(90)] * 455, cycles=1)
     assert sensor.read() == before
-    rig.say(frame(95))
-    rig.cycles()
+    rig.sends(frame(95), cycles=1)
     assert sensor.read().distance == 0.95
 
 
@@ -152,14 +138,12 @@ def test_unplugged_it_is_lost_by_name_and_plugged_in_it_is_back(rig: Rig) -> Non
     with pytest.raises(DeviceLostError, match=r"nose: .*board is gone"):
         sensor.read()
     rig.pty.plug_in()
-    rig.fall_silent()
-    rig.cycles(20)
-    with pytest.raises(DeviceLostError, match="nose: .* has not answered since it came back"):
+    rig.sends(cycles=20)
+    with pytest.raises(DeviceLostError, match=r"nose: .* has not answered since it came back"):
         sensor.read()
-    rig.say(frame(70))
-    rig.cycles(2)
+    rig.sends(frame(70), cycles=2)
     after = sensor.read()
-    assert (after.distance, after.sequence) == (0.7, before.sequence + 5 + 1)
+    assert (after.distance, after.sequence) == (0.7, before.sequence + 1)
 
 
 def test_a_thread_hears_it_at_the_machines_own_time(tmp_path: Path) -> None:
