@@ -29,8 +29,6 @@ class HoverboardTalk(Talk):
     speeds over the times in which they came. While the board is silent nothing is added, for nobody measured it.
     """
 
-    stops_itself = "The board stops its motors by itself 0.8 s after the last command that it heard."
-
     def __init__(self, baud: int) -> None:
         self.baud = baud
         self.command = Command()
@@ -65,6 +63,10 @@ class HoverboardTalk(Talk):
     def next_due(self, now: float) -> float:
         repeat_at = self._repeat_at if self.command.told.stops else math.inf
         return max(self._free_at, min(self.command.next_due, repeat_at))
+
+    @property
+    def stops_itself(self) -> str:
+        return "The board stops its motors 0.8 s after the last command that it heard."
 
     @property
     def is_settled(self) -> bool:

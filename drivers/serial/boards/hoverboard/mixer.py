@@ -47,6 +47,9 @@ class Tank(Mixer):
 
     straight = turning = float(LIMIT)
 
+    def __str__(self) -> str:
+        return "tank steering"
+
     def steering(self, left: float, right: float) -> Steering:
         part = _part(left, right)
         return Steering(round(left * part), round(right * part))
@@ -67,6 +70,9 @@ class Mixed(Mixer):
 
     speed_coefficient: float = 1.0
     steer_coefficient: float = 0.5
+
+    def __str__(self) -> str:
+        return f"coefficients {self.speed_coefficient:g} and {self.steer_coefficient:g}"
 
     @property
     def straight(self) -> float:

@@ -61,7 +61,7 @@ class HoverboardMotorSettings(WheelSettings):
 
     def firmware(self) -> Connection:
         """Return what both motors of a board must say alike, as something that they share."""
-        built = f"{self.mode} of {self.max_rpm} rpm, {self.mixer}"
+        built = f"mode {self.mode}, {self.max_rpm} rpm, {self.mixer}"
         instead = "say the same of it for both motors"
         return Connection("firmware", "the firmware at", self.port, is_shared=True, instead=instead, spoken=built)
 

@@ -85,6 +85,11 @@ class SabertoothTalk(Talk):
         return all(board.command.next_due == math.inf for board in self._boards.values())
 
     @property
+    def stops_itself(self) -> str:
+        longest = max((board.timeout_s for board in self._boards.values()), default=MOST_TIMEOUT_S)
+        return f"The board stops its motors {longest:g} s after the last command that it heard."
+
+    @property
     def _stands(self) -> bool:
         return all(board.command.told.stops for board in self._boards.values())
 

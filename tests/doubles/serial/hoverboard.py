@@ -1,0 +1,118 @@
+"""A hoverboard with the FOC firmware: its main loop of 5 ms, its mixer, its filters, its time-out, its feedback.
+
+Written after Src/main.c and Src/util.c of EFeru/hoverboard-firmware-hack-FOC, variant USART.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from dataclasses import dataclass
+
+from tests.doubles.serial.board import BoardDouble
+from tests.doubles.serial.wheels import Wheels
+
+LOOP_S = 0.005
+TIMEOUT_LOOPS = 160
+ENABLING_S = 0.3
+RATE = 480
+FILTER = 6553
+RPM = math.tau / 60
+
+
+@dataclass
+class Firmware:
+    """What config.h says: coefficients in 1/16384, and what a wheel turns at for a unit of its command, in rad/s."""
+
+    speed_coefficient: int = 16384
+    steer_coefficient: int = 8192
+    is_tank: bool = False
+    rad_s_per_unit: float = RPM
+
+
+class Input:
+    """One word of a command, on its way through the rate limiter and the low-pass filter."""
+
+    def __init__(self) -> None:
+        self._limited = self._filtered = 0
+
+    def passed(self, word: int) -> int:
+        """Return what comes out a main loop later."""
+        self._limited += max(-RATE, min((word << 4) - self._limited, RATE))
+        self._filtered += ((self._limited >> 4 << 4) - (self._filtered >> 12)) * FILTER >> 4
+        return self._filtered >> 16
+
+
+class Hoverboard(BoardDouble):
+    """Has a battery of its own: what becomes of its port does not reset it."""
+
+    def __init__(self, wheels: Wheels, firmware: Firmware | None = None) -> None:
+        self.wheels, self._firmware = wheels, firmware or Firmware()
+        self.heard: list[tuple[int, int]] = []
+        self.ignored = 0
+        self.volts = 37.96
+        self.is_mute = False
+        self._told = (0, 0)
+        self._unheard_loops = TIMEOUT_LOOPS
+        self._inputs = Input(), Input()
+        self._loops = 0
+        self._next_loop: float | None = None
+        self._is_enabled = False
+
+    def hear(self, data: bytes, now: float) -> bytes:
+        """Take what came between two pauses: eight bytes are a command, and anything else is nothing."""
+        if len(data) == 8:
+            start, steer, speed, checksum = struct.unpack("<HhhH", data)
+            if start == 0xABCD and checksum == (start ^ steer & 0xFFFF ^ speed & 0xFFFF):
+                self._told, self._unheard_loops = (steer, speed), 0
+                self.heard.append(self._told)
+                return b""
+        self.ignored += bool(data)
+        return b""
+
+    def live(self, now: float, seconds: float) -> bytes:
+        self.wheels.turn(seconds)
+        said = b""
+        self._next_loop = now if self._next_loop is None else self._next_loop
+        while self._next_loop <= now + 1e-9:
+            self._next_loop += LOOP_S
+            said += self._loop()
+        return said
+
+    def _loop(self) -> bytes:
+        self._loops += 1
+        self._unheard_loops += 1
+        steer, speed = told = self._told if self._unheard_loops <= TIMEOUT_LOOPS else (0, 0)
+        if not self._is_enabled and max(map(abs, told)) < 50:
+            self._is_enabled = True
+            assert self._next_loop is not None
+            self._next_loop += ENABLING_S
+        self._turn(self._inputs[0].passed(steer), self._inputs[1].passed(speed))
+        return b"" if self._loops % 2 or self.is_mute else self._feedback(steer, speed)
+
+    def _turn(self, steer: int, speed: int) -> None:
+        left, right = (steer, speed) if self._firmware.is_tank else self._mixed(steer, speed)
+        unit = self._firmware.rad_s_per_unit if self._is_enabled else 0.0
+        self.wheels.tell(left * unit, right * unit)
+
+    def _mixed(self, steer: int, speed: int) -> tuple[int, int]:
+        along = speed * 16 * self._firmware.speed_coefficient >> 14
+        across = steer * 16 * self._firmware.steer_coefficient >> 14
+        return _clamped(along + across >> 4), _clamped(along - across >> 4)
+
+    def _feedback(self, steer: int, speed: int) -> bytes:
+        left, right = round(self.wheels.left.velocity / RPM), round(self.wheels.right.velocity / RPM)
+        return feedback(steer, speed, -right, left, round(self.volts * 100), 300, 0)
+
+
+def feedback(*words: int) -> bytes:
+    """Return the frame of cmd1, cmd2, speedR_meas, speedL_meas, batVoltage, boardTemp and cmdLed."""
+    frame = struct.pack("<H7h", 0xABCD, *words)
+    checksum = 0
+    for (word,) in struct.iter_unpack("<H", frame):
+        checksum ^= word
+    return frame + struct.pack("<H", checksum)
+
+
+def _clamped(wheel: int) -> int:
+    return max(-1000, min(wheel, 1000))

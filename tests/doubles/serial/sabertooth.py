@@ -1,0 +1,72 @@
+"""Sabertooths in packet serial mode, each at its address, on one line; they never say anything.
+
+Written after Dimension Engineering's manuals: the baud rate is taken from the first byte, the time-out is off when the
+power comes on, begins anew with each packet to that address, and leaves when the motor is told anew.
+"""
+
+from __future__ import annotations
+
+from tests.doubles.serial.board import BoardDouble
+from tests.doubles.serial.wheels import Wheels
+
+
+class Sabertooth:
+    """One board; what turns is M1 as the left wheel and M2 as the right one, ``full_rad_s`` at 127."""
+
+    def __init__(self, wheels: Wheels, full_rad_s: float) -> None:
+        self.wheels, self._full_rad_s = wheels, full_rad_s
+        self.values = [0, 0]
+        self.timeout_s = 0.0
+        self._heard_at = 0.0
+
+    def obey(self, command: int, value: int, now: float) -> None:
+        self._heard_at = now
+        if command == 14:
+            self.timeout_s = value / 10
+        elif command in (0, 1, 4, 5):
+            self.values[command // 4] = -value if command % 4 else value
+
+    def turn(self, now: float, seconds: float) -> None:
+        if self.timeout_s and now - self._heard_at > self.timeout_s:
+            self.values = [0, 0]
+        self.wheels.tell(*(value / 127 * self._full_rad_s for value in self.values))
+        self.wheels.turn(seconds)
+
+
+class Sabertooths(BoardDouble):
+    """The line: deaf until it has heard its baud rate, and deaf for good where another byte came first."""
+
+    def __init__(self, *, full_rad_s: float, addresses: tuple[int, ...] = (128,)) -> None:
+        self.boards = {address: Sabertooth(Wheels(), full_rad_s) for address in addresses}
+        self.packets: list[tuple[int, int, int]] = []
+        self.ignored = 0
+        self._has_rate: bool | None = None
+        self._kept = b""
+
+    def hear(self, data: bytes, now: float) -> bytes:
+        for byte in data:
+            if self._has_rate is None:
+                self._has_rate = byte == 0xAA
+            elif self._has_rate:
+                self._take(byte, now)
+        return b""
+
+    def live(self, now: float, seconds: float) -> bytes:
+        for board in self.boards.values():
+            board.turn(now, seconds)
+        return b""
+
+    def _take(self, byte: int, now: float) -> None:
+        if byte >= 128:  # an address, wherever it comes
+            self.ignored += bool(self._kept)
+            self._kept = bytes((byte,)) if byte in self.boards else b""
+        elif self._kept:
+            self._kept += bytes((byte,))
+        if len(self._kept) == 4:
+            address, command, value, checksum = self._kept
+            self._kept = b""
+            if checksum == sum((address, command, value)) % 128:
+                self.packets.append((address, command, value))
+                self.boards[address].obey(command, value, now)
+            else:
+                self.ignored += 1
