@@ -72,7 +72,7 @@ class Line:
         period = PERIOD_S if self._clock.is_lockstep else 0.0
         self._polling = self._clock.every(period, self._exchange, f"line {self.place}")
         try:
-            self.wait_until(lambda: self._talk.is_ready, device, answer_s, self._unanswered)
+            self._wait_until(lambda: self._talk.is_ready, device, answer_s, self._talk.unanswered)
         except DeviceError:
             self.close()
             raise
@@ -88,15 +88,18 @@ class Line:
         if self._loss:
             raise DeviceLostError(device, self._with_its_stop(self._loss))
         if not self._talk.is_ready:
-            raise DeviceLostError(device, self._with_its_stop(self._unanswered))
+            raise DeviceLostError(device, self._with_its_stop(self._talk.unanswered(self.place)))
 
     def wait_until(self, is_so: Callable[[], bool], device: str, within_s: float, fault: str) -> None:
         """Let time pass until something is so; raises DeviceError with the fault where it takes longer."""
+        self._wait_until(is_so, device, within_s, lambda _place: fault)
+
+    def _wait_until(self, is_so: Callable[[], bool], device: str, within_s: float, fault: Callable[[str], str]) -> None:
         deadline = self._clock.now() + within_s
         while not is_so():
             self._require_sound(device)
             if self._clock.now() >= deadline:
-                raise DeviceError(device, self._loss or fault)
+                raise DeviceError(device, self._loss or fault(self.place))
             self._clock.sleep_until(self._clock.now() + LOOKING_S)
 
     def settle(self, device: str) -> None:
@@ -178,13 +181,6 @@ class Line:
             what = f"{type(self._defect).__name__}: {self._defect}"
             fault = f"a defect in what is spoken on {self.place} has closed it ({what}). Report it"
             raise DeviceError(device, self._with_its_stop(fault)) from self._defect
-
-    @property
-    def _unanswered(self) -> str:
-        return (
-            f"nothing on {self.place} answers at {self._talk.baud} baud. Look whether the board has power, is the one "
-            "that driver is for, and speaks at that baud"
-        )
 
     def _with_its_stop(self, fault: str) -> str:
         return f"{fault}. {self._talk.stops_itself}" if self._talk.stops_itself else fault

@@ -50,3 +50,10 @@ class Talk(ABC):
     def next_due(self, now: float) -> float:
         """Return when `due` has something again at the latest, if nobody wants anything before; `inf` for never."""
         return math.inf
+
+    def unanswered(self, place: str) -> str:
+        """Say what is wrong where nobody on that place has answered since the line was opened, and what to do."""
+        return (
+            f"nothing on {place} answers at {self.baud} baud. Look whether the board has power, is the one that driver "
+            "is for, and speaks at that baud"
+        )
