@@ -8,8 +8,8 @@ from drivers.serial.ports.talk import Talk
 from drivers.serial.ranging.protocol import Parser, Reading, Seen
 from robotcore.hardware.findings import Findings
 
-_FULL = 4095
-"""So much of what nobody reads the kernel keeps; what comes later is dropped. Source: Linux, drivers/tty/n_tty.c."""
+_FULL = 4000
+"""Of what nobody reads the kernel keeps little more; what comes later is dropped. Source: Linux, N_TTY_BUF_SIZE."""
 
 
 class Listening(Talk):
@@ -21,20 +21,13 @@ class Listening(Talk):
 
     def __init__(self, findings: Findings, baud: int) -> None:
         self.baud, self.is_ready = baud, False
-        self._findings = findings
-        self._parser: Parser | None = None
-
-    @property
-    def skipped(self) -> int | None:
-        """How many bytes came that were in no frame, since the line was opened; None where it never was."""
-        return self._parser.skipped if self._parser else None
+        self._findings, self._parser = findings, Parser()
 
     def begin(self, now: float) -> None:
         self.is_ready, self._parser = False, Parser()
         self._findings.unclear()
 
     def receive(self, data: bytes, now: float) -> None:
-        assert self._parser
         if not (readings := self._parser.feed(data)):
             return
         self.is_ready = True
@@ -43,6 +36,10 @@ class Listening(Talk):
 
     def due(self, now: float) -> bytes:
         return b""
+
+    def unanswered(self, place: str) -> str:
+        told = _NO_FRAMES if self._parser.skipped else _SILENT
+        return told.format(heard=f"on {place} at {self.baud} baud", skipped=self._parser.skipped)
 
     def _judge(self, readings: Sequence[Reading], now: float) -> None:
         """Tell the newest; one before it that has seen something ends a row in which nothing was found."""
@@ -56,3 +53,13 @@ class Listening(Talk):
                 self._findings.nothing(now)
             case Seen.UNCLEAR:
                 self._findings.unclear()
+
+
+_NO_FRAMES = (
+    "{skipped} bytes came {heard}, and no frame of a TFmini. Set baud to what the sensor was set to (115200 from the "
+    "factory) and its output to 9 bytes in cm, and see that it is the sensor's port"
+)
+_SILENT = (
+    "nothing comes {heard}; look at its 5 V and its ground, and whether its TX goes to the port's RX. "
+    "One that was set to I2C, or to wait for a trigger, says nothing by itself"
+)

@@ -13,7 +13,6 @@ from drivers.serial.ports.line import Line
 from drivers.serial.ranging.listening import Listening
 from robotcore.description import RangeSensorDescription, RobotDescription
 from robotcore.devices import Range, RangeSensor
-from robotcore.errors import DeviceError
 from robotcore.hardware import Connection, DeviceDriver, Host
 from robotcore.hardware.findings import NOTHING_YET, Findings, require_timely
 
@@ -78,8 +77,8 @@ class TFmini(DeviceDriver[RangeSensorDescription, TFminiSettings]):
 
     def open(self, told: RangeSensorDescription, settings: TFminiSettings, host: Host) -> RangeSensor:
         findings = Findings(told, settings.echo_free_cycles)
-        talk = Listening(findings, settings.speed)
-        sensor = LightSensor(told, findings, talk, Line(settings.port, talk, host.clock))
+        line = Line(settings.port, Listening(findings, settings.speed), host.clock)
+        sensor = LightSensor(told, findings, line)
         with ExitStack() as undo:
             undo.callback(sensor.close)
             sensor.start(settings.cycle_s * (settings.echo_free_cycles + _MORE_CYCLES))
@@ -90,24 +89,14 @@ class TFmini(DeviceDriver[RangeSensorDescription, TFminiSettings]):
 class LightSensor(RangeSensor):
     """A sensor that tells its distances by itself; while its line is lost it is read no more."""
 
-    def __init__(self, told: RangeSensorDescription, findings: Findings, talk: Listening, line: Line) -> None:
+    def __init__(self, told: RangeSensorDescription, findings: Findings, line: Line) -> None:
         super().__init__(told.name, min_range=told.min_range_m, max_range=told.max_range_m, cone=told.cone_rad)
-        self._findings, self._talk, self._line = findings, talk, line
+        self._findings, self._line = findings, line
 
     def start(self, first_sample_s: float) -> None:
         """Open the line and see something within so many seconds; raises DeviceError."""
-        try:
-            self._line.open(self.name, _FIRST_FRAMES_S)
-        except DeviceError as error:
-            if self._talk.skipped is None:
-                raise
-            raise DeviceError(self.name, self._unheard(self._talk.skipped)) from error
+        self._line.open(self.name, _FIRST_FRAMES_S)
         self._line.wait_until(lambda: self._findings.has_told, self.name, first_sample_s, NOTHING_YET)
-
-    def _unheard(self, skipped: int) -> str:
-        """Say why there are no frames, by how many bytes came in their place."""
-        heard = f"on {self._line.place} at {self._talk.baud} baud"
-        return (_NO_FRAMES if skipped else _SILENT).format(heard=heard, skipped=skipped)
 
     def _newest(self) -> Range:
         self._line.require(self.name)
@@ -121,12 +110,4 @@ _LEVEL = "It runs on 5 V, and its lines are 3.3 V: its TX goes to the port's RX 
 _UNIT = (
     "It has to tell centimetres in frames of nine bytes, as it does from the factory: millimetres look the same. Hold "
     "something flat 0.5 m in front of it, and see that it reads 0.5 m."
-)
-_NO_FRAMES = (
-    "{skipped} bytes came {heard}, and no frame of a TFmini. Set baud to what the sensor was set to (115200 from the "
-    "factory) and its output to 9 bytes in cm, and see that it is the sensor's port"
-)
-_SILENT = (
-    "nothing comes {heard}; look at its 5 V and its ground, and whether its TX goes to the port's RX. "
-    "One that was set to I2C, or to wait for a trigger, says nothing by itself"
 )

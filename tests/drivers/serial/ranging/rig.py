@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -33,11 +34,15 @@ class Rig:
     def __init__(self, folder: Path) -> None:
         self.pty, self.clock, self.double = Pty(folder), SteppedClock(500, lambda _steps: None), TFminiS()
         self.sends(frame(50))
-        self._powered = Powered(self.double, self.pty, self.clock)
+        self._opened = ExitStack()
+        self._opened.enter_context(self.pty)
+        self._opened.callback(Powered(self.double, self.pty, self.clock).off)
 
     def open(self, **settings: Any) -> RangeSensor:
         host = Host(load_robot("rover"), self.clock)
-        return TFmini().open(TOLD, TFminiSettings(port=str(self.pty.path), **settings), host)
+        sensor = TFmini().open(TOLD, TFminiSettings(port=str(self.pty.path), **settings), host)
+        self._opened.callback(sensor.close)
+        return sensor
 
     def sends(self, *frames: bytes, cycles: int = 0) -> None:
         """From now on, every hundredth of a second, send these frames at once; let so many of these pass."""
@@ -48,5 +53,4 @@ class Rig:
         self.clock.sleep_until(self.clock.now() + PERIOD_S * count)
 
     def close(self) -> None:
-        self._powered.off()
-        self.pty.close()
+        self._opened.close()

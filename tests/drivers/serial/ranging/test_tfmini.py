@@ -112,7 +112,7 @@ def test_a_sensor_that_says_nothing_is_refused_with_what_to_look_at(rig: Rig) ->
 def test_a_port_that_is_not_there_is_not_taken_for_a_silent_one(rig: Rig) -> None:
     rig.sends()
     rig.pty.unplug()
-    with pytest.raises(DeviceError, match=r"nose: .*board cannot be opened"):
+    with pytest.raises(DeviceError, match=r"nose: there is no .*board"):
         rig.open()
 
 
@@ -139,7 +139,7 @@ def test_unplugged_it_is_lost_by_name_and_plugged_in_it_is_back(rig: Rig) -> Non
         sensor.read()
     rig.pty.plug_in()
     rig.sends(cycles=20)
-    with pytest.raises(DeviceLostError, match=r"nose: .* has not answered since it came back"):
+    with pytest.raises(DeviceLostError, match=r"nose: nothing comes on .*board"):
         sensor.read()
     rig.sends(frame(70), cycles=2)
     after = sensor.read()
