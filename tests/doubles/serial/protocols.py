@@ -1,0 +1,82 @@
+"""What comes from each board and sensor, as its parser takes it: a line for each, for what holds for all parsers."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Flag, auto
+from functools import reduce
+from operator import xor
+from random import Random
+from typing import Protocol
+
+from drivers.serial.boards.hoverboard import protocol as hoverboard
+from drivers.serial.boards.waveshare import protocol as waveshare
+from drivers.serial.ranging import protocol as tfmini
+from tests.doubles.serial.tfmini import frame
+
+
+class Parser(Protocol):
+    """What every parser offers."""
+
+    def feed(self, data: bytes) -> Sequence[object]:
+        """Take a piece of the stream, cut anywhere; return what it completes."""
+
+
+class Damage(Flag):
+    """What may happen to a stream."""
+
+    NOISE = auto()
+    """Bytes that nobody sent, between frames."""
+    CUT = auto()
+    """A frame without its beginning, or without its end."""
+    CHANGED = auto()
+    """One byte of a frame is another one."""
+
+
+@dataclass(frozen=True)
+class Spoken:
+    """A parser, frames as its board sends them, and ``marks``, the bytes that noise takes to be mistaken for them.
+
+    ``seen`` is the damage that its frames show: of any other kind a wrong value may come, whoever parses them.
+    """
+
+    name: str
+    parser: Callable[[], Parser]
+    frame: Callable[[Random], bytes]
+    marks: bytes
+    seen: Damage
+
+    def __str__(self) -> str:
+        return self.name
+
+
+def _range(draw: Random) -> bytes:
+    distance = draw.choice((draw.randrange(1200), 0x59, 0x0259, 0, 0xFFFF, 0xFFFE, 0xFFFC))
+    return frame(distance, draw.choice((draw.randrange(0x10000), 0x5959)), draw.randrange(1800, 2600))
+
+
+def _wheels(draw: Random) -> bytes:
+    words = struct.pack(
+        "<H6hH",
+        hoverboard.START,
+        *(draw.randint(-1000, 1000) for _ in range(4)),
+        draw.randint(3000, 4200),
+        draw.randint(100, 600),
+        draw.randrange(256),
+    )
+    return words + struct.pack("<H", reduce(xor, struct.unpack("<8H", words)))
+
+
+def _object(draw: Random) -> bytes:
+    speeds = b'"L":%.4f,"R":%.4f' % (draw.uniform(-2, 2), draw.uniform(-2, 2))
+    ways = b'"odl":%d,"odr":%d' % (draw.randint(-99999, 99999), draw.randint(-99999, 99999))
+    return b'{"T":1001,%b,"gx":%d,%b,"v":%d}\r\n' % (speeds, draw.randint(-999, 999), ways, draw.randint(900, 1260))
+
+
+SPOKEN = (
+    Spoken("tfmini", tfmini.Parser, _range, b"\x59\x00\x08", Damage.NOISE | Damage.CUT | Damage.CHANGED),
+    Spoken("hoverboard", hoverboard.Parser, _wheels, b"\xcd\xab\x00", Damage.NOISE | Damage.CUT | Damage.CHANGED),
+    Spoken("waveshare", waveshare.Parser, _object, b'{}":,\r\n"T":1001', Damage.NOISE | Damage.CUT),  # it has no sum
+)

@@ -1,0 +1,68 @@
+"""A line as slow as it really is, where a pty is as fast as it can; and numbered commands, to know them again."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from drivers.serial.boards.command import Command
+from drivers.serial.ports.talk import Talk
+from tests.doubles.serial.board import BoardDouble
+
+BITS_A_BYTE = 10
+"""8N1."""
+
+
+class Heard(NamedTuple):
+    """A numbered command, when it was put on the wire and when its last byte had left; seconds."""
+
+    number: int
+    at: float
+    left_at: float
+    waited: float
+    """How long it waited for what was on the wire before it."""
+
+
+class Wire(BoardDouble):
+    """The far end of a line of so many ``baud``: it counts the time that commands of ``size`` bytes take on it."""
+
+    def __init__(self, baud: int, size: int) -> None:
+        self._frame_s = size * BITS_A_BYTE / baud
+        self._size, self._kept, self._free_at = size, b"", 0.0
+        self.heard: list[Heard] = []
+
+    def hear(self, data: bytes, now: float) -> bytes:
+        self._kept += data
+        while len(self._kept) >= self._size:
+            frame, self._kept = self._kept[: self._size], self._kept[self._size :]
+            begins = max(now, self._free_at)
+            self._free_at = begins + self._frame_s
+            self.heard.append(Heard(int(frame), now, self._free_at, begins - now))
+        return b""
+
+
+class Numbering(Talk):
+    """Says what both motors were told last, a number, in frames of ``size`` bytes."""
+
+    is_ready = True
+
+    def __init__(self, baud: int, size: int) -> None:
+        self.baud, self._size = baud, size
+        self.command = Command()
+
+    def begin(self, now: float) -> None:
+        self.command.forget()
+
+    def receive(self, data: bytes, now: float) -> None:
+        """Nothing is answered."""
+
+    def due(self, now: float) -> bytes:
+        told = self.command.take(now)
+        return b"" if told is None else b"%0*d" % (self._size, told.left)
+
+    def next_due(self, now: float) -> float:
+        return self.command.next_due
+
+    def tell(self, number: int, now: float) -> None:
+        """Tell both motors a number."""
+        self.command.tell("left", number, now)
+        self.command.tell("right", number, now)

@@ -1,0 +1,79 @@
+"""A line is asked for no more than it carries, and never for an old command."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+
+from drivers.serial.ports.line import BITS_A_BYTE, PERIOD_S, Line
+from robotcore.clock import SteppedClock
+from tests.doubles.serial.board import Powered
+from tests.doubles.serial.pty import Pty
+from tests.doubles.serial.wire import Heard, Numbering, Wire
+
+SIZE = 8
+TOLD_EVERY_S = 0.005
+LASTING_S = 2.0
+LATER_S = 2 * PERIOD_S
+"""The far end is asked in turns with the line, so that it hears a command a turn later."""
+
+
+@dataclass
+class Driving:
+    """Commands, told two hundred times a second from 1 on, and what was heard of them."""
+
+    baud: int
+    told: dict[int, float] = field(default_factory=dict)
+    heard: list[Heard] = field(default_factory=list)
+
+    @property
+    def frame_s(self) -> float:
+        return SIZE * BITS_A_BYTE / self.baud
+
+    def newest_at(self, time: float) -> int:
+        return max((number for number, at in self.told.items() if at <= time), default=0)
+
+
+@pytest.fixture(params=[9600, 57600, 115200], ids="{} baud".format)
+def driving(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Driving]:
+    driving = Driving(request.param)
+    clock = SteppedClock(1000, lambda _steps: None)
+    wire, talk = Wire(driving.baud, SIZE), Numbering(driving.baud, SIZE)
+    with Pty(tmp_path) as pty:
+        Powered(wire, pty, clock)
+        line = Line(str(pty.path), talk, clock)
+        line.open("wheel", 1.0)
+        while clock.now() < LASTING_S:
+            number = len(driving.told) + 1
+            driving.told[number] = clock.now()
+            talk.tell(number, clock.now())
+            clock.sleep_until(clock.now() + TOLD_EVERY_S)
+        line.close()
+        driving.heard = wire.heard
+        yield driving
+
+
+def test_no_command_waits_for_another_one_on_the_wire(driving: Driving) -> None:
+    assert max(heard.waited for heard in driving.heard) <= LATER_S
+
+
+def test_what_is_sent_is_the_newest_command(driving: Driving) -> None:
+    assert all(heard.number >= driving.newest_at(heard.at - LATER_S - PERIOD_S) for heard in driving.heard)
+
+
+def test_no_command_is_sent_twice_or_after_a_newer_one(driving: Driving) -> None:
+    numbers = [heard.number for heard in driving.heard]
+    assert numbers == sorted(set(numbers))
+
+
+def test_the_age_of_what_arrives_is_bounded(driving: Driving) -> None:
+    bound = TOLD_EVERY_S + driving.frame_s + 2 * LATER_S
+    assert max(heard.left_at - driving.told[heard.number] for heard in driving.heard) <= bound
+
+
+def test_a_line_that_carries_every_command_sends_every_one_and_a_slower_one_is_never_idle(driving: Driving) -> None:
+    most = LASTING_S / max(TOLD_EVERY_S, driving.frame_s + PERIOD_S)
+    assert len(driving.heard) >= 0.95 * most

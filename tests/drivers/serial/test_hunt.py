@@ -1,0 +1,129 @@
+"""What holds for every parser, whatever a line does to what was sent on it."""
+
+from __future__ import annotations
+
+import pickle
+from random import Random
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.doubles.serial.protocols import SPOKEN, Damage, Parser, Spoken
+
+EXAMPLES = 1500
+"""Of each rule and parser: there are many, and every run of the suite makes others."""
+
+KEPT = 2000
+"""So many bytes a parser is at most, pickled."""
+
+every_parser = pytest.mark.parametrize("spoken", SPOKEN, ids=str)
+
+NOISE = 40
+"""So many bytes come between frames at most."""
+
+
+def frames_of(spoken: Spoken) -> st.SearchStrategy[bytes]:
+    return st.integers(0, 2**32).map(lambda seed: spoken.frame(Random(seed)))
+
+
+def noise_for(spoken: Spoken) -> st.SearchStrategy[bytes]:
+    """Anything, often made of what frames begin with."""
+    marked = st.lists(st.sampled_from([bytes([mark]) for mark in spoken.marks]), max_size=NOISE).map(b"".join)
+    return st.one_of(
+        st.binary(max_size=NOISE), marked, st.lists(st.one_of(marked, st.binary(max_size=4))).map(b"".join)
+    )
+
+
+def damaged(spoken: Spoken) -> st.SearchStrategy[bytes]:
+    """What is left of a frame, or comes in place of one; of the kinds that its frames show."""
+    frames, kinds = frames_of(spoken), []
+    if Damage.NOISE in spoken.seen:
+        kinds.append(noise_for(spoken))
+    if Damage.CUT in spoken.seen:
+        kinds.append(st.builds(_cut, frames, st.integers(1, 100), st.booleans()))
+    if Damage.CHANGED in spoken.seen:
+        kinds.append(st.builds(_changed, frames, st.integers(0, 100), st.integers(1, 255)))
+    return st.one_of(kinds)
+
+
+@every_parser
+@settings(max_examples=EXAMPLES)
+@given(st.data())
+def test_cuts_of_the_stream_change_nothing(spoken: Spoken, data: st.DataObject) -> None:
+    stream = b"".join(data.draw(st.lists(st.one_of(frames_of(spoken), damaged(spoken)), max_size=8)))
+    cuts = data.draw(st.lists(st.integers(0, len(stream)), max_size=20).map(sorted))
+    pieces = [stream[start:end] for start, end in zip([0, *cuts], [*cuts, len(stream)], strict=True)]
+    parser = spoken.parser()
+    assert [value for piece in pieces for value in parser.feed(piece)] == list(spoken.parser().feed(stream))
+
+
+@every_parser
+@settings(max_examples=EXAMPLES)
+@given(st.data())
+def test_every_frame_of_a_clean_line_is_told(spoken: Spoken, data: st.DataObject) -> None:
+    frames = data.draw(st.lists(frames_of(spoken), min_size=2, max_size=8))
+    assert list(spoken.parser().feed(b"".join(frames))) == [_said(spoken, frame) for frame in frames]
+
+
+@every_parser
+@settings(max_examples=EXAMPLES)
+@given(st.data())
+def test_no_value_is_told_that_no_frame_carried(spoken: Spoken, data: st.DataObject) -> None:
+    whole = data.draw(st.lists(frames_of(spoken), min_size=1, max_size=4))
+    repeated = st.sampled_from(whole)
+    stream = data.draw(st.lists(st.one_of(repeated, damaged(spoken)), max_size=12))
+    true = [_said(spoken, frame) for frame in whole]
+    assert all(value in true for value in spoken.parser().feed(b"".join(stream)))
+
+
+@every_parser
+@settings(max_examples=EXAMPLES)
+@given(st.data())
+def test_two_frames_after_the_damage_it_is_in_step(spoken: Spoken, data: st.DataObject) -> None:
+    before = data.draw(st.lists(st.one_of(frames_of(spoken), damaged(spoken)), max_size=8))
+    after = data.draw(st.lists(frames_of(spoken), min_size=3, max_size=5))
+    parser = spoken.parser()
+    parser.feed(b"".join(before))
+    told = list(parser.feed(b"".join(after)))
+    in_step = [_said(spoken, frame) for frame in after[2:]]
+    assert told[-len(in_step) :] == in_step
+
+
+@every_parser
+@settings(max_examples=EXAMPLES)
+@given(st.data())
+def test_whatever_comes_it_neither_raises_nor_keeps(spoken: Spoken, data: st.DataObject) -> None:
+    parser = spoken.parser()
+    for piece in data.draw(st.lists(noise_for(spoken), max_size=20)):
+        parser.feed(piece)
+    assert _kept(parser) < KEPT
+
+
+@every_parser
+@pytest.mark.parametrize("mark", ["each mark", "all marks"])
+def test_a_stream_of_nothing_but_beginnings_is_not_kept(spoken: Spoken, mark: str) -> None:
+    streams = [bytes([one]) for one in spoken.marks] if mark == "each mark" else [spoken.marks]
+    for stream in streams:
+        parser = spoken.parser()
+        parser.feed(stream * 20_000)
+        assert _kept(parser) < KEPT
+
+
+def _said(spoken: Spoken, frame: bytes) -> object:
+    """Return what a frame carries; the parser may want a second one to believe the first."""
+    return spoken.parser().feed(2 * frame)[0]
+
+
+def _kept(parser: Parser) -> int:
+    return len(pickle.dumps(parser))
+
+
+def _cut(frame: bytes, length: int, is_at_the_end: bool) -> bytes:
+    left = 1 + length % (len(frame) - 1)
+    return frame[:left] if is_at_the_end else frame[left:]
+
+
+def _changed(frame: bytes, where: int, by: int) -> bytes:
+    where %= len(frame)
+    return frame[:where] + bytes([frame[where] ^ by]) + frame[where + 1 :]
