@@ -8,14 +8,16 @@ from functools import partial
 
 from drivers.serial.boards.board import Board, open_board
 from drivers.serial.boards.command import Command
+from drivers.serial.boards.cutoff import stop_frame
 from drivers.serial.boards.devices import BoardBattery, BoardEncoder, BoardMotor, BoardOutput
 from drivers.serial.boards.hoverboard.board import HoverboardTalk
-from drivers.serial.boards.hoverboard.protocol import LIMIT
+from drivers.serial.boards.hoverboard.protocol import LIMIT, STOP
 from drivers.serial.boards.hoverboard.settings import HoverboardMotorSettings, HoverboardSettings, WheelSettings
 from drivers.serial.boards.settings import Side
 from drivers.serial.ports.line import Line
 from robotcore.description import BatteryDescription, EncoderDescription, MotorDescription, RobotDescription
 from robotcore.devices import Battery, Encoder, Motor
+from robotcore.guardian import CutoffSpec
 from robotcore.hardware import Connection, DeviceDriver, Host
 from robotcore.hardware.motors import open_motor
 
@@ -56,6 +58,9 @@ class HoverboardMotor(DeviceDriver[MotorDescription, HoverboardMotorSettings]):
         mode = MODE.format(mode="SPD_MODE" if settings.mode == "speed" else "VLT_MODE")
         part = settings.mixer.turning / LIMIT
         return (WIRING, mode, SLEEPING, *((TURNING.format(part=part),) if part < 1 else ()))
+
+    def cutoffs(self, told: MotorDescription, settings: HoverboardMotorSettings, host: Host) -> Sequence[CutoffSpec]:
+        return (stop_frame(told.name, settings.port, settings.speed, STOP, host),)
 
     def open(self, told: MotorDescription, settings: HoverboardMotorSettings, host: Host) -> Motor:
         board = _board(told.name, settings, host)

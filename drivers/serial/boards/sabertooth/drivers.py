@@ -9,12 +9,14 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from drivers.serial.boards.board import open_board
+from drivers.serial.boards.cutoff import stop_frame
 from drivers.serial.boards.devices import BoardOutput
 from drivers.serial.boards.sabertooth.board import SETTLING_S, SabertoothTalk
-from drivers.serial.boards.sabertooth.protocol import HIGHEST_ADDRESS, LOWEST_ADDRESS, MotorNumber
+from drivers.serial.boards.sabertooth.protocol import HIGHEST_ADDRESS, LOWEST_ADDRESS, MotorNumber, stop
 from drivers.serial.boards.settings import BoardSettings, Side
 from robotcore.description import MotorDescription, RobotDescription
 from robotcore.devices import Motor
+from robotcore.guardian import CutoffSpec
 from robotcore.hardware import Connection, DeviceDriver, Host
 from robotcore.hardware.motors import Control, Model, open_motor, require_encoder, require_reach
 
@@ -76,6 +78,9 @@ class SabertoothMotor(DeviceDriver[MotorDescription, SabertoothSettings]):
 
     def notes(self, settings: SabertoothSettings) -> Sequence[str]:
         return WIRING, UNHEARD, SWITCHING_ON
+
+    def cutoffs(self, told: MotorDescription, settings: SabertoothSettings, host: Host) -> Sequence[CutoffSpec]:
+        return (stop_frame(told.name, settings.port, settings.speed, stop(settings.address), host),)
 
     def open(self, told: MotorDescription, settings: SabertoothSettings, host: Host) -> Motor:
         make = partial(SabertoothTalk, settings.speed)

@@ -6,9 +6,9 @@ from typing import Any, ClassVar
 
 from robotcore.description import BatteryDescription
 from robotcore.testing import ConformanceSuite
-from tests.doubles.serial.ticking import TickingBench
 from tests.doubles.serial.board import BoardDouble
 from tests.doubles.serial.hoverboard import Firmware, Hoverboard
+from tests.doubles.serial.ticking import TickingBench
 from tests.doubles.serial.wheels import Wheels
 
 SIDES = ("left", "right")
@@ -37,4 +37,3 @@ class TestHoverboardByDuty(TestHoverboardHoldingSpeed):
 
     def board(self) -> BoardDouble:
         return Hoverboard(Wheels(), Firmware(is_tank=True, rad_s_per_unit=FULL_RAD_S / 1000))
-

@@ -1,0 +1,180 @@
+"""A robot on a hoverboard: what its file may say, which way its wheels turn, what becomes of a lost port."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from drivers.serial.boards.hoverboard.protocol import STOP
+from robotcore.description import BatteryDescription, load_robot
+from robotcore.errors import DescriptionError, DeviceError, DeviceLostError
+from robotcore.hardware import Host, fit
+from tests.doubles.serial.bench import wired
+from tests.doubles.serial.hoverboard import Firmware, Hoverboard
+from tests.doubles.serial.rig import Rig
+from tests.doubles.serial.wheels import Wheels
+from tests.drivers.serial.boards.hoverboard.test_conformance import FULL_RAD_S, devices
+
+BATTERY = BatteryDescription(kind="battery", name="battery")
+MODEL = {"forward_rad_s": FULL_RAD_S, "backward_rad_s": FULL_RAD_S}
+
+
+class Robots:
+    """Opens robots, and closes them all."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder, self._rigs = folder, ExitStack()
+
+    def on(self, board: Hoverboard, **motor: Any) -> Rig:
+        rig = Rig(self._folder, board, devices(**motor), (BATTERY,))
+        self._rigs.callback(rig.close)
+        return rig
+
+    def close(self) -> None:
+        self._rigs.close()
+
+
+@pytest.fixture
+def robots(tmp_path: Path) -> Iterator[Robots]:
+    opened = Robots(tmp_path)
+    yield opened
+    opened.close()
+
+
+def test_wheels_turn_at_what_they_are_told_and_the_encoders_tell(robots: Robots) -> None:
+    board = Hoverboard(Wheels())
+    rig = robots.on(board, mode="speed")
+    rig.drive(4.0, -2.0, 1.0)
+    assert board.wheels.left.velocity == pytest.approx(4.0, rel=0.02)
+    assert board.wheels.right.velocity == pytest.approx(-2.0, rel=0.05)
+    assert rig.angle("left") == pytest.approx(board.wheels.left.angle, abs=0.05)
+    assert rig.angle("right") == pytest.approx(board.wheels.right.angle, abs=0.05)
+    assert board.ignored == 0
+
+
+def test_a_board_built_for_other_rpm_is_told_so_many_units_more(robots: Robots) -> None:
+    board = Hoverboard(Wheels(), Firmware(rad_s_per_unit=0.5 * Firmware().rad_s_per_unit))
+    robots.on(board, mode="speed", max_rpm=500).drive(4.0, 4.0, 1.0)
+    assert board.wheels.left.velocity == pytest.approx(4.0, rel=0.02)
+
+
+@pytest.mark.parametrize("motor", [{"mode": "speed"}, {"mode": "duty", "model": MODEL}], ids=["speed", "duty"])
+def test_an_inverted_motor_turns_the_other_way(robots: Robots, motor: dict[str, Any]) -> None:
+    board = Hoverboard(Wheels())
+    robots.on(board, **motor, inverted=True).drive(4.0, 4.0, 0.5)
+    assert board.wheels.left.velocity < 0 > board.wheels.right.velocity
+
+
+def test_a_wheel_whose_model_is_wrong_is_held_by_what_the_board_measures(robots: Robots) -> None:
+    board = Hoverboard(Wheels(), Firmware(is_tank=True, rad_s_per_unit=FULL_RAD_S / 1500))
+    rig = robots.on(board, mode="duty", model=MODEL, tank_steering=True, control={})
+    rig.drive(8.0, 4.0, 2.0)
+    assert board.wheels.left.velocity == pytest.approx(8.0, rel=0.05)
+    assert board.wheels.right.velocity == pytest.approx(4.0, rel=0.05)
+
+
+def test_wheels_against_each_other_beyond_the_mixer_turn_slower_alike(robots: Robots) -> None:
+    board = Hoverboard(Wheels(), Firmware(rad_s_per_unit=FULL_RAD_S / 1000))
+    rig = robots.on(board, mode="duty", model={"forward_rad_s": 18.0, "backward_rad_s": 18.0})
+    rig.drive(12.0, -12.0, 1.0)
+    assert board.heard[-1] == (1000, 0)
+    rig.drive(12.0, -6.0, 1.0)
+    assert board.wheels.right.velocity == pytest.approx(-board.wheels.left.velocity / 2, rel=0.01)
+
+
+def test_an_app_that_is_silent_is_stopped_by_the_board(robots: Robots) -> None:
+    board = Hoverboard(Wheels())
+    rig = robots.on(board, mode="speed")
+    rig.drive(4.0, 4.0, 0.5)
+    rig.pass_by(0.7)
+    assert board.wheels.left.velocity > 3
+    rig.pass_by(1.0)
+    assert abs(board.wheels.left.velocity) < 0.01
+
+
+def test_a_lost_port_is_told_and_comes_back_standing_with_its_angles(robots: Robots) -> None:
+    board = Hoverboard(Wheels())
+    rig = robots.on(board, mode="speed")
+    rig.drive(4.0, 4.0, 0.5)
+    before = rig.angle("left")
+    rig.pty.unplug()
+    rig.pass_by(0.05)
+    with pytest.raises(DeviceLostError, match=r"left_motor: .* stops its motors 0\.8 s after"):
+        rig.motor("left").set_velocity(4.0)
+    with pytest.raises(DeviceLostError, match="left_encoder"):
+        rig.angle("left")
+    rig.pass_by(2.0)
+    assert abs(board.wheels.left.velocity) < 0.01
+    rig.pty.plug_in()
+    board.heard.clear()
+    rig.pass_by(3.0)
+    assert set(board.heard) == {(0, 0)}
+    assert rig.angle("left") == pytest.approx(before, abs=0.3)
+    rig.drive(4.0, 4.0, 0.5)
+    assert board.wheels.left.velocity == pytest.approx(4.0, rel=0.02)
+
+
+def test_a_board_that_stops_telling_is_lost_though_its_port_is_there(robots: Robots) -> None:
+    board = Hoverboard(Wheels())
+    rig = robots.on(board, mode="speed")
+    rig.drive(4.0, 4.0, 0.5)
+    board.is_mute = True
+    with pytest.raises(DeviceLostError, match="left_motor"):
+        rig.drive(4.0, 4.0, 1.0)
+    board.is_mute = False
+    rig.pass_by(0.2)
+    assert board.heard[-1] == (0, 0)
+    rig.drive(4.0, 4.0, 0.5)
+
+
+def test_a_board_that_tells_nothing_is_refused(robots: Robots) -> None:
+    board = Hoverboard(Wheels())
+    board.is_mute = True
+    with pytest.raises(DeviceError, match=r"nothing on .* answers at 115200 baud"):
+        _ = robots.on(board, mode="speed").robot
+
+
+def test_closing_waits_until_the_board_has_heard_the_stop(robots: Robots) -> None:
+    board = Hoverboard(Wheels())
+    rig = robots.on(board, mode="speed")
+    rig.drive(4.0, 4.0, 0.5)
+    rig.robot.close()
+    assert board.heard[-1] == (0, 0)
+
+
+def test_another_process_stops_both_wheels_by_one_frame() -> None:
+    robot = wired(load_robot("rover"), devices(mode="speed"), Path("/dev/ttyUSB0"), (BATTERY,))
+    fittings = fit(robot, "serial")
+    specs = [spec for each in fittings for spec in each.cutoffs(Host(robot, owner=None, clock=None))]  # type: ignore[arg-type]
+    assert [spec.parameters["frame"] for spec in specs] == [STOP.hex()] * 2
+
+
+REFUSED = {
+    "max_velocity_rad_s of left_motor": {"mode": "speed", "max_rpm": 100},
+    "Leave model and control out": {"mode": "speed", "model": MODEL},
+    "Add one, or build the board with SPD_MODE": {"mode": "duty"},
+    "mixer makes a duty of 0.8 at most": {"mode": "duty", "model": MODEL, "speed_coefficient": 0.8},
+    "the wheel turns forward at 3 rad/s at most": {
+        "mode": "duty",
+        "model": {"forward_rad_s": 3.0, "backward_rad_s": 18.0},
+    },
+}
+
+
+@pytest.mark.parametrize("fault", REFUSED)
+def test_what_the_board_cannot_do_is_refused_in_the_robots_file(fault: str) -> None:
+    robot = wired(load_robot("rover"), devices(**REFUSED[fault]), Path("/dev/ttyUSB0"), (BATTERY,))
+    with pytest.raises(DescriptionError, match=fault):
+        fit(robot, "serial")
+
+
+def test_two_motors_that_say_otherwise_of_one_firmware_are_refused() -> None:
+    told = devices(mode="speed")
+    told["right_motor"]["steer_coefficient"] = 1.0
+    robot = wired(load_robot("rover"), told, Path("/dev/ttyUSB0"), (BATTERY,))
+    with pytest.raises(DescriptionError, match=r"coefficients 1 and 0\.5.* say the same of it for both motors"):
+        fit(robot, "serial")
