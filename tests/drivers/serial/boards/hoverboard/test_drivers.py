@@ -153,7 +153,7 @@ def test_another_process_stops_both_wheels_by_one_frame() -> None:
     assert [spec.parameters["frame"] for spec in specs] == [STOP.hex()] * 2
 
 
-REFUSED = {
+REFUSED: dict[str, dict[str, Any]] = {
     "max_velocity_rad_s of left_motor": {"mode": "speed", "max_rpm": 100},
     "Leave model and control out": {"mode": "speed", "model": MODEL},
     "Add one, or build the board with SPD_MODE": {"mode": "duty"},

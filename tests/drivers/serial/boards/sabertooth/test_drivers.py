@@ -1,0 +1,111 @@
+"""Motors on Sabertooths: on a line that only goes out, with an encoder elsewhere, unplugged and back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from drivers.serial.boards.sabertooth.protocol import stop
+from robotcore.description import load_robot
+from robotcore.errors import DescriptionError, DeviceLostError
+from robotcore.hardware import Host, fit
+from tests.doubles.serial.bench import wired
+from tests.doubles.serial.rig import Rig
+from tests.doubles.serial.sabertooth import Sabertooths
+
+FULL_RAD_S = 16.0
+MODEL = {"forward_rad_s": FULL_RAD_S, "backward_rad_s": FULL_RAD_S}
+
+
+def motors(**right: Any) -> dict[str, dict[str, Any]]:
+    """Return the sections of the two motors, and what is else with the right one."""
+    told = {"driver": "sabertooth-motor", "model": MODEL}
+    return {"left_motor": {**told, "motor": 1}, "right_motor": {**told, "motor": 2, **right}}
+
+
+@pytest.fixture
+def line() -> Sabertooths:
+    return Sabertooths(full_rad_s=FULL_RAD_S, addresses=(128, 129))
+
+
+@pytest.fixture
+def rig(tmp_path: Path, line: Sabertooths) -> Iterator[Rig]:
+    rig = Rig(tmp_path, line, motors())
+    yield rig
+    rig.close()
+
+
+def test_wheels_turn_by_their_models(rig: Rig, line: Sabertooths) -> None:
+    rig.drive(4.0, -8.0, 1.0)
+    wheels = line.boards[128].wheels
+    assert (wheels.left.velocity, wheels.right.velocity) == pytest.approx((4.0, -8.0), rel=0.02)
+    assert line.ignored == 0
+
+
+def test_motors_of_two_boards_share_a_line(tmp_path: Path, line: Sabertooths) -> None:
+    rig = Rig(tmp_path, line, motors(address=129, motor=1))
+    rig.drive(4.0, 8.0, 1.0)
+    assert line.boards[128].wheels.left.velocity == pytest.approx(4.0, rel=0.02)
+    assert line.boards[129].wheels.left.velocity == pytest.approx(8.0, rel=0.02)
+    rig.close()
+    assert [board.values for board in line.boards.values()] == [[0, 0]] * 2
+
+
+def test_an_app_that_is_silent_is_stopped_by_the_board(rig: Rig, line: Sabertooths) -> None:
+    rig.drive(4.0, 4.0, 0.5)
+    assert line.boards[128].timeout_s == 0.5
+    rig.pass_by(1.0)
+    assert line.boards[128].values == [0, 0]
+
+
+def test_a_lost_port_is_told_and_comes_back_standing(rig: Rig, line: Sabertooths) -> None:
+    rig.drive(4.0, 4.0, 0.5)
+    rig.pty.unplug()
+    rig.pass_by(0.05)
+    with pytest.raises(DeviceLostError, match=r"left_motor: .* stops its motors 0\.5 s after"):
+        rig.motor("left").set_velocity(4.0)
+    rig.pass_by(1.0)
+    assert line.boards[128].values == [0, 0]
+    rig.pty.plug_in()
+    line.packets.clear()
+    rig.pass_by(3.0)
+    assert {value for _, command, value in line.packets if command != 14} == {0}
+    rig.drive(4.0, 4.0, 0.5)
+    assert line.boards[128].values == [32, 32]
+
+
+def test_a_board_that_heard_another_byte_first_stays_deaf_and_nobody_can_tell(rig: Rig, line: Sabertooths) -> None:
+    line.hear(b"\x80", 0.0)
+    rig.drive(4.0, 4.0, 0.5)
+    assert line.packets == []
+
+
+def test_a_port_that_is_there_without_a_board_opens(tmp_path: Path) -> None:
+    rig = Rig(tmp_path, Sabertooths(full_rad_s=FULL_RAD_S, addresses=()), motors())
+    rig.drive(4.0, 4.0, 0.1)
+    rig.close()
+
+
+def test_another_process_stops_the_board_by_its_address() -> None:
+    robot = wired(load_robot("rover"), motors(address=129), Path("/dev/ttyUSB0"))
+    specs = [spec for each in fit(robot, "serial") for spec in each.cutoffs(Host(robot, owner=None, clock=None))]  # type: ignore[arg-type]
+    assert [spec.parameters["frame"] for spec in specs] == [stop(128).hex(), stop(129).hex()]
+
+
+REFUSED: dict[str, dict[str, Any]] = {
+    "no Sabertooth speaks at 57600 baud": {"baud": 57600},
+    "address": {"address": 127},
+    "M1 at /dev/ttyUSB0 is already": {"motor": 1},
+    "has no encoder to be controlled by": {"control": {}},
+    "the wheel turns forward at 3 rad/s at most": {"model": {"forward_rad_s": 3.0, "backward_rad_s": 18.0}},
+}
+
+
+@pytest.mark.parametrize("fault", REFUSED)
+def test_what_the_board_cannot_do_is_refused_in_the_robots_file(fault: str) -> None:
+    robot = wired(load_robot("rover"), motors(**REFUSED[fault]), Path("/dev/ttyUSB0"))
+    with pytest.raises(DescriptionError, match=fault):
+        fit(robot, "serial")
