@@ -49,11 +49,6 @@ class SabertoothTalk(Talk):
         self._boards = {**self._boards, address: board}
         return board
 
-    @property
-    def stops_itself(self) -> str:
-        longest = max((board.timeout_s for board in self._boards.values()), default=math.inf)
-        return f"The board stops its motors by itself {longest:g} s after the last command that it heard."
-
     def begin(self, now: float) -> None:
         self.is_ready = False
         self._is_new = True

@@ -11,9 +11,8 @@ from tests.doubles.serial.board import BoardDouble
 class Asking(Talk):
     """Asks until it is answered, then says each word that it is told once; each is answered too."""
 
-    is_settled = True
-    stops_itself = "The board stops by itself after 0.5 s"
     is_settled: bool = True
+    stops_itself = "The board stops by itself after 0.5 s"
 
     def __init__(self, baud: int = 115200) -> None:
         self.baud = baud
