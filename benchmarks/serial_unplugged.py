@@ -1,0 +1,134 @@
+"""Whether a board that is unplugged while it drives stands, and drives on when it is plugged in again.
+
+    python -m benchmarks.serial_unplugged
+
+A run of an app that drives, in a process of its own as `robotcore run` starts it, on a double of each board at a
+pseudo-terminal, in real time. At random moments the port is taken away while the wheels turn: a stop is counted where
+the board's wheels were told to stand, by its own time-out, for nobody can tell it anything. Then, after a random while,
+the port is there again: a recovery is counted where the wheels turn as they are told, by the same run. The times are
+from the loss to the stop, and from the port to the first command that turns. Exit status 1 where one is missing.
+"""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from random import Random
+from statistics import median
+from tempfile import TemporaryDirectory
+
+from benchmarks.report import machine, print_table
+from benchmarks.unplugged.boards import KINDS, Kind, robot_with
+from robotcore.clock import MonotonicClock
+from tests.doubles.serial.board import Powered
+from tests.doubles.serial.pty import Pty
+from tests.doubles.serial.wheels import Wheels
+
+APP = Path(__file__).parent / "unplugged" / "on.py"
+LOOK_S = 0.002
+LONGEST_S = 20.0
+"""What has not happened by then does not happen."""
+
+
+@dataclass
+class Seen:
+    """The seconds from each loss to its stop, and from each return to the first turn; how the run ended."""
+
+    stops: list[float] = field(default_factory=list)
+    recoveries: list[float] = field(default_factory=list)
+    ended: str = ""
+
+
+def main() -> int:
+    """Unplug every kind of board and print what came of it."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--trials", type=int, default=50)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--board", choices=KINDS, action="append")
+    asked = parser.parse_args()
+    rows, is_whole = [], True
+    for name in asked.board or KINDS:
+        seen = _unplugged(KINDS[name], asked.trials, Random(asked.seed))
+        rows.append((name, *_told(seen.stops, asked.trials), *_told(seen.recoveries, asked.trials), seen.ended))
+        is_whole &= len(seen.stops) == len(seen.recoveries) == asked.trials
+    print(machine())
+    print_table(("board", "stops", "median", "worst", "recoveries", "median", "worst", "the run"), rows)
+    return int(not is_whole)
+
+
+def _unplugged(kind: Kind, trials: int, random: Random) -> Seen:
+    clock, seen = MonotonicClock(), Seen()
+    with TemporaryDirectory() as folder, Pty(Path(folder)) as pty:
+        board = kind.make()
+        powered = Powered(board, pty, clock)
+        robot = Path(folder, "robot.toml")
+        robot.write_text(robot_with(kind, pty.path), encoding="utf-8")
+        run = _started(robot)
+        try:
+            _try_all(pty, kind.wheels_of(board), clock, trials, random, seen)
+        finally:
+            run.send_signal(signal.SIGINT)
+            seen.ended = _end_of(run)
+            powered.off()
+    return seen
+
+
+def _try_all(pty: Pty, wheels: Wheels, clock: MonotonicClock, trials: int, random: Random, seen: Seen) -> None:
+    if _takes(lambda: _turns(wheels), clock) is None:
+        return
+    for _ in range(trials):
+        _sleep(clock, random.uniform(0.1, 1.0))
+        pty.unplug()
+        stopped = _takes(lambda: not _turns(wheels), clock)
+        _sleep(clock, random.uniform(0.0, 1.5))
+        pty.plug_in()
+        turned = _takes(lambda: _turns(wheels), clock)
+        seen.stops += [] if stopped is None else [stopped]
+        seen.recoveries += [] if turned is None else [turned]
+
+
+def _turns(wheels: Wheels) -> bool:
+    return bool(wheels.left.told or wheels.right.told)
+
+
+def _takes(is_so: Callable[[], bool], clock: MonotonicClock) -> float | None:
+    """Return how long it takes until something is so; None where it does not come."""
+    began = clock.now()
+    while not is_so():
+        if clock.now() - began > LONGEST_S:
+            return None
+        _sleep(clock, LOOK_S)
+    return clock.now() - began
+
+
+def _sleep(clock: MonotonicClock, seconds: float) -> None:
+    clock.sleep_until(clock.now() + seconds)
+
+
+def _started(robot: Path) -> subprocess.Popen[str]:
+    command = [sys.executable, "-m", "robotcore", "run", str(APP), "--backend", "serial", "--robot", str(robot)]
+    return subprocess.Popen(  # noqa: S603
+        [*command, "--timeout", "86400"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
+
+
+def _end_of(run: subprocess.Popen[str]) -> str:
+    """Return its exit status, and what it says of losses."""
+    said, _ = run.communicate(timeout=LONGEST_S)
+    notes = [line.removeprefix("note: ") for line in said.splitlines() if " was lost " in line]
+    return f"{run.returncode}: {'; '.join(notes) or said.strip().splitlines()[0]}"
+
+
+def _told(seconds: list[float], trials: int) -> tuple[str, str, str]:
+    if not seconds:
+        return f"0/{trials}", "", ""
+    return f"{len(seconds)}/{trials}", f"{median(seconds):.2f} s", f"{max(seconds):.2f} s"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,16 @@
+"""An app that drives on, in wide arcs."""
+
+from __future__ import annotations
+
+from robotcore import Behaviour, Robot, Role, Status
+
+
+class On(Behaviour):
+    """Drives, whatever happens."""
+
+    needs = frozenset({Role.DRIVE})
+
+    def step(self, robot: Robot) -> Status:
+        robot.drive.set_velocity(0.15, 0.3)
+        self.state = "driving"
+        return Status.RUNNING
