@@ -1,0 +1,87 @@
+from __future__ import annotations
+
+import errno
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from pydantic import TypeAdapter, ValidationError
+from serial import SerialException
+from serial.tools import list_ports
+
+from drivers.serial.ports.finding import PortMissingError, path_of
+from drivers.serial.ports.place import PortPlace
+from drivers.serial.ports.refusal import why_closed
+
+
+def port(device: str, vid: int | None = None, pid: int | None = None, serial_number: str | None = None) -> Any:
+    return SimpleNamespace(device=device, vid=vid, pid=pid, serial_number=serial_number)
+
+
+@pytest.fixture
+def ports(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    there = [
+        port("/dev/ttyS0"),
+        port("/dev/ttyACM0", 0x2341, 0x0043, "A"),
+        port("/dev/ttyACM1", 0x2341, 0x0043, "B"),
+        port("/dev/ttyUSB3", 0x1A86, 0x7523),
+    ]
+    monkeypatch.setattr(list_ports, "comports", lambda: there)
+    return there
+
+
+@pytest.mark.parametrize(
+    "place, path",
+    [
+        ("usb:1a86:7523", "/dev/ttyUSB3"),
+        ("usb:1A86:7523", "/dev/ttyUSB3"),
+        ("usb:2341:0043:B", "/dev/ttyACM1"),
+        ("/dev/null", "/dev/null"),
+    ],
+)
+def test_a_port_is_found_by_its_usb_id_or_its_path(ports: list[Any], place: str, path: str) -> None:
+    assert path_of(place) == path
+
+
+def test_a_board_that_was_plugged_in_elsewhere_is_found_under_its_new_name(ports: list[Any]) -> None:
+    ports[-1].device = "/dev/ttyUSB0"
+    assert path_of("usb:1a86:7523") == "/dev/ttyUSB0"
+
+
+@pytest.mark.parametrize(
+    "place, fault",
+    [
+        ("usb:2341:0043", "usb:2341:0043 is 2 ports, /dev/ttyACM0, /dev/ttyACM1; add its serial number, or name one"),
+        ("usb:10c4:ea60", "usb:10c4:ea60 is not plugged in; there is /dev/ttyACM0 (usb:2341:0043), "),
+        ("/dev/nowhere", "there is no /dev/nowhere; there is /dev/ttyACM0 (usb:2341:0043), "),
+    ],
+)
+def test_a_port_that_is_not_there_is_told_with_those_that_are(ports: list[Any], place: str, fault: str) -> None:
+    with pytest.raises(PortMissingError) as told:
+        path_of(place)
+    assert str(told.value).startswith(fault)
+
+
+def test_where_no_port_is_there_that_is_told(ports: list[Any]) -> None:
+    ports.clear()
+    with pytest.raises(PortMissingError, match="there is no /dev/nowhere; no port is there at all"):
+        path_of("/dev/nowhere")
+
+
+@pytest.mark.parametrize("place", ["", "usb:", "usb:1a86", "usb:1a86:75234", "usb:1a86:7523:"])
+def test_what_is_no_place_is_refused(place: str) -> None:
+    with pytest.raises(ValidationError):
+        TypeAdapter(PortPlace).validate_python(place)
+
+
+@pytest.mark.parametrize(
+    "error, words",
+    [
+        (SerialException(errno.EACCES, "denied"), "no permission for /dev/null. sudo usermod -aG root $USER, then log"),
+        (SerialException(errno.EAGAIN, "locked"), "/dev/null is held by "),
+        (ValueError("Failed to set custom baud rate (250000)"), "/dev/null cannot be set to 250000 baud (Failed to"),
+        (SerialException("Could not configure port: (25, 'x')"), "/dev/null cannot be opened as a serial port (Could"),
+    ],
+)
+def test_why_a_port_is_closed_is_told_with_what_to_do(error: Exception, words: str) -> None:
+    assert why_closed("/dev/null", 250000, error).startswith(words)
