@@ -7,6 +7,7 @@ from typing import Annotated, NoReturn
 from pydantic import AfterValidator, Field
 
 from drivers.raspberrypi.header import HEADER
+from drivers.raspberrypi.uart import lines_of
 from robotcore.hardware import Connection
 
 
@@ -42,7 +43,11 @@ def gpio(signal: str, number: int, *, is_shared: bool = False, instead: str = ""
     return Connection(signal, "GPIO", str(number), is_shared, instead)
 
 
-def on_header(wire: Connection) -> None:
-    """Raise ValueError, the fault, a semicolon and the remedy, for a wire to a GPIO that is none of the header's."""
+def on_header(wire: Connection) -> tuple[Connection, ...]:
+    """Return which pins a wire takes that is a serial port's.
+
+    Raises ValueError, the fault, a semicolon and the remedy, for a wire to a GPIO that is none of the header's.
+    """
     if wire.bus == "GPIO" and wire.where not in map(str, GPIOS):
         _refuse(int(wire.where) if wire.where.isdecimal() else wire.where)
+    return lines_of(wire)

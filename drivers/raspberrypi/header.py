@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
+from drivers.raspberrypi.uart import NOTE, is_header_port, lines_of
 from robotcore.hardware import Fitting, Pad, PadKind, Wire, Wiring
 
 _LAYOUT = """
@@ -88,13 +89,16 @@ def pads_of(name: str) -> tuple[int, ...]:
 
 
 def _signals(fitting: Fitting) -> Iterator[Wire]:
-    for wire in fitting.connections:
-        place = str(wire)
-        yield Wire(fitting.name, _what(fitting), wire.signal, place, pads_of(_RENAMED.get(place, place)))
+    for connection in fitting.connections:
+        for wire in (connection, *lines_of(connection)):
+            place = str(wire)
+            yield Wire(fitting.name, _what(fitting), wire.signal, place, pads_of(_RENAMED.get(place, place)))
 
 
 def _of_gpios(fitting: Fitting) -> Iterator[str]:
-    places = {str(wire) for wire in fitting.connections}
+    places = {wire.where for wire in _signals(fitting)}
+    if any(map(is_header_port, fitting.connections)):
+        yield NOTE
     yield from (note for gpios, note in OTHERS_TOO.items() if places & {f"GPIO {gpio}" for gpio in gpios})
 
 

@@ -31,14 +31,14 @@ def fit(
     robot: RobotDescription,
     section: str,
     names: Iterable[str] | None = None,
-    place: Callable[[Connection], object] = str,
+    place: Callable[[Connection], Iterable[Connection]] = lambda _wire: (),
 ) -> tuple[Fitting, ...]:
     """Return how the devices of those names, by default all, are connected, by a backend's ``section`` of the file.
 
     A display or a battery that the section does not tell of is left out: a display needs no wires, and not every board
-    tells of the battery. ``place`` raises ValueError, the fault,
-    a semicolon and the remedy, for a wire that goes to no place of the board. Raises DescriptionError, with all that is
-    wrong.
+    tells of the battery. ``place`` returns which other places of the board a wire takes, such as a port's pins, and
+    raises ValueError, the fault, a semicolon and the remedy, for one that goes to no place of it. Raises
+    DescriptionError, with all that is wrong.
     """
     chosen = {device.name for device in robot.devices} if names is None else set(names)
     wired = [told.name for told in robot.devices if told.name in chosen and not isinstance(told, _OPTIONAL)]
@@ -46,7 +46,11 @@ def fit(
         remedy = f"Say how each device is connected, from [{section}.{wired[0]}] on"
         raise DescriptionError(robot.source, section, "is missing", remedy)
     fittings, faults = read_each(robot, section, wired, partial(_fitting, robot), _untold)
-    faults += [*at_odds(section, fittings, robot), *misplaced(section, fittings, place), *clashes(section, fittings)]
+    faults += [
+        *at_odds(section, fittings, robot),
+        *misplaced(section, fittings, place),
+        *clashes(section, fittings, place),
+    ]
     if faults:
         raise DescriptionError.of_all(robot.source, faults)
     return tuple(fitting for fitting in fittings if fitting.name in chosen)

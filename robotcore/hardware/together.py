@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from functools import partial
 
 from robotcore.description import RobotDescription
@@ -27,11 +28,13 @@ def misplaced(section: str, fittings: Iterable[Fitting], place: Callable[[Connec
             yield from refused(f"{section}.{fitting.name}.{wire.signal}", partial(place, wire))
 
 
-def clashes(section: str, fittings: Iterable[Fitting]) -> Iterator[Fault]:
-    """Yield every place to which two wires go, of which one would have it alone."""
+def clashes(
+    section: str, fittings: Iterable[Fitting], place: Callable[[Connection], Iterable[Connection]]
+) -> Iterator[Fault]:
+    """Yield every place to which two wires go, of which one would have it alone; `fit` tells of ``place``."""
     taken: dict[tuple[str, str], tuple[str, Connection]] = {}
     for fitting in fittings:
-        for wire in fitting.connections:
+        for wire in _wires(fitting, place):
             key = f"{section}.{fitting.name}.{wire.signal}"
             first, before = taken.setdefault((wire.bus, wire.where), (key, wire))
             if before is not wire and not wire.shares(before):
@@ -40,6 +43,13 @@ def clashes(section: str, fittings: Iterable[Fitting]) -> Iterator[Fault]:
                     f"{wire} is already {first}{_spoken(before)}",
                     f"Connect one of them elsewhere{_or(wire, before)}",
                 )
+
+
+def _wires(fitting: Fitting, place: Callable[[Connection], Iterable[Connection]]) -> Iterator[Connection]:
+    for wire in fitting.connections:
+        yield wire
+        with suppress(ValueError):  # what it refuses is told by `misplaced`
+            yield from place(wire)
 
 
 def _spoken(before: Connection) -> str:

@@ -41,6 +41,23 @@ def test_a_plug_and_an_address_have_no_pad() -> None:
     assert [wire.pads for wire in wiring_of([laser, camera]).wires] == [(3,), (), ()]
 
 
+def test_a_serial_port_on_the_header_takes_two_pins_and_another_none() -> None:
+    header, usb = (
+        fitting("left_motor", Connection("port", "serial", f"/dev/{name}")) for name in ("serial0", "ttyUSB0")
+    )
+    wiring = wiring_of([header, usb])
+    assert [(wire.signal, wire.pads) for wire in wiring.wires] == [
+        ("port", ()),
+        ("sends", (8,)),
+        ("hears", (10,)),
+        ("port", ()),
+    ]
+    assert [note.split(",")[0] for _, note in wiring.notes] == [
+        "The port sends on GPIO 14",
+        "GPIO 14 and 15 are the serial console's where it is switched on",
+    ]
+
+
 def test_a_reserved_gpio_has_a_pad_all_the_same() -> None:
     (wire,) = wiring_of([fitting("nose", gpio("trigger", 0))]).wires
     assert (wire.where, wire.pads) == ("GPIO 0", (27,))
