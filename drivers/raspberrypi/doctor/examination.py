@@ -17,6 +17,7 @@ from drivers.raspberrypi.doctor.persistence import persistence
 from drivers.raspberrypi.doctor.pins import pins
 from drivers.raspberrypi.doctor.power import power
 from drivers.raspberrypi.doctor.release import release
+from drivers.raspberrypi.doctor.serial import serial
 from drivers.raspberrypi.gpio import on_header
 from drivers.raspberrypi.header import counted
 from robotcore.description import RobotDescription
@@ -84,6 +85,7 @@ def _fitted(robot: RobotDescription, section: str) -> Sequence[Fitting] | Descri
 def _checks(root: Path, fittings: Iterable[Fitting]) -> Iterator[tuple[str, Check]]:
     yield "pins", partial(pins, fittings)
     yield "I2C", partial(bus, root, fittings)
+    yield "serial", partial(serial, root, fittings)
     yield "camera", partial(camera, root, fittings)
     if any("picamera2" in fitting.driver.modules for fitting in fittings):
         yield "picamera2", picamera2

@@ -27,7 +27,7 @@ def permissions(root: Path, may_open: Callable[[Path], bool] = may_open) -> Iter
     for group, files in closed.items():
         if files:
             said = f"this user may not use {KINDS[group][1]} ({', '.join(files)})"
-            yield Finding.error(WHAT, said, _remedy(root, group))
+            yield Finding.error(WHAT, said, remedy_for(root, group))
 
 
 def _open(root: Path) -> Finding:
@@ -42,7 +42,7 @@ def _closed(root: Path, pattern: str, may_open: Callable[[Path], bool]) -> Itera
             yield f"/dev/{file.name}"
 
 
-def _remedy(root: Path, group: str) -> str:
+def remedy_for(root: Path, group: str) -> str:
     """Return what to do: a user who was put into a group has its rights from the next login on."""
     member, gid = _member_and_id(root, group)
     if gid in _groups_of_this_process(root):
