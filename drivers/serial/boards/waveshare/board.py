@@ -82,6 +82,14 @@ class WaveshareTalk(Talk):
         again = self._stop_at if self.command.told.stops else math.inf
         return min(self.command.next_due, again, self._heard_at + SILENT_S)
 
+    def unanswered(self, place: str) -> str:
+        if not self.parser.is_older:
+            return super().unanswered(place)
+        return (
+            f"the board on {place} runs ugv_base_general, which tells no odometer and drives most rovers without "
+            "holding a speed. Flash Waveshare's ugv_base_ros"
+        )
+
     def _lose(self, now: float) -> None:
         self.is_ready = self._is_greeted = False
         self._greet_at = now

@@ -19,26 +19,29 @@ from robotcore.description import (
     RobotDescription,
 )
 from robotcore.devices import Battery, Encoder, Motor
-from robotcore.errors import DeviceError
 from robotcore.guardian import CutoffSpec
 from robotcore.hardware import Connection, DeviceDriver, Host
 
 ANSWER_S = 20.0
 """A board that was just switched on looks for a Wi-Fi network for 15 s before it takes the first line."""
 
-NOTE = (
+FIRMWARE = (
     "The board must run Waveshare's ugv_base_ros, and know which rover it is, once for all: send it "
     '{"T":900,"main":1,"module":0}, where main is 1 for the RaspRover, 2 for the UGV Rover, 3 for the UGV Beast, and '
     "module 1 for an arm, 2 for a camera on a gimbal."
 )
-"""What whoever connects a board must know."""
+WIFI = (
+    "The board opens a Wi-Fi of its own, called UGV with the password 12345678 where nobody has changed it, and obeys "
+    'whoever is in it, past every stop of this program. Switch it off for good: send it {"T":401,"cmd":0}, and restart '
+    "it."
+)
 
 ToldT = TypeVar("ToldT", bound=Described)
 SettingsT = TypeVar("SettingsT", bound="WaveshareSettings")
 
 
 class WaveshareSettings(PortSettings):
-    """The port of a board; over the 40 pins of a Raspberry Pi it is /dev/serial0, over USB that of a CP2102."""
+    """The port of a board; on the header of a Raspberry Pi /dev/serial0, of a Pi 5 /dev/ttyAMA0, on USB a CP2102."""
 
     speaks: ClassVar[str] = "Waveshare UGV"
     usual_baud: ClassVar[int] = BAUD
@@ -65,7 +68,7 @@ class WaveshareDriver(DeviceDriver[ToldT, SettingsT]):
         return settings.at()
 
     def notes(self, settings: SettingsT) -> Sequence[str]:
-        return (NOTE,)
+        return (FIRMWARE, WIFI)
 
 
 class WaveshareMotor(WaveshareDriver[MotorDescription, WaveshareMotorSettings]):
@@ -133,14 +136,7 @@ class WaveshareBattery(WaveshareDriver[BatteryDescription, WaveshareSettings]):
 
 def _board(device: str, settings: WaveshareSettings, host: Host) -> Board[WaveshareTalk]:
     """Return the board on the settings' port; raises DeviceError by the device's name."""
-    talk = WaveshareTalk(settings.speed)
-    try:
-        return open_board(device, settings.port, WaveshareTalk, lambda: talk, host, ANSWER_S)
-    except DeviceError as error:
-        if not talk.parser.is_older:
-            raise
-        fault = f"the board on {settings.port} runs ugv_base_general, which tells no odometer and drives most rovers "
-        raise DeviceError(device, f"{fault}without holding a speed. Flash Waveshare's ugv_base_ros") from error
+    return open_board(device, settings.port, WaveshareTalk, lambda: WaveshareTalk(settings.speed), host, ANSWER_S)
 
 
 def _wheel_radius_m(robot: RobotDescription) -> float:

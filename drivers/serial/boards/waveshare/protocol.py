@@ -20,6 +20,9 @@ FASTEST_M_S = 2.0
 FEEDBACK_S = 0.05
 """How often the board tells where it is: a line of some 200 bytes is 17 ms on the way, in which its loop waits."""
 
+BEGINNING = b'{"T":1001,'
+"""Of a line that is feedback."""
+
 LONGEST = 512
 """No line that the board tells has so many bytes: 330 with an arm."""
 
@@ -82,15 +85,12 @@ class Parser:
         self._rest = b""
 
     def _feedback(self, line: bytes) -> Feedback | None:
-        try:
-            if len(line) < LONGEST:
+        if line.startswith(BEGINNING) and len(line) < LONGEST:
+            try:
                 return Feedback.model_validate_json(line)
-        except ValidationError:
-            pass
+            except ValidationError:
+                self.is_older = self.is_older or (b'"odl"' not in line and line.endswith(b"}\r"))
         self.dropped += 1
-        self.is_older = self.is_older or (
-            line.startswith(b'{"T":1001,') and b'"odl"' not in line and line[-2:] == b"}\r"
-        )
         return None
 
 
