@@ -31,9 +31,9 @@ def notes(robot: RobotDescription, *devices: str) -> list[str]:
     return VirtualPiBackend().notes(Setup(robot, None, frozenset(chosen)))
 
 
-def test_every_driver_of_ours_is_modelled_or_means_to_be_the_simulator_s() -> None:
+def test_every_driver_for_a_pi_alone_is_modelled_or_means_to_be_the_simulator_s() -> None:
     ours = [load_registered("device driver", DEVICES, name) for name in device_driver_names()]
-    kinds = {driver.name: driver.settings for driver in ours if driver.__module__.startswith("drivers.")}
+    kinds = {driver.name: driver.settings for driver in ours if driver.__module__.startswith("drivers.raspberrypi.")}
     assert len(kinds) >= 9
     assert [name for name, settings in kinds.items() if not issubclass(settings, MODELLED + SIMULATED)] == []
 
