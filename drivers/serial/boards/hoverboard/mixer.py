@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from itertools import product
@@ -109,8 +110,9 @@ def _part(*words: float) -> float:
 
 
 def _around(word: float) -> range:
-    """Return the whole words next to it that a command can have."""
-    return range(max(int(word) - 2, -LIMIT), min(int(word) + 2, LIMIT) + 1)
+    """Return the whole words next to it that a command can have, and one above: the board rounds down."""
+    below = math.floor(word)
+    return range(max(below, -LIMIT), min(below + 2, LIMIT) + 1)
 
 
 def _limited(wheel: int) -> int:

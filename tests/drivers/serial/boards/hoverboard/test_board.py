@@ -96,10 +96,11 @@ def test_next_due_is_when_something_is_due(conversation: Conversation) -> None:
 def test_a_stop_is_settled_when_the_board_tells_that_it_heard_it(conversation: Conversation) -> None:
     conversation.tell(100, 100)
     conversation.drive(100, 100, 0.02)
-    conversation.hear(100, 100, speed=100)
+    conversation.hear(100, 100)
     conversation.tell(0, 0)
     assert not conversation.talk.is_settled
-    conversation.pass_by(0.01)
+    conversation.pass_by(0.005)
+    assert not conversation.talk.is_settled, "what it told before it was told to stand says nothing"
     conversation.hear(100, 100, speed=100)
     assert not conversation.talk.is_settled
     conversation.pass_by(0.01)

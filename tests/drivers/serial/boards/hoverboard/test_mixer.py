@@ -55,11 +55,14 @@ def test_every_pair_of_wheels_in_reach_is_made_to_the_unit_by_the_firmware_as_it
             assert mixer.wheels(mixer.steering(left, right)) == (left, right)
 
 
-@pytest.mark.parametrize("speed, steer", [(0.9, 0.5), (1.7, 0.3), (1.0, 1.0)])
-def test_other_coefficients_come_within_a_unit(speed: float, steer: float) -> None:
-    mixer = Mixed(speed, steer)
-    for left, right in product(range(-300, 301, 43), repeat=2):
-        assert mixer.wheels(mixer.steering(left, right)) == pytest.approx((left, right), abs=1)
+@pytest.mark.parametrize("mixer", [Mixed(0.9, 0.5), Mixed(1.7, 0.3), Mixed(0.4, 0.2)], ids=str)
+def test_with_other_coefficients_no_command_near_comes_nearer(mixer: Mixed) -> None:
+    for left, right in product(range(-173, 174, 43), repeat=2):
+        steer, speed = mixer.steering(left, right)
+        near = (Steering(steer + by, speed + more) for by, more in product(range(-2, 3), repeat=2))
+        assert _error(mixer, Steering(steer, speed), left, right) == min(
+            _error(mixer, told, left, right) for told in near
+        )
 
 
 @pytest.mark.parametrize("mixer", [Mixed(), Mixed(0.9, 0.4), Tank()], ids=str)
@@ -68,10 +71,15 @@ def test_what_is_beyond_its_reach_keeps_its_path(mixer: Mixer, wheels: tuple[int
     told = mixer.steering(*wheels)
     left, right = mixer.wheels(told) if isinstance(mixer, Mixed) else told
     assert max(map(abs, told)) <= 1000
-    assert left * wheels[1] == pytest.approx(right * wheels[0], abs=3 * max(map(abs, wheels)))
+    assert left * wheels[1] == pytest.approx(right * wheels[0], abs=sum(map(abs, wheels)))
     assert max(abs(left), abs(right)) >= 390
 
 
 @pytest.mark.parametrize("mixer", [Mixed(), Mixed(0.9, 0.4), Tank()], ids=str)
 def test_standing_is_zero(mixer: Mixer) -> None:
     assert mixer.steering(0, 0) == (0, 0)
+
+
+def _error(mixer: Mixed, told: Steering, left: int, right: int) -> int:
+    made_left, made_right = mixer.wheels(told)
+    return (made_left - left) ** 2 + (made_right - right) ** 2
