@@ -101,8 +101,8 @@ class Hoverboard(BoardDouble):
         return _clamped(along + across >> 4), _clamped(along - across >> 4)
 
     def _feedback(self, steer: int, speed: int) -> bytes:
-        left, right = round(self.wheels.left.velocity / RPM), round(self.wheels.right.velocity / RPM)
-        return feedback(steer, speed, -right, left, round(self.volts * 100), 300, 0)
+        left, right = math.floor(self.wheels.left.velocity / RPM), math.floor(-self.wheels.right.velocity / RPM)
+        return feedback(steer, speed, right, left, round(self.volts * 100), 300, 0)
 
 
 def feedback(*words: int) -> bytes:

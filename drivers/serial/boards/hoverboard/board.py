@@ -73,10 +73,11 @@ class HoverboardTalk(Talk):
         """Whether the last command was sent and, where it was to stand, the board has told that it heard it."""
         if self.command.next_due < math.inf:
             return False
-        return not self._is_stopping or bool(self._last and self._last.stands and self._heard_at > self._sent_at)
+        is_heard = self._last is not None and self._last.stands and self._heard_at > self._sent_at
+        return is_heard or not self.command.told.stops
 
     def _forget(self) -> None:
-        self.is_ready = self._is_stopping = False
+        self.is_ready = False
         self.command.forget()
         self._parser = Parser()
         self._last = None
@@ -84,7 +85,6 @@ class HoverboardTalk(Talk):
 
     def _sent(self, told: Told, now: float) -> bytes:
         frame = command(*self.mixer.steering(*told))
-        self._is_stopping = told.stops
         self._sent_at, self._free_at, self._repeat_at = now, now + PAUSE_S, now + REPEAT_S
         return frame
 
@@ -94,10 +94,19 @@ class HoverboardTalk(Talk):
         for feedback in heard:
             if before and each_s <= SILENCE_S:
                 self._turned = Told(
-                    self._turned.left + (before.left_rpm + feedback.left_rpm) / 2 * each_s,
-                    self._turned.right + (before.right_rpm + feedback.right_rpm) / 2 * each_s,
+                    self._turned.left + (_rpm(before.left_rpm) + _rpm(feedback.left_rpm)) / 2 * each_s,
+                    self._turned.right + (_rpm(before.right_rpm) + _rpm(feedback.right_rpm)) / 2 * each_s,
                 )
             before = feedback
         self.left.count(self._turned.left, now)
         self.right.count(self._turned.right, now)
         self.voltage = Voltage(heard[-1].battery_v, now, self.voltage.sequence + 1 if self.voltage else 0)
+
+
+def _rpm(told: int) -> float:
+    """Return the middle of the speeds for which the board tells that one.
+
+    It rounds down, and forward is up on one side and down on the other: a robot that drives straight on would seem to
+    turn.
+    """
+    return told + 0.5 if told else 0.0

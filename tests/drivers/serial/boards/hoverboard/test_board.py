@@ -23,9 +23,10 @@ class Conversation:
         self.sent: list[tuple[float, bytes]] = []
         self.hear()
 
-    def hear(self, left: int = 0, right: int = 0, steer: int = 0, speed: int = 0, frames: int = 1) -> None:
+    def hear(self, left: float = 0, right: float = 0, steer: int = 0, speed: int = 0, frames: int = 1) -> None:
         """Let the board tell its wheels' speeds, in rpm and as they turn forward, once or several times at once."""
-        self.talk.receive(feedback(steer, speed, -right, left, 3700, 300, 0) * frames, self.now)
+        told = math.floor(-right), math.floor(left)
+        self.talk.receive(feedback(steer, speed, *told, 3700, 300, 0) * frames, self.now)
 
     def pass_by(self, seconds: float) -> None:
         """Let time pass in thousandths of a second, and send what is due."""
@@ -34,7 +35,7 @@ class Conversation:
             if frame := self.talk.due(self.now):
                 self.sent.append((self.now, frame))
 
-    def drive(self, left: int, right: int, seconds: float) -> None:
+    def drive(self, left: float, right: float, seconds: float) -> None:
         for _ in range(round(seconds / FRAME_S)):
             self.pass_by(FRAME_S)
             self.hear(left, right)
@@ -120,43 +121,43 @@ def test_a_board_that_falls_silent_is_lost_and_stands_until_it_is_told_anew(conv
 
 
 def test_angles_are_the_measured_speeds_over_their_times(conversation: Conversation) -> None:
-    conversation.drive(60, -30, 1.0)
-    assert conversation.angles() == pytest.approx((math.tau, -math.tau / 2), rel=0.01)
+    conversation.drive(60.5, -30.5, 1.0)
+    assert conversation.angles() == pytest.approx((60.5 * RPM, -30.5 * RPM), rel=0.01)
 
 
 def test_frames_that_come_at_once_count_as_long_as_they_took(conversation: Conversation) -> None:
-    conversation.hear(60, 60)
+    conversation.hear(60.5, 60.5)
     for _ in range(10):
         conversation.pass_by(0.02)
-        conversation.hear(60, 60, frames=2)
-    assert conversation.angles() == pytest.approx((0.2 * math.tau,) * 2)
+        conversation.hear(60.5, 60.5, frames=2)
+    assert conversation.angles() == pytest.approx((0.2 * 60.5 * RPM,) * 2)
 
 
 def test_frames_that_were_kept_while_nobody_read_are_no_gap(conversation: Conversation) -> None:
-    conversation.hear(60, 60)
+    conversation.hear(60.5, 60.5)
     conversation.now += 1.0
-    conversation.hear(60, 60, frames=100)
-    assert conversation.angles() == pytest.approx((math.tau,) * 2)
+    conversation.hear(60.5, 60.5, frames=100)
+    assert conversation.angles() == pytest.approx((60.5 * RPM,) * 2)
 
 
 def test_nothing_is_added_for_a_time_in_which_nobody_measured(conversation: Conversation) -> None:
-    conversation.drive(60, 60, 1.0)
+    conversation.drive(60.5, 60.5, 1.0)
     before = conversation.angles()
     conversation.pass_by(SILENCE_S + 0.01)
-    conversation.hear(60, 60)
+    conversation.hear(60.5, 60.5)
     assert conversation.angles() == before
-    conversation.drive(60, 60, 0.5)
-    assert conversation.angles()[0] - before[0] == pytest.approx(math.tau / 2)
+    conversation.drive(60.5, 60.5, 0.5)
+    assert conversation.angles()[0] - before[0] == pytest.approx(0.5 * 60.5 * RPM)
 
 
 def test_a_port_that_comes_back_goes_on_from_the_last_angle(conversation: Conversation) -> None:
-    conversation.drive(60, 60, 1.0)
+    conversation.drive(60.5, 60.5, 1.0)
     before = conversation.angles()
     conversation.now += 0.1
     conversation.talk.begin(conversation.now)
     assert not conversation.talk.is_ready
     conversation.now += 0.1
-    conversation.hear(60, 60)
+    conversation.hear(60.5, 60.5)
     assert conversation.angles() == before
 
 
