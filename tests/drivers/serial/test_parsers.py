@@ -35,9 +35,9 @@ def noise_for(spoken: Spoken) -> st.SearchStrategy[bytes]:
     )
 
 
-def damaged(spoken: Spoken) -> st.SearchStrategy[bytes]:
+def damaged(spoken: Spoken, frames: st.SearchStrategy[bytes]) -> st.SearchStrategy[bytes]:
     """What is left of a frame, or comes in place of one; of the kinds that its frames show."""
-    frames, kinds = frames_of(spoken), []
+    kinds = []
     if Damage.NOISE in spoken.seen:
         kinds.append(noise_for(spoken))
     if Damage.CUT in spoken.seen:
@@ -51,11 +51,20 @@ def damaged(spoken: Spoken) -> st.SearchStrategy[bytes]:
 @settings(max_examples=EXAMPLES)
 @given(st.data())
 def test_cuts_of_the_stream_change_nothing(spoken: Spoken, data: st.DataObject) -> None:
-    stream = b"".join(data.draw(st.lists(st.one_of(frames_of(spoken), damaged(spoken)), max_size=8)))
+    frames = frames_of(spoken)
+    stream = b"".join(data.draw(st.lists(st.one_of(frames, damaged(spoken, frames)), max_size=8)))
     cuts = data.draw(st.lists(st.integers(0, len(stream)), max_size=20).map(sorted))
     pieces = [stream[start:end] for start, end in zip([0, *cuts], [*cuts, len(stream)], strict=True)]
     parser = spoken.parser()
     assert [value for piece in pieces for value in parser.feed(piece)] == list(spoken.parser().feed(stream))
+
+
+@every_parser
+def test_bytes_that_come_one_by_one_change_nothing(spoken: Spoken) -> None:
+    draw = Random(1)
+    stream = b"".join(spoken.frame(draw) + draw.randbytes(draw.randrange(20)) for _ in range(400))
+    parser = spoken.parser()
+    assert [value for byte in stream for value in parser.feed(bytes([byte]))] == list(spoken.parser().feed(stream))
 
 
 @every_parser
@@ -72,7 +81,7 @@ def test_every_frame_of_a_clean_line_is_told(spoken: Spoken, data: st.DataObject
 def test_no_value_is_told_that_no_frame_carried(spoken: Spoken, data: st.DataObject) -> None:
     whole = data.draw(st.lists(frames_of(spoken), min_size=1, max_size=4))
     repeated = st.sampled_from(whole)
-    stream = data.draw(st.lists(st.one_of(repeated, damaged(spoken)), max_size=12))
+    stream = data.draw(st.lists(st.one_of(repeated, damaged(spoken, repeated)), max_size=12))
     true = [_said(spoken, frame) for frame in whole]
     assert all(value in true for value in spoken.parser().feed(b"".join(stream)))
 
@@ -81,8 +90,9 @@ def test_no_value_is_told_that_no_frame_carried(spoken: Spoken, data: st.DataObj
 @settings(max_examples=EXAMPLES)
 @given(st.data())
 def test_two_frames_after_the_damage_it_is_in_step(spoken: Spoken, data: st.DataObject) -> None:
-    before = data.draw(st.lists(st.one_of(frames_of(spoken), damaged(spoken)), max_size=8))
-    after = data.draw(st.lists(frames_of(spoken), min_size=3, max_size=5))
+    frames = frames_of(spoken)
+    before = data.draw(st.lists(st.one_of(frames, damaged(spoken, frames)), max_size=8))
+    after = data.draw(st.lists(frames, min_size=3, max_size=5))
     parser = spoken.parser()
     parser.feed(b"".join(before))
     told = list(parser.feed(b"".join(after)))
