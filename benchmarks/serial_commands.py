@@ -1,0 +1,150 @@
+"""Whether a line is asked for more than it carries, and how old a command is when it has arrived.
+
+    python -m benchmarks.serial_commands
+
+Numbered commands are told two hundred times a second, of the size that each board's have, into a line at that board's
+speed. A pty carries them, and its far end counts the time that the bytes would take on the wire. The age of a command
+is from when it was told until its last byte has left. For comparison stands how old the last one would be where each
+was written when it was told. On a busy machine the far end is late to listen, and finds several commands at once, which
+it takes to wait for each other. Exit status 1 where one waits longer than that explains, or comes after a newer one.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median, quantiles
+
+from benchmarks.report import machine, print_table
+from drivers.serial.ports.line import Line
+from robotcore.clock import MonotonicClock
+from tests.doubles.serial.pty import Pty
+from tests.doubles.serial.wire import BITS_A_BYTE, Heard, Numbering, Wire
+
+EVERY_S = 0.005
+LISTENING_S = 0.0005
+TIMES = ("age, median", "99 %", "most", "waited, most", "far end late, most", "age if all were sent")
+
+
+@dataclass(frozen=True)
+class Commanded:
+    """A board's line and what a command for both of its motors has in bytes."""
+
+    name: str
+    baud: int
+    size: int
+
+    @property
+    def frame_s(self) -> float:
+        return self.size * BITS_A_BYTE / self.baud
+
+
+BOARDS = (
+    Commanded("sabertooth", 9600, 8),
+    Commanded("ros-arduino, summed", 57600, 12),
+    Commanded("waveshare", 115200, 52),
+    Commanded("hoverboard", 115200, 8),
+    Commanded("waveshare, were it slower", 9600, 52),
+)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Which commands were told when, what was heard of them, and how late the far end was to listen at most."""
+
+    told: list[float]
+    heard: list[Heard]
+    latest_s: float
+
+    @property
+    def ages(self) -> list[float]:
+        return [heard.left_at - self.told[heard.number] for heard in self.heard]
+
+    @property
+    def is_in_order(self) -> bool:
+        numbers = [heard.number for heard in self.heard]
+        return numbers == sorted(set(numbers))
+
+    @property
+    def waited_s(self) -> float:
+        return max(heard.waited for heard in self.heard)
+
+
+class Listener:
+    """The far end: hands what comes to a wire, and notes how late it was to listen at most."""
+
+    def __init__(self, pty: Pty, wire: Wire, clock: MonotonicClock) -> None:
+        self._pty, self._wire, self._clock = pty, wire, clock
+        self._last = clock.now()
+        self.latest_s = 0.0
+
+    def listen(self) -> None:
+        now = self._clock.now()
+        self.latest_s, self._last = max(self.latest_s, now - self._last), now
+        self._wire.hear(self._pty.heard(), now)
+
+
+def main() -> int:
+    """Print a line for each board."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seconds", type=float, default=10.0)
+    asked = parser.parse_args()
+    outcomes = [(board, _drive(board, asked.seconds)) for board in BOARDS]
+    print(machine())
+    print_table(
+        (
+            "line",
+            "told",
+            "sent",
+            "of what it carries",
+            "waited, most",
+            "age, median",
+            "99 %",
+            "most",
+            "if all were sent",
+        ),
+        [_row(board, outcome, asked.seconds) for board, outcome in outcomes],
+    )
+    print(f"told every {EVERY_S * 1000:g} ms for {asked.seconds:g} s; times in ms")
+    return int(not all(_is_kept(outcome) for _, outcome in outcomes))
+
+
+def _is_kept(outcome: Outcome) -> bool:
+    return outcome.is_in_order and outcome.waited_s <= outcome.latest_s
+
+
+def _row(board: Commanded, outcome: Outcome, seconds: float) -> tuple[str, ...]:
+    ages = outcome.ages
+    carried = len(outcome.heard) * board.frame_s / seconds
+    piled_up = max(0.0, len(outcome.told) * board.frame_s - seconds) + board.frame_s
+    late = quantiles(ages, n=100, method="inclusive")[-1]
+    times = (median(ages), late, max(ages), outcome.waited_s, outcome.latest_s, piled_up)
+    name = f"{board.name}: {board.size} bytes at {board.baud}"
+    return name, str(len(outcome.told)), str(len(outcome.heard)), f"{carried:.0%}", *(f"{t * 1000:.1f}" for t in times)
+
+
+def _drive(board: Commanded, seconds: float) -> Outcome:
+    clock, told = MonotonicClock(), []
+    wire, talk = Wire(board.baud, board.size), Numbering(board.baud, board.size)
+    with tempfile.TemporaryDirectory() as folder, Pty(Path(folder)) as pty:
+        listener = Listener(pty, wire, clock)
+        listening = clock.every(LISTENING_S, listener.listen, "far end")
+        line = Line(str(pty.path), talk, clock)
+        line.open("wheel", 1.0)
+        begin = clock.now()
+        while clock.now() < begin + seconds:
+            told.append(clock.now())
+            talk.tell(len(told) - 1, told[-1])
+            line.wake()
+            clock.sleep_until(told[-1] + EVERY_S)
+        line.close()
+        listening.stop()
+    clock.close()
+    return Outcome(told, wire.heard, listener.latest_s)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
