@@ -95,17 +95,7 @@ def main() -> int:
     outcomes = [(board, _drive(board, asked.seconds)) for board in BOARDS]
     print(machine())
     print_table(
-        (
-            "line",
-            "told",
-            "sent",
-            "of what it carries",
-            "waited, most",
-            "age, median",
-            "99 %",
-            "most",
-            "if all were sent",
-        ),
+        ("line", "told", "sent", "of what it carries", *TIMES),
         [_row(board, outcome, asked.seconds) for board, outcome in outcomes],
     )
     print(f"told every {EVERY_S * 1000:g} ms for {asked.seconds:g} s; times in ms")
