@@ -12,6 +12,7 @@ from random import Random
 from typing import Protocol
 
 from drivers.serial.boards.hoverboard import protocol as hoverboard
+from drivers.serial.boards.rosarduino import protocol as rosarduino
 from drivers.serial.boards.waveshare import protocol as waveshare
 from drivers.serial.ranging import protocol as tfmini
 from tests.doubles.serial.tfmini import frame
@@ -33,6 +34,9 @@ class Damage(Flag):
     """A frame without its beginning, or without its end."""
     CHANGED = auto()
     """One byte of a frame is another one."""
+
+
+ANY = Damage.NOISE | Damage.CUT | Damage.CHANGED
 
 
 @dataclass(frozen=True)
@@ -75,8 +79,16 @@ def _object(draw: Random) -> bytes:
     return b'{"T":1001,%b,"gx":%d,%b,"v":%d}\r\n' % (speeds, draw.randint(-999, 999), ways, draw.randint(900, 1260))
 
 
+def _line(draw: Random) -> bytes:
+    return b"%d %d\r\n" % (draw.randint(-(2**31), 2**31 - 1), draw.randint(-9999, 9999))
+
+
+NONE = Damage(0)
+"""An answer of ROSArduinoBridge has no sum; ours may have one, an XOR, which two equal letters more leave as it is."""
+
 SPOKEN = (
-    Spoken("tfmini", tfmini.Parser, _range, b"\x59\x00\x08", Damage.NOISE | Damage.CUT | Damage.CHANGED),
-    Spoken("hoverboard", hoverboard.Parser, _wheels, b"\xcd\xab\x00", Damage.NOISE | Damage.CUT | Damage.CHANGED),
-    Spoken("waveshare", waveshare.Parser, _object, b'{}":,\r\n"T":1001', Damage.NOISE | Damage.CUT),  # it has no sum
+    Spoken("tfmini", tfmini.Parser, _range, b"\x59\x00\x08", ANY),
+    Spoken("hoverboard", hoverboard.Parser, _wheels, b"\xcd\xab\x00", ANY),
+    Spoken("waveshare", waveshare.Parser, _object, b'{}":,\r\n"T":1001', Damage.NOISE | Damage.CUT),
+    Spoken("ros-arduino", rosarduino.Parser, _line, b"0123456789 -*\r\n", NONE),
 )

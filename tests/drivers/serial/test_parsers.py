@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.doubles.serial.protocols import SPOKEN, Damage, Parser, Spoken
+from tests.doubles.serial.protocols import ANY, SPOKEN, Damage, Parser, Spoken
 
 EXAMPLES = 25
 """Of each rule and parser: there are many, and every run of the suite makes others."""
@@ -35,16 +35,14 @@ def noise_for(spoken: Spoken) -> st.SearchStrategy[bytes]:
     )
 
 
-def damaged(spoken: Spoken, frames: st.SearchStrategy[bytes]) -> st.SearchStrategy[bytes]:
-    """What is left of a frame, or comes in place of one; of the kinds that its frames show."""
-    kinds = []
-    if Damage.NOISE in spoken.seen:
-        kinds.append(noise_for(spoken))
-    if Damage.CUT in spoken.seen:
-        kinds.append(st.builds(_cut, frames, st.integers(1, 100), st.booleans()))
-    if Damage.CHANGED in spoken.seen:
-        kinds.append(st.builds(_changed, frames, st.integers(0, 100), st.integers(1, 255)))
-    return st.one_of(kinds)
+def damaged(spoken: Spoken, frames: st.SearchStrategy[bytes], kinds: Damage = ANY) -> st.SearchStrategy[bytes]:
+    """What is left of a frame, or comes in place of one."""
+    made = {
+        Damage.NOISE: noise_for(spoken),
+        Damage.CUT: st.builds(_cut, frames, st.integers(1, 100), st.booleans()),
+        Damage.CHANGED: st.builds(_changed, frames, st.integers(0, 100), st.integers(1, 255)),
+    }
+    return st.one_of([made[kind] for kind in Damage if kind in kinds])
 
 
 @every_parser
@@ -81,7 +79,7 @@ def test_every_frame_of_a_clean_line_is_told(spoken: Spoken, data: st.DataObject
 def test_no_value_is_told_that_no_frame_carried(spoken: Spoken, data: st.DataObject) -> None:
     whole = data.draw(st.lists(frames_of(spoken), min_size=1, max_size=4))
     repeated = st.sampled_from(whole)
-    stream = data.draw(st.lists(st.one_of(repeated, damaged(spoken, repeated)), max_size=12))
+    stream = data.draw(st.lists(st.one_of(repeated, damaged(spoken, repeated, spoken.seen)), max_size=12))
     true = [_said(spoken, frame) for frame in whole]
     assert all(value in true for value in spoken.parser().feed(b"".join(stream)))
 
