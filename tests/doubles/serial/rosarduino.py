@@ -91,6 +91,7 @@ class TrueDouble(ArduinoDouble):
 
     frame_s = 0.033
     echo_cm = 50
+    has_wheels = True
 
     def _obey(self, line: str) -> bytes:
         letter, arguments = _read(line)
@@ -99,6 +100,8 @@ class TrueDouble(ArduinoDouble):
     def _answer(self, letter: str, first: int, second: int) -> str:
         if letter == "b":
             return "57600"
+        if letter and letter in "emoru" and not self.has_wheels:
+            return REFUSED
         if letter == "e":
             return "{} {}".format(*self.counts)
         if letter == "m" or (letter == "o" and self.takes_duties):
@@ -126,7 +129,10 @@ class OurDouble(ArduinoDouble):
     millimetres: int | None = 500
     """What its module measures, None where no echo comes."""
     is_mute = False
-    millivolts = 7400
+
+    def __init__(self, *, millivolts: int = 7400, counts_per_turn: int = 960) -> None:
+        self.millivolts = millivolts
+        super().__init__(counts_per_turn=counts_per_turn)
 
     def begin(self, now: float) -> None:
         super().begin(now)

@@ -149,7 +149,8 @@ class ArduinoTalk(Talk):
         return STOP_NOW
 
     def _next(self, now: float) -> bytes:
-        if self._has_to_limit and not self._stop_is_due(now):
+        has_to_stop = self._stop_is_due(now) or (self._unheard and self._unheard.stops)
+        if self._has_to_limit and not has_to_stop:
             return self._limited(now)
         if told := self._newest(now):
             return self._asking.ask(self._driving(told), self._acknowledge, now)

@@ -1,0 +1,196 @@
+from __future__ import annotations
+
+import pytest
+
+from tests.drivers.serial.boards.rosarduino.talking import (
+    HELLO,
+    OURS,
+    TRUE,
+    Conversation,
+    answered,
+    asked,
+)
+
+LOST_S = 0.11
+"""No answer comes after so long."""
+
+
+@pytest.fixture
+def ours() -> Conversation:
+    conversation = Conversation()
+    conversation.meet_ours()
+    return conversation
+
+
+@pytest.fixture
+def true_one() -> Conversation:
+    conversation = Conversation()
+    conversation.meet_the_true_one()
+    return conversation
+
+
+def test_our_firmware_is_known_by_its_name(ours: Conversation) -> None:
+    assert ours.talk.is_ready
+    assert ours.talk.firmware.is_ours
+    assert ours.talk.firmware.frame_s == pytest.approx(1 / 30)
+
+
+def test_the_true_one_is_known_by_its_speed_alone(true_one: Conversation) -> None:
+    assert true_one.talk.is_ready
+    assert not true_one.talk.firmware.is_ours
+    assert true_one.talk.firmware.frame_s == 0.033
+    assert not true_one.talk.firmware.takes_duties
+    assert true_one.talk.stops_itself == (
+        "The board stops its motors by itself 2 s after the last command that it heard."
+    )
+
+
+def test_our_firmware_is_not_taken_for_the_true_one_where_noise_spoils_its_name() -> None:
+    conversation = Conversation()
+    conversation.goes((HELLO, TRUE), (HELLO, OURS), (asked("m 0 0"), answered("OK")))
+    assert conversation.talk.firmware.is_ours
+
+
+def test_the_true_one_without_wheels_is_told() -> None:
+    conversation = Conversation()
+    refused = b"Invalid Command\r\n"
+    conversation.goes((HELLO, TRUE), (HELLO, TRUE), (b"m 0 0\r", refused), (b"m 0 0\r", refused))
+    assert not conversation.talk.firmware.has_wheels
+
+
+def test_our_firmware_of_another_version_is_told() -> None:
+    conversation = Conversation()
+    conversation.goes((HELLO, b"OK\r\n" + answered("robotcore-bridge 2")))
+    assert "speaks version 2, and this robotcore 1" in conversation.talk.firmware.fault
+
+
+def test_the_time_out_is_told_before_anything_turns(ours: Conversation) -> None:
+    ours.talk.limit(0.5)
+    ours.tell(20, 20)
+    ours.goes((asked("k 500"), answered("OK")), (asked("m 20 20"), answered("OK")))
+    assert ours.talk.stops_itself.startswith("The board stops its motors by itself 0.5 s after")
+
+
+def test_the_shortest_time_out_of_all_motors_counts(ours: Conversation) -> None:
+    ours.talk.limit(1.0)
+    ours.talk.limit(0.3)
+    ours.goes((asked("k 300"), answered("OK")))
+
+
+def test_only_the_newest_command_is_sent_and_each_once(ours: Conversation) -> None:
+    assert ours.sent(0.06) == asked("e")
+    ours.tell(10, 10)
+    ours.tell(20, -20)
+    assert ours.sent() == b""
+    ours.answer(answered("0 0"))
+    ours.goes((asked("m 20 -20"), answered("OK")))
+    assert ours.sent() == b""
+    ours.tell(20, -20)
+    ours.goes((asked("m 20 -20"), answered("OK")))
+
+
+def test_a_command_that_turns_is_not_repeated_though_nobody_acknowledged_it(ours: Conversation) -> None:
+    ours.tell(20, 20)
+    assert ours.sent() == asked("m 20 20")
+    assert ours.sent(LOST_S) == b"\r" + asked("v")
+    ours.answer(answered("robotcore-bridge 1"))
+    ours.goes((asked("k 2000"), answered("OK")), (asked("e"), answered("0 0")))
+    assert not ours.talk.is_settled
+
+
+@pytest.mark.parametrize("left, right", [(0, 0), (0, 20)])
+def test_a_stop_is_repeated_until_it_is_acknowledged(ours: Conversation, left: int, right: int) -> None:
+    ours.tell(20, 20)
+    ours.goes((asked("m 20 20"), answered("OK")))
+    ours.tell(left, right)
+    stop = asked(f"m {left} {right}")
+    ours.goes((stop, answered("Invalid Command")))
+    assert not ours.talk.is_settled
+    ours.goes((stop, answered("OK")))
+    assert ours.talk.is_settled
+
+
+def test_a_command_is_not_settled_before_it_was_sent(ours: Conversation) -> None:
+    ours.tell(0, 0)
+    assert not ours.talk.is_settled
+
+
+def test_a_stop_does_not_wait_for_an_answer_that_drags(ours: Conversation) -> None:
+    assert ours.sent(0.06) == asked("e")
+    ours.tell(0, 0)
+    assert ours.sent() == b""
+    assert ours.sent(0.02) == b"\rm 0 0\r"
+    ours.answer(answered("7 7") + b"OK\r\n")
+    ours.goes(
+        (b"\r" + asked("v"), answered("robotcore-bridge 1")),
+        (asked("m 0 0"), answered("OK")),
+        (asked("k 2000"), answered("OK")),
+    )
+
+
+def test_an_answer_that_comes_late_is_not_taken_for_the_next_one(true_one: Conversation) -> None:
+    assert true_one.sent(0.06) == b"e\r"
+    assert true_one.sent(LOST_S) == b"\rb\r"
+    true_one.answer(b"500 500\r\nInvalid Command\r\n")
+    assert true_one.sent() == b""
+    true_one.answer(b"57600\r\n")
+    true_one.goes((b"e\r", b"3 3\r\n"))
+    assert true_one.angle == 3
+
+
+@pytest.mark.parametrize(
+    "noise",
+    [b"8 8*00\r\n", b"8 8\r\n", b"OK*04\r\n", b"\xff8 8*10\r\n", b"\n\n\r\n", b"9" * 100 + b" 8*10\r\n", b"8 8*10"],
+    ids=["wrong sum", "no sum", "other shape", "no letter", "empty", "too long", "cut"],
+)
+def test_what_is_no_answer_is_dropped(ours: Conversation, noise: bytes) -> None:
+    assert ours.sent(0.06) == asked("e")
+    ours.answer(noise + b"\n")
+    ours.answer(answered("5 5"))
+    if noise != b"8 8*10":  # its end came, and it was whole after all
+        assert ours.angle == 5
+
+
+@pytest.mark.parametrize("counts", ["99999999999 0", "4294967296 0", "-2147483649 0"])
+def test_a_count_beyond_32_bits_is_dropped(ours: Conversation, counts: str) -> None:
+    ours.sent(0.06)
+    ours.answer(answered(counts))
+    assert ours.angle == 0
+
+
+def test_a_board_that_was_reset_in_a_moment_has_its_time_out_again_before_it_turns(ours: Conversation) -> None:
+    ours.talk.limit(0.5)
+    ours.goes((asked("k 500"), answered("OK")))
+    assert ours.sent(0.06) == asked("e")
+    ours.tell(20, 20)
+    assert ours.sent(LOST_S) == b"\r" + asked("v")
+    ours.answer(b"\x00" + answered("robotcore-bridge 1") + answered("robotcore-bridge 1"))
+    ours.goes((asked("k 500"), answered("OK")), (asked("m 20 20"), answered("OK")))
+
+
+def test_a_board_that_falls_silent_is_lost_and_what_it_was_told_forgotten(ours: Conversation) -> None:
+    ours.tell(20, 20)
+    assert ours.sent() == asked("m 20 20")
+    while ours.talk.is_ready:
+        sent = ours.sent(0.02)
+    assert sent == HELLO
+    ours.answer(OURS)
+    ours.goes((asked("m 0 0"), answered("OK")), (asked("k 2000"), answered("OK")))
+    assert ours.talk.is_ready
+
+
+def test_a_board_that_is_not_there_yet_is_greeted_again_and_again() -> None:
+    conversation = Conversation()
+    assert conversation.sent() == HELLO
+    assert conversation.sent(0.25) == b""
+    assert conversation.sent(0.06) == HELLO
+    conversation.answer(b"\x00\x80" + OURS)
+    assert conversation.talk.is_ready
+
+
+def test_motors_by_duty_are_told_of_255(ours: Conversation) -> None:
+    ours.talk.goes_by_duty = True
+    ours.tell(1.0, -0.25)
+    ours.goes((asked("o 255 -64"), answered("OK")))
+    ours.tell(0, 0)
+    ours.goes((asked("m 0 0"), answered("OK")))

@@ -1,0 +1,214 @@
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from robotcore.devices import Battery, Encoder, Motor, RangeSensor
+from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError, DeviceLostError
+from robotcore.robot import Robot
+from tests.doubles.serial.rosarduino import ArduinoDouble, OurDouble, TrueDouble
+from tests.drivers.serial.boards.rosarduino.rig import ENCODERS, MODEL, MOTORS, WHEELS, Rig, let_pass
+
+COUNT_RAD_S = math.tau / 960 * 30
+"""A count in our firmware's frame."""
+
+TRUE_COUNT_RAD_S = math.tau / 960 / 0.033
+"""A count in the frame of the true one, which has 33 ms."""
+
+
+def motor(robot: Robot, side: str) -> Motor:
+    found = robot[f"{side}_motor"]
+    assert isinstance(found, Motor)
+    return found
+
+
+def angle(robot: Robot, side: str) -> float:
+    found = robot[f"{side}_encoder"]
+    assert isinstance(found, Encoder)
+    return found.read().angle
+
+
+@pytest.mark.parametrize("board, unit", [(OurDouble(), COUNT_RAD_S), (TrueDouble(), TRUE_COUNT_RAD_S)])
+def test_the_velocity_returned_is_that_of_the_whole_counts_sent(rig: Rig, board: ArduinoDouble, unit: float) -> None:
+    with rig.open(board, WHEELS) as robot:
+        assert motor(robot, "left").set_velocity(4.0) == pytest.approx(round(4.0 / unit) * unit)
+        assert motor(robot, "right").set_velocity(-0.6 * unit) == pytest.approx(-unit)
+        let_pass(robot, 0.02)
+        assert board.commands[-1] != "m 0 0"
+        assert [line for line in board.commands if line[0] == "m"][-1] == f"m {round(4.0 / unit)} -1"
+
+
+def test_less_than_half_a_count_stands_and_says_so(rig: Rig) -> None:
+    board = OurDouble()
+    with rig.open(board, WHEELS) as robot:
+        assert motor(robot, "left").set_velocity(0.4 * COUNT_RAD_S) == 0
+        let_pass(robot, 0.02)
+    assert {line for line in board.commands if line[0] == "m"} == {"m 0 0"}
+
+
+def test_the_limit_is_a_whole_number_of_counts_and_not_above_the_one_described(rig: Rig) -> None:
+    with rig.open(OurDouble(), WHEELS) as robot:
+        assert motor(robot, "left").max_velocity == pytest.approx(math.floor(12.0 / COUNT_RAD_S) * COUNT_RAD_S)
+
+
+def test_our_board_stops_by_itself_after_the_time_that_it_was_told(rig: Rig) -> None:
+    board = OurDouble()
+    with rig.open(board, WHEELS) as robot:
+        motor(robot, "left").set_velocity(4.0)
+        let_pass(robot, 0.4)
+        assert board.deadman_s == 0.5
+        assert board.wheels.left.told > 0
+        let_pass(robot, 0.2)
+        assert board.wheels.left.told == 0
+
+
+def test_closing_leaves_no_wheel_turning(rig: Rig) -> None:
+    board = OurDouble()
+    with rig.open(board, WHEELS) as robot:
+        motor(robot, "left").set_velocity(4.0)
+        motor(robot, "right").set_velocity(4.0)
+        let_pass(robot, 0.1)
+        assert board.wheels.left.told > 0 < board.wheels.right.told
+    assert board.commands[-1] == "m 0 0" or board.wheels.left.told == board.wheels.right.told == 0
+
+
+def test_both_motors_of_a_tick_go_in_one_line(rig: Rig) -> None:
+    board = OurDouble()
+    with rig.open(board, WHEELS) as robot:
+        motor(robot, "left").set_velocity(4.0)
+        motor(robot, "right").set_velocity(-4.0)
+        let_pass(robot, 0.05)
+        assert [line for line in board.commands if line[0] == "m"][-2:] == ["m 0 0", "m 20 -20"]
+
+
+def test_a_board_that_was_unplugged_stands_until_it_is_told_anew_and_its_angles_go_on(rig: Rig) -> None:
+    board = OurDouble()
+    with rig.open(board, WHEELS) as robot:
+        motor(robot, "left").set_velocity(4.0)
+        let_pass(robot, 0.4)
+        before = angle(robot, "left")
+        rig.pty.unplug()
+        let_pass(robot, 0.1)
+        with pytest.raises(DeviceLostError, match=r"left_motor: .*0\.5 s after the last command"):
+            motor(robot, "left").set_velocity(4.0)
+        rig.pty.plug_in()
+        let_pass(robot, 1.0)
+        assert board.wheels.left.told == 0
+        assert angle(robot, "left") == pytest.approx(before, abs=0.25)  # it coasts
+        motor(robot, "left").set_velocity(4.0)
+        let_pass(robot, 0.2)
+        assert angle(robot, "left") > before + 0.5
+
+
+def test_cycles_are_four_counts_each(rig: Rig) -> None:
+    cycles = {name: {**told, "counts": "cycles"} for name, told in ENCODERS.items()}
+    board = OurDouble(counts_per_turn=3840)
+    with rig.open(board, {**MOTORS, **cycles}) as robot:
+        motor(robot, "left").set_velocity(4.0)
+        let_pass(robot, 0.5)
+        assert angle(robot, "left") == pytest.approx(board.wheels.left.angle, abs=0.05)
+        assert board.wheels.left.velocity == pytest.approx(4.0, rel=0.02)
+
+
+def test_a_motor_by_duty_is_held_by_its_encoder(rig: Rig) -> None:
+    weak = {"model": {"forward_rad_s": 20.0, "backward_rad_s": 20.0}, "control": {}}
+    motors = {name: {**told, **weak} for name, told in MOTORS.items()}
+    board = OurDouble()
+    with rig.open(board, {**motors, **ENCODERS}) as robot:
+        for _ in range(60):
+            motor(robot, "left").set_velocity(4.0)
+            let_pass(robot, 0.05)
+        assert board.wheels.left.velocity == pytest.approx(4.0, rel=0.1)
+        assert board.commands[-2][0] in "oe"
+
+
+@pytest.mark.parametrize(
+    "board, devices, fault",
+    [
+        (TrueDouble(), {"nose": {"driver": "ros-arduino-sonar"}}, "Add pin to its section, or flash ours"),
+        (
+            TrueDouble(takes_duties=False),
+            {"left_motor": {**MOTORS["left_motor"], **MODEL}},
+            "takes no duties. Leave model out of both motors, or flash ours: robotcore firmware flash",
+        ),
+    ],
+)
+def test_what_the_true_one_cannot_do_is_told_with_what_to_do(
+    rig: Rig, board: ArduinoDouble, devices: dict[str, dict[str, Any]], fault: str
+) -> None:
+    with pytest.raises(DeviceError, match=fault):
+        rig.open(board, devices)
+
+
+def test_a_board_without_wheels_is_told(rig: Rig) -> None:
+    board = TrueDouble()
+    board.has_wheels = False
+    with pytest.raises(DeviceGroupError, match=r"was built without wheels\. Define USE_BASE and flash it again, or"):
+        rig.open(board, WHEELS)
+
+
+def test_a_version_that_is_not_known_is_told(rig: Rig) -> None:
+    board = OurDouble()
+    board.version = 2
+    with pytest.raises(DeviceGroupError, match="speaks version 2, and this robotcore 1; flash the one that came"):
+        rig.open(board, WHEELS)
+
+
+@pytest.mark.parametrize(
+    "board, fault",
+    [
+        (OurDouble(millivolts=-1), "the board's firmware was built without a battery; name the pin of its divider"),
+        (
+            TrueDouble(),
+            "has the true ROSArduinoBridge, which measures no battery. Flash ours: robotcore firmware",
+        ),
+    ],
+)
+def test_a_battery_that_nobody_measures_is_noted(rig: Rig, board: ArduinoDouble, fault: str) -> None:
+    with rig.open(board, {"battery": {"driver": "ros-arduino-battery"}}) as robot:
+        assert "battery" not in robot.devices
+        assert fault in robot.notes[0]
+
+
+def test_a_battery_is_told_in_volts(rig: Rig) -> None:
+    with rig.open(OurDouble(), {"battery": {"driver": "ros-arduino-battery"}}) as robot:
+        battery = robot["battery"]
+        assert isinstance(battery, Battery)
+        assert battery.read().voltage == 7.4
+
+
+@pytest.mark.parametrize("board, pin", [(OurDouble(), {}), (TrueDouble(), {"pin": 7})])
+def test_a_range_is_told_in_metres(rig: Rig, board: ArduinoDouble, pin: dict[str, int]) -> None:
+    with rig.open(board, {"nose": {"driver": "ros-arduino-sonar", **pin}}) as robot:
+        nose = robot["nose"]
+        assert isinstance(nose, RangeSensor)
+        assert nose.read().distance == 0.5
+
+
+@pytest.mark.parametrize(
+    "devices, fault",
+    [
+        (MOTORS, r"none of .* is told of\. Name the encoders in .drive. and connect them by ros-arduino-encoder"),
+        (
+            {**WHEELS, "left_motor": {**MOTORS["left_motor"], "control": {}}},
+            "control goes by duty, and there is no model. Add the motor's model, or leave control out",
+        ),
+        (
+            {**WHEELS, "right_motor": MOTORS["left_motor"]},
+            "ROSArduinoBridge left motor at .* is already serial.left_motor.side",
+        ),
+    ],
+)
+def test_what_cannot_be_is_refused_before_anything_opens(
+    rig: Rig, devices: dict[str, dict[str, Any]], fault: str
+) -> None:
+    with pytest.raises(DescriptionError, match=fault):
+        rig.open(OurDouble(), devices)
+
+
+def test_one_motor_with_a_model_and_one_without_are_refused(rig: Rig) -> None:
+    devices = {**WHEELS, "left_motor": {**MOTORS["left_motor"], **MODEL}}
+    with pytest.raises(DeviceError, match=r"one motor on .* has a model, and one has none\. Give both one, or none"):
+        rig.open(OurDouble(), devices)
