@@ -33,7 +33,7 @@ _sketch = click.option(
 
 @click.group("firmware")
 def command() -> None:
-    """Drive the wheels by an Arduino Uno or Nano: its program, built and put on it."""
+    """Put our program on an Arduino that drives the wheels."""
 
 
 @command.command("copy")

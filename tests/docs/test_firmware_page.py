@@ -1,0 +1,29 @@
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from robotcore.firmware.sketch import shipped
+
+PAGE = (Path(__file__).parents[2] / "docs" / "firmware.md").read_text()
+CONFIG = dict(re.findall(r"(?m)^#define (\w+) (\S+)", (shipped() / "config.h").read_text()))
+COMMANDS = (shipped() / "commands.cpp").read_text()
+
+
+def test_pins_are_those_of_the_sketch() -> None:
+    rows = re.findall(r"(?m)^\| .* \| (.*) \| `(\w+_PIN)` \|$", PAGE)
+    assert {name: "NOT_WIRED" if where.startswith("none") else where for where, name in rows} == {
+        name: pin for name, pin in CONFIG.items() if name.endswith("_PIN")
+    }
+
+
+def test_every_command_of_the_sketch_has_a_row_and_no_other() -> None:
+    known = set(re.findall(r"case '(\w)':|command\.name == '(p)'", COMMANDS))
+    assert set(re.findall(r"(?m)^\| `(\w)[ `]", PAGE)) == {letter for pair in known for letter in pair if letter}
+
+
+@pytest.mark.parametrize("name", ["BAUD", "DEADMAN_MS"])
+def test_what_the_page_says_of_the_line_is_so(name: str) -> None:
+    assert f"{CONFIG[name]} {name.removeprefix('DEADMAN_').lower()}" in PAGE
