@@ -10,7 +10,7 @@ namespace motors {
 // Takes the pins, and stands.
 void begin();
 
-// Both stand. May be called from an interrupt.
+// Both stand.
 void stop();
 
 // Turns one at a duty of -255 to 255; ahead is positive.

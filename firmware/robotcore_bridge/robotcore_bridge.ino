@@ -7,17 +7,7 @@
 #include "config.h"
 #include "drive.h"
 #include "encoders.h"
-#include "motors.h"
 #include "sonar.h"
-
-// A loop that hangs for 120 ms is interrupted, which stops the motors; after as long again the chip is reset.
-void startWatchdog() {
-  noInterrupts();
-  wdt_reset();
-  WDTCSR = bit(WDCE) | bit(WDE);
-  WDTCSR = bit(WDIE) | bit(WDE) | WDTO_120MS;
-  interrupts();
-}
 
 void setup() {
   drive::begin();
@@ -25,7 +15,7 @@ void setup() {
   wdt_disable();
   sonar::begin();
   Serial.begin(BAUD);
-  startWatchdog();
+  wdt_enable(WDTO_120MS); // a loop that hangs for so long resets the chip: no pin drives a motor then
 }
 
 void loop() {
@@ -34,8 +24,6 @@ void loop() {
   sonar::poll();
   if (Serial.available() > 0) commands::take(static_cast<char>(Serial.read()));
 }
-
-ISR(WDT_vect) { motors::stop(); }
 
 // A watched pin has changed, on whichever port.
 ISR(PCINT0_vect) {
