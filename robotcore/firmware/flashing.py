@@ -10,6 +10,7 @@ from robotcore.firmware.boards import Board
 from robotcore.firmware.tools import found, run
 
 AVRDUDE = "avrdude"
+REMEDY = "A board that does not respond may have the other bootloader: try --board nano-old, or nano, or uno"
 
 
 def flash(image: Path, board: Board, port: str) -> str:
@@ -18,7 +19,7 @@ def flash(image: Path, board: Board, port: str) -> str:
     Raises FirmwareError with what the tool said, or what to install where there is none.
     """
     if found(AVRDUDE):
-        run(_avrdude(image, board, port), f"flashing the {board.name} at {port}")
+        run(_avrdude(image, board, port), f"flashing the {board.name} at {port}", REMEDY)
         return AVRDUDE
     if arduino_cli.is_here():
         arduino_cli.flash(image, board, port)

@@ -15,10 +15,11 @@ def found(*names: str) -> bool:
     return all(map(shutil.which, names))
 
 
-def run(command: Sequence[str | Path], doing: str, timeout: float = 300.0) -> str:
+def run(command: Sequence[str | Path], doing: str, remedy: str = "", timeout: float = 300.0) -> str:
     """Run a tool to its end; return what it printed, on stdout and stderr.
 
-    Raises FirmwareError with the words of a tool that fails, or that has not ended after ``timeout`` seconds.
+    Raises FirmwareError with the words of a tool that fails, and the remedy, or where it has not ended after
+    ``timeout`` seconds.
     """
     tool = Path(command[0]).name
     try:
@@ -38,5 +39,5 @@ def run(command: Sequence[str | Path], doing: str, timeout: float = 300.0) -> st
         raise FirmwareError(f"{doing}: {tool} cannot be run: {error.strerror}") from error
     if ran.returncode:
         said = ran.stdout.strip() or "nothing"
-        raise FirmwareError(f"{doing}: {tool} failed (exit {ran.returncode}). It said:\n{said}")
+        raise FirmwareError(f"{doing}: {tool} failed (exit {ran.returncode}). It said:\n{said}\n{remedy}".rstrip())
     return ran.stdout
