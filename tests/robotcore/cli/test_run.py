@@ -14,7 +14,7 @@ from tests.robotcore.cli.conftest import AppFile, Cli
 KEYS = {
     *("app", "backend", "robot", "world", "seed", "outcome", "exit_status", "reason", "verified", "sim_time_s"),
     *("wall_time_s", "ticks", "overruns", "contacts", "distance_to_target_m", "interventions", "milestones"),
-    *("judge", "conditions", "faults", "notes", "dropped_pictures", "trace_sha256"),
+    *("judge", "conditions", "faults", "notes", "batteries", "dropped_pictures", "trace_sha256"),
 }
 SHORT = ("run", "avoid-obstacles", "--world", "open", "--set", "duration_s=0.5")
 
