@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from drivers.raspberrypi.chip import AT_THE_DESK
@@ -62,8 +64,13 @@ class RaspberryPiBackend(Backend):
 
     def examine(self, robot: RobotDescription | None) -> Iterable[Finding]:
         from drivers.raspberrypi.doctor import examine
+        from robotcore.doctor import findings_of
+        from robotcore.doctor.batteries import batteries_of
 
-        return super().examine(robot) if self.needs_world else examine(robot, SECTION)
+        if self.needs_world:
+            return super().examine(robot)
+        batteries = [("battery", partial(batteries_of, self, robot))] if robot and self.is_at_home else []
+        return chain(examine(robot, SECTION), findings_of(batteries))
 
     def wiring(self, robot: RobotDescription) -> Wiring:
         return wiring_of(self.fittings(robot))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from contextlib import suppress
 from functools import partial
 from typing import Any
 
@@ -12,12 +11,12 @@ from drivers.serial.ports.finding import those_there
 from drivers.serial.ports.port import Port, PortError
 from drivers.serial.wires import counted_on
 from robotcore.backend import Backend, Setup
-from robotcore.description import BatteryDescription, RobotDescription
-from robotcore.devices import Angle, Battery, Device, Range, Sensor, Voltage
+from robotcore.description import RobotDescription
+from robotcore.devices import Angle, Device, Range, Sensor, Voltage
 from robotcore.doctor import Check, Finding, Level, findings_of
+from robotcore.doctor.batteries import charges
 from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError
 from robotcore.hardware import Fitting, fit
-from robotcore.robot import Robot
 
 
 def examine(backend: Backend, robot: RobotDescription | None, section: str) -> Iterator[Finding]:
@@ -78,21 +77,11 @@ def _boards(backend: Backend, robot: RobotDescription, fittings: Iterable[Fittin
     try:
         with backend.open(Setup(robot, None, names)) as opened:
             yield Finding.ok("boards", "; ".join(_told(device) for device in opened.devices.values()))
-            yield from _charges(robot, opened)
+            yield from charges(robot, opened)
     except DeviceGroupError as error:
         yield from map(_failed, error.failures)
     except DeviceError as error:
         yield _failed(error)
-
-
-def _charges(robot: RobotDescription, opened: Robot) -> Iterator[Finding]:
-    """Tell of batteries that are to be charged."""
-    for told in robot.all_of(BatteryDescription):
-        battery = opened.devices.get(told.name)
-        with suppress(DeviceError):  # one that has told nothing yet
-            if isinstance(battery, Battery) and (voltage := battery.read().voltage) < (told.warn_below_v or 0.0):
-                said = f"{told.name} has {voltage:.1f} V, and is to be charged below {told.warn_below_v:g} V"
-                yield Finding.warning("battery", said, "Charge it")
 
 
 def _failed(error: Exception) -> Finding:

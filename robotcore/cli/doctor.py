@@ -80,7 +80,6 @@ def _chosen() -> list[str]:
 def _examined(name: str, robot: RobotDescription | None, *, is_asked: bool) -> Iterator[Finding]:
     from robotcore.catalogue import load_backend
     from robotcore.doctor import Finding, findings_of
-    from robotcore.doctor.batteries import batteries_of
     from robotcore.errors import BackendMissingError
 
     try:
@@ -90,10 +89,7 @@ def _examined(name: str, robot: RobotDescription | None, *, is_asked: bool) -> I
             raise
         yield Finding.error(name, *_halves(str(error)))
         return
-    checks = [(name, lambda: backend.examine(robot))]
-    if robot and (is_asked or backend.is_at_home):
-        checks.append(("battery", lambda: batteries_of(backend, robot)))
-    yield from findings_of(checks)
+    yield from findings_of([(name, lambda: backend.examine(robot))])
 
 
 def _halves(message: str) -> tuple[str, str]:

@@ -1,4 +1,4 @@
-"""The batteries that a backend tells of: each is opened and read, nothing else of the robot is."""
+"""The batteries that a backend tells of: what each has, and whether that is enough."""
 
 from __future__ import annotations
 
@@ -9,27 +9,37 @@ from robotcore.backend import Backend, Setup
 from robotcore.description import BatteryDescription, RobotDescription
 from robotcore.devices import Battery
 from robotcore.doctor.finding import Finding
-from robotcore.errors import DescriptionError
+from robotcore.errors import DescriptionError, DeviceError
+from robotcore.robot import Robot
 
 CHARGE = "Charge it, or take another one"
 UNTOLD = "Look whether it is switched on and connected, and whether another program has its port"
 
 
 def batteries_of(backend: Backend, robot: RobotDescription) -> Iterator[Finding]:
-    """Yield the voltage of each battery, and whether it is to be charged. Raises what opening raises."""
-    limits = {told.name: told.warn_below_v for told in robot.all_of(BatteryDescription)}
-    names = backend.batteries(robot, {}) if limits and backend.is_installed else None
-    if not names:
+    """Open the batteries of a robot, and nothing else of it; yield what they have. Raises what opening raises."""
+    if not robot.all_of(BatteryDescription) or not (names := backend.batteries(robot, {})):
         return
     with suppress(DescriptionError), backend.open(Setup(robot, None, names)) as opened:  # of a file, `examine` has told
-        for note in opened.notes:
-            yield Finding.unchecked("battery", note, UNTOLD)
-        for device in opened.devices.values():
-            if isinstance(device, Battery):
-                yield _judged(device.name, device.read().voltage, limits[device.name])
+        yield from charges(robot, opened)
 
 
-def _judged(name: str, voltage: float, limit: float | None) -> Finding:
-    if limit is not None and voltage < limit:
-        return Finding.warning(name, f"{voltage:.2f} V, and it is to be charged below {limit:g} V", CHARGE)
-    return Finding.ok(name, f"{voltage:.2f} V" + (f", to be charged below {limit:g} V" if limit is not None else ""))
+def charges(robot: RobotDescription, opened: Robot) -> Iterator[Finding]:
+    """Yield the voltage of each battery that is open, whether it is to be charged, and why another one is not open."""
+    for note in opened.notes:
+        yield Finding.unchecked("battery", note, UNTOLD)
+    for told in robot.all_of(BatteryDescription):
+        if isinstance(battery := opened.devices.get(told.name), Battery):
+            try:
+                yield _judged(told, battery.read().voltage)
+            except DeviceError as failure:
+                yield Finding.unchecked(told.name, str(failure), UNTOLD)
+
+
+def _judged(told: BatteryDescription, voltage: float) -> Finding:
+    limit = told.warn_below_v
+    if limit is None:
+        return Finding.ok(told.name, f"{voltage:.2f} V")
+    if voltage < limit:
+        return Finding.warning(told.name, f"{voltage:.2f} V, and it is to be charged below {limit:g} V", CHARGE)
+    return Finding.ok(told.name, f"{voltage:.2f} V, to be charged below {limit:g} V")

@@ -6,9 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from drivers.raspberrypi.backend import RaspberryPiBackend
 from robotcore.backend import Setup
 from robotcore.catalogue import load_backend
 from robotcore.description import load_robot, load_world
+from robotcore.doctor import Finding
 from tests.doubles.powered import powered_rover
 
 SECTIONS = "".join(f'\n[{section}.cells]\ndriver = "of-tomorrow"\n' for section in ("raspberrypi", "serial"))
@@ -38,3 +40,13 @@ def test_a_simulator_that_is_asked_for_it_leaves_it_out(tmp_path: Path, backend:
     everything = frozenset(device.name for device in rover.devices)
     with opener.open(Setup(rover, load_world("open"), everything)) as robot:
         assert set(robot.devices) == everything - {"cells"}
+
+
+@pytest.mark.parametrize("is_at_home", [True, False])
+def test_the_doctor_reads_a_battery_on_the_pi_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, is_at_home: bool
+) -> None:
+    found = Finding.ok("cells", "7.40 V")
+    monkeypatch.setattr("robotcore.doctor.batteries.batteries_of", lambda *_: [found])
+    monkeypatch.setattr(RaspberryPiBackend, "is_at_home", is_at_home)
+    assert (found in list(RaspberryPiBackend().examine(powered_rover(tmp_path)))) is is_at_home
