@@ -15,9 +15,11 @@ from robotcore.description import CameraDescription, Described
 from robotcore.devices import Device
 from robotcore.hardware import open_robot
 from robotcore.robot import Robot
+from tests.system.firmware.bench import joined
 from tests.system.firmware.board import Board
 from tests.system.firmware.config import wiring
-from tests.system.firmware.described import on_serial
+from tests.system.firmware.described import BOARD_TIMEOUT_S, on_serial
+from tests.system.firmware.simulated import SimulatedRobot
 from tests.system.firmware.wiring import Wiring
 from tests.system.firmware.world import FollowedCamera, FollowedWorld
 
@@ -38,11 +40,14 @@ def switched_on(change: Callable[[Wiring], Wiring] = lambda wiring: wiring) -> B
 
 
 class SimavrOptions(Described):
-    """There are none."""
+    """After how long without a command the board stops by itself; and where another process has one on, its folder."""
+
+    board_timeout_s: float = BOARD_TIMEOUT_S
+    join: Path | None = None
 
 
 class SimavrBackend(Backend):
-    """Opens robots on a simulated board: one that it switches on, or one that is on already."""
+    """Opens robots on a simulated board: one that it switches on, one that is on, or another process's."""
 
     name = "simavr"
     summary = "our firmware on a simulated AVR, in the kinematic world"
@@ -53,15 +58,20 @@ class SimavrBackend(Backend):
         self._board = board
 
     def open(self, setup: Setup) -> Robot:
-        setup.options_as(SimavrOptions)
+        options = setup.options_as(SimavrOptions)
         with ExitStack() as undo:
-            board = self._board or undo.enter_context(switched_on())
-            clock = FollowingClock(board.now)
-            world = FollowedWorld(setup, board)
+            simulated = self._simulated(options.join, undo)
+            clock = FollowingClock(simulated.now)
+            world = FollowedWorld(setup, simulated)
             undo.callback(clock.every(FOLLOW_S, world.follow, "followed world").stop)
             release = undo.pop_all().close
-        setup = replace(setup, robot=on_serial(setup.robot, board.port), options={})
+        setup = replace(setup, robot=on_serial(setup.robot, simulated.port, options.board_timeout_s), options={})
         return open_robot(setup, SECTION, clock, release=release, truth=world, opened=_cameras(setup, world, clock))
+
+    def _simulated(self, join: Path | None, opened: ExitStack) -> SimulatedRobot:
+        if join:
+            return SimulatedRobot(join, joined(join))
+        return self._board or opened.enter_context(switched_on())
 
 
 def _cameras(setup: Setup, world: FollowedWorld, clock: FollowingClock) -> dict[str, Device]:

@@ -8,6 +8,9 @@ from pathlib import Path
 from typing import ClassVar
 
 HZ = 16_000_000
+MEMORY = "bench"
+"""The file in a robot's folder that holds it."""
+
 JUMPER = -1
 """The enable pin of an L298N's channel whose jumper is on."""
 
@@ -47,6 +50,7 @@ class Bench(ctypes.Structure):
     echo: int
     battery: int
     resets_when_opened: int
+    battery_ratio: float
     bootloader_s: float
     echo_s: float
     battery_mv: float
@@ -58,14 +62,19 @@ class Bench(ctypes.Structure):
         ("left", Wheel),
         ("right", Wheel),
         *((name, ctypes.c_int64) for name in ("trigger", "echo", "battery", "resets_when_opened")),
-        *((name, ctypes.c_double) for name in ("bootloader_s", "echo_s", "battery_mv", "noise")),
+        *((name, ctypes.c_double) for name in ("battery_ratio", "bootloader_s", "echo_s", "battery_mv", "noise")),
         ("cycles", ctypes.c_uint64),
         ("is_listening", ctypes.c_int64),
     ]
 
 
-def shared(path: Path) -> Bench:
-    """Make a file that holds a bench of nothing but zeros; return what is in it whenever it is looked at."""
-    path.write_bytes(bytes(ctypes.sizeof(Bench)))
-    with path.open("r+b") as file:
+def made(folder: Path) -> Bench:
+    """Make a bench of nothing but zeros in a folder, and return it; see `joined`."""
+    (folder / MEMORY).write_bytes(bytes(ctypes.sizeof(Bench)))
+    return joined(folder)
+
+
+def joined(folder: Path) -> Bench:
+    """Return what is in that folder's bench, now and whenever it is looked at."""
+    with (folder / MEMORY).open("r+b") as file:
         return Bench.from_buffer(mmap.mmap(file.fileno(), 0))

@@ -12,15 +12,15 @@ from types import TracebackType
 from typing import NamedTuple
 
 from robotcore.clock import MonotonicClock
-from robotcore.drive import Wheels
-from tests.system.firmware.bench import HZ, shared
-from tests.system.firmware.wiring import SILENCE_S, SOUND_M_S, Wiring
+from tests.system.firmware.bench import HZ, MEMORY, made
+from tests.system.firmware.simulated import SimulatedRobot
+from tests.system.firmware.wiring import Wiring
 
 STANDS = "0.0000 0.0000"
 """What more is told of `duty` where neither motor is given any."""
 
 LOOK_S = 0.002
-HUNG_S = 60.0
+HUNG_S = 300.0
 """No simulator is so slow that this passes on the wall before what is waited for has come or is too late."""
 
 
@@ -32,61 +32,27 @@ class Event(NamedTuple):
     more: str
 
 
-class Board:
-    """Runs a sketch. Opened by its constructor, which returns when the line can be opened at ``port``.
-
-    ``port`` leads to the line while that is plugged in. Times are the AVR's, in seconds since it was switched on.
-    """
+class Board(SimulatedRobot):
+    """Runs a sketch. Switched on by its constructor, which returns when the line can be opened at ``port``."""
 
     def __init__(self, simulator: Path, sketch: Path, wiring: Wiring) -> None:
-        self._folder = TemporaryDirectory(prefix="robotcore-avr-")
-        self.port = Path(self._folder.name) / "ttyUSB0"
-        self._wiring = wiring
-        self._bench = shared(memory := Path(self._folder.name) / "bench")
+        self._made = TemporaryDirectory(prefix="robotcore-avr-")
+        folder = Path(self._made.name)
+        super().__init__(folder, made(folder))
         wiring.build(self._bench)
         self.put_ahead(math.inf)
         self.charge(7.4)
         self._events: list[Event] = []
         self._process = subprocess.Popen(
-            [simulator, sketch, self.port, memory], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+            [simulator, sketch, self.port, folder / MEMORY], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
         )
         self._hearing = threading.Thread(target=self._hear, name="simulated board", daemon=True)
         self._hearing.start()
-        self.wait(lambda: bool(self.events("plugged")), "the line to be plugged in")
-
-    def now(self) -> float:
-        return self._bench.cycles / HZ
-
-    @property
-    def angles(self) -> Wheels:
-        """How far the wheels have turned, in radians."""
-        return Wheels(self._bench.left.angle_rad, self._bench.right.angle_rad)
-
-    @property
-    def velocities(self) -> Wheels:
-        """How fast they turn, in rad/s."""
-        return Wheels(self._bench.left.velocity_rad_s, self._bench.right.velocity_rad_s)
-
-    @property
-    def duties(self) -> Wheels:
-        """What the pins give the motors, from -1 to 1."""
-        return Wheels(self._bench.left.duty, self._bench.right.duty)
+        self._wait(lambda: bool(self.events("plugged")), "the line to be plugged in")
 
     def events(self, what: str = "", since: float = 0.0) -> list[Event]:
         """Return what has happened since then, in order; of one kind, or all."""
         return [event for event in list(self._events) if event.time >= since and what in ("", event.what)]
-
-    def put_ahead(self, distance: float) -> None:
-        """Put something so many metres in front of the sonar; `inf` is nothing that it hears."""
-        self._bench.echo_s = SILENCE_S if math.isinf(distance) else 2 * distance / SOUND_M_S
-
-    def charge(self, volts: float) -> None:
-        """Let the battery have so many volts."""
-        self._bench.battery_mv = volts * 1000 * self._wiring.battery_ratio
-
-    def make_noise(self, share: float) -> None:
-        """Let that share of all bytes be spoilt on the line, both ways: a bit turned over, one lost, one too many."""
-        self._bench.noise = share
 
     def pull(self) -> None:
         """Pull the line out: whoever has it open finds the other end gone, and the port is no more."""
@@ -110,13 +76,19 @@ class Board:
         self.wait(lambda: self.now() >= end, f"{seconds:g} s to pass")
 
     def wait(self, is_so: Callable[[], bool], what: str, within_s: float = math.inf) -> None:
-        """Wait until something is so; raises AssertionError where it is not within so much of the AVR's time."""
-        wall, end = MonotonicClock(), self.now() + within_s
-        while not is_so():
-            assert self._process.poll() is None, f"the simulator has ended with {self._process.returncode}"
-            assert self.now() < end, f"waited {within_s:g} s of the AVR's time for {what}"
-            assert wall.now() < HUNG_S, f"waited {HUNG_S:g} s for {what}, at {self.now():.3f} s of the AVR's time"
-            wall.sleep_until(wall.now() + LOOK_S)
+        """Wait until something is so; by then all is known that had happened.
+
+        Raises AssertionError where it is not so within so much of the AVR's time.
+        """
+        self._wait(is_so, what, within_s)
+        self._do("mark", "mark")
+
+    def wait_for_stop(self, within_s: float) -> Event:
+        """Wait until neither motor is given any duty, and return when that was."""
+        self.wait(lambda: self.duties == (0.0, 0.0), "the wheels to be stopped", within_s)
+        stopped = self.events("duty")[-1]
+        assert stopped.more == STANDS, f"they turn again: {stopped}"
+        return stopped
 
     def close(self) -> None:
         """Switch it off. May be called again."""
@@ -124,7 +96,7 @@ class Board:
             self._process.stdin.close()
             self._process.wait(HUNG_S)
             self._hearing.join()
-            self._folder.cleanup()
+            self._made.cleanup()
 
     def __enter__(self) -> Board:
         return self
@@ -134,13 +106,21 @@ class Board:
     ) -> None:
         self.close()
 
+    def _wait(self, is_so: Callable[[], bool], what: str, within_s: float = math.inf) -> None:
+        wall, end = MonotonicClock(), self.now() + within_s
+        while not is_so():
+            assert self._process.poll() is None, f"the simulator has ended with {self._process.returncode}"
+            assert self.now() < end, f"waited {within_s:g} s of the AVR's time for {what}"
+            assert wall.now() < HUNG_S, f"waited {HUNG_S:g} s for {what}, at {self.now():.3f} s of the AVR's time"
+            wall.sleep_until(wall.now() + LOOK_S)
+
     def _do(self, word: str, told: str) -> None:
         """Tell the simulator a word, and wait until it has told that it was done."""
         assert self._process.stdin
         before = len(self.events(told))
         self._process.stdin.write(f"{word}\n")
         self._process.stdin.flush()
-        self.wait(lambda: len(self.events(told)) > before, word)
+        self._wait(lambda: len(self.events(told)) > before, word)
 
     def _hear(self) -> None:
         assert self._process.stdout

@@ -2,25 +2,40 @@
 
 from __future__ import annotations
 
+import json
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 from drivers.serial.backend import SECTION
-from robotcore.description import RobotDescription
+from robotcore.description import BatteryDescription, RobotDescription, load_robot
 
-CONNECTED: dict[str, dict[str, str]] = {
-    "left_motor": {"driver": "ros-arduino-motor", "side": "left"},
-    "right_motor": {"driver": "ros-arduino-motor", "side": "right"},
+BOARD_TIMEOUT_S = 0.5
+BATTERY = '[[devices]]\nkind = "battery"\nname = "battery"\n'
+
+CONNECTED: dict[str, dict[str, Any]] = {
+    "left_motor": {"driver": "ros-arduino-motor", "side": "left", "board_timeout_s": BOARD_TIMEOUT_S},
+    "right_motor": {"driver": "ros-arduino-motor", "side": "right", "board_timeout_s": BOARD_TIMEOUT_S},
     "left_encoder": {"driver": "ros-arduino-encoder", "side": "left", "counts": "edges"},
     "right_encoder": {"driver": "ros-arduino-encoder", "side": "right", "counts": "edges"},
     "nose": {"driver": "ros-arduino-sonar"},
+    "battery": {"driver": "ros-arduino-battery"},
 }
 
 
-def on_serial(robot: RobotDescription, port: Path) -> RobotDescription:
+def with_battery() -> RobotDescription:
+    """Return the rover, with the battery that the board tells of."""
+    rover = load_robot("rover")
+    battery = BatteryDescription(kind="battery", name="battery")
+    return rover.model_copy(update={"devices": (*rover.devices, battery)})
+
+
+def on_serial(robot: RobotDescription, port: Path, board_timeout_s: float) -> RobotDescription:
     """Return a robot with its section for the serial drivers."""
     names = {told.name for told in robot.devices}
     section = {name: {**table, "port": str(port)} for name, table in CONNECTED.items() if name in names}
+    for motor in (table for table in section.values() if "board_timeout_s" in table):
+        motor["board_timeout_s"] = board_timeout_s
     return robot.model_copy(update={"backends": {**robot.backends, SECTION: section}})
 
 
@@ -28,9 +43,9 @@ def written(path: Path, port: Path) -> Path:
     """Write the rover's file with that section, as a user has it, and return where it is."""
     rover = files("robotcore.description") / "robots" / "rover.toml"
     tables = (f"[{SECTION}.{name}]\n{_lines({**table, 'port': str(port)})}" for name, table in CONNECTED.items())
-    path.write_text("\n".join([rover.read_text(), *tables]))
+    path.write_text("\n".join([rover.read_text(), BATTERY, *tables]))
     return path
 
 
-def _lines(table: dict[str, str]) -> str:
-    return "".join(f'{key} = "{value}"\n' for key, value in table.items())
+def _lines(table: dict[str, Any]) -> str:
+    return "".join(f"{key} = {json.dumps(value)}\n" for key, value in table.items())

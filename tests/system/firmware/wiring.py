@@ -57,6 +57,7 @@ class Wiring:
         for wheel, side in ((bench.left, self.left), (bench.right, self.right)):
             self._build_wheel(wheel, side)
         bench.trigger, bench.echo, bench.battery = self.trigger, self.echo, self.battery
+        bench.battery_ratio = self.battery_ratio
         bench.resets_when_opened, bench.bootloader_s = self.resets_when_opened, self.bootloader_s
 
     def _build_wheel(self, wheel: Wheel, side: Side) -> None:

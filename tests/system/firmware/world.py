@@ -17,7 +17,7 @@ from robotcore.drive import Wheels
 from robotcore.geometry import Pose, Twist
 from robotcore.projection import View
 from robotcore.sampling import OnceAnInstant
-from tests.system.firmware.board import Board
+from tests.system.firmware.simulated import SimulatedRobot
 
 STEPS_S = 240
 """The body takes a step for each 1/240 s in which wheels turned."""
@@ -27,16 +27,16 @@ HEARD_M = 4.0
 
 
 class FollowedWorld:
-    """Moves the body by the wheels of a board, and puts before the board's sonar what is ahead there.
+    """Moves the body by the wheels of a simulated robot, and puts before its sonar what is ahead there.
 
-    It is the run's `TruthSource`. What it has of time is the board's; any thread may ask it.
+    It is the run's `TruthSource`. Any thread may ask it.
     """
 
-    def __init__(self, setup: Setup, board: Board) -> None:
+    def __init__(self, setup: Setup, simulated: SimulatedRobot) -> None:
         assert setup.world
         self._simulation = Simulation(replace(setup, robot=_without_lag(setup.robot), rate_hz=STEPS_S), setup.world)
-        self._drive, self._board = setup.robot.drive, board
-        self._angles, self._at = board.angles, board.now()
+        self._drive, self._simulated = setup.robot.drive, simulated
+        self._angles, self._at = simulated.angles, simulated.now()
         self._lock = RLock()
         self.is_silent = False
         """Whether no echo comes back, whatever is ahead."""
@@ -47,11 +47,11 @@ class FollowedWorld:
     def follow(self) -> None:
         """Let the body catch up with the wheels; to be called often, for between two calls it goes in an arc."""
         with self._lock:
-            angles, now = self._board.angles, self._board.now()
+            angles, now = self._simulated.angles, self._simulated.now()
             self._roll(angles, max(1, math.ceil((now - self._at) * STEPS_S)))
             self._angles, self._at = angles, now
             if self._sonar:
-                self._board.put_ahead(self._heard(self._sonar))
+                self._simulated.put_ahead(self._heard(self._sonar))
 
     def pose(self) -> Pose:
         with self._lock:
@@ -59,7 +59,7 @@ class FollowedWorld:
             return self._simulation.pose()
 
     def twist(self) -> Twist:
-        return self._drive.geometry.to_twist(self._board.velocities) if self._drive else Twist(0.0, 0.0)
+        return self._drive.geometry.to_twist(self._simulated.velocities) if self._drive else Twist(0.0, 0.0)
 
     def contacts(self) -> int:
         with self._lock:

@@ -23,6 +23,7 @@ struct bench {
 	int64_t trigger, echo; /* of the HC-SR04 */
 	int64_t battery;       /* the analog channel behind the battery's divider */
 	int64_t resets_when_opened; /* as a board does whose DTR is wired to its reset */
+	double battery_ratio;       /* of the divider before that; for whoever tells the voltage */
 	double bootloader_s;        /* how long a board that was reset listens to nobody */
 	double echo_s;              /* told from outside: how long the echo's pulse is */
 	double battery_mv;          /* told from outside: at the analog pin */

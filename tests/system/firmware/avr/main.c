@@ -1,8 +1,8 @@
 /* An ATmega328P at 16 MHz with a robot around it: main ELF LINK BENCH.
  *
  * LINK becomes a link to the UART's pty; BENCH is a file that holds a `struct bench`, shared with whoever made it.
- * On stdin a word a line: pull, plug (the line), reset (the button), hang (the program stays where it is). It ends with
- * stdin. On stdout what happened; see tell.h. It runs in real time, or more slowly where the machine cannot. */
+ * On stdin a word a line: pull, plug (the line), reset (the button), hang (the program stays where it is), mark (tell
+ * the time). It ends with stdin. On stdout what happened; see tell.h. It runs in real time, or more slowly where the machine cannot. */
 #include <err.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -122,6 +122,8 @@ static void obey(avr_t *avr, const char *word, const char *link)
 		reset(avr);
 	else if (!strcmp(word, "hang"))
 		hang(avr);
+	else if (!strcmp(word, "mark"))
+		tell(avr, "mark");
 	else
 		warnx("%s?", word);
 }

@@ -9,7 +9,7 @@ from robotcore.running.plan import RunRequest
 from robotcore.running.session import run
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+@pytest.mark.parametrize("seed", [1, 2, 3])
 def test_green_search_finds_the_ball(seed: int) -> None:
     result = run(RunRequest("green-search", "simavr", world="arena", seed=seed))
     assert (result.outcome, result.verified, result.contacts) == (Outcome.SUCCESS, True, 0), result.reason

@@ -15,10 +15,10 @@ from robotcore.testing import scenes
 from robotcore.testing.bench import Bench
 from tests.system.firmware.backend import SimavrBackend
 from tests.system.firmware.board import STANDS, Board
+from tests.system.firmware.described import BOARD_TIMEOUT_S
 
 SPEED_RAD_S = 5.0
 TICK_S = 0.05
-BOARD_TIMEOUT_S = 0.5
 FRAME_S = 1 / 30
 STANDING_RAD_S = 0.05
 OVERSHOOT = 1.25
@@ -87,8 +87,7 @@ def test_pulled_line_stops_the_wheels_by_the_boards_own_deadman(robot: Robot, bo
     told = last_turning_command(board)
     board.wait(lambda: is_lost(robot), "the loss to be told", 1.0)
     assert board.velocities.left > STANDING_RAD_S, "the board has stopped before its deadman was due"
-    board.wait(lambda: board.duties == (0.0, 0.0), "the wheels to be stopped", 1.0)
-    stopped = board.events("duty")[-1]
+    stopped = board.wait_for_stop(1.0)
     assert told < pulled < stopped.time
     assert BOARD_TIMEOUT_S - 0.001 <= stopped.time - told <= BOARD_TIMEOUT_S + FRAME_S
 
@@ -97,8 +96,7 @@ def test_line_put_back_is_driven_again_and_stands_until_then(robot: Robot, board
     drive_for(robot, 0.5)
     board.pull()
     board.wait(lambda: is_lost(robot), "the loss to be told", 1.0)
-    board.wait(lambda: board.duties == (0.0, 0.0), "the wheels to be stopped", 1.0)
-    stopped = board.events("duty")[-1].time
+    stopped = board.wait_for_stop(1.0).time
     board.plug()
     board.pass_time(4.0)
     assert [event for event in board.events("duty", since=stopped + 0.001) if event.more != STANDS] == []
@@ -121,11 +119,16 @@ def test_encoders_go_on_from_where_they_were_when_the_board_was_reset(robot: Rob
 def test_hung_sketch_is_reset_by_its_watchdog_and_driven_again(robot: Robot, board: Board) -> None:
     drive_for(robot, 0.5)
     board.hang()
-    board.wait(lambda: board.duties == (0.0, 0.0), "the wheels to be stopped", 0.5)
+    board.wait_for_stop(0.5)
     drive_until(robot, lambda: bool(board.events("watchdog")) and is_turning(board))
+    reset = board.events("watchdog")[-1].time
+    deadmen = [event for event in board.events("line", since=reset) if event.more.startswith("k 500")]
+    turned = next(event for event in board.events("duty", since=reset) if event.more != STANDS)
+    assert deadmen, "wheels turn, and their deadman was not told anew"
+    assert deadmen[0].time < turned.time
 
 
-@pytest.mark.parametrize("share", [0.01, 0.05])
+@pytest.mark.parametrize("share", [0.005, 0.02])
 def test_noise_both_ways_turns_no_wheel_otherwise_than_asked(robot: Robot, board: Board, share: float) -> None:
     board.make_noise(share)
     fastest = slowest = 0.0

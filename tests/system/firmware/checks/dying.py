@@ -6,37 +6,52 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
+from robotcore.clock import MonotonicClock
 from tests.system.firmware.board import Board
-from tests.system.firmware.described import written
+from tests.system.firmware.described import BOARD_TIMEOUT_S, written
 
-RUN = "run avoid-obstacles --backend serial --set duration_s=600 --timeout 600"
 STARTED_S = 30.0
-BOARD_TIMEOUT_S = 0.5
+REAL_TIME = 0.9
 FRAME_S = 1 / 30
 
 
-@pytest.fixture
-def app(board: Board, tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
-    """A run on the backend `serial`, in a process of its own, whose robot drives over open ground."""
-    robot = written(tmp_path / "robot.toml", board.port)
-    command = [sys.executable, "-m", "robotcore", *RUN.split(), "--robot", str(robot)]
+def is_over(process: subprocess.Popen[str]) -> bool:
+    return process.poll() is not None
+
+
+@contextmanager
+def running(board: Board, *asked: str) -> Iterator[subprocess.Popen[str]]:
+    """Let a robot drive over open ground, by a process of its own."""
+    command = [sys.executable, "-m", "robotcore", "run", "avoid-obstacles", *asked]
     with subprocess.Popen(command, text=True) as process:
         try:
-            board.wait(lambda: min(board.velocities) > 1.0, "the robot to drive", STARTED_S)
+            board.wait(
+                lambda: process.poll() is not None or min(board.velocities) > 1.0, "the robot to drive", STARTED_S
+            )
+            assert process.poll() is None, f"the run has ended with {process.returncode}"
             yield process
         finally:
             process.kill()
 
 
+@pytest.fixture
+def app(board: Board) -> Iterator[subprocess.Popen[str]]:
+    """A run whose clock follows the AVR's."""
+    here = ("--backend", "simavr", "--option", f"join={board.folder}", "--world", "open")
+    with running(board, *here, "--set", "duration_s=600", "--timeout", "600") as process:
+        yield process
+
+
 def wait_for_stop(board: Board) -> float:
     """Return how long after the last command the motors were stopped."""
-    board.wait(lambda: board.duties == (0.0, 0.0), "the wheels to be stopped", 2.0)
+    stopped = board.wait_for_stop(2.0)
     commands = [event for event in board.events("line") if event.more.startswith("m ")]
-    return board.events("duty")[-1].time - commands[-1].time
+    return stopped.time - commands[-1].time
 
 
 def test_hung_program_is_stopped_by_the_boards_own_deadman(board: Board, app: subprocess.Popen[str]) -> None:
@@ -54,4 +69,18 @@ def test_program_that_ends_leaves_no_wheel_turning(
     wait_for_stop(board)
     app.wait(20)
     board.pass_time(0.5)
+    assert board.duties == (0.0, 0.0)
+
+
+def test_run_on_the_serial_backend_drives_and_leaves_the_wheels_at_rest(board: Board, tmp_path: Path) -> None:
+    """In the machine's own time, which only a machine that simulates in real time can be held to."""
+    robot, wall, began = written(tmp_path / "robot.toml", board.port), MonotonicClock(), board.now()
+    try:
+        with running(board, "--backend", "serial", "--robot", str(robot), "--set", "duration_s=2") as process:
+            assert process.wait(STARTED_S) == 0
+    except AssertionError:
+        if (pace := (board.now() - began) / wall.now()) < REAL_TIME:
+            pytest.skip(f"the AVR ran at {pace:.2f} of real time: the machine is too busy")
+        raise
+    board.pass_time(0.2)
     assert board.duties == (0.0, 0.0)
