@@ -121,7 +121,7 @@ def _end_of(run: subprocess.Popen[str]) -> str:
     """Return its exit status, and what it says of losses."""
     said, _ = run.communicate(timeout=LONGEST_S)
     notes = [line.removeprefix("note: ") for line in said.splitlines() if " was lost " in line]
-    return f"{run.returncode}: {'; '.join(notes) or said.strip().splitlines()[0]}"
+    return f"{run.returncode}: {'; '.join(notes) or said.strip()}"
 
 
 def _told(seconds: list[float], trials: int) -> tuple[str, str, str]:

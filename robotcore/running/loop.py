@@ -96,12 +96,16 @@ class Loop:
         try:
             status = self.tick()
         except DeviceLostError as lost:
-            if not self.outages.bears(lost, self._clock.now()):
-                raise
-            self._stand()
+            self._bear(lost)
             return Status.RUNNING
         self.outages.end(self._clock.now())
         return status
+
+    def _bear(self, lost: DeviceLostError) -> None:
+        """Stand without a device that is lost; raise that it is, where it has been away for too long."""
+        if not self.outages.bears(lost, self._clock.now()):
+            raise lost
+        self._stand()
 
     def tick(self) -> Status:
         """Decide once, guard and commit what was decided, and note it; a tick that fails is noted too."""
@@ -174,6 +178,11 @@ class Loop:
 
     def _let_time_pass(self) -> None:
         self._next += self._period
-        if not self._clock.sleep_until(self._next):
+        try:
+            is_ahead = self._clock.sleep_until(self._next)
+        except DeviceLostError as lost:  # the deadman could not reach a motor
+            self._bear(lost)
+            return
+        if not is_ahead:
             self.overruns += 1
             self._next = self._clock.now()

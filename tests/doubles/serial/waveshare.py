@@ -125,10 +125,14 @@ class WaveshareBoard(BoardDouble):
         return int(int(wheel.angle / math.tau * PULSES) / PULSES * math.tau * self._metres * 100)
 
 
+TINY = 1e-37
+"""What is nearer to zero is none of a microcontroller's floats."""
+
+
 def _written(value: float) -> bytes:
     """Return a number as ArduinoJson writes it: nine places of a double at most, exponents beyond 1e-5 and 1e7."""
-    if isinstance(value, int) or value == 0:
-        return b"%d" % value
+    if isinstance(value, int) or abs(value) < TINY:
+        return b"%d" % int(value)
     if 1e-5 < abs(value) < 1e7:
         return f"{value:.9f}".rstrip("0").rstrip(".").encode()
     exponent = math.floor(math.log10(abs(value)))
