@@ -46,7 +46,7 @@ def damaged(spoken: Spoken, frames: st.SearchStrategy[bytes], kinds: Damage = AN
 
 
 @every_parser
-@settings(max_examples=EXAMPLES)
+@settings(max_examples=EXAMPLES, deadline=None)
 @given(st.data())
 def test_cuts_of_the_stream_change_nothing(spoken: Spoken, data: st.DataObject) -> None:
     frames = frames_of(spoken)
@@ -66,7 +66,7 @@ def test_bytes_that_come_one_by_one_change_nothing(spoken: Spoken) -> None:
 
 
 @every_parser
-@settings(max_examples=EXAMPLES)
+@settings(max_examples=EXAMPLES, deadline=None)
 @given(st.data())
 def test_every_frame_of_a_clean_line_is_told(spoken: Spoken, data: st.DataObject) -> None:
     frames = data.draw(st.lists(frames_of(spoken), min_size=2, max_size=8))
@@ -74,7 +74,7 @@ def test_every_frame_of_a_clean_line_is_told(spoken: Spoken, data: st.DataObject
 
 
 @every_parser
-@settings(max_examples=EXAMPLES)
+@settings(max_examples=EXAMPLES, deadline=None)
 @given(st.data())
 def test_no_value_is_told_that_no_frame_carried(spoken: Spoken, data: st.DataObject) -> None:
     whole = data.draw(st.lists(frames_of(spoken), min_size=1, max_size=4))
@@ -85,7 +85,7 @@ def test_no_value_is_told_that_no_frame_carried(spoken: Spoken, data: st.DataObj
 
 
 @every_parser
-@settings(max_examples=EXAMPLES)
+@settings(max_examples=EXAMPLES, deadline=None)
 @given(st.data())
 def test_two_frames_after_the_damage_it_is_in_step(spoken: Spoken, data: st.DataObject) -> None:
     frames = frames_of(spoken)
@@ -99,7 +99,7 @@ def test_two_frames_after_the_damage_it_is_in_step(spoken: Spoken, data: st.Data
 
 
 @every_parser
-@settings(max_examples=EXAMPLES)
+@settings(max_examples=EXAMPLES, deadline=None)
 @given(st.data())
 def test_whatever_comes_it_neither_raises_nor_keeps(spoken: Spoken, data: st.DataObject) -> None:
     parser = spoken.parser()
