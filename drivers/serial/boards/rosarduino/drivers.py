@@ -59,9 +59,6 @@ COUNT_S = 0.005
 RANGE_S, BATTERY_S = 0.03, 0.5
 """So often our firmware is asked for what it measures by itself."""
 
-CYCLE_S = 0.06
-"""How often our firmware triggers its ultrasonic module."""
-
 ToldT = TypeVar("ToldT", bound=Described)
 SettingsT = TypeVar("SettingsT", bound=ArduinoSettings)
 
@@ -160,12 +157,11 @@ class ArduinoSonar(ArduinoDriver[RangeSensorDescription, ArduinoSonarSettings]):
         return (BOARD,) if settings.pin is None else (BOARD, PINGING)
 
     def check(self, told: RangeSensorDescription, settings: ArduinoSonarSettings, robot: RobotDescription) -> None:
-        cycle_s = CYCLE_S if settings.pin is None else settings.cycle_s
-        require_timely(settings.echo_free_cycles, cycle_s, robot)
+        require_timely(settings.cycles, settings.cycle, robot)
 
     def open(self, told: RangeSensorDescription, settings: ArduinoSonarSettings, host: Host) -> RangeSensor:
         board = _board(told.name, settings, host)
-        findings = Findings(told, settings.echo_free_cycles)
+        findings = Findings(told, settings.cycles)
         board.talk.poll(_asked(board, told, settings, findings))
         sonar = Sonar(told, board.line, findings)
         sonar.await_first(FIRST_S + (PING_S * MUTE_PINGS if settings.pin else 0))

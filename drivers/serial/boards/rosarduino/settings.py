@@ -10,6 +10,11 @@ from drivers.serial.boards.settings import PortSettings, Side, SideSettings
 from robotcore.description import EncoderDescription
 from robotcore.hardware.motors import Control, Model
 
+OUR_CYCLE_S = 0.06
+"""How often our firmware triggers its ultrasonic module."""
+
+ECHO_FREE_S = 0.6
+
 
 class ArduinoSettings(PortSettings):
     """The port of a board."""
@@ -44,13 +49,23 @@ class ArduinoMotorSettings(SideSettings, ArduinoSettings):
 class ArduinoSonarSettings(ArduinoSettings):
     """How it is judged, and, where the board runs the true ROSArduinoBridge, its pin and how often it is asked.
 
-    So many ``echo_free_cycles`` in a row vouch for nothing in range; 0: only an echo from beyond does. Our firmware
-    has cycles of its own, of 0.06 s, and pins of its own.
+    So many ``echo_free_cycles`` in a row vouch for nothing in range, by default those of 0.6 s; 0: only an echo from
+    beyond does. Our firmware has pins of its own, and cycles of 0.06 s.
     """
 
     pin: Annotated[int, Field(ge=2, le=69)] | None = None
     cycle_s: Annotated[float, Field(ge=0.05, le=1)] = 0.1
-    echo_free_cycles: Annotated[int, Field(ge=0, le=100)] = 3
+    echo_free_cycles: Annotated[int, Field(ge=0, le=100)] | None = None
+
+    @property
+    def cycle(self) -> float:
+        """How long a cycle is, in seconds."""
+        return OUR_CYCLE_S if self.pin is None else self.cycle_s
+
+    @property
+    def cycles(self) -> int:
+        """How many cycles in a row without an echo vouch for nothing in range."""
+        return max(1, round(ECHO_FREE_S / self.cycle)) if self.echo_free_cycles is None else self.echo_free_cycles
 
 
 def edges_per_turn(told: EncoderDescription, counts: object) -> int:
