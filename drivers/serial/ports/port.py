@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import termios
 from contextlib import suppress
+from select import select
 from typing import TYPE_CHECKING
 
 from drivers.serial.ports.finding import holders, path_of
@@ -38,7 +40,7 @@ class Port:
 
         try:
             path = path_of(self.place)
-            self._serial = Serial(path, self.baud, timeout=0, write_timeout=WRITING_S, exclusive=True)
+            self._serial = Serial(path, self.baud, timeout=0, exclusive=True)
         except FAILURES as error:
             raise PortError(why_closed(self.place, self.baud, error)) from error
 
@@ -60,18 +62,21 @@ class Port:
             raise self._gone() from error
 
     def write(self, data: bytes) -> None:
-        """Send bytes, within a moment; raises PortError."""
-        from serial import SerialTimeoutException
+        """Send bytes, within a moment; raises PortError.
 
+        By the system, not by pyserial: that raises its time-out also where all was written, if this thread was not
+        given the processor for so long.
+        """
         assert self._serial
         try:
-            self._serial.write(data)
-        except SerialTimeoutException as error:
-            raise PortError(
-                f"{self.place} takes no more bytes: the board does not read. Reset it, or plug it in again"
-            ) from error
+            file = self._serial.fileno()
+            is_taken = select([], [file], [], WRITING_S)[1] and os.write(file, data) == len(data)
+        except BlockingIOError:
+            is_taken = False
         except FAILURES as error:
             raise self._gone() from error
+        if not is_taken:
+            raise PortError(f"{self.place} takes no more bytes: the board does not read. Reset it, or plug it in again")
 
     @property
     def unsent(self) -> int:
