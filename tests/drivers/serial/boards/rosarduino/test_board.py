@@ -171,11 +171,12 @@ def test_a_board_that_was_reset_in_a_moment_has_its_time_out_again_before_it_tur
 def test_a_board_that_falls_silent_is_lost_and_what_it_was_told_forgotten(ours: Conversation) -> None:
     ours.tell(20, 20)
     assert ours.sent() == asked("m 20 20")
+    ours.tell(30, 30)
     while ours.talk.is_ready:
         sent = ours.sent(0.02)
     assert sent == HELLO
     ours.answer(OURS)
-    ours.goes((asked("m 0 0"), answered("OK")), (asked("k 2000"), answered("OK")))
+    ours.goes((asked("m 0 0"), answered("OK")), (asked("k 2000"), answered("OK")), (asked("e"), answered("0 0")))
     assert ours.talk.is_ready
 
 

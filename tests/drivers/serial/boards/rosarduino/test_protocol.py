@@ -76,3 +76,11 @@ def test_one_byte_that_differs_is_seen_by_the_sum(text: str, place: int, change:
     assert checked(line.decode()) == text
     line[place % len(line)] ^= change
     assert checked(line.decode("latin-1")) is None
+
+
+@pytest.mark.parametrize("noise", [b"9" * 100 + b"\r\n", b"5 \xff5\r\n"])
+def test_a_line_that_is_none_is_counted_and_dropped(noise: bytes) -> None:
+    parser = Parser()
+    assert [line for byte in noise for line in parser.feed(bytes([byte]))] == []
+    assert parser.dropped == 1
+    assert parser.feed(b"OK\r\n") == ["OK"]
