@@ -1,6 +1,6 @@
 """An Arduino with two wheels: as the true ROSArduinoBridge answers, and as our firmware does.
 
-Its answers are byte for byte those of both firmwares on a simulated AVR; see `tests/system/firmware`.
+Its answers were compared with those of both firmwares on a simulated AVR, byte for byte.
 """
 
 from __future__ import annotations
