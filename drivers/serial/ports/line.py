@@ -117,8 +117,9 @@ class Line:
         polling, self._polling = self._polling, None
         if polling:
             polling.stop()
-            self._exchange()
-            self._drain()
+            if self._loss is None:
+                self._exchange()
+                self._drain()
         self._port.close()
         if self._waker:
             self._waker.close()
