@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from drivers.serial.ports import line as line_module
 from drivers.serial.ports.line import FIRST_S, Line
 from robotcore.clock import MonotonicClock, SteppedClock
 from robotcore.errors import DeviceError, DeviceLostError
@@ -205,13 +206,19 @@ class TestByAThread:
         powered.off()
         assert board.heard + pty.heard() == b"?go?stop"
 
-    def test_what_is_due_at_a_time_is_sent_then_and_not_later(self, pty: Pty, clock: MonotonicClock) -> None:
+    def test_what_is_due_at_a_time_is_sent_then_whatever_else_is_waited_for(
+        self, pty: Pty, clock: MonotonicClock, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         talk, board = Asking(), Answering()
         powered = Powered(board, pty, clock)
         line = Line(str(pty.path), talk, clock)
         line.open("wheel", 5.0)
-        talk.say(b"go", at=clock.now() + 0.05)
-        line.settle("wheel")
+        with monkeypatch.context() as patient:
+            patient.setattr(line_module, "WAITING_S", 1000.0)
+            talk.say(b"go", at=clock.now() + 0.05)
+            line.wake()
+            line.settle("wheel")
+        line.wake()
         line.close()
         powered.off()
         assert board.heard == b"?go"
