@@ -195,7 +195,7 @@ class TestByAThread:
         line.open("wheel", 5.0)
         talk.say(b"go")
         line.wake()
-        line.settle("wheel")
+        line.wait_until(lambda: talk.is_settled, "wheel", 5.0, "was never heard")
         pty.unplug()
         with pytest.raises(DeviceLostError, match=r"wheel: "):
             _require_often(line, clock)
@@ -217,7 +217,7 @@ class TestByAThread:
             patient.setattr(line_module, "WAITING_S", 1000.0)
             talk.say(b"go", at=clock.now() + 0.05)
             line.wake()
-            line.settle("wheel")
+            line.wait_until(lambda: talk.is_settled, "wheel", 5.0, "was never heard")
         line.wake()
         line.close()
         powered.off()
