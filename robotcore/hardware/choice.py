@@ -20,6 +20,9 @@ def meant(name: str, told: AnyDevice) -> str:
     """Return which driver of such a device was probably meant, by its name or by what it drives; or name them all."""
     drivers = drivers_of(told)
     word = _plain(name)
+    for driver in drivers:
+        if _plain(driver) == word:
+            return f"Did you mean {driver!r}?"
     for driver, kind in drivers.items():
         if any(part in word or (len(word) > 2 and word in part) for part in map(_plain, kind.parts)):
             return f"Did you mean {driver!r}?"

@@ -19,8 +19,9 @@ class BatteryRules(Bench):
 
     def test_voltage_is_a_number_above_zero(self) -> None:
         with self.opened() as robot:
+            batteries = self._batteries(robot)
             let_pass(robot, FRESH_S)
-            for battery in self._batteries(robot):
+            for battery in batteries:
                 voltage = battery.read().voltage
                 assert math.isfinite(voltage), f"{battery.name}: tells {voltage} V; raise DeviceError instead"
                 assert voltage > 0, (
