@@ -17,6 +17,7 @@ from robotcore.hardware import open_robot
 from robotcore.robot import Robot
 from tests.system.firmware.bench import joined
 from tests.system.firmware.board import Board
+from tests.system.firmware.clock import AskedClock
 from tests.system.firmware.config import wiring
 from tests.system.firmware.described import BOARD_TIMEOUT_S, on_serial
 from tests.system.firmware.simulated import SimulatedRobot
@@ -60,18 +61,19 @@ class SimavrBackend(Backend):
     def open(self, setup: Setup) -> Robot:
         options = setup.options_as(SimavrOptions)
         with ExitStack() as undo:
-            simulated = self._simulated(options.join, undo)
-            clock = FollowingClock(simulated.now)
+            simulated, clock = self._simulated(options.join, undo)
             world = FollowedWorld(setup, simulated)
             undo.callback(clock.every(FOLLOW_S, world.follow, "followed world").stop)
             release = undo.pop_all().close
         setup = replace(setup, robot=on_serial(setup.robot, simulated.port, options.board_timeout_s), options={})
         return open_robot(setup, SECTION, clock, release=release, truth=world, opened=_cameras(setup, world, clock))
 
-    def _simulated(self, join: Path | None, opened: ExitStack) -> SimulatedRobot:
-        if join:
-            return SimulatedRobot(join, joined(join))
-        return self._board or opened.enter_context(switched_on())
+    def _simulated(self, join: Path | None, opened: ExitStack) -> tuple[SimulatedRobot, FollowingClock]:
+        """Return a robot and its clock, which holds it back where nobody else waits for its time."""
+        if shared := self._board or (join and SimulatedRobot(join, joined(join))):
+            return shared, FollowingClock(shared.now)
+        board = opened.enter_context(switched_on())
+        return board, AskedClock(board)
 
 
 def _cameras(setup: Setup, world: FollowedWorld, clock: FollowingClock) -> dict[str, Device]:

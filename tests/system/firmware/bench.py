@@ -56,6 +56,7 @@ class Bench(ctypes.Structure):
     battery_mv: float
     noise: float
     cycles: int
+    asked: int
     is_listening: int
 
     _fields_: ClassVar = [
@@ -64,6 +65,7 @@ class Bench(ctypes.Structure):
         *((name, ctypes.c_int64) for name in ("trigger", "echo", "battery", "resets_when_opened")),
         *((name, ctypes.c_double) for name in ("battery_ratio", "bootloader_s", "echo_s", "battery_mv", "noise")),
         ("cycles", ctypes.c_uint64),
+        ("asked", ctypes.c_uint64),
         ("is_listening", ctypes.c_int64),
     ]
 

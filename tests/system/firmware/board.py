@@ -40,6 +40,7 @@ class Board(SimulatedRobot):
         folder = Path(self._made.name)
         super().__init__(folder, made(folder))
         wiring.build(self._bench)
+        self.ask_until(math.inf)
         self.put_ahead(math.inf)
         self.charge(7.4)
         self._events: list[Event] = []

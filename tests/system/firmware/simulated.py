@@ -9,6 +9,8 @@ from robotcore.drive import Wheels
 from tests.system.firmware.bench import HZ, Bench
 from tests.system.firmware.wiring import SILENCE_S, SOUND_M_S
 
+FOREVER_S = 1e9
+
 
 class SimulatedRobot:
     """A robot that is simulated by this process's child, or by another's: its files are in ``folder``.
@@ -23,6 +25,10 @@ class SimulatedRobot:
     def now(self) -> float:
         """Return the AVR's time."""
         return self._bench.cycles / HZ
+
+    def ask_until(self, time: float) -> None:
+        """Let the AVR run until then, and only creep on; without end by `inf`, as it begins."""
+        self._bench.asked = round(min(time, FOREVER_S) * HZ)
 
     @property
     def angles(self) -> Wheels:

@@ -20,9 +20,10 @@ from tests.system.firmware.described import BOARD_TIMEOUT_S
 SPEED_RAD_S = 5.0
 TICK_S = 0.05
 FRAME_S = 1 / 30
+NOISY_S = 6.0
 STANDING_RAD_S = 0.05
 OVERSHOOT = 1.25
-BACK_S = 6.0
+BACK_S = 10.0
 """By then a board that is back is driven again: the back-off, its bootloader, the first answers."""
 
 
@@ -132,12 +133,13 @@ def test_hung_sketch_is_reset_by_its_watchdog_and_driven_again(robot: Robot, boa
 def test_noise_both_ways_turns_no_wheel_otherwise_than_asked(robot: Robot, board: Board, share: float) -> None:
     board.make_noise(share)
     fastest = slowest = 0.0
-    end = robot.clock.now() + 6.0
-    while robot.clock.now() < end:
+    begun = robot.clock.now()
+    while robot.clock.now() < begun + NOISY_S or fastest < SPEED_RAD_S / 2:
+        assert robot.clock.now() < begun + BACK_S + NOISY_S, "nothing came through"
         is_lost(robot)
         robot.clock.sleep_until(robot.clock.now() + 0.02)
         fastest, slowest = max(fastest, *board.velocities), min(slowest, *board.velocities)
     assert slowest == 0
-    assert SPEED_RAD_S / 2 < fastest < SPEED_RAD_S * OVERSHOOT
+    assert fastest < SPEED_RAD_S * OVERSHOOT
     board.make_noise(0.0)
     drive_until(robot, lambda: board.velocities == pytest.approx((SPEED_RAD_S, SPEED_RAD_S), rel=0.05))
