@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from drivers.serial.backend import SECTION
 from robotcore.backend import Backend, Setup, Vouch
 from robotcore.clock import FollowingClock
-from robotcore.description import CameraDescription, Described
+from robotcore.description import BatteryDescription, CameraDescription, Described, RobotDescription
 from robotcore.devices import Device
 from robotcore.hardware import open_robot
 from robotcore.robot import Robot
@@ -57,6 +58,9 @@ class SimavrBackend(Backend):
 
     def __init__(self, board: Board | None = None) -> None:
         self._board = board
+
+    def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
+        return frozenset(told.name for told in robot.all_of(BatteryDescription))
 
     def open(self, setup: Setup) -> Robot:
         options = setup.options_as(SimavrOptions)

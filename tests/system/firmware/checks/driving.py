@@ -8,15 +8,16 @@ from contextlib import suppress
 
 import pytest
 
-from robotcore.devices import Encoder
+from robotcore.backend import Setup
+from robotcore.devices import Battery, Encoder
 from robotcore.errors import DeviceError, DeviceGroupError, DeviceLostError
 from robotcore.robot import Robot
 from robotcore.testing import scenes
-from robotcore.testing.bench import Bench
 from tests.system.firmware.backend import SimavrBackend
 from tests.system.firmware.board import STANDS, Board
-from tests.system.firmware.described import BOARD_TIMEOUT_S
+from tests.system.firmware.described import BOARD_TIMEOUT_S, with_battery
 
+DEVICES = frozenset({"left_motor", "right_motor", "left_encoder", "right_encoder", "battery"})
 SPEED_RAD_S = 5.0
 TICK_S = 0.05
 FRAME_S = 1 / 30
@@ -29,9 +30,7 @@ BACK_S = 10.0
 
 @pytest.fixture
 def robot(board: Board) -> Iterator[Robot]:
-    bench = Bench()
-    setup = bench.setup_for(scenes.empty(), {"left_motor", "right_motor", "left_encoder", "right_encoder"})
-    opened = SimavrBackend(board).open(setup)
+    opened = SimavrBackend(board).open(Setup(with_battery(), scenes.empty(), DEVICES))
     try:
         yield opened
     finally:
@@ -78,6 +77,15 @@ def last_turning_command(board: Board, before: float = math.inf) -> float:
     """Return when the last command came in whole that feeds the deadman."""
     commands = [event for event in board.events("line") if event.more[:2] in ("m ", "o ") and event.time < before]
     return commands[-1].time
+
+
+def test_battery_is_told_in_volts(robot: Robot, board: Board) -> None:
+    battery = robot["battery"]
+    assert isinstance(battery, Battery)
+    for volts in (7.4, 6.6):
+        board.charge(volts)
+        robot.clock.sleep_until(robot.clock.now() + 1.5)
+        assert battery.read().voltage == pytest.approx(volts, abs=0.05)
 
 
 def test_pulled_line_stops_the_wheels_by_the_boards_own_deadman(robot: Robot, board: Board) -> None:
