@@ -25,7 +25,8 @@ class StopFrame(Cutoff):
     """Writes a board's stop frame, given in hexadecimal digits.
 
     The port is open from the beginning, so that the line that resets an Arduino does not fall where the app dies. One
-    that was unplugged since is opened anew.
+    that was unplugged since is opened anew; where it is not there any more, nobody can tell the board anything, and its
+    own time-out stops it.
 
     Where ``has_owner`` is false nobody of the robot's own is running: a program that has the port all the same may turn
     the motors again, and is told of by BackendError, after the stop.
@@ -44,20 +45,30 @@ class StopFrame(Cutoff):
             raise BackendError(f"{error}; the board's own time-out has to stop it") from error
         self._serial = Serial(path, self._baud, timeout=0, write_timeout=WRITING_S)
 
-    def stop(self) -> None:
+    def stop(self) -> str | None:
         try:
             self._write()
         except Exception:  # noqa: BLE001  pyserial's kinds have no base in common; what fails again is raised
             self.close()
+            if not self._is_there():
+                return f"{self._place} is gone: the board stops its motors by itself"
             self.open()
             self._write()
         if not self._has_owner and (who := holders(path_of(self._place))):
             raise BackendError(f"{self._place} is held by {who}, which may turn it again. End that program first")
+        return None
 
     def close(self) -> None:
         serial, self._serial = self._serial, None
         if serial:
             serial.close()
+
+    def _is_there(self) -> bool:
+        try:
+            path_of(self._place)
+        except PortMissingError:
+            return False
+        return True
 
     def _write(self) -> None:
         assert self._serial
