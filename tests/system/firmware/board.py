@@ -49,11 +49,12 @@ class Board(SimulatedRobot):
         )
         self._hearing = threading.Thread(target=self._hear, name="simulated board", daemon=True)
         self._hearing.start()
-        self._wait(lambda: bool(self.events("plugged")), "the line to be plugged in")
+        self.wait(lambda: bool(self._heard("plugged")), "the line to be plugged in")
 
     def events(self, what: str = "", since: float = 0.0) -> list[Event]:
-        """Return what has happened since then, in order; of one kind, or all."""
-        return [event for event in list(self._events) if event.time >= since and what in ("", event.what)]
+        """Return all that has happened since then until now, in order; of one kind, or all."""
+        self._do("mark", "mark")
+        return [event for event in self._heard(what) if event.time >= since]
 
     def pull(self) -> None:
         """Pull the line out: whoever has it open finds the other end gone, and the port is no more."""
@@ -77,12 +78,13 @@ class Board(SimulatedRobot):
         self.wait(lambda: self.now() >= end, f"{seconds:g} s to pass")
 
     def wait(self, is_so: Callable[[], bool], what: str, within_s: float = math.inf) -> None:
-        """Wait until something is so; by then all is known that had happened.
-
-        Raises AssertionError where it is not so within so much of the AVR's time.
-        """
-        self._wait(is_so, what, within_s)
-        self._do("mark", "mark")
+        """Wait until something is so; raises AssertionError where it is not within so much of the AVR's time."""
+        wall, end = MonotonicClock(), self.now() + within_s
+        while not is_so():
+            assert self._process.poll() is None, f"the simulator has ended with {self._process.returncode}"
+            assert self.now() < end, f"waited {within_s:g} s of the AVR's time for {what}"
+            assert wall.now() < HUNG_S, f"waited {HUNG_S:g} s for {what}, at {self.now():.3f} s of the AVR's time"
+            wall.sleep_until(wall.now() + LOOK_S)
 
     def wait_for_stop(self, within_s: float) -> Event:
         """Wait until neither motor is given any duty, and return when that was."""
@@ -107,21 +109,16 @@ class Board(SimulatedRobot):
     ) -> None:
         self.close()
 
-    def _wait(self, is_so: Callable[[], bool], what: str, within_s: float = math.inf) -> None:
-        wall, end = MonotonicClock(), self.now() + within_s
-        while not is_so():
-            assert self._process.poll() is None, f"the simulator has ended with {self._process.returncode}"
-            assert self.now() < end, f"waited {within_s:g} s of the AVR's time for {what}"
-            assert wall.now() < HUNG_S, f"waited {HUNG_S:g} s for {what}, at {self.now():.3f} s of the AVR's time"
-            wall.sleep_until(wall.now() + LOOK_S)
+    def _heard(self, what: str) -> list[Event]:
+        return [event for event in list(self._events) if what in ("", event.what)]
 
     def _do(self, word: str, told: str) -> None:
         """Tell the simulator a word, and wait until it has told that it was done."""
         assert self._process.stdin
-        before = len(self.events(told))
+        before = len(self._heard(told))
         self._process.stdin.write(f"{word}\n")
         self._process.stdin.flush()
-        self._wait(lambda: len(self.events(told)) > before, word)
+        self.wait(lambda: len(self._heard(told)) > before, word)
 
     def _hear(self) -> None:
         assert self._process.stdout
