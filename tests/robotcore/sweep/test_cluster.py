@@ -7,7 +7,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -51,26 +51,48 @@ def _awaited(process: subprocess.Popen[str], words: str) -> str:
     return next(line for line in process.stderr if words in line)
 
 
+def _scheduling(home: Path) -> AbstractContextManager[subprocess.Popen[str]]:
+    arguments = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--no-show")
+    return _ended(_dask("scheduler", *arguments, home=home))
+
+
+@contextmanager
+def _working(scheduler: str, home: Path) -> Iterator[list[subprocess.Popen[str]]]:
+    """Two workers, each below a nanny that starts another one where it dies."""
+    arguments = (scheduler, "--nthreads", "1", "--no-dashboard", "--local-directory", str(home))
+    with ExitStack() as stack:
+        processes = [stack.enter_context(_ended(_dask("worker", *arguments, home=home))) for _ in range(2)]
+        for process in processes:
+            _awaited(process, "Registered to:")
+        yield processes
+
+
+def _address(scheduler_process: subprocess.Popen[str]) -> str:
+    return _awaited(scheduler_process, "Scheduler at:").split()[-1]
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The address of a cluster for all who leave it as it was."""
+    home = tmp_path_factory.mktemp("lab")
+    with _scheduling(home) as process, _working(address := _address(process), home):
+        yield address
+
+
 @pytest.fixture
 def scheduler_process(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
-    arguments = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--no-show")
-    with _ended(_dask("scheduler", *arguments, home=tmp_path)) as process:
+    with _scheduling(tmp_path) as process:
         yield process
 
 
 @pytest.fixture
 def scheduler(scheduler_process: subprocess.Popen[str]) -> str:
-    return _awaited(scheduler_process, "Scheduler at:").split()[-1]
+    return _address(scheduler_process)
 
 
 @pytest.fixture
 def workers(scheduler: str, tmp_path: Path) -> Iterator[list[subprocess.Popen[str]]]:
-    """Two workers, each below a nanny that starts another one where it dies."""
-    arguments = (scheduler, "--nthreads", "1", "--no-dashboard", "--local-directory", str(tmp_path))
-    with ExitStack() as stack:
-        processes = [stack.enter_context(_ended(_dask("worker", *arguments, home=tmp_path))) for _ in range(2)]
-        for process in processes:
-            _awaited(process, "Registered to:")
+    with _working(scheduler, tmp_path) as processes:
         yield processes
 
 
@@ -91,7 +113,6 @@ def test_a_worker_that_is_killed_loses_no_run(scheduler: str, app_file: AppFile,
     assert swept == _told(LocalEngine(1), sweep)
 
 
-@pytest.mark.usefixtures("workers")
 @pytest.mark.parametrize(
     "deed, reason",
     [
@@ -101,18 +122,17 @@ def test_a_worker_that_is_killed_loses_no_run(scheduler: str, app_file: AppFile,
     ],
 )
 def test_a_run_that_hangs_or_dies_is_tried_once_and_told_as_it_is_on_one_machine(
-    scheduler: str, app_file: AppFile, tmp_path: Path, deed: str, reason: str
+    lab: str, app_file: AppFile, tmp_path: Path, deed: str, reason: str
 ) -> None:
     tries = tmp_path / "tries"
     sweep = sweep_of(app_file(f"open({str(tries)!r}, 'a').write('I'), {deed}"), seeds=1)
-    (record,) = _told(ClusterEngine(scheduler, wall_timeout_s=4.0), sweep).values()
+    (record,) = _told(ClusterEngine(lab, wall_timeout_s=4.0), sweep).values()
     assert (record.result.outcome, record.result.reason) == (Outcome.ERROR, reason)
     assert (record.result.app, record.result.world, tries.read_text()) == (sweep.request.app, "open", "I")
 
 
-@pytest.mark.usefixtures("workers")
 def test_a_judge_goes_along_with_what_is_beside_it(
-    scheduler: str, app_file: AppFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    lab: str, app_file: AppFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     app = Path(app_file("self.reason = helper.WORDS", head="import helper"))
     app.with_name("helper.py").write_text("WORDS = 'app'\n")
@@ -123,13 +143,12 @@ def test_a_judge_goes_along_with_what_is_beside_it(
     monkeypatch.chdir(app.parent)
     sweep = sweep_of(app.name)
     judged = replace(sweep, request=replace(sweep.request, judge=f"../judge/{judge.name}"))
-    results = [record.result for record in _told(ClusterEngine(scheduler), judged).values()]
+    results = [record.result for record in _told(ClusterEngine(lab), judged).values()]
     assert [(result.reason, result.verified) for result in results] == [("app", True)] * 2
 
 
-@pytest.mark.usefixtures("workers")
 def test_what_is_wrong_with_a_file_is_told_by_the_name_it_was_asked_for(
-    scheduler: str, app_file: AppFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    lab: str, app_file: AppFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     app = Path(app_file())
     judge = tmp_path / "judge.py"
@@ -139,12 +158,11 @@ def test_what_is_wrong_with_a_file_is_told_by_the_name_it_was_asked_for(
     judged = replace(sweep, request=replace(sweep.request, judge="judge.py:Odd"))
     for head, each in (("1 / 0", sweep), ("", judged)):
         app_file(head=head)
-        assert _told(ClusterEngine(scheduler), each) == _told(LocalEngine(1), each)
+        assert _told(ClusterEngine(lab), each) == _told(LocalEngine(1), each)
 
 
-@pytest.mark.usefixtures("workers")
 def test_own_files_go_along_anew_when_they_have_changed(
-    scheduler: str, app_file: AppFile, monkeypatch: pytest.MonkeyPatch
+    lab: str, app_file: AppFile, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     app = Path(app_file("self.reason = helper.WORDS", head="import helper"))
     world = app.with_name("mine.toml")
@@ -153,53 +171,48 @@ def test_own_files_go_along_anew_when_they_have_changed(
     sweep = sweep_of(app.name, worlds=(world.name,))
     for words in ("one", "another", "one"):
         app.with_name("helper.py").write_text(f"WORDS = {words!r}\n")
-        records = _told(ClusterEngine(scheduler), sweep)
+        records = _told(ClusterEngine(lab), sweep)
         assert {record.result.reason for record in records.values()} == {words}
         assert {(record.result.app, record.result.world) for record in records.values()} == {("odd.py", "mine")}
         assert set(records) == {command_of(request) for request in sweep.requests()}
 
 
-@pytest.mark.usefixtures("workers")
-def test_an_app_that_raises_costs_its_run_alone(scheduler: str, app_file: AppFile) -> None:
+def test_an_app_that_raises_costs_its_run_alone(lab: str, app_file: AppFile) -> None:
     sweep = sweep_of(app_file("1 / 0"), seeds=1)
-    (record,) = _told(ClusterEngine(scheduler), sweep).values()
+    (record,) = _told(ClusterEngine(lab), sweep).values()
     assert record.result.reason == "Odd raised ZeroDivisionError: division by zero"
 
 
-@pytest.mark.usefixtures("workers")
-def test_a_file_that_a_run_misses_costs_that_run_alone(scheduler: str, app_file: AppFile) -> None:
+def test_a_file_that_a_run_misses_costs_that_run_alone(lab: str, app_file: AppFile) -> None:
     app = Path(app_file())
     app.write_text(app.read_text() + "\n    stopping = property(lambda self: open('/no/such/file'))\n")
-    records = _told(ClusterEngine(scheduler), sweep_of(str(app))).values()
+    records = _told(ClusterEngine(lab), sweep_of(str(app))).values()
     missed = "FileNotFoundError: [Errno 2] No such file or directory: '/no/such/file'"
     assert [record.result.reason for record in records] == [missed] * 2
 
 
-@pytest.mark.usefixtures("workers")
-def test_workers_with_another_library_are_told_how_to_get_ours(scheduler: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_workers_with_another_library_are_told_how_to_get_ours(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("robotcore.versions.version", lambda name: "1.2.3")
     refused = (
         r"the worker tcp://.* cannot run this: numpy: it has .*, here is 1\.2\.3\. pip install numpy==1\.2\.3 there"
     )
     with pytest.raises(BackendError, match=refused):
-        _told(ClusterEngine(scheduler), sweep_of("green-search"))
+        _told(ClusterEngine(lab), sweep_of("green-search"))
 
 
-@pytest.mark.usefixtures("workers")
-def test_workers_with_other_code_are_refused(scheduler: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_workers_with_other_code_are_refused(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("robotcore.sweep.fingerprint._package_digest", lambda name: "changed")
     with pytest.raises(BackendError, match=r"the worker tcp://.* cannot run this: its robotcore, .* start it again"):
-        _told(ClusterEngine(scheduler), sweep_of("green-search"))
+        _told(ClusterEngine(lab), sweep_of("green-search"))
 
 
-@pytest.mark.usefixtures("workers")
 def test_a_worker_that_joins_later_with_other_code_ends_the_sweep_by_its_address(
-    scheduler: str, monkeypatch: pytest.MonkeyPatch
+    lab: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("robotcore.sweep.fingerprint._package_digest", lambda name: "changed")
     monkeypatch.setattr(ClusterEngine, "_require_workers", lambda *_: None)
     with pytest.raises(BackendError, match=r"the worker tcp://.*start it again. What is done is kept"):
-        _told(ClusterEngine(scheduler), sweep_of("green-search"))
+        _told(ClusterEngine(lab), sweep_of("green-search"))
 
 
 def test_a_cluster_without_workers_is_refused(scheduler: str) -> None:
