@@ -129,6 +129,7 @@ def test_hung_sketch_is_reset_by_its_watchdog_and_driven_again(robot: Robot, boa
     drive_for(robot, 0.5)
     board.hang()
     board.wait_for_stop(0.5)
+    board.wait(lambda: not is_turning(board), "the wheels to run out", 0.5)
     drive_until(robot, lambda: bool(board.events("watchdog")) and is_turning(board))
     reset = board.events("watchdog")[-1].time
     deadmen = [event for event in board.events("line", since=reset) if event.more.startswith("k 500")]
