@@ -73,7 +73,7 @@ class Line:
         self._polling = self._clock.every(period, self._exchange, f"line {self.place}")
         try:
             self._wait_until(lambda: self._talk.is_ready, device, answer_s, self._talk.unanswered)
-        except DeviceError:
+        except BaseException:  # Ctrl-C too: a board may take seconds to answer
             self.close()
             raise
 
@@ -85,8 +85,8 @@ class Line:
     def require(self, device: str) -> None:
         """Raise DeviceLostError, by the device's name, where the port is lost or its board does not answer."""
         self._require_sound(device)
-        if self._loss:
-            raise DeviceLostError(device, self._with_its_stop(self._loss))
+        if loss := self._loss:
+            raise DeviceLostError(device, self._with_its_stop(loss))
         if not self._talk.is_ready:
             raise DeviceLostError(device, self._with_its_stop(self._talk.unanswered(self.place)))
 
@@ -130,13 +130,14 @@ class Line:
             self._wait()
             if self._loss is None:
                 self._converse()
-            elif self._defect is None:
+            else:
                 self._open_again()
         except PortError as error:
             self._lose(str(error))
         except Exception as defect:  # noqa: BLE001  a talk owes not to raise: told to whoever commands or reads next
             self._defect = defect
             self._lose(f"{self.place} was given up")
+            self._retry_at = math.inf
 
     def _wait(self) -> None:
         """Wait for a byte, for a word, until something is due, or for a moment; not at all in simulated time."""

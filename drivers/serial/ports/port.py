@@ -38,11 +38,12 @@ class Port:
         """Open it, for this process alone; raises PortError."""
         from serial import Serial
 
+        path = self.place
         try:
             path = path_of(self.place)
             self._serial = Serial(path, self.baud, timeout=0, exclusive=True)
         except FAILURES as error:
-            raise PortError(why_closed(self.place, self.baud, error)) from error
+            raise PortError(why_closed(self.place, path, self.baud, error)) from error
 
     @property
     def file(self) -> int | None:
@@ -95,6 +96,6 @@ class Port:
             self._serial = None
 
     def _gone(self) -> PortError:
-        who = holders(self.place)
+        who = holders(str(self._serial.port)) if self._serial else ""
         reader = f", or {who} reads it too" if who else ""
         return PortError(f"{self.place} is gone: it was unplugged, or the board has no power{reader}. Plug it in again")

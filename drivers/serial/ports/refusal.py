@@ -12,8 +12,8 @@ _HELD = {errno.EAGAIN, errno.EBUSY}
 _CLOSED = {errno.EACCES, errno.EPERM}
 
 
-def why_closed(place: str, baud: int, error: Exception) -> str:
-    """Return why pyserial could not open a port, and what to do now."""
+def why_closed(place: str, path: str, baud: int, error: Exception) -> str:
+    """Return why pyserial could not open the port at a place, which is at that path now, and what to do."""
     if isinstance(error, PortMissingError):
         return (
             f"{error}. Plug the board in, by a cable that carries data, or name another: port in the robot's file, or "
@@ -21,10 +21,10 @@ def why_closed(place: str, baud: int, error: Exception) -> str:
         )
     number = getattr(error, "errno", None)
     if number in _HELD:
-        who = holders(place) or "this program already, by another name, or a program that cannot be seen"
+        who = holders(path) or "this program already, by another name, or a program that cannot be seen"
         return f"{place} is held by {who}. End that first"
     if number in _CLOSED:
-        return f"no permission for {place}. sudo usermod -aG {group_of(place)} $USER, then log out and in again"
+        return f"no permission for {place}. sudo usermod -aG {group_of(path)} $USER, then log out and in again"
     if isinstance(error, ValueError):
         return f"{place} cannot be set to {baud} baud ({error}). Correct baud in the robot's file, or take another port"
     return f"{place} cannot be opened as a serial port ({error}). Look whether it is one, and plug it in again"

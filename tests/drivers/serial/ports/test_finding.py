@@ -77,11 +77,10 @@ def test_what_is_no_place_is_refused(place: str) -> None:
 @pytest.mark.parametrize(
     "error, words",
     [
-        (SerialException(errno.EACCES, "denied"), "no permission for /dev/null. sudo usermod -aG root $USER, then log"),
-        (SerialException(errno.EAGAIN, "locked"), "/dev/null is held by "),
-        (ValueError("Failed to set custom baud rate (250000)"), "/dev/null cannot be set to 250000 baud (Failed to"),
-        (SerialException("Could not configure port: (25, 'x')"), "/dev/null cannot be opened as a serial port (Could"),
+        (SerialException(errno.EACCES, "denied"), "no permission for usb:a:b. sudo usermod -aG root $USER, then log"),
+        (ValueError("Failed to set custom baud rate (250000)"), "usb:a:b cannot be set to 250000 baud (Failed to"),
+        (SerialException("Could not configure port: (25, 'x')"), "usb:a:b cannot be opened as a serial port (Could"),
     ],
 )
 def test_why_a_port_is_closed_is_told_with_what_to_do(error: Exception, words: str) -> None:
-    assert why_closed("/dev/null", 250000, error).startswith(words)
+    assert why_closed("usb:a:b", "/dev/null", 250000, error).startswith(words)

@@ -5,11 +5,14 @@ import sys
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+from serial.tools import list_ports
 
 from drivers.serial.ports import line as line_module
 from drivers.serial.ports.line import FIRST_S, Line
+from drivers.serial.ports.waker import Waker
 from robotcore.clock import MonotonicClock, SteppedClock
 from robotcore.errors import DeviceError, DeviceLostError
 from tests.doubles.serial.board import PERIOD_S, Powered
@@ -137,6 +140,19 @@ def test_a_port_on_which_nobody_answers_is_refused(bench: Bench) -> None:
         bench.open()
 
 
+def test_whoever_does_not_wait_for_the_board_leaves_nothing_open(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = _open_files()
+    bench.board.is_deaf = True
+
+    def ctrl_c(_time: float) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(bench.clock, "sleep_until", ctrl_c)
+    with pytest.raises(KeyboardInterrupt):
+        bench.open()
+    assert _open_files() == before
+
+
 def test_a_port_that_is_not_there_is_refused_with_those_that_are(tmp_path: Path) -> None:
     line = Line(str(tmp_path / "none"), Asking(), MonotonicClock())
     with pytest.raises(DeviceError, match=r"wheel: there is no .*none; (there is|no port is there).*Plug the board in"):
@@ -159,13 +175,20 @@ sys.stdin.read()
 """
 
 
-def test_a_port_that_another_program_holds_is_refused_by_its_name(pty: Pty) -> None:
+def test_a_port_that_another_program_holds_is_refused_by_its_name_wherever_it_is_plugged_in(
+    pty: Pty, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    there = SimpleNamespace(device=str(pty.path), vid=0x1A86, pid=0x7523, serial_number=None)
+    monkeypatch.setattr(list_ports, "comports", lambda: [there])
     pipe = subprocess.PIPE
     with subprocess.Popen([sys.executable, "-c", HOLDING, pty.path], stdin=pipe, stdout=pipe) as program:
         assert program.stdout
         program.stdout.readline()
-        with pytest.raises(DeviceError, match=rf"board is held by process {program.pid} \(python.*End that first"):
-            Line(str(pty.path), Asking(), MonotonicClock()).open("wheel", 1.0)
+        for place in (str(pty.path), "usb:1a86:7523"):
+            with pytest.raises(
+                DeviceError, match=rf"{place} is held by process {program.pid} \(python.*End that first"
+            ):
+                Line(place, Asking(), MonotonicClock()).open("wheel", 1.0)
         program.communicate()
 
 
@@ -222,6 +245,26 @@ class TestByAThread:
         line.close()
         powered.off()
         assert board.heard == b"?go"
+
+    def test_a_line_that_was_given_up_waits(
+        self, pty: Pty, clock: MonotonicClock, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        talk, waits, wait = Asking(), list[float](), Waker.wait
+
+        def noted(waker: Waker, file: int | None, seconds: float) -> None:
+            waits.extend([seconds] if file is None else [])
+            wait(waker, file, seconds)
+
+        powered = Powered(Answering(), pty, clock)
+        line = Line(str(pty.path), talk, clock)
+        line.open("wheel", 5.0)
+        monkeypatch.setattr(Waker, "wait", noted)
+        talk.defect = KeyError("side")
+        clock.sleep_until(clock.now() + 2 * FIRST_S)
+        line.close()
+        powered.off()
+        assert waits
+        assert min(waits) > 0
 
     def test_nothing_is_left_open(self, pty: Pty, clock: MonotonicClock) -> None:
         before = _open_files()
