@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
@@ -91,6 +92,21 @@ def test_a_board_that_was_unplugged_is_left_to_its_own_time_out(bench: Bench) ->
     assert f"guardian: {bench.pty.path} is gone: the board stops its motors by itself" in said
 
 
+def test_a_port_that_is_unplugged_is_let_go_lest_the_board_come_back_by_another_name(tmp_path: Path) -> None:
+    with Pty(tmp_path) as pty:
+        cutoff = StopFrame(str(pty.path), 57600, STOP.hex(), has_owner=True)
+        cutoff.open()
+        name = str(pty.path.resolve())
+        pty.unplug()
+        _until(lambda: not _times_open(f"{name} (deleted)"))
+        pty.plug_in()
+        cutoff.arm()
+        assert _times_open(str(pty.path.resolve())) == 2, "one of them the double's"
+        cutoff.stop()
+        cutoff.close()
+        assert pty.heard(1.0) == STOP
+
+
 def test_where_nobody_drives_the_board_is_told_to_stop_and_that_is_all(tmp_path: Path) -> None:
     with Pty(tmp_path) as pty:
         cutoff = StopFrame(str(pty.path), 57600, STOP.hex(), has_owner=False)
@@ -111,3 +127,19 @@ def test_a_program_that_has_the_port_is_told_of_after_the_stop(bench: Bench) -> 
 
     bench.until_heard(STOP, stop)
     cutoff.close()
+
+
+def _until(is_so: Callable[[], bool]) -> None:
+    clock = MonotonicClock()
+    while not is_so():
+        clock.sleep_until(clock.now() + 0.005)
+        assert clock.now() < END_S
+
+
+def _times_open(name: str) -> int:
+    """Return how often this process has a file open."""
+    found = 0
+    for file in Path("/proc/self/fd").iterdir():
+        with suppress(OSError):  # closed meanwhile
+            found += str(file.readlink()) == name
+    return found
