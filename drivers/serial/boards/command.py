@@ -11,6 +11,9 @@ from drivers.serial.boards.settings import Side
 GATHERING_S = 0.001
 """So long a command that turns one motor waits for the other's of the same tick, that both go in one frame."""
 
+OLD_S = 0.5
+"""A command that could not be sent for so long, as in a program that was suspended, turns nothing any more."""
+
 
 class Told(NamedTuple):
     """What the left and the right motor are told, in the board's own unit; positive is forward."""
@@ -28,7 +31,8 @@ class Command:
     """The newest command to both motors of a board; whoever tells one replaces what was not sent yet.
 
     A command is taken once for each time that a motor was told, so that the board's own time-out counts the app's
-    silence. A motor that is told to stand does not wait for the other one's command.
+    silence. A motor that is told to stand does not wait for the other one's command. One that was told to turn too long
+    ago is told to stand instead.
 
     >>> command = Command()
     >>> command.tell("left", 2.0, now=0.0)
@@ -44,11 +48,13 @@ class Command:
         self._told = Told()
         self._fresh: set[Side] = set()
         self._due = math.inf
+        self._told_at = -math.inf
 
     def tell(self, side: Side, value: float, now: float) -> None:
         """Tell one motor; the other one keeps what it was told last."""
         with self._lock:
             self._told = Told(value, self._told.right) if side == "left" else Told(self._told.left, value)
+            self._told_at = now
             self._fresh.add(side)
             is_complete = value == 0 or len(self._fresh) > 1
             self._due = min(self._due, now if is_complete else now + GATHERING_S)
@@ -60,6 +66,8 @@ class Command:
                 return None
             self._fresh.clear()
             self._due = math.inf
+            if now - self._told_at > OLD_S:
+                self._told = Told()
             return self._told
 
     def forget(self) -> None:

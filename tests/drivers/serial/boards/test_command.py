@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import math
 
-from drivers.serial.boards.command import GATHERING_S, Command, Told
+from drivers.serial.boards.command import GATHERING_S, OLD_S, Command, Told
 
 
 def test_a_command_is_taken_once_for_each_time_it_was_told() -> None:
@@ -44,4 +44,11 @@ def test_nothing_is_left_of_what_is_forgotten() -> None:
     command.forget()
     assert command.take(1.0) is None
     command.tell("right", 3.0, 1.0)
-    assert command.take(2.0) == Told(0.0, 3.0)
+    assert command.take(1.5) == Told(0.0, 3.0)
+
+
+def test_what_could_not_be_sent_for_long_turns_nothing_any_more() -> None:
+    command = Command()
+    command.tell("left", 2.0, 0.0)
+    command.tell("right", 2.0, 0.0)
+    assert command.take(2 * OLD_S) == Told() == command.told
