@@ -18,6 +18,8 @@ from robotcore.doctor.batteries import charges
 from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError
 from robotcore.hardware import Fitting, fit
 
+MUTE = "Let them turn for a moment, with the wheels in the air"
+
 
 def examine(backend: Backend, robot: RobotDescription | None, section: str) -> Iterator[Finding]:
     """Yield what is right and what is wrong. Boards are asked, which resets an Arduino; no motor is told to turn."""
@@ -73,10 +75,14 @@ def _port(place: str, baud: int) -> Finding:
 
 def _boards(backend: Backend, robot: RobotDescription, fittings: Iterable[Fitting]) -> Iterator[Finding]:
     """Open what is on the ports, and have it read."""
-    names = frozenset(fitting.name for fitting in fittings if isinstance(fitting.settings, PortSettings))
+    on = {each.name: each.settings for each in fittings if isinstance(each.settings, PortSettings)}
+    mute = [name for name, settings in on.items() if settings.is_mute]
     try:
-        with backend.open(Setup(robot, None, names)) as opened:
-            yield Finding.ok("boards", "; ".join(_told(device) for device in opened.devices.values()))
+        with backend.open(Setup(robot, None, frozenset(on))) as opened:
+            if told := [_told(device) for name, device in opened.devices.items() if name not in mute]:
+                yield Finding.ok("boards", "; ".join(told))
+            if mute:
+                yield Finding.unchecked("boards", f"{' and '.join(mute)}: what they are on never answers", MUTE)
             yield from charges(robot, opened)
     except DeviceGroupError as error:
         yield from map(_failed, error.failures)

@@ -19,6 +19,9 @@ class PortSettings(Described):
 
     usual_baud: ClassVar[int]
 
+    is_mute: ClassVar[bool] = False
+    """Whether nothing ever comes back on the line: then nobody can tell whether a board is there."""
+
     port: PortPlace
     baud: Annotated[int, Field(ge=300, le=4_000_000)] | None = None
 

@@ -8,13 +8,20 @@ import pytest
 
 from drivers.serial.backend import SECTION, SerialBackend
 from robotcore.backend import Setup
+from robotcore.clock import MonotonicClock
 from robotcore.description import RobotDescription, load_robot
 from robotcore.doctor import Level
 from robotcore.errors import DescriptionError, DeviceError, UsageError
 from tests.doubles.serial.bench import wired
+from tests.doubles.serial.board import Powered
 from tests.doubles.serial.pty import Pty
+from tests.doubles.serial.rosarduino import OurDouble
+from tests.drivers.serial.boards.rosarduino.rig import WHEELS
 
 MODEL = {"forward_rad_s": 16.0, "backward_rad_s": 16.0}
+WHEELS_THAT_STAND = (
+    "left_motor is there; right_motor is there; left_encoder reads 0.00 rad; right_encoder reads 0.00 rad. "
+)
 
 
 def motor(side: str, **settings: Any) -> dict[str, Any]:
@@ -108,11 +115,19 @@ class TestDoctor:
     def found(self, robot: RobotDescription | None) -> list[tuple[str, Level, str]]:
         return [(each.what, each.level, f"{each.said}. {each.remedy}") for each in SerialBackend().examine(robot)]
 
-    def test_boards_that_are_there_are_opened_and_read(self, robot: RobotDescription, pty: Pty) -> None:
-        found = self.found(robot)
-        assert [level for _, level, _ in found] == [Level.OK] * 4
-        assert found[2] == ("port", Level.OK, f"{pty.path} opens at 9600 baud. ")
-        assert found[3] == ("boards", Level.OK, "left_motor is there; right_motor is there. ")
+    def test_boards_that_never_answer_are_not_said_to_be_there(self, robot: RobotDescription, pty: Pty) -> None:
+        *_, port, boards = self.found(robot)
+        assert port == ("port", Level.OK, f"{pty.path} opens at 9600 baud. ")
+        assert boards[:2] == ("boards", Level.WARNING)
+        assert boards[2].startswith("could not be checked: left_motor and right_motor: what they are on never answers")
+
+    def test_boards_that_answer_are_opened_and_read(self, pty: Pty) -> None:
+        clock = MonotonicClock()
+        powered = Powered(OurDouble(), pty, clock)
+        *_, boards = self.found(wired(load_robot("rover"), WHEELS, pty.path))
+        powered.off()
+        clock.close()
+        assert boards == ("boards", Level.OK, WHEELS_THAT_STAND)
 
     def test_a_port_that_is_not_there_is_an_error_and_nothing_is_opened(self) -> None:
         *_, last = self.found(robot_on("/dev/nowhere", motor("left"), motor("right")))

@@ -46,6 +46,7 @@ class SabertoothSettings(BoardSettings):
 
     speaks: ClassVar[str] = "Sabertooth packet serial"
     usual_baud: ClassVar[int] = 9600
+    is_mute: ClassVar[bool] = True
 
     address: Annotated[int, Field(ge=LOWEST_ADDRESS, le=HIGHEST_ADDRESS)] = LOWEST_ADDRESS
     motor: MotorNumber
