@@ -9,7 +9,7 @@ from robotcore.drive import Wheels
 from tests.system.firmware.bench import HZ, Bench
 from tests.system.firmware.wiring import SILENCE_S, SOUND_M_S
 
-FOREVER_S = 1e9
+FOREVER = 2**64 - 1
 
 
 class SimulatedRobot:
@@ -27,8 +27,8 @@ class SimulatedRobot:
         return self._bench.cycles / HZ
 
     def ask_until(self, time: float) -> None:
-        """Let the AVR run until then, and only creep on; without end by `inf`, as it begins."""
-        self._bench.asked = round(min(time, FOREVER_S) * HZ)
+        """Let the AVR run until then, and wait for whoever is to read its line; freely by `inf`, as it begins."""
+        self._bench.asked = FOREVER if math.isinf(time) else round(time * HZ)
 
     @property
     def angles(self) -> Wheels:

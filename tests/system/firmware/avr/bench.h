@@ -29,7 +29,7 @@ struct bench {
 	double battery_mv;          /* told from outside: at the analog pin */
 	double noise;               /* told from outside: the share of bytes that the line spoils, both ways */
 	uint64_t cycles;            /* the AVR's time */
-	uint64_t asked;             /* told from outside: beyond that time nobody waits for it, and it only creeps */
+	uint64_t asked;             /* told from outside: until when somebody waits for it; then it creeps. All ones: it runs */
 	int64_t is_listening;       /* whether the bootloader has handed over */
 };
 

@@ -7,6 +7,7 @@
 #include <simavr/avr_uart.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/ioctl.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -100,6 +101,18 @@ int line_exchange(avr_t *avr)
 			filled = got;
 	}
 	return is_open && !was_open;
+}
+
+/* Only the other end knows: it is opened for a moment. */
+int line_is_unread(void)
+{
+	int unread = 0, end = is_open ? ioctl(master, TIOCGPTPEER, O_RDONLY | O_NOCTTY | O_NONBLOCK | O_CLOEXEC) : -1;
+
+	if (end < 0)
+		return 0;
+	ioctl(end, FIONREAD, &unread);
+	close(end);
+	return unread > 0;
 }
 
 static avr_cycle_count_t byte_cycles(avr_t *avr)

@@ -18,6 +18,9 @@ int line_exchange(avr_t *avr);
 /* Feed what was written into the UART, a byte in each byte's time. Tells `line` when a CR ends one. */
 void line_feed(avr_t *avr);
 
+/* Whether the other end has the line open and has yet to read something. */
+int line_is_unread(void);
+
 /* Forget what has not been fed. */
 void line_flush(void);
 

@@ -20,16 +20,23 @@
 #include "tell.h"
 #include "wheels.h"
 
-enum { HZ = 16000000, STEP = 800, STEPS_A_SLICE = 20, LOOK = 32, MILLIVOLT = 5000, CREEP = 20, NICE = 10 };
-/* Wheels take a step of 50 us; the world outside is looked at every millisecond, a pulse's edge every 2 us. */
+enum {
+	HZ = 16000000,
+	MILLIVOLT = 5000,
+	STEP = 800,           /* wheels take a step of 50 us */
+	STEPS_A_SLICE = 20,   /* the world outside is looked at every millisecond */
+	LOOK = 32,            /* a pulse has its edges within 2 us */
+	CREEP = 20,           /* so many times slower than real time */
+	NAP_NS = 100000,
+	NICE = 10,
+	BOOTLOADER = 0x7E00,  /* its place is empty, but for an endless loop */
+};
 
 static const uint16_t HERE = 0xCFFF; /* rjmp .-2 */
 
 static struct bench *bench;
 static avr_run_t run_normally;
 static avr_cycle_count_t boots_until;
-static uint8_t *hung;
-static uint8_t unhung[2];
 
 /* What simavr has to say goes to stderr, errors alone: stdout is ours. */
 static void log_error(avr_t *avr, const int level, const char *format, va_list given)
@@ -51,6 +58,7 @@ static avr_t *made(const char *elf)
 	firmware.frequency = HZ;
 	avr_load_firmware(avr, &firmware);
 	avr->vcc = avr->avcc = avr->aref = MILLIVOLT;
+	memcpy(avr->flash + BOOTLOADER, &HERE, sizeof HERE);
 	run_normally = avr->run;
 	return avr;
 }
@@ -65,28 +73,18 @@ static struct bench *shared(const char *path)
 	return memory;
 }
 
-static void unhang(void)
-{
-	if (hung)
-		memcpy(hung, unhung, sizeof unhung);
-	hung = NULL;
-}
-
-/* Where interrupts are on: simavr's watchdog, unlike a real one, never resets a program that keeps them off. */
+/* Outside of every interrupt, so that they are served: simavr's watchdog, unlike a real one, never resets a program that
+ * keeps them off. */
 static void hang(avr_t *avr)
 {
-	unhang();
 	while (!avr->sreg[S_I])
 		avr_run(avr);
-	hung = avr->flash + avr->pc;
-	memcpy(unhung, hung, sizeof unhung);
-	memcpy(hung, &HERE, sizeof HERE);
+	avr->pc = BOOTLOADER;
 	tell(avr, "hangs");
 }
 
 static void reset(avr_t *avr)
 {
-	unhang();
 	line_flush();
 	avr_reset(avr);
 	boots_until = avr->cycle + (avr_cycle_count_t)(bench->bootloader_s * HZ);
@@ -102,10 +100,8 @@ static void run(avr_t *avr, avr_cycle_count_t end)
 			continue;
 		}
 		avr->run_cycle_limit = LOOK;
-		if (avr->run != run_normally) {
-			unhang(); /* this very call resets it */
-			tell(avr, "watchdog");
-		}
+		if (avr->run != run_normally)
+			tell(avr, "watchdog"); /* this very call resets it */
 		if (avr_run(avr) >= cpu_Done)
 			errx(1, "the sketch has crashed the AVR at %04x", avr->pc);
 		sonar_pass(avr, bench);
@@ -171,14 +167,20 @@ static void keep_real_time(avr_cycle_count_t cycle)
 		nanosleep(&nap, NULL);
 }
 
-/* Where nobody waits for the AVR, let it go on at a twentieth of its pace: time stands all but still for a program that
- * is busy, and what only waits for an answer gets it. */
+/* Whether the program that drives has yet to come: nobody waits for more of the AVR's time, or what was sent lies there. */
+static int is_ahead(avr_cycle_count_t cycle)
+{
+	return bench->asked != UINT64_MAX && (cycle > bench->asked || line_is_unread());
+}
+
+/* Then go on at a fraction of the pace: time stands all but still for a program that is busy, or that a busy machine
+ * keeps waiting; and who waits for an answer gets it. */
 static void creep(avr_cycle_count_t cycle)
 {
-	static const struct timespec millisecond = { .tv_nsec = 1000000 };
+	static const struct timespec nap = { .tv_nsec = NAP_NS };
 
-	for (int naps = 0; naps < CREEP && cycle > bench->asked; naps++)
-		nanosleep(&millisecond, NULL);
+	for (long slept = 0; slept < CREEP * 1000000L && is_ahead(cycle); slept += NAP_NS)
+		nanosleep(&nap, NULL);
 }
 
 int main(int count, char **given)
