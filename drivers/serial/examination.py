@@ -110,7 +110,7 @@ def _in_words(sample: Any) -> str:
         case Range(distance=distance):
             return f"{distance:.2f} m"
         case Angle(angle=angle):
-            return f"{angle:.2f} rad"
+            return f"{round(angle, 2) + 0.0:.2f} rad"  # no -0.00
         case Voltage(voltage=voltage):
             return f"{voltage:.1f} V"
     return "something"

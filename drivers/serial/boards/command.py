@@ -9,10 +9,10 @@ from typing import NamedTuple
 from drivers.serial.boards.settings import Side
 
 GATHERING_S = 0.001
-"""So long a command that turns one motor waits for the other's of the same tick, that both go in one frame."""
+"""So long a command to one motor waits for the other's of the same tick, that both go in one frame."""
 
-OLD_S = 0.5
-"""A command that could not be sent for so long, as in a program that was suspended, turns nothing any more."""
+OLD_S = 0.25
+"""What a motor was told longer ago turns it no more: the program was suspended, and the motor stopped meanwhile."""
 
 
 class Told(NamedTuple):
@@ -31,8 +31,8 @@ class Command:
     """The newest command to both motors of a board; whoever tells one replaces what was not sent yet.
 
     A command is taken once for each time that a motor was told, so that the board's own time-out counts the app's
-    silence. A motor that is told to stand does not wait for the other one's command. One that was told to turn too long
-    ago is told to stand instead.
+    silence. A frame has both motors: one that was told nothing for long stands in it, lest the other one's stop turn
+    it again.
 
     >>> command = Command()
     >>> command.tell("left", 2.0, now=0.0)
@@ -46,17 +46,17 @@ class Command:
     def __init__(self) -> None:
         self._lock = Lock()
         self._told = Told()
+        self._told_at: dict[Side, float] = {}
         self._fresh: set[Side] = set()
         self._due = math.inf
-        self._told_at = -math.inf
 
     def tell(self, side: Side, value: float, now: float) -> None:
         """Tell one motor; the other one keeps what it was told last."""
         with self._lock:
             self._told = Told(value, self._told.right) if side == "left" else Told(self._told.left, value)
-            self._told_at = now
+            self._told_at[side] = now
             self._fresh.add(side)
-            is_complete = value == 0 or len(self._fresh) > 1
+            is_complete = self._told.stops or len(self._fresh) > 1
             self._due = min(self._due, now if is_complete else now + GATHERING_S)
 
     def take(self, now: float) -> Told | None:
@@ -66,8 +66,7 @@ class Command:
                 return None
             self._fresh.clear()
             self._due = math.inf
-            if now - self._told_at > OLD_S:
-                self._told = Told()
+            self._told = Told(self._in_force("left", now), self._in_force("right", now))
             return self._told
 
     def forget(self) -> None:
@@ -85,3 +84,7 @@ class Command:
     def next_due(self) -> float:
         """When `take` has something, on the clock of ``now``; `inf` where nobody was told anything new."""
         return self._due
+
+    def _in_force(self, side: Side, now: float) -> float:
+        is_old = now - self._told_at.get(side, -math.inf) > OLD_S
+        return 0.0 if is_old else self._told.left if side == "left" else self._told.right

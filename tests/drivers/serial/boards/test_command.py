@@ -29,13 +29,32 @@ def test_a_motor_told_again_does_not_wait_longer() -> None:
     assert command.take(GATHERING_S) == Told(3.0, 0.0)
 
 
-def test_a_stop_waits_for_nobody() -> None:
+def test_both_are_stopped_in_one_frame() -> None:
     command = Command()
     command.tell("left", 2.0, 0.0)
     command.tell("right", 2.0, 0.0)
     command.take(0.0)
-    command.tell("right", 0.0, 1.0)
-    assert command.take(1.0) == Told(2.0, 0.0)
+    command.tell("left", 0.0, 0.1)
+    assert command.take(0.1) is None
+    command.tell("right", 0.0, 0.1)
+    assert command.take(0.1) == Told()
+
+
+def test_one_motor_is_stopped_alone_and_at_once_where_the_other_one_stands() -> None:
+    command = Command()
+    command.tell("left", 2.0, 0.0)
+    command.take(GATHERING_S)
+    command.tell("left", 0.0, 0.1)
+    assert command.take(0.1) == Told()
+
+
+def test_a_stop_does_not_turn_the_other_motor_by_what_it_was_told_long_ago() -> None:
+    command = Command()
+    command.tell("left", 2.0, 0.0)
+    command.tell("right", 2.0, 0.0)
+    command.take(0.0)
+    command.tell("left", 0.0, 2 * OLD_S)
+    assert command.take(3 * OLD_S) == Told()
 
 
 def test_nothing_is_left_of_what_is_forgotten() -> None:
@@ -44,7 +63,7 @@ def test_nothing_is_left_of_what_is_forgotten() -> None:
     command.forget()
     assert command.take(1.0) is None
     command.tell("right", 3.0, 1.0)
-    assert command.take(1.5) == Told(0.0, 3.0)
+    assert command.take(1.0 + GATHERING_S) == Told(0.0, 3.0)
 
 
 def test_what_could_not_be_sent_for_long_turns_nothing_any_more() -> None:
