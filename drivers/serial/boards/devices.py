@@ -52,7 +52,7 @@ class BoardMotor(Motor):
 class BoardSensor(Sensor[SampleT], Generic[SampleT]):
     """Something that a board tells of by itself or is asked for all the time; ``tell`` returns what it told last.
 
-    None is that it has not told anything yet. While the line is lost it is read no more.
+    None is that it has not told anything yet. While the line is lost it is read no more, nor is what was told before.
     """
 
     def __init__(self, name: str, line: Line, tell: Callable[[], SampleT | None]) -> None:
@@ -67,6 +67,7 @@ class BoardSensor(Sensor[SampleT], Generic[SampleT]):
         self._line.require(self.name)
         if (sample := self._tell()) is None:
             raise DeviceError(self.name, self._untold)
+        self._line.require_since_lost(self.name, sample.time)
         return sample
 
     @property

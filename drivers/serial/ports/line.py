@@ -44,7 +44,7 @@ class Line:
         self._talk, self._clock = talk, clock
         self._loss: str | None = None
         self._defect: Exception | None = None
-        self._free_at = self._retry_at = -math.inf
+        self._free_at = self._retry_at = self._lost_at = -math.inf
         self._back_off = FIRST_S
         self._polling: Polling | None = None
         self._waker: Waker | None = None
@@ -89,6 +89,12 @@ class Line:
             raise DeviceLostError(device, self._with_its_stop(loss))
         if not self._talk.is_ready:
             raise DeviceLostError(device, self._with_its_stop(self._talk.unanswered(self.place)))
+
+    def require_since_lost(self, device: str, heard_at: float) -> None:
+        """Raise DeviceLostError where what was heard then is from before the line was lost; all else as `require`."""
+        self.require(device)
+        if heard_at < self._lost_at:
+            raise DeviceLostError(device, f"the board on {self.place} is back, and has not told anything of it yet")
 
     def wait_until(self, is_so: Callable[[], bool], device: str, within_s: float, fault: str) -> None:
         """Let time pass until something is so; raises DeviceError with the fault where it takes longer."""
@@ -147,6 +153,7 @@ class Line:
             self._waker.wait(self._port.file, min(max(0.0, due - now), WAITING_S))
 
     def _converse(self) -> None:
+        was_ready = self._talk.is_ready
         if data := self._port.read():
             self._talk.receive(data, self._clock.now())
         if self._talk.is_ready:
@@ -155,11 +162,14 @@ class Line:
         if now >= self._free_at and (sent := self._talk.due(now)):
             self._free_at = now + len(sent) * BITS_A_BYTE / self._talk.baud
             self._port.write(sent)
+        if was_ready and not self._talk.is_ready:
+            self._lost_at = now
 
     def _lose(self, loss: str) -> None:
         self._loss = loss
         self._port.close()
-        self._retry_at = self._clock.now() + self._back_off
+        self._lost_at = self._clock.now()
+        self._retry_at = self._lost_at + self._back_off
         self._back_off = min(2 * self._back_off, LONGEST_S)
 
     def _open_again(self) -> None:

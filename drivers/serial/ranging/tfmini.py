@@ -100,7 +100,9 @@ class LightSensor(RangeSensor):
 
     def _newest(self) -> Range:
         self._line.require(self.name)
-        return self._findings.newest.get()
+        newest = self._findings.newest.get()
+        self._line.require_since_lost(self.name, newest.time)
+        return newest
 
     def _release(self) -> None:
         self._line.close()

@@ -35,7 +35,9 @@ class Sonar(BoardSensor[Range], RangeSensor):
 
     def _newest(self) -> Range:
         self._line.require(self.name)
-        return self._findings.newest.get()
+        newest = self._findings.newest.get()
+        self._line.require_since_lost(self.name, newest.time)
+        return newest
 
 
 class Ranges:

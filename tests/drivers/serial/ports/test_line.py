@@ -109,6 +109,19 @@ def test_a_board_that_has_not_answered_since_it_came_back_is_lost_still(bench: B
         bench.line.require("wheel")
 
 
+def test_what_was_heard_before_the_port_was_lost_is_not_told_as_if_it_had_never_been(bench: Bench) -> None:
+    bench.open()
+    heard_at = bench.clock.now()
+    bench.line.require_since_lost("wheel", heard_at)
+    bench.lose()
+    bench.pty.plug_in()
+    bench.pass_by(2 * FIRST_S)
+    bench.line.require("wheel")
+    with pytest.raises(DeviceLostError, match=r"wheel: the board on .*board is back, and has not told anything"):
+        bench.line.require_since_lost("wheel", heard_at)
+    bench.line.require_since_lost("wheel", bench.clock.now())
+
+
 def test_a_lost_port_is_tried_ever_more_seldom(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     bench.open().lose()
     tried: list[float] = []
