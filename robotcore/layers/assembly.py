@@ -19,7 +19,7 @@ from robotcore.description import (
     RobotDescription,
 )
 from robotcore.devices import Battery, Camera, Device, Motor, RangeSensor
-from robotcore.errors import DeviceError, UnknownNameError, UnmetNeedError
+from robotcore.errors import DeviceLostError, UnknownNameError, UnmetNeedError
 from robotcore.geometry import Pose
 from robotcore.layers.age import Age
 from robotcore.layers.conditions import PERFECT, Conditioned
@@ -41,7 +41,7 @@ class Assembled:
     """A robot as an app gets it, and what its run needs besides.
 
     The clock that its loop ticks, the latch that ends its run, its drive's stage, the brakes on every motor, and what a
-    watchdog looks at. ``halts`` stop drive and lone motors between two ticks, for a cause.
+    watchdog looks at. ``halts`` stop the drive and each lone motor between two ticks, for a cause.
     """
 
     robot: Robot
@@ -52,17 +52,14 @@ class Assembled:
     where: Whereabouts
     halts: tuple[Callable[[str], None], ...] = ()
 
-    def suspend(self) -> None:
-        """Stop what moves, each motor on its own, before the program is suspended; the app has not commanded it."""
+    def halt(self, cause: str) -> None:
+        """Stop what moves between two ticks, for a cause that is no command of the app's.
+
+        Every motor is tried. One that is lost does not hear it; raises what else is wrong.
+        """
         with ExitStack() as each:
             for halt in self.halts:
-                each.callback(halt, "suspension")
-
-    def stand(self) -> None:
-        """Stop what moves while a device is lost; a motor that is lost itself does not hear it."""
-        for halt in self.halts:
-            with suppress(DeviceError):
-                halt("lost device")
+                each.callback(_halted, halt, cause)
 
 
 def needed_devices(description: RobotDescription, needs: Iterable[Role], wants: Iterable[Role] = ()) -> frozenset[str]:
@@ -126,6 +123,11 @@ def assemble(
     robot = Robot(raw.name, app_clock, devices.values(), drive=guarded.drive if guarded else None, release=raw.close)
     halts = (*([guarded.suspend] if guarded else []), *(motor.suspend for motor in lone))
     return Assembled(robot, ticks, latch, guarded.stage if guarded else None, brakes, where, halts)
+
+
+def _halted(halt: Callable[[str], None], cause: str) -> None:
+    with suppress(DeviceLostError):
+        halt(cause)
 
 
 def _role(name: Role | str) -> Role:

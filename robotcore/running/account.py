@@ -54,7 +54,7 @@ def told(plan: Plan, loop: Loop | None, judgement: Judgement, ending: Ending, wa
         milestones=dict(loop.trace.milestones) if loop else {},
         conditions=plan.drawn,
         faults=[str(fault) for fault in plan.faults],
-        notes=[*plan.notes, *((*loop.trace.warnings, *loop.outages.notes) if loop else ())],
+        notes=[*plan.notes, *((*loop.trace.warnings, *loop.outages.notes(loop.time)) if loop else ())],
         batteries=dict(loop.trace.batteries) if loop else {},
         trace_sha256=loop.trace.sha256 if loop else None,
         error=error,

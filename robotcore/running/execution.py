@@ -130,7 +130,7 @@ class Execution:
             safety.outage_s,
         )
         self._interrupts.stop_with(self._last_resort)
-        self._interrupts.suspend_with(assembled.suspend, self._let_sensors_wake, is_to_wait=True)
+        self._interrupts.suspend_with(partial(assembled.halt, "suspension"), self._let_sensors_wake, is_to_wait=True)
         run = Run(plan.request, plan.behaviour, plan.description, plan.world, assembled.robot, truth, stop, plan.faults)
         with self._interrupts.put_off():
             for observer in self._observers:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 from robotcore.behaviour import Behaviour, Status
+from robotcore.devices import Motor, Sensor
 from robotcore.drive import DifferentialDrive
 from robotcore.errors import BehaviourError, DeviceError, DeviceLostError, Interrupted, RobotcoreError, UsageError
 from robotcore.layers import Assembled
@@ -13,7 +15,7 @@ from robotcore.running.interrupts import Recalled
 from robotcore.running.outages import Outages
 from robotcore.running.outcome import Outcome
 from robotcore.running.trace import TickRecord, Trace
-from robotcore.safety import Commit, Intervention, Stay
+from robotcore.safety import LOST, Commit, Intervention, Stay
 
 TickObserver = Callable[[TickRecord], None]
 
@@ -24,7 +26,7 @@ class Loop:
     """Runs a behaviour on a robot until it ends, or until ``timeout`` seconds of the robot's time.
 
     ``stepping`` and ``watching`` are what a watchdog is told of the app's step and of the observers. A device that is
-    lost may be away for ``outage`` seconds: the robot stands meanwhile.
+    lost may be away for ``outage`` seconds: the robot stands meanwhile, and the app is not asked.
     """
 
     def __init__(
@@ -41,7 +43,7 @@ class Loop:
         self.robot, self._clock = assembled.robot, assembled.clock
         self._latch, self._stage, self._where = assembled.latch, assembled.stage, assembled.where
         self._stepping, self._watching = stepping, watching
-        self._stand = assembled.stand
+        self._stand = partial(assembled.halt, LOST)
         self.outages = Outages(outage)
         self._drive = assembled.robot.drive if assembled.stage else None
         self.behaviour = behaviour
@@ -116,6 +118,7 @@ class Loop:
         self._warnings += self._gauges.read(self._clock.now())
         commit, lost = _IDLE, None
         try:
+            self._require_back()
             status = self._decide()
             self._latch.check()
             if self._stage:
@@ -131,6 +134,18 @@ class Loop:
         """Stop the wheels."""
         if self._stage:
             self._stage.stop()
+
+    def _require_back(self) -> None:
+        """Ask all that was lost whether it is back; raises DeviceLostError where it is not.
+
+        A display is not asked: whoever shows something on it hears.
+        """
+        for name in self.outages.lost:
+            match self.robot.devices.get(name):
+                case Sensor() as sensor:
+                    sensor.read()
+                case Motor() as motor:
+                    motor.stop()
 
     @staticmethod
     def _track(drive: DifferentialDrive) -> None:
@@ -178,11 +193,19 @@ class Loop:
 
     def _let_time_pass(self) -> None:
         self._next += self._period
-        try:
-            is_ahead = self._clock.sleep_until(self._next)
-        except DeviceLostError as lost:  # the deadman could not reach a motor
-            self._bear(lost)
-            return
-        if not is_ahead:
+        if not self._sleep():
             self.overruns += 1
             self._next = self._clock.now()
+
+    def _sleep(self) -> bool:
+        """Let time pass until the next tick; return whether that was still ahead.
+
+        Where the deadman could not reach a motor that may be lost for a while, whoever commands it next is told.
+        """
+        while True:
+            try:
+                return self._clock.sleep_until(self._next)
+            except DeviceLostError:  # noqa: PERF203  the next one may be another motor's
+                if not self.outages.are_borne:
+                    raise
+                self._stand()

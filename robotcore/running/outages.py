@@ -6,31 +6,43 @@ from robotcore.errors import DeviceLostError
 
 
 class Outages:
-    """Tells whether a run may go on without a device that is lost, for up to ``limit`` seconds at a time."""
+    """Tells whether a run may go on without a device that is lost, for up to ``limit`` seconds at a time.
+
+    ``lost`` are the names of those that are, in the order in which they were missed: it ends when all are back.
+    """
 
     def __init__(self, limit: float) -> None:
+        self.lost: list[str] = []
         self._limit = limit
-        self._since: float | None = None
-        self._lost = ""
+        self._since = 0.0
         self._told: list[tuple[str, float]] = []
+
+    @property
+    def are_borne(self) -> bool:
+        """Whether a loss is waited for at all."""
+        return self._limit > 0
 
     def bears(self, lost: DeviceLostError, now: float) -> bool:
         """Take in a tick in which a device was lost; return whether there may be another one."""
-        if self._since is None:
-            self._since, self._lost = now, lost.device
+        if not self.are_borne:
+            return False
+        if not self.lost:
+            self._since = now
+        if lost.device not in self.lost:
+            self.lost.append(lost.device)
         return now - self._since < self._limit
 
     def end(self, now: float) -> None:
         """Take in a tick in which nothing was lost."""
-        if self._since is not None:
-            self._told.append((self._lost, now - self._since))
-            self._since = None
+        if self.lost:
+            self._told.append((self.lost[0], now - self._since))
+            self.lost.clear()
 
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What the end of a run tells of those that are over: which devices, how often, how long in all."""
+    def notes(self, now: float) -> tuple[str, ...]:
+        """Return what the end of a run tells: which devices, how often, how long in all; and what was not back."""
         names = sorted({name for name, _ in self._told})
-        return tuple(map(self._note, names))
+        away = f"{', '.join(self.lost)} was lost for the last {now - self._since:.1f} s; the robot stood"
+        return (*map(self._note, names), *([away] if self.lost else ()))
 
     def _note(self, device: str) -> str:
         lengths = [length for name, length in self._told if name == device]

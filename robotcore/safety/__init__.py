@@ -7,12 +7,13 @@ from robotcore.safety.following import WheelsFollow
 from robotcore.safety.intervention import REST, Intervention
 from robotcore.safety.latch import Latch
 from robotcore.safety.rules import AccelerationLimit, DistanceAhead, RangeGuard, Rule, VelocityLimit, stopping_distance
-from robotcore.safety.stage import Commit, SafetyStage, Stage
+from robotcore.safety.stage import LOST, Commit, SafetyStage, Stage
 from robotcore.safety.unchanging import RangesChange
 from robotcore.safety.watchdog import Watchdog
 from robotcore.safety.whereabouts import Stay, Whereabouts
 
 __all__ = [
+    "LOST",
     "REST",
     "AccelerationLimit",
     "Brakes",

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from threading import get_ident
 
 from robotcore.devices import Motor
-from robotcore.errors import DeviceError
+from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.safety.errand import Errand
 
 STOP_S = 0.2
@@ -70,10 +70,10 @@ class Brakes:
         return any(brake.is_hung for brake in self._brakes)
 
     def apply(self) -> None:
-        """Stop every motor; raise the first failure when all were tried."""
+        """Stop every motor; raise the first failure when all were tried, before one that is lost one that is there."""
         failures = self._in_turn() if get_ident() == self._home else self.apply_apart()
         if failures:
-            raise failures[0]
+            raise min(failures, key=lambda failure: isinstance(failure, DeviceLostError))
 
     def apply_apart(self, within_s: float = STOP_S) -> list[Exception]:
         """Stop every motor in a thread of its own; return what failed, within that time."""

@@ -10,12 +10,16 @@ from typing import NamedTuple, Protocol
 from robotcore.clock import Clock
 from robotcore.devices import Motor, invalid_velocity
 from robotcore.drive import Wheels
+from robotcore.errors import DeviceLostError
 from robotcore.safety.brakes import Brakes
 from robotcore.safety.deadman import Deadman
 from robotcore.safety.intervention import REST, Intervention
 from robotcore.safety.latch import Latch
 from robotcore.safety.patience import Patiently
 from robotcore.safety.rules import Rule
+
+LOST = "lost device"
+"""Why the robot stands, as interventions name it, while it waits for a device."""
 
 
 class Commit(NamedTuple):
@@ -98,9 +102,14 @@ class SafetyStage:
             self._deadman.rest()
 
     def suspend(self, cause: str) -> None:
-        """Stop both motors between two ticks: it is no command, so the next tick tells it as an intervention."""
+        """Stop both motors between two ticks: it is no command, so the next tick tells it as an intervention.
+
+        What a tick that was broken off had asked for is forgotten: the next one would send it, and nobody asked then.
+        """
         with Patiently(self._lock):
             now = self._clock.now()
+            self._asked, self._is_stopped = None, False
+            self._changes.clear()
             if self._sent != REST:
                 self._cuts.append(Intervention(now, cause, self._sent, REST))
             self._halt(now)
@@ -151,6 +160,9 @@ class SafetyStage:
         if not self._is_overtaken:
             try:
                 sent = Wheels(self._left.set_velocity(wheels.left), self._right.set_velocity(wheels.right))
+            except DeviceLostError:
+                self.suspend(LOST)
+                raise
             except Exception:
                 self._halt(self._clock.now())
                 raise
@@ -176,7 +188,9 @@ class SafetyStage:
         return wheels
 
     def _cut(self, expiry: float) -> None:
-        self._cuts.append(Intervention(expiry, "deadman", self._sent, REST))
+        """Stop both motors; where a stop had failed, once more."""
+        if self._sent != REST:
+            self._cuts.append(Intervention(expiry, "deadman", self._sent, REST))
         self._halt(expiry)
 
     def _cut_off(self) -> None:
