@@ -14,6 +14,9 @@ GATHERING_S = 0.001
 OLD_S = 0.25
 """What a motor was told longer ago turns it no more: the program was suspended, and the motor stopped meanwhile."""
 
+AGAIN_S = 0.1
+"""So often boards that acknowledge nothing are told again that they stand."""
+
 
 class Told(NamedTuple):
     """What the left and the right motor are told, in the board's own unit; positive is forward."""
@@ -49,6 +52,7 @@ class Command:
         self._told_at: dict[Side, float] = {}
         self._fresh: set[Side] = set()
         self._due = math.inf
+        self._sent_at = -math.inf
 
     def tell(self, side: Side, value: float, now: float) -> None:
         """Tell one motor; the other one keeps what it was told last."""
@@ -65,8 +69,19 @@ class Command:
             if now < self._due:
                 return None
             self._fresh.clear()
-            self._due = math.inf
+            self._due, self._sent_at = math.inf, now
             self._told = Told(self._in_force("left", now), self._in_force("right", now))
+            return self._told
+
+    def again(self, now: float) -> Told | None:
+        """Return the stop, where both stand and were told so `AGAIN_S` ago: that may have been lost in noise.
+
+        None where it is not time yet, or one turns: the board's own time-out counts from what the app told.
+        """
+        with self._lock:
+            if not self._told.stops or now < self._sent_at + AGAIN_S:
+                return None
+            self._sent_at = now
             return self._told
 
     def forget(self) -> None:
@@ -77,13 +92,18 @@ class Command:
 
     @property
     def told(self) -> Told:
-        """What both were told last, sent or not; a board that wants to hear again that it stands is told this."""
+        """What both were told last, sent or not."""
         return self._told
 
     @property
     def next_due(self) -> float:
         """When `take` has something, on the clock of ``now``; `inf` where nobody was told anything new."""
         return self._due
+
+    @property
+    def again_due(self) -> float:
+        """When `again` has something; `inf` where one turns."""
+        return self._sent_at + AGAIN_S if self._told.stops else math.inf
 
     def _in_force(self, side: Side, now: float) -> float:
         is_old = now - self._told_at.get(side, -math.inf) > OLD_S

@@ -37,7 +37,7 @@ class PortSettings(Described):
         return (port, Connection("side", self.speaks, f"{what} at {self.port}")) if what else (port,)
 
 
-class BoardSettings(PortSettings):
+class TimeoutSettings(PortSettings):
     """A motor board's own time-out, in seconds: it stops its motors where it has heard no command for so long."""
 
     board_timeout_s: Annotated[float, Field(ge=0.1, le=5)] = 0.5
@@ -47,7 +47,10 @@ Side = Literal["left", "right"]
 """Which of a board's two motors, or encoders, it is; swap the two where the robot turns the wrong way."""
 
 
-class SideSettings(BoardSettings):
+class SideSettings(PortSettings):
     """One of a board's two sides."""
 
     side: Side
+
+    def at(self, what: str = "") -> tuple[Connection, ...]:
+        return super().at(f"{self.side} {what}")

@@ -5,15 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from drivers.serial.boards.command import Command, Told
+from drivers.serial.boards.command import Told
 from drivers.serial.boards.hoverboard.mixer import Mixed, Mixer
 from drivers.serial.boards.hoverboard.protocol import Feedback, Parser, command
+from drivers.serial.boards.talk import BoardTalk
 from drivers.serial.boards.turning import Turning
-from drivers.serial.ports.talk import Talk
 from robotcore.devices import Voltage
-
-REPEAT_S = 0.1
-"""So often a robot that stands is told so: a board that hears nothing for 0.8 s beeps, and counts it as a fault."""
 
 PAUSE_S = 0.005
 """Commands are this far apart: the board takes 8 bytes and a pause for one, 16 bytes for none."""
@@ -22,70 +19,61 @@ SILENCE_S = 0.4
 """A board that has told nothing for longer is lost. It is silent for 0.3 s while it beeps that its motors are on."""
 
 
-class HoverboardTalk(Talk):
+class HoverboardTalk(BoardTalk):
     """Sends what the wheels are told, mixed as the board wants it, and adds up what it measures.
+
+    A robot that stands is told so again and again: a board that hears nothing for 0.8 s beeps, and counts a fault.
 
     ``left`` and ``right`` have what each motor turned, in rpm times seconds, as the motors are mounted: the measured
     speeds over the times in which they came. While the board is silent nothing is added, for nobody measured it.
     """
 
+    silence_s = SILENCE_S
+    usual_timeout_s = 0.8
+    """SERIAL_TIMEOUT in the firmware's config.h; it cannot be told otherwise."""
+
     def __init__(self, baud: int) -> None:
-        self.baud = baud
-        self.command = Command()
+        super().__init__(baud)
         self.mixer: Mixer = Mixed()
         self.left, self.right = Turning(), Turning()
         self.voltage: Voltage | None = None
         self._turned = Told()
+        self._parser = Parser()
         self._last: Feedback | None = None
-        self._forget()
+        self._sent_at = self._free_at = -math.inf
 
     def begin(self, now: float) -> None:
-        self._forget()
-        self._repeat_at = now
+        super().begin(now)
+        self._parser, self._last = Parser(), None
 
     def receive(self, data: bytes, now: float) -> None:
         if heard := self._parser.feed(data):
             self._add_up(heard, now)
             self._last, self._heard_at = heard[-1], now
-            self.is_ready = True
+            if not self.is_ready:
+                self._meet()
 
     def due(self, now: float) -> bytes:
-        if now - self._heard_at > SILENCE_S:
-            self.is_ready = False
-            self.command.forget()
+        self._lose_if_silent(now)
+        if not self.is_ready:
+            self.command.forget()  # it may hear though it tells nothing: it is told to stand
         if now < self._free_at:
             return b""
-        told = self.command.take(now)
-        if told is None and now >= self._repeat_at and self.command.told.stops:
-            told = Told()
-        return b"" if told is None else self._sent(told, now)
+        told = self.command.take(now) or self.command.again(now)
+        return self._sent(told, now) if told else b""
 
     def next_due(self, now: float) -> float:
-        repeat_at = self._repeat_at if self.command.told.stops else math.inf
-        return max(self._free_at, min(self.command.next_due, repeat_at))
-
-    @property
-    def stops_itself(self) -> str:
-        return "The board stops its motors 0.8 s after the last command that it heard."
+        return max(self._free_at, min(self.command.next_due, self.command.again_due))
 
     @property
     def is_settled(self) -> bool:
         """Whether the last command was sent and, where it was to stand, the board has told that it heard it."""
-        if self.command.next_due < math.inf:
-            return False
         is_heard = self._last is not None and self._last.stands and self._heard_at > self._sent_at
-        return is_heard or not self.command.told.stops
-
-    def _forget(self) -> None:
-        self.is_ready = False
-        self.command.forget()
-        self._parser = Parser()
-        self._last = None
-        self._heard_at = self._sent_at = self._free_at = self._repeat_at = -math.inf
+        return super().is_settled and (is_heard or not self.command.told.stops)
 
     def _sent(self, told: Told, now: float) -> bytes:
         frame = command(*self.mixer.steering(*told))
-        self._sent_at, self._free_at, self._repeat_at = now, now + PAUSE_S, now + REPEAT_S
+        self._sent_at, self._free_at = now, now + PAUSE_S
         return frame
 
     def _add_up(self, heard: Sequence[Feedback], now: float) -> None:

@@ -10,6 +10,7 @@ from drivers.serial.boards.board import Board, open_board
 from drivers.serial.boards.command import Command
 from drivers.serial.boards.cutoff import stop_frame
 from drivers.serial.boards.devices import BoardBattery, BoardEncoder, BoardMotor, BoardOutput
+from drivers.serial.boards.driver import SerialDriver
 from drivers.serial.boards.hoverboard.board import HoverboardTalk
 from drivers.serial.boards.hoverboard.protocol import LIMIT, STOP
 from drivers.serial.boards.hoverboard.settings import HoverboardMotorSettings, HoverboardSettings, WheelSettings
@@ -18,7 +19,7 @@ from drivers.serial.ports.line import Line
 from robotcore.description import BatteryDescription, EncoderDescription, MotorDescription, RobotDescription
 from robotcore.devices import Battery, Encoder, Motor
 from robotcore.guardian import CutoffSpec
-from robotcore.hardware import Connection, DeviceDriver, Host
+from robotcore.hardware import Connection, Host
 from robotcore.hardware.motors import open_motor
 
 ANSWER_S = 1.0
@@ -36,23 +37,21 @@ TURNING = (
 )
 
 
-class HoverboardMotor(DeviceDriver[MotorDescription, HoverboardMotorSettings]):
+class HoverboardMotor(SerialDriver[MotorDescription, HoverboardMotorSettings]):
     """Turns a wheel by the board's own closed loop, or by duty and the wheel's model."""
 
     name = "hoverboard-motor"
     summary = "a wheel of a hoverboard with the FOC firmware"
     described = MotorDescription
+    what = "motor"
     settings = HoverboardMotorSettings
-    modules = ("serial",)
-    remedy = "pip install 'robotcore[serial]'"
     parts = ("hoverboard", "eferu")
-    tells_direction = False
 
     def check(self, told: MotorDescription, settings: HoverboardMotorSettings, robot: RobotDescription) -> None:
         settings.check(told, robot)
 
     def connections(self, settings: HoverboardMotorSettings) -> Sequence[Connection]:
-        return (*settings.at(f"{settings.side} motor"), settings.firmware())
+        return (*super().connections(settings), settings.firmware())
 
     def notes(self, settings: HoverboardMotorSettings) -> Sequence[str]:
         mode = MODE.format(mode="SPD_MODE" if settings.mode == "speed" else "VLT_MODE")
@@ -83,18 +82,14 @@ class DutyOutput(BoardOutput):
         super().turn(duty * self._unit)
 
 
-class HoverboardEncoder(DeviceDriver[EncoderDescription, WheelSettings]):
+class HoverboardEncoder(SerialDriver[EncoderDescription, WheelSettings]):
     """Adds up the speed that the board measures: an estimate, for it tells no angle."""
 
     name = "hoverboard-encoder"
     summary = "the turns of a hoverboard's wheel, by its measured speed"
     described = EncoderDescription
+    what = "encoder"
     settings = WheelSettings
-    modules = ("serial",)
-    remedy = "pip install 'robotcore[serial]'"
-
-    def connections(self, settings: WheelSettings) -> Sequence[Connection]:
-        return settings.at(f"{settings.side} wheel")
 
     def open(self, told: EncoderDescription, settings: WheelSettings, host: Host) -> Encoder:
         board = _board(told.name, settings, host)
@@ -106,18 +101,14 @@ class HoverboardEncoder(DeviceDriver[EncoderDescription, WheelSettings]):
         return encoder
 
 
-class HoverboardBattery(DeviceDriver[BatteryDescription, HoverboardSettings]):
+class HoverboardBattery(SerialDriver[BatteryDescription, HoverboardSettings]):
     """The voltage that the board measures, in hundredths of a volt."""
 
     name = "hoverboard-battery"
     summary = "the battery of a hoverboard"
     described = BatteryDescription
+    what = "battery"
     settings = HoverboardSettings
-    modules = ("serial",)
-    remedy = "pip install 'robotcore[serial]'"
-
-    def connections(self, settings: HoverboardSettings) -> Sequence[Connection]:
-        return settings.at("battery")
 
     def open(self, told: BatteryDescription, settings: HoverboardSettings, host: Host) -> Battery:
         board = _board(told.name, settings, host)

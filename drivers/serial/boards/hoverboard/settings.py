@@ -9,7 +9,7 @@ from pydantic import Field
 
 from drivers.serial.boards.hoverboard.mixer import Mixed, Mixer, Tank
 from drivers.serial.boards.hoverboard.protocol import LIMIT
-from drivers.serial.boards.settings import PortSettings, Side
+from drivers.serial.boards.settings import PortSettings, SideSettings
 from robotcore.description import MotorDescription, RobotDescription
 from robotcore.hardware import Connection
 from robotcore.hardware.motors import Control, Model, require_encoder, require_reach
@@ -22,10 +22,9 @@ class HoverboardSettings(PortSettings):
     usual_baud: ClassVar[int] = 115200
 
 
-class WheelSettings(HoverboardSettings):
+class WheelSettings(SideSettings, HoverboardSettings):
     """One of the board's two wheels; ``inverted`` where its driver turns or counts it the wrong way."""
 
-    side: Side
     inverted: bool = False
 
     @property

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import math
-
-from drivers.serial.boards.command import Command, Told
-from drivers.serial.boards.rosarduino.asking import Asking
-from drivers.serial.boards.rosarduino.counts import Counts
+from drivers.serial.boards.command import Told
+from drivers.serial.boards.rosarduino.asking import Asking, Poll, Polls
 from drivers.serial.boards.rosarduino.firmware import UNKNOWN, Acquaintance
-from drivers.serial.boards.rosarduino.polls import Poll, Polls
 from drivers.serial.boards.rosarduino.protocol import (
     COUNTS,
     GREETING_S,
@@ -21,11 +17,9 @@ from drivers.serial.boards.rosarduino.protocol import (
     speeds,
     still_there,
 )
+from drivers.serial.boards.rosarduino.readings import Counts
 from drivers.serial.boards.settings import Side
-from drivers.serial.ports.talk import Talk
-
-USUAL_TIMEOUT_S = 2.0
-"""So long after the last command both firmwares stop by themselves; ours can be told otherwise."""
+from drivers.serial.boards.talk import BoardTalk
 
 SILENCE_S = 0.4
 """A board that has answered nothing for longer, beyond what its slowest answer may take, is lost or was reset."""
@@ -40,7 +34,7 @@ and was not reset."""
 FULL_DUTY = 255
 
 
-class ArduinoTalk(Talk):
+class ArduinoTalk(BoardTalk):
     """Asks a board who it is, tells it each new command once, and asks for counts and all else in between.
 
     ``command`` is in counts a frame, or, where the motors go by duty, from -1 to 1. What is not acknowledged is told
@@ -48,38 +42,33 @@ class ArduinoTalk(Talk):
     it may have been reset, so that nothing turns until it is told anew.
     """
 
+    usual_timeout_s = 2.0
+    """Of both firmwares; ours can be told otherwise."""
+
     def __init__(self, baud: int) -> None:
-        self.baud = baud
-        self.is_ready = False
+        super().__init__(baud)
         self.firmware = UNKNOWN
-        self.command = Command()
         self.goes_by_duty: bool | None = None
         self.counts: dict[Side, Counts] = {"left": Counts(), "right": Counts()}
         self._asking = Asking()
         self._acquaintance = Acquaintance(baud)
         self._counting = Poll(COUNTS, IDLE_S, self._count)
         self._polls = Polls(self._counting)
-        self._timeouts_s: list[float] = []
         self._kept_timeout_s: float | None = None
         self._unheard: Told | None = None
-        self._heard_at = -math.inf
+
+    @property
+    def silence_s(self) -> float:
+        return SILENCE_S + self._polls.slowest_s
 
     @property
     def timeout_s(self) -> float:
-        """After how long without a command the board is to stop by itself."""
-        return min(self._timeouts_s, default=USUAL_TIMEOUT_S) if self.firmware.is_ours else USUAL_TIMEOUT_S
-
-    @property
-    def stops_itself(self) -> str:
-        return f"The board stops its motors by itself {self.timeout_s:g} s after the last command that it heard."
+        return super().timeout_s if self.firmware.is_ours else self.usual_timeout_s
 
     @property
     def is_settled(self) -> bool:
-        return math.isinf(self.command.next_due) and self._unheard is None
-
-    def limit(self, timeout_s: float) -> None:
-        """Have the board stop by itself after so long, if it can be told; the shortest time counts."""
-        self._timeouts_s.append(timeout_s)
+        """Whether the newest command was acknowledged."""
+        return super().is_settled and self._unheard is None
 
     def count_every(self, period_s: float) -> None:
         """Ask for the encoders' counts so often, or as often as the line allows."""
@@ -91,19 +80,18 @@ class ArduinoTalk(Talk):
 
     def begin(self, now: float) -> None:
         self._asking = Asking()
-        self._lose(now)
+        super().begin(now)
 
     def receive(self, data: bytes, now: float) -> None:
         if self._asking.hear(data, now):
             self._heard_at = now
 
     def due(self, now: float) -> bytes:
-        if self.is_ready and now - self._heard_at > SILENCE_S + self._polls.slowest_s:
-            self._lose(now)
+        self._lose_if_silent(now)
         if self._asking.waits(now):
             return self._urgent(now)
         if not self.is_ready:
-            return self._asking.ask(self._acquaintance.question(), self._meet, now)
+            return self._asking.ask(self._acquaintance.question(), self._identify, now)
         if not self._asking.is_sure:
             return self._reassured(now)
         return self._next(now)
@@ -115,23 +103,21 @@ class ArduinoTalk(Talk):
 
     def _lose(self, now: float) -> None:
         """Know nothing of the board any more; who it is, it is asked next."""
-        self.is_ready = False
-        self._heard_at = now
+        super()._lose(now)
         self._acquaintance = Acquaintance(self.baud)
         self._unheard = None
         self._asking.give_up()
         self._asking.is_summed = None
         self._kept_timeout_s = None
-        self.command.forget()
         for counts in self.counts.values():
             counts.restart()
 
-    def _meet(self, answer: Answer, _: float) -> None:
+    def _identify(self, answer: Answer, _: float) -> None:
         if firmware := self._acquaintance.answered(answer):
             self.firmware = firmware
             self._asking.is_summed = firmware.is_ours
             self._unheard = Told()
-            self.is_ready = True
+            self._meet()
 
     def _reassured(self, now: float) -> bytes:
         """Find back into step; a board that was reset meanwhile has forgotten its time-out."""

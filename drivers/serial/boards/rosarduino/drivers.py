@@ -10,8 +10,10 @@ from typing import ClassVar, TypeVar
 from drivers.serial.boards.board import Board, open_board
 from drivers.serial.boards.cutoff import stop_frame
 from drivers.serial.boards.devices import BoardBattery, BoardEncoder, BoardOutput
-from drivers.serial.boards.rosarduino.battery import Voltages
+from drivers.serial.boards.driver import SerialDriver
+from drivers.serial.boards.rosarduino.asking import Poll
 from drivers.serial.boards.rosarduino.board import ArduinoTalk
+from drivers.serial.boards.rosarduino.devices import CountingMotor, Sonar
 from drivers.serial.boards.rosarduino.fitness import (
     ENCODER,
     agree_on_duties,
@@ -21,18 +23,19 @@ from drivers.serial.boards.rosarduino.fitness import (
     require_sound,
     require_wheels,
 )
-from drivers.serial.boards.rosarduino.motors import CountingMotor
-from drivers.serial.boards.rosarduino.notes import BOARD, COUNTING, PINGING, TIMEOUT
-from drivers.serial.boards.rosarduino.polls import Poll
 from drivers.serial.boards.rosarduino.protocol import BATTERY, PING_S, RANGE, STOP_NOW, ping
+from drivers.serial.boards.rosarduino.readings import MUTE_PINGS, Pings, Ranges, Voltages
 from drivers.serial.boards.rosarduino.settings import (
+    BOARD,
+    COUNTING,
+    PINGING,
+    TIMEOUT,
     ArduinoEncoderSettings,
     ArduinoMotorSettings,
     ArduinoSettings,
     ArduinoSonarSettings,
     edges_per_turn,
 )
-from drivers.serial.boards.rosarduino.sonar import MUTE_PINGS, Pings, Ranges, Sonar
 from robotcore.description import (
     BatteryDescription,
     Described,
@@ -43,7 +46,7 @@ from robotcore.description import (
 )
 from robotcore.devices import Battery, Encoder, Motor, RangeSensor
 from robotcore.guardian import CutoffSpec
-from robotcore.hardware import Connection, DeviceDriver, Host
+from robotcore.hardware import Connection, Host
 from robotcore.hardware.findings import Findings, require_timely
 from robotcore.hardware.motors import open_motor, require_encoder, require_reach
 
@@ -63,15 +66,10 @@ ToldT = TypeVar("ToldT", bound=Described)
 SettingsT = TypeVar("SettingsT", bound=ArduinoSettings)
 
 
-class ArduinoDriver(DeviceDriver[ToldT, SettingsT]):
+class ArduinoDriver(SerialDriver[ToldT, SettingsT]):
     """What the devices of such a board have in common."""
 
-    modules = ("serial",)
-    remedy = "pip install 'robotcore[serial]'"
     parts: ClassVar[tuple[str, ...]] = ("arduino", "uno", "nano", "robotcore-bridge", "rosarduinobridge")
-
-    def connections(self, settings: SettingsT) -> Sequence[Connection]:
-        return settings.at()
 
     def notes(self, settings: SettingsT) -> Sequence[str]:
         return (BOARD,)
@@ -86,11 +84,9 @@ class ArduinoMotor(ArduinoDriver[MotorDescription, ArduinoMotorSettings]):
     name = "ros-arduino-motor"
     summary = "a motor on an Arduino with ROSArduinoBridge, or with our firmware, on a serial line"
     described = MotorDescription
+    what = "motor"
     settings = ArduinoMotorSettings
     tells_direction = True
-
-    def connections(self, settings: ArduinoMotorSettings) -> Sequence[Connection]:
-        return settings.at(f"{settings.side} motor")
 
     def notes(self, settings: ArduinoMotorSettings) -> Sequence[str]:
         return (BOARD, TIMEOUT) if settings.model else (BOARD, TIMEOUT, COUNTING)
@@ -126,10 +122,8 @@ class ArduinoEncoder(ArduinoDriver[EncoderDescription, ArduinoEncoderSettings]):
     name = ENCODER
     summary = "a wheel's encoder on an Arduino with ROSArduinoBridge, or with our firmware, on a serial line"
     described = EncoderDescription
+    what = "encoder"
     settings = ArduinoEncoderSettings
-
-    def connections(self, settings: ArduinoEncoderSettings) -> Sequence[Connection]:
-        return settings.at(f"{settings.side} encoder")
 
     def open(self, told: EncoderDescription, settings: ArduinoEncoderSettings, host: Host) -> Encoder:
         board = _board(told.name, settings, host)
@@ -147,6 +141,7 @@ class ArduinoSonar(ArduinoDriver[RangeSensorDescription, ArduinoSonarSettings]):
     name = "ros-arduino-sonar"
     summary = "an ultrasonic module on an Arduino with ROSArduinoBridge, or with our firmware, on a serial line"
     described = RangeSensorDescription
+    what = "sonar"
     settings = ArduinoSonarSettings
     parts: ClassVar[tuple[str, ...]] = ("arduino", "sonar", "ultrasonic", "hc-sr04")
 
@@ -174,6 +169,7 @@ class ArduinoBattery(ArduinoDriver[BatteryDescription, ArduinoSettings]):
     name = "ros-arduino-battery"
     summary = "the battery of an Arduino with our firmware, on a serial line"
     described = BatteryDescription
+    what = "battery"
     settings = ArduinoSettings
 
     def open(self, told: BatteryDescription, settings: ArduinoSettings, host: Host) -> Battery:

@@ -1,4 +1,4 @@
-"""What a robot's file says of the devices on such a board."""
+"""What a robot's file says of the devices on such a board, and what whoever connects one must know."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from drivers.serial.boards.settings import PortSettings, Side, SideSettings
+from drivers.serial.boards.settings import PortSettings, SideSettings, TimeoutSettings
 from robotcore.description import EncoderDescription
 from robotcore.hardware.motors import Control, Model
 
@@ -14,6 +14,23 @@ OUR_CYCLE_S = 0.06
 """How often our firmware triggers its ultrasonic module."""
 
 ECHO_FREE_S = 0.6
+
+BOARD = (
+    "The board runs ROSArduinoBridge, or the firmware that robotcore firmware flash puts on it, which stops sooner, "
+    "sums its lines, and measures range and battery beside all else."
+)
+TIMEOUT = (
+    "The true ROSArduinoBridge stops the motors 2 s after the last command, whatever board_timeout_s says; "
+    "our firmware takes board_timeout_s."
+)
+COUNTING = (
+    "The board takes whole counts in 1/30 s: set_velocity returns the velocity that they are, and what is less than "
+    "half a count stands."
+)
+PINGING = (
+    "The true ROSArduinoBridge does nothing else while it listens for an echo, 38 ms where none comes and 1 s where no "
+    "module is at that pin: it holds no velocity and takes no stop until then."
+)
 
 
 class ArduinoSettings(PortSettings):
@@ -23,7 +40,7 @@ class ArduinoSettings(PortSettings):
     usual_baud: ClassVar[int] = 57600
 
 
-class ArduinoEncoderSettings(ArduinoSettings):
+class ArduinoEncoderSettings(SideSettings, ArduinoSettings):
     """Which of the board's two encoders it is, and what a count is.
 
     ``counts`` says what the description's ``counts_per_turn`` counts, on a turn of the wheel, gear included: "cycles"
@@ -31,11 +48,10 @@ class ArduinoEncoderSettings(ArduinoSettings):
     themselves (often called CPR).
     """
 
-    side: Side
     counts: Literal["cycles", "edges"] = "cycles"
 
 
-class ArduinoMotorSettings(SideSettings, ArduinoSettings):
+class ArduinoMotorSettings(SideSettings, TimeoutSettings, ArduinoSettings):
     """Which of the board's two motors it is, and who holds its velocity.
 
     Without a ``model`` the board does, by its wheel's encoder on the same board. With one the board is told duties;

@@ -6,13 +6,11 @@ import math
 
 from drivers.serial.boards.command import Command, Told
 from drivers.serial.boards.sabertooth.protocol import BAUDING, MOST_TIMEOUT_S, drive, timeout
+from drivers.serial.boards.talk import stops_after
 from drivers.serial.ports.talk import Talk
 
 SETTLING_S = 0.5
 """So long a board takes to its baud rate after the first byte."""
-
-REPEAT_S = 0.1
-"""So often boards that stand are told so, in case a stop was lost in noise."""
 
 
 class Addressed:
@@ -39,7 +37,7 @@ class SabertoothTalk(Talk):
     def __init__(self, baud: int) -> None:
         self.baud = baud
         self._boards: dict[int, Addressed] = {}
-        self._ready_at = self._repeat_at = -math.inf
+        self._ready_at = -math.inf
         self.is_ready = self._is_new = False
 
     def board(self, address: int, timeout_s: float) -> Addressed:
@@ -52,9 +50,8 @@ class SabertoothTalk(Talk):
     def begin(self, now: float) -> None:
         self.is_ready = False
         self._is_new = True
-        self._ready_at = self._repeat_at = now + SETTLING_S
-        for board in self._boards.values():
-            board.command.forget()
+        self._ready_at = now + SETTLING_S
+        self._forget()
 
     def receive(self, data: bytes, now: float) -> None:
         """Hear nothing: what comes is an echo, or noise."""
@@ -65,14 +62,17 @@ class SabertoothTalk(Talk):
             return BAUDING
         if now < self._ready_at:
             return b""
-        self.is_ready = True
-        return self._told_anew(now) or self._told_to_stand(now)
+        if not self.is_ready:
+            self._forget()
+            self.is_ready = True
+        return self._told_anew(now) or self._told_again(now)
 
     def next_due(self, now: float) -> float:
         if now < self._ready_at:
             return now if self._is_new else self._ready_at
-        told = min((board.command.next_due for board in self._boards.values()), default=math.inf)
-        return min(told, self._repeat_at if self._stands else math.inf)
+        commands = [board.command for board in self._boards.values()]
+        again = min((command.again_due for command in commands), default=math.inf) if self._stands else math.inf
+        return min((again, *(command.next_due for command in commands)))
 
     @property
     def is_settled(self) -> bool:
@@ -82,7 +82,7 @@ class SabertoothTalk(Talk):
     @property
     def stops_itself(self) -> str:
         longest = max((board.timeout_s for board in self._boards.values()), default=MOST_TIMEOUT_S)
-        return f"The board stops its motors {longest:g} s after the last command that it heard."
+        return stops_after(longest)
 
     @property
     def _stands(self) -> bool:
@@ -92,12 +92,15 @@ class SabertoothTalk(Talk):
         """Return what one board is told, the next one's turn being when the line is free again."""
         for board in sorted(self._boards.values(), key=lambda board: not board.command.told.stops):
             if (told := board.command.take(now)) is not None:
-                self._repeat_at = now + REPEAT_S
                 return board.frames(told)
         return b""
 
-    def _told_to_stand(self, now: float) -> bytes:
-        if now < self._repeat_at or not self._stands:
+    def _told_again(self, now: float) -> bytes:
+        if not self._stands:
             return b""
-        self._repeat_at = now + REPEAT_S
-        return b"".join(board.frames(Told()) for board in self._boards.values())
+        again = ((board, board.command.again(now)) for board in self._boards.values())
+        return b"".join(board.frames(told) for board, told in again if told)
+
+    def _forget(self) -> None:
+        for board in self._boards.values():
+            board.command.forget()

@@ -11,13 +11,14 @@ from pydantic import Field
 from drivers.serial.boards.board import open_board
 from drivers.serial.boards.cutoff import stop_frame
 from drivers.serial.boards.devices import BoardOutput
+from drivers.serial.boards.driver import SerialDriver
 from drivers.serial.boards.sabertooth.board import SETTLING_S, SabertoothTalk
 from drivers.serial.boards.sabertooth.protocol import HIGHEST_ADDRESS, LOWEST_ADDRESS, MotorNumber, stop
-from drivers.serial.boards.settings import BoardSettings, Side
+from drivers.serial.boards.settings import Side, TimeoutSettings
 from robotcore.description import MotorDescription, RobotDescription
 from robotcore.devices import Motor
 from robotcore.guardian import CutoffSpec
-from robotcore.hardware import Connection, DeviceDriver, Host
+from robotcore.hardware import Connection, Host
 from robotcore.hardware.motors import Control, Model, open_motor, require_encoder, require_reach
 
 BAUDS = (2400, 9600, 19200, 38400, 115200)
@@ -41,7 +42,7 @@ SWITCHING_ON = (
 )
 
 
-class SabertoothSettings(BoardSettings):
+class SabertoothSettings(TimeoutSettings):
     """The board's address, the motor's number on it, and how fast it turns by which duty."""
 
     speaks: ClassVar[str] = "Sabertooth packet serial"
@@ -54,15 +55,14 @@ class SabertoothSettings(BoardSettings):
     control: Control | None = None
 
 
-class SabertoothMotor(DeviceDriver[MotorDescription, SabertoothSettings]):
+class SabertoothMotor(SerialDriver[MotorDescription, SabertoothSettings]):
     """Sends duties, in 127 steps each way."""
 
     name = "sabertooth-motor"
     summary = "a motor on a Sabertooth or SyRen in packet serial mode"
     described = MotorDescription
+    what = "motor"
     settings = SabertoothSettings
-    modules = ("serial",)
-    remedy = "pip install 'robotcore[serial]'"
     parts = ("sabertooth", "syren", "dimension engineering")
     tells_direction = True
 

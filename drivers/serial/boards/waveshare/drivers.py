@@ -8,7 +8,8 @@ from typing import ClassVar, TypeVar
 from drivers.serial.boards.board import Board, open_board
 from drivers.serial.boards.cutoff import stop_frame
 from drivers.serial.boards.devices import BoardBattery, BoardEncoder, BoardMotor, BoardOutput
-from drivers.serial.boards.settings import PortSettings, Side, SideSettings
+from drivers.serial.boards.driver import SerialDriver
+from drivers.serial.boards.settings import PortSettings, SideSettings, TimeoutSettings
 from drivers.serial.boards.waveshare.board import WaveshareTalk
 from drivers.serial.boards.waveshare.protocol import BAUD, FASTEST_M_S, STOP
 from robotcore.description import (
@@ -20,7 +21,7 @@ from robotcore.description import (
 )
 from robotcore.devices import Battery, Encoder, Motor
 from robotcore.guardian import CutoffSpec
-from robotcore.hardware import Connection, DeviceDriver, Host
+from robotcore.hardware import Host
 
 ANSWER_S = 20.0
 """A board that was just switched on looks for a Wi-Fi network for 15 s before it takes the first line."""
@@ -47,25 +48,18 @@ class WaveshareSettings(PortSettings):
     usual_baud: ClassVar[int] = BAUD
 
 
-class WaveshareMotorSettings(SideSettings, WaveshareSettings):
+class WaveshareMotorSettings(SideSettings, TimeoutSettings, WaveshareSettings):
     """One of a board's two motors."""
 
 
-class WaveshareEncoderSettings(WaveshareSettings):
+class WaveshareEncoderSettings(SideSettings, WaveshareSettings):
     """One of a board's two odometers."""
 
-    side: Side
 
-
-class WaveshareDriver(DeviceDriver[ToldT, SettingsT]):
+class WaveshareDriver(SerialDriver[ToldT, SettingsT]):
     """What the devices of such a board have in common."""
 
-    modules = ("serial",)
-    remedy = "pip install 'robotcore[serial]'"
     parts = ("ugv", "rasprover", "beast", "general driver")
-
-    def connections(self, settings: SettingsT) -> Sequence[Connection]:
-        return settings.at()
 
     def notes(self, settings: SettingsT) -> Sequence[str]:
         return (FIRMWARE, WIFI)
@@ -77,10 +71,8 @@ class WaveshareMotor(WaveshareDriver[MotorDescription, WaveshareMotorSettings]):
     name = "waveshare-motor"
     summary = "a motor of a Waveshare UGV board on a serial line, whose velocity the board holds"
     described = MotorDescription
+    what = "motor"
     settings = WaveshareMotorSettings
-
-    def connections(self, settings: WaveshareMotorSettings) -> Sequence[Connection]:
-        return settings.at(f"motor {settings.side}")
 
     def check(self, told: MotorDescription, settings: WaveshareMotorSettings, robot: RobotDescription) -> None:
         fastest = told.max_velocity_rad_s * _wheel_radius_m(robot)
@@ -106,10 +98,8 @@ class WaveshareEncoder(WaveshareDriver[EncoderDescription, WaveshareEncoderSetti
     name = "waveshare-encoder"
     summary = "a wheel's encoder on a Waveshare UGV board on a serial line"
     described = EncoderDescription
+    what = "encoder"
     settings = WaveshareEncoderSettings
-
-    def connections(self, settings: WaveshareEncoderSettings) -> Sequence[Connection]:
-        return settings.at(f"odometer {settings.side}")
 
     def check(self, told: EncoderDescription, settings: WaveshareEncoderSettings, robot: RobotDescription) -> None:
         _wheel_radius_m(robot)
@@ -127,6 +117,7 @@ class WaveshareBattery(WaveshareDriver[BatteryDescription, WaveshareSettings]):
     name = "waveshare-battery"
     summary = "the battery behind a Waveshare UGV board on a serial line"
     described = BatteryDescription
+    what = "battery"
     settings = WaveshareSettings
 
     def open(self, told: BatteryDescription, settings: WaveshareSettings, host: Host) -> Battery:

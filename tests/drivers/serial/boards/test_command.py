@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import math
 
-from drivers.serial.boards.command import GATHERING_S, OLD_S, Command, Told
+from drivers.serial.boards.command import AGAIN_S, GATHERING_S, OLD_S, Command, Told
 
 
 def test_a_command_is_taken_once_for_each_time_it_was_told() -> None:
@@ -71,3 +71,17 @@ def test_what_could_not_be_sent_for_long_turns_nothing_any_more() -> None:
     command.tell("left", 2.0, 0.0)
     command.tell("right", 2.0, 0.0)
     assert command.take(2 * OLD_S) == Told() == command.told
+
+
+def test_who_stands_is_told_so_again_and_who_turns_is_not() -> None:
+    command = Command()
+    assert command.again(0.0) == Told()
+    assert command.again(AGAIN_S / 2) is None
+    assert command.again(command.again_due) == Told()
+    command.tell("left", 2.0, 1.0)
+    assert command.again(1.0) is None
+    assert command.again_due == math.inf
+    command.tell("left", 0.0, 2.0)
+    assert command.take(2.0) == Told()
+    assert command.again(2.0 + AGAIN_S / 2) is None
+    assert command.again(2.0 + AGAIN_S) == Told()

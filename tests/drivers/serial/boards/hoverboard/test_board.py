@@ -6,7 +6,8 @@ import math
 
 import pytest
 
-from drivers.serial.boards.hoverboard.board import PAUSE_S, REPEAT_S, SILENCE_S, HoverboardTalk
+from drivers.serial.boards.command import AGAIN_S
+from drivers.serial.boards.hoverboard.board import PAUSE_S, SILENCE_S, HoverboardTalk
 from drivers.serial.boards.hoverboard.protocol import STOP, command
 from tests.doubles.serial.hoverboard import RPM, feedback
 
@@ -63,7 +64,7 @@ def conversation() -> Conversation:
 def test_a_robot_that_stands_is_told_so_again_and_again(conversation: Conversation) -> None:
     conversation.drive(0, 0, 1.0)
     assert set(conversation.frames) == {STOP}
-    assert len(conversation.frames) == pytest.approx(1.0 / REPEAT_S, abs=1)
+    assert len(conversation.frames) == pytest.approx(1.0 / AGAIN_S, abs=1)
 
 
 def test_a_command_that_turns_is_sent_once_so_that_the_boards_own_time_out_counts(conversation: Conversation) -> None:

@@ -103,7 +103,7 @@ def test_a_lost_port_is_told_and_comes_back_standing_with_its_angles(robots: Rob
     before = rig.angle("left")
     rig.pty.unplug()
     rig.pass_by(0.05)
-    with pytest.raises(DeviceLostError, match=r"left_motor: .* stops its motors 0\.8 s after"):
+    with pytest.raises(DeviceLostError, match=r"left_motor: .* stops its motors by itself 0\.8 s after"):
         rig.motor("left").set_velocity(4.0)
     with pytest.raises(DeviceLostError, match="left_encoder"):
         rig.angle("left")

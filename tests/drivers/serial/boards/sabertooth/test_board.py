@@ -6,7 +6,8 @@ import math
 
 import pytest
 
-from drivers.serial.boards.sabertooth.board import REPEAT_S, SETTLING_S, SabertoothTalk
+from drivers.serial.boards.command import AGAIN_S
+from drivers.serial.boards.sabertooth.board import SETTLING_S, SabertoothTalk
 from drivers.serial.boards.sabertooth.protocol import BAUDING, drive, stop, timeout
 
 STANDING = stop(128) + timeout(128, 0.5)
@@ -38,8 +39,8 @@ def test_the_baud_rate_goes_first_and_is_given_time(talk: SabertoothTalk) -> Non
 
 def test_a_robot_that_stands_is_told_so_again_and_again(talk: SabertoothTalk) -> None:
     begun(talk)
-    assert talk.next_due(1.0) == SETTLING_S + REPEAT_S
-    assert talk.due(SETTLING_S + REPEAT_S) == STANDING
+    assert talk.next_due(1.0) == SETTLING_S + AGAIN_S
+    assert talk.due(SETTLING_S + AGAIN_S) == STANDING
 
 
 def test_a_command_that_turns_is_sent_once_with_the_boards_time_out(talk: SabertoothTalk) -> None:
@@ -67,7 +68,7 @@ def test_the_shortest_time_out_that_anyone_asked_for_counts(talk: SabertoothTalk
     talk.board(128, 1.0)
     talk.due(0.0)
     assert talk.due(SETTLING_S) == stop(128) + timeout(128, 0.2)
-    assert talk.stops_itself == "The board stops its motors 0.2 s after the last command that it heard."
+    assert talk.stops_itself == "The board stops its motors by itself 0.2 s after the last command that it heard."
 
 
 def test_boards_on_one_line_have_their_own_commands_and_who_stands_goes_first(talk: SabertoothTalk) -> None:

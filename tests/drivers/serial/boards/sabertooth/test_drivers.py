@@ -65,7 +65,7 @@ def test_a_lost_port_is_told_and_comes_back_standing(rig: Rig, line: Sabertooths
     rig.drive(4.0, 4.0, 0.5)
     rig.pty.unplug()
     rig.pass_by(0.05)
-    with pytest.raises(DeviceLostError, match=r"left_motor: .* stops its motors 0\.5 s after"):
+    with pytest.raises(DeviceLostError, match=r"left_motor: .* stops its motors by itself 0\.5 s after"):
         rig.motor("left").set_velocity(4.0)
     rig.pass_by(1.0)
     assert line.boards[128].values == [0, 0]

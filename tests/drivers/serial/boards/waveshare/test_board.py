@@ -9,7 +9,7 @@ import pytest
 
 from drivers.serial.backend import SerialBackend
 from drivers.serial.boards.waveshare import drivers
-from drivers.serial.boards.waveshare.board import SILENT_S, WaveshareTalk
+from drivers.serial.boards.waveshare.board import SILENCE_S, WaveshareTalk
 from drivers.serial.boards.waveshare.protocol import speeds
 from robotcore.errors import DescriptionError, DeviceError, DeviceLostError
 from robotcore.guardian.cutoff import shared
@@ -116,8 +116,8 @@ def test_a_board_that_is_reset_while_it_drives_is_lost_and_stands_until_it_is_to
     rig.open().drive(5.0, 5.0, seconds=1)
     angles = rig.angles()
     rig.board.reset(rig.clock.now())
-    with pytest.raises(DeviceLostError, match=r"left_motor: .*The board stops its motors 0\.5 s after"):
-        rig.drive(5.0, 5.0, seconds=SILENT_S + 0.1)
+    with pytest.raises(DeviceLostError, match=r"left_motor: .*The board stops its motors by itself 0\.5 s after"):
+        rig.drive(5.0, 5.0, seconds=SILENCE_S + 0.1)
     rig.pass_by(STARTING_S + 0.5)
     assert rig.board.wheels.left.angle == rig.board.wheels.right.angle == 0.0
     assert rig.board.heartbeat_s == 0.5

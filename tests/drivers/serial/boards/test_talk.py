@@ -1,0 +1,101 @@
+"""What holds for every board that answers, or tells by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from drivers.serial.boards.hoverboard.board import HoverboardTalk
+from drivers.serial.boards.rosarduino.board import ArduinoTalk
+from drivers.serial.boards.talk import BoardTalk
+from drivers.serial.boards.waveshare.board import WaveshareTalk
+from tests.doubles.serial.board import BoardDouble
+from tests.doubles.serial.hoverboard import Hoverboard
+from tests.doubles.serial.rosarduino import OurDouble, TrueDouble
+from tests.doubles.serial.waveshare import WaveshareBoard
+from tests.doubles.serial.wheels import Wheels
+
+STEP_S = 0.002
+LONG_S = 3.0
+"""Longer than any of them takes to be lost, or met."""
+
+BOARDS: dict[str, tuple[Callable[[], BoardTalk], Callable[[], BoardDouble], float]] = {
+    "ours": (lambda: ArduinoTalk(57600), OurDouble, 20.0),
+    "the true one": (lambda: ArduinoTalk(57600), TrueDouble, 20.0),
+    "waveshare": (lambda: WaveshareTalk(115200), WaveshareBoard, 0.2),
+    "hoverboard": (lambda: HoverboardTalk(115200), lambda: Hoverboard(Wheels()), 100.0),
+}
+"""The conversation, the board, and a command by which it turns."""
+
+
+class Wired:
+    """A talk and its board; the wire between them may be cut."""
+
+    def __init__(self, talk: BoardTalk, board: BoardDouble, turning: float) -> None:
+        self.talk, self._board, self._turning = talk, board, turning
+        self.is_cut = False
+        self.now = 0.0
+        self.has_turned = False
+        talk.begin(0.0)
+
+    def tell(self) -> None:
+        self.talk.command.tell("left", self._turning, self.now)
+
+    def step(self) -> None:
+        self.now += STEP_S
+        said = self._board.live(self.now, STEP_S)
+        sent = self.talk.due(self.now)
+        if not self.is_cut:
+            self.talk.receive(said + self._board.hear(sent, self.now), self.now)
+        wheels = self._board.wheels  # type: ignore[attr-defined]
+        self.has_turned |= bool(wheels.left.told or wheels.right.told)
+
+    def until(self, *, is_ready: bool) -> None:
+        """Let time pass until the board is there, or is lost."""
+        end = self.now + LONG_S
+        while self.talk.is_ready is not is_ready:
+            self.step()
+            assert self.now < end
+
+    def pass_by(self, seconds: float) -> None:
+        for _ in range(round(seconds / STEP_S)):
+            self.step()
+
+
+@pytest.fixture(params=BOARDS)
+def wired(request: pytest.FixtureRequest) -> Wired:
+    make_talk, make_board, turning = BOARDS[request.param]
+    wired = Wired(make_talk(), make_board(), turning)
+    wired.until(is_ready=True)
+    return wired
+
+
+def test_a_board_that_is_told_to_turn_turns(wired: Wired) -> None:
+    wired.tell()
+    wired.pass_by(0.1)
+    assert wired.has_turned
+
+
+def test_a_command_that_slips_in_as_the_board_is_lost_turns_no_wheel_when_it_is_back(wired: Wired) -> None:
+    wired.is_cut = True
+    wired.until(is_ready=False)
+    wired.tell()  # by a thread that had looked just before
+    wired.is_cut = False
+    wired.until(is_ready=True)
+    wired.pass_by(1.0)
+    assert not wired.has_turned
+
+
+def test_the_shortest_time_out_that_any_motor_asks_for_counts() -> None:
+    talk = WaveshareTalk(115200)
+    assert talk.stops_itself == "The board stops its motors by itself 0.5 s after the last command that it heard."
+    for seconds in (2.0, 0.3, 1.0):
+        talk.limit(seconds)
+    assert talk.timeout_s == 0.3
+
+
+def test_a_time_out_that_the_true_one_cannot_be_told_is_its_own() -> None:
+    talk = ArduinoTalk(57600)
+    talk.limit(0.3)
+    assert talk.timeout_s == 2.0
