@@ -7,7 +7,7 @@ frame whole. Nothing heavy is imported here: no wheel turns before the guardian 
 from __future__ import annotations
 
 from contextlib import suppress
-from select import poll
+from select import poll, select
 from threading import RLock, Thread
 from typing import TYPE_CHECKING
 
@@ -26,9 +26,15 @@ WRITING_S = 0.2
 LOOKING_S = 0.1
 """So often it is looked whether the port is still wanted."""
 
+APART_S = 0.01
+"""How far apart the frame goes twice; a hoverboard takes a pause of a millisecond for the end of a frame."""
+
 
 class StopFrame(Cutoff):
-    """Writes a board's stop frame, given in hexadecimal digits.
+    """Writes a board's stop frame, given in hexadecimal digits, twice.
+
+    The first one may run into what the app was sending when it died, which some boards take for nothing, or be lost in
+    noise; nobody is there to see it.
 
     The port is open from the beginning, so that the line that resets an Arduino does not fall where the app dies. When
     it is unplugged it is let go at once: while anybody has it open, a board that comes back gets another name. It is
@@ -99,8 +105,10 @@ class StopFrame(Cutoff):
         if self._serial is None:
             self.open()
         assert self._serial
-        self._serial.write(self._frame)
-        self._serial.flush()
+        for pause_s in (APART_S, 0.0):
+            self._serial.write(self._frame)
+            self._serial.flush()
+            select([], [], [], pause_s)
 
 
 def stop_frame(device: str, place: str, baud: int, frame: bytes, host: Host) -> CutoffSpec:

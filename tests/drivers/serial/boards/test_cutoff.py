@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from drivers.serial.boards.cutoff import StopFrame
+from drivers.serial.boards.cutoff import APART_S, StopFrame
 from robotcore.clock import MonotonicClock
 from robotcore.errors import BackendError
 from tests.doubles.serial.board import Powered
@@ -104,16 +104,20 @@ def test_a_port_that_is_unplugged_is_let_go_lest_the_board_come_back_by_another_
         assert _times_open(str(pty.path.resolve())) == 2, "one of them the double's"
         cutoff.stop()
         cutoff.close()
-        assert pty.heard(1.0) == STOP
+        assert pty.all_heard() == 2 * STOP
 
 
-def test_where_nobody_drives_the_board_is_told_to_stop_and_that_is_all(tmp_path: Path) -> None:
+def test_where_nobody_drives_the_board_is_told_to_stop_twice_apart_and_that_is_all(tmp_path: Path) -> None:
     with Pty(tmp_path) as pty:
         cutoff = StopFrame(str(pty.path), 57600, STOP.hex(), has_owner=False)
         cutoff.open()
+        clock = MonotonicClock()
+        began = clock.now()
         cutoff.stop()
+        assert clock.now() - began >= APART_S
+        clock.close()
         cutoff.close()
-        assert pty.heard(1.0) == STOP
+        assert pty.all_heard() == 2 * STOP
 
 
 def test_a_program_that_has_the_port_is_told_of_after_the_stop(bench: Bench) -> None:
