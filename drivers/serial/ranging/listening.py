@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from drivers.serial.ports.talk import Talk
@@ -15,13 +16,16 @@ _FULL = 4000
 class Listening(Talk):
     """Tells the findings what the newest frame says; it is ready once two frames have come in a row.
 
+    One that has said nothing for ``silence_s`` is lost, as a board is: its last sample is read no more.
+
     It sends nothing, so that a port that is another board's turns nothing. Of frames that come at once only the newest
     has its distance told, for when the others came nobody knows.
     """
 
-    def __init__(self, findings: Findings, baud: int) -> None:
+    def __init__(self, findings: Findings, baud: int, silence_s: float) -> None:
         self.baud, self.is_ready = baud, False
         self._findings, self._parser = findings, Parser()
+        self._silence_s, self._heard_at = silence_s, -math.inf
 
     def begin(self, now: float) -> None:
         self.is_ready, self._parser = False, Parser()
@@ -30,11 +34,13 @@ class Listening(Talk):
     def receive(self, data: bytes, now: float) -> None:
         if not (readings := self._parser.feed(data)):
             return
-        self.is_ready = True
+        self.is_ready, self._heard_at = True, now
         if len(data) < _FULL:
             self._judge(readings, now)
 
     def due(self, now: float) -> bytes:
+        if self.is_ready and now - self._heard_at > self._silence_s:
+            self.begin(now)
         return b""
 
     def unanswered(self, place: str) -> str:

@@ -8,12 +8,13 @@ from typing import Annotated
 
 from pydantic import Field
 
+from drivers.serial.boards.driver import SerialDriver
 from drivers.serial.boards.settings import PortSettings
 from drivers.serial.ports.line import Line
 from drivers.serial.ranging.listening import Listening
 from robotcore.description import RangeSensorDescription, RobotDescription
 from robotcore.devices import Range, RangeSensor
-from robotcore.hardware import Connection, DeviceDriver, Host
+from robotcore.hardware import Connection, Host
 from robotcore.hardware.findings import NOTHING_YET, Findings, require_timely
 
 NEAREST_M, FARTHEST_M = 0.1, 8.0
@@ -22,6 +23,9 @@ TFmini at 0.3 m, and all but the TF-Luna end at 12 m. Source: their manuals, cha
 
 _FIRST_FRAMES_S = 1.0
 """A sensor that has just been given power talks after less."""
+
+_SILENCE_S, _SILENT_CYCLES = 0.4, 3
+"""A sensor that has said nothing for longer, of both, is lost."""
 
 _MORE_CYCLES = 20
 """What the first sample may take beside a row of frames in which nothing was found."""
@@ -40,7 +44,7 @@ class TFminiSettings(PortSettings):
     echo_free_cycles: Annotated[int, Field(ge=0, le=1000)] = 60
 
 
-class TFmini(DeviceDriver[RangeSensorDescription, TFminiSettings]):
+class TFmini(SerialDriver[RangeSensorDescription, TFminiSettings]):
     """Listens to a sensor as it comes from the factory: frames of nine bytes, in centimetres, by themselves.
 
     A sample's time is when its frame arrived; the light is up to ``cycle_s`` older. `inf` is a target beyond
@@ -53,9 +57,7 @@ class TFmini(DeviceDriver[RangeSensorDescription, TFminiSettings]):
     described = RangeSensorDescription
     settings = TFminiSettings
     parts = ("tf-luna", "tfluna", "tfmini-s", "tfmini-plus", "benewake")
-    modules = ("serial",)
     supply = ("5 V", "ground")
-    remedy = "pip install 'robotcore[serial]'"
 
     def check(self, told: RangeSensorDescription, settings: TFminiSettings, robot: RobotDescription) -> None:
         if told.max_range_m > FARTHEST_M:
@@ -77,7 +79,8 @@ class TFmini(DeviceDriver[RangeSensorDescription, TFminiSettings]):
 
     def open(self, told: RangeSensorDescription, settings: TFminiSettings, host: Host) -> RangeSensor:
         findings = Findings(told, settings.echo_free_cycles)
-        line = Line(settings.port, Listening(findings, settings.speed), host.clock)
+        talk = Listening(findings, settings.speed, max(_SILENCE_S, _SILENT_CYCLES * settings.cycle_s))
+        line = Line(settings.port, talk, host.clock)
         sensor = LightSensor(told, findings, line)
         with ExitStack() as undo:
             undo.callback(sensor.close)

@@ -48,11 +48,16 @@ def test_the_newest_of_frames_that_come_at_once_counts(rig: Rig) -> None:
     assert (sensor.read().distance, sensor.read().sequence) == (0.8, before.sequence + 1)
 
 
-def test_a_sensor_that_falls_silent_leaves_its_last_sample_to_grow_old(rig: Rig) -> None:
+def test_a_sensor_that_falls_silent_grows_old_and_is_lost_by_name_until_it_speaks_again(rig: Rig) -> None:
     sensor = rig.open()
     before = sensor.read()
-    rig.sends(cycles=200)
+    rig.sends(cycles=30)
     assert sensor.read() == before
+    rig.sends(cycles=20)
+    with pytest.raises(DeviceLostError, match=r"nose: nothing comes on .*board at 115200 baud; look at its 5 V"):
+        sensor.read()
+    rig.sends(frame(70), cycles=3)
+    assert (sensor.read().distance, sensor.read().time > before.time) == (0.7, True)
 
 
 def test_nothing_is_vouched_for_only_after_a_row_of_dark_frames(rig: Rig) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import random
-
 import pytest
 
 from drivers.serial.boards.hoverboard.protocol import Feedback, Parser, command
@@ -32,14 +30,6 @@ def test_feedback_is_what_the_firmware_says(frame: bytes) -> None:
     assert Parser().feed(frame) == [FEEDBACK[frame]]
 
 
-@pytest.mark.parametrize("pieces", [1, 2, 3, 7, 17])
-def test_frames_are_found_however_the_stream_is_cut(pieces: int) -> None:
-    parser, stream = Parser(), (STANDING + TURNING) * 3
-    found = [told for at in range(0, len(stream), pieces) for told in parser.feed(stream[at : at + pieces])]
-    assert found == [FEEDBACK[STANDING], FEEDBACK[TURNING]] * 3
-    assert parser.dropped == 0
-
-
 @pytest.mark.parametrize("at", range(18))
 def test_a_frame_with_a_broken_byte_is_dropped_and_the_next_is_found(at: int) -> None:
     broken = bytearray(STANDING)
@@ -64,11 +54,3 @@ def test_what_no_board_says_is_dropped_though_its_checksum_is_right(words: tuple
     parser = Parser()
     assert parser.feed(feedback(*words)) == []
     assert parser.dropped == 1
-
-
-def test_noise_is_not_kept() -> None:
-    parser, noise = Parser(), random.Random(1)
-    for _ in range(200):
-        parser.feed(noise.randbytes(97))
-        assert len(parser._kept) < len(STANDING)
-    assert FEEDBACK[STANDING] in parser.feed(STANDING * 2)

@@ -76,20 +76,6 @@ def test_what_is_no_feedback_is_counted_and_the_next_line_is_read(line: bytes) -
     assert parser.dropped == 1
 
 
-def test_lines_come_in_any_pieces() -> None:
-    parser = Parser()
-    assert sum(len(parser.feed(bytes([byte]))) for byte in TOLD * 3) == 3
-    assert parser.dropped == 0
-
-
-def test_a_line_without_an_end_is_not_kept() -> None:
-    parser = Parser()
-    for _ in range(100):
-        assert not parser.feed(b"7" * 1000)
-    assert len(parser._rest) <= LONGEST
-    assert parser.feed(b"\n" + TOLD)
-
-
 @pytest.mark.parametrize("line, is_older", [(OLDER, True), (TOLD, False), (TOLD[:40] + b"\r\n", False)])
 def test_the_older_firmware_is_known_by_its_feedback(line: bytes, is_older: bool) -> None:
     parser = Parser()
