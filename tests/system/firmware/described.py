@@ -11,6 +11,7 @@ from drivers.serial.backend import SECTION
 from robotcore.description import BatteryDescription, RobotDescription, load_robot
 
 BOARD_TIMEOUT_S = 0.5
+ANSWER_S = 60
 BATTERY = '[[devices]]\nkind = "battery"\nname = "battery"\n'
 
 CONNECTED: dict[str, dict[str, Any]] = {
@@ -39,11 +40,17 @@ def on_serial(robot: RobotDescription, port: Path, board_timeout_s: float) -> Ro
     return robot.model_copy(update={"backends": {**robot.backends, SECTION: section}})
 
 
+def patient(path: Path) -> Path:
+    """Write the rover's file for a simulated robot that a busy machine keeps waiting, and return where it is."""
+    rover = (files("robotcore.description") / "robots" / "rover.toml").read_text()
+    path.write_text(rover.replace("[safety]\n", f"[safety]\nanswer_s = {ANSWER_S}\n"))
+    return path
+
+
 def written(path: Path, port: Path) -> Path:
-    """Write the rover's file with that section, as a user has it, and return where it is."""
-    rover = files("robotcore.description") / "robots" / "rover.toml"
+    """Write the rover's file with a section for the serial drivers, as a user has it, and return where it is."""
     tables = (f"[{SECTION}.{name}]\n{_lines({**table, 'port': str(port)})}" for name, table in CONNECTED.items())
-    path.write_text("\n".join([rover.read_text(), BATTERY, *tables]))
+    path.write_text("\n".join([patient(path).read_text(), BATTERY, *tables]))
     return path
 
 

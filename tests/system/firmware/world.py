@@ -38,8 +38,7 @@ class FollowedWorld:
         self._drive, self._simulated = setup.robot.drive, simulated
         self._angles, self._at = simulated.angles, simulated.now()
         self._lock = RLock()
-        self.is_silent = False
-        """Whether no echo comes back, whatever is ahead."""
+        self._is_silent = False
         nose = setup.robot.first_of(RangeSensorDescription)
         self._sonar = nose and Sonar(nose.model_copy(update={"max_range_m": HEARD_M}), setup.world)
         self.follow()
@@ -52,6 +51,11 @@ class FollowedWorld:
             self._angles, self._at = angles, now
             if self._sonar:
                 self._simulated.put_ahead(self._heard(self._sonar))
+
+    def fall_silent(self) -> None:
+        """Let no echo come back from now on, whatever is ahead."""
+        self._is_silent = True
+        self.follow()
 
     def pose(self) -> Pose:
         with self._lock:
@@ -70,7 +74,7 @@ class FollowedWorld:
         return self._simulation.painter.picture(view(self.pose()))
 
     def _heard(self, sonar: Sonar) -> float:
-        return math.inf if self.is_silent else sonar.listen(self._simulation.pose()).distance
+        return math.inf if self._is_silent else sonar.listen(self._simulation.pose()).distance
 
     def _roll(self, to: Wheels, steps: int) -> None:
         """Roll the wheels to these angles, each step as far as the others."""

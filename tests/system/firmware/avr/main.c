@@ -28,7 +28,6 @@ enum {
 	LOOK = 32,            /* a pulse has its edges within 2 us */
 	CREEP = 20,           /* so many times slower than real time */
 	NAP_NS = 100000,
-	NICE = 10,
 	BOOTLOADER = 0x7E00,  /* its place is empty, but for an endless loop */
 };
 
@@ -188,7 +187,6 @@ int main(int count, char **given)
 	if (count != 4)
 		errx(2, "usage: %s ELF LINK BENCH", given[0]);
 	setlinebuf(stdout);
-	(void)!nice(NICE); /* on a busy machine the AVR is late, and not the program that drives it */
 	fcntl(STDIN_FILENO, F_SETFL, O_NONBLOCK);
 	avr_t *avr = made(given[1]);
 	bench = shared(given[3]);

@@ -27,4 +27,4 @@ class TestOnTheFirmware(ConformanceSuite):
 
     def lose_echoes(self, robot: Robot) -> None:
         assert isinstance(robot.truth, FollowedWorld)
-        robot.truth.is_silent = True
+        robot.truth.fall_silent()

@@ -13,7 +13,7 @@ import pytest
 
 from robotcore.clock import MonotonicClock
 from tests.system.firmware.board import Board
-from tests.system.firmware.described import BOARD_TIMEOUT_S, written
+from tests.system.firmware.described import BOARD_TIMEOUT_S, patient, written
 
 STARTED_S = 30.0
 REAL_TIME = 0.9
@@ -40,9 +40,10 @@ def running(board: Board, *asked: str) -> Iterator[subprocess.Popen[str]]:
 
 
 @pytest.fixture
-def app(board: Board) -> Iterator[subprocess.Popen[str]]:
+def app(board: Board, tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
     """A run whose clock follows the AVR's."""
-    here = ("--backend", "simavr", "--option", f"join={board.folder}", "--world", "open")
+    rover = str(patient(tmp_path / "rover.toml"))
+    here = ("--backend", "simavr", "--robot", rover, "--option", f"join={board.folder}", "--world", "open")
     with running(board, *here, "--set", "duration_s=600", "--timeout", "600") as process:
         yield process
 
