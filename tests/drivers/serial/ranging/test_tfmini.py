@@ -146,7 +146,10 @@ def test_unplugged_it_is_lost_by_name_and_plugged_in_it_is_back(rig: Rig) -> Non
     rig.sends(cycles=20)
     with pytest.raises(DeviceLostError, match=r"nose: nothing comes on .*board"):
         sensor.read()
-    rig.sends(frame(70), cycles=2)
+    rig.sends(DARK, cycles=2)
+    with pytest.raises(DeviceLostError, match=r"nose: the board on .* is back, and has not told anything of it yet"):
+        sensor.read()
+    rig.sends(frame(70), cycles=1)
     after = sensor.read()
     assert (after.distance, after.sequence) == (0.7, before.sequence + 1)
 

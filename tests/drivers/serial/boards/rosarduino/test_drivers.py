@@ -25,10 +25,14 @@ def motor(robot: Robot, side: str) -> Motor:
     return found
 
 
-def angle(robot: Robot, side: str) -> float:
+def encoder(robot: Robot, side: str) -> Encoder:
     found = robot[f"{side}_encoder"]
     assert isinstance(found, Encoder)
-    return found.read().angle
+    return found
+
+
+def angle(robot: Robot, side: str) -> float:
+    return encoder(robot, side).read().angle
 
 
 @pytest.mark.parametrize("board, unit", [(OurDouble(), COUNT_RAD_S), (TrueDouble(), TRUE_COUNT_RAD_S)])
@@ -101,6 +105,20 @@ def test_a_board_that_was_unplugged_stands_until_it_is_told_anew_and_its_angles_
         motor(robot, "left").set_velocity(4.0)
         let_pass(robot, 0.2)
         assert angle(robot, "left") > before + 0.5
+
+
+def test_a_board_that_is_back_is_lost_until_it_has_counted_again(rig: Rig) -> None:
+    """An angle from before would be too old, and end a run that has waited for the board."""
+    with rig.open(OurDouble(), WHEELS) as robot:
+        rig.pty.unplug()
+        let_pass(robot, 0.3)
+        rig.pty.plug_in()
+        back, told = robot.clock.now(), 0.0
+        while not told:
+            let_pass(robot, 0.002)
+            with suppress(DeviceLostError):
+                told = encoder(robot, "left").read().time
+        assert told > back
 
 
 def test_cycles_are_four_counts_each(rig: Rig) -> None:
