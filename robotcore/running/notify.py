@@ -110,7 +110,7 @@ class Notifier:
 
 
 def _under_way(record: TickRecord) -> str:
-    return ", ".join(filter(None, (record.state, f"{record.time:.0f} s", voltages_told(record.voltages))))
+    return ", ".join(filter(None, (record.doing, f"{record.time:.0f} s", voltages_told(record.voltages))))
 
 
 def _status(words: str) -> str:

@@ -33,6 +33,11 @@ class TickRecord(NamedTuple):
     voltages: Mapping[str, float] = MappingProxyType({})
     warnings: tuple[str, ...] = ()
 
+    @property
+    def doing(self) -> str:
+        """The app's state, or what the robot stands and waits for."""
+        return f"waiting for {self.lost}" if self.lost else self.state
+
 
 def voltages_told(voltages: Mapping[str, float]) -> str:
     """Return voltages in words; each with its battery's name only where there are several.

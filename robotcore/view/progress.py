@@ -74,7 +74,7 @@ class Progress:
             line.add_row(
                 self._spinner,
                 f"{request.app} on {request.backend}",
-                f"waiting for {record.lost}" if record.lost else record.state,
+                record.doing,
                 _range_of(self._run),
                 voltages_told(record.voltages),
                 f"{record.time:.1f} s",

@@ -92,6 +92,11 @@ def test_the_status_tells_the_voltage_where_a_battery_does(systemd: Listener, pa
     assert systemd.heard() == ["READY=1", "STATUS=search, 0 s, 7.38 V"]
 
 
+def test_the_status_tells_what_is_waited_for(systemd: Listener, path: str, clock: SteppedClock) -> None:
+    Notifier(path, clock=clock).tick(TickRecord(0, 0.0, "search", None, None, (), lost="nose"))
+    assert "STATUS=waiting for nose, 0 s" in systemd.heard()
+
+
 def test_a_first_tick_that_fails_is_not_ready(systemd: Listener, path: str, clock: SteppedClock) -> None:
     notifier = Notifier(path, clock=clock)
     with pytest.raises(EmergencyStopError):
