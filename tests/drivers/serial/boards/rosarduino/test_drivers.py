@@ -231,20 +231,3 @@ def test_one_motor_with_a_model_and_one_without_are_refused(rig: Rig) -> None:
     devices = {**WHEELS, "left_motor": {**MOTORS["left_motor"], **MODEL}}
     with pytest.raises(DeviceError, match=r"one motor on .* has a model, and one has none\. Give both one, or none"):
         rig.open(OurDouble(), devices)
-
-
-def test_nothing_that_was_told_before_the_board_was_lost_is_read_when_it_is_back(rig: Rig) -> None:
-    devices = {**WHEELS, "nose": {"driver": "ros-arduino-sonar"}, "battery": {"driver": "ros-arduino-battery"}}
-    with rig.open(OurDouble(), devices) as robot:
-        let_pass(robot, 0.1)
-        rig.pty.unplug()
-        let_pass(robot, 2.0)
-        rig.pty.plug_in()
-        back_at, read = robot.clock.now(), set()
-        for _ in range(1000):
-            let_pass(robot, 0.002)
-            for name in devices.keys() - MOTORS.keys():
-                with suppress(DeviceLostError):
-                    assert robot[name].read().time > back_at - 0.5, f"{name} at {robot.clock.now() - back_at:g} s"  # type: ignore[attr-defined]
-                    read.add(name)
-        assert read == devices.keys() - MOTORS.keys()
