@@ -85,7 +85,7 @@ class DeviceDriver(ABC, Generic[ToldT, SettingsT]):
         """Return where its wires go."""
         return ()
 
-    def notes(self, settings: SettingsT) -> Sequence[str]:
+    def notes(self, told: ToldT, settings: SettingsT) -> Sequence[str]:
         """Return what whoever connects it must know besides, in whole sentences."""
         return ()
 

@@ -36,7 +36,7 @@ class Fitting:
     @property
     def notes(self) -> tuple[str, ...]:
         """What whoever connects it must know, at last what may do harm."""
-        return (*self.driver.notes(self.settings), *self.warnings)
+        return (*self.driver.notes(self.told, self.settings), *self.warnings)
 
     def open(self, host: Host) -> Device:
         """Open the device; raises DeviceError, for what its driver has not translated too."""

@@ -42,7 +42,7 @@ class Pulses(DeviceDriver[EncoderDescription, PulsesSettings]):
     def connections(self, settings: PulsesSettings) -> Sequence[Connection]:
         return (gpio("gpio", settings.gpio),)
 
-    def notes(self, settings: PulsesSettings) -> Sequence[str]:
+    def notes(self, told: EncoderDescription, settings: PulsesSettings) -> Sequence[str]:
         return (LEVELS,)
 
     def check(self, told: EncoderDescription, settings: PulsesSettings, robot: RobotDescription) -> None:

@@ -40,7 +40,7 @@ class Quadrature(DeviceDriver[EncoderDescription, QuadratureSettings]):
     def connections(self, settings: QuadratureSettings) -> Sequence[Connection]:
         return gpio("a", settings.a), gpio("b", settings.b)
 
-    def notes(self, settings: QuadratureSettings) -> Sequence[str]:
+    def notes(self, told: EncoderDescription, settings: QuadratureSettings) -> Sequence[str]:
         return (LEVELS,)
 
     def open(self, told: EncoderDescription, settings: QuadratureSettings, host: Host) -> Encoder:

@@ -85,7 +85,7 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
         wires = self.wires(settings)
         return wires if settings.standby is None else (*wires, gpio("standby", settings.standby, is_shared=True))
 
-    def notes(self, settings: SettingsT) -> Sequence[str]:
+    def notes(self, told: MotorDescription, settings: SettingsT) -> Sequence[str]:
         return (BATTERY, UNGUARDED if settings.standby is None else PULLED_DOWN.format(line=settings.standby))
 
     def warnings(self, settings: SettingsT) -> Sequence[str]:

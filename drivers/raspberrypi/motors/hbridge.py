@@ -10,6 +10,7 @@ from drivers.raspberrypi.gpio import Gpio, gpio
 from drivers.raspberrypi.motors.bridge import Bridge
 from drivers.raspberrypi.motors.driver import MotorDriver, MotorSettings
 from drivers.raspberrypi.motors.outputs import digital_output, fall, pwm_output
+from robotcore.description import MotorDescription
 from robotcore.hardware import Connection, Host
 
 if TYPE_CHECKING:
@@ -48,8 +49,8 @@ class HBridge(MotorDriver[HBridgeSettings]):
             return inputs
         return (*inputs, gpio("enable", settings.enable, instead="make it standby, which motors may share"))
 
-    def notes(self, settings: HBridgeSettings) -> Sequence[str]:
-        return (*super().notes(settings), INPUTS)
+    def notes(self, told: MotorDescription, settings: HBridgeSettings) -> Sequence[str]:
+        return (*super().notes(told, settings), INPUTS)
 
     def bridge(self, name: str, settings: HBridgeSettings, host: Host) -> Bridge:
         with ExitStack() as opened:

@@ -84,7 +84,7 @@ class Ultrasonic(DeviceDriver[RangeSensorDescription, UltrasonicSettings]):
     def connections(self, settings: UltrasonicSettings) -> Sequence[Connection]:
         return gpio("trigger", settings.trigger), gpio("echo", settings.echo)
 
-    def notes(self, settings: UltrasonicSettings) -> Sequence[str]:
+    def notes(self, told: RangeSensorDescription, settings: UltrasonicSettings) -> Sequence[str]:
         return (LEVEL.format(echo=settings.echo),)
 
     def open(self, told: RangeSensorDescription, settings: UltrasonicSettings, host: Host) -> RangeSensor:

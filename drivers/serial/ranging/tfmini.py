@@ -74,7 +74,7 @@ class TFmini(SerialDriver[RangeSensorDescription, TFminiSettings]):
     def connections(self, settings: TFminiSettings) -> Sequence[Connection]:
         return (Connection("port", "serial", settings.port, spoken=f"{settings.speaks} at {settings.speed} baud"),)
 
-    def notes(self, settings: TFminiSettings) -> Sequence[str]:
+    def notes(self, told: RangeSensorDescription, settings: TFminiSettings) -> Sequence[str]:
         return (_LEVEL, _UNIT)
 
     def open(self, told: RangeSensorDescription, settings: TFminiSettings, host: Host) -> RangeSensor:

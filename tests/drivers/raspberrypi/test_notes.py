@@ -18,7 +18,7 @@ MODEL = {"dead_band": 0.1, "forward_rad_s": 14.0, "backward_rad_s": 14.0}
 
 
 def notes(driver: DeviceDriver[Any, Any], **settings: object) -> str:
-    return " ".join(driver.notes(driver.settings.model_validate(settings)))
+    return " ".join(driver.notes(None, driver.settings.model_validate(settings)))
 
 
 def test_the_echo_of_an_ultrasonic_module_is_too_high_for_its_own_gpio() -> None:

@@ -47,7 +47,7 @@ class Plug(DeviceDriver[Any, PlugSettings]):
         wires += [Connection("bus", "rail", str(settings.bus), is_shared=True)] if settings.bus else []
         return wires
 
-    def notes(self, settings: PlugSettings) -> Sequence[str]:
+    def notes(self, told: Any, settings: PlugSettings) -> Sequence[str]:
         return ("Push it in all the way.",)
 
 

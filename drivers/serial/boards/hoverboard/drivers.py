@@ -53,7 +53,7 @@ class HoverboardMotor(SerialDriver[MotorDescription, HoverboardMotorSettings]):
     def connections(self, settings: HoverboardMotorSettings) -> Sequence[Connection]:
         return (*super().connections(settings), settings.firmware())
 
-    def notes(self, settings: HoverboardMotorSettings) -> Sequence[str]:
+    def notes(self, told: MotorDescription, settings: HoverboardMotorSettings) -> Sequence[str]:
         mode = MODE.format(mode="SPD_MODE" if settings.mode == "speed" else "VLT_MODE")
         part = settings.mixer.turning / LIMIT
         return (WIRING, mode, SLEEPING, *((TURNING.format(part=part),) if part < 1 else ()))

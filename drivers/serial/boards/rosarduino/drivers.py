@@ -28,6 +28,7 @@ from drivers.serial.boards.rosarduino.readings import MUTE_PINGS, Pings, Ranges,
 from drivers.serial.boards.rosarduino.settings import (
     BOARD,
     COUNTING,
+    EDGES,
     PINGING,
     TIMEOUT,
     ArduinoEncoderSettings,
@@ -71,7 +72,7 @@ class ArduinoDriver(SerialDriver[ToldT, SettingsT]):
 
     parts: ClassVar[tuple[str, ...]] = ("arduino", "uno", "nano", "robotcore-bridge", "rosarduinobridge")
 
-    def notes(self, settings: SettingsT) -> Sequence[str]:
+    def notes(self, told: ToldT, settings: SettingsT) -> Sequence[str]:
         return (BOARD,)
 
 
@@ -88,7 +89,7 @@ class ArduinoMotor(ArduinoDriver[MotorDescription, ArduinoMotorSettings]):
     settings = ArduinoMotorSettings
     tells_direction = True
 
-    def notes(self, settings: ArduinoMotorSettings) -> Sequence[str]:
+    def notes(self, told: MotorDescription, settings: ArduinoMotorSettings) -> Sequence[str]:
         return (BOARD, TIMEOUT) if settings.model else (BOARD, TIMEOUT, COUNTING)
 
     def check(self, told: MotorDescription, settings: ArduinoMotorSettings, robot: RobotDescription) -> None:
@@ -125,6 +126,10 @@ class ArduinoEncoder(ArduinoDriver[EncoderDescription, ArduinoEncoderSettings]):
     what = "encoder"
     settings = ArduinoEncoderSettings
 
+    def notes(self, told: EncoderDescription, settings: ArduinoEncoderSettings) -> Sequence[str]:
+        edges = edges_per_turn(told, settings.counts)
+        return BOARD, EDGES.format(edges=edges, told=told.counts_per_turn, counts=settings.counts)
+
     def open(self, told: EncoderDescription, settings: ArduinoEncoderSettings, host: Host) -> Encoder:
         board = _board(told.name, settings, host)
         require_wheels(board, told.name)
@@ -148,7 +153,7 @@ class ArduinoSonar(ArduinoDriver[RangeSensorDescription, ArduinoSonarSettings]):
     def connections(self, settings: ArduinoSonarSettings) -> Sequence[Connection]:
         return settings.at("sonar" if settings.pin is None else f"sonar on pin {settings.pin}")
 
-    def notes(self, settings: ArduinoSonarSettings) -> Sequence[str]:
+    def notes(self, told: RangeSensorDescription, settings: ArduinoSonarSettings) -> Sequence[str]:
         return (BOARD,) if settings.pin is None else (BOARD, PINGING)
 
     def check(self, told: RangeSensorDescription, settings: ArduinoSonarSettings, robot: RobotDescription) -> None:

@@ -27,6 +27,11 @@ COUNTING = (
     "The board takes whole counts in 1/30 s: set_velocity returns the velocity that they are, and what is less than "
     "half a count stands."
 )
+EDGES = (
+    "A turn of the wheel is {edges} edges of the encoder's two channels, as counts_per_turn = {told} and counts = "
+    '"{counts}" have it. A wheel that has a quarter of them turns four times as fast as it is told: count them once, '
+    "as docs/firmware.md says."
+)
 PINGING = (
     "The true ROSArduinoBridge does nothing else while it listens for an echo, 38 ms where none comes and 1 s where no "
     "module is at that pin: it holds no velocity and takes no stop until then."

@@ -77,7 +77,7 @@ class SabertoothMotor(SerialDriver[MotorDescription, SabertoothSettings]):
     def connections(self, settings: SabertoothSettings) -> Sequence[Connection]:
         return settings.at(f"address {settings.address} M{settings.motor}")
 
-    def notes(self, settings: SabertoothSettings) -> Sequence[str]:
+    def notes(self, told: MotorDescription, settings: SabertoothSettings) -> Sequence[str]:
         return WIRING, UNHEARD, SWITCHING_ON
 
     def cutoffs(self, told: MotorDescription, settings: SabertoothSettings, host: Host) -> Sequence[CutoffSpec]:

@@ -61,7 +61,7 @@ class WaveshareDriver(SerialDriver[ToldT, SettingsT]):
 
     parts = ("ugv", "rasprover", "beast", "general driver")
 
-    def notes(self, settings: SettingsT) -> Sequence[str]:
+    def notes(self, told: ToldT, settings: SettingsT) -> Sequence[str]:
         return (FIRMWARE, WIFI)
 
 

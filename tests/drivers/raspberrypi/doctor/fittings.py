@@ -24,7 +24,7 @@ class Plugged(DeviceDriver[AnyDevice, Described]):
     def connections(self, settings: Described) -> tuple[Connection, ...]:
         return self._wires
 
-    def notes(self, settings: Described) -> tuple[str, ...]:
+    def notes(self, told: AnyDevice, settings: Described) -> tuple[str, ...]:
         return self._notes
 
 

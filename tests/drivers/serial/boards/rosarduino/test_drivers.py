@@ -1,11 +1,11 @@
 from __future__ import annotations
 
 import math
-from contextlib import suppress
 from typing import Any
 
 import pytest
 
+from robotcore.description import load_robot
 from robotcore.devices import Battery, Encoder, Motor, RangeSensor
 from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError, DeviceLostError
 from robotcore.robot import Robot
@@ -107,18 +107,14 @@ def test_a_board_that_was_unplugged_stands_until_it_is_told_anew_and_its_angles_
         assert angle(robot, "left") > before + 0.5
 
 
-def test_a_board_that_is_back_is_lost_until_it_has_counted_again(rig: Rig) -> None:
-    """An angle from before would be too old, and end a run that has waited for the board."""
-    with rig.open(OurDouble(), WHEELS) as robot:
-        rig.pty.unplug()
-        let_pass(robot, 0.3)
-        rig.pty.plug_in()
-        back, told = robot.clock.now(), 0.0
-        while not told:
-            let_pass(robot, 0.002)
-            with suppress(DeviceLostError):
-                told = encoder(robot, "left").read().time
-        assert told > back
+def test_the_shipped_rover_drives_the_shipped_firmware_as_fast_as_it_is_told(rig: Rig) -> None:
+    """The double's wheel has as many edges as FULL_SPEED in the firmware's config.h is of."""
+    board, shipped = OurDouble(), load_robot("rover").backends["serial"]
+    on_board = {name: {**table, "port": str(rig.pty.path)} for name, table in shipped.items() if name != "eye"}
+    with rig.open(board, on_board) as robot:
+        motor(robot, "left").set_velocity(4.0)
+        let_pass(robot, 0.1)
+        assert board.wheels.left.told == pytest.approx(4.0, rel=0.03)
 
 
 def test_cycles_are_four_counts_each(rig: Rig) -> None:
