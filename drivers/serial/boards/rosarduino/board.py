@@ -38,7 +38,7 @@ class ArduinoTalk(BoardTalk):
     """Asks a board who it is, tells it each new command once, and asks for counts and all else in between.
 
     ``command`` is in counts a frame, or, where the motors go by duty, from -1 to 1. What is not acknowledged is told
-    again only where a wheel is to stand. A board that answers nothing any more is asked who it is until it tells:
+    again only where both wheels are to stand. A board that answers nothing any more is asked who it is until it tells:
     it may have been reset, so that nothing turns until it is told anew.
     """
 
@@ -148,11 +148,11 @@ class ArduinoTalk(BoardTalk):
         return self.command.next_due <= now and self.command.told.stops
 
     def _newest(self, now: float) -> Told | None:
-        """Return what the motors are to be told now: something new, or again that a wheel is to stand."""
+        """Return what the motors are to be told now: something new, or again that both are to stand."""
         if self.command.next_due <= now:
             self._unheard = self.command.told  # before it is taken, that nobody thinks it were heard
             self._unheard = self.command.take(now)
-        elif self._unheard and all(self._unheard):
+        elif self._unheard and not self._unheard.stops:
             return None
         return self._unheard
 
