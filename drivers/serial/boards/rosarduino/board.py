@@ -31,6 +31,9 @@ IDLE_S = 0.05
 """A board whose encoders nobody reads is asked for them so often, to know that it is there,
 and was not reset."""
 
+MISTAKEN = 2
+"""The true one refuses no command that is whole: one that refuses so many in a row is ours, and wants their sums."""
+
 FULL_DUTY = 255
 
 
@@ -56,6 +59,7 @@ class ArduinoTalk(BoardTalk):
         self._polls = Polls(self._counting)
         self._kept_timeout_s: float | None = None
         self._unheard: Told | None = None
+        self._refusals = 0
 
     @property
     def silence_s(self) -> float:
@@ -105,7 +109,7 @@ class ArduinoTalk(BoardTalk):
         """Know nothing of the board any more; who it is, it is asked next."""
         super()._lose(now)
         self._acquaintance = Acquaintance(self.baud)
-        self._unheard = None
+        self._unheard, self._refusals = None, 0
         self._asking.give_up()
         self._asking.is_summed = None
         self._kept_timeout_s = None
@@ -163,9 +167,12 @@ class ArduinoTalk(BoardTalk):
             return duties(round(told.left * FULL_DUTY), round(told.right * FULL_DUTY))
         return speeds(round(told.left), round(told.right))
 
-    def _acknowledge(self, answer: Answer, _: float) -> None:
-        if not answer.is_refusal:
+    def _acknowledge(self, answer: Answer, now: float) -> None:
+        self._refusals = self._refusals + 1 if answer.is_refusal else 0
+        if not self._refusals:
             self._unheard = None
+        elif self._refusals >= MISTAKEN and not self.firmware.is_ours:
+            self._lose(now)
 
     @property
     def _has_to_limit(self) -> bool:

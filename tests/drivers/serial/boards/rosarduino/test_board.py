@@ -51,6 +51,17 @@ def test_our_firmware_is_not_taken_for_the_true_one_where_noise_spoils_its_name(
     assert conversation.talk.firmware.is_ours
 
 
+def test_our_firmware_taken_for_the_true_one_is_met_again_when_it_refuses(true_one: Conversation) -> None:
+    refused = b"Invalid Command\r\n"
+    for _ in range(2):
+        true_one.tell(20, 20)
+        true_one.goes((b"m 20 20\r", refused))
+    assert not true_one.talk.is_ready
+    true_one.goes((HELLO, OURS), (asked("m 0 0"), answered("OK")), (asked("k 2000"), answered("OK")))
+    true_one.tell(20, 20)
+    true_one.goes((asked("m 20 20"), answered("OK")))
+
+
 def test_the_true_one_without_wheels_is_told() -> None:
     conversation = Conversation()
     refused = b"Invalid Command\r\n"
