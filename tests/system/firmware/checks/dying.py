@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -48,18 +49,33 @@ def app(board: Board, tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
         yield process
 
 
-def wait_for_stop(board: Board) -> float:
-    """Return how long after the last command the motors were stopped."""
-    stopped = board.wait_for_stop(2.0)
-    commands = [event for event in board.events("line") if event.more.startswith("m ")]
-    return stopped.time - commands[-1].time
+def guardians(app: subprocess.Popen[str]) -> list[int]:
+    """Return the processes that a run has started."""
+    return [int(pid) for pid in Path(f"/proc/{app.pid}/task/{app.pid}/children").read_text().split()]
 
 
-def test_hung_program_is_stopped_by_the_boards_own_deadman(board: Board, app: subprocess.Popen[str]) -> None:
+def test_hung_program_leaves_no_wheel_turning(board: Board, app: subprocess.Popen[str]) -> None:
     app.send_signal(signal.SIGSTOP)
-    assert wait_for_stop(board) <= BOARD_TIMEOUT_S + FRAME_S
+    board.wait_for_stop(2.0)
     board.pass_time(0.5)
     assert board.duties == (0.0, 0.0)
+
+
+def test_hung_program_whose_guardian_hangs_too_is_stopped_by_the_boards_own_deadman(
+    board: Board, app: subprocess.Popen[str]
+) -> None:
+    hung = [*guardians(app), app.pid]
+    assert len(hung) > 1, "the run has no guardian"
+    try:
+        for pid in hung:
+            os.kill(pid, signal.SIGSTOP)
+        stopped = board.wait_for_stop(2.0)
+        last = [event for event in board.events("line") if event.more.startswith("m ")][-1]
+    finally:
+        for pid in hung:
+            os.kill(pid, signal.SIGCONT)
+    assert not last.more.startswith("m 0 0"), "somebody has told the wheels to stop"
+    assert BOARD_TIMEOUT_S - 0.001 <= stopped.time - last.time <= BOARD_TIMEOUT_S + FRAME_S
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
@@ -67,7 +83,7 @@ def test_program_that_ends_leaves_no_wheel_turning(
     board: Board, app: subprocess.Popen[str], number: signal.Signals
 ) -> None:
     app.send_signal(number)
-    wait_for_stop(board)
+    board.wait_for_stop(2.0)
     app.wait(20)
     board.pass_time(0.5)
     assert board.duties == (0.0, 0.0)
