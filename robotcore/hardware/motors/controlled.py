@@ -8,7 +8,7 @@ from threading import RLock
 from robotcore.clock import Clock
 from robotcore.description import MotorDescription
 from robotcore.devices import Encoder
-from robotcore.errors import DeviceError
+from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.hardware.motors.control import VelocityControl
 from robotcore.hardware.motors.duty import DutyMotor, Output
 from robotcore.hardware.motors.model import MotorModel
@@ -20,7 +20,8 @@ class ControlledMotor(DutyMotor):
 
     Commands may come from several threads, and corrections come from one more: what is asked for and what is sent for
     it belong together by a lock that is only held while a command is handed on: nothing turns the wheel after a stop.
-    Where the encoder fails the motor stops, and the next command that would turn it raises why.
+    Where the encoder fails the motor stops, and the next command that would turn it raises why. One that was lost is
+    looked at again then: where it is back, nothing is raised.
     """
 
     def __init__(
@@ -40,13 +41,25 @@ class ControlledMotor(DutyMotor):
 
     def _apply(self, rad_s: float) -> None:
         with self._lock:
-            if rad_s and (failure := self._failure):
-                self._failure = None
-                raise failure
+            if rad_s:
+                self._require_encoder()
             if rad_s * self._asked <= 0:
                 self._control.restart()
             self._asked = rad_s
             self._send(self._control.sent(rad_s) if rad_s else 0.0)
+
+    def _require_encoder(self) -> None:
+        """Raise why the encoder has failed, once; of one that was lost, for as long as it is.
+
+        One that is back is gone on from: what the wheel did not turn meanwhile is not made up for.
+        """
+        if isinstance(self._failure, DeviceLostError):
+            sample = self._encoder.read()
+            self._control.corrected(self._asked, sample.angle, sample.time)
+            self._failure = None
+        elif failure := self._failure:
+            self._failure = None
+            raise failure
 
     def _correct(self) -> None:
         try:

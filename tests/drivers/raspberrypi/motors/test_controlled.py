@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from robotcore.devices import Angle
-from robotcore.errors import DescriptionError, DeviceError
+from robotcore.errors import DescriptionError, DeviceError, DeviceLostError
 from robotcore.hardware import fit
 from robotcore.hardware.motors.controlled import ControlledMotor
 from tests.drivers.raspberrypi.motors.rig import H_BRIDGE, QUADRATURE, Rig, rover
@@ -130,6 +130,26 @@ def test_it_works_again_when_the_encoder_does() -> None:
     assert turned == pytest.approx(SPEED, rel=0.03)
 
 
+def test_an_encoder_that_was_lost_and_is_back_fails_no_command_and_what_was_not_turned_is_not_made_up_for() -> None:
+    rig, fresh = Rig(CONTROLLED), Rig(CONTROLLED)
+    driven(rig, SPEED)
+    whole, rig.encoder._newest = rig.encoder._newest, lost  # type: ignore[method-assign]
+    rig.let_pass(1.0)
+    for _ in range(2):
+        with pytest.raises(DeviceLostError):
+            rig.motor.set_velocity(SPEED)
+        assert rig.duty() == 0.0
+    rig.let_pass(1.01)
+    rig.encoder._newest = whole  # type: ignore[method-assign]
+    duties: list[list[float]] = [[], []]
+    for each, seen in zip((rig, fresh), duties, strict=True):
+        for _ in range(5):
+            each.motor.set_velocity(SPEED)
+            each.let_pass(0.04)
+            seen.append(each.duty())
+    assert duties[0] == pytest.approx(duties[1], rel=0.05)
+
+
 def test_closing_ends_the_control() -> None:
     rig = Rig(CONTROLLED)
     driven(rig, SPEED)
@@ -187,6 +207,10 @@ def driven(rig: Rig, speed: float) -> tuple[float, list[float]]:
     last = velocities[-250:]
     rig.on_step = lambda: None
     return sum(last) / len(last), last
+
+
+def lost() -> Any:
+    raise DeviceLostError("left_encoder", "unplugged")
 
 
 def broken() -> Any:
