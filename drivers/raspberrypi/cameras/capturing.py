@@ -14,7 +14,7 @@ from robotcore.description import CameraDescription
 from robotcore.devices import Camera, Frame
 from robotcore.hardware import Newest
 
-RETRY_S, LONGEST_RETRY_S = 0.5, 4.0
+RETRY_S, LONGEST_RETRY_S = 0.5, 2.0
 """A camera that failed is tried again after this long, then after twice as long, up to the longest."""
 
 CLOSING_S = 1.0

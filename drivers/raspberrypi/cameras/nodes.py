@@ -5,23 +5,19 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from robotcore.errors import DeviceError
-
 FILES = Path("/dev")
 CLASS = Path("/sys/class/video4linux")
 """A folder for every video file: its ``name``, its ``index`` within its device, and where that is plugged in.
 Source: https://www.kernel.org/doc/html/latest/driver-api/media/v4l2-dev.html."""
 
 
-def require_usable(camera: str, path: Path, *, was_there: bool) -> None:
-    """Raise DeviceError where there is no such file, or this user may not use it."""
+def why_unusable(path: Path, *, was_there: bool) -> str:
+    """Say that there is no such file, or that this user may not use it; nothing where it can be used."""
     if not path.exists():
-        words = f"{path} is gone; plug it in again" if was_there else f"there is no {path}. {_offer()}"
-        raise DeviceError(camera, words)
+        return f"{path} is gone; plug it in again" if was_there else f"there is no {path}. {_offer()}"
     if not os.access(path, os.R_OK | os.W_OK):
-        raise DeviceError(
-            camera, f"this user may not use {path}. Run sudo usermod -aG video $USER, then log out and in again"
-        )
+        return f"this user may not use {path}. Run sudo usermod -aG video $USER, then log out and in again"
+    return ""
 
 
 def usb_cameras() -> list[str]:

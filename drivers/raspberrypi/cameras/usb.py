@@ -5,14 +5,14 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from drivers.raspberrypi.cameras.nodes import require_usable
+from drivers.raspberrypi.cameras.nodes import why_unusable
 from drivers.raspberrypi.cameras.settings import UsbCameraSettings
 from drivers.raspberrypi.cameras.source import Light, Shot, Source
 from drivers.raspberrypi.cameras.stamps import Stamps
 from drivers.raspberrypi.cameras.usbcontrols import UsbControls
 from robotcore.clock import Clock
 from robotcore.description import CameraDescription
-from robotcore.errors import DeviceError
+from robotcore.errors import DeviceError, DeviceLostError
 
 BUFFERS = 2
 """One is being filled, one waits to be taken: nothing older is in between."""
@@ -22,7 +22,11 @@ BROKEN_IN_A_ROW = 5
 
 
 class UsbSource(Source):
-    """A picture's time is the kernel's stamp, of its first bytes: after the exposure, to a millisecond."""
+    """A picture's time is the kernel's stamp, of its first bytes: after the exposure, to a millisecond.
+
+    A camera that was there, and does not answer any more, is lost, whatever the kernel says of it: while its plug is
+    pulled its file may still be there, and when it is in again its file is another user's for a moment.
+    """
 
     def __init__(self, told: CameraDescription, settings: UsbCameraSettings, clock: Clock) -> None:
         super().__init__(told.name)
@@ -32,15 +36,15 @@ class UsbSource(Source):
 
     def open(self) -> list[str]:
         path = self._settings.path
-        require_usable(self.name, path, was_there=self._was_there)
+        if why := why_unusable(path, was_there=self._was_there):
+            raise self._failed(why)
         if cv2.CAP_V4L2 not in cv2.videoio_registry.getCameraBackends():
             raise DeviceError(self.name, "this OpenCV is built without V4L2. Run pip install opencv-python-headless")
         self._capture = capture = cv2.VideoCapture(str(path), cv2.CAP_V4L2)
         if not capture.isOpened():
-            raise DeviceError(
-                self.name,
+            raise self._failed(
                 f"{path} cannot be opened as a camera. Is another program using it (fuser {path})? "
-                "v4l2-ctl --list-devices tells which cameras there are",
+                "v4l2-ctl --list-devices tells which cameras there are"
             )
         self._was_there = True
         self._stamps = Stamps(self._clock)
@@ -56,8 +60,9 @@ class UsbSource(Source):
             is_whole, image = self._capture.retrieve()
             if is_whole:
                 return Shot(np.asarray(image, dtype=np.uint8), time)
-        require_usable(self.name, self._settings.path, was_there=True)
-        raise DeviceError(self.name, f"{self._settings.path} gives no more pictures; look at its plug and its cable")
+        path = self._settings.path
+        why = why_unusable(path, was_there=True)
+        raise self._failed(why or f"{path} gives no more pictures; look at its plug and its cable")
 
     def light(self, shot: Shot) -> Light:
         return Light(cv2.mean(shot.image)[:3])
@@ -70,6 +75,9 @@ class UsbSource(Source):
         capture, self._capture = self._capture, None
         if capture is not None:
             capture.release()
+
+    def _failed(self, fault: str) -> DeviceError:
+        return (DeviceLostError if self._was_there else DeviceError)(self.name, fault)
 
     def _ask_for(self, capture: cv2.VideoCapture) -> None:
         """Ask for a format, a size and a rate. V4L2 gives the nearest that the camera has, and never refuses."""

@@ -12,7 +12,7 @@ from drivers.raspberrypi.cameras.capturing import CapturingCamera
 from drivers.raspberrypi.cameras.settings import UsbCameraSettings
 from drivers.raspberrypi.cameras.v4l2 import UsbCamera
 from robotcore.description import load_robot
-from robotcore.errors import DescriptionError, DeviceError
+from robotcore.errors import DescriptionError, DeviceError, DeviceLostError
 from robotcore.hardware import Connection, Host, fit
 from tests.drivers.raspberrypi.cameras.bench import EYE, RED_BGR, LabClock
 from tests.drivers.raspberrypi.cameras.fakecapture import (
@@ -152,7 +152,7 @@ class TestUnplugged:
         webcam.pull_out()
         for _ in range(3):
             webcam.clock.let_pass(1.0)
-            with pytest.raises(DeviceError, match=rf"^eye: {webcam.path} is gone; plug it in again$"):
+            with pytest.raises(DeviceLostError, match=rf"^eye: {webcam.path} is gone; plug it in again$"):
                 eye.read()
         assert webcam.captures[-1].is_released
         webcam.controls[cv2.CAP_PROP_EXPOSURE] = 10.0
@@ -168,8 +168,28 @@ class TestUnplugged:
         eye = opened(webcam)
         monkeypatch.setattr(webcam.captures[-1], "grab", lambda: False)
         webcam.clock.let_pass(0.1)
-        with pytest.raises(DeviceError, match=rf"eye: {webcam.path} gives no more pictures; look at its plug"):
+        with pytest.raises(DeviceLostError, match=rf"eye: {webcam.path} gives no more pictures; look at its plug"):
             eye.read()
+
+    def test_and_plugged_in_again_is_lost_until_this_user_may_use_it_and_it_opens(
+        self, webcam: FakeWebcam, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        eye = opened(webcam)
+        webcam.pull_out()
+        webcam.clock.let_pass(0.1)
+        webcam.plug_in()
+        with monkeypatch.context() as patch:
+            patch.setattr("os.access", lambda *_: False)
+            webcam.clock.let_pass(1.0)
+            with pytest.raises(DeviceLostError, match=f"this user may not use {webcam.path}"):
+                eye.read()
+        webcam.is_busy = True
+        webcam.clock.let_pass(2.0)
+        with pytest.raises(DeviceLostError, match="cannot be opened as a camera"):
+            eye.read()
+        webcam.is_busy = False
+        webcam.clock.let_pass(2.5)
+        assert eye.read()
 
     def test_a_broken_picture_now_and_then_is_none(self, webcam: FakeWebcam) -> None:
         webcam.broken = 4
