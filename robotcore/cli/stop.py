@@ -50,6 +50,8 @@ def _stop(backend: Backend, setup: Setup) -> int:
     report = make_stand(cutoffs)
     if report.done:
         click.echo(f"{setup.robot.name}: stopped {', '.join(report.done)}")
+    for words in report.told:
+        click.echo(f"{setup.robot.name}: {words}")
     if report.failed:
         raise BackendError("\n".join(f"CANNOT STOP {fault}. Cut the motors' supply" for fault in report.failed))
     return 0

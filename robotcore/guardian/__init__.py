@@ -3,6 +3,6 @@
 Here is what a driver needs to have its motors stopped so. Nothing heavy is imported with it: the guardian starts fast.
 """
 
-from robotcore.guardian.cutoff import Cutoff, CutoffSpec
+from robotcore.guardian.cutoff import Cutoff, CutoffSpec, Unsure
 
-__all__ = ["Cutoff", "CutoffSpec"]
+__all__ = ["Cutoff", "CutoffSpec", "Unsure"]

@@ -9,6 +9,16 @@ from importlib import import_module
 from typing import Any
 
 
+class Unsure(str):
+    """What a stop returns where nobody can tell that the motors stand: why, and what will make them, in words.
+
+    >>> f"left_motor: {Unsure('its port is gone')}"
+    'left_motor: its port is gone'
+    """
+
+    __slots__ = ()
+
+
 class Cutoff(ABC):
     """Makes motors stand, from a process that is not the app's: lines to pull low, a stop frame to write to a port.
 
@@ -43,7 +53,7 @@ class Cutoff(ABC):
         """Make the motors stand. Called once or many times, armed or not, the app alive or gone.
 
         One that raises is called again for half a second: a system may need a moment to release what the app had. It
-        may return what it had to do besides, in words: the guardian tells them where the run has broken off.
+        may return what it had to do besides, in words, or `Unsure`, which is told in place of the motors' names.
         """
 
     @abstractmethod

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from queue import SimpleQueue
 from threading import Event, Thread
 from typing import Literal
 
 from robotcore.clock import Clock
 from robotcore.errors import RobotcoreError
-from robotcore.guardian.cutoff import Cutoff, CutoffSpec
+from robotcore.guardian.cutoff import Cutoff, CutoffSpec, Unsure
 from robotcore.guardian.link import Report
 
 Deed = Literal["open", "arm", "rest", "stop", "close"]
@@ -55,11 +54,13 @@ class Hand:
     def _stop(self) -> str | None:
         """Stop; again where it fails, for a while."""
         end = self._clock.now() + RETRYING_S
-        while self._clock.now() < end:
-            with suppress(Exception):
+        while True:
+            try:
                 return self._opened.stop()
+            except Exception:
+                if self._clock.now() >= end:
+                    raise
             self._clock.sleep_until(self._clock.now() + _PAUSE_S)
-        return self._opened.stop()
 
     def _close(self) -> None:
         self._is_at_work = False
@@ -104,7 +105,8 @@ def together(hands: Sequence[Hand], deed: Deed, limit: float, clock: Clock) -> R
     tasks = [hand.ask(deed) for hand in hands]
     end = clock.now() + limit
     faults = [task.fault_within(end - clock.now()) for task in tasks]
-    done = tuple(hand.device for hand, fault in zip(hands, faults, strict=True) if not fault)
     failed = tuple(f"{hand.device}: {fault}" for hand, fault in zip(hands, faults, strict=True) if fault)
-    told = tuple(dict.fromkeys(task.told for task in tasks if task.told))
-    return Report(deed, done, failed, told)
+    over = [(hand.device, task.told) for hand, task, fault in zip(hands, tasks, faults, strict=True) if not fault]
+    done = tuple(device for device, told in over if not isinstance(told, Unsure))
+    words = (f"{device}: {told}" if isinstance(told, Unsure) else told for device, told in over if told)
+    return Report(deed, done, failed, tuple(dict.fromkeys(words)))

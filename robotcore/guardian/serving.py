@@ -86,8 +86,8 @@ class Watch:
 
 def _cry(app: int, stops: Report) -> None:
     """Say what nobody else is left to say."""
-    stopped = ", ".join(stops.done) or "nothing"
-    _tell([f"the run of process {app} broke off; stopped {stopped}", *stops.told, *_warnings(stops)])
+    stopped = f"the run of process {app} broke off; stopped {', '.join(stops.done) or 'nothing'}"
+    _tell([*([stopped] if stops.done or stops.failed else []), *stops.told, *_warnings(stops)])
 
 
 def _warnings(stops: Report) -> list[str]:

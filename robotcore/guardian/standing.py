@@ -25,4 +25,4 @@ def make_stand(specs: Iterable[CutoffSpec]) -> Report:
     ready = [hand for hand in hands if hand.device in opened.done]
     stopped = together(ready, "stop", LIMIT_S, clock)
     together(hands, "close", LIMIT_S, clock)
-    return Report("stop", stopped.done, (*opened.failed, *stopped.failed))
+    return Report("stop", stopped.done, (*opened.failed, *stopped.failed), stopped.told)

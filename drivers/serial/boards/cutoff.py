@@ -6,14 +6,16 @@ frame whole. Nothing heavy is imported here: no wheel turns before the guardian 
 
 from __future__ import annotations
 
+import re
 from contextlib import suppress
 from select import poll, select
 from threading import RLock, Thread
 from typing import TYPE_CHECKING
 
 from drivers.serial.ports.finding import PortMissingError, holders, path_of
+from robotcore.clock import MonotonicClock
 from robotcore.errors import BackendError
-from robotcore.guardian import Cutoff, CutoffSpec
+from robotcore.guardian import Cutoff, CutoffSpec, Unsure
 
 if TYPE_CHECKING:
     from serial import Serial
@@ -22,6 +24,12 @@ if TYPE_CHECKING:
 
 WRITING_S = 0.2
 """A port that has not taken the frame by then takes none."""
+
+ANSWERING_S, REPEATING_S = 4.0, 0.25
+"""So long an answer is waited for, and so often the frame is sent: to open its port resets an Arduino, whose boot
+loader takes up to two seconds."""
+
+CHUNK = 4096
 
 LOOKING_S = 0.1
 """So often it is looked whether the port is still wanted."""
@@ -41,12 +49,14 @@ class StopFrame(Cutoff):
     opened anew for the next command; where it is not there any more, nobody can tell the board anything, and its own
     time-out stops it.
 
-    Where ``has_owner`` is false nobody of the robot's own is running: a program that has the port all the same may turn
-    the motors again, and is told of by BackendError, after the stop.
+    Where ``has_owner`` is false nobody of the robot's own is running, and BackendError is raised after the stop: for a
+    program that has the port all the same, and may turn the motors again; and where the board does not say what it
+    says to a stop, the regular expression ``answer``, None for one that never does.
     """
 
-    def __init__(self, place: str, baud: int, frame: str, *, has_owner: bool) -> None:
+    def __init__(self, place: str, baud: int, frame: str, answer: str | None, *, has_owner: bool) -> None:
         self._place, self._baud, self._frame, self._has_owner = place, baud, bytes.fromhex(frame), has_owner
+        self._answer = None if answer is None else re.compile(answer.encode("latin-1"))
         self._serial: Serial | None = None
         self._lock = RLock()
 
@@ -74,17 +84,41 @@ class StopFrame(Cutoff):
             except Exception:  # noqa: BLE001  pyserial's kinds have no base in common; what fails again is raised
                 self.close()
                 if not self._is_there():
-                    return f"{self._place} is gone: the board stops its motors by itself"
+                    return Unsure(f"{self._place} is gone: the board stops its motors by itself")
                 self._write()
-        if not self._has_owner and (who := holders(path_of(self._place))):
-            raise BackendError(f"{self._place} is held by {who}, which may turn it again. End that program first")
-        return None
+            return None if self._has_owner else self._confirmed()
 
     def close(self) -> None:
         with self._lock:
             serial, self._serial = self._serial, None
             if serial:
                 serial.close()
+
+    def _confirmed(self) -> str | None:
+        """Return None where the board has answered, raise BackendError where it should have and did not."""
+        if who := holders(path_of(self._place)):
+            raise BackendError(
+                f"the stop was sent, but {self._place} is held by {who}, which may turn it again. End that program "
+                "(a run takes its guardian with it), and stop anew"
+            )
+        if self._answer is None:
+            return Unsure(f"the stop was sent to {self._place}; this board cannot confirm it. Look whether they stand")
+        if not self._is_answered(self._answer):
+            raise BackendError(f"no answer on {self._place}: whether the stop was heard is not known")
+        return None
+
+    def _is_answered(self, answer: re.Pattern[bytes]) -> bool:
+        assert self._serial
+        clock, said, sent = MonotonicClock(), b"", 1
+        while clock.now() < ANSWERING_S:
+            if select([self._serial], [], [], REPEATING_S)[0]:
+                said += self._serial.read(CHUNK)
+            if answer.search(said):
+                return True
+            if clock.now() >= sent * REPEATING_S:
+                sent += 1
+                self._write()
+        return False
 
     def _let_go(self, serial: Serial, hung_up: poll) -> None:
         """Close a port when it hangs up."""
@@ -111,7 +145,8 @@ class StopFrame(Cutoff):
             select([], [], [], pause_s)
 
 
-def stop_frame(device: str, place: str, baud: int, frame: bytes, host: Host) -> CutoffSpec:
+def stop_frame(device: str, place: str, baud: int, frame: bytes, answer: str | None, host: Host) -> CutoffSpec:
     """Return how the guardian, or `robotcore stop`, stops a board; equal frames on one port are sent as one."""
-    parameters = {"place": place, "baud": baud, "frame": frame.hex(), "has_owner": host.owner is not None}
+    has_owner = host.owner is not None
+    parameters = {"place": place, "baud": baud, "frame": frame.hex(), "answer": answer, "has_owner": has_owner}
     return CutoffSpec(device, "drivers.serial.boards.cutoff:StopFrame", parameters)

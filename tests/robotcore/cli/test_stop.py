@@ -15,14 +15,14 @@ from tests.robotcore.guardian.recording import RecordingBackend, cutoff
 class Unopened(RecordingBackend):
     """Gives cutoffs that note what they are asked for; one of them may fail."""
 
-    def __init__(self, diary: Path, failing: str = "") -> None:
-        super().__init__(diary)
+    def __init__(self, diary: Path, failing: str = "", manner: str = "fails to stop") -> None:
+        super().__init__(diary, manner)
         self._failing = failing
         self.asked: list[Setup] = []
 
     def cutoffs(self, setup: Setup) -> Sequence[CutoffSpec]:
         self.asked.append(setup)
-        manners = {name: "fails to stop" if name == self._failing else "good" for name in sorted(setup.devices)}
+        manners = {name: self._manner if name == self._failing else "good" for name in sorted(setup.devices)}
         return [cutoff(self._file, name, manner) for name, manner in manners.items()]
 
 
@@ -54,6 +54,14 @@ def test_a_motor_that_cannot_be_stopped_is_named_and_the_others_are_stopped(
     told = cli("stop", "--backend", "recording")
     assert (told.status, told.out) == (3, "rover: stopped right_motor\n")
     assert told.err == "error: CANNOT STOP left_motor: OSError: no stop. Cut the motors' supply\n"
+
+
+def test_a_motor_of_which_nobody_can_tell_is_not_said_to_be_stopped(
+    cli: Cli, diary: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given(monkeypatch, Unopened(diary, failing="left_motor", manner="is unsure"))
+    told = cli("stop", "--backend", "recording")
+    assert told == (0, "rover: stopped right_motor\nrover: left_motor: nobody can tell\n", "")
 
 
 @pytest.mark.parametrize("backend", ["kinematic", "virtualpi", "mock"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 
 from robotcore.clock import MonotonicClock
-from robotcore.guardian import Cutoff
+from robotcore.guardian import Cutoff, Unsure
 from tests.robotcore.guardian.diary import Diary
 
 SLOW_S = 0.3
@@ -24,11 +24,12 @@ class Recorder(Cutoff):
     def arm(self) -> None:
         self._do("arm")
 
-    def stop(self) -> None:
+    def stop(self) -> str | None:
         self._stops += 1
         if self._manner == "late" and self._stops < 3:
             raise OSError("the line is busy")
         self._do("stop")
+        return Unsure("nobody can tell") if self._manner == "is unsure" else None
 
     def close(self) -> None:
         self._do("close")

@@ -28,3 +28,8 @@ def test_one_that_fails_is_told_and_holds_up_no_other(diary: Path) -> None:
     assert report.done == ("left_motor",)
     assert report.failed == ("gone: OSError: no open", "deaf: OSError: no stop")
     assert "stop gone" not in {note.what for note in notes(diary)}
+
+
+def test_one_that_cannot_tell_is_not_said_to_have_stopped(diary: Path) -> None:
+    report = make_stand([cutoff(diary, "left_motor"), cutoff(diary, "right_motor", "is unsure")])
+    assert report == Report("stop", ("left_motor",), (), ("right_motor: nobody can tell",))

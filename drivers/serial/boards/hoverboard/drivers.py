@@ -12,7 +12,7 @@ from drivers.serial.boards.cutoff import stop_frame
 from drivers.serial.boards.devices import BoardBattery, BoardEncoder, BoardMotor, BoardOutput
 from drivers.serial.boards.driver import SerialDriver
 from drivers.serial.boards.hoverboard.board import HoverboardTalk
-from drivers.serial.boards.hoverboard.protocol import LIMIT, STOP
+from drivers.serial.boards.hoverboard.protocol import LIMIT, STANDING, STOP
 from drivers.serial.boards.hoverboard.settings import HoverboardMotorSettings, HoverboardSettings, WheelSettings
 from drivers.serial.boards.settings import Side
 from drivers.serial.ports.line import Line
@@ -59,7 +59,7 @@ class HoverboardMotor(SerialDriver[MotorDescription, HoverboardMotorSettings]):
         return (WIRING, mode, SLEEPING, *((TURNING.format(part=part),) if part < 1 else ()))
 
     def cutoffs(self, told: MotorDescription, settings: HoverboardMotorSettings, host: Host) -> Sequence[CutoffSpec]:
-        return (stop_frame(told.name, settings.port, settings.speed, STOP, host),)
+        return (stop_frame(told.name, settings.port, settings.speed, STOP, STANDING, host),)
 
     def open(self, told: MotorDescription, settings: HoverboardMotorSettings, host: Host) -> Motor:
         board = _board(told.name, settings, host)

@@ -48,6 +48,9 @@ def command(steer: int, speed: int) -> bytes:
 STOP = command(0, 0)
 """Both wheels stand."""
 
+STANDING = r"\xcd\xab\0\0\0\0"
+"""The beginning of feedback from a board that has heard it."""
+
 
 @dataclass(frozen=True, slots=True)
 class Feedback:

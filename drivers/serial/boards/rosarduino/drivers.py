@@ -23,7 +23,7 @@ from drivers.serial.boards.rosarduino.fitness import (
     require_sound,
     require_wheels,
 )
-from drivers.serial.boards.rosarduino.protocol import BATTERY, PING_S, RANGE, STOP_NOW, ping
+from drivers.serial.boards.rosarduino.protocol import BATTERY, OBEYED, PING_S, RANGE, STOP_NOW, ping
 from drivers.serial.boards.rosarduino.readings import MUTE_PINGS, Pings, Ranges, Voltages
 from drivers.serial.boards.rosarduino.settings import (
     BOARD,
@@ -114,7 +114,7 @@ class ArduinoMotor(ArduinoDriver[MotorDescription, ArduinoMotorSettings]):
         return CountingMotor(told, output, counts / math.tau * board.talk.firmware.frame_s)
 
     def cutoffs(self, told: MotorDescription, settings: ArduinoMotorSettings, host: Host) -> Sequence[CutoffSpec]:
-        return (stop_frame(told.name, settings.port, settings.speed, STOP_NOW, host),)
+        return (stop_frame(told.name, settings.port, settings.speed, STOP_NOW, OBEYED, host),)
 
 
 class ArduinoEncoder(ArduinoDriver[EncoderDescription, ArduinoEncoderSettings]):

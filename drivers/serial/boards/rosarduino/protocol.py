@@ -132,6 +132,9 @@ STOP = speeds(0, 0)
 STOP_NOW = b"\rm 0 0\r"
 """Ends what may be left of a line, and stops both motors, with sums or without."""
 
+OBEYED = r"OK\r\n"
+"""What both firmwares answer to it."""
+
 
 def framed(text: str, *, is_summed: bool) -> bytes:
     r"""Return a question as it is sent.

@@ -81,7 +81,7 @@ class SabertoothMotor(SerialDriver[MotorDescription, SabertoothSettings]):
         return WIRING, UNHEARD, SWITCHING_ON
 
     def cutoffs(self, told: MotorDescription, settings: SabertoothSettings, host: Host) -> Sequence[CutoffSpec]:
-        return (stop_frame(told.name, settings.port, settings.speed, stop(settings.address), host),)
+        return (stop_frame(told.name, settings.port, settings.speed, stop(settings.address), None, host),)
 
     def open(self, told: MotorDescription, settings: SabertoothSettings, host: Host) -> Motor:
         make = partial(SabertoothTalk, settings.speed)

@@ -11,7 +11,7 @@ from drivers.serial.boards.devices import BoardBattery, BoardEncoder, BoardMotor
 from drivers.serial.boards.driver import SerialDriver
 from drivers.serial.boards.settings import PortSettings, SideSettings, TimeoutSettings
 from drivers.serial.boards.waveshare.board import WaveshareTalk
-from drivers.serial.boards.waveshare.protocol import BAUD, FASTEST_M_S, STOP
+from drivers.serial.boards.waveshare.protocol import BAUD, FASTEST_M_S, STANDING, STOP
 from robotcore.description import (
     BatteryDescription,
     Described,
@@ -89,7 +89,7 @@ class WaveshareMotor(WaveshareDriver[MotorDescription, WaveshareMotorSettings]):
         return BoardMotor(told, output, _wheel_radius_m(host.robot))
 
     def cutoffs(self, told: MotorDescription, settings: WaveshareMotorSettings, host: Host) -> Sequence[CutoffSpec]:
-        return (stop_frame(told.name, settings.port, settings.speed, STOP, host),)
+        return (stop_frame(told.name, settings.port, settings.speed, STOP, STANDING, host),)
 
 
 class WaveshareEncoder(WaveshareDriver[EncoderDescription, WaveshareEncoderSettings]):

@@ -127,3 +127,6 @@ STOP = b"\n" + speeds(0.0, 0.0)
 
 Type 0, the board's emergency stop, would stop an arm on it too, and the older firmware does not know it.
 """
+
+STANDING = r'\{"T":1001,"L":-?0(\.0\d*)?,"R":-?0(\.0\d*)?,'
+"""Feedback of a board that has heard it: neither track goes at 0.1 m/s any more."""

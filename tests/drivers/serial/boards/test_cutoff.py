@@ -15,6 +15,7 @@ import pytest
 from drivers.serial.boards.cutoff import APART_S, StopFrame
 from robotcore.clock import MonotonicClock
 from robotcore.errors import BackendError
+from robotcore.guardian import Unsure
 from tests.doubles.serial.board import Powered
 from tests.doubles.serial.pty import Pty
 from tests.drivers.serial.boards.turning import STOP, TURN
@@ -89,12 +90,12 @@ def test_a_board_that_was_unplugged_is_left_to_its_own_time_out(bench: Bench) ->
     bench.pty.unplug()
     bench.program.kill()
     said = bench.over()
-    assert f"guardian: {bench.pty.path} is gone: the board stops its motors by itself" in said
+    assert said == f"guardian: left_motor: {bench.pty.path} is gone: the board stops its motors by itself\n"
 
 
 def test_a_port_that_is_unplugged_is_let_go_lest_the_board_come_back_by_another_name(tmp_path: Path) -> None:
     with Pty(tmp_path) as pty:
-        cutoff = StopFrame(str(pty.path), 57600, STOP.hex(), has_owner=True)
+        cutoff = StopFrame(str(pty.path), 57600, STOP.hex(), "!", has_owner=True)
         cutoff.open()
         name = str(pty.path.resolve())
         pty.unplug()
@@ -107,26 +108,70 @@ def test_a_port_that_is_unplugged_is_let_go_lest_the_board_come_back_by_another_
         assert pty.all_heard() == 2 * STOP
 
 
-def test_where_nobody_drives_the_board_is_told_to_stop_twice_apart_and_that_is_all(tmp_path: Path) -> None:
+@pytest.fixture
+def powered(tmp_path: Path) -> Iterator[Powered]:
+    clock = MonotonicClock()
     with Pty(tmp_path) as pty:
-        cutoff = StopFrame(str(pty.path), 57600, STOP.hex(), has_owner=False)
-        cutoff.open()
-        clock = MonotonicClock()
-        began = clock.now()
-        cutoff.stop()
-        assert clock.now() - began >= APART_S
-        clock.close()
+        yield (powered := Powered(Answering(), pty, clock))
+        powered.off()
+    clock.close()
+
+
+def stopping(path: Path, answer: str | None) -> str | None:
+    """Stop as somebody who drives nothing."""
+    cutoff = StopFrame(str(path), 57600, STOP.hex(), answer, has_owner=False)
+    cutoff.open()
+    try:
+        return cutoff.stop()
+    finally:
         cutoff.close()
+
+
+def test_where_nobody_drives_the_board_is_told_to_stop_and_confirms_it(tmp_path: Path, powered: Powered) -> None:
+    assert stopping(tmp_path / "board", "!") is None
+    assert isinstance(powered.board, Answering)
+    assert powered.board.heard == 2 * STOP
+
+
+@pytest.mark.parametrize("is_deaf", [True, False])
+def test_a_board_that_does_not_confirm_a_stop_is_not_said_to_have_stopped(
+    tmp_path: Path, powered: Powered, monkeypatch: pytest.MonkeyPatch, *, is_deaf: bool
+) -> None:
+    monkeypatch.setattr("drivers.serial.boards.cutoff.ANSWERING_S", 0.5)
+    assert isinstance(powered.board, Answering)
+    powered.board.is_deaf = is_deaf
+    with pytest.raises(BackendError, match=r"no answer on .*whether the stop was heard is not known"):
+        stopping(tmp_path / "board", "what another board says")
+
+
+def test_a_stop_is_sent_again_until_the_board_has_started(tmp_path: Path, powered: Powered) -> None:
+    assert isinstance(powered.board, Answering)
+    powered.board.is_deaf = True
+    clock = MonotonicClock()
+    clock.call_at(0.4, lambda: setattr(powered.board, "is_deaf", False))
+    assert stopping(tmp_path / "board", "!") is None
+    assert clock.now() > 0.4
+    clock.close()
+
+
+def test_of_a_board_that_never_answers_it_is_said_that_nobody_can_tell(tmp_path: Path) -> None:
+    with Pty(tmp_path) as pty:
+        clock = MonotonicClock()
+        told = stopping(pty.path, None)
+        assert clock.now() >= APART_S
+        assert isinstance(told, Unsure)
+        assert told == f"the stop was sent to {pty.path}; this board cannot confirm it. Look whether they stand"
         assert pty.all_heard() == 2 * STOP
 
 
 def test_a_program_that_has_the_port_is_told_of_after_the_stop(bench: Bench) -> None:
     bench.until_heard(TURN)
-    cutoff = StopFrame(str(bench.pty.path), 57600, STOP.hex(), has_owner=False)
+    cutoff = StopFrame(str(bench.pty.path), 57600, STOP.hex(), "!", has_owner=False)
     cutoff.open()
 
     def stop() -> None:
-        with pytest.raises(BackendError, match=rf"is held by process {bench.program.pid} \(.*End that program first"):
+        who = rf"process {bench.program.pid} \(\w+\) and process \d+ \(the guardian of a run\)"
+        with pytest.raises(BackendError, match=rf"the stop was sent, but .* is held by {who}, which may turn it again"):
             cutoff.stop()
 
     bench.until_heard(STOP, stop)

@@ -23,7 +23,7 @@ def main() -> None:
     talk = Asking()
     line = Line(port, talk, clock)
     line.open("left_motor", 5.0)
-    spec = stop_frame("left_motor", port, talk.baud, STOP, Host(load_robot("rover"), clock))
+    spec = stop_frame("left_motor", port, talk.baud, STOP, "!", Host(load_robot("rover"), clock))
     with Guardian([spec], LEASE_S) as guardian:
         while not select([sys.stdin], [], [], 0.02)[0]:
             guardian.is_driving()
