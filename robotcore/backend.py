@@ -91,12 +91,14 @@ class Backend(ABC):
     One that ``needs_world`` simulates the world that it is given; one that ``brings_physics`` is a physics
     simulator that needs nothing else to be running. One that ``serves_one`` has one robot or simulator, which a
     second program has to wait for. ``modules`` are the libraries it works with, looked
-    for without importing them; ``remedy`` is what to do where they are missing.
+    for without importing them; ``remedy`` is what to do where they are missing. ``placing`` are the
+    options with which `described` tells of a robot that is connected elsewhere than its file says.
     """
 
     name: ClassVar[str]
     summary: ClassVar[str]
     vouches_for: ClassVar[frozenset[Vouch]] = frozenset()
+    placing: ClassVar[frozenset[str]] = frozenset()
     needs_world: ClassVar[bool] = False
     has_gui: ClassVar[bool] = False
     brings_physics: ClassVar[bool] = False
@@ -169,7 +171,8 @@ class Backend(ABC):
         Raises UsageError where there is no such scene, and BackendError where nobody answers.
         """
         raise UsageError(
-            f"the backend {self.name!r} joins nobody's scene, so there is nothing to look at. Leave it out"
+            f"the backend {self.name!r} joins nobody's scene, so there is nothing to look at. Leave "
+            "--backend out: each section of the file is checked without it"
         )
 
     def cutoffs(self, setup: Setup) -> Sequence[CutoffSpec]:

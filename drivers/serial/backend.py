@@ -11,7 +11,7 @@ from drivers.serial.ports.place import PortPlace
 from drivers.serial.wires import counted_on, wiring_of
 from robotcore.backend import Backend, Setup
 from robotcore.clock import MonotonicClock
-from robotcore.description import Described, RobotDescription
+from robotcore.description import Described, RobotDescription, load_robot
 from robotcore.guardian import CutoffSpec
 from robotcore.hardware import Fitting, batteries_in, fit, open_robot, unopened_cutoffs
 from robotcore.robot import Robot
@@ -36,10 +36,14 @@ class SerialBackend(Backend):
     name = "serial"
     summary = "a robot on serial lines and USB, from any computer: motor boards, range sensors, cameras"
     modules = ("serial",)
+    placing = frozenset(SerialOptions.model_fields)
 
     @property
     def remedy(self) -> str:
         return "pip install 'robotcore[serial]'"
+
+    def described(self, robot: str, options: Mapping[str, Any]) -> RobotDescription:
+        return _placed(Setup(load_robot(robot), None, frozenset(), options=options)).robot
 
     def fittings(self, robot: RobotDescription, names: Iterable[str] | None = None) -> tuple[Fitting, ...]:
         """Return how the devices of those names, by default all, are connected to this computer; see `fit`."""

@@ -7,13 +7,15 @@ empty where there is none to give.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from robotcore.cli.findings import lines_of
 from robotcore.cli.output import as_json, write_json
+from robotcore.cli.placed import options_of, placed, placed_robot
+from robotcore.errors import UsageError
 from robotcore.plural import counted
 
 if TYPE_CHECKING:
@@ -28,13 +30,18 @@ MACHINE = "machine"
 @click.command("doctor")
 @click.option("--robot", help="A robot by its name or its file, whose devices are looked at too.")
 @click.option("--backend", help="Look at this one only; by default this board's, or all that are no board's.")
+@placed
 @as_json
-def command(robot: str | None, backend: str | None, *, as_json: bool) -> int:
+def command(
+    robot: str | None, backend: str | None, port: str | None, options: tuple[tuple[str, str], ...], *, as_json: bool
+) -> int:
     """Look whether this machine can run a robot.
 
     Says what is right, what is wrong and what to do about it; the exit status is 1 where there is an error.
     """
-    told = _told(robot, backend)
+    if (told_of := options_of(port, options)) and not (robot and backend):
+        raise UsageError(f"option {next(iter(told_of))}: of which robot, on which backend? Add --robot and --backend")
+    told = _told(robot, backend, told_of)
     findings = list(told if as_json else _shown(told))
     levels = [finding.level.value for _, finding in findings]
     warnings, errors = levels.count("warning"), levels.count("error")
@@ -47,7 +54,7 @@ def command(robot: str | None, backend: str | None, *, as_json: bool) -> int:
     return status
 
 
-def _told(robot: str | None, backend: str | None) -> Iterator[Told]:
+def _told(robot: str | None, backend: str | None, options: Mapping[str, str]) -> Iterator[Told]:
     """Yield what is found, as it is found; what robots are made of is imported after the machine was looked at."""
     from robotcore.doctor.checks import findings_of
     from robotcore.doctor.machine import machine_checks
@@ -56,11 +63,16 @@ def _told(robot: str | None, backend: str | None) -> Iterator[Told]:
     yield from ((MACHINE, finding) for finding in found)
     if any(finding.level.value == "error" and finding.what == "NumPy" for finding in found):
         return  # nothing else can be imported
-    from robotcore.description import load_robot
-
-    described = None if robot is None else load_robot(robot)
+    described = None if robot is None else _described(robot, backend, options)
     for name in (backend,) if backend else _chosen():
         yield from ((name, finding) for finding in _examined(name, described, is_asked=backend is not None))
+
+
+def _described(robot: str, backend: str | None, options: Mapping[str, str]) -> RobotDescription:
+    from robotcore.catalogue import load_backend
+    from robotcore.description import load_robot
+
+    return placed_robot(load_backend(backend), robot, options) if backend and options else load_robot(robot)
 
 
 def _chosen() -> list[str]:

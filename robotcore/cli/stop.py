@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from robotcore.cli.values import pair
+from robotcore.cli.placed import options_of, placed
 
 if TYPE_CHECKING:
     from robotcore.backend import Backend, Setup
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 @click.command("stop")
 @click.option("--backend", "name", required=True, help="What the robot runs on, such as raspberrypi.")
 @click.option("--robot", default="rover", show_default=True, help="A robot's name, or its .toml file.")
-@click.option("--option", "options", metavar="KEY=VALUE", type=pair, multiple=True, help="An option of the backend.")
-def command(name: str, robot: str, options: tuple[tuple[str, str], ...]) -> int:
+@placed
+def command(name: str, robot: str, port: str | None, options: tuple[tuple[str, str], ...]) -> int:
     """Make every motor of a robot stand, from any process.
 
     Nothing is opened but what stops them. No program is ended for it: what one that lives still holds is named, and the
@@ -26,7 +26,7 @@ def command(name: str, robot: str, options: tuple[tuple[str, str], ...]) -> int:
 
     backend = load_backend(name)
     backend.require_installed()
-    return _stop(backend, _setup(backend, robot, dict(options)))
+    return _stop(backend, _setup(backend, robot, options_of(port, options)))
 
 
 def _setup(backend: Backend, robot: str, options: dict[str, str]) -> Setup:

@@ -7,12 +7,13 @@ first, to none of them where it does not go to the connector; ``kind`` is one of
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from robotcore.cli.output import as_json, write_json, write_table
+from robotcore.cli.placed import options_of, placed, placed_robot
 
 if TYPE_CHECKING:
     from robotcore.hardware import Wire, Wiring
@@ -21,13 +22,14 @@ if TYPE_CHECKING:
 @click.command("wiring")
 @click.argument("robot", default="rover")
 @click.option("--backend", default="raspberrypi", show_default=True, help="The board whose wiring to show.")
+@placed
 @as_json
-def command(robot: str, backend: str, *, as_json: bool) -> None:
+def command(robot: str, backend: str, port: str | None, options: tuple[tuple[str, str], ...], *, as_json: bool) -> None:
     """Show where the wires of ROBOT go.
 
     As its file says: in a table and on the board's connector, if it has one, with what else there is to know.
     """
-    wiring = _wiring(robot, backend)
+    wiring = _wiring(robot, backend, options_of(port, options))
     if as_json:
         write_json({"robot": robot, "backend": backend, **_told(wiring)})
         return
@@ -43,12 +45,12 @@ def command(robot: str, backend: str, *, as_json: bool) -> None:
         click.echo(note)
 
 
-def _wiring(robot: str, name: str) -> Wiring:
+def _wiring(robot: str, name: str, options: Mapping[str, str]) -> Wiring:
     from robotcore.catalogue import load_backend
     from robotcore.errors import UsageError
 
     backend = load_backend(name)
-    wiring = backend.wiring(backend.described(robot, {}))
+    wiring = backend.wiring(placed_robot(backend, robot, options))
     if wiring is None:
         raise UsageError(f"the backend {name!r} has nothing to wire. Take the real robot's: --backend raspberrypi")
     return wiring

@@ -17,7 +17,7 @@ def why_closed(place: str, path: str, baud: int, error: Exception) -> str:
     if isinstance(error, PortMissingError):
         return (
             f"{error}. Plug the board in, by a cable that carries data, or name another: port in the robot's file, or "
-            "--port of robotcore run"
+            "--port"
         )
     number = getattr(error, "errno", None)
     if number in _HELD:

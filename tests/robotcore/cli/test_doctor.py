@@ -138,3 +138,16 @@ def test_a_broken_numpy_is_told_and_nothing_that_needs_it_is_tried(
     monkeypatch.setattr("robotcore.doctor.machine.machine_checks", lambda: [("NumPy", lambda: [broken])])
     told = cli("doctor", "--json")
     assert (told.status, len(told.json["findings"])) == (1, 1)
+
+
+@pytest.mark.parametrize(
+    "asked, fault",
+    [
+        (("--port", "7"), "option port: of which robot, on which backend? Add --robot and --backend"),
+        (("--port", "7", "--robot", "rover", "--backend", "mock"), "unknown option 'port'. There are: none."),
+    ],
+)
+def test_a_place_is_that_of_a_robot_on_a_backend_that_takes_one(cli: Cli, asked: tuple[str, ...], fault: str) -> None:
+    told = cli("doctor", *asked)
+    assert told.status == 2
+    assert fault in told.err

@@ -95,3 +95,9 @@ def test_a_wire_is_drawn_at_its_best_pad_only() -> None:
     drawn = row(Wire("nose", "", "supply", "", (4, 2)))
     assert USED not in drawn
     assert drawn.count(FREE) == 2
+
+
+def test_a_place_is_refused_by_a_backend_that_takes_none(cli: Cli, post: str) -> None:
+    told = cli("wiring", post, "--backend", "plugboard", "--port", "7")
+    assert told.status == 2
+    assert "unknown option 'port'" in told.err
