@@ -202,6 +202,16 @@ def test_a_motor_that_the_deadman_cannot_reach_breaks_no_tick_off() -> None:
     assert board.loop.outages.notes(1.5) == ()
 
 
+@pytest.mark.parametrize("end", [Status.RUNNING, Status.SUCCESS])
+def test_a_run_that_ends_while_a_motor_is_lost_does_not_tell_that_it_stands(end: Status) -> None:
+    """By its time-out, or by an app that is not kept from ending by a motor that it has not commanded for long."""
+    board = Board()
+    Line(board.rig, board.rig.left)
+    with pytest.raises(DeviceLostError, match="left_motor: unplugged"):
+        board.run(lambda robot: Status.RUNNING if robot.clock.now() < 0.55 else end, timeout=0.6)
+    assert board.loop.time == pytest.approx(0.55 if end is Status.SUCCESS else 0.6)
+
+
 def test_a_lost_motor_hides_no_other_that_does_not_stop() -> None:
     board = Board()
     Line(board.rig, board.rig.left)
