@@ -11,7 +11,7 @@ from drivers.serial.backend import SECTION
 from robotcore.description import BatteryDescription, RobotDescription, load_robot
 
 BOARD_TIMEOUT_S = 0.5
-ANSWER_S = 60
+ANSWER_S, MAX_AGE_S = 60, 3.0
 BATTERY = '[[devices]]\nkind = "battery"\nname = "battery"\n'
 
 CONNECTED: dict[str, dict[str, Any]] = {
@@ -43,7 +43,8 @@ def on_serial(robot: RobotDescription, port: Path, board_timeout_s: float) -> Ro
 def patient(path: Path) -> Path:
     """Write the rover's file for a simulated robot that a busy machine keeps waiting, and return where it is."""
     rover = (files("robotcore.description") / "robots" / "rover.toml").read_text()
-    path.write_text(rover.replace("[safety]\n", f"[safety]\nanswer_s = {ANSWER_S}\n"))
+    patience = f"answer_s = {ANSWER_S}\nmax_age_s = {MAX_AGE_S}\n"
+    path.write_text(rover.replace("max_age_s = 1.0\n", patience))
     return path
 
 
