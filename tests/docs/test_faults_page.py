@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robotcore import registry
+from robotcore import Outcome, registry
 from robotcore.cli.main import execute
 from robotcore.description import load_robot
+from robotcore.errors import DeviceLostError
 from robotcore.faults import Kind, plan_faults
 from robotcore.faults.catalogue import load_fault
 from robotcore.faults.file import specs_in
@@ -22,6 +23,7 @@ from robotcore.registry import fault_names
 from tests.docs.listings import Exchange, code_in, exchanges, listings, rows
 from tests.robotcore.fakes import picture
 from tests.robotcore.faults.rigs import faulty
+from tests.robotcore.running.test_outages import Board, Line
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -74,6 +76,16 @@ def test_table_has_every_effect_with_its_unit_and_what_it_is_on() -> None:
 def test_test_of_an_app_passes(folder: Path) -> None:
     found = runpy.run_path(str(folder / "test_patient.py"))
     found["test_stands_while_the_connection_is_lost_and_drives_on"]()
+
+
+def test_app_of_the_page_lives_through_a_board_that_hears_no_stop_where_the_robot_waits_for_it(folder: Path) -> None:
+    patient = runpy.run_path(str(folder / "patient.py"))["Patient"]
+    waiting, impatient = Board(), Board(outage=0.0)
+    for board in (waiting, impatient):
+        Line(board.rig, board.rig.left, board.rig.right)
+    assert waiting.run(patient().step) is Outcome.TIMEOUT
+    with pytest.raises(DeviceLostError):
+        impatient.run(patient().step)
 
 
 def test_fault_of_ones_own_works(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:

@@ -122,14 +122,16 @@ class Line:
 
 
 class Board:
-    """A rover in a loop that bears a loss of a second; it keeps what every motor was told, and when."""
+    """A rover in a loop that bears a loss of a second, or as long as it is told; it keeps the record of each tick."""
 
-    def __init__(self, rate_hz: float = 20.0) -> None:
-        self.rig = Rig(rate_hz)
+    def __init__(self, rate_hz: float = 20.0, *, outage: float = 1.0) -> None:
+        self.rig, self._outage = Rig(rate_hz), outage
         self.records: list[TickRecord] = []
 
     def run(self, deed: Callable[[Robot], Status | None], timeout: float = 1.5) -> Outcome:
-        self.loop = Loop(self.rig.assembled, Deed(deed), self.rig.rate_hz, timeout, [self.records.append], outage=1.0)
+        self.loop = Loop(
+            self.rig.assembled, Deed(deed), self.rig.rate_hz, timeout, [self.records.append], outage=self._outage
+        )
         return self.loop.run()
 
     @property
