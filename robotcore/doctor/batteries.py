@@ -27,13 +27,18 @@ def batteries_of(backend: Backend, robot: RobotDescription) -> Iterator[Finding]
 def charges(robot: RobotDescription, opened: Robot) -> Iterator[Finding]:
     """Yield the voltage of each battery that is open, whether it is to be charged, and why another one is not open."""
     for note in opened.notes:
-        yield Finding.unchecked("battery", note, UNTOLD)
+        yield _unchecked("battery", note)
     for told in robot.all_of(BatteryDescription):
         if isinstance(battery := opened.devices.get(told.name), Battery):
             try:
                 yield _judged(told, battery.read().voltage)
             except DeviceError as failure:
-                yield Finding.unchecked(told.name, str(failure), UNTOLD)
+                yield _unchecked(told.name, str(failure))
+
+
+def _unchecked(what: str, fault: str) -> Finding:
+    """Return that a battery's voltage is not known; a fault that says what to do needs no other advice."""
+    return Finding.unchecked(what, fault, "" if ". " in fault or "; " in fault else UNTOLD)
 
 
 def _judged(told: BatteryDescription, voltage: float) -> Finding:

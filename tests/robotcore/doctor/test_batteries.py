@@ -43,11 +43,14 @@ def test_a_battery_is_read_and_judged_and_nothing_else_is_opened(
     assert backend.asked == {"cells"}
 
 
-def test_one_that_cannot_be_opened_is_not_taken_for_ok(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "note, remedy", [("cells: no answer", UNTOLD), ("cells: no divider; name its pin", ""), ("No divider. Add it", "")]
+)
+def test_one_that_cannot_be_opened_is_not_taken_for_ok(tmp_path: Path, note: str, remedy: str) -> None:
     backend = Asked({"cells": 7.4})
-    backend.notes_of_it = ("cells: no answer",)
+    backend.notes_of_it = (note,)
     (finding,) = batteries_of(backend, powered_rover(tmp_path))
-    assert finding == Finding.unchecked("battery", "cells: no answer", UNTOLD)
+    assert finding == Finding.unchecked("battery", note, remedy)
 
 
 def test_where_the_backend_tells_of_none_nothing_is_opened(tmp_path: Path) -> None:
