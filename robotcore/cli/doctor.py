@@ -90,8 +90,10 @@ def _chosen() -> list[str]:
 
 
 def _examined(name: str, robot: RobotDescription | None, *, is_asked: bool) -> Iterator[Finding]:
+    from dataclasses import replace
+
     from robotcore.catalogue import load_backend
-    from robotcore.doctor import Finding, findings_of
+    from robotcore.doctor import Finding, Level, findings_of
     from robotcore.errors import BackendMissingError
 
     try:
@@ -101,7 +103,9 @@ def _examined(name: str, robot: RobotDescription | None, *, is_asked: bool) -> I
             raise
         yield Finding.error(name, *_halves(str(error)))
         return
-    yield from findings_of([(name, lambda: backend.examine(robot))])
+    is_wanting = is_asked and not backend.is_installed
+    for finding in findings_of([(name, lambda: backend.examine(robot))]):
+        yield replace(finding, level=Level.ERROR) if is_wanting and finding.what == name else finding
 
 
 def _halves(message: str) -> tuple[str, str]:

@@ -93,6 +93,19 @@ def test_json_is_one_line_with_all_findings(cli: Cli, ward: type[Ward]) -> None:
     }
 
 
+@pytest.mark.parametrize("asked, status", [(("--backend", "ward"), 1), ((), 0)])
+def test_a_backend_that_is_asked_for_and_is_not_installed_is_an_error(
+    cli: Cli, ward: type[Ward], monkeypatch: pytest.MonkeyPatch, asked: tuple[str, ...], status: int
+) -> None:
+    monkeypatch.setattr(ward, "modules", ("no_such_module",))
+    ward.is_here, ward.found = True, (Finding.warning("ward", "is not installed", "pip install ward"), POOR)
+    told = cli("doctor", *asked)
+    assert (told.status, told.out.splitlines()[-1]) == (
+        status,
+        f"{status} error{'' if status else 's'}, " + ("1 warning" if status else "2 warnings"),
+    )
+
+
 def test_on_its_own_board_a_backend_is_looked_at_alone(cli: Cli, ward: type[Ward]) -> None:
     ward.is_here = True
     assert {each["about"] for each in cli("doctor", "--json").json["findings"]} == {"machine"}
