@@ -83,4 +83,7 @@ def _driver(told: AnyDevice, key: str, table: Any) -> DeviceDriver[Any, Any]:
 
 
 def _untold(told: AnyDevice) -> str:
-    return f"Say how it is connected, first of all its driver: {choice(told)}"
+    return (
+        f"Say how it is connected, first of all its driver: {choice(told)}; or, where the robot has none, take "
+        f"{told.name!r} out of its [[devices]]"
+    )

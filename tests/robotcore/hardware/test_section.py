@@ -11,6 +11,11 @@ from tests.robotcore.hardware.plugs import EYE, NECK, register, robot_file
 
 CELLS = '[plugboard.cells]\ndriver = "plug"\npin = 4\n'
 
+UNTOLD = (
+    "is missing. Say how it is connected, first of all its driver: plug; or, where the robot has none, take 'eye' out "
+    "of its [[devices]]"
+)
+
 
 @pytest.fixture(autouse=True)
 def _installed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -76,7 +81,7 @@ def test_a_display_alone_needs_no_section(post: Path) -> None:
 @pytest.mark.parametrize(
     "right, wrong, expected",
     [
-        (EYE, "", "eye: is missing. Say how it is connected, first of all its driver: plug"),
+        (EYE, "", f"eye: {UNTOLD}"),
         (EYE, "[plugboard]\neye = 3\n", "eye: should be a table, got 3. Name its driver: plug"),
         ('driver = "plug"', "", "eye.driver: is missing. Add it: plug"),
         ('"plug"', '"plugg"', "eye.driver: unknown device driver 'plugg'. Did you mean 'plug'?"),
@@ -135,4 +140,4 @@ def test_a_driver_that_cannot_be_loaded_is_told_as_such_and_offered_to_nobody(
     register(monkeypatch, broken="no_such_package:Thing")
     with pytest.raises(BackendMissingError, match=r"the device driver 'broken' .* cannot be loaded"):
         fit(described(post, NECK + EYE.replace('"plug"', '"broken"')), "plugboard")
-    assert told(post, NECK) == ["plugboard.eye: is missing. Say how it is connected, first of all its driver: plug"]
+    assert told(post, NECK) == [f"plugboard.eye: {UNTOLD}"]
