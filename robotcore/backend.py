@@ -53,9 +53,11 @@ class Setup:
 
     def options_as(self, model: type[OptionsT]) -> OptionsT:
         """Return the user's options as the backend's own model; UsageError names what is wrong."""
+        known = list(model.model_fields)
         for name in self.options:
-            if name not in model.model_fields:
-                raise UnknownNameError("option", name, list(model.model_fields))
+            if name not in known:
+                meant = "" if known else "one of another backend, which --backend names"
+                raise UnknownNameError("option", name, known, meant)
         try:
             return model.model_validate(dict(self.options))
         except ValidationError as error:

@@ -67,7 +67,10 @@ def test_without_a_world_it_says_so() -> None:
 
 
 def test_an_option_is_refused_since_there_are_none() -> None:
-    with pytest.raises(UnknownNameError, match=r"unknown option 'camera_noise'. There are: none"):
+    with pytest.raises(
+        UnknownNameError,
+        match=r"unknown option 'camera_noise'. Did you mean one of another backend",
+    ):
         opened(camera_noise=3.0)
 
 
