@@ -13,6 +13,8 @@ from threading import RLock, Thread
 from typing import TYPE_CHECKING
 
 from drivers.serial.ports.finding import PortMissingError, holders, path_of
+from drivers.serial.ports.port import FAILURES
+from drivers.serial.ports.refusal import why_closed
 from robotcore.clock import MonotonicClock
 from robotcore.errors import BackendError
 from robotcore.guardian import Cutoff, CutoffSpec, Unsure
@@ -67,7 +69,10 @@ class StopFrame(Cutoff):
             path = path_of(self._place)
         except PortMissingError as error:
             raise BackendError(f"{error}; the board's own time-out has to stop it") from error
-        self._serial = Serial(path, self._baud, timeout=0, write_timeout=WRITING_S)
+        try:
+            self._serial = Serial(path, self._baud, timeout=0, write_timeout=WRITING_S)
+        except FAILURES as error:
+            raise BackendError(why_closed(self._place, path, self._baud, error)) from error
         hung_up = poll()
         hung_up.register(self._serial.fileno(), 0)
         Thread(target=self._let_go, args=(self._serial, hung_up), name=f"unplugged {path}", daemon=True).start()

@@ -178,6 +178,12 @@ def test_a_program_that_has_the_port_is_told_of_after_the_stop(bench: Bench) -> 
     cutoff.close()
 
 
+def test_a_port_that_cannot_be_opened_is_told_with_what_to_do(tmp_path: Path) -> None:
+    (tmp_path / "board").touch()
+    with pytest.raises(BackendError, match=r"cannot be opened as a serial port .*Look whether it is one"):
+        stopping(tmp_path / "board", None)
+
+
 def _until(is_so: Callable[[], bool]) -> None:
     clock = MonotonicClock()
     while not is_so():

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import errno
+import grp
+import os
 from types import SimpleNamespace
 from typing import Any
 
@@ -77,10 +79,26 @@ def test_what_is_no_place_is_refused(place: str) -> None:
 @pytest.mark.parametrize(
     "error, words",
     [
-        (SerialException(errno.EACCES, "denied"), "no permission for usb:a:b. sudo usermod -aG root $USER, then log"),
         (ValueError("Failed to set custom baud rate (250000)"), "usb:a:b cannot be set to 250000 baud (Failed to"),
         (SerialException("Could not configure port: (25, 'x')"), "usb:a:b cannot be opened as a serial port (Could"),
     ],
 )
 def test_why_a_port_is_closed_is_told_with_what_to_do(error: Exception, words: str) -> None:
     assert why_closed("usb:a:b", "/dev/null", 250000, error).startswith(words)
+
+
+@pytest.mark.parametrize(
+    "group, mode, remedy",
+    [
+        (os.getgid() or 5, 0o660, f"sudo usermod -aG {grp.getgrgid(os.getgid() or 5).gr_name} $USER, then log out"),
+        (os.getgid() or 5, 0o600, "Only its owner may use it: sudo chgrp dialout usb && sudo chmod g+rw usb"),
+        (0, 0o660, "Only its owner may use it: sudo chgrp dialout usb && sudo chmod g+rw usb"),
+    ],
+)
+def test_nobody_is_sent_into_a_group_that_does_not_help(
+    monkeypatch: pytest.MonkeyPatch, group: int, mode: int, remedy: str
+) -> None:
+    monkeypatch.setattr(os, "stat", lambda _: os.stat_result((mode, 0, 0, 1, 0, group, 0, 0, 0, 0)))
+    told = why_closed("usb:a:b", "usb", 9600, SerialException(errno.EACCES, "denied"))
+    monkeypatch.undo()
+    assert told.startswith(f"no permission for usb:a:b. {remedy}")
