@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from drivers.serial.elsewhere import plugged_in_at
 from drivers.serial.ports.place import PortPlace
-from drivers.serial.wires import counted_on, wiring_of
+from drivers.serial.wires import counted_on, ports_of, wiring_of
 from robotcore.backend import Backend, Setup
 from robotcore.clock import MonotonicClock
 from robotcore.description import Described, RobotDescription, load_robot
@@ -57,6 +57,13 @@ class SerialBackend(Backend):
 
     def warnings(self, robot: RobotDescription) -> list[str]:
         return [f"{fitting.name}: {each}" for fitting in self.fittings(robot) for each in fitting.warnings]
+
+    def notes(self, setup: Setup) -> Sequence[str]:
+        from drivers.serial.ports.finding import also_open
+
+        setup = _placed(setup)
+        ports = ports_of(self.fittings(setup.robot, setup.devices))
+        return [". ".join(shared) for port in ports if (shared := also_open(port))]
 
     def wiring(self, robot: RobotDescription) -> Wiring:
         return wiring_of(self.fittings(robot))

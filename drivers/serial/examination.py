@@ -6,13 +6,14 @@ from collections.abc import Iterable, Iterator
 from functools import partial
 from typing import Any
 
+from drivers.serial.boards.board import AlsoOnItError
 from drivers.serial.boards.settings import PortSettings
-from drivers.serial.ports.finding import those_there
+from drivers.serial.ports.finding import also_open, those_there
 from drivers.serial.ports.port import Port, PortError
 from drivers.serial.wires import counted_on
 from robotcore.backend import Backend, Setup
 from robotcore.description import RobotDescription
-from robotcore.devices import Angle, Device, Range, Sensor, Voltage
+from robotcore.devices import Angle, Device, Frame, Range, Sensor, Voltage
 from robotcore.doctor import Check, Finding, Level, findings_of
 from robotcore.doctor.batteries import charges
 from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError
@@ -50,9 +51,14 @@ def _examined(backend: Backend, robot: RobotDescription, section: str) -> Iterat
             yield Finding.warning("robot", f"{fitting.name}: {said}", remedy)
     found = [_port(place, baud) for place, baud in _lines(fittings)]
     yield from found
-    if all(finding.level is Level.OK for finding in found):
-        checks: list[tuple[str, Check]] = [("boards", partial(_boards, backend, robot, fittings))]
-        yield from findings_of(checks)
+    checks: list[tuple[str, Check]] = [
+        (what := each.told.kind, partial(_elsewhere, backend, robot, each.name, what))
+        for each in fittings
+        if not isinstance(each.settings, PortSettings)
+    ]
+    if not any(finding.level is Level.ERROR for finding in found):
+        checks.insert(0, ("boards", partial(_boards, backend, robot, fittings)))
+    yield from findings_of(checks)
 
 
 def _lines(fittings: Iterable[Fitting]) -> list[tuple[str, int]]:
@@ -70,6 +76,8 @@ def _port(place: str, baud: int) -> Finding:
         said, _, remedy = str(error).partition(". ")
         return Finding.error("port", said, remedy)
     port.close()
+    if shared := also_open(place):
+        return Finding.warning("port", *shared)
     return Finding.ok("port", f"{place} opens at {baud} baud")
 
 
@@ -85,14 +93,25 @@ def _boards(backend: Backend, robot: RobotDescription, fittings: Iterable[Fittin
                 yield Finding.unchecked("boards", f"{' and '.join(mute)}: what they are on never answers", MUTE)
             yield from charges(robot, opened)
     except DeviceGroupError as error:
-        yield from map(_failed, error.failures)
+        yield from (_failed("boards", each) for each in error.failures if not isinstance(each, AlsoOnItError))
     except DeviceError as error:
-        yield _failed(error)
+        yield _failed("boards", error)
 
 
-def _failed(error: Exception) -> Finding:
+def _elsewhere(backend: Backend, robot: RobotDescription, name: str, what: str) -> Iterator[Finding]:
+    """Open what is on no port, such as a camera on USB, and have it read."""
+    try:
+        with backend.open(Setup(robot, None, frozenset([name]))) as opened:
+            yield Finding.ok(what, _told(opened.devices[name]))
+    except DeviceGroupError as error:
+        yield from (_failed(what, each) for each in error.failures)
+    except DeviceError as error:
+        yield _failed(what, error)
+
+
+def _failed(what: str, error: Exception) -> Finding:
     said, _, remedy = str(error).partition(". ")
-    return Finding.error("boards", said, remedy or "Look at its wires and its power")
+    return Finding.error(what, said, remedy or "Look at its wires and its power")
 
 
 def _told(device: Device) -> str:
@@ -111,6 +130,8 @@ def _in_words(sample: Any) -> str:
             return f"{distance:.2f} m"
         case Angle(angle=angle):
             return f"{round(angle, 2) + 0.0:.2f} rad"  # no -0.00
+        case Frame(image=image):
+            return f"{image.shape[1]} x {image.shape[0]} pixels"
         case Voltage(voltage=voltage):
             return f"{voltage:.1f} V"
     return "something"

@@ -23,6 +23,10 @@ class Board(Generic[TalkT]):
         self.line.close()
 
 
+class AlsoOnItError(DeviceError):
+    """A device is on a board that could not be opened for another one, which tells why."""
+
+
 class _Attempt(Generic[TalkT]):
     """A board that was opened, or not: who comes later need not wait for it too."""
 
@@ -57,4 +61,4 @@ def open_board(
         return attempt.board
     if attempt.failure and attempt.device == device:
         raise attempt.failure
-    raise DeviceError(device, f"is on {place} too, which could not be opened for {attempt.device}")
+    raise AlsoOnItError(device, f"is on {place} too, which could not be opened for {attempt.device}")

@@ -48,6 +48,14 @@ def holders(path: str) -> str:
     return " and ".join(f"process {number}{_name(number)}" for number in sorted(numbers))
 
 
+def also_open(place: str) -> tuple[str, str] | None:
+    """Return which other program has a port open without a lock, and what to do; None where none is seen."""
+    with suppress(PortMissingError):
+        if who := holders(path_of(place)):
+            return f"{place} is open in {who} too, and each gets a part of what the board says", "End that program"
+    return None
+
+
 def _plugged_in(vendor: int, product: int, serial: str | None) -> list[str]:
     from serial.tools.list_ports import comports
 

@@ -46,6 +46,7 @@ class Line:
         self._defect: Exception | None = None
         self._free_at = self._retry_at = self._lost_at = -math.inf
         self._back_off = FIRST_S
+        self._has_heard = False
         self._polling: Polling | None = None
         self._waker: Waker | None = None
 
@@ -72,7 +73,7 @@ class Line:
         period = PERIOD_S if self._clock.is_lockstep else 0.0
         self._polling = self._clock.every(period, self._exchange, f"line {self.place}")
         try:
-            self._wait_until(lambda: self._talk.is_ready, device, answer_s, self._talk.unanswered)
+            self._wait_until(lambda: self._talk.is_ready, device, answer_s, self._unanswered)
         except BaseException:  # Ctrl-C too: a board may take seconds to answer
             self.close()
             raise
@@ -88,13 +89,16 @@ class Line:
         if loss := self._loss:
             raise DeviceLostError(device, self._with_its_stop(loss))
         if not self._talk.is_ready:
-            raise DeviceLostError(device, self._with_its_stop(self._talk.unanswered(self.place)))
+            raise DeviceLostError(device, self._with_its_stop(self._unanswered(self.place)))
 
     def require_since_lost(self, device: str, heard_at: float) -> None:
         """Raise DeviceLostError where what was heard then is from before the line was lost; all else as `require`."""
         self.require(device)
         if heard_at < self._lost_at:
             raise DeviceLostError(device, f"the board on {self.place} is back, and has not told anything of it yet")
+
+    def _unanswered(self, place: str) -> str:
+        return self._talk.unanswered(place, has_heard=self._has_heard)
 
     def wait_until(self, is_so: Callable[[], bool], device: str, within_s: float, fault: str) -> None:
         """Let time pass until something is so; raises DeviceError with the fault where it takes longer."""
@@ -155,6 +159,7 @@ class Line:
     def _converse(self) -> None:
         was_ready = self._talk.is_ready
         if data := self._port.read():
+            self._has_heard = True
             self._talk.receive(data, self._clock.now())
         if self._talk.is_ready:
             self._back_off = FIRST_S
@@ -175,7 +180,7 @@ class Line:
     def _open_again(self) -> None:
         if self._clock.now() >= self._retry_at:
             self._port.open()
-            self._free_at = -math.inf
+            self._free_at, self._has_heard = -math.inf, False
             self._talk.begin(self._clock.now())
             self._loss = None
 

@@ -51,8 +51,16 @@ class Talk(ABC):
         """Return when `due` has something again at the latest, if nobody wants anything before; `inf` for never."""
         return math.inf
 
-    def unanswered(self, place: str) -> str:
-        """Say what is wrong where nobody on that place has answered since the line was opened, and what to do."""
+    def unanswered(self, place: str, *, has_heard: bool = False) -> str:
+        """Say what is wrong where nobody on that place has answered since the line was opened, and what to do.
+
+        ``has_heard`` is whether anything came at all.
+        """
+        if has_heard:
+            return (
+                f"something speaks on {place}, but not what this driver's board does at {self.baud} baud. Look whether "
+                "it is that board, with that firmware, and speaks at that baud"
+            )
         return (
             f"nothing on {place} answers at {self.baud} baud. Look whether the board has power, is the one that driver "
             "is for, and speaks at that baud"

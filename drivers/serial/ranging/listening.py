@@ -43,7 +43,7 @@ class Listening(Talk):
             self.begin(now)
         return b""
 
-    def unanswered(self, place: str) -> str:
+    def unanswered(self, place: str, *, has_heard: bool = False) -> str:
         told = _NO_FRAMES if self._parser.skipped else _SILENT
         return told.format(heard=f"on {place} at {self.baud} baud", skipped=self._parser.skipped)
 

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -134,6 +135,45 @@ class TestDoctor:
         assert last[:2] == ("port", Level.ERROR)
         assert "there is no /dev/nowhere" in last[2]
         assert ". Plug the board in" in last[2]
+
+    @pytest.mark.parametrize(
+        "said, fault",
+        [(b"", "nothing on {} answers"), (b"Hello!", "something speaks on {}, but not what this driver's board does")],
+    )
+    def test_a_board_that_does_not_answer_is_one_error_however_many_devices_are_on_it(
+        self, pty: Pty, monkeypatch: pytest.MonkeyPatch, said: bytes, fault: str
+    ) -> None:
+        monkeypatch.setattr("drivers.serial.boards.rosarduino.drivers.ANSWER_S", 0.3)
+        clock = MonotonicClock()
+        talking = clock.every(0.02, lambda: pty.say(said), "talking")
+        *_, port, board = self.found(wired(load_robot("rover"), WHEELS, pty.path))
+        talking.stop()
+        clock.close()
+        assert port[:2] == ("port", Level.OK)
+        assert board[:2] == ("boards", Level.ERROR)
+        assert board[2].startswith(f"left_encoder: {fault.format(pty.path)} at 57600 baud. Look whether")
+
+    def test_a_camera_is_looked_at_too(self) -> None:
+        robot = wired(load_robot("rover"), {"eye": {"driver": "v4l2", "device": "/dev/video99"}}, Path("/dev/nowhere"))
+        del robot.backends[SECTION]["eye"]["port"]
+        *_, camera = self.found(robot)
+        assert camera[:2] == ("camera", Level.ERROR)
+        assert camera[2].startswith("eye: there is no /dev/video99")
+
+    def test_a_port_that_another_program_reads_is_told_and_its_board_is_looked_at(self, pty: Pty) -> None:
+        clock = MonotonicClock()
+        powered = Powered(OurDouble(), pty, clock)
+        with pty.path.open() as port, subprocess.Popen(["/bin/sleep", "60"], stdin=port) as reader:
+            robot = wired(load_robot("rover"), WHEELS, pty.path)
+            *_, found, boards = self.found(robot)
+            (note,) = SerialBackend().notes(setup_of(robot))
+            reader.kill()
+        powered.off()
+        clock.close()
+        said = f"{pty.path} is open in process {reader.pid} (sleep) too, and each gets a part of what the board says"
+        assert found == ("port", Level.WARNING, f"{said}. End that program")
+        assert note == f"{said}. End that program"
+        assert boards == ("boards", Level.OK, WHEELS_THAT_STAND)
 
     def test_a_section_that_is_wrong_is_an_error(self) -> None:
         *_, last = self.found(robot_on("/dev/a", motor("left"), motor("left")))

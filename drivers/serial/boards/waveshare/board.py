@@ -56,9 +56,9 @@ class WaveshareTalk(BoardTalk):
             return self._greet_at
         return min(self.command.next_due, self.command.again_due, self._heard_at + SILENCE_S)
 
-    def unanswered(self, place: str) -> str:
+    def unanswered(self, place: str, *, has_heard: bool = False) -> str:
         if not self.parser.is_older:
-            return super().unanswered(place)
+            return super().unanswered(place, has_heard=has_heard)
         return (
             f"the board on {place} runs ugv_base_general, which tells no odometer and drives most rovers without "
             "holding a speed. Flash Waveshare's ugv_base_ros"
