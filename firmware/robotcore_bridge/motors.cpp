@@ -19,9 +19,6 @@ const Motor MOTORS[] = {
 
 } // namespace
 
-static_assert((LEFT_ENABLE_PIN == 9 && RIGHT_ENABLE_PIN == 10) || (LEFT_ENABLE_PIN == 10 && RIGHT_ENABLE_PIN == 9),
-              "config.h: LEFT_ENABLE_PIN and RIGHT_ENABLE_PIN are 9 and 10, or 10 and 9");
-
 void motors::begin() {
   for (const Motor &motor : MOTORS) {
     digitalWrite(motor.enable, LOW); // before it is an output

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -24,13 +25,24 @@ def test_sketch_compiles_without_a_warning(tmp_path: Path) -> None:
 
 
 @needs_avr_gcc
-def test_fault_of_a_sketch_is_told_as_the_compiler_does_by_the_users_own_file(tmp_path: Path) -> None:
+def test_what_config_h_cannot_say_is_told_as_the_compiler_does_by_its_names(tmp_path: Path) -> None:
     sketch = copy(tmp_path)
-    config = sketch / "config.h"
-    config.write_text(config.read_text().replace("#define LEFT_ENABLE_PIN 9 ", "#define LEFT_ENABLE_PIN 3 "))
+    wrong = {"LEFT_ENABLE_PIN": "3", "LEFT_FORWARD_PIN": "99", "SONAR_ECHO_PIN": "A4", "BATTERY_PIN": "13", "KO": "0"}
+    config = (sketch / "config.h").read_text()
+    for name, value in wrong.items():
+        config = re.sub(rf"(#define {name}) \S+", rf"\1 {value}", config)
+    (sketch / "config.h").write_text(config)
     with pytest.raises(FirmwareError, match=r"avr-g\+\+ failed") as raised:
         avr_gcc.build(sketch, UNO, tmp_path / "built")
-    assert "config.h: LEFT_ENABLE_PIN and RIGHT_ENABLE_PIN are 9 and 10" in str(raised.value)
+    for fault in (
+        "LEFT_ENABLE_PIN and RIGHT_ENABLE_PIN are 9 and 10",
+        "LEFT_ENCODER_B_PIN: two things are on this pin",
+        "LEFT_FORWARD_PIN: no such pin",
+        "RIGHT_ENCODER_A_PIN: two things are on this pin",
+        "BATTERY_PIN: no analog pin",
+        "KO is 1 to 1000",
+    ):
+        assert f"config.h: {fault}" in str(raised.value)
 
 
 def test_arduino_cli_is_taken_where_it_has_the_core(tools: Tools, tmp_path: Path) -> None:
