@@ -2,6 +2,9 @@ from __future__ import annotations
 
 import pytest
 
+from drivers.serial.boards.rosarduino.asking import Poll
+from drivers.serial.boards.rosarduino.protocol import ping
+from tests.doubles.serial.rosarduino import TrueDouble
 from tests.drivers.serial.boards.rosarduino.talking import (
     HELLO,
     OURS,
@@ -191,6 +194,21 @@ def test_a_board_that_falls_silent_is_lost_and_what_it_was_told_forgotten(ours: 
     ours.answer(OURS)
     ours.goes((asked("m 0 0"), answered("OK")), (asked("k 2000"), answered("OK")), (asked("e"), answered("0 0")))
     assert ours.talk.is_ready
+
+
+@pytest.mark.parametrize("has_sonar, within_s", [(False, 0.55), (True, 1.65)])
+def test_a_board_whose_answers_alone_are_lost_is_stopped_however_the_app_drives_on(
+    true_one: Conversation, has_sonar: bool, within_s: float
+) -> None:
+    board, lost_at = TrueDouble(), true_one.now
+    if has_sonar:
+        true_one.talk.poll(Poll(ping(7), 0.1, lambda _answer, _now: None))
+    while true_one.now - lost_at < within_s:
+        if true_one.talk.is_ready:
+            true_one.tell(20, 20)
+        board.hear(true_one.sent(), true_one.now)
+    assert "m 20 20" in board.commands
+    assert board.wheels.left.told == board.wheels.right.told == 0
 
 
 def test_a_board_that_is_not_there_yet_is_greeted_again_and_again() -> None:
