@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import IntFlag
 
 from drivers.pybullet.bullet import Bullet
-from drivers.pybullet.meshes import Mesh, ball_mesh, ground_mesh, prism_mesh
+from robotcore.meshes import Mesh, ball_mesh, ground_mesh, prism_mesh
 from drivers.pybullet.textures import Textures
 from robotcore.description import Ball, Floor, Texture, WorldDescription
 from robotcore.description.world import Prism

@@ -1,4 +1,4 @@
-"""Triangle meshes for Bullet, each face with vertices and a normal of its own so that its edges stay sharp."""
+"""Triangle meshes for simulators, each face with vertices and a normal of its own so that its edges stay sharp."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from robotcore.description.wraps import Wrap, face_wrap, floor_wrap
 Array = NDArray[np.float64]
 
 BALL_SEGMENTS, BALL_RINGS = 32, 16
-"""Bullet's own sphere is drawn so coarsely that it covers 7.5 % too little of a picture."""
+"""A simulator's own sphere may be drawn coarsely: Bullet's covers 7.5 % too little of a picture."""
 
 
 class Mesh(NamedTuple):

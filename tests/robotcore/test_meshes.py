@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from drivers.pybullet.meshes import Mesh, ball_mesh, prism_mesh
+from robotcore.meshes import Mesh, ball_mesh, prism_mesh
 from tests.drivers.pybullet.worlds import box, post
 
 POST = prism_mesh(post(1.0, 2.0))

@@ -1,0 +1,44 @@
+"""MuJoCo's rigid-body physics, in this process."""
+
+from __future__ import annotations
+
+import os
+from contextlib import ExitStack
+
+from drivers.mujoco.simulation import Simulation
+from robotcore.backend import Backend, Setup, Vouch
+from robotcore.description import Described
+from robotcore.errors import UsageError
+from robotcore.robot import Robot
+
+
+class MujocoOptions(Described):
+    """There are none."""
+
+
+class MujocoBackend(Backend):
+    """Opens each robot in a simulation of its own, reproducible to the bit on one platform."""
+
+    name = "mujoco"
+    summary = "MuJoCo rigid-body physics, in process: on every Python and on 64-bit ARM"
+    vouches_for = frozenset({Vouch.CONTACTS, Vouch.POSE, Vouch.LOCKSTEP})
+    needs_world = True
+    brings_physics = True
+    modules = ("mujoco",)
+
+    @property
+    def remedy(self) -> str:
+        return 'pip install "robotcore[sim]"'
+
+    def open(self, setup: Setup) -> Robot:
+        if setup.world is None:
+            raise UsageError("the mujoco backend needs a world; name one with --world")
+        setup.options_as(MujocoOptions)
+        self.require_installed()
+        os.environ.setdefault("MUJOCO_GL", "egl")  # looked at when the library is first imported
+        with ExitStack() as undo:
+            simulation = Simulation(setup, setup.world)
+            undo.callback(simulation.close)
+            devices = setup.open_each(simulation.open)
+            undo.pop_all()
+        return Robot(setup.robot.name, simulation.clock, devices, truth=simulation.truth, release=simulation.close)

@@ -1,0 +1,125 @@
+"""The world: a floor, prisms and balls, none of which moves, its light and its sky."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from drivers.mujoco.model.groups import Meets, Shown
+from drivers.mujoco.model.looks import Looks
+from robotcore.description import Ball, Box, Floor, Light, WorldDescription
+from robotcore.description.world import Prism
+from robotcore.meshes import Mesh, ground_mesh, prism_mesh
+
+if TYPE_CHECKING:
+    from mujoco import MjSpec
+
+GROUND_HALF_M = 200.0
+"""The ground is drawn this far; its edge lies a pixel's fraction below the horizon."""
+
+BALL_SLICES, BALL_STACKS = 64, 32
+"""A sphere is drawn by so many: its outline covers 99.8 % of a circle."""
+
+
+def add_world(spec: MjSpec, world: WorldDescription) -> None:
+    """Add all that stands in a world; each thing's shape that is touched has the thing's name."""
+    looks = Looks(spec)
+    _add_light(spec, world.light)
+    looks.add_sky(world.light.sky_colour)
+    _add_floor(spec, world.floor, looks)
+    for prism in world.prisms:
+        _add_prism(spec, prism, looks)
+    for ball in world.targets:
+        _add_ball(spec, ball, looks)
+    spec.visual.quality.numslices, spec.visual.quality.numstacks = BALL_SLICES, BALL_STACKS
+
+
+def _add_light(spec: MjSpec, light: Light) -> None:
+    """Add the lamp, and the glow from everywhere."""
+    import mujoco
+
+    glow, lamp = light.ambient * light.brightness, light.diffuse * light.brightness
+    headlight = spec.visual.headlight
+    headlight.ambient, headlight.diffuse, headlight.specular = [glow] * 3, [0.0] * 3, [0.0] * 3
+    spec.worldbody.add_light(
+        type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
+        dir=[-part for part in light.direction],
+        diffuse=[lamp] * 3,
+        ambient=[0.0] * 3,
+        specular=[0.0] * 3,
+        castshadow=False,
+    )
+
+
+def _add_floor(spec: MjSpec, floor: Floor, looks: Looks) -> None:
+    import mujoco
+
+    spec.worldbody.add_geom(
+        name="floor",
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[0.0, 0.0, 1.0],
+        contype=Meets.FLOOR,
+        conaffinity=Meets.NOTHING,
+        friction=[1.0, 0.0, 0.0],
+        group=Shown.TOUCHED_ROBOT,
+    )
+    _add_seen(spec, "floor", ground_mesh(GROUND_HALF_M, floor), looks.of(floor.colour, floor.texture), Shown.FLOOR)
+
+
+def _add_prism(spec: MjSpec, prism: Prism, looks: Looks) -> None:
+    import mujoco
+
+    mesh = prism_mesh(prism)
+    place = {"pos": [prism.x_m, prism.y_m, 0.0], "quat": _about_z(prism.yaw_rad)}
+    _add_seen(spec, prism.name, mesh, looks.of(prism.colour, prism.texture), Shown.WORLD, **place)
+    touched = {"contype": Meets.THING, "conaffinity": Meets.NOTHING, "group": Shown.TOUCHED_THING, "name": prism.name}
+    if isinstance(prism, Box):
+        half = prism.height_m / 2
+        size = [prism.length_m / 2, prism.width_m / 2, half]
+        middle = {**place, "pos": [prism.x_m, prism.y_m, half]}
+        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=size, **middle, **touched)
+    else:
+        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=_mesh_name(prism.name), **place, **touched)
+
+
+def _add_ball(spec: MjSpec, ball: Ball, looks: Looks) -> None:
+    import mujoco
+
+    sphere = {
+        "type": mujoco.mjtGeom.mjGEOM_SPHERE,
+        "size": [ball.radius_m, 0.0, 0.0],
+        "pos": [ball.x_m, ball.y_m, ball.radius_m],
+        "conaffinity": Meets.NOTHING,
+    }
+    spec.worldbody.add_geom(**sphere, contype=Meets.NOTHING, group=Shown.WORLD, material=looks.of(ball.colour, None))
+    spec.worldbody.add_geom(name=ball.name, **sphere, contype=Meets.THING, group=Shown.TOUCHED_THING)
+
+
+def _add_seen(spec: MjSpec, name: str, mesh: Mesh, material: str, group: Shown, **place: Any) -> None:
+    """Add what is only seen of a thing: a mesh with a look."""
+    import mujoco
+
+    made = spec.add_mesh(name=_mesh_name(name))
+    made.uservert = [part for vertex in mesh.vertices for part in vertex]
+    made.usernormal = [part for normal in mesh.normals for part in normal]
+    made.userface = mesh.indices
+    if mesh.uvs:
+        made.usertexcoord = [part for uv in mesh.uvs for part in uv]
+    made.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+    spec.worldbody.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_MESH,
+        meshname=made.name,
+        material=material,
+        contype=Meets.NOTHING,
+        conaffinity=Meets.NOTHING,
+        group=group,
+        **place,
+    )
+
+
+def _mesh_name(thing: str) -> str:
+    return f"{thing}_mesh"
+
+
+def _about_z(angle: float) -> list[float]:
+    return [math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2)]

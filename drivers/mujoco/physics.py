@@ -1,0 +1,63 @@
+"""Physics steps: at each one touches are counted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from drivers.mujoco.model.robot import RELEASE_M, TOUCHED
+from robotcore.clock import SteppedClock
+
+if TYPE_CHECKING:
+    from mujoco import MjData, MjModel
+
+
+class Physics:
+    """A stepped clock whose steps are MuJoCo's."""
+
+    def __init__(self, model: MjModel, data: MjData, rate_hz: float) -> None:
+        from mujoco import mj_step
+
+        self.model, self.data = model, data
+        self.clock = SteppedClock(rate_hz, self._advance)
+        model.opt.timestep = self.clock.step
+        self.touches = Touches(model, data)
+        self._step = mj_step
+
+    def _advance(self, steps: int) -> None:
+        step, model, data, look = self._step, self.model, self.data, self.touches.look
+        for _ in range(steps):
+            step(model, data)
+            look()
+
+
+class Touches:
+    """Counts the touches of the robot's body with things; one touch is one, however long it lasts."""
+
+    def __init__(self, model: MjModel, data: MjData) -> None:
+        self.count = 0
+        self._data = data
+        self._body = model.geom(TOUCHED).id
+        self._floor = {geom for geom in range(model.ngeom) if model.geom(geom).name == "floor"}
+        self._rolling = model.nu + 1
+        self._touched: set[int] = set()
+
+    def look(self) -> None:
+        """Note what is touched after a step; wheels and caster on the floor are contacts too, and none of these."""
+        data = self._data
+        if data.ncon <= self._rolling and not self._touched:
+            return
+        gaps = self._gaps()
+        begun = {thing for thing, gap in gaps.items() if gap <= 0} - self._touched
+        self._touched = begun | {thing for thing in self._touched if gaps.get(thing, math.inf) <= RELEASE_M}
+        self.count += len(begun)
+
+    def _gaps(self) -> Mapping[int, float]:
+        """Return how far from the body each thing is that is near, in metres."""
+        contact, gaps = self._data.contact, dict[int, float]()
+        for (one, other), gap in zip(contact.geom.tolist(), contact.dist.tolist(), strict=True):
+            if self._body in (one, other) and not self._floor & {one, other}:
+                thing = other if one == self._body else one
+                gaps[thing] = min(gap, gaps.get(thing, gap))
+        return gaps

@@ -1,0 +1,78 @@
+"""The range sensor: rays are cast when it is read, and only then."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from drivers.mujoco.body import Array, Body
+from drivers.mujoco.model.groups import HEARD
+from robotcore.clock import Clock
+from robotcore.description import RangeSensorDescription
+from robotcore.devices import Range, RangeSensor
+from robotcore.geometry import Pose
+from robotcore.raycast import FAN_RAYS, FAN_SETBACK_M, Fan
+from robotcore.sampling import OnceAnInstant
+
+if TYPE_CHECKING:
+    from mujoco import MjData, MjModel
+
+_GROUPS = 6
+
+
+class MujocoRangeSensor(RangeSensor):
+    """The fan of rays. It meets what stands in the world: robot and floor are in groups that it does not hear."""
+
+    def __init__(
+        self, model: MjModel, data: MjData, description: RangeSensorDescription, clock: Clock, body: Body
+    ) -> None:
+        limits = {"min_range": description.min_range_m, "max_range": description.max_range_m}
+        super().__init__(description.name, cone=description.cone_rad, **limits)
+        self._model, self._data, self._body = model, data, body
+        self._fan = Fan(cone=description.cone_rad, **limits)
+        mount = description.mount
+        sensor = Pose(mount.x_m, mount.y_m, mount.yaw_rad)
+        self._origin = np.array((*sensor.to_world(-FAN_SETBACK_M, 0.0), mount.z_m))
+        self._rays = np.stack((*self._fan.directions(sensor), np.zeros_like(self._fan.angles)), axis=1)
+        self._groups = np.array([group in HEARD for group in range(_GROUPS)], dtype=np.uint8)
+        self._hit, self._lengths = np.zeros(FAN_RAYS, dtype=np.int32), np.zeros(FAN_RAYS)
+        self._newest_at = OnceAnInstant(clock, self._listen)
+
+    def _newest(self) -> Range:
+        return self._newest_at()
+
+    def _listen(self, time: float, sequence: int) -> Range:
+        lengths = self._cast()
+        distance = self._fan.reading(lengths)
+        return Range(distance, time, sequence, None if math.isinf(distance) else self._nearest(lengths))
+
+    def _cast(self) -> Array:
+        """Return how far each ray goes, (15,), in metres; ``inf`` where it meets nothing."""
+        from mujoco import mj_multiRay
+
+        rotation, origin = self._body.transform()
+        start, rays = origin + rotation @ self._origin, (self._rays @ rotation.T).ravel()
+        reach = self.max_range + 2 * FAN_SETBACK_M
+        mj_multiRay(
+            self._model,
+            self._data,
+            start,
+            rays,
+            self._groups,
+            True,
+            -1,
+            self._hit,
+            self._lengths,
+            None,
+            FAN_RAYS,
+            reach,
+        )
+        return np.where(self._hit >= 0, self._lengths, math.inf)
+
+    def _nearest(self, lengths: Array) -> tuple[float, float, float]:
+        """Return the detected point in the sensor's frame."""
+        ray = int(lengths.argmin())
+        length, angle = float(lengths[ray]), float(self._fan.angles[ray])
+        return length * math.cos(angle) - FAN_SETBACK_M, length * math.sin(angle), 0.0

@@ -1,0 +1,65 @@
+"""One robot in one world: what has to be there before a device can be opened, and how each is."""
+
+from __future__ import annotations
+
+from drivers.mujoco.body import Body
+from drivers.mujoco.camera import MujocoCamera
+from drivers.mujoco.model import build
+from drivers.mujoco.physics import Physics
+from drivers.mujoco.ranging import MujocoRangeSensor
+from drivers.mujoco.rendering import Renderers
+from drivers.mujoco.truth import MujocoTruth
+from drivers.mujoco.wheels import MujocoEncoder, MujocoMotor
+from robotcore.backend import Setup
+from robotcore.clock import SteppedClock
+from robotcore.description import (
+    CameraDescription,
+    DisplayDescription,
+    EncoderDescription,
+    MotorDescription,
+    RangeSensorDescription,
+    SimulatedDevice,
+    WorldDescription,
+)
+from robotcore.devices import Device
+from robotcore.display import MemoryDisplay
+
+
+class Simulation:
+    """The world, the robot in it, and the clock that moves both."""
+
+    def __init__(self, setup: Setup, world: WorldDescription) -> None:
+        import mujoco
+
+        spec = build(setup.robot, world)
+        cameras = setup.robot.all_of(CameraDescription)
+        spec.visual.global_.offwidth = max((camera.width_px for camera in cameras), default=1)
+        spec.visual.global_.offheight = max((camera.height_px for camera in cameras), default=1)
+        self.model = spec.compile()
+        self.data = mujoco.MjData(self.model)
+        self._physics = Physics(self.model, self.data, setup.rate_hz)
+        mujoco.mj_forward(self.model, self.data)
+        self._body = Body(self.model, self.data, setup.robot)
+        self._renderers = Renderers(self.model, self.data)
+        self.truth = MujocoTruth(self._body, self._physics.touches)
+
+    @property
+    def clock(self) -> SteppedClock:
+        return self._physics.clock
+
+    def open(self, told: SimulatedDevice) -> Device:
+        """Open one device; raises DeviceError where it sits on a wheel that is not there."""
+        if isinstance(told, MotorDescription):
+            return MujocoMotor(self.model, self.data, told, self._body)
+        if isinstance(told, EncoderDescription):
+            return MujocoEncoder(told, self.clock, self._body)
+        if isinstance(told, RangeSensorDescription):
+            return MujocoRangeSensor(self.model, self.data, told, self.clock, self._body)
+        if isinstance(told, CameraDescription):
+            return MujocoCamera(told, self.clock, self._renderers)
+        display: DisplayDescription = told  # of a new kind of device, the type checker tells
+        return MemoryDisplay(display.name)
+
+    def close(self) -> None:
+        """Let the renderers go. May be called again."""
+        self._renderers.close()
