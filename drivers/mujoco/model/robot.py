@@ -92,6 +92,7 @@ def _add_wheel(spec: MjSpec, base: Any, motor: MotorDescription, drive: Drive) -
     across = mass * (3 * radius**2 + width**2) / 12
     wheel.explicitinertial = True
     wheel.mass, wheel.inertia = mass, [across, mass * radius**2 / 2, across]
+    wheel.ipos = [0.0, 0.0, 0.0]  # left out, MuJoCo takes the body's own place for it, and the wheel runs out of true
     wheel.add_joint(
         name=wheel_joint(motor.name), type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 1.0, 0.0], armature=ARMATURE
     )
