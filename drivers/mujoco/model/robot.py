@@ -164,14 +164,12 @@ def _add_caster(base: Any, caster: Caster) -> None:
 
 
 def _add_camera(base: Any, camera: CameraDescription) -> None:
-    import math as maths
-
     mount, seen = camera.mount, camera.intrinsics
     base.add_camera(
         name=camera.name,
         pos=[mount.x_m, mount.y_m, mount.z_m],
         quat=_looking(mount),
-        fovy=2 * maths.atan(seen.height / 2 / seen.focal_length),
+        fovy=math.degrees(2 * math.atan(seen.height / 2 / seen.focal_length)),
     )
 
 
