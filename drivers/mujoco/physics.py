@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from drivers.mujoco.model.robot import RELEASE_M, TOUCHED
@@ -14,21 +14,27 @@ if TYPE_CHECKING:
 
 
 class Physics:
-    """A stepped clock whose steps are MuJoCo's."""
+    """A stepped clock whose steps are MuJoCo's.
 
-    def __init__(self, model: MjModel, data: MjData, rate_hz: float) -> None:
-        from mujoco import mj_step
+    ``model_of`` makes the model for steps of so many seconds. Whatever `data` says is of the present: a whole
+    step of MuJoCo's leaves places and contacts as they were before it, so each is taken from its middle to the next's.
+    """
 
-        self.model, self.data = model, data
+    def __init__(self, rate_hz: float, model_of: Callable[[float], MjModel]) -> None:
+        from mujoco import MjData, mj_step1, mj_step2
+
         self.clock = SteppedClock(rate_hz, self._advance)
-        model.opt.timestep = self.clock.step
-        self.touches = Touches(model, data)
-        self._step = mj_step
+        self.model = model_of(self.clock.step)
+        self.data = MjData(self.model)
+        self._move, self._look_round = mj_step2, mj_step1
+        self._look_round(self.model, self.data)
+        self.touches = Touches(self.model, self.data)
 
     def _advance(self, steps: int) -> None:
-        step, model, data, look = self._step, self.model, self.data, self.touches.look
+        move, look_round, model, data, look = self._move, self._look_round, self.model, self.data, self.touches.look
         for _ in range(steps):
-            step(model, data)
+            move(model, data)
+            look_round(model, data)
             look()
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from functools import partial
+from typing import TYPE_CHECKING
+
 from drivers.mujoco.body import Body
 from drivers.mujoco.camera import MujocoCamera
 from drivers.mujoco.model import build
@@ -18,27 +21,23 @@ from robotcore.description import (
     EncoderDescription,
     MotorDescription,
     RangeSensorDescription,
+    RobotDescription,
     SimulatedDevice,
     WorldDescription,
 )
 from robotcore.devices import Device
 from robotcore.display import MemoryDisplay
 
+if TYPE_CHECKING:
+    from mujoco import MjModel
+
 
 class Simulation:
     """The world, the robot in it, and the clock that moves both."""
 
     def __init__(self, setup: Setup, world: WorldDescription) -> None:
-        import mujoco
-
-        spec = build(setup.robot, world)
-        cameras = setup.robot.all_of(CameraDescription)
-        spec.visual.global_.offwidth = max((camera.width_px for camera in cameras), default=1)
-        spec.visual.global_.offheight = max((camera.height_px for camera in cameras), default=1)
-        self.model = spec.compile()
-        self.data = mujoco.MjData(self.model)
-        self._physics = Physics(self.model, self.data, setup.rate_hz)
-        mujoco.mj_forward(self.model, self.data)
+        self._physics = Physics(setup.rate_hz, partial(_model, setup.robot, world))
+        self.model, self.data = self._physics.model, self._physics.data
         self._body = Body(self.model, self.data, setup.robot)
         self._renderers = Renderers(self.model, self.data)
         self.truth = MujocoTruth(self._body, self._physics.touches)
@@ -63,3 +62,12 @@ class Simulation:
     def close(self) -> None:
         """Let the renderers go. May be called again."""
         self._renderers.close()
+
+
+def _model(robot: RobotDescription, world: WorldDescription, step: float) -> MjModel:
+    """Return the model for steps of so many seconds, with room for the largest picture."""
+    spec = build(robot, world, step)
+    cameras = robot.all_of(CameraDescription)
+    spec.visual.global_.offwidth = max((camera.width_px for camera in cameras), default=1)
+    spec.visual.global_.offheight = max((camera.height_px for camera in cameras), default=1)
+    return spec.compile()

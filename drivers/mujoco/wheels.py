@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class MujocoMotor(Motor):
-    """A wheel's actuator, which has the lag and the torque."""
+    """The rotor that drives a wheel; lag and torque are the model's."""
 
     def __init__(self, model: MjModel, data: MjData, description: MotorDescription, body: Body) -> None:
         super().__init__(description.name, description.max_velocity_rad_s)

@@ -1,0 +1,128 @@
+"""What the robot rolls on: two driven wheels, and a caster."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from drivers.mujoco.model.groups import Meets, Shown
+from robotcore.description import Drive, MotorDescription
+from robotcore.description.robot import Caster
+
+if TYPE_CHECKING:
+    from mujoco import MjSpec
+
+ROTOR_KG_M2 = 1000.0
+"""So heavy is a rotor that no wheel that clutches at it slows it down: by 0.08 N·m, less than 2e-6 of what it does."""
+
+SOON = [0.0085, 1.0]
+"""solref: contacts and clutches make good what they miss in two steps of 1/240 s, the least that MuJoCo takes."""
+
+HARD = [0.999, 0.999, 0.001, 0.5, 2.0]
+"""solimp of the same: with MuJoCo's own, a robot sinks in and gets 0.1 % less far, and a curve costs a wheel 0.5 %."""
+
+_NEXT_TO_NOTHING_KG = 1e-6
+_WHEEL_RGBA = [0.1, 0.1, 0.1, 1.0]
+_CASTER_RGBA = [0.6, 0.6, 0.6, 1.0]
+
+
+def wheel_joint(motor: str) -> str:
+    """Return the name of the joint that a motor turns."""
+    return f"{motor}_joint"
+
+
+def add_wheel(spec: MjSpec, base: Any, motor: MotorDescription, drive: Drive) -> None:
+    """Add a wheel with its motor.
+
+    To the floor it is a sphere: that touches at one point, on the exact track, where a cylinder rolls on either edge.
+    """
+    import mujoco
+
+    radius, width, mass = drive.wheel_radius_m, drive.wheel_width_m, drive.wheel_mass_kg
+    y = drive.track_m / 2 if motor.name == drive.left else -drive.track_m / 2
+    across = mass * (3 * radius**2 + width**2) / 12
+    wheel = _turning(base, f"{motor.name}_wheel", wheel_joint(motor.name), [0.0, y, radius])
+    wheel.mass, wheel.inertia = mass, [across, mass * radius**2 / 2, across]
+    _add_ball(wheel, radius, friction=[1.0, 0.0, 0.0], priority=1, group=Shown.TOUCHED_ROBOT)
+    wheel.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        size=[radius, width / 2, 0.0],
+        quat=[math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0],
+        mass=0,
+        contype=Meets.NOTHING,
+        conaffinity=Meets.NOTHING,
+        group=Shown.ROBOT,
+        rgba=_WHEEL_RGBA,
+    )
+    _add_motor(spec, base, motor)
+
+
+def add_caster(base: Any, caster: Caster) -> None:
+    """Add a ball that slides without friction: its own counts, not the greater of the two as elsewhere."""
+    place = [caster.x_m, 0.0, caster.radius_m]
+    _add_ball(base, caster.radius_m, pos=place, condim=1, priority=2, group=Shown.ROBOT, rgba=_CASTER_RGBA)
+
+
+def _add_motor(spec: MjSpec, base: Any, motor: MotorDescription) -> None:
+    """Add a rotor that turns as commanded, with the motor's lag, and a clutch that lets go at its greatest torque.
+
+    The rotor's velocity v has, after each step of h seconds, gone 1 - exp(-h/τ) of its way to the command u: a torque
+    of gain · (u - v) on it makes it so, exactly, under Euler's integration. The clutch is friction between rotor and
+    wheel. That is solved for together with the floor's; a torque by the wheel's own velocity would either be too soft
+    to hold it against the robot's weight in a curve, or so hard that it shakes.
+    """
+    import mujoco
+
+    rotor = f"{motor.name}_rotor"
+    _turning(base, rotor, rotor, [0.0, 0.0, 0.0], armature=ROTOR_KG_M2)
+    step = spec.option.timestep
+    gain = ROTOR_KG_M2 / step * (-math.expm1(-step / motor.lag_s) if motor.lag_s else 1.0)
+    spec.add_actuator(
+        name=motor.name,
+        trntype=mujoco.mjtTrn.mjTRN_JOINT,
+        target=rotor,
+        gainprm=[gain, *[0.0] * 9],
+        biastype=mujoco.mjtBias.mjBIAS_AFFINE,
+        biasprm=[0.0, 0.0, -gain, *[0.0] * 7],
+        ctrllimited=True,
+        ctrlrange=[-motor.max_velocity_rad_s, motor.max_velocity_rad_s],
+    )
+    clutch = spec.add_tendon(
+        name=f"{motor.name}_clutch",
+        frictionloss=motor.max_torque_nm,
+        solref_friction=SOON,
+        solimp_friction=HARD,
+    )
+    clutch.wrap_joint(wheel_joint(motor.name), 1.0)
+    clutch.wrap_joint(rotor, -1.0)
+
+
+def _turning(base: Any, name: str, joint: str, place: list[float], armature: float = 0.0) -> Any:
+    """Add a body that turns about the axle, and weighs next to nothing.
+
+    Its centre of mass is set: left out, MuJoCo takes the body's place on the robot for it too, and it runs out of true.
+    """
+    import mujoco
+
+    body = base.add_body(name=name, pos=place)
+    body.explicitinertial = True
+    body.ipos = [0.0, 0.0, 0.0]
+    body.mass, body.inertia = _NEXT_TO_NOTHING_KG, [_NEXT_TO_NOTHING_KG * 1e-3] * 3
+    body.add_joint(name=joint, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 1.0, 0.0], armature=armature)
+    return body
+
+
+def _add_ball(body: Any, radius: float, **more: Any) -> None:
+    """Add a sphere that meets the floor and nothing else."""
+    import mujoco
+
+    body.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_SPHERE,
+        size=[radius, 0.0, 0.0],
+        mass=0,
+        contype=Meets.NOTHING,
+        conaffinity=Meets.FLOOR,
+        solref=SOON,
+        solimp=HARD,
+        **more,
+    )
