@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from contextlib import ExitStack
 
 from drivers.mujoco.simulation import Simulation
@@ -35,7 +34,6 @@ class MujocoBackend(Backend):
             raise UsageError("the mujoco backend needs a world; name one with --world")
         setup.options_as(MujocoOptions)
         self.require_installed()
-        os.environ.setdefault("MUJOCO_GL", "egl")  # looked at when the library is first imported
         with ExitStack() as undo:
             simulation = Simulation(setup, setup.world)
             undo.callback(simulation.close)

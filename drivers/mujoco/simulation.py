@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from functools import partial
-from typing import TYPE_CHECKING
-
 from drivers.mujoco.body import Body
-from drivers.mujoco.camera import MujocoCamera
+from drivers.mujoco.eyes import Eyes
 from drivers.mujoco.model import build
 from drivers.mujoco.physics import Physics
 from drivers.mujoco.ranging import MujocoRangeSensor
-from drivers.mujoco.rendering import Renderers
 from drivers.mujoco.truth import MujocoTruth
 from drivers.mujoco.wheels import MujocoEncoder, MujocoMotor
 from robotcore.backend import Setup
@@ -21,25 +17,21 @@ from robotcore.description import (
     EncoderDescription,
     MotorDescription,
     RangeSensorDescription,
-    RobotDescription,
     SimulatedDevice,
     WorldDescription,
 )
 from robotcore.devices import Device
 from robotcore.display import MemoryDisplay
 
-if TYPE_CHECKING:
-    from mujoco import MjModel
-
 
 class Simulation:
     """The world, the robot in it, and the clock that moves both."""
 
     def __init__(self, setup: Setup, world: WorldDescription) -> None:
-        self._physics = Physics(setup.rate_hz, partial(_model, setup.robot, world))
+        self._physics = Physics(setup.rate_hz, lambda step: build(setup.robot, world, step).compile())
         self.model, self.data = self._physics.model, self._physics.data
         self._body = Body(self.model, self.data, setup.robot)
-        self._renderers = Renderers(self.model, self.data)
+        self._eyes = Eyes(self.model, self.data, world)
         self.truth = MujocoTruth(self._body, self._physics.touches)
 
     @property
@@ -55,19 +47,10 @@ class Simulation:
         if isinstance(told, RangeSensorDescription):
             return MujocoRangeSensor(self.model, self.data, told, self.clock, self._body)
         if isinstance(told, CameraDescription):
-            return MujocoCamera(told, self.clock, self._renderers)
+            return self._eyes.open(told, self.clock, self._body)
         display: DisplayDescription = told  # of a new kind of device, the type checker tells
         return MemoryDisplay(display.name)
 
     def close(self) -> None:
-        """Let the renderers go. May be called again."""
-        self._renderers.close()
-
-
-def _model(robot: RobotDescription, world: WorldDescription, step: float) -> MjModel:
-    """Return the model for steps of so many seconds, with room for the largest picture."""
-    spec = build(robot, world, step)
-    cameras = robot.all_of(CameraDescription)
-    spec.visual.global_.offwidth = max((camera.width_px for camera in cameras), default=1)
-    spec.visual.global_.offheight = max((camera.height_px for camera in cameras), default=1)
-    return spec.compile()
+        """Let OpenGL go. May be called again."""
+        self._eyes.close()

@@ -21,6 +21,11 @@ BALL_SLICES, BALL_STACKS = 64, 32
 """A sphere is drawn by so many: its outline covers 99.8 % of a circle."""
 
 
+def seen_name(thing: str) -> str:
+    """Return the name of the shape that is seen of a thing."""
+    return f"{thing}.seen"
+
+
 def add_world(spec: MjSpec, world: WorldDescription) -> None:
     """Add all that stands in a world; each thing's shape that is touched has the thing's name."""
     looks = Looks(spec)
@@ -91,7 +96,8 @@ def _add_ball(spec: MjSpec, ball: Ball, looks: Looks) -> None:
         "pos": [ball.x_m, ball.y_m, ball.radius_m],
         "conaffinity": Meets.NOTHING,
     }
-    spec.worldbody.add_geom(**sphere, contype=Meets.NOTHING, group=Shown.WORLD, material=looks.of(ball.colour, None))
+    seen = {"contype": Meets.NOTHING, "group": Shown.WORLD, "material": looks.of(ball.colour, None)}
+    spec.worldbody.add_geom(name=seen_name(ball.name), **sphere, **seen)
     spec.worldbody.add_geom(name=ball.name, **sphere, contype=Meets.THING, group=Shown.TOUCHED_THING)
 
 
@@ -107,6 +113,7 @@ def _add_seen(spec: MjSpec, name: str, mesh: Mesh, material: str, group: Shown, 
         made.usertexcoord = [part for uv in mesh.uvs for part in uv]
     made.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
     spec.worldbody.add_geom(
+        name=seen_name(name),
         type=mujoco.mjtGeom.mjGEOM_MESH,
         meshname=made.name,
         material=material,

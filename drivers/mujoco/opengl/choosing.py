@@ -1,0 +1,49 @@
+"""Which way to OpenGL is taken: the first that works, or the one that the user names."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+
+from drivers.mujoco.opengl.context import Context, NoOpenGL
+from drivers.mujoco.opengl.egl import EglContext
+from drivers.mujoco.opengl.osmesa import OsmesaContext
+
+VARIABLE = "MUJOCO_GL"
+"""By which MuJoCo itself is told; MuJoCo's C library reads it too."""
+
+REMEDY = "On Debian: sudo apt install libegl1 libgl1-mesa-dri, or libosmesa6"
+
+WAYS: Mapping[str, type[Context]] = {way.name: way for way in (EglContext, OsmesaContext)}
+
+
+def open_context() -> Context:
+    """Return OpenGL that needs no screen; raises NoOpenGL, with the remedy, where there is none.
+
+    The user may name a way by the environment variable MUJOCO_GL; then no other is tried.
+    """
+    named = os.environ.get(VARIABLE, "").strip().lower()
+    if named and named not in WAYS:
+        raise NoOpenGL(f"{VARIABLE} is {named!r}, which needs a screen. Unset it, or set it to {' or '.join(WAYS)}")
+    failures = []
+    for way in (WAYS[named],) if named else WAYS.values():
+        try:
+            return way()
+        except NoOpenGL as failure:  # noqa: PERF203  every way that fails is to be told
+            failures.append(str(failure))
+    raise NoOpenGL(f"there is no OpenGL without a screen: {'; '.join(failures)}. {REMEDY}")
+
+
+@contextmanager
+def named_to_mujoco(context: Context) -> Iterator[None]:
+    """Let MuJoCo's C library look for OpenGL's functions where this context has them, as it does once in a process."""
+    before = os.environ.get(VARIABLE)
+    os.environ[VARIABLE] = context.name
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[VARIABLE]
+        else:
+            os.environ[VARIABLE] = before
