@@ -26,6 +26,7 @@ from robotcore.robot import Robot
 
 if TYPE_CHECKING:
     from robotcore.doctor import Finding
+    from robotcore.exporting import Exported
     from robotcore.hardware import Wiring
 
 OptionsT = TypeVar("OptionsT", bound=Described)
@@ -92,9 +93,9 @@ class Backend(ABC):
 
     One that ``needs_world`` simulates the world that it is given; one that ``brings_physics`` is a physics
     simulator that needs nothing else to be running. One that ``serves_one`` has one robot or simulator, which a
-    second program has to wait for. ``modules`` are the libraries it works with, looked
-    for without importing them; ``remedy`` is what to do where they are missing. ``placing`` are the
-    options with which `described` tells of a robot that is connected elsewhere than its file says.
+    second program has to wait for. ``exports`` are the formats in which it writes its models. ``modules`` are the
+    libraries it works with, looked for without importing them; ``remedy`` is what to do where they are missing.
+    ``placing`` are the options with which `described` tells of a robot that is connected elsewhere than its file says.
     """
 
     name: ClassVar[str]
@@ -105,6 +106,7 @@ class Backend(ABC):
     has_gui: ClassVar[bool] = False
     brings_physics: ClassVar[bool] = False
     serves_one: ClassVar[bool] = False
+    exports: ClassVar[tuple[str, ...]] = ()
     modules: ClassVar[tuple[str, ...]] = ()
 
     @abstractmethod
@@ -176,6 +178,16 @@ class Backend(ABC):
             f"the backend {self.name!r} joins nobody's scene, so there is nothing to look at. Leave "
             "--backend out: each section of the file is checked without it"
         )
+
+    def export(
+        self, file_format: str, robot: RobotDescription, world: WorldDescription | None, folder: str | None
+    ) -> Exported:
+        """Return the model of a robot, at the start of a world if there is one, in a format that it ``exports``.
+
+        ``folder`` is the name of one beside the file, for the pictures that the model shows; with None they are left
+        out, and a note says so. Raises BackendMissingError.
+        """
+        raise UsageError(f"the backend {self.name!r} exports no {file_format}. Take --format urdf")
 
     def cutoffs(self, setup: Setup) -> Sequence[CutoffSpec]:
         """Return how the motors of ``setup.devices`` are made to stand by a process that has nothing of them open.

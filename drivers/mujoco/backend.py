@@ -6,8 +6,9 @@ from contextlib import ExitStack
 
 from drivers.mujoco.simulation import Simulation
 from robotcore.backend import Backend, Setup, Vouch
-from robotcore.description import Described
+from robotcore.description import Described, RobotDescription, WorldDescription
 from robotcore.errors import UsageError
+from robotcore.exporting import Exported
 from robotcore.robot import Robot
 
 
@@ -23,6 +24,7 @@ class MujocoBackend(Backend):
     vouches_for = frozenset({Vouch.CONTACTS, Vouch.POSE, Vouch.LOCKSTEP})
     needs_world = True
     brings_physics = True
+    exports = ("mjcf",)
     modules = ("mujoco",)
 
     @property
@@ -40,3 +42,11 @@ class MujocoBackend(Backend):
             devices = setup.open_each(simulation.open)
             undo.pop_all()
         return Robot(setup.robot.name, simulation.clock, devices, truth=simulation.truth, release=simulation.close)
+
+    def export(
+        self, file_format: str, robot: RobotDescription, world: WorldDescription | None, folder: str | None
+    ) -> Exported:
+        from drivers.mujoco.mjcf import mjcf
+
+        self.require_installed()
+        return mjcf(robot, world, folder)

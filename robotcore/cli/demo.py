@@ -2,17 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
-
-from robotcore.errors import BackendMissingError
-
-if TYPE_CHECKING:
-    from robotcore.backend import Backend
 
 
 @click.command("demo")
@@ -35,7 +27,9 @@ def command(seed: int, picture: Path, *, gui: bool) -> int:
 
 def chosen_backend() -> tuple[str, str]:
     """Return the first physics simulator that is installed, else the built-in backend; and why."""
-    physical = [backend for backend in _loadable() if backend.brings_physics]
+    from robotcore.catalogue import loadable_backends
+
+    physical = [backend for backend in loadable_backends() if backend.brings_physics]
     for backend in physical:
         if backend.is_installed:
             return (
@@ -44,13 +38,3 @@ def chosen_backend() -> tuple[str, str]:
             )
     missing = " ".join(f"{backend.name} is not installed. {backend.remedy}." for backend in physical)
     return "kinematic", f"{missing} The demo runs on the built-in kinematic simulator."
-
-
-def _loadable() -> Iterator[Backend]:
-    """Yield every backend but those of somebody's package that is broken."""
-    from robotcore.catalogue import load_backend
-    from robotcore.registry import backend_names
-
-    for name in backend_names():
-        with suppress(BackendMissingError):
-            yield load_backend(name)

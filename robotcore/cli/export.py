@@ -1,27 +1,57 @@
-"""``robotcore export``: a robot for other tools."""
+"""``robotcore export``: a robot, and a world around it, for other tools."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from robotcore.errors import UsageError
 
+if TYPE_CHECKING:
+    from robotcore.exporting import Exported
+
 
 @click.command("export")
 @click.argument("robot")
+@click.option("--format", "file_format", default="urdf", show_default=True, help="urdf, or mjcf: MuJoCo's own.")
+@click.option("--world", help="A world's name, or its .toml file: the robot stands at its start.")
+@click.option("--seed", type=int, help="Draw the world anew from this number.")
 @click.option("--output", metavar="FILE", type=click.Path(path_type=Path), help="Where to; stdout if left out.")
-def command(robot: str, output: Path | None) -> None:
-    """Write ROBOT as URDF; it is a name or a .toml file."""
-    from robotcore.description import load_robot
-    from robotcore.description.urdf import robot_urdf
+def command(robot: str, file_format: str, world: str | None, seed: int | None, output: Path | None) -> None:
+    """Write ROBOT as a model for other tools; it is a name or a .toml file.
 
-    urdf = robot_urdf(load_robot(robot))
+    What is written is what is simulated. The patterns of a world are pictures in the folder FILE_textures beside the
+    file, FILE without its ending; on stdout they are left out.
+    """
+    from robotcore.description import load_robot
+    from robotcore.exporting import exported, placed
+
+    described, around = load_robot(robot), None
+    if world is not None:
+        described, around = placed(described, world, seed)
+    elif seed is not None:
+        raise UsageError("--seed draws a world, and there is none. Name one, for example --world arena")
+    model = exported(file_format, described, around, f"{output.stem}_textures" if output else None)
+    _write(model, output)
+    for note in model.notes:
+        click.echo(f"note: {note}", err=True)
+
+
+def _write(model: Exported, output: Path | None) -> None:
     if output is None:
-        click.echo(urdf)
+        click.echo(model.text)
         return
+    _write_file(output, model.text.encode())
+    for name, picture in model.pictures.items():
+        _write_file(output.parent / name, picture, is_beside=True)
+
+
+def _write_file(file: Path, content: bytes, *, is_beside: bool = False) -> None:
     try:
-        output.write_text(urdf, encoding="utf-8")
+        if is_beside:
+            file.parent.mkdir(exist_ok=True)
+        file.write_bytes(content)
     except OSError as error:
-        raise UsageError(f"{output}: {error.strerror}. Name a file that can be written") from error
+        raise UsageError(f"{error.filename or file}: {error.strerror}. Name a file that can be written") from error

@@ -22,6 +22,7 @@ from pydantic import (
 )
 
 from robotcore.description.base import Colour, Described, Metres, Name, Place, frozen, require_unique
+from robotcore.description.conditions import Conditions
 from robotcore.devices import Intrinsics
 from robotcore.drive import DifferentialGeometry
 
@@ -294,6 +295,15 @@ class RobotDescription(Described):
     def all_of(self, kind: type[DescriptionT]) -> tuple[DescriptionT, ...]:
         """Return the devices of one kind, in the order of the file."""
         return tuple(device for device in self.devices if isinstance(device, kind))
+
+    def under(self, conditions: Conditions) -> RobotDescription:
+        """Return the robot as it is to be simulated: its wheels lag as a world's conditions say, where they do."""
+        lag, drive = conditions.wheel_lag_s, self.drive
+        if lag is None or drive is None:
+            return self
+        wheels = (drive.left, drive.right)
+        devices = (d.model_copy(update={"lag_s": lag}) if d.name in wheels else d for d in self.devices)
+        return self.model_copy(update={"devices": tuple(devices)})
 
     def first_of(self, kind: type[DescriptionT]) -> DescriptionT | None:
         """Return the first device of one kind: the one that fills the role."""

@@ -102,7 +102,7 @@ class Plan:
         _require_randomisable(request, backend, builds_world=builds_world)
         world, drawn = _world(request, description, builds_world=builds_world)
         backend.require_installed()
-        robot = _lagging(description, world) if world and builds_world else description
+        robot = description.under(world.conditions) if world and builds_world else description
         setup = Setup(robot, world, devices, request.rate_hz, request.seed or 0, request.gui, request.options)
         judge = behaviour if judge is None else judge
         notes = (*backend.notes(setup), *_note_of_world(world, backend, builds_world=builds_world))
@@ -195,13 +195,3 @@ def _drawn(
         world, more = randomise(world, seed)
         drawn |= more
     return world, {**drawn, **picture_told(drawn)}
-
-
-def _lagging(description: RobotDescription, world: WorldDescription) -> RobotDescription:
-    """Return the robot as it is to be simulated: its wheels lag as the world's conditions say."""
-    lag, drive = world.conditions.wheel_lag_s, description.drive
-    if lag is None or drive is None:
-        return description
-    wheels = (drive.left, drive.right)
-    devices = (d.model_copy(update={"lag_s": lag}) if d.name in wheels else d for d in description.devices)
-    return description.model_copy(update={"devices": tuple(devices)})

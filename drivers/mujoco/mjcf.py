@@ -1,0 +1,72 @@
+"""The model as MJCF, for MuJoCo's own tools: https://mujoco.readthedocs.io/en/stable/XMLreference.html."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+from drivers.mujoco.model import build
+from drivers.mujoco.model.robot import BASE
+from robotcore.clock import MIN_PHYSICS_RATE_HZ
+from robotcore.description import RobotDescription, WorldDescription
+from robotcore.description.robot import Mount
+from robotcore.exporting import Exported
+from robotcore.plural import counted
+
+if TYPE_CHECKING:
+    from mujoco import MjSpec, MjsTexture
+
+SITE_M = 0.005
+"""A sensor's site is drawn so large."""
+
+
+def mjcf(robot: RobotDescription, world: WorldDescription | None, folder: str | None) -> Exported:
+    """Return the model that is simulated, to the six digits that MuJoCo writes; ``folder`` is for its textures.
+
+    Each sensor has a site ``<sensor>_frame`` besides, along whose x axis it looks.
+    """
+    spec = build(robot, world, 1 / MIN_PHYSICS_RATE_HZ)
+    _add_frames(spec, robot)
+    textures = [texture for texture in spec.textures if texture.data]
+    notes = () if folder is not None else _leave_out(spec, textures)
+    spec.compile()
+    pictures = {f"{folder}/{texture.name}.png": texture for texture in textures} if folder is not None else {}
+    for file, texture in pictures.items():
+        texture.file = file
+    return Exported(spec.to_xml(), {file: _png(texture) for file, texture in pictures.items()}, notes)
+
+
+def _add_frames(spec: MjSpec, robot: RobotDescription) -> None:
+    base = spec.body(BASE)
+    for device in robot.devices:
+        if isinstance(mount := getattr(device, "mount", None), Mount):
+            place = [mount.x_m, mount.y_m, mount.z_m]
+            base.add_site(name=f"{device.name}_frame", pos=place, quat=_turned(mount), size=[SITE_M] * 3)
+
+
+def _turned(mount: Mount) -> list[float]:
+    """Return the quaternion of a pitch, then a yaw."""
+    cy, sy = math.cos(mount.yaw_rad / 2), math.sin(mount.yaw_rad / 2)
+    cp, sp = math.cos(mount.pitch_rad / 2), math.sin(mount.pitch_rad / 2)
+    return [cy * cp, -sy * sp, cy * sp, sy * cp]
+
+
+def _leave_out(spec: MjSpec, textures: list[MjsTexture]) -> tuple[str, ...]:
+    """Take textures out of a model; return the note that says so, where there are any."""
+    names = [texture.name for texture in textures]
+    for material in spec.materials:
+        for role, name in enumerate(material.textures):
+            if name in names:
+                material.textures[role] = ""
+    for texture in textures:
+        spec.delete(texture)
+    left_out = f"{counted(len(names), 'texture')} left out: they are pictures beside a file. Name one with --output"
+    return (left_out,) if names else ()
+
+
+def _png(texture: MjsTexture) -> bytes:
+    tile = np.frombuffer(texture.data, np.uint8).reshape(texture.height, texture.width, texture.nchannel)
+    return cv2.imencode(".png", tile[:, :, ::-1])[1].tobytes()

@@ -1,0 +1,91 @@
+"""The robot's links: a body, wheels, a caster, and a frame for every sensor."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from xml.etree import ElementTree as ET
+
+from robotcore.description.robot import Body, Caster, Drive, MotorDescription, Mount, RobotDescription
+from robotcore.description.urdf.elements import (
+    TOKEN,
+    TOKEN_MASS_KG,
+    Inertia,
+    box,
+    cylinder,
+    inertial,
+    joint,
+    link,
+    numbers,
+    sphere,
+)
+
+BASE = "base_link"
+CASTER = "caster_link"
+
+_LYING = (math.pi / 2, 0.0, 0.0)
+_WHEEL_RGB = (25, 25, 25)
+_CASTER_RGB = (150, 150, 150)
+
+
+def wheel_link(motor: str) -> str:
+    """Return the name of the wheel that a motor turns."""
+    return f"{motor}_wheel"
+
+
+def robot_parts(description: RobotDescription) -> Iterator[ET.Element]:
+    """Yield all links and joints of a robot."""
+    yield _body(description.body)
+    yield from _wheels(description)
+    if description.drive and description.drive.caster:
+        yield from _caster(description.drive.caster)
+    for device in description.devices:
+        if isinstance(mount := getattr(device, "mount", None), Mount):
+            yield from _frame(device.name, mount)
+
+
+def _body(body: Body) -> ET.Element:
+    x, y, z = body.length_m, body.width_m, body.height_m
+    middle = (body.centre_x_m, 0.0, body.clearance_m + z / 2)
+    shape = box(x, y, z, middle)
+    twelfth = body.mass_kg / 12
+    moments = (twelfth * (y * y + z * z), twelfth * (x * x + z * z), twelfth * (x * x + y * y))
+    return link(BASE, Inertia(body.mass_kg, moments, middle), shape, shape, body.colour)
+
+
+def _wheels(description: RobotDescription) -> Iterator[ET.Element]:
+    if (drive := description.drive) is None:
+        return
+    for motor in description.all_of(MotorDescription):
+        if motor.name in (drive.left, drive.right):
+            y = drive.track_m / 2 if motor.name == drive.left else -drive.track_m / 2
+            wheel = wheel_link(motor.name)
+            yield _wheel(wheel, drive)
+            axle = joint(f"{motor.name}_joint", "continuous", BASE, wheel, (0.0, y, drive.wheel_radius_m))
+            ET.SubElement(axle, "axis", xyz="0 1 0")
+            limits = {"effort": motor.max_torque_nm, "velocity": motor.max_velocity_rad_s}
+            ET.SubElement(axle, "limit", {key: numbers(value) for key, value in limits.items()})
+            yield axle
+
+
+def _wheel(name: str, drive: Drive) -> ET.Element:
+    radius, width, mass = drive.wheel_radius_m, drive.wheel_width_m, drive.wheel_mass_kg
+    tyre = cylinder(radius, width, rpy=_LYING)
+    across = mass * (3 * radius**2 + width**2) / 12
+    moments = (across, mass * radius**2 / 2, across)
+    return link(name, Inertia(mass, moments), tyre, sphere(radius), _WHEEL_RGB)
+
+
+def _caster(caster: Caster) -> Iterator[ET.Element]:
+    ball = sphere(caster.radius_m)
+    moment = 0.4 * TOKEN_MASS_KG * caster.radius_m**2
+    yield link(CASTER, Inertia(TOKEN_MASS_KG, (moment,) * 3), ball, ball, _CASTER_RGB)
+    yield joint("caster_joint", "fixed", BASE, CASTER, (caster.x_m, 0.0, caster.radius_m))
+
+
+def _frame(sensor: str, mount: Mount) -> Iterator[ET.Element]:
+    frame = ET.Element("link", name=f"{sensor}_frame")
+    frame.append(inertial(TOKEN))
+    yield frame
+    rpy = (0.0, mount.pitch_rad, mount.yaw_rad)
+    yield joint(f"{sensor}_mount", "fixed", BASE, f"{sensor}_frame", (mount.x_m, mount.y_m, mount.z_m), rpy)
