@@ -32,6 +32,7 @@ class MujocoBackend(Backend):
         return 'pip install "robotcore[sim]"'
 
     def open(self, setup: Setup) -> Robot:
+        setup = setup.without_batteries()
         if setup.world is None:
             raise UsageError("the mujoco backend needs a world; name one with --world")
         setup.options_as(MujocoOptions)

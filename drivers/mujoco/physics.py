@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from drivers.mujoco.model.robot import RELEASE_M, TOUCHED
+import numpy as np
+
+from drivers.mujoco.model.robot import BASE
 from robotcore.clock import SteppedClock
 
 if TYPE_CHECKING:
     from mujoco import MjData, MjModel
+
+
+RELEASE_M = 0.001
+"""A touch is over when the body has drawn back from the thing by this much."""
 
 
 class Physics:
@@ -42,28 +47,22 @@ class Touches:
     """Counts the touches of the robot's body with things; one touch is one, however long it lasts."""
 
     def __init__(self, model: MjModel, data: MjData) -> None:
+        from mujoco import mj_geomDistance, mjtGeom
+
         self.count = 0
-        self._data = data
-        self._body = model.geom(TOUCHED).id
-        self._floor = {geom for geom in range(model.ngeom) if model.geom(geom).name == "floor"}
-        self._rolling = model.nu + 1
+        self._model, self._data = model, data
+        self._distance = mj_geomDistance
+        self._body = int(model.body(BASE).geomadr[0])
+        self._passed_over = {self._body, *np.flatnonzero(model.geom_type == mjtGeom.mjGEOM_PLANE).tolist()}
         self._touched: set[int] = set()
 
     def look(self) -> None:
-        """Note what is touched after a step; wheels and caster on the floor are contacts too, and none of these."""
-        data = self._data
-        if data.ncon <= self._rolling and not self._touched:
-            return
-        gaps = self._gaps()
-        begun = {thing for thing, gap in gaps.items() if gap <= 0} - self._touched
-        self._touched = begun | {thing for thing in self._touched if gaps.get(thing, math.inf) <= RELEASE_M}
-        self.count += len(begun)
+        """Note what is touched after a step."""
+        pairs = self._data.contact.geom.tolist()
+        touching = {thing for pair in pairs if self._body in pair for thing in pair} - self._passed_over
+        if touching or self._touched:
+            self.count += len(touching - self._touched)
+            self._touched = touching | {thing for thing in self._touched if self._is_near(thing)}
 
-    def _gaps(self) -> Mapping[int, float]:
-        """Return how far from the body each thing is that is near, in metres."""
-        contact, gaps = self._data.contact, dict[int, float]()
-        for (one, other), gap in zip(contact.geom.tolist(), contact.dist.tolist(), strict=True):
-            if self._body in (one, other) and not self._floor & {one, other}:
-                thing = other if one == self._body else one
-                gaps[thing] = min(gap, gaps.get(thing, gap))
-        return gaps
+    def _is_near(self, thing: int) -> bool:
+        return bool(self._distance(self._model, self._data, self._body, thing, 2 * RELEASE_M, None) <= RELEASE_M)

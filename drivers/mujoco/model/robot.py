@@ -15,14 +15,9 @@ if TYPE_CHECKING:
     from mujoco import MjSpec
 
 BASE = "base_link"
-TOUCHED = "body"
-"""The box that touches things."""
 
-RESTING_M = -1e-6
+RESTING_M = -1e-7
 """So deep its own weight presses a robot into the floor. At 0 it would fall for a step, and its wheels have no grip."""
-
-RELEASE_M = 0.001
-"""Contacts are listed from this distance on: a touch is over when the body has drawn back by as much."""
 
 
 def add_robot(spec: MjSpec, description: RobotDescription, start: Pose | None) -> None:
@@ -43,6 +38,7 @@ def add_robot(spec: MjSpec, description: RobotDescription, start: Pose | None) -
 
 
 def _add_body(base: Any, body: Body) -> None:
+    """Give it its weight, and the box that touches things: the first of its shapes."""
     import mujoco
 
     x, y, z = body.length_m, body.width_m, body.height_m
@@ -52,15 +48,12 @@ def _add_body(base: Any, body: Body) -> None:
     base.mass, base.ipos = body.mass_kg, middle
     base.inertia = [twelfth * (y * y + z * z), twelfth * (x * x + z * z), twelfth * (x * x + y * y)]
     base.add_geom(
-        name=TOUCHED,
         type=mujoco.mjtGeom.mjGEOM_BOX,
         size=[x / 2, y / 2, z / 2],
         pos=middle,
         mass=0,
         contype=Meets.NOTHING,
         conaffinity=Meets.FLOOR | Meets.THING,
-        margin=RELEASE_M,
-        gap=RELEASE_M,
         group=Shown.ROBOT,
         rgba=[*(part / 255 for part in body.colour), 1.0],
     )
