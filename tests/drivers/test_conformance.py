@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 from drivers.kinematic.backend import KinematicBackend
 from drivers.mock import LOST
 from drivers.mock.backend import MockBackend
+from drivers.mujoco.backend import MujocoBackend
 from drivers.pybullet.backend import PyBulletBackend
 from drivers.replay.backend import ReplayBackend
 from robotcore.backend import Setup
@@ -33,6 +34,11 @@ class TestKinematic(ConformanceSuite):
 
 class TestPyBullet(ConformanceSuite):
     backend = PyBulletBackend
+    lacks: ClassVar = {Capability.LOST_ECHO: EVERY_ECHO, Capability.SLOW_HARDWARE: NO_HARDWARE}
+
+
+class TestMujoco(ConformanceSuite):
+    backend = MujocoBackend
     lacks: ClassVar = {Capability.LOST_ECHO: EVERY_ECHO, Capability.SLOW_HARDWARE: NO_HARDWARE}
 
 
@@ -76,5 +82,5 @@ def _search() -> Recording:
 def test_every_backend_is_tried() -> None:
     on_pins = (on_a_pi.TestRaspberryPi, on_virtual_pins.TestVirtualPi)
     on_servers = (over_zeromq.TestBuilt, over_the_legacy_api.TestVrep)
-    suites = (TestKinematic, TestPyBullet, TestMock, TestReplay, *on_pins, *on_servers)
+    suites = (TestKinematic, TestPyBullet, TestMujoco, TestMock, TestReplay, *on_pins, *on_servers)
     assert sorted(suite.backend.name for suite in suites) == backend_names()

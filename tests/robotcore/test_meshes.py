@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from robotcore.meshes import Mesh, ball_mesh, prism_mesh
-from tests.drivers.pybullet.worlds import box, post
+from tests.drivers.physics.worlds import box, post
 
 POST = prism_mesh(post(1.0, 2.0))
 

@@ -1,19 +1,20 @@
-"""What the tests of this backend open, and how."""
+"""What the tests of a driver with a physics engine open, and how."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, ClassVar
 
-from drivers.pybullet.backend import PyBulletBackend
-from robotcore.backend import Setup
+from robotcore.backend import Backend, Setup
 from robotcore.description import (
     COLOURS,
     Ball,
     Box,
+    CameraDescription,
     Cylinder,
     Floor,
     Light,
+    MotorDescription,
     RobotDescription,
     Start,
     WorldDescription,
@@ -67,9 +68,30 @@ def setup(
     return Setup(robot, described, frozenset(names), **more)
 
 
-def opened(*things: Thing, start: Start | None = None, robot: RobotDescription = ROVER) -> Robot:
-    """Open a robot with all its devices among these things."""
-    return PyBulletBackend().open(setup(world(*things, start=start), robot=robot))
+class OnAnEngine:
+    """Tests that hold on every engine; a driver's own say on which."""
+
+    backend: ClassVar[type[Backend]]
+
+    def opened(
+        self,
+        *things: Thing,
+        start: Start | None = None,
+        robot: RobotDescription = ROVER,
+        with_camera: bool = False,
+    ) -> Robot:
+        """Open a robot among these things, with all its devices, a camera only where one is wanted: it takes time."""
+        devices = [device.name for device in robot.devices if with_camera or not isinstance(device, CameraDescription)]
+        return self.backend().open(setup(world(*things, start=start), robot=robot, devices=devices))
+
+
+def with_motors(**changes: float) -> RobotDescription:
+    """Return the rover with other motors."""
+    devices = [
+        device.model_copy(update=changes) if isinstance(device, MotorDescription) else device
+        for device in ROVER.devices
+    ]
+    return ROVER.model_copy(update={"devices": tuple(devices)})
 
 
 def drive(robot: Robot, left: float, right: float, seconds: float) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 HERE = Path(__file__).parent
-NEEDS_NO_BULLET = {"test_meshes.py", "test_missing.py"}
+NEEDS_NO_BULLET = {"test_missing.py"}
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

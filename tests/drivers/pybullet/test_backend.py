@@ -17,7 +17,8 @@ from robotcore.errors import (
     UnknownNameError,
     UsageError,
 )
-from tests.drivers.pybullet.worlds import ROVER, drive, opened, setup, truth_of, world
+from tests.drivers.physics.worlds import ROVER, drive, setup, truth_of, world
+from tests.drivers.pybullet.worlds import opened
 
 
 @pytest.fixture
@@ -113,7 +114,8 @@ def test_a_window_without_a_screen_is_refused_before_bullet_ends_the_process(mon
 
 def test_what_bullet_prints_does_not_reach_the_output() -> None:
     program = (
-        "from tests.drivers.pybullet.worlds import drive, opened\n"
+        "from tests.drivers.physics.worlds import drive\n"
+        "from tests.drivers.pybullet.worlds import opened\n"
         "with opened() as robot:\n"
         "    drive(robot, 3.0, 3.0, 0.1)\n"
         "    print(robot.camera.read().image.shape)\n"

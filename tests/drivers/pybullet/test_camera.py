@@ -9,7 +9,8 @@ from robotcore.description import CameraDescription, Light, Mount, RobotDescript
 from robotcore.geometry import Pose
 from robotcore.projection import View
 from robotcore.robot import Robot
-from tests.drivers.pybullet.worlds import LOOKOUT, ROVER, ball, box, drive, opened, setup, world
+from tests.drivers.physics.worlds import LOOKOUT, ROVER, ball, box, drive, setup, world
+from tests.drivers.pybullet.worlds import opened
 
 EYE = Mount(x_m=0.14, z_m=0.10)
 

@@ -7,7 +7,7 @@ import pytest
 
 from drivers.pybullet.backend import PyBulletBackend
 from robotcore.errors import BackendMissingError
-from tests.drivers.pybullet.worlds import setup, world
+from tests.drivers.physics.worlds import setup, world
 
 
 @pytest.fixture(autouse=True)

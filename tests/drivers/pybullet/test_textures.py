@@ -13,8 +13,9 @@ from robotcore.description import Start, Texture, WorldDescription, draw_world, 
 from robotcore.description.texture import PATTERNS, Pattern
 from robotcore.geometry import Pose
 from robotcore.projection import View
+from tests.drivers.physics.worlds import ROVER, ball, box, post, setup, world
 from tests.drivers.pybullet.test_camera import EYE, eye
-from tests.drivers.pybullet.worlds import ROVER, ball, box, opened, post, setup, world
+from tests.drivers.pybullet.worlds import opened
 
 MIN_PIXELS = 150
 HERE = Pose(0.0, 0.0, 0.0)

@@ -1,0 +1,114 @@
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from drivers.mujoco.backend import MujocoBackend
+from drivers.mujoco.simulation import Simulation
+from robotcore.devices import Motor
+from robotcore.errors import BackendError, DeviceClosedError, DeviceGroupError, UnknownNameError, UsageError
+from tests.drivers.physics.worlds import ROVER, drive, setup, truth_of, world
+
+BLIND = ("left_motor", "right_motor", "left_encoder", "right_encoder", "nose")
+
+
+@pytest.fixture
+def closed(monkeypatch: pytest.MonkeyPatch) -> list[Simulation]:
+    """Every simulation that was closed."""
+    seen: list[Simulation] = []
+    close = Simulation.close
+
+    def noted(simulation: Simulation) -> None:
+        seen.append(simulation)
+        close(simulation)
+
+    monkeypatch.setattr(Simulation, "close", noted)
+    return seen
+
+
+def test_only_the_devices_asked_for_are_opened() -> None:
+    with MujocoBackend().open(setup(world(), devices=["nose", "screen"])) as robot:
+        assert list(robot.devices) == ["nose", "screen"]
+
+
+def test_leaving_the_robot_closes_its_simulation_and_closing_twice_is_fine(closed: list[Simulation]) -> None:
+    robot = MujocoBackend().open(setup(world()))
+    robot.camera.read()
+    assert not closed
+    robot.close()
+    robot.close()
+    assert len(closed) == 1
+    with pytest.raises(DeviceClosedError):
+        robot.camera.read()
+
+
+def test_a_simulation_half_opened_is_closed(closed: list[Simulation], monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> None:
+        raise BackendError("no devices today")
+
+    monkeypatch.setattr(Simulation, "open", broken)
+    with pytest.raises(BackendError, match="no devices today"):
+        MujocoBackend().open(setup(world()))
+    assert closed
+
+
+def test_devices_on_no_wheel_are_all_named(closed: list[Simulation]) -> None:
+    spare = [device.model_copy(update={"name": f"spare_{device.kind}"}) for device in ROVER.devices[1:3]]
+    robot = ROVER.model_copy(update={"devices": (*ROVER.devices, *spare)})
+    with pytest.raises(DeviceGroupError, match=r"spare_motor: sits on no wheel[\s\S]*spare_encoder: sits on no wheel"):
+        MujocoBackend().open(setup(world(), robot=robot))
+    assert closed
+
+
+def test_an_unknown_option_is_refused() -> None:
+    with pytest.raises(UnknownNameError, match="solver_iterations"):
+        MujocoBackend().open(setup(world(), options={"solver_iterations": 10}))
+
+
+def test_without_a_world_it_says_what_to_do() -> None:
+    with pytest.raises(UsageError, match="--world"):
+        MujocoBackend().open(setup(None))
+
+
+@pytest.mark.parametrize("rate_hz, step_s", [(20.0, 1 / 240), (50.0, 1 / 250)])
+def test_a_physics_step_is_the_clocks(rate_hz: float, step_s: float) -> None:
+    simulation = Simulation(setup(world(), rate_hz=rate_hz), world())
+    assert simulation.model.opt.timestep == simulation.clock.step == pytest.approx(step_s)
+
+
+def test_a_motor_is_limited_to_what_it_can_do() -> None:
+    with MujocoBackend().open(setup(world(), devices=BLIND)) as robot:
+        assert isinstance(motor := robot["left_motor"], Motor)
+        assert motor.set_velocity(50.0) == 12.0
+        drive(robot, 50.0, 50.0, 1.0)
+        assert truth_of(robot).twist().linear == pytest.approx(12.0 * 0.0325, rel=0.01)
+
+
+PROGRAM = """
+from drivers.mujoco.backend import MujocoBackend
+from tests.drivers.physics.worlds import ball, box, drive, setup, truth_of, world
+things = box(0.5, yaw=0.4), ball(0.3, 0.5)
+with MujocoBackend().open(setup(world(*things))) as robot:
+    drive(robot, 5.0, 7.3, 2.0)
+    truth = truth_of(robot)
+    print(truth.pose(), truth.twist(), truth.contacts(), robot.range.read(), hash(robot.camera.read().image.tobytes()))
+"""
+
+
+def test_two_processes_are_equal_to_the_bit_and_nothing_else_is_printed() -> None:
+    first, second = (
+        subprocess.run(
+            [sys.executable, "-c", PROGRAM],
+            capture_output=True,
+            text=True,
+            check=True,
+            env={**os.environ, "PYTHONHASHSEED": "0"},
+        )
+        for _ in range(2)
+    )
+    assert first.stdout == second.stdout
+    assert len(first.stdout.splitlines()) == 1
+    assert first.stderr == ""
