@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from drivers.mujoco.body import Body
+from drivers.mujoco.opengl import NoOpenGL
 from drivers.mujoco.rendering import Numbers, Renderer
 from robotcore.clock import Clock
 from robotcore.description import CameraDescription
 from robotcore.devices import Camera, Frame, Image
+from robotcore.errors import DeviceError
 from robotcore.geometry import Pose
 from robotcore.projection import View
 from robotcore.sampling import OnceAnInstant
@@ -28,7 +30,10 @@ class MujocoCamera(Camera):
 
     def picture(self, view: View) -> Image:
         """Render what any camera would see; works without the robot being there. BGR, read-only."""
-        image = self._renderer.picture(view)
+        try:
+            image = self._renderer.picture(view)
+        except NoOpenGL as error:
+            raise DeviceError(self.name, str(error)) from error
         image.flags.writeable = False
         return image
 

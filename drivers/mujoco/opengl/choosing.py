@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
 
 from drivers.mujoco.opengl.context import Context, NoOpenGL
 from drivers.mujoco.opengl.egl import EglContext
+from drivers.mujoco.opengl.environment import told
 from drivers.mujoco.opengl.osmesa import OsmesaContext
 
 VARIABLE = "MUJOCO_GL"
@@ -25,7 +26,7 @@ def open_context() -> Context:
     """
     named = os.environ.get(VARIABLE, "").strip().lower()
     if named and named not in WAYS:
-        raise NoOpenGL(f"{VARIABLE} is {named!r}, which needs a screen. Unset it, or set it to {' or '.join(WAYS)}")
+        raise NoOpenGL(f"{VARIABLE} is {named!r}, which draws on no memory. Unset it, or set it to {' or '.join(WAYS)}")
     failures = []
     for way in (WAYS[named],) if named else WAYS.values():
         try:
@@ -35,15 +36,6 @@ def open_context() -> Context:
     raise NoOpenGL(f"there is no OpenGL without a screen: {'; '.join(failures)}. {REMEDY}")
 
 
-@contextmanager
-def named_to_mujoco(context: Context) -> Iterator[None]:
+def named_to_mujoco(context: Context) -> AbstractContextManager[None]:
     """Let MuJoCo's C library look for OpenGL's functions where this context has them, as it does once in a process."""
-    before = os.environ.get(VARIABLE)
-    os.environ[VARIABLE] = context.name
-    try:
-        yield
-    finally:
-        if before is None:
-            del os.environ[VARIABLE]
-        else:
-            os.environ[VARIABLE] = before
+    return told(VARIABLE, context.name)

@@ -13,6 +13,7 @@ from ctypes import POINTER, byref, c_char_p, c_int, c_uint, c_void_p
 from typing import Any
 
 from drivers.mujoco.opengl.context import Context, NoOpenGL, loaded
+from drivers.mujoco.opengl.environment import told
 
 LIBRARIES = ("libEGL.so.1",)
 
@@ -32,7 +33,8 @@ class EglContext(Context):
 
     def __init__(self) -> None:
         self._egl = egl = _typed(loaded(LIBRARIES))
-        self._display = _display(egl)
+        with told("EGL_LOG_LEVEL", "fatal"):  # what it lacks is told of here
+            self._display = _display(egl)
         egl.eglBindAPI(_OPENGL_API)
         self._context = egl.eglCreateContext(self._display, _config(egl, self._display), None, None)
         if not self._context:
@@ -44,7 +46,10 @@ class EglContext(Context):
         before = (egl.eglGetCurrentSurface(_DRAW), egl.eglGetCurrentSurface(_READ), egl.eglGetCurrentContext())
         display = egl.eglGetCurrentDisplay() or self._display
         if not egl.eglMakeCurrent(self._display, None, None, self._context):
-            raise NoOpenGL(f"EGL does not let this thread draw, error {egl.eglGetError():#x}")
+            raise NoOpenGL(
+                f"EGL does not let this thread draw, error {egl.eglGetError():#x}. Where the program has a window or a "
+                "renderer of its own, set MUJOCO_GL=egl"
+            )
         try:
             yield
         finally:
