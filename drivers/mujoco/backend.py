@@ -23,6 +23,7 @@ class MujocoBackend(Backend):
     summary = "MuJoCo rigid-body physics, in process: on every Python and on 64-bit ARM"
     vouches_for = frozenset({Vouch.CONTACTS, Vouch.POSE, Vouch.LOCKSTEP})
     needs_world = True
+    has_gui = True
     brings_physics = True
     exports = ("mjcf",)
     modules = ("mujoco",)

@@ -21,8 +21,9 @@ RELEASE_M = 0.001
 class Physics:
     """A stepped clock whose steps are MuJoCo's.
 
-    ``model_of`` makes the model for steps of so many seconds. Whatever `data` says is of the present: a whole
-    step of MuJoCo's leaves places and contacts as they were before it, so each is taken from its middle to the next's.
+    ``model_of`` makes the model for steps of so many seconds; ``onlookers`` are called whenever time has passed.
+    Whatever `data` says is of the present: a whole step of MuJoCo's leaves places and contacts as they were before it,
+    so each is taken from its middle to the next's.
     """
 
     def __init__(self, rate_hz: float, model_of: Callable[[float], MjModel]) -> None:
@@ -34,6 +35,7 @@ class Physics:
         self._move, self._look_round = mj_step2, mj_step1
         self._look_round(self.model, self.data)
         self.touches = Touches(self.model, self.data)
+        self.onlookers: list[Callable[[], None]] = []
 
     def _advance(self, steps: int) -> None:
         move, look_round, model, data, look = self._move, self._look_round, self.model, self.data, self.touches.look
@@ -41,6 +43,8 @@ class Physics:
             move(model, data)
             look_round(model, data)
             look()
+        for show in self.onlookers:
+            show()
 
 
 class Touches:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
+
 from drivers.mujoco.body import Body
 from drivers.mujoco.eyes import Eyes
 from drivers.mujoco.model import build
@@ -9,6 +11,7 @@ from drivers.mujoco.physics import Physics
 from drivers.mujoco.ranging import MujocoRangeSensor
 from drivers.mujoco.truth import MujocoTruth
 from drivers.mujoco.wheels import MujocoEncoder, MujocoMotor
+from drivers.mujoco.window import Window
 from robotcore.backend import Setup
 from robotcore.clock import SteppedClock
 from robotcore.description import (
@@ -33,6 +36,10 @@ class Simulation:
         self._body = Body(self.model, self.data, setup.robot)
         self._eyes = Eyes(self.model, self.data, world)
         self.truth = MujocoTruth(self._body, self._physics.touches)
+        self._closing = ExitStack()
+        self._closing.callback(self._eyes.close)
+        if setup.gui:
+            self._open_window(max(world.floor.length_m, world.floor.width_m))
 
     @property
     def clock(self) -> SteppedClock:
@@ -52,5 +59,10 @@ class Simulation:
         return MemoryDisplay(display.name)
 
     def close(self) -> None:
-        """Let OpenGL go. May be called again."""
-        self._eyes.close()
+        """Let OpenGL and the window go. May be called again."""
+        self._closing.close()
+
+    def _open_window(self, breadth: float) -> None:
+        window = Window(self.model, self.data, breadth)
+        self._closing.callback(window.close)
+        self._physics.onlookers.append(window.show)
