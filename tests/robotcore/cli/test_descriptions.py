@@ -111,16 +111,3 @@ def test_all_faults_of_a_file_are_told_a_line_each(cli: Cli, tmp_path: Path, com
     assert [line.removeprefix(f"error: {file}: ").split(":")[0] for line in told.err.splitlines()] == [
         *("name", "floor.length_m", "floor.width_m", "flor")
     ]
-
-
-def test_export_writes_urdf(cli: Cli, tmp_path: Path) -> None:
-    file = tmp_path / "rover.urdf"
-    assert cli("export", "rover", "--output", str(file)) == (0, "", "")
-    assert '<robot name="rover"' in file.read_text()
-    assert cli("export", "rover").out.strip() == file.read_text().strip()
-
-
-def test_export_says_where_it_cannot_write(cli: Cli, tmp_path: Path) -> None:
-    told = cli("export", "rover", "--output", str(tmp_path / "missing" / "rover.urdf"))
-    assert told.status == 2
-    assert "missing/rover.urdf: No such file or directory" in told.err

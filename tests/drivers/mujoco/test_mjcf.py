@@ -1,0 +1,122 @@
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from robotcore.description import RobotDescription, Texture, WorldDescription, load_robot, load_world
+from robotcore.exporting import Exported, exported, placed
+
+mujoco = pytest.importorskip("mujoco")
+
+from drivers.mujoco.model import build  # noqa: E402
+
+SIX_DIGITS = 1e-5
+
+
+def loaded(model: Exported, folder: Path) -> Any:
+    """Return what MuJoCo makes of a model that is written into a folder, with its pictures."""
+    for name, picture in model.pictures.items():
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_bytes(picture)
+    (folder / "model.xml").write_text(model.text)
+    return mujoco.MjModel.from_xml_path(str(folder / "model.xml"))
+
+
+def simulated(robot: RobotDescription, world: WorldDescription) -> Any:
+    return build(robot, world, 1 / 240).compile()
+
+
+def textured(name: str = "arena") -> WorldDescription:
+    world = load_world(name)
+    floor = world.floor.model_copy(update={"texture": Texture(pattern="planks")})
+    assert world.walls
+    walls = world.walls.model_copy(update={"texture": Texture(pattern="grass", contrast=0.5)})
+    return world.model_copy(update={"floor": floor, "walls": walls})
+
+
+@pytest.mark.parametrize("robot, seed", [("rover", 7), ("lookout", None)])
+def test_what_is_exported_is_what_is_simulated(robot: str, seed: int | None, tmp_path: Path) -> None:
+    described, world = placed(load_robot(robot), "arena", seed)
+    written, meant = loaded(exported("mjcf", described, world), tmp_path), simulated(described, world)
+    of_moving = (
+        "body_mass",
+        "body_inertia",
+        "body_ipos",
+        "body_pos",
+        "jnt_axis",
+        "jnt_range",
+        "dof_armature",
+        "eq_data",
+    )
+    of_driving = ("actuator_gainprm", "actuator_biasprm", "actuator_dynprm", "actuator_dyntype", "actuator_ctrlrange")
+    of_touching = ("geom_type", "geom_size", "geom_pos", "geom_friction", "geom_contype", "geom_conaffinity")
+    of_softness = ("geom_solref", "geom_solimp", "geom_priority", "geom_condim", "geom_margin", "geom_gap")
+    of_looking = ("cam_fovy", "cam_pos", "cam_quat", "mat_rgba", "geom_group", "light_dir", "light_diffuse")
+    for figures in (*of_moving, *of_driving, *of_touching, *of_softness, *of_looking):
+        np.testing.assert_allclose(
+            getattr(written, figures), getattr(meant, figures), SIX_DIGITS, SIX_DIGITS, err_msg=figures
+        )
+    for option in ("timestep", "integrator", "cone", "impratio"):
+        assert getattr(written.opt, option) == pytest.approx(getattr(meant.opt, option)), option
+
+
+def test_the_exported_robot_drives_as_the_simulated_one(tmp_path: Path) -> None:
+    robot, world = load_robot("rover"), load_world("open")
+    ends = []
+    for model in (loaded(exported("mjcf", robot, world), tmp_path), simulated(robot, world)):
+        data = mujoco.MjData(model)
+        data.actuator("left_motor").ctrl, data.actuator("right_motor").ctrl = 5.0, 7.0
+        mujoco.mj_step(model, data, 240)
+        ends.append(data.body("base_link").xpos)
+    assert np.linalg.norm(ends[1][:2] - (world.start.x_m, world.start.y_m)) > 0.15
+    assert ends[0] == pytest.approx(ends[1], abs=1e-4)
+
+
+def test_every_sensor_has_a_frame_that_looks_where_it_does(tmp_path: Path) -> None:
+    model = loaded(exported("mjcf", load_robot("lookout")), tmp_path)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    eye, frame = data.camera("eye"), data.site("eye_frame")
+    assert frame.xpos == pytest.approx((0.07, 0, 0.48), abs=1e-5)
+    ahead = frame.xmat.reshape(3, 3)[:, 0]
+    assert ahead == pytest.approx((math.cos(0.2), 0, -math.sin(0.2)), abs=1e-5)
+    assert -eye.xmat.reshape(3, 3)[:, 2] == pytest.approx(ahead, abs=1e-5)
+
+
+def test_textures_are_the_same_picture_to_the_pixel(tmp_path: Path) -> None:
+    robot, world = load_robot("rover"), textured()
+    model = exported("mjcf", robot, world, "arena_textures")
+    assert len(model.pictures) == 2
+    assert all(name.startswith("arena_textures/") for name in model.pictures)
+    assert model.notes == ()
+    written, meant = loaded(model, tmp_path), simulated(robot, world)
+    for number in range(meant.ntex):
+        name = meant.texture(number).name
+        of_it = [slice(each.texture(name).adr[0], None) for each in (written, meant)]
+        if name != "sky":
+            tile = 64 * 64 * 3
+            pictures = [each.tex_data[cut][:tile] for each, cut in zip((written, meant), of_it, strict=True)]
+            np.testing.assert_array_equal(*pictures)
+    assert written.mat_texid.tolist() == meant.mat_texid.tolist()
+
+
+def test_without_a_folder_textures_are_left_out_with_a_note(tmp_path: Path) -> None:
+    model = exported("mjcf", load_robot("rover"), textured())
+    assert model.pictures == {}
+    (note,) = model.notes
+    assert note.startswith("2 textures left out")
+    assert loaded(model, tmp_path).ntex == 1  # the sky
+
+
+def test_wheels_lag_as_the_worlds_conditions_say(tmp_path: Path) -> None:
+    world = tmp_path / "slow.toml"
+    world.write_text('name = "slow"\n[floor]\nlength_m = 3.0\nwidth_m = 3.0\n[conditions]\nwheel_lag_s = 0.2\n')
+    slow = loaded(exported("mjcf", *placed(load_robot("rover"), str(world), None)), tmp_path)
+    own = loaded(exported("mjcf", load_robot("rover")), tmp_path)
+    gains = [model.actuator("left_motor").gainprm[0] for model in (slow, own)]
+    steps_on_the_way = [-math.expm1(-1 / 240 / lag_s) for lag_s in (0.2, 0.05)]
+    assert gains[0] / gains[1] == pytest.approx(steps_on_the_way[0] / steps_on_the_way[1], rel=1e-4)

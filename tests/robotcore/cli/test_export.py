@@ -1,0 +1,102 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from robotcore.backend import Backend
+from robotcore.exporting import Exported
+from tests.robotcore.cli.conftest import Cli
+
+TEXTURED = """name = "hall"
+[floor]
+length_m = 3.0
+width_m = 2.0
+texture = { pattern = "planks" }
+"""
+
+
+@pytest.fixture
+def _pictured(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let MuJoCo's backend write a model of two lines, with a picture where there is a folder for it."""
+
+    def export(_: Backend, file_format: str, robot: object, world: object, folder: str | None) -> Exported:
+        if folder is None:
+            return Exported("<model/>\n", notes=("1 texture left out",))
+        return Exported(f"<model>{folder}/floor.png</model>\n", {f"{folder}/floor.png": b"PNG"})
+
+    monkeypatch.setattr("drivers.mujoco.backend.MujocoBackend.export", export)
+
+
+def test_writes_urdf_where_no_format_is_named(cli: Cli, tmp_path: Path) -> None:
+    file = tmp_path / "rover.urdf"
+    assert cli("export", "rover", "--output", str(file)) == (0, "", "")
+    assert '<robot name="rover"' in file.read_text()
+    assert cli("export", "rover").out.strip() == file.read_text().strip()
+    assert cli("export", "rover", "--format", "urdf").out.strip() == file.read_text().strip()
+
+
+def test_puts_the_robot_into_a_world_that_a_seed_draws(cli: Cli) -> None:
+    still, drawn, again, other = (
+        cli("export", "rover", "--world", "arena", *seed).out
+        for seed in ((), ("--seed", "7"), ("--seed", "7"), ("--seed", "8"))
+    )
+    assert '<link name="red-box_thing">' in still
+    assert drawn == again
+    assert len({still, drawn, other}) == 3
+
+
+@pytest.mark.usefixtures("_pictured")
+def test_puts_pictures_beside_the_file(cli: Cli, tmp_path: Path) -> None:
+    file = tmp_path / "hall.xml"
+    assert cli("export", "rover", "--format", "mjcf", "--output", str(file)) == (0, "", "")
+    assert file.read_text() == "<model>hall_textures/floor.png</model>\n"
+    assert (tmp_path / "hall_textures" / "floor.png").read_bytes() == b"PNG"
+    assert cli("export", "rover", "--format", "mjcf", "--output", str(file)).status == 0
+
+
+@pytest.mark.usefixtures("_pictured")
+def test_says_what_is_left_out_beside_what_goes_to_stdout(cli: Cli) -> None:
+    told = cli("export", "rover", "--format", "mjcf")
+    assert (told.status, told.out.strip(), told.err) == (0, "<model/>", "note: 1 texture left out\n")
+
+
+def test_says_that_urdf_knows_no_patterns(cli: Cli, tmp_path: Path) -> None:
+    (tmp_path / "hall.toml").write_text(TEXTURED)
+    told = cli("export", "rover", "--world", str(tmp_path / "hall.toml"))
+    assert (told.status, told.err) == (0, "note: URDF knows no patterns: each surface has its one colour\n")
+    assert cli("export", "rover", "--world", "arena").err == ""
+
+
+@pytest.mark.parametrize(
+    "asked, status, said",
+    [
+        (["--format", "mjfc"], 2, "unknown format 'mjfc'. Did you mean 'mjcf'?"),
+        (["--world", "aren"], 2, "unknown world 'aren'. Did you mean 'arena'?"),
+        (["--seed", "7"], 2, "--seed draws a world, and there is none. Name one, for example --world arena"),
+    ],
+)
+def test_tells_in_a_line_what_cannot_be(cli: Cli, asked: list[str], status: int, said: str) -> None:
+    assert cli("export", "rover", *asked) == (status, "", f"error: {said}\n")
+
+
+def test_tells_how_to_install_a_simulator_that_is_missing(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.mujoco.backend.MujocoBackend.modules", ("no_such_simulator",))
+    told = cli("export", "rover", "--format", "mjcf")
+    assert (told.status, told.out) == (3, "")
+    assert told.err == "error: the backend 'mujoco' is not installed. pip install \"robotcore[sim]\"\n"
+
+
+def test_says_where_it_cannot_write(cli: Cli, tmp_path: Path) -> None:
+    told = cli("export", "rover", "--output", str(tmp_path / "missing" / "rover.urdf"))
+    assert told.status == 2
+    assert "missing/rover.urdf: No such file or directory. Name a file that can be written" in told.err
+
+
+@pytest.mark.usefixtures("_pictured")
+def test_says_which_file_is_in_the_way_of_the_pictures(cli: Cli, tmp_path: Path) -> None:
+    (tmp_path / "hall_textures").touch()
+    told = cli("export", "rover", "--format", "mjcf", "--output", str(tmp_path / "hall.xml"))
+    assert told.status == 2
+    assert f"{tmp_path / 'hall_textures'}: File exists" in told.err
+    assert len(told.err.splitlines()) == 1
