@@ -31,7 +31,7 @@ def test_a_board_tells_of_it_where_the_file_does(tmp_path: Path, backend: str, b
     assert load_backend(backend).openable(told, {}) == everything - {"cells"} | batteries
 
 
-@pytest.mark.parametrize("backend", ["kinematic", "pybullet", "virtualpi", "mock"])
+@pytest.mark.parametrize("backend", ["kinematic", "mujoco", "pybullet", "virtualpi", "mock"])
 def test_a_simulator_that_is_asked_for_it_leaves_it_out(tmp_path: Path, backend: str) -> None:
     opener = load_backend(backend)
     if not opener.is_installed:
