@@ -42,7 +42,7 @@ class PyBulletBackend(Backend):
             return 'pip install "robotcore[sim]"'
         return (
             f"PyBullet has no wheel for Python {platform.python_version()} on {platform.machine()}; "
-            "use Python 3.11 on an x86_64 machine, or --backend kinematic"
+            "take --backend mujoco, which has one, or Python 3.11 on an x86_64 machine"
         )
 
     def open(self, setup: Setup) -> Robot:

@@ -8,7 +8,7 @@ from typing import Any
 
 from robotcore.backend import Backend, Setup, Vouch
 from robotcore.behaviour import Behaviour
-from robotcore.catalogue import load_app, load_backend
+from robotcore.catalogue import load_app, load_backend, loadable_backends
 from robotcore.description import (
     Conditions,
     RobotDescription,
@@ -144,9 +144,10 @@ def _require_room_to_stop(behaviour: Behaviour, description: RobotDescription) -
 
 def _require_window(request: RunRequest, backend: Backend) -> None:
     if request.gui and not backend.has_gui:
+        others = [other.name for other in loadable_backends() if other.has_gui]
         raise UsageError(
             f"the backend {backend.name!r} opens no window. Leave --gui out and look at --picture FILE.png, "
-            "or take --backend pybullet"
+            f"or take --backend {' or '.join(others)}"
         )
 
 

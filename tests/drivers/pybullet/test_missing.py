@@ -25,8 +25,8 @@ def test_without_the_library_nothing_opens() -> None:
     [
         ((3, 10), "x86_64", r'pip install "robotcore\[sim\]"'),
         ((3, 11), "AMD64", r'pip install "robotcore\[sim\]"'),
-        ((3, 12), "x86_64", "no wheel for Python .* use Python 3.11 .* or --backend kinematic"),
-        ((3, 11), "aarch64", "no wheel for .* on aarch64; .* or --backend kinematic"),
+        ((3, 12), "x86_64", "no wheel for Python .* take --backend mujoco, .* or Python 3.11"),
+        ((3, 11), "aarch64", "no wheel for .* on aarch64; take --backend mujoco"),
     ],
 )
 def test_the_remedy_is_one_that_works_on_this_machine(
