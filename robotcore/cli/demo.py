@@ -1,10 +1,17 @@
-"""``robotcore demo``: the main job, in the best simulator that is there."""
+"""``robotcore demo``: the main job, in the best simulator that works here."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
+
+if TYPE_CHECKING:
+    from robotcore.backend import Backend
+
+FIRST = "pybullet"
+"""Its camera needs no OpenGL: where it is installed it works."""
 
 
 @click.command("demo")
@@ -14,7 +21,7 @@ import click
 def command(seed: int, picture: Path, *, gui: bool) -> int:
     """Watch the rover find the green ball.
 
-    Takes the best simulator that is installed, says why, and draws a picture of how it went.
+    Takes the best simulator that works here, says why, and draws a picture of how it went.
     """
     from robotcore.cli.main import execute
 
@@ -26,15 +33,23 @@ def command(seed: int, picture: Path, *, gui: bool) -> int:
 
 
 def chosen_backend() -> tuple[str, str]:
-    """Return the first physics simulator that is installed, else the built-in backend; and why."""
+    """Return the first physics simulator that works here, else the built-in backend; and why."""
     from robotcore.catalogue import loadable_backends
 
     physical = [backend for backend in loadable_backends() if backend.brings_physics]
-    for backend in physical:
-        if backend.is_installed:
-            return (
-                backend.name,
-                f"{backend.name} ({backend.summary}) is installed for this Python: the demo runs on it.",
-            )
-    missing = " ".join(f"{backend.name} is not installed. {backend.remedy}." for backend in physical)
-    return "kinematic", f"{missing} The demo runs on the built-in kinematic simulator."
+    faults: list[str] = []
+    for backend in sorted(physical, key=lambda backend: backend.name != FIRST):
+        if not (fault := _fault_of(backend)):
+            return backend.name, " ".join((*faults, f"{backend.name} ({backend.summary}): the demo runs on it."))
+        faults.append(fault)
+    return "kinematic", " ".join((*faults, "The demo runs on the built-in kinematic simulator."))
+
+
+def _fault_of(backend: Backend) -> str:
+    """Return why a simulator cannot be taken, and what to do; nothing where a robot opens, moves and sees in it."""
+    if not backend.is_installed:
+        return f"{backend.name} is not installed. {backend.remedy}."
+    from robotcore.doctor import Level
+
+    broken = (finding for finding in backend.examine(None) if finding.level is Level.ERROR)
+    return next((f"{backend.name}: {finding.said}." for finding in broken), "")

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from robotcore.backend import Backend, Setup
 from robotcore.description import RobotDescription, load_robot, load_world
 from robotcore.doctor.finding import Finding
-from robotcore.errors import DescriptionError, RobotcoreError
+from robotcore.errors import DescriptionError, DeviceGroupError, RobotcoreError
 from robotcore.robot import Robot, Role
 
 ROBOT, WORLD = "rover", "open"
@@ -41,11 +41,17 @@ def _tried(backend: Backend, robot: RobotDescription) -> Finding:
         others = f", and {len(error.others)} more" if error.others else ""
         said = f"cannot open {error.file}: {error.key}: {error.fault}{others}"
         return Finding.error(backend.name, said, f"robotcore check {robot.file or robot.name}")
+    except DeviceGroupError as error:
+        return Finding.error(backend.name, "; ".join(map(str, error.failures)), _retry(backend))
     except RobotcoreError as error:
-        return Finding.error(backend.name, str(error), f"Try robotcore run green-search --backend {backend.name}")
+        return Finding.error(backend.name, str(error), _retry(backend))
     except Exception as error:  # noqa: BLE001  a simulator of another build raises anything
         told = " ".join(str(error).split())
         return Finding.error(backend.name, f"does not work: {type(error).__name__}: {told}", backend.remedy)
+
+
+def _retry(backend: Backend) -> str:
+    return f"Try robotcore run green-search --backend {backend.name}"
 
 
 def _driven(name: str, robot: Robot) -> Finding:

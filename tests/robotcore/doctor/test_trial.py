@@ -6,7 +6,7 @@ from robotcore.backend import Backend, Setup
 from robotcore.catalogue import load_backend
 from robotcore.description import load_robot
 from robotcore.doctor import Finding, Level
-from robotcore.errors import DescriptionError, DeviceError
+from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError
 from robotcore.robot import Robot
 from tests.robotcore.fakes import RigBackend
 
@@ -50,6 +50,7 @@ def test_a_simulator_in_which_nothing_moves_is_an_error(monkeypatch: pytest.Monk
     "error, said",
     [
         (DeviceError("eye", "no camera"), "eye: no camera"),
+        (DeviceGroupError("opening post", [DeviceError("eye", "no camera")]), "eye: no camera"),
         (TypeError("wrong\nbuild"), "does not work: TypeError: wrong build"),
     ],
 )
