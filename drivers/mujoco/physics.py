@@ -9,6 +9,7 @@ import numpy as np
 
 from drivers.mujoco.model.robot import BASE
 from robotcore.clock import SteppedClock
+from robotcore.errors import BackendError
 
 if TYPE_CHECKING:
     from mujoco import MjData, MjModel
@@ -43,8 +44,22 @@ class Physics:
             move(model, data)
             look_round(model, data)
             look()
+        self.require_sound()
         for show in self.onlookers:
             show()
+
+    def require_sound(self) -> None:
+        """Raise BackendError, in MuJoCo's words, where its state is not what came of the motors' commands.
+
+        Once something gets too fast to be computed, MuJoCo puts all back where it started, and goes on.
+        """
+        warning = self.data.warning
+        if warning.number.any():
+            from mujoco import mju_warningText
+
+            kind = int(warning.number.argmax())
+            told = mju_warningText(kind, int(warning.lastinfo[kind]))
+            raise BackendError(f"mujoco: {told} Look at the masses and torques in the robot's description")
 
 
 class Touches:

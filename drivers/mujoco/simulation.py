@@ -35,7 +35,7 @@ class Simulation:
         self.model, self.data = self._physics.model, self._physics.data
         self._body = Body(self.model, self.data, setup.robot)
         self._eyes = Eyes(self.model, self.data, world)
-        self.truth = MujocoTruth(self._body, self._physics.touches)
+        self.truth = MujocoTruth(self._body, self._physics)
         self._closing = ExitStack()
         self._closing.callback(self._eyes.close)
         if setup.gui:
