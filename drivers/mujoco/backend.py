@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from contextlib import ExitStack
 
 from drivers.mujoco.simulation import Simulation
 from robotcore.backend import Backend, Setup, Vouch
 from robotcore.description import Described, RobotDescription, WorldDescription
-from robotcore.errors import UsageError
+from robotcore.errors import BackendError, UsageError
 from robotcore.exporting import Exported
 from robotcore.robot import Robot
 
@@ -38,6 +39,7 @@ class MujocoBackend(Backend):
             raise UsageError("the mujoco backend needs a world; name one with --world")
         setup.options_as(MujocoOptions)
         self.require_installed()
+        _load()
         with ExitStack() as undo:
             simulation = Simulation(setup, setup.world)
             undo.callback(simulation.close)
@@ -52,3 +54,13 @@ class MujocoBackend(Backend):
 
         self.require_installed()
         return mjcf(robot, world, folder)
+
+
+def _load() -> None:
+    """Import MuJoCo; it also looks, whether or not anything will be drawn, for the OpenGL that MUJOCO_GL names."""
+    try:
+        import mujoco  # noqa: F401
+    except Exception as error:
+        named = os.environ.get("MUJOCO_GL")
+        remedy = f"Unset MUJOCO_GL, which is {named!r}: what works is found" if named else "Install it again"
+        raise BackendError(f"mujoco: it cannot be loaded: {error}. {remedy}") from error

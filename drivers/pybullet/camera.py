@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -22,15 +21,11 @@ from robotcore.sampling import OnceAnInstant
 NEAR_M, FAR_M = 0.005, 500.0
 
 
-class Picture(NamedTuple):
-    """A BGR image, (height, width, 3), and Bullet's number for what each pixel shows, (height, width); -1: sky."""
-
-    image: Image
-    numbers: NDArray[np.int32]
+Numbers = NDArray[np.int32]
 
 
 class BulletCamera(Camera):
-    """A camera on the robot's body; it tilts with it. ``things`` maps names to the numbers in a `Picture`."""
+    """A camera on the robot's body; it tilts with it. ``things`` maps names to the `numbers` of a picture's pixels."""
 
     def __init__(self, bullet: Bullet, description: CameraDescription, clock: Clock, body: Body, scene: Scene) -> None:
         super().__init__(description.name, description.intrinsics)
@@ -41,8 +36,27 @@ class BulletCamera(Camera):
         self._on_body = View.of(self.intrinsics, description.mount, Pose(0.0, 0.0, 0.0))
         self._newest_at = OnceAnInstant(clock, self._expose)
 
-    def picture(self, view: View) -> Picture:
-        """Render what any camera would see; works without the robot being there."""
+    def picture(self, view: View) -> Image:
+        """Render what any camera would see; works without the robot being there. BGR, read-only."""
+        rgba, numbers = self._rendered(view)
+        image: Image = np.asarray(cv2.cvtColor(rgba, cv2.COLOR_RGBA2BGR), dtype=np.uint8)
+        sky = _plain(self._light.sky_colour[::-1], *numbers.shape)
+        cv2.copyTo(sky, (numbers < 0).view(np.uint8), image)  # a boolean index takes ten times as long
+        image.flags.writeable = False
+        return image
+
+    def numbers(self, view: View) -> Numbers:
+        """Return which thing each pixel of such a picture shows, (height, width), by its number; -1: sky."""
+        return self._rendered(view)[1]
+
+    def _newest(self) -> Frame:
+        return self._newest_at()
+
+    def _expose(self, time: float, sequence: int) -> Frame:
+        return Frame(self.picture(self._view()), time, sequence)
+
+    def _rendered(self, view: View) -> tuple[Image, Numbers]:
+        """Return what a camera would see: RGBA, and numbers."""
         size, light = view.intrinsics, self._light
         _, _, rgba, _, numbers = self._bullet.getCameraImage(
             size.width,
@@ -57,17 +71,7 @@ class BulletCamera(Camera):
             shadow=0,
             renderer=self._bullet.ER_TINY_RENDERER,
         )
-        image: Image = np.asarray(cv2.cvtColor(rgba, cv2.COLOR_RGBA2BGR), dtype=np.uint8)
-        sky = _plain(light.sky_colour[::-1], size.height, size.width)
-        cv2.copyTo(sky, (numbers < 0).view(np.uint8), image)  # a boolean index takes ten times as long
-        image.flags.writeable = False
-        return Picture(image, numbers)
-
-    def _newest(self) -> Frame:
-        return self._newest_at()
-
-    def _expose(self, time: float, sequence: int) -> Frame:
-        return Frame(self.picture(self._view()).image, time, sequence)
+        return rgba, numbers
 
     def _view(self) -> View:
         rotation, origin = self._body.transform()

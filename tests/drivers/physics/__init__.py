@@ -2,4 +2,5 @@
 
 import pytest
 
-pytest.register_assert_rewrite("tests.drivers.physics.driving", "tests.drivers.physics.ranging")
+for rules in ("driving", "ranging", "seeing", "texturing"):
+    pytest.register_assert_rewrite(f"{__name__}.{rules}")

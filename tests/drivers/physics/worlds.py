@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any, ClassVar
 
+from drivers.mujoco.camera import MujocoCamera
+from drivers.pybullet.camera import BulletCamera
 from robotcore.backend import Backend, Setup
 from robotcore.description import (
     COLOURS,
@@ -83,6 +85,16 @@ class OnAnEngine:
         """Open a robot among these things, with all its devices, a camera only where one is wanted: it takes time."""
         devices = [device.name for device in robot.devices if with_camera or not isinstance(device, CameraDescription)]
         return self.backend().open(setup(world(*things, start=start), robot=robot, devices=devices))
+
+    def opened_in(self, described: WorldDescription) -> Robot:
+        """Open the rover, with all its devices, in a world."""
+        return self.backend().open(setup(described))
+
+
+def eye(robot: Robot) -> BulletCamera | MujocoCamera:
+    """Return the camera as its driver has it, which also says what each pixel shows."""
+    assert isinstance(robot.camera, BulletCamera | MujocoCamera)
+    return robot.camera
 
 
 def with_motors(**changes: float) -> RobotDescription:

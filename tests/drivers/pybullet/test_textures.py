@@ -6,19 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.kinematic.painter import Painter
 from drivers.pybullet.backend import PyBulletBackend
-from drivers.pybullet.camera import BulletCamera
-from robotcore.description import Start, Texture, WorldDescription, draw_world, load_world, randomise
-from robotcore.description.texture import PATTERNS, Pattern
-from robotcore.geometry import Pose
-from robotcore.projection import View
-from tests.drivers.physics.worlds import ROVER, ball, box, post, setup, world
-from tests.drivers.pybullet.test_camera import EYE, eye
+from robotcore.description import Texture
+from tests.drivers.physics import texturing
+from tests.drivers.physics.worlds import box
 from tests.drivers.pybullet.worlds import opened
 
-MIN_PIXELS = 150
-HERE = Pose(0.0, 0.0, 0.0)
+
+class TestTexturing(texturing.Texturing):
+    backend = PyBulletBackend
 
 
 def test_no_file_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -27,44 +23,3 @@ def test_no_file_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     with opened(wooden) as robot:
         assert list(tmp_path.iterdir()) == []
         assert np.ptp(robot.camera.read().image[100:140, 100:220, 2]) > 5
-
-
-@pytest.mark.parametrize("pattern", PATTERNS)
-def test_the_built_in_simulator_shows_the_same_pattern_at_every_pixel(pattern: Pattern) -> None:
-    texture = Texture(pattern=pattern, scale_m=0.8, contrast=0.5)
-    things = [
-        thing.model_copy(update={"texture": texture}) for thing in (box(1.2, 0.5, width=0.4, yaw=0.4), post(0.9, -0.2))
-    ]
-    ground = world(*things, ball(0.8, 0.15))
-    ground = ground.model_copy(update={"floor": ground.floor.model_copy(update={"texture": texture})})
-    ours, theirs, _ = pictures(ground, HERE)
-    is_near = np.arange(240) > 140
-    differences = np.abs(ours.astype(int) - theirs).max(axis=2)
-    assert (differences[is_near] <= 2).mean() > 0.98
-    assert (differences <= 2).mean() > 0.9
-
-
-@pytest.mark.parametrize("name, seed", [("arena", 1), ("arena", 9), ("clutter", 4), ("open", 10), ("occluded", 11)])
-def test_of_a_randomised_world_both_simulators_show_every_thing_in_the_same_colour(name: str, seed: int) -> None:
-    drawn = randomise(draw_world(load_world(name), ROVER, seed), seed).world
-    ours, theirs, masks = pictures(drawn, drawn.start.pose)
-    assert masks
-    for thing, (mine, other) in masks.items():
-        assert ours[mine].mean(axis=0) == pytest.approx(theirs[other].mean(axis=0), abs=3.0), thing
-
-
-def pictures(
-    described: WorldDescription, pose: Pose
-) -> tuple[np.ndarray, np.ndarray, dict[str, tuple[np.ndarray, np.ndarray]]]:
-    """Return what the painter and PyBullet show, and by name where each shows what both show enough of."""
-    painter = Painter(described)
-    start = Start(x_m=pose.x, y_m=pose.y, yaw_rad=pose.heading)
-    with PyBulletBackend().open(setup(described.model_copy(update={"start": start}))) as robot:
-        camera: BulletCamera = eye(robot)
-        view = View.of(camera.intrinsics, EYE, pose)
-        theirs, numbers = camera.picture(view)
-        labels = painter.labels(view)
-        masks = {thing: (labels == n, numbers == camera.things[thing]) for n, thing in enumerate(painter.things, 1)}
-        is_below = np.arange(len(labels))[:, None] >= 121
-        masks["floor"] = ((labels == 0) & is_below, ~np.isin(numbers, list(camera.things.values())) & is_below)
-        return painter.picture(view), theirs, {n: m for n, m in masks.items() if min(x.sum() for x in m) > MIN_PIXELS}

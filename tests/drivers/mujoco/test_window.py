@@ -1,0 +1,18 @@
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+from drivers.mujoco.backend import MujocoBackend
+from robotcore.errors import BackendError
+from tests.drivers.physics.worlds import setup, world
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only X11 tells by its variable")
+@pytest.mark.parametrize("display", ["", ":9999"], ids=["none", "no answer"])
+def test_a_window_without_a_screen_is_refused_in_one_line(monkeypatch: pytest.MonkeyPatch, display: str) -> None:
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.setenv("DISPLAY", display)
+    with pytest.raises(BackendError, match=r"^mujoco: there is no screen .* Leave --gui out, or set DISPLAY$"):
+        MujocoBackend().open(setup(world(), devices=["nose"], gui=True))

@@ -1,0 +1,116 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from robotcore.description import CameraDescription, Light, Mount, RobotDescription, Start
+from robotcore.devices import Image
+from robotcore.geometry import Pose
+from robotcore.projection import View
+from tests.drivers.physics.worlds import LOOKOUT, ROVER, OnAnEngine, ball, box, drive, eye, world
+
+EYE = Mount(x_m=0.14, z_m=0.10)
+
+
+class Seeing(OnAnEngine):
+    """What the camera sees: the same on every engine."""
+
+    @pytest.mark.parametrize("aside", [0.1300, 0.1315, 0.1330])
+    def test_a_box_covers_the_pixels_whose_centres_a_pinhole_sees_it_at(self, aside: float) -> None:
+        start = Start(x_m=0.3, y_m=-0.2, yaw_rad=0.7)
+        at = start.pose.to_world(1.2, aside)
+        thing = box(*at, length=0.2, width=0.31, height=0.17, yaw=start.yaw_rad)
+        with self.opened(thing, start=start, with_camera=True) as robot:
+            camera = eye(robot)
+            view = View.of(camera.intrinsics, EYE, start.pose)
+            rows, columns = np.nonzero(camera.numbers(view) == camera.things["box"])
+        front = [start.pose.to_world(1.1, aside + side) for side in (0.155, -0.155)]
+        corners = np.array([(*point, height) for point in front for height in (0.0, 0.17)])
+        pixels = view.to_pixels(view.to_camera(corners))
+        (left, top), (right, bottom) = pixels.min(axis=0), pixels.max(axis=0)
+        assert (columns.min(), columns.max()) == (np.ceil(left), np.floor(right))
+        assert rows.max() == np.floor(bottom)
+        assert rows.min() == pytest.approx(top, abs=2.0)
+
+    def test_a_ball_covers_what_a_ball_should(self) -> None:
+        with self.opened(ball(1.14), with_camera=True) as robot:
+            camera = eye(robot)
+            mask = camera.numbers(View.of(camera.intrinsics, EYE, Pose(0.0, 0.0, 0.0))) == camera.things["ball"]
+        ideal = np.pi * camera.intrinsics.focal_length**2 * 0.01 / (1.0 - 0.01)
+        assert mask.sum() == pytest.approx(ideal, rel=0.03)
+
+    def test_a_picture_is_bgr_contiguous_and_read_only(self) -> None:
+        with self.opened(box(0.5, width=4.0, height=1.0), with_camera=True) as robot:
+            image = robot.camera.read().image
+        assert image.shape == (240, 320, 3)
+        assert image.dtype == np.uint8
+        assert image.flags.c_contiguous
+        assert not image.flags.writeable
+        blue, green, red = (int(part) for part in image[120, 160])
+        assert red > 3 * green > green > blue
+
+    def test_the_sky_is_the_worlds_sky_above_the_horizon_and_the_floor_below(self) -> None:
+        with self.opened(with_camera=True) as robot:
+            image = robot.camera.read().image
+        assert tuple(image[0, 0]) == Light().sky_colour[::-1]
+        assert (image[:119] == image[0, 0]).all()
+        assert (image[122:] == image[-1, 0]).all()
+        assert tuple(image[0, 0]) != tuple(image[-1, 0])
+
+    @pytest.mark.parametrize(
+        "light, shade",
+        [
+            (Light(ambient=0.5, diffuse=0.0), 0.5),
+            (Light(ambient=0.5, diffuse=0.0, brightness=0.8), 0.4),
+            (Light(ambient=0.2, diffuse=0.6, azimuth_rad=np.pi, elevation_rad=0.5), 0.2 + 0.6 * np.cos(0.5)),
+            (Light(ambient=0.0, diffuse=1.0, azimuth_rad=np.pi, elevation_rad=0.5, brightness=0.6), 0.6 * np.cos(0.5)),
+            (Light(ambient=0.2, diffuse=0.6, azimuth_rad=0.0, elevation_rad=0.5), 0.2),
+        ],
+        ids=["ambient", "dimmed", "lit", "lit and dimmed", "from behind"],
+    )
+    def test_a_face_shows_ambient_and_diffuse_light(self, light: Light, shade: float) -> None:
+        thing = box(0.5, width=4.0, height=1.0)
+        with self.opened_in(world(thing, light=light)) as robot:
+            image = robot.camera.read().image
+        assert image[120, 160].tolist() == pytest.approx([part * shade for part in (20, 40, 200)], abs=1.5)
+
+    @pytest.mark.parametrize("described", [ROVER, LOOKOUT], ids=["rover", "lookout"])
+    def test_a_robot_is_not_in_its_own_way(self, described: RobotDescription) -> None:
+        with self.opened(robot=described, with_camera=True) as robot:
+            camera = eye(robot)
+            behind = View.of(camera.intrinsics, EYE, Pose(-1.0, 0.0, 0.0))
+            numbers = camera.numbers(behind)
+        assert len(np.unique(numbers)) == 2
+        assert not np.isin(numbers, list(camera.things.values())).any()
+
+    def test_a_camera_that_looks_down_sees_the_floor_at_its_feet(self) -> None:
+        devices = tuple(
+            device.model_copy(update={"mount": Mount(x_m=0.14, z_m=0.10, pitch_rad=0.6)})
+            if isinstance(device, CameraDescription)
+            else device
+            for device in ROVER.devices
+        )
+        with self.opened(ball(0.6), robot=ROVER.model_copy(update={"devices": devices}), with_camera=True) as robot:
+            camera = eye(robot)
+            view = View.of(camera.intrinsics, Mount(x_m=0.14, z_m=0.10, pitch_rad=0.6), Pose(0.0, 0.0, 0.0))
+            assert (robot.camera.read().image == camera.picture(view)).all()
+
+    def test_nothing_is_rendered_unless_it_is_read_and_once_an_instant(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        with self.opened(with_camera=True) as robot:
+            camera = eye(robot)
+            rendered, render = list[View](), camera.picture
+
+            def picture(view: View) -> Image:
+                rendered.append(view)
+                return render(view)
+
+            monkeypatch.setattr(camera, "picture", picture)
+            drive(robot, 3.0, 3.0, 1.0)
+            assert not rendered
+            first, again = robot.camera.read(), robot.camera.read()
+            drive(robot, 3.0, 3.0, 0.05)
+            later = robot.camera.read()
+        assert len(rendered) == 2
+        assert first is again
+        assert (first.time, later.time) == (1.0, 1.05)
+        assert later.sequence == first.sequence + 1
