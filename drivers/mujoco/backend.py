@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from drivers.mujoco.simulation import Simulation
 from robotcore.backend import Backend, Setup, Vouch
 from robotcore.description import Described, RobotDescription, WorldDescription
-from robotcore.errors import BackendError, UsageError
+from robotcore.errors import BackendMissingError, UsageError
 from robotcore.exporting import Exported
 from robotcore.robot import Robot
 
@@ -33,13 +33,26 @@ class MujocoBackend(Backend):
     def remedy(self) -> str:
         return 'pip install "robotcore[sim]"'
 
+    def require_installed(self) -> None:
+        """Raise BackendMissingError where the library is missing, and where it cannot be imported.
+
+        It sets OpenGL up when it is imported, by the environment's MUJOCO_GL, and raises whatever that raises.
+        """
+        super().require_installed()
+        try:
+            import mujoco  # noqa: F401
+        except Exception as error:
+            told = " ".join(str(error).split())
+            way = os.environ.get("MUJOCO_GL")
+            remedy = f"Unset MUJOCO_GL, which is {way!r}" if way else "pip install --force-reinstall mujoco"
+            raise BackendMissingError(f"MuJoCo cannot be imported: {told}. {remedy}") from error
+
     def open(self, setup: Setup) -> Robot:
         setup = setup.without_batteries()
         if setup.world is None:
             raise UsageError("the mujoco backend needs a world; name one with --world")
         setup.options_as(MujocoOptions)
         self.require_installed()
-        _load()
         with ExitStack() as undo:
             simulation = Simulation(setup, setup.world)
             undo.callback(simulation.close)
@@ -54,13 +67,3 @@ class MujocoBackend(Backend):
 
         self.require_installed()
         return mjcf(robot, world, folder)
-
-
-def _load() -> None:
-    """Import MuJoCo; it also looks, whether or not anything will be drawn, for the OpenGL that MUJOCO_GL names."""
-    try:
-        import mujoco  # noqa: F401
-    except Exception as error:
-        named = os.environ.get("MUJOCO_GL")
-        remedy = f"Unset MUJOCO_GL, which is {named!r}: what works is found" if named else "Install it again"
-        raise BackendError(f"mujoco: it cannot be loaded: {error}. {remedy}") from error
