@@ -44,7 +44,11 @@ class MujocoBackend(Backend):
         except Exception as error:
             told = " ".join(str(error).split())
             way = os.environ.get("MUJOCO_GL")
-            remedy = f"Unset MUJOCO_GL, which is {way!r}" if way else "pip install --force-reinstall mujoco"
+            remedy = (
+                f"Unset MUJOCO_GL, which is {way!r}: what works is found"
+                if way
+                else "pip install --force-reinstall mujoco"
+            )
             raise BackendMissingError(f"MuJoCo cannot be imported: {told}. {remedy}") from error
 
     def open(self, setup: Setup) -> Robot:

@@ -20,5 +20,5 @@ def test_an_opengl_that_mujoco_does_not_know_is_told_in_a_line(command: tuple[st
     assert (told.returncode, told.stdout) == (3, "")
     assert told.stderr == (
         "error: MuJoCo cannot be imported: invalid value for environment variable MUJOCO_GL: crayon. "
-        "Unset MUJOCO_GL, which is 'crayon'\n"
+        "Unset MUJOCO_GL, which is 'crayon': what works is found\n"
     )
