@@ -15,6 +15,9 @@ from tests.system import needs, wheels
 TOOLS = ("debootstrap", "qemu-user-static")
 EMULATOR = Path("/usr/bin/qemu-aarch64-static")
 PYTHON = "3.11"
+NO_OPENGL = "MUJOCO_GL=disable"
+"""Else MuJoCo looks for GLFW by starting Python once more, which nothing emulates."""
+
 MERGED = ("bin", "lib", "sbin")
 """Folders of Debian's that are links into /usr."""
 
@@ -37,7 +40,8 @@ class Target:
             "--mount-proc=/proc",
             f"--root={self.root}",
         ]
-        python = [f"/{EMULATOR.name}", "-E", f"PYTHONPATH=/sites/{site}", f"/usr/bin/python{PYTHON}"]
+        settings = ["-E", f"PYTHONPATH=/sites/{site}", "-E", NO_OPENGL]
+        python = [f"/{EMULATOR.name}", *settings, f"/usr/bin/python{PYTHON}"]
         return [*alone, *python, *arguments]
 
     def install(self, site: str, packages: Iterable[str]) -> None:
