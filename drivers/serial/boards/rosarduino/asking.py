@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from drivers.serial.boards.rosarduino.protocol import Answer, Parser, Question, checked
+from drivers.serial.boards.rosarduino.protocol import GREETING_S, Answer, Parser, Question, checked
 
 Heard = Callable[[Answer, float], None]
 """What is done with an answer, and the time at which it came."""
@@ -19,7 +19,8 @@ class Asking:
     """Asks, and hands each answer to whoever asked; what is no answer to the question under way is dropped.
 
     A question that is given up leaves a doubt: its answer may yet come. Until a question whose answer has a shape of
-    its own was answered, no other should be asked.
+    its own was answered, no other should be asked. From then on `GREETING_S` is waited for every answer, until one
+    comes as soon as it should: a board may be slow, and is to be heard all the same.
     """
 
     def __init__(self) -> None:
@@ -29,12 +30,12 @@ class Asking:
         """Whether nothing that comes in can be the answer to a question that was given up."""
         self._parser = Parser()
         self._asked: tuple[Question, Heard] | None = None
-        self._asked_at = 0.0
+        self._asked_at = self._grace_s = 0.0
 
     @property
     def until(self) -> float | None:
         """When the question under way will be given up; None where there is none."""
-        return self._asked_at + self._asked[0].patience_s if self._asked else None
+        return self._asked_at + max(self._asked[0].patience_s, self._grace_s) if self._asked else None
 
     def ask(self, question: Question, heard: Heard, now: float) -> bytes:
         """Return what to send, and wait for the answer."""
@@ -49,6 +50,7 @@ class Asking:
     def waits(self, now: float) -> bool:
         """Return whether a question is under way; one that has waited too long is given up."""
         if self.until is not None and now >= self.until:
+            self._grace_s = GREETING_S
             self.give_up()
         return self._asked is not None
 
@@ -74,6 +76,8 @@ class Asking:
             return False
         self._asked = None
         self.is_sure = self.is_sure or bool(question.raw)
+        if not question.raw and now - self._asked_at <= question.patience_s:
+            self._grace_s = 0.0
         heard(answer, now)
         return True
 

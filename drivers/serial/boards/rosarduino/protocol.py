@@ -160,7 +160,7 @@ def _sum(text: str) -> int:
 
 
 GREETING_S = 0.3
-"""A board that is starting is asked so often who it is."""
+"""A board that is starting is asked so often who it is; the longest that a slow one is waited for."""
 
 
 def who_is_there(baud: int) -> Question:

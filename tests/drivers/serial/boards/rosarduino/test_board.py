@@ -154,6 +154,23 @@ def test_an_answer_that_comes_late_is_not_taken_for_the_next_one(true_one: Conve
     assert true_one.angle == 3
 
 
+def test_a_board_that_is_slow_is_waited_for_longer_once_an_answer_was_late(ours: Conversation) -> None:
+    assert ours.sent(0.06) == asked("e")
+    assert ours.sent(LOST_S) == b"\r" + asked("v")
+    ours.answer(answered("1 0") + answered("robotcore-bridge 1"))
+    ours.goes((asked("k 2000"), b""))
+    assert ours.sent(2 * LOST_S) == b""
+    ours.answer(answered("OK"))
+    assert ours.sent() == asked("e")
+    assert ours.sent(2 * LOST_S) == b""
+    ours.answer(answered("7 0"))
+    assert ours.angle == 7
+    assert ours.sent() == asked("e")
+    ours.answer(answered("8 0"))
+    assert ours.sent(0.06) == asked("e")
+    assert ours.sent(LOST_S) == b"\r" + asked("v")
+
+
 @pytest.mark.parametrize(
     "noise",
     [b"8 8*00\r\n", b"8 8\r\n", b"OK*04\r\n", b"\xff8 8*10\r\n", b"\n\n\r\n", b"9" * 100 + b" 8*10\r\n", b"8 8*10"],
