@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 GROUND_HALF_M = 200.0
 """The ground is drawn this far; its edge lies a pixel's fraction below the horizon."""
 
+GROUND = "Ground"
+"""The floor's name in the model: no thing's, for these are in lower case."""
+
 BALL_SLICES, BALL_STACKS = 64, 32
 """A sphere is drawn by so many: its outline covers 99.8 % of a circle."""
 
@@ -60,7 +63,7 @@ def _add_floor(spec: MjSpec, floor: Floor, looks: Looks) -> None:
     import mujoco
 
     spec.worldbody.add_geom(
-        name="floor",
+        name=GROUND,
         type=mujoco.mjtGeom.mjGEOM_PLANE,
         size=[0.0, 0.0, 1.0],
         contype=Meets.FLOOR,
@@ -68,7 +71,7 @@ def _add_floor(spec: MjSpec, floor: Floor, looks: Looks) -> None:
         friction=[1.0, 0.0, 0.0],
         group=Shown.TOUCHED_ROBOT,
     )
-    _add_seen(spec, "floor", ground_mesh(GROUND_HALF_M, floor), looks.of(floor.colour, floor.texture), Shown.FLOOR)
+    _add_seen(spec, GROUND, ground_mesh(GROUND_HALF_M, floor), looks.of(floor.colour, floor.texture), Shown.FLOOR)
 
 
 def _add_prism(spec: MjSpec, prism: Prism, looks: Looks) -> None:

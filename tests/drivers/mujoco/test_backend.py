@@ -113,3 +113,10 @@ def test_another_process_comes_to_the_very_same_and_prints_nothing_of_its_own() 
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout == f"{told()}\n"
     assert done.stderr == ""
+
+
+@pytest.mark.parametrize("name", ["floor", "body", "ground", "sky", "wall-north"])
+def test_a_thing_may_have_any_name(name: str) -> None:
+    thing = box(1.0).model_copy(update={"name": name})
+    with MujocoBackend().open(setup(world(thing), devices=["nose"])) as robot:
+        assert robot.range.read().distance < 1.0
