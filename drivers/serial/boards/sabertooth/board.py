@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from drivers.serial.boards.command import Command, Told
-from drivers.serial.boards.sabertooth.protocol import BAUDING, MOST_TIMEOUT_S, drive, timeout
+from drivers.serial.boards.sabertooth.protocol import BAUDING, MOST_TIMEOUT_S, drive, in_tenths, timeout
 from drivers.serial.boards.talk import stops_after
 from drivers.serial.ports.talk import Talk
 
@@ -41,9 +41,9 @@ class SabertoothTalk(Talk):
         self.is_ready = self._is_new = False
 
     def board(self, address: int, timeout_s: float) -> Addressed:
-        """Return the board with that address, whose time-out is the shortest that anyone asked for."""
+        """Return the board with that address, whose time-out is the shortest that anyone asked for, in whole tenths."""
         board = self._boards.get(address) or Addressed(address)
-        board.timeout_s = min(board.timeout_s, timeout_s)
+        board.timeout_s = min(board.timeout_s, in_tenths(timeout_s))
         self._boards = {**self._boards, address: board}
         return board
 

@@ -49,13 +49,21 @@ def stop(address: int) -> bytes:
     return drive(address, 1, 0.0) + drive(address, 2, 0.0)
 
 
+def in_tenths(seconds: float) -> float:
+    """Return the time-out that a board has where it is asked for this one: whole tenths of a second, rounded up.
+
+    >>> in_tenths(0.25)
+    0.3
+    """
+    return max(math.ceil(min(seconds, MOST_TIMEOUT_S) * 10 - 1e-9), 1) / 10
+
+
 def timeout(address: int, seconds: float) -> bytes:
-    """Return the frame that has a board stop its motors after so long without a command, in whole tenths of a second.
+    """Return the frame that has a board stop its motors after so long without a command; see `in_tenths`.
 
     It is off when the board is switched on, and forgotten when it is switched off.
 
     >>> list(timeout(128, 0.5))
     [128, 14, 5, 19]
     """
-    tenths = math.ceil(min(seconds, MOST_TIMEOUT_S) * 10 - 1e-9)
-    return packet(address, _TIMEOUT, max(tenths, 1))
+    return packet(address, _TIMEOUT, round(in_tenths(seconds) * 10))

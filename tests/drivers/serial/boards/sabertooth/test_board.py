@@ -64,7 +64,7 @@ def test_of_commands_that_came_while_the_line_was_busy_the_newest_is_sent(talk: 
 
 
 def test_the_shortest_time_out_that_anyone_asked_for_counts(talk: SabertoothTalk) -> None:
-    talk.board(128, 0.2)
+    talk.board(128, 0.11)
     talk.board(128, 1.0)
     talk.due(0.0)
     assert talk.due(SETTLING_S) == stop(128) + timeout(128, 0.2)
