@@ -12,7 +12,7 @@ GATHERING_S = 0.001
 """So long a command to one motor waits for the other's of the same tick, that both go in one frame."""
 
 OLD_S = 0.25
-"""What a motor was told longer ago turns it no more: the program was suspended, and the motor stopped meanwhile."""
+"""What was not sent by then turns nothing any more: the program was suspended, and the motor stopped meanwhile."""
 
 AGAIN_S = 0.1
 """So often boards that acknowledge nothing are told again that they stand."""
@@ -34,15 +34,16 @@ class Command:
     """The newest command to both motors of a board; whoever tells one replaces what was not sent yet.
 
     A command is taken once for each time that a motor was told, so that the board's own time-out counts the app's
-    silence. A frame has both motors: one that was told nothing for long stands in it, lest the other one's stop turn
-    it again.
+    silence. A frame has both motors, and that of the other one does not keep a motor turning: it stands in it when it
+    was told nothing for as long as the board's time-out, as it would alone on the board; and for `OLD_S` where the
+    frame is to stop the other one, lest it turn again.
 
     >>> command = Command()
     >>> command.tell("left", 2.0, now=0.0)
-    >>> command.take(now=0.0), command.next_due
+    >>> command.take(now=0.0, timeout_s=0.5), command.next_due
     (None, 0.001)
     >>> command.tell("right", 3.0, now=0.0)
-    >>> command.take(now=0.0), command.take(now=1.0)
+    >>> command.take(now=0.0, timeout_s=0.5), command.take(now=1.0, timeout_s=0.5)
     (Told(left=2.0, right=3.0), None)
     """
 
@@ -63,14 +64,17 @@ class Command:
             is_complete = self._told.stops or len(self._fresh) > 1
             self._due = min(self._due, now if is_complete else now + GATHERING_S)
 
-    def take(self, now: float) -> Told | None:
-        """Return what is to be sent now, None where it was taken already or is still being gathered."""
+    def take(self, now: float, timeout_s: float) -> Told | None:
+        """Return what is to be sent now, None where it was taken already or is still being gathered.
+
+        ``timeout_s`` is the board's own time-out.
+        """
         with self._lock:
             if now < self._due:
                 return None
+            self._told = Told(self._in_force("left", now, timeout_s), self._in_force("right", now, timeout_s))
             self._fresh.clear()
             self._due, self._sent_at = math.inf, now
-            self._told = Told(self._in_force("left", now), self._in_force("right", now))
             return self._told
 
     def again(self, now: float) -> Told | None:
@@ -105,6 +109,10 @@ class Command:
         """When `again` has something; `inf` where one turns."""
         return self._sent_at + AGAIN_S if self._told.stops else math.inf
 
-    def _in_force(self, side: Side, now: float) -> float:
-        is_old = now - self._told_at.get(side, -math.inf) > OLD_S
-        return 0.0 if is_old else self._told.left if side == "left" else self._told.right
+    def _in_force(self, side: Side, now: float, timeout_s: float) -> float:
+        turns_anew = any(self._value(fresh) for fresh in self._fresh)
+        lives_s = timeout_s if turns_anew and side not in self._fresh else OLD_S
+        return 0.0 if now - self._told_at.get(side, -math.inf) > lives_s else self._value(side)
+
+    def _value(self, side: Side) -> float:
+        return self._told.left if side == "left" else self._told.right

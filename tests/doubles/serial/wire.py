@@ -56,7 +56,7 @@ class Numbering(Talk):
         """Nothing is answered."""
 
     def due(self, now: float) -> bytes:
-        told = self.command.take(now)
+        told = self.command.take(now, timeout_s=0.5)
         return b"" if told is None else b"%0*d" % (self._size, told.left)
 
     def next_due(self, now: float) -> float:

@@ -59,7 +59,7 @@ class HoverboardTalk(BoardTalk):
             self.command.forget()  # it may hear though it tells nothing: it is told to stand
         if now < self._free_at:
             return b""
-        told = self.command.take(now) or self.command.again(now)
+        told = self.command.take(now, self.timeout_s) or self.command.again(now)
         return self._sent(told, now) if told else b""
 
     def next_due(self, now: float) -> float:

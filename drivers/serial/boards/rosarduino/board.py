@@ -155,7 +155,7 @@ class ArduinoTalk(BoardTalk):
         """Return what the motors are to be told now: something new, or again that both are to stand."""
         if self.command.next_due <= now:
             self._unheard = self.command.told  # before it is taken, that nobody thinks it were heard
-            self._unheard = self.command.take(now)
+            self._unheard = self.command.take(now, self.timeout_s)
         elif self._unheard and not self._unheard.stops:
             return None
         return self._unheard

@@ -91,7 +91,7 @@ class SabertoothTalk(Talk):
     def _told_anew(self, now: float) -> bytes:
         """Return what one board is told, the next one's turn being when the line is free again."""
         for board in sorted(self._boards.values(), key=lambda board: not board.command.told.stops):
-            if (told := board.command.take(now)) is not None:
+            if (told := board.command.take(now, board.timeout_s)) is not None:
                 return board.frames(told)
         return b""
 

@@ -75,7 +75,7 @@ class WaveshareTalk(BoardTalk):
         return greeting(self.timeout_s)
 
     def _commanded(self, now: float) -> bytes:
-        told = self.command.take(now) or self.command.again(now)
+        told = self.command.take(now, self.timeout_s) or self.command.again(now)
         return heartbeat(self.timeout_s) + speeds(*told) if told else b""
 
     def _hear(self, feedback: Feedback, now: float) -> None:
