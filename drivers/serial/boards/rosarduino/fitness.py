@@ -25,12 +25,18 @@ def counts_per_turn(motor: str, settings: ArduinoMotorSettings, robot: RobotDesc
 
     Raises ValueError where the robot's file does not say.
     """
-    name = encoder_of(motor, robot)
+    name, elsewhere = encoder_of(motor, robot), ""
     for told in robot.all_of(EncoderDescription):
         for section in robot.backends.values():
-            table = section.get(name) if told.name == name else None
-            if table and (table.get("driver"), table.get("port")) == (ENCODER, settings.port):
+            table = section.get(name, {}) if told.name == name else {}
+            if table.get("driver") == ENCODER and table.get("port") == settings.port:
                 return edges_per_turn(told, table.get("counts"))
+            elsewhere = table.get("port", elsewhere) if table.get("driver") == ENCODER else elsewhere
+    if elsewhere:
+        raise ValueError(
+            f"{motor} is on {settings.port}, and {name}, by which the board holds its velocity, on {elsewhere}; write "
+            "the same port at both"
+        )
     raise ValueError(
         f"the board holds the velocity of {motor} by its wheel's encoder, and none of {settings.port} is told of; name "
         f"the encoders in [drive] and connect them by {ENCODER}, or add the motor's model"

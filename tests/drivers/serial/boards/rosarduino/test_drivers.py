@@ -207,6 +207,10 @@ def test_a_range_is_told_in_metres(rig: Rig, board: ArduinoDouble, pin: dict[str
     [
         (MOTORS, r"none of .* is told of\. Name the encoders in .drive. and connect them by ros-arduino-encoder"),
         (
+            {**WHEELS, "left_motor": {**MOTORS["left_motor"], "port": "COM3"}},
+            r"left_motor is on COM3, and left_encoder, .* holds its velocity, on .*board\. Write the same",
+        ),
+        (
             {**WHEELS, "left_motor": {**MOTORS["left_motor"], "control": {}}},
             "control goes by duty, and there is no model. Add the motor's model, or leave control out",
         ),
