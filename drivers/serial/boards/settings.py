@@ -33,7 +33,8 @@ class PortSettings(Described):
     def at(self, what: str = "") -> tuple[Connection, ...]:
         """Return where the port goes, and ``what`` of the board behind it the device has alone."""
         spoken = f"{self.speaks} at {self.speed} baud"
-        port = Connection("port", "serial", self.port, is_shared=True, spoken=spoken)
+        instead = "write the same baud at all that is on one board"
+        port = Connection("port", "serial", self.port, is_shared=True, instead=instead, spoken=spoken)
         return (port, Connection("side", self.speaks, f"{what} at {self.port}")) if what else (port,)
 
 

@@ -93,7 +93,7 @@ def test_two_devices_on_one_side_are_refused() -> None:
 def test_two_speeds_on_one_port_are_refused() -> None:
     faults = faults_of(robot_on("/dev/a", motor("left"), motor("right", baud=38400)))
     assert "serial.right_motor.port: serial /dev/a is already serial.left_motor.port, where " in faults
-    assert "at 9600 baud is spoken" in faults
+    assert "at 9600 baud is spoken. Connect one of them elsewhere, or write the same baud at all that is on" in faults
 
 
 def test_two_languages_on_one_port_are_refused() -> None:
