@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from functools import cache
 from typing import Any
@@ -17,10 +18,14 @@ def keys_at(model: type[BaseModel], place: Sequence[str | int]) -> list[str]:
 
 
 def written_form(model: type[BaseModel], place: Sequence[str | int]) -> str | None:
-    """Return how the value at a place is written in a file, where its type has a description; None where it has not."""
+    """Return how the value at a place is written in a file.
+
+    As its type's description says, else one of the few that there are; None where neither is so.
+    """
     *outer, key = place
-    form: str | None = _inside(_at(model, outer), key).get("description")
-    return form
+    value = _inside(_at(model, outer), key)
+    form: str | None = value.get("description") or " or ".join(map(json.dumps, value.get("enum", ())))
+    return form or None
 
 
 def _at(model: type[BaseModel], place: Sequence[str | int]) -> Schema:

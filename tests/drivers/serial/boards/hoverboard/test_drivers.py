@@ -154,6 +154,7 @@ def test_another_process_stops_both_wheels_by_one_frame() -> None:
 
 
 REFUSED: dict[str, dict[str, Any]] = {
+    'mode: is missing. Add it: "speed" or "duty"': {},
     "max_velocity_rad_s of left_motor": {"mode": "speed", "max_rpm": 100},
     "Leave model and control out": {"mode": "speed", "model": MODEL},
     "Add one, or build the board with SPD_MODE": {"mode": "duty"},
