@@ -31,6 +31,7 @@ from drivers.serial.boards.rosarduino.settings import (
     EDGES,
     PINGING,
     TIMEOUT,
+    UNPINNED,
     ArduinoEncoderSettings,
     ArduinoMotorSettings,
     ArduinoSettings,
@@ -154,7 +155,7 @@ class ArduinoSonar(ArduinoDriver[RangeSensorDescription, ArduinoSonarSettings]):
         return settings.at("sonar" if settings.pin is None else f"sonar on pin {settings.pin}")
 
     def notes(self, told: RangeSensorDescription, settings: ArduinoSonarSettings) -> Sequence[str]:
-        return (BOARD,) if settings.pin is None else (BOARD, PINGING)
+        return BOARD, UNPINNED if settings.pin is None else PINGING
 
     def check(self, told: RangeSensorDescription, settings: ArduinoSonarSettings, robot: RobotDescription) -> None:
         require_timely(settings.cycles, settings.cycle, robot)
@@ -200,7 +201,8 @@ def _asked(
 ) -> Poll:
     """Return how a board is asked for ranges; raises DeviceError where it has to be told a pin."""
     if settings.pin is None:
-        require_ours(board, told.name, "is told the pin of its module with each question", "add pin to its section")
+        instead = f"name that pin in the section of {told.name}, such as [serial.{told.name}] with pin = 4"
+        require_ours(board, told.name, "is told the pin of its module with each question", instead)
     if board.talk.firmware.is_ours:
         return Poll(RANGE, RANGE_S, Ranges(told.name, findings).take)
     assert settings.pin

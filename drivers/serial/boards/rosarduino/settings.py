@@ -32,6 +32,10 @@ EDGES = (
     '"{counts}" have it. A wheel that has a quarter of them turns four times as fast as it is told: count them once, '
     "as docs/firmware.md says."
 )
+UNPINNED = (
+    "Our firmware measures by pins of its own. The true ROSArduinoBridge has to be told the module's: add such as "
+    "pin = 4."
+)
 PINGING = (
     "The true ROSArduinoBridge does nothing else while it listens for an echo, 38 ms where none comes and 1 s where no "
     "module is at that pin: it holds no velocity and takes no stop until then."
