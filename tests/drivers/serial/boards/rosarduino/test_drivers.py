@@ -142,7 +142,11 @@ def test_a_motor_by_duty_is_held_by_its_encoder(rig: Rig) -> None:
 @pytest.mark.parametrize(
     "board, devices, fault",
     [
-        (TrueDouble(), {"nose": {"driver": "ros-arduino-sonar"}}, "Add pin to its section, or flash ours"),
+        (
+            TrueDouble(),
+            {"nose": {"driver": "ros-arduino-sonar"}},
+            r"such as \[serial\.nose\] with pin = 4, or flash ours",
+        ),
         (
             TrueDouble(takes_duties=False),
             {"left_motor": {**MOTORS["left_motor"], **MODEL}},
