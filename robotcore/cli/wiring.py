@@ -7,7 +7,7 @@ first, to none of them where it does not go to the connector; ``kind`` is one of
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -35,7 +35,8 @@ def command(robot: str, backend: str, port: str | None, options: tuple[tuple[str
         return
     from robotcore.cli.connector import drawing
 
-    write_table(("device", "signal", "goes to", "pad", "what it is"), _rows(wiring.wires))
+    columns = ("device", "signal", "goes to", *(["pad"] if wiring.pads else []), "what it is")
+    write_table(columns, _rows(wiring))
     click.echo()
     if wiring.pads:
         for line in drawing(wiring):
@@ -56,11 +57,12 @@ def _wiring(robot: str, name: str, options: Mapping[str, str]) -> Wiring:
     return wiring
 
 
-def _rows(wires: Iterable[Wire]) -> Iterator[tuple[str, ...]]:
+def _rows(wiring: Wiring) -> Iterator[tuple[str, ...]]:
     last = ""
-    for wire in wires:
+    for wire in wiring.wires:
         is_first, last = wire.device != last, wire.device
-        yield wire.device if is_first else "", wire.signal, wire.where, _pads(wire), wire.what if is_first else ""
+        pads = [_pads(wire)] if wiring.pads else []
+        yield wire.device if is_first else "", wire.signal, wire.where, *pads, wire.what if is_first else ""
 
 
 def _pads(wire: Wire) -> str:

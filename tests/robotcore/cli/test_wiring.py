@@ -33,6 +33,12 @@ def test_each_wire_has_a_row_and_a_place_on_the_board(cli: Cli, post: str) -> No
     assert pads.replace("│", " ").split() == shown
 
 
+def test_where_there_is_no_connector_there_is_no_column_for_its_pads(cli: Cli) -> None:
+    told = cli("wiring", "rover", "--backend", "serial").out.splitlines()
+    assert told[0].split() == ["device", "signal", "goes", "to", "what", "it", "is"]
+    assert told[2].split() == ["left_motor", "port", "serial", "/dev/ttyACM0", "motor,", "ros-arduino-motor"]
+
+
 def test_a_note_is_told_once_with_all_devices_that_it_belongs_to(cli: Cli, post: str) -> None:
     assert "- neck, eye: Push it in all the way.\n" in cli("wiring", post, "--backend", "plugboard").out
 

@@ -62,7 +62,9 @@ class HoverboardMotorSettings(WheelSettings):
         """Return what both motors of a board must say alike, as something that they share."""
         built = f"mode {self.mode}, {self.max_rpm} rpm, {self.mixer}"
         instead = "say the same of it for both motors"
-        return Connection("firmware", "the firmware at", self.port, is_shared=True, instead=instead, spoken=built)
+        return Connection(
+            "firmware", "config.h of the board at", self.port, is_shared=True, instead=instead, spoken=built
+        )
 
     def check(self, told: MotorDescription, robot: RobotDescription) -> None:
         """Raise ValueError, the fault, a semicolon and the remedy, where the board cannot turn the wheel so."""

@@ -17,7 +17,8 @@ ECHO_FREE_S = 0.6
 
 BOARD = (
     "The board runs ROSArduinoBridge, or the firmware that robotcore firmware flash puts on it, which stops sooner, "
-    "sums its lines, and measures range and battery beside all else."
+    "sums its lines, and measures range and battery beside all else. Which of its pins a wire goes to is in the "
+    "firmware's config.h, and in docs/firmware.md."
 )
 TIMEOUT = (
     "The true ROSArduinoBridge stops the motors 2 s after the last command, whatever board_timeout_s says; "
