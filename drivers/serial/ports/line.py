@@ -18,6 +18,10 @@ BITS_A_BYTE = 10
 PERIOD_S = 0.002
 """So often simulated time pumps a line; a thread waits for bytes instead, and begins again at once."""
 
+SUSPENDED_S, HEARING_S = 0.3, 1.0
+"""A thread that has not come round for so long was suspended; the board that it lost by that answers within the other.
+"""
+
 WAITING_S = 0.005
 """A thread waits no longer for a byte before it looks whether something is due."""
 
@@ -45,6 +49,7 @@ class Line:
         self._loss: str | None = None
         self._defect: Exception | None = None
         self._free_at = self._retry_at = self._lost_at = -math.inf
+        self._looked_at, self._suspended_s = math.inf, 0.0
         self._back_off = FIRST_S
         self._has_heard = False
         self._polling: Polling | None = None
@@ -98,6 +103,11 @@ class Line:
             raise DeviceLostError(device, f"the board on {self.place} is back, and has not told anything of it yet")
 
     def _unanswered(self, place: str) -> str:
+        if self._suspended_s > SUSPENDED_S and self._clock.now() < self._lost_at + HEARING_S:
+            return (
+                f"this program stood still for {self._suspended_s:.1f} s, suspended or without a processor, and has to "
+                f"ask the board on {place} anew whether it is there. Look what held it up"
+            )
         return self._talk.unanswered(place, has_heard=self._has_heard)
 
     def wait_until(self, is_so: Callable[[], bool], device: str, within_s: float, fault: str) -> None:
@@ -157,7 +167,7 @@ class Line:
             self._waker.wait(self._port.file, min(max(0.0, due - now), WAITING_S))
 
     def _converse(self) -> None:
-        was_ready = self._talk.is_ready
+        was_ready, looked_at, self._looked_at = self._talk.is_ready, self._looked_at, self._clock.now()
         if data := self._port.read():
             self._has_heard = True
             self._talk.receive(data, self._clock.now())
@@ -168,7 +178,7 @@ class Line:
             self._free_at = now + len(sent) * BITS_A_BYTE / self._talk.baud
             self._port.write(sent)
         if was_ready and not self._talk.is_ready:
-            self._lost_at = now
+            self._lost_at, self._suspended_s, self._has_heard = now, self._looked_at - looked_at, False
 
     def _lose(self, loss: str) -> None:
         self._loss = loss

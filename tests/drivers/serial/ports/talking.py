@@ -20,6 +20,7 @@ class Asking(Talk):
         self.word = b""
         self.at = math.inf
         self.defect: Exception | None = None
+        self.is_lost = False
 
     def say(self, word: bytes, at: float = -math.inf) -> None:
         self.is_settled, self.word, self.at = False, word, at
@@ -34,6 +35,7 @@ class Asking(Talk):
     def due(self, now: float) -> bytes:
         if self.defect:
             raise self.defect
+        self.is_ready = self.is_ready and not self.is_lost
         if now < self.at:
             return b""
         word, self.word, self.at = self.word, b"", math.inf

@@ -11,7 +11,7 @@ import pytest
 from serial.tools import list_ports
 
 from drivers.serial.ports import line as line_module
-from drivers.serial.ports.line import FIRST_S, Line
+from drivers.serial.ports.line import FIRST_S, HEARING_S, SUSPENDED_S, Line
 from drivers.serial.ports.waker import Waker
 from robotcore.clock import MonotonicClock, SteppedClock
 from robotcore.errors import DeviceError, DeviceLostError
@@ -241,6 +241,29 @@ class TestByAThread:
         line.close()
         powered.off()
         assert board.heard + pty.heard() == b"?go?stop"
+
+    def test_a_board_that_was_lost_while_the_program_was_suspended_is_not_said_to_be_silent(
+        self, pty: Pty, clock: MonotonicClock, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        talk, wait = Asking(), Waker.wait
+
+        def suspended(waker: Waker, file: int | None, seconds: float) -> None:
+            wait(waker, file, seconds)
+            if talk.is_ready:
+                clock.sleep_until(clock.now() + 2 * SUSPENDED_S)
+                talk.is_lost = True
+
+        powered = Powered(Answering(), pty, clock)
+        line = Line(str(pty.path), talk, clock)
+        line.open("wheel", 5.0)
+        powered.off()
+        monkeypatch.setattr(Waker, "wait", suspended)
+        with pytest.raises(DeviceLostError, match=r"wheel: this program stood still for 0\.[67] s.*board anew"):
+            _require_often(line, clock)
+        clock.sleep_until(clock.now() + HEARING_S)
+        with pytest.raises(DeviceLostError, match="wheel: nothing on"):
+            line.require("wheel")
+        line.close()
 
     def test_what_is_due_at_a_time_is_sent_then_whatever_else_is_waited_for(
         self, pty: Pty, clock: MonotonicClock, monkeypatch: pytest.MonkeyPatch
