@@ -39,5 +39,6 @@ def run(command: Sequence[str | Path], doing: str, remedy: str = "", timeout: fl
         raise FirmwareError(f"{doing}: {tool} cannot be run: {error.strerror}") from error
     if ran.returncode:
         said = ran.stdout.strip() or "nothing"
-        raise FirmwareError(f"{doing}: {tool} failed (exit {ran.returncode}). It said:\n{said}\n{remedy}".rstrip())
+        first = f". {remedy}" if remedy else ""
+        raise FirmwareError(f"{doing}: {tool} failed (exit {ran.returncode}){first}. It said:\n{said}")
     return ran.stdout
