@@ -70,7 +70,6 @@ class Progress:
         line = Table.grid(padding=(0, 2))
         if self._run and self._record:
             request, record = self._run.request, self._record
-            pace = record.time / max(self._wall.now(), 1e-3)
             line.add_row(
                 self._spinner,
                 f"{request.app} on {request.backend}",
@@ -78,11 +77,17 @@ class Progress:
                 _range_of(self._run),
                 voltages_told(record.voltages),
                 f"{record.time:.1f} s",
-                f"{pace:.1f}x real time",
+                self._pace(record, self._run),
                 _faults_at(self._run, record.time),
                 self._hint(),
             )
         return line
+
+    def _pace(self, record: TickRecord, run: Run) -> str:
+        """Return how fast time goes by, in words; on a robot it cannot go by otherwise."""
+        if isinstance(run.robot.clock, MonotonicClock):
+            return ""
+        return f"{record.time / max(self._wall.now(), 1e-3):.1f}x real time"
 
 
 def _faults_at(run: Run, time: float) -> str:

@@ -9,6 +9,7 @@ import pytest
 from rich.console import Console
 
 from robotcore import RunRequest, run
+from robotcore.clock import MonotonicClock
 from robotcore.devices import Range
 from robotcore.running.session import Run
 from robotcore.running.trace import TickRecord
@@ -43,6 +44,16 @@ def test_the_line_tells_app_backend_state_and_time() -> None:
     assert "cruise" in progress.lines[-1]
     assert "0.5 s" in progress.lines[-1]
     assert "x real time" in progress.lines[-1]
+
+
+def test_on_a_robot_no_pace_is_told_for_it_has_none_but_its_own() -> None:
+    progress = Painted()
+    run(REQUEST, [progress])
+    clock = progress.last_run.robot.clock = MonotonicClock()
+    progress._run = progress.last_run
+    progress.tick(TickRecord(11, 0.55, "cruise", None, None, ()))
+    clock.close()
+    assert "real time" not in progress.lines[-1]
 
 
 @pytest.mark.parametrize("distance, words", [(0.84, "0.84 m ahead"), (math.inf, "nothing ahead")])
