@@ -79,7 +79,7 @@ class ReplayBackend(Backend):
 
     def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
         batteries = {battery.name for battery in robot.all_of(BatteryDescription)}
-        return frozenset(batteries.intersection(self._recording(options).metadata.devices))
+        return frozenset(batteries.intersection(self._recording(options).metadata.devices) if batteries else ())
 
     def open(self, setup: Setup) -> Robot:
         setup.options_as(ReplayOptions)

@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 @click.option("--seed", type=int, help="Draw the world anew from this number.")
 @click.option("--output", metavar="FILE", type=click.Path(path_type=Path), help="Where to; stdout if left out.")
 def command(robot: str, file_format: str, world: str | None, seed: int | None, output: Path | None) -> None:
-    """Write ROBOT as a model for other tools; it is a name or a .toml file.
+    """Write a robot for other tools, as URDF or MJCF.
 
-    What is written is what is simulated. The patterns of a world are pictures in the folder FILE_textures beside the
-    file, FILE without its ending; on stdout they are left out.
+    ROBOT is a name or a .toml file. What is written is what is simulated. The patterns of a world are pictures in the
+    folder FILE_textures beside the file, FILE without its ending; on stdout they are left out.
     """
     from robotcore.description import load_robot
     from robotcore.exporting import exported, placed

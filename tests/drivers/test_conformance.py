@@ -20,6 +20,7 @@ from robotcore.testing import Capability, ConformanceSuite
 from tests.drivers.coppeliasim import test_conformance as over_zeromq
 from tests.drivers.raspberrypi import test_conformance as on_a_pi
 from tests.drivers.raspberrypi.virtual import test_conformance as on_virtual_pins
+from tests.drivers.serial.boards.rosarduino import test_conformance as on_a_line
 from tests.drivers.vrep import test_conformance as over_the_legacy_api
 from tests.robotcore.replay.memory import recorded
 
@@ -80,7 +81,7 @@ def _search() -> Recording:
 
 
 def test_every_backend_is_tried() -> None:
-    on_pins = (on_a_pi.TestRaspberryPi, on_virtual_pins.TestVirtualPi)
+    on_wires = (on_a_pi.TestRaspberryPi, on_virtual_pins.TestVirtualPi, on_a_line.TestOurFirmware)
     on_servers = (over_zeromq.TestBuilt, over_the_legacy_api.TestVrep)
-    suites = (TestKinematic, TestPyBullet, TestMujoco, TestMock, TestReplay, *on_pins, *on_servers)
+    suites = (TestKinematic, TestPyBullet, TestMujoco, TestMock, TestReplay, *on_wires, *on_servers)
     assert sorted(suite.backend.name for suite in suites) == backend_names()

@@ -270,8 +270,8 @@ def test_a_thing_in_a_list_without_a_name_is_counted_from_one(tmp_path: Path) ->
 
 
 def test_an_unknown_key_at_the_top_may_have_the_name_of_a_device_kind(tmp_path: Path) -> None:
-    line = told(tmp_path, "motor = 1\n" + ROVER)
-    assert line.startswith("motor: is unknown. Correct it or take it out. There are: body, ")
+    line = told(tmp_path, "encoder = 1\n" + ROVER)
+    assert line.startswith("encoder: is unknown. Correct it or take it out. There are: body, ")
     assert {"devices", "drive"} <= set(line.partition("There are: ")[2].rstrip(".").split(", "))
 
 
