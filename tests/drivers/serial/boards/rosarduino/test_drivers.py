@@ -168,13 +168,6 @@ def test_a_board_without_wheels_is_told(rig: Rig) -> None:
         rig.open(board, WHEELS)
 
 
-def test_a_sonar_without_a_pin_on_the_true_one_is_told_with_its_section(rig: Rig) -> None:
-    with pytest.raises(
-        DeviceGroupError, match=r"Name that pin in the section of nose, such as \[serial\.nose\] with pin"
-    ):
-        rig.open(TrueDouble(), {"nose": {"driver": "ros-arduino-sonar"}})
-
-
 def test_a_version_that_is_not_known_is_told(rig: Rig) -> None:
     board = OurDouble()
     board.version = 2
