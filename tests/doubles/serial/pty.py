@@ -13,8 +13,10 @@ from contextlib import suppress
 from pathlib import Path
 from threading import RLock
 
-WAITING_S = 5.0
-"""The kernel hands bytes over some microseconds later, by a worker of its own; a machine may be busy."""
+from robotcore.clock import MonotonicClock
+
+WAITING_S = 20.0
+"""The kernel hands bytes over some microseconds later, by a worker of its own; a busy machine took over a second."""
 
 FULL = 4000
 """Some bytes fewer than the kernel keeps for who does not read (N_TTY_BUF_SIZE)."""
@@ -37,7 +39,8 @@ class Pty:
         with self._lock:
             self._far, self._near = os.openpty()
             tty.setraw(self._near)
-            os.set_blocking(self._far, False)
+            for end in (self._far, self._near):
+                os.set_blocking(end, False)
             self.path.symlink_to(os.ttyname(self._near))
 
     def unplug(self) -> None:
@@ -59,11 +62,12 @@ class Pty:
                 return os.read(self._far, 4096)
             return b""
 
-    def say(self, data: bytes) -> None:
-        """Send as the board; what nobody reads is lost some time."""
+    def say(self, data: bytes) -> int:
+        """Send as the board; return how many bytes the kernel took: what nobody reads is lost some time."""
         with self._lock, suppress(BlockingIOError):
             if self.is_plugged_in:
-                os.write(self._far, data)
+                return os.write(self._far, data)
+        return 0
 
     def all_heard(self) -> bytes:
         """Return all that was sent to the board before, also what the kernel has not handed over yet.
@@ -73,21 +77,30 @@ class Pty:
         with self._lock:
             if not self.is_plugged_in:
                 return b""
-            mark, heard = secrets.token_bytes(12), b""
-            os.write(self._near, mark)
+            mark, heard, clock = secrets.token_bytes(12), b"", MonotonicClock()
+            taken = 0
+            with suppress(BlockingIOError):
+                taken = os.write(self._near, mark)
+            assert taken == len(mark), f"{self.path}: the kernel took {taken} bytes of a mark of {len(mark)}"
             while not heard.endswith(mark):
-                more = self.heard(WAITING_S)
-                assert more, "the kernel hands nothing over"
-                heard += more
+                heard += self.heard(max(0.0, WAITING_S - clock.now()))
+                assert heard.endswith(mark) or clock.now() < WAITING_S, (
+                    f"{self.path}: no mark in {WAITING_S:g} s, at the end of the {len(heard)} bytes that came: "
+                    f"somebody else reads or sends ({heard[-50:]!r})"
+                )
             return heard.removesuffix(mark)
 
     def say_all(self, data: bytes) -> None:
         """Send as the board, and wait until the kernel has handed it over; only where nobody reads meanwhile."""
         with self._lock:
             if data and self.is_plugged_in:
-                there = min(self._waiting + len(data), FULL)
-                self.say(data)
-                while self._waiting < there:
+                before, clock = self._waiting, MonotonicClock()
+                there, taken = min(before + len(data), FULL), self.say(data)
+                while (waiting := self._waiting) < there:
+                    assert clock.now() < WAITING_S, (
+                        f"{self.path}: {before} bytes waited to be read, the kernel took {taken} of {len(data)} more, "
+                        f"and after {WAITING_S:g} s {waiting} wait: it has not handed them over, or somebody reads"
+                    )
                     select.select([], [], [], 0)
 
     @property

@@ -1,0 +1,54 @@
+"""Whoever waits for what the kernel hands over is told in the end that it never will."""
+
+from __future__ import annotations
+
+import os
+import termios
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.doubles.serial import pty as module
+from tests.doubles.serial.pty import FULL, Pty
+
+
+@pytest.fixture
+def pty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Pty]:
+    monkeypatch.setattr(module, "WAITING_S", 0.05)
+    with Pty(tmp_path) as pty:
+        yield pty
+
+
+def test_what_the_kernel_does_not_take_is_told(pty: Pty) -> None:
+    termios.tcflow(pty._far, termios.TCOOFF)
+    with pytest.raises(AssertionError, match=r"0 bytes waited to be read, the kernel took 0 of 5 more, .* 0 wait"):
+        pty.say_all(b"hello")
+
+
+def test_what_somebody_else_has_read_is_told(pty: Pty, monkeypatch: pytest.MonkeyPatch) -> None:
+    def read_by_another(_pty: Pty, data: bytes) -> int:
+        termios.tcflush(_pty._near, termios.TCIFLUSH)
+        return os.write(_pty._far, data)
+
+    pty.say_all(b"before")
+    monkeypatch.setattr(Pty, "say", read_by_another)
+    with pytest.raises(AssertionError, match=r"6 bytes waited to be read, the kernel took 5 of 5 more, .* 5 wait"):
+        pty.say_all(b"hello")
+
+
+def test_more_than_the_kernel_keeps_is_not_waited_for(pty: Pty) -> None:
+    for _ in range(20):
+        pty.say_all(bytes(FULL))
+
+
+def test_a_mark_that_the_kernel_does_not_take_is_told(pty: Pty) -> None:
+    termios.tcflow(pty._near, termios.TCOOFF)
+    with pytest.raises(AssertionError, match="took 0 bytes of a mark"):
+        pty.all_heard()
+
+
+def test_a_mark_that_does_not_come_is_told(pty: Pty, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Pty, "heard", lambda _pty, _wait_s=0.0: b"chatter")
+    with pytest.raises(AssertionError, match="somebody else reads or sends"):
+        pty.all_heard()
