@@ -7,7 +7,7 @@ which holds it as stiffly as physics can. With its mass on one caster a robot cr
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from drivers.coppeliasim.placing import AXLE, Placement, on_floor
@@ -34,13 +34,13 @@ class BuiltRobot(NamedTuple):
 def build_robot(workshop: Workshop, robot: RobotDescription, start: Pose) -> BuiltRobot:
     """Make a robot that stands at its start; one without a drive stands still."""
     body, frame = robot.body, on_floor(start)
-    centre = Placement(body.centre_x_m, 0.0, body.clearance_m + body.height_m / 2)
+    centre = Placement(*body.middle_m)
     size = (body.length_m, body.width_m, body.height_m)
     root = workshop.shape("cuboid", size, frame.at(centre), body.colour, Mask.BODY, robot.name)
     workshop.mark(root, NOTHING)
     joints: dict[str, int] = {}
     if drive := robot.drive:
-        workshop.let_move(root, body.mass_kg, _moments(body.mass_kg, size), -body.centre_x_m)
+        workshop.let_move(root, body.mass_kg, body.moments_kg_m2, -body.centre_x_m)
         joints = _add_wheels(workshop, drive, root, frame)
         if drive.caster:
             _add_casters(workshop, drive.caster, root, frame, _room_for_casters(body))
@@ -90,12 +90,6 @@ def _add_casters(workshop: Workshop, caster: Caster, root: int, frame: Placement
 def _room_for_casters(body: Body) -> float:
     """Return how far ahead of the axle, and behind it, the body reaches."""
     return min(body.front_x_m, body.length_m - body.front_x_m)
-
-
-def _moments(mass: float, size: Sequence[float]) -> tuple[float, float, float]:
-    """Return a box's moments of inertia."""
-    x, y, z = (side * side * mass / 12 for side in size)
-    return y + z, x + z, x + y
 
 
 def _ball_moments(mass: float, radius: float) -> tuple[float, float, float]:

@@ -92,9 +92,7 @@ class MockBackend(Backend):
 
 def _wheel_of(encoder: str, drive: Drive | None) -> str:
     """Return the name of the motor whose wheel an encoder counts, or nothing."""
-    if drive is None:
-        return ""
-    return {drive.left_encoder: drive.left, drive.right_encoder: drive.right}.get(encoder, "")
+    return drive.on_wheels.get(encoder, "") if drive else ""
 
 
 def _turning_with(motor: MockMotor | None) -> Script:

@@ -60,10 +60,4 @@ class Body:
 def _joints(model: MjModel, description: RobotDescription) -> dict[str, int]:
     if (drive := description.drive) is None:
         return {}
-    sides = ((drive.left, drive.left_encoder), (drive.right, drive.right_encoder))
-    return {
-        name: int(model.joint(wheel_joint(motor)).qposadr[0])
-        for motor, encoder in sides
-        for name in (motor, encoder)
-        if name
-    }
+    return {name: int(model.joint(wheel_joint(motor)).qposadr[0]) for name, motor in drive.on_wheels.items()}

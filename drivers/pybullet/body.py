@@ -95,8 +95,7 @@ def _load(bullet: Bullet, description: RobotDescription, start: Pose) -> int:
 def _wheel_joints(drive: Drive | None, links: dict[str, int]) -> dict[str, int]:
     if drive is None:
         return {}
-    sides = ((drive.left, drive.left_encoder), (drive.right, drive.right_encoder))
-    return {name: links[wheel_link(motor)] for motor, encoder in sides for name in (motor, encoder) if name}
+    return {name: links[wheel_link(motor)] for name, motor in drive.on_wheels.items()}
 
 
 def _links(bullet: Bullet, body: int) -> dict[str, int]:

@@ -55,6 +55,18 @@ class Body(Described):
         return ((self.front_x_m, left), (back, left), (back, -left), (self.front_x_m, -left))
 
     @property
+    def middle_m(self) -> tuple[float, float, float]:
+        """The middle of the box, where its mass is, in the robot's frame."""
+        return (self.centre_x_m, 0.0, self.clearance_m + self.height_m / 2)
+
+    @property
+    def moments_kg_m2(self) -> tuple[float, float, float]:
+        """Its moments of inertia about x, y and z through its middle: a box's."""
+        x, y, z = self.length_m, self.width_m, self.height_m
+        twelfth = self.mass_kg / 12
+        return (twelfth * (y * y + z * z), twelfth * (x * x + z * z), twelfth * (x * x + y * y))
+
+    @property
     def reach_m(self) -> float:
         """The farthest point of the footprint from the middle of the axle."""
         return max(math.hypot(x, y) for x, y in self.footprint)
@@ -90,6 +102,23 @@ class Drive(Described):
         if self.left_encoder and self.left_encoder == self.right_encoder:
             raise ValueError(f"left and right encoder are both {self.left_encoder!r}; name two encoders")
         return self
+
+    @property
+    def on_wheels(self) -> dict[str, str]:
+        """The motor of its wheel for each device that sits on one: the motors themselves, and the encoders."""
+        sides = ((self.left, self.left_encoder), (self.right, self.right_encoder))
+        return {device: motor for motor, encoder in sides for device in (motor, encoder) if device}
+
+    @property
+    def wheel_moments_kg_m2(self) -> tuple[float, float, float]:
+        """A wheel's moments of inertia about x, its axle and z: a cylinder's."""
+        radius, width, mass = self.wheel_radius_m, self.wheel_width_m, self.wheel_mass_kg
+        across = mass * (3 * radius**2 + width**2) / 12
+        return (across, mass * radius**2 / 2, across)
+
+    def wheel_y_m(self, motor: str) -> float:
+        """Return how far to the left of the robot's middle the wheel of one of its motors is."""
+        return self.track_m / 2 if motor == self.left else -self.track_m / 2
 
     @property
     def geometry(self) -> DifferentialGeometry:

@@ -46,11 +46,8 @@ def robot_parts(description: RobotDescription) -> Iterator[ET.Element]:
 
 def _body(body: Body) -> ET.Element:
     x, y, z = body.length_m, body.width_m, body.height_m
-    middle = (body.centre_x_m, 0.0, body.clearance_m + z / 2)
-    shape = box(x, y, z, middle)
-    twelfth = body.mass_kg / 12
-    moments = (twelfth * (y * y + z * z), twelfth * (x * x + z * z), twelfth * (x * x + y * y))
-    return link(BASE, Inertia(body.mass_kg, moments, middle), shape, shape, body.colour)
+    shape = box(x, y, z, body.middle_m)
+    return link(BASE, Inertia(body.mass_kg, body.moments_kg_m2, body.middle_m), shape, shape, body.colour)
 
 
 def _wheels(description: RobotDescription) -> Iterator[ET.Element]:
@@ -58,10 +55,10 @@ def _wheels(description: RobotDescription) -> Iterator[ET.Element]:
         return
     for motor in description.all_of(MotorDescription):
         if motor.name in (drive.left, drive.right):
-            y = drive.track_m / 2 if motor.name == drive.left else -drive.track_m / 2
             wheel = wheel_link(motor.name)
             yield _wheel(wheel, drive)
-            axle = joint(f"{motor.name}_joint", "continuous", BASE, wheel, (0.0, y, drive.wheel_radius_m))
+            place = (0.0, drive.wheel_y_m(motor.name), drive.wheel_radius_m)
+            axle = joint(f"{motor.name}_joint", "continuous", BASE, wheel, place)
             ET.SubElement(axle, "axis", xyz="0 1 0")
             limits = {"effort": motor.max_torque_nm, "velocity": motor.max_velocity_rad_s}
             ET.SubElement(axle, "limit", {key: numbers(value) for key, value in limits.items()})
@@ -69,11 +66,9 @@ def _wheels(description: RobotDescription) -> Iterator[ET.Element]:
 
 
 def _wheel(name: str, drive: Drive) -> ET.Element:
-    radius, width, mass = drive.wheel_radius_m, drive.wheel_width_m, drive.wheel_mass_kg
-    tyre = cylinder(radius, width, rpy=_LYING)
-    across = mass * (3 * radius**2 + width**2) / 12
-    moments = (across, mass * radius**2 / 2, across)
-    return link(name, Inertia(mass, moments), tyre, sphere(radius), _WHEEL_RGB)
+    tyre = cylinder(drive.wheel_radius_m, drive.wheel_width_m, rpy=_LYING)
+    inertia = Inertia(drive.wheel_mass_kg, drive.wheel_moments_kg_m2)
+    return link(name, inertia, tyre, sphere(drive.wheel_radius_m), _WHEEL_RGB)
 
 
 def _caster(caster: Caster) -> Iterator[ET.Element]:
