@@ -68,3 +68,11 @@ class Fan:
         """Return the distance that rays of these lengths, begun FAN_SETBACK_M behind, amount to, in metres."""
         nearest = float(lengths.min()) - FAN_SETBACK_M
         return math.inf if nearest > self.max_range else max(nearest, self.min_range)
+
+    def point(self, lengths: Array) -> tuple[float, float, float] | None:
+        """Return what rays of these lengths hit first, in the sensor's frame, in metres; None out of range."""
+        if math.isinf(self.reading(lengths)):
+            return None
+        ray = int(lengths.argmin())
+        angle, length = float(self.angles[ray]), float(lengths[ray])
+        return length * math.cos(angle) - FAN_SETBACK_M, length * math.sin(angle), 0.0

@@ -41,13 +41,7 @@ class Sonar:
         x, y = sensor.to_world(-FAN_SETBACK_M, 0.0)
         dx, dy = self._fan.directions(sensor)
         lengths = np.minimum(cast(x, y, dx, dy, self._edges), cast_at_circles(x, y, dx, dy, self._circles))
-        distance = self._fan.reading(lengths)
-        return Echo(distance, None if math.isinf(distance) else self._nearest(lengths))
-
-    def _nearest(self, lengths: Array) -> Point:
-        ray = int(lengths.argmin())
-        angle, length = float(self._fan.angles[ray]), float(lengths[ray])
-        return length * math.cos(angle) - FAN_SETBACK_M, length * math.sin(angle), 0.0
+        return Echo(self._fan.reading(lengths), self._fan.point(lengths))
 
 
 def cast_at_circles(x: float, y: float, dx: Array, dy: Array, circles: Array) -> Array:

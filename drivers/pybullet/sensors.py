@@ -59,11 +59,4 @@ class BulletRangeSensor(RangeSensor):
         ends = start + self._rays @ rotation.T
         hits = self._cast([start] * len(ends), ends)
         lengths = np.array([hit[2] * self._length if hit[0] >= 0 else math.inf for hit in hits])
-        distance = self._fan.reading(lengths)
-        return Range(distance, time, sequence, None if math.isinf(distance) else self._nearest(lengths))
-
-    def _nearest(self, lengths: np.ndarray) -> tuple[float, float, float]:
-        """Return the detected point in the sensor's frame."""
-        ray = int(lengths.argmin())
-        length, angle = float(lengths[ray]), float(self._fan.angles[ray])
-        return length * math.cos(angle) - FAN_SETBACK_M, length * math.sin(angle), 0.0
+        return Range(self._fan.reading(lengths), time, sequence, self._fan.point(lengths))
