@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import cv2
@@ -10,7 +9,7 @@ import numpy as np
 
 from drivers.mujoco.model import build
 from drivers.mujoco.model.robot import BASE
-from robotcore.clock import MIN_PHYSICS_RATE_HZ
+from drivers.mujoco.model.turned import mounted
 from robotcore.description import RobotDescription, WorldDescription
 from robotcore.description.robot import Mount
 from robotcore.exporting import Exported
@@ -28,7 +27,7 @@ def mjcf(robot: RobotDescription, world: WorldDescription | None, folder: str | 
 
     Each sensor has a site ``<sensor>_frame`` besides, along whose x axis it looks.
     """
-    spec = build(robot, world, 1 / MIN_PHYSICS_RATE_HZ)
+    spec = build(robot, world)
     _add_frames(spec, robot)
     textures = [texture for texture in spec.textures if texture.data]
     notes = () if folder is not None else _leave_out(spec, textures)
@@ -44,14 +43,7 @@ def _add_frames(spec: MjSpec, robot: RobotDescription) -> None:
     for device in robot.devices:
         if isinstance(mount := getattr(device, "mount", None), Mount):
             place = [mount.x_m, mount.y_m, mount.z_m]
-            base.add_site(name=f"{device.name}_frame", pos=place, quat=_turned(mount), size=[SITE_M] * 3)
-
-
-def _turned(mount: Mount) -> list[float]:
-    """Return the quaternion of a pitch, then a yaw."""
-    cy, sy = math.cos(mount.yaw_rad / 2), math.sin(mount.yaw_rad / 2)
-    cp, sp = math.cos(mount.pitch_rad / 2), math.sin(mount.pitch_rad / 2)
-    return [cy * cp, -sy * sp, cy * sp, sy * cp]
+            base.add_site(name=f"{device.name}_frame", pos=place, quat=mounted(mount), size=[SITE_M] * 3)
 
 
 def _leave_out(spec: MjSpec, textures: list[MjsTexture]) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drivers.mujoco.body import Array, Body
-from drivers.mujoco.model.groups import HEARD
+from drivers.mujoco.model.groups import HEARD, flags
 from robotcore.clock import Clock
 from robotcore.description import RangeSensorDescription
 from robotcore.devices import Range, RangeSensor
@@ -18,8 +18,6 @@ from robotcore.sampling import OnceAnInstant
 
 if TYPE_CHECKING:
     from mujoco import MjData, MjModel
-
-_GROUPS = 6
 
 
 class MujocoRangeSensor(RangeSensor):
@@ -36,7 +34,7 @@ class MujocoRangeSensor(RangeSensor):
         sensor = Pose(mount.x_m, mount.y_m, mount.yaw_rad)
         self._origin = np.array((*sensor.to_world(-FAN_SETBACK_M, 0.0), mount.z_m))
         self._rays = np.stack((*self._fan.directions(sensor), np.zeros_like(self._fan.angles)), axis=1)
-        self._groups = np.array([group in HEARD for group in range(_GROUPS)], dtype=np.uint8)
+        self._groups = np.array(flags(HEARD), dtype=np.uint8)
         self._hit, self._lengths = np.zeros(FAN_RAYS, dtype=np.int32), np.zeros(FAN_RAYS)
         self._newest_at = OnceAnInstant(clock, self._listen)
 
@@ -45,8 +43,7 @@ class MujocoRangeSensor(RangeSensor):
 
     def _listen(self, time: float, sequence: int) -> Range:
         lengths = self._cast()
-        distance = self._fan.reading(lengths)
-        return Range(distance, time, sequence, None if math.isinf(distance) else self._nearest(lengths))
+        return Range(self._fan.reading(lengths), time, sequence, self._fan.point(lengths))
 
     def _cast(self) -> Array:
         """Return how far each ray goes, (15,), in metres; ``inf`` where it meets nothing."""
@@ -70,9 +67,3 @@ class MujocoRangeSensor(RangeSensor):
             reach,
         )
         return np.where(self._hit >= 0, self._lengths, math.inf)
-
-    def _nearest(self, lengths: Array) -> tuple[float, float, float]:
-        """Return the detected point in the sensor's frame."""
-        ray = int(lengths.argmin())
-        length, angle = float(lengths[ray]), float(self._fan.angles[ray])
-        return length * math.cos(angle) - FAN_SETBACK_M, length * math.sin(angle), 0.0

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from drivers.mujoco.canvas import Canvas, Depths
 from drivers.mujoco.model.building import FAR_M, NEAR_M
-from drivers.mujoco.model.groups import SEEN
+from drivers.mujoco.model.groups import SEEN, flags
 from robotcore.devices import Image
 from robotcore.projection import View
 
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 Numbers = NDArray[np.int32]
 
-_GROUPS = 6
 _MOST_GEOMS = 10_000
 
 
@@ -100,7 +99,7 @@ def _options() -> MjvOption:
     from mujoco import MjvOption
 
     options = MjvOption()
-    options.geomgroup[:] = [group in SEEN for group in range(_GROUPS)]
+    options.geomgroup[:] = flags(SEEN)
     return options
 
 

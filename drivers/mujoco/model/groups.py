@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from enum import IntEnum, IntFlag
 
 
@@ -28,3 +29,10 @@ SEEN = frozenset({Shown.FLOOR, Shown.WORLD})
 
 HEARD = frozenset({Shown.TOUCHED_THING})
 """What a range sensor hears: neither the robot nor the floor."""
+
+
+def flags(groups: Collection[Shown]) -> list[bool]:
+    """Return for each of MuJoCo's geom groups whether it is one of these."""
+    from mujoco import mjNGROUP
+
+    return [group in groups for group in range(mjNGROUP)]

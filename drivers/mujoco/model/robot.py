@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from drivers.mujoco.model.groups import Meets, Shown
 from drivers.mujoco.model.rolling import add_caster, add_wheel
+from drivers.mujoco.model.turned import about_z, looking
 from robotcore.description import CameraDescription, MotorDescription, RobotDescription
-from robotcore.description.robot import Body, Mount
+from robotcore.description.robot import Body
 from robotcore.geometry import Pose
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ RESTING_M = -1e-7
 def add_robot(spec: MjSpec, description: RobotDescription, start: Pose | None) -> None:
     """Add a robot, its frame on the floor under the middle of the axle; one without a drive stays where it is."""
     at = start or Pose(0.0, 0.0, 0.0)
-    base = spec.worldbody.add_body(name=BASE, pos=[at.x, at.y, RESTING_M], quat=_about_z(at.heading))
+    base = spec.worldbody.add_body(name=BASE, pos=[at.x, at.y, RESTING_M], quat=about_z(at.heading))
     if description.drive:
         base.add_freejoint(name="free")
     _add_body(base, description.body)
@@ -41,16 +42,12 @@ def _add_body(base: Any, body: Body) -> None:
     """Give it its weight, and the box that touches things: the first of its shapes."""
     import mujoco
 
-    x, y, z = body.length_m, body.width_m, body.height_m
-    middle = [body.centre_x_m, 0.0, body.clearance_m + z / 2]
-    twelfth = body.mass_kg / 12
     base.explicitinertial = True
-    base.mass, base.ipos = body.mass_kg, middle
-    base.inertia = [twelfth * (y * y + z * z), twelfth * (x * x + z * z), twelfth * (x * x + y * y)]
+    base.mass, base.ipos, base.inertia = body.mass_kg, body.middle_m, body.moments_kg_m2
     base.add_geom(
         type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=[x / 2, y / 2, z / 2],
-        pos=middle,
+        size=[body.length_m / 2, body.width_m / 2, body.height_m / 2],
+        pos=body.middle_m,
         mass=0,
         contype=Meets.NOTHING,
         conaffinity=Meets.FLOOR | Meets.THING,
@@ -64,27 +61,6 @@ def _add_camera(base: Any, camera: CameraDescription) -> None:
     base.add_camera(
         name=camera.name,
         pos=[mount.x_m, mount.y_m, mount.z_m],
-        quat=_looking(mount),
+        quat=looking(mount),
         fovy=math.degrees(2 * math.atan(seen.height / 2 / seen.focal_length)),
     )
-
-
-def _looking(mount: Mount) -> list[float]:
-    """Return the quaternion of a camera, which looks along its -z with y up."""
-    import mujoco
-    import numpy as np
-
-    cy, sy, cp, sp = (
-        math.cos(mount.yaw_rad),
-        math.sin(mount.yaw_rad),
-        math.cos(mount.pitch_rad),
-        math.sin(mount.pitch_rad),
-    )
-    right, up, back = (sy, -cy, 0.0), (sp * cy, sp * sy, cp), (-cp * cy, -cp * sy, sp)
-    quaternion = np.zeros(4)
-    mujoco.mju_mat2Quat(quaternion, np.array((right, up, back)).T.ravel())
-    return [float(part) for part in quaternion]
-
-
-def _about_z(angle: float) -> list[float]:
-    return [math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2)]

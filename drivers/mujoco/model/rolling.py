@@ -39,15 +39,13 @@ def add_wheel(spec: MjSpec, base: Any, motor: MotorDescription, drive: Drive) ->
     """
     import mujoco
 
-    radius, width, mass = drive.wheel_radius_m, drive.wheel_width_m, drive.wheel_mass_kg
-    y = drive.track_m / 2 if motor.name == drive.left else -drive.track_m / 2
-    across = mass * (3 * radius**2 + width**2) / 12
-    wheel = _turning(base, f"{motor.name}_wheel", wheel_joint(motor.name), [0.0, y, radius])
-    wheel.mass, wheel.inertia = mass, [across, mass * radius**2 / 2, across]
+    radius, place = drive.wheel_radius_m, [0.0, drive.wheel_y_m(motor.name), drive.wheel_radius_m]
+    wheel = _turning(base, f"{motor.name}_wheel", wheel_joint(motor.name), place)
+    wheel.mass, wheel.inertia = drive.wheel_mass_kg, drive.wheel_moments_kg_m2
     _add_ball(wheel, radius, friction=[1.0, 0.0, 0.0], priority=1, group=Shown.TOUCHED_ROBOT)
     wheel.add_geom(
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,
-        size=[radius, width / 2, 0.0],
+        size=[radius, drive.wheel_width_m / 2, 0.0],
         quat=[math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0],
         mass=0,
         contype=Meets.NOTHING,

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 from drivers.mujoco.model.groups import Meets, Shown
 from drivers.mujoco.model.looks import Looks
+from drivers.mujoco.model.turned import about_z
 from robotcore.description import Ball, Box, Floor, Light, WorldDescription
 from robotcore.description.world import Prism
 from robotcore.meshes import Mesh, ground_mesh, prism_mesh
@@ -78,7 +78,7 @@ def _add_prism(spec: MjSpec, prism: Prism, looks: Looks) -> None:
     import mujoco
 
     mesh = prism_mesh(prism)
-    place = {"pos": [prism.x_m, prism.y_m, 0.0], "quat": _about_z(prism.yaw_rad)}
+    place = {"pos": [prism.x_m, prism.y_m, 0.0], "quat": about_z(prism.yaw_rad)}
     _add_seen(spec, prism.name, mesh, looks.of(prism.colour, prism.texture), Shown.WORLD, **place)
     touched = {"contype": Meets.THING, "conaffinity": Meets.NOTHING, "group": Shown.TOUCHED_THING, "name": prism.name}
     if isinstance(prism, Box):
@@ -129,7 +129,3 @@ def _add_seen(spec: MjSpec, name: str, mesh: Mesh, material: str, group: Shown, 
 
 def _mesh_name(thing: str) -> str:
     return f"{thing}_mesh"
-
-
-def _about_z(angle: float) -> list[float]:
-    return [math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2)]
