@@ -15,7 +15,7 @@ from robotcore.description import Described, MotorDescription, RobotDescription
 from robotcore.devices import Motor
 from robotcore.guardian import CutoffSpec
 from robotcore.hardware import Connection, DeviceDriver, Host
-from robotcore.hardware.motors import Control, Model, open_motor, require_encoder, require_reach
+from robotcore.hardware.motors import Control, Model, open_motor, require_drivable
 
 BATTERY = (
     "The motors have a battery of their own, never a pad of the header: it gives them too little, and they disturb it. "
@@ -98,9 +98,9 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
                 f"GPIO {held[0]} is held high by a resistor on the Pi, so {told.name} may turn when no program runs; "
                 "take another one, best of 9 to 27"
             )
-        require_reach(told, settings.model)
+        require_drivable(told, settings.model, settings.control, robot)
         if settings.control:
-            _check_control(settings.control, settings.frequency_hz, told.name, robot)
+            _require_whole_cycles(settings.control, settings.frequency_hz)
 
     def open(self, told: MotorDescription, settings: SettingsT, host: Host) -> Motor:
         bridge = partial(self.bridge, told.name, settings, host)
@@ -124,8 +124,7 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
         return tuple(int(wire.where) for wire in self.wires(settings))
 
 
-def _check_control(control: Control, frequency_hz: int, motor: str, robot: RobotDescription) -> None:
-    require_encoder(motor, robot)
+def _require_whole_cycles(control: Control, frequency_hz: int) -> None:
     if control.period_s * frequency_hz < 1:
         raise ValueError(
             f"control.period_s {control.period_s:g} is shorter than a cycle of {frequency_hz} Hz; lengthen it, or "

@@ -4,7 +4,7 @@ from robotcore.hardware.motors.control import Control, VelocityControl
 from robotcore.hardware.motors.controlled import ControlledMotor
 from robotcore.hardware.motors.duty import DutyMotor, Output
 from robotcore.hardware.motors.model import Model, MotorModel
-from robotcore.hardware.motors.opening import open_motor, require_encoder, require_reach
+from robotcore.hardware.motors.opening import open_motor, require_drivable
 
 __all__ = [
     "Control",
@@ -15,6 +15,5 @@ __all__ = [
     "Output",
     "VelocityControl",
     "open_motor",
-    "require_encoder",
-    "require_reach",
+    "require_drivable",
 ]

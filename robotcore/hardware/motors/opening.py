@@ -31,8 +31,19 @@ def open_motor(
     return motor
 
 
-def require_reach(told: MotorDescription, model: MotorModel) -> None:
-    """Raise ValueError, the fault, a semicolon and the remedy, where by its model the wheel cannot turn so fast."""
+def require_drivable(
+    told: MotorDescription, model: MotorModel, control: Control | None, robot: RobotDescription
+) -> None:
+    """Raise ValueError, the fault, a semicolon and the remedy, where a motor cannot be driven so by duties.
+
+    By its model the wheel cannot turn so fast, or it has no encoder by which it could be controlled.
+    """
+    _require_reach(told, model)
+    if control:
+        _require_encoder(told.name, robot)
+
+
+def _require_reach(told: MotorDescription, model: MotorModel) -> None:
     for direction, word in ((1, "forward"), (-1, "backward")):
         if (reach := model.reach(direction)) < told.max_velocity_rad_s:
             raise ValueError(
@@ -42,8 +53,7 @@ def require_reach(told: MotorDescription, model: MotorModel) -> None:
             )
 
 
-def require_encoder(motor: str, robot: RobotDescription) -> None:
-    """Raise ValueError, as `require_reach` does, where the wheel of a controlled motor has no encoder."""
+def _require_encoder(motor: str, robot: RobotDescription) -> None:
     if encoder_of(motor, robot) is None:
         raise ValueError(
             f"the wheel of {motor} has no encoder to be controlled by; name the encoders in [drive], or leave control "

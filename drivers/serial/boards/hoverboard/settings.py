@@ -12,7 +12,7 @@ from drivers.serial.boards.hoverboard.protocol import LIMIT
 from drivers.serial.boards.settings import PortSettings, SideSettings
 from robotcore.description import MotorDescription, RobotDescription
 from robotcore.hardware import Connection
-from robotcore.hardware.motors import Control, Model, require_encoder, require_reach
+from robotcore.hardware.motors import Control, Model, require_drivable
 
 
 class HoverboardSettings(PortSettings):
@@ -86,6 +86,4 @@ class HoverboardMotorSettings(WheelSettings):
                 f"the board's mixer makes a duty of {straight:g} at most, and model.max_duty is "
                 f"{self.model.max_duty:g}; lower that, or correct speed_coefficient"
             )
-        require_reach(told, self.model)
-        if self.control:
-            require_encoder(told.name, robot)
+        require_drivable(told, self.model, self.control, robot)

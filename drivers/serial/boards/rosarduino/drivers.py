@@ -50,7 +50,7 @@ from robotcore.devices import Battery, Encoder, Motor, RangeSensor
 from robotcore.guardian import CutoffSpec
 from robotcore.hardware import Connection, Host
 from robotcore.hardware.findings import Findings, require_timely
-from robotcore.hardware.motors import open_motor, require_encoder, require_reach
+from robotcore.hardware.motors import open_motor, require_drivable
 
 ANSWER_S = 4.0
 """An Arduino is reset when its port is opened, and its boot loader waits up to two seconds for a new sketch."""
@@ -95,9 +95,7 @@ class ArduinoMotor(ArduinoDriver[MotorDescription, ArduinoMotorSettings]):
 
     def check(self, told: MotorDescription, settings: ArduinoMotorSettings, robot: RobotDescription) -> None:
         if settings.model:
-            require_reach(told, settings.model)
-            if settings.control:
-                require_encoder(told.name, robot)
+            require_drivable(told, settings.model, settings.control, robot)
             return
         if settings.control:
             raise ValueError("control goes by duty, and there is no model; add the motor's model, or leave control out")

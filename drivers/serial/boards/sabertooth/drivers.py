@@ -19,7 +19,7 @@ from robotcore.description import MotorDescription, RobotDescription
 from robotcore.devices import Motor
 from robotcore.guardian import CutoffSpec
 from robotcore.hardware import Connection, Host
-from robotcore.hardware.motors import Control, Model, open_motor, require_encoder, require_reach
+from robotcore.hardware.motors import Control, Model, open_motor, require_drivable
 
 BAUDS = (2400, 9600, 19200, 38400, 115200)
 """The rates that some Sabertooth knows."""
@@ -70,9 +70,7 @@ class SabertoothMotor(SerialDriver[MotorDescription, SabertoothSettings]):
         if settings.speed not in BAUDS:
             known = ", ".join(map(str, BAUDS))
             raise ValueError(f"no Sabertooth speaks at {settings.speed} baud; take one of {known}")
-        require_reach(told, settings.model)
-        if settings.control:
-            require_encoder(told.name, robot)
+        require_drivable(told, settings.model, settings.control, robot)
 
     def connections(self, settings: SabertoothSettings) -> Sequence[Connection]:
         return settings.at(f"address {settings.address} M{settings.motor}")
