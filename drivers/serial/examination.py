@@ -16,7 +16,8 @@ from robotcore.description import RobotDescription
 from robotcore.devices import Angle, Device, Frame, Range, Sensor, Voltage
 from robotcore.doctor import Check, Finding, Level, findings_of
 from robotcore.doctor.batteries import charges
-from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError
+from robotcore.doctor.described import described
+from robotcore.errors import DeviceError, DeviceGroupError
 from robotcore.hardware import Fitting, fit
 
 MUTE = "Let them turn for a moment, with the wheels in the air"
@@ -38,17 +39,9 @@ def examine(backend: Backend, robot: RobotDescription | None, section: str) -> I
 
 
 def _examined(backend: Backend, robot: RobotDescription, section: str) -> Iterator[Finding]:
-    try:
-        fittings = fit(robot, section)
-    except DescriptionError as error:
-        for each in (error, *error.others):
-            yield Finding.error("robot", f"{each.key}: {each.fault}", each.remedy)
+    fittings = yield from described(robot, partial(fit, robot, section), counted_on)
+    if fittings is None:
         return
-    yield Finding.ok("robot", f"{robot.file or robot.name} OK, {counted_on(fittings)}")
-    for fitting in fittings:
-        for warning in fitting.warnings:
-            said, _, remedy = warning.partition(". ")
-            yield Finding.warning("robot", f"{fitting.name}: {said}", remedy)
     found = [_port(place, baud) for place, baud in _lines(fittings)]
     yield from found
     checks: list[tuple[str, Check]] = [

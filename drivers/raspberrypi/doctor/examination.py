@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -22,7 +22,7 @@ from drivers.raspberrypi.gpio import on_header
 from drivers.raspberrypi.header import counted
 from robotcore.description import RobotDescription
 from robotcore.doctor import Check, Finding, findings_of
-from robotcore.errors import DescriptionError
+from robotcore.doctor.described import described
 from robotcore.hardware import Fitting, fit
 
 ROOT = Path("/")
@@ -34,7 +34,7 @@ def examine(robot: RobotDescription | None, section: str, root: Path = ROOT) -> 
         remedy = "Run robotcore doctor on the robot; at the desk, --backend virtualpi needs no pins"
         yield Finding.warning("board", "this is no Raspberry Pi: its pins and cameras are not looked at", remedy)
         if robot and section in robot.backends:
-            yield from described(_fitted(robot, section), robot)
+            yield from _described(robot, section)
         return
     before: list[tuple[str, Check]] = [
         ("board", partial(board, root)),
@@ -56,30 +56,13 @@ def devices(root: Path, robot: RobotDescription | None, section: str) -> Iterato
     if robot is None:
         yield Finding.warning("robot", "its devices are not looked at", "Name it: robotcore doctor --robot FILE.toml")
         return
-    fitted = _fitted(robot, section)
-    yield from described(fitted, robot)
-    if not isinstance(fitted, DescriptionError):
-        yield from findings_of(_checks(root, fitted))
+    fittings = yield from _described(robot, section)
+    if fittings is not None:
+        yield from findings_of(_checks(root, fittings))
 
 
-def described(fitted: Sequence[Fitting] | DescriptionError, robot: RobotDescription) -> Iterator[Finding]:
-    """Tell what is wrong with what the robot's file says of its devices, or that it is right, and what may do harm."""
-    if isinstance(fitted, DescriptionError):
-        for each in (fitted, *fitted.others):
-            yield Finding.error("robot", f"{each.key}: {each.fault}", each.remedy)
-        return
-    yield Finding.ok("robot", f"{robot.file or robot.name} OK, {counted(fitted)}")
-    for fitting in fitted:
-        for warning in fitting.warnings:
-            said, _, remedy = warning.partition(". ")
-            yield Finding.warning("robot", f"{fitting.name}: {said}", remedy)
-
-
-def _fitted(robot: RobotDescription, section: str) -> Sequence[Fitting] | DescriptionError:
-    try:
-        return fit(robot, section, None, on_header)
-    except DescriptionError as error:
-        return error
+def _described(robot: RobotDescription, section: str) -> Generator[Finding, None, Sequence[Fitting] | None]:
+    return described(robot, partial(fit, robot, section, None, on_header), counted)
 
 
 def _checks(root: Path, fittings: Iterable[Fitting]) -> Iterator[tuple[str, Check]]:
