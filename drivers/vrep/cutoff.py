@@ -9,7 +9,7 @@ from drivers.vrep.wire import requests
 from drivers.vrep.wire.errors import NobodyListensError, RemoteApiError, ServerHangsError
 from drivers.vrep.wire.link import RETRY_S
 from robotcore.clock import MonotonicClock
-from robotcore.guardian import Cutoff
+from robotcore.guardian import Cutoff, Unsure
 
 SHORT_S = 0.2
 """A guardian does not wait long; a server that listens and is free answers in milliseconds."""
@@ -53,7 +53,8 @@ class StandingJoints(Cutoff):
                 connection.set(requests.joint_target_velocity(joint, 0.0))
             connection.call(requests.CLOCK)  # all that was set is done when this is answered
 
-    def _told(self, failure: RemoteApiError) -> str:
+    def _told(self, failure: RemoteApiError) -> Unsure:
         if isinstance(failure, NobodyListensError):
-            return f"nobody listens at {self._host}:{self._port} any more; where the simulator is gone, nothing turns"
-        return f"simulated wheels may turn on: {failure}"
+            gone = f"nobody listens at {self._host}:{self._port} any more; where the simulator is gone, nothing turns"
+            return Unsure(gone)
+        return Unsure(f"simulated wheels may turn on: {failure}")
