@@ -13,7 +13,7 @@ from types import MappingProxyType
 import cv2
 
 from drivers.mujoco.model import build
-from drivers.mujoco.model.groups import SEEN
+from drivers.mujoco.model.groups import SEEN, flags
 from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
 from drivers.pybullet.scene import Scene
@@ -73,16 +73,18 @@ def on_pybullet(robot: RobotDescription, world: WorldDescription) -> Block:
 
 
 def on_mujoco(robot: RobotDescription, world: WorldDescription) -> Block:
-    """MuJoCo's own renderer, and a whole tick's steps in one call."""
+    """MuJoCo's own renderer, on a frame no larger than the picture, and a whole tick's steps in one call."""
     import mujoco
 
     assert robot.drive
     (camera,) = robot.all_of(CameraDescription)
-    model = build(robot, world, 1 / (RATE_HZ * STEPS_A_TICK)).compile()
+    spec = build(robot, world, 1 / (RATE_HZ * STEPS_A_TICK))
+    spec.visual.global_.offwidth, spec.visual.global_.offheight = camera.width_px, camera.height_px
+    model = spec.compile()
     data = mujoco.MjData(model)
     renderer, detector = mujoco.Renderer(model, camera.height_px, camera.width_px), ColourDetector("green")
     seen = mujoco.MjvOption()
-    seen.geomgroup[:] = [group in SEEN for group in range(len(seen.geomgroup))]
+    seen.geomgroup[:] = flags(SEEN)
     left, right = model.actuator(robot.drive.left).id, model.actuator(robot.drive.right).id
     mujoco.mj_forward(model, data)
 
