@@ -12,6 +12,8 @@ from robotcore.errors import BackendMissingError, UsageError
 from robotcore.exporting import Exported
 from robotcore.robot import Robot
 
+OLDEST = (3, 5)
+
 
 class MujocoOptions(Described):
     """There are none."""
@@ -34,13 +36,13 @@ class MujocoBackend(Backend):
         return 'pip install "robotcore[sim]"'
 
     def require_installed(self) -> None:
-        """Raise BackendMissingError where the library is missing, and where it cannot be imported.
+        """Raise BackendMissingError where the library is missing or too old, and where it cannot be imported.
 
         It sets OpenGL up when it is imported, by the environment's MUJOCO_GL, and raises whatever that raises.
         """
         super().require_installed()
         try:
-            import mujoco  # noqa: F401
+            import mujoco
         except Exception as error:
             told = " ".join(str(error).split())
             way = os.environ.get("MUJOCO_GL")
@@ -50,6 +52,11 @@ class MujocoBackend(Backend):
                 else "pip install --force-reinstall mujoco"
             )
             raise BackendMissingError(f"MuJoCo cannot be imported: {told}. {remedy}") from error
+        if tuple(map(int, mujoco.__version__.split(".")[:2])) < OLDEST:
+            needed = "{}.{}".format(*OLDEST)
+            raise BackendMissingError(
+                f'MuJoCo {mujoco.__version__} is too old, {needed} is needed. pip install --upgrade "mujoco>={needed}"'
+            )
 
     def open(self, setup: Setup) -> Robot:
         setup = setup.without_batteries()
