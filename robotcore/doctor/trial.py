@@ -42,16 +42,20 @@ def _tried(backend: Backend, robot: RobotDescription) -> Finding:
         said = f"cannot open {error.file}: {error.key}: {error.fault}{others}"
         return Finding.error(backend.name, said, f"robotcore check {robot.file or robot.name}")
     except DeviceGroupError as error:
-        return Finding.error(backend.name, "; ".join(map(str, error.failures)), _retry(backend))
+        return _unopened(backend, "; ".join(map(str, error.failures)))
     except RobotcoreError as error:
-        return Finding.error(backend.name, str(error), _retry(backend))
+        return _unopened(backend, str(error))
     except Exception as error:  # noqa: BLE001  a simulator of another build raises anything
         told = " ".join(str(error).split())
         return Finding.error(backend.name, f"does not work: {type(error).__name__}: {told}", backend.remedy)
 
 
-def _retry(backend: Backend) -> str:
-    return f"Try robotcore run green-search --backend {backend.name}"
+def _unopened(backend: Backend, told: str) -> Finding:
+    """Return an error in its own words, which end with what to do about it, if anybody knows."""
+    fault, _, remedy = told.rpartition(". ")
+    if not fault:
+        return Finding.error(backend.name, told, f"Try robotcore run green-search --backend {backend.name}")
+    return Finding.error(backend.name, fault, remedy)
 
 
 def _driven(name: str, robot: Robot) -> Finding:
@@ -76,7 +80,9 @@ def _driven(name: str, robot: Robot) -> Finding:
 
 def _display(name: str) -> Finding:
     """Look whether a window could open; Linux tells by its environment."""
-    if not sys.platform.startswith("linux") or os.environ.get("DISPLAY"):
-        return Finding.ok("display", f"--backend {name} --gui can open its window")
+    if not sys.platform.startswith("linux"):
+        return Finding.ok("display", f"--backend {name} --gui opens its window")
+    if display := os.environ.get("DISPLAY"):
+        return Finding.ok("display", f"--backend {name} --gui opens its window on {display}, if that is there")
     remedy = "Sit at the machine, or take ssh -X; without a window: --picture FILE.png"
     return Finding.warning("display", f"there is none: --backend {name} --gui opens no window", remedy)

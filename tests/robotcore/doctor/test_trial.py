@@ -47,17 +47,18 @@ def test_a_simulator_in_which_nothing_moves_is_an_error(monkeypatch: pytest.Monk
 
 
 @pytest.mark.parametrize(
-    "error, said",
+    "error, said, remedy",
     [
-        (DeviceError("eye", "no camera"), "eye: no camera"),
-        (DeviceGroupError("opening post", [DeviceError("eye", "no camera")]), "eye: no camera"),
-        (TypeError("wrong\nbuild"), "does not work: TypeError: wrong build"),
+        (DeviceError("eye", "no camera"), "eye: no camera", "Try robotcore run green-search --backend rig"),
+        (DeviceError("eye", "no lib.so.1. Install it"), "eye: no lib.so.1", "Install it"),
+        (DeviceGroupError("opening", [DeviceError("eye", "blind. Look")]), "eye: blind", "Look"),
+        (TypeError("wrong\nbuild"), "does not work: TypeError: wrong build", RigBackend().remedy),
     ],
 )
-def test_a_simulator_that_does_not_open_is_an_error_with_its_cause(error: Exception, said: str) -> None:
-    (found,) = examined(Dead(error))
-    assert (found.level, found.said) == (Level.ERROR, said)
-    assert found.remedy
+def test_a_simulator_that_does_not_open_is_an_error_with_its_cause_and_its_remedy(
+    error: Exception, said: str, remedy: str
+) -> None:
+    assert examined(Dead(error)) == [Finding.error("rig", said, remedy)]
 
 
 def test_a_backend_that_is_missing_is_a_warning_with_the_command_that_installs_it(
