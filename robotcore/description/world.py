@@ -172,7 +172,7 @@ class WorldDescription(Described):
 
     @model_validator(mode="after")
     def _names_differ(self) -> WorldDescription:
-        require_unique("things", (thing.name for thing in self.things))
+        require_unique("things", (thing.name for thing in (*self.prisms, *self.targets)))
         return self
 
     @property

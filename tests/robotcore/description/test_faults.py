@@ -157,6 +157,7 @@ def test_a_fault_of_a_robot_is_told_in_one_line(tmp_path: Path, old: str, new: s
             "targets[ball].colour: unknown colour 'gren'. Did you mean 'green'? Or take [r, g, b]",
         ),
         ('"blue-box"', '"red-box"', "two things are named 'red-box'. Give each a name of its own"),
+        ('"blue-box"', '"wall-north"', "two things are named 'wall-north'. Give each a name of its own"),
         ('"cylinder"', '"cone"', "obstacles[yellow-post].shape: 'cone' is unknown. Did you mean 'cylinder'?"),
         (
             "[0.8, 1.25]",
