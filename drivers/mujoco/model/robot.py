@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 
 BASE = "base_link"
 
+SLIDING = [0.25, 0.0, 0.0]
+"""Friction of the body on whatever it touches, as in Bullet. MuJoCo pushes what slides away, by friction times the way
+of a step: at a wheel's grip, rubbing along a wall would be touching it over and over."""
+
 RESTING_M = -1e-7
 """So deep its own weight presses a robot into the floor. At 0 it would fall for a step, and its wheels have no grip."""
 
@@ -51,6 +55,8 @@ def _add_body(base: Any, body: Body) -> None:
         mass=0,
         contype=Meets.NOTHING,
         conaffinity=Meets.FLOOR | Meets.THING,
+        friction=SLIDING,
+        priority=1,
         group=Shown.ROBOT,
         rgba=[*(part / 255 for part in body.colour), 1.0],
     )

@@ -115,6 +115,17 @@ class Driving(OnAnEngine):
             assert truth_of(robot).contacts() == 0
             assert truth_of(robot).pose().x > 1.2
 
+    def test_rubbing_along_a_wall_is_one_touch(self) -> None:
+        with self.opened(box(1.0, 0.0925 + 0.1 + 0.005, length=3.0, width=0.2)) as robot:
+            drive(robot, 8.0, 8.3, 4.0)
+            assert truth_of(robot).contacts() == 1
+            assert truth_of(robot).pose().x > 0.9
+
+    def test_it_slides_along_a_face_that_it_meets_askew_until_its_front_lies_against_it(self) -> None:
+        with self.opened(box(0.6, yaw=0.3)) as robot:
+            drive(robot, 8.0, 8.0, 6.0)
+            assert truth_of(robot).pose().heading == pytest.approx(0.3, abs=0.01)
+
     def test_a_wall_stops_it_with_its_front_at_the_face(self) -> None:
         with self.opened(box(0.5, width=3.0)) as robot:
             drive(robot, 8.0, 8.0, 4.0)
