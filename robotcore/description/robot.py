@@ -178,9 +178,9 @@ class EncoderDescription(Described):
     counts_per_turn: PositiveInt
 
     def quantised(self, angle: float) -> float:
-        """Return the angle of the last whole count, in radians."""
+        """Return the angle of the nearest whole count, in radians: a wheel that stands a hair off 0 has not turned."""
         count = math.tau / self.counts_per_turn
-        return math.floor(angle / count) * count
+        return round(angle / count) * count
 
 
 class BatteryDescription(Described):

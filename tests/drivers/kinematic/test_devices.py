@@ -31,13 +31,15 @@ def test_encoders_count_whole_counts_of_their_own_wheel() -> None:
         true = [(0.2 + side * 0.8 * 0.155 / 2) / 0.0325 for side in (-1, 1)]
         for angle, turned in zip(angles, true, strict=True):
             assert angle / COUNT == pytest.approx(round(angle / COUNT), abs=1e-6)
-            assert 0 <= turned - angle < COUNT
+            assert abs(turned - angle) <= COUNT / 2
 
 
-def test_encoders_count_down_behind_zero() -> None:
+@pytest.mark.parametrize("turned, told", [(-0.4, 0), (-0.6, -1)])
+def test_encoders_tell_the_nearest_count_behind_zero_too(turned: float, told: int) -> None:
     with opened() as robot:
-        drive(robot, -0.0001, 0.0, 0.1)
-        assert wheel_angles(robot) == pytest.approx((-COUNT, -COUNT))
+        drive(robot, turned * COUNT * 0.0325 / 0.1, 0.0, 0.1)
+        let_pass(robot, 1.0)
+        assert wheel_angles(robot) == pytest.approx((told * COUNT, told * COUNT))
 
 
 def test_every_sample_of_an_instant_is_the_same_one() -> None:
