@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
-from drivers.mujoco.model import build
+from drivers.mujoco.model import build, compiled
 from drivers.mujoco.model.robot import BASE
 from drivers.mujoco.model.turned import mounted
 from robotcore.description import RobotDescription, WorldDescription
@@ -31,7 +31,7 @@ def mjcf(robot: RobotDescription, world: WorldDescription | None, folder: str | 
     _add_frames(spec, robot)
     textures = [texture for texture in spec.textures if texture.data]
     notes = () if folder is not None else _leave_out(spec, textures)
-    spec.compile()
+    compiled(spec)
     pictures = {f"{folder}/{texture.name}.png": texture for texture in textures} if folder is not None else {}
     for file, texture in pictures.items():
         texture.file = file

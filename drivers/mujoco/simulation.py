@@ -6,7 +6,7 @@ from contextlib import ExitStack
 
 from drivers.mujoco.body import Body
 from drivers.mujoco.eyes import Eyes
-from drivers.mujoco.model import build
+from drivers.mujoco.model import build, compiled
 from drivers.mujoco.physics import Physics
 from drivers.mujoco.ranging import MujocoRangeSensor
 from drivers.mujoco.truth import MujocoTruth
@@ -31,7 +31,7 @@ class Simulation:
     """The world, the robot in it, and the clock that moves both."""
 
     def __init__(self, setup: Setup, world: WorldDescription) -> None:
-        self._physics = Physics(setup.rate_hz, lambda step: build(setup.robot, world, step).compile())
+        self._physics = Physics(setup.rate_hz, lambda step: compiled(build(setup.robot, world, step)))
         self.model, self.data = self._physics.model, self._physics.data
         self._body = Body(self.model, self.data, setup.robot)
         self._eyes = Eyes(self.model, self.data, world)

@@ -1,5 +1,5 @@
 """The descriptions as a MuJoCo model."""
 
-from drivers.mujoco.model.building import build
+from drivers.mujoco.model.building import build, compiled
 
-__all__ = ["build"]
+__all__ = ["build", "compiled"]

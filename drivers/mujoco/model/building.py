@@ -8,9 +8,10 @@ from drivers.mujoco.model.robot import add_robot
 from drivers.mujoco.model.world import add_world
 from robotcore.clock import MIN_PHYSICS_RATE_HZ
 from robotcore.description import RobotDescription, WorldDescription
+from robotcore.errors import BackendError
 
 if TYPE_CHECKING:
-    from mujoco import MjSpec
+    from mujoco import MjModel, MjSpec
 
 NEAR_M, FAR_M = 0.005, 500.0
 
@@ -34,6 +35,15 @@ def build(robot: RobotDescription | None, world: WorldDescription | None, step: 
     if robot:
         add_robot(spec, robot, world.start.pose if world else None)
     return spec
+
+
+def compiled(spec: MjSpec) -> MjModel:
+    """Return a model that can be simulated; raises BackendError where it cannot, as with a weightless wheel."""
+    try:
+        return spec.compile()
+    except ValueError as error:
+        told = " ".join(str(error).removeprefix("Error: ").split())
+        raise BackendError(f"mujoco: {told}. Look at the masses and lengths in the descriptions") from error
 
 
 def _set_options(spec: MjSpec, step: float) -> None:

@@ -74,6 +74,16 @@ def test_without_a_world_it_says_what_to_do() -> None:
         MujocoBackend().open(setup(None))
 
 
+def test_a_robot_of_which_there_is_no_model_is_refused_in_mujocos_words() -> None:
+    assert ROVER.drive
+    robot = ROVER.model_copy(update={"drive": ROVER.drive.model_copy(update={"wheel_mass_kg": 1e-15})})
+    refusal = r"^mujoco: mass .* must be larger than mjMINVAL .*left_motor_wheel.*\. Look at the masses and lengths"
+    with pytest.raises(BackendError, match=refusal):
+        MujocoBackend().open(setup(world(), robot=robot))
+    with pytest.raises(BackendError, match=refusal):
+        MujocoBackend().export("mjcf", robot, None, None)
+
+
 @pytest.mark.parametrize("rate_hz, step_s", [(20.0, 1 / 240), (50.0, 1 / 250)])
 def test_a_physics_step_is_the_clocks(rate_hz: float, step_s: float) -> None:
     simulation = Simulation(setup(world(), rate_hz=rate_hz), world())
