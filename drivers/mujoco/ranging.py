@@ -52,18 +52,6 @@ class MujocoRangeSensor(RangeSensor):
         rotation, origin = self._body.transform()
         start, rays = origin + rotation @ self._origin, (self._rays @ rotation.T).ravel()
         reach = self.max_range + 2 * FAN_SETBACK_M
-        mj_multiRay(
-            self._model,
-            self._data,
-            start,
-            rays,
-            self._groups,
-            True,
-            -1,
-            self._hit,
-            self._lengths,
-            None,
-            FAN_RAYS,
-            reach,
-        )
+        into = (self._hit, self._lengths, None)
+        mj_multiRay(self._model, self._data, start, rays, self._groups, True, -1, *into, FAN_RAYS, reach)
         return np.where(self._hit >= 0, self._lengths, math.inf)
