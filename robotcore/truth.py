@@ -15,6 +15,9 @@ from robotcore.raycast import cast, edges_of
 REST_LINEAR_M_S = 0.01
 REST_ANGULAR_RAD_S = 0.05
 
+RELEASE_M = 0.001
+"""A touch is over when the body has drawn back from the thing by this much."""
+
 
 class TruthSource(Protocol):
     """What a simulator backend gives: the robot's true pose and velocity, and its touches.

@@ -8,9 +8,7 @@ from numpy.typing import NDArray
 from drivers.kinematic.planes import Array
 from drivers.kinematic.surroundings import Surroundings
 from robotcore.geometry import Pose
-
-RELEASE_M = 0.001
-"""A touch is over when the body has drawn back from the thing by this much."""
+from robotcore.truth import RELEASE_M
 
 
 class Bumper:

@@ -10,13 +10,10 @@ import numpy as np
 from drivers.mujoco.model.robot import BASE
 from robotcore.clock import SteppedClock
 from robotcore.errors import BackendError
+from robotcore.truth import RELEASE_M
 
 if TYPE_CHECKING:
     from mujoco import MjData, MjModel
-
-
-RELEASE_M = 0.001
-"""A touch is over when the body has drawn back from the thing by this much."""
 
 
 class Physics:

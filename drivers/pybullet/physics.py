@@ -10,9 +10,7 @@ from drivers.pybullet.bullet import Bullet
 from robotcore.clock import SteppedClock
 from robotcore.description import MotorDescription
 from robotcore.devices import Motor
-
-RELEASE_M = 0.001
-"""A touch is over when the body has drawn back from the thing by this much."""
+from robotcore.truth import RELEASE_M
 
 
 class Physics:
