@@ -75,7 +75,7 @@ def _caster(caster: Caster) -> Iterator[ET.Element]:
     ball = sphere(caster.radius_m)
     moment = 0.4 * TOKEN_MASS_KG * caster.radius_m**2
     yield link(CASTER, Inertia(TOKEN_MASS_KG, (moment,) * 3), ball, ball, _CASTER_RGB)
-    yield joint("caster_joint", "fixed", BASE, CASTER, (caster.x_m, 0.0, caster.radius_m))
+    yield joint(f"{CASTER}_place", "fixed", BASE, CASTER, (caster.x_m, 0.0, caster.radius_m))
 
 
 def _frame(sensor: str, mount: Mount) -> Iterator[ET.Element]:

@@ -1,11 +1,13 @@
 from __future__ import annotations
 
+from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
 
 from robotcore.description import load_robot
 from robotcore.description.urdf import robot_urdf
+from tests.robotcore.description import files
 
 ROVER = load_robot("rover")
 DOCUMENT = ET.fromstring(robot_urdf(ROVER).encode())  # noqa: S314  our own
@@ -33,6 +35,15 @@ def test_links_hang_together_as_a_tree_with_one_root(robot: str) -> None:
     assert len(set(children)) == len(children)
     assert set(links) - set(children) == {"base_link"}
     assert {parent.attrib["link"] for parent in document.iter("parent")} <= set(links)
+
+
+def test_a_motor_may_be_called_caster(tmp_path: Path) -> None:
+    file = tmp_path / "my.toml"
+    file.write_text(files.ROVER.replace("left_motor", "caster"))
+    document = ET.fromstring(robot_urdf(load_robot(str(file))).encode())  # noqa: S314  our own
+    joints = [joint.attrib["name"] for joint in document.iter("joint")]
+    assert "caster_joint" in joints
+    assert len(set(joints)) == len(joints)
 
 
 def test_what_others_reject_is_not_there() -> None:
@@ -81,7 +92,7 @@ def test_a_wheel_touches_as_a_sphere_and_looks_like_a_cylinder_on_its_side() -> 
 def test_wheels_and_caster_stand_on_the_floor() -> None:
     assert ROVER.drive
     assert ROVER.drive.caster
-    for name, radius in (("left_motor_joint", 0.0325), ("caster_joint", ROVER.drive.caster.radius_m)):
+    for name, radius in (("left_motor_joint", 0.0325), ("caster_link_place", ROVER.drive.caster.radius_m)):
         assert numbers(joint(name).find("origin"), "xyz")[2] == radius
 
 
