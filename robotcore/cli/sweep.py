@@ -158,8 +158,7 @@ def _run(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | B
 
 
 def _write_report(results: Results, directory: Path, line: str, bounds: list[Requirement]) -> Path:
-    from robotcore.description import load_world
-    from robotcore.sweep.ownfiles import is_own
+    from robotcore.description import is_own, load_world
     from robotcore.sweep.report import write_report
 
     return write_report(

@@ -11,12 +11,11 @@ from robotcore.appfile import is_app_file
 from robotcore.catalogue import app_name, load_app, load_backend
 from robotcore.deploy.paths import inside, require_sendable
 from robotcore.deploy.table import FILE, ProjectTable, RobotcoreTable, Tables, tables_of
-from robotcore.description import RobotDescription, load_robot, load_world
+from robotcore.description import RobotDescription, is_own, load_robot, load_world
 from robotcore.errors import UnknownNameError, UsageError
 from robotcore.registry import app_names
 from robotcore.running.plan import require_rate
 from robotcore.settings import configure
-from robotcore.sweep.ownfiles import is_own
 from robotcore.sweep.requirements import Requirement
 from robotcore.sweep.seeds import seeds_of
 

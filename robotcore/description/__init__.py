@@ -5,7 +5,15 @@ from robotcore.description.conditions import Conditions
 from robotcore.description.drawing import draw_world
 from robotcore.description.faults import first_fault
 from robotcore.description.light import Light
-from robotcore.description.loading import load_any, load_robot, load_world, read_table, robot_names, world_names
+from robotcore.description.loading import (
+    is_own,
+    load_any,
+    load_robot,
+    load_world,
+    read_table,
+    robot_names,
+    world_names,
+)
 from robotcore.description.passage import is_solvable
 from robotcore.description.placement import require_room, require_start
 from robotcore.description.randomisation import Randomisation
@@ -74,6 +82,7 @@ __all__ = [
     "draw_world",
     "first_fault",
     "hue_degrees",
+    "is_own",
     "is_solvable",
     "light_told",
     "load_any",

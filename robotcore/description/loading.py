@@ -46,6 +46,11 @@ def world_names() -> list[str]:
     return _shipped_names("world")
 
 
+def is_own(name_or_file: str) -> bool:
+    """Return whether a robot or a world is named by its file, as a user's own is."""
+    return name_or_file.endswith(".toml") or Path(name_or_file).name != name_or_file
+
+
 def load_robot(name_or_file: str) -> RobotDescription:
     """Return a shipped robot by name, or a user's own from a ``.toml`` file."""
     return _robot(*_read(name_or_file, "robot"), _own(name_or_file))
@@ -124,7 +129,7 @@ def _shipped_names(kind: str) -> list[str]:
 
 def _read(name_or_file: str, *kinds: str) -> tuple[str, Table]:
     """Return what to call the file in messages, and what is in it."""
-    if _own(name_or_file):
+    if is_own(name_or_file):
         return name_or_file, _parsed(name_or_file, _content(Path(name_or_file)))
     shipped = {name: kind for kind in kinds for name in _shipped_names(kind)}
     if name_or_file not in shipped:
@@ -138,8 +143,7 @@ def _read(name_or_file: str, *kinds: str) -> tuple[str, Table]:
 
 def _own(name_or_file: str) -> str | None:
     """Return the file of the user's that is named, as it was; None for a name."""
-    path = Path(name_or_file)
-    return name_or_file if path.suffix == ".toml" or path.name != name_or_file else None
+    return name_or_file if is_own(name_or_file) else None
 
 
 def _is_file(name: str) -> bool:

@@ -11,9 +11,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from robotcore.appfile import is_app_file
+from robotcore.description import is_own
 from robotcore.errors import RobotcoreError
 from robotcore.sweep.fingerprint import code_digest
-from robotcore.sweep.ownfiles import is_own, own_files
+from robotcore.sweep.ownfiles import own_files
 from robotcore.sweep.spec import Sweep
 from robotcore.versions import PYTHON, libraries
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from robotcore.appfile import app_path, is_app_file
+from robotcore.description import is_own
 from robotcore.errors import UsageError
 from robotcore.sweep.spec import Sweep
 
@@ -13,11 +14,6 @@ from robotcore.sweep.spec import Sweep
 def own_files(sweep: Sweep) -> dict[Path, bytes]:
     """Return the files by their absolute paths, in order, with what is in them."""
     return {file: _content(file) for file in sorted(set(_files(sweep)))}
-
-
-def is_own(name: str) -> bool:
-    """Return whether a robot or a world is named by its file, as `robotcore.description` tells them apart."""
-    return name.endswith(".toml") or Path(name).name != name
 
 
 def _files(sweep: Sweep) -> Iterator[Path]:

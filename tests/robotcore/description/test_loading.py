@@ -52,6 +52,12 @@ def test_a_robot_is_told_by_the_file_that_it_is_from_which_makes_no_other_robot_
         assert RobotDescription.model_validate(mine).model_copy(update={"summary": "mine"}).file == str(file)
 
 
+def test_a_file_may_be_called_by_its_ending_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path(".toml").write_text(ROVER, encoding="utf-8")
+    assert load_robot(".toml").file == ".toml"
+
+
 @pytest.mark.parametrize("load, kind", [(load_robot, "robot"), (load_world, "world"), (load_any, "robot or world")])
 def test_a_file_that_is_named_without_its_ending_is_offered(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, load: Callable[[str], object], kind: str
