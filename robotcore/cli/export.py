@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from robotcore.cli.outputs import require_apart
 from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
@@ -25,9 +26,10 @@ def command(robot: str, file_format: str, world: str | None, seed: int | None, o
     ROBOT is a name or a .toml file. What is written is what is simulated. The patterns of a world are pictures in the
     folder FILE_textures beside the file, FILE without its ending; on stdout they are left out.
     """
-    from robotcore.description import load_robot
+    from robotcore.description import is_own, load_robot
     from robotcore.exporting import exported, placed
 
+    require_apart("--output", output, *(name for name in (robot, world) if name and is_own(name)))
     described, around = load_robot(robot), None
     if world is not None:
         described, around = placed(described, world, seed)
@@ -40,12 +42,13 @@ def command(robot: str, file_format: str, world: str | None, seed: int | None, o
 
 
 def _write(model: Exported, output: Path | None) -> None:
+    """Write the pictures, then the model: where that is there, so is all that it names."""
     if output is None:
-        click.echo(model.text)
+        click.echo(model.text, nl=False)
         return
-    _write_file(output, model.text.encode())
     for name, picture in model.pictures.items():
         _write_file(output.parent / name, picture, is_beside=True)
+    _write_file(output, model.text.encode())
 
 
 def _write_file(file: Path, content: bytes, *, is_beside: bool = False) -> None:
@@ -54,4 +57,7 @@ def _write_file(file: Path, content: bytes, *, is_beside: bool = False) -> None:
             file.parent.mkdir(exist_ok=True)
         file.write_bytes(content)
     except OSError as error:
-        raise UsageError(f"{error.filename or file}: {error.strerror}. Name a file that can be written") from error
+        if error.filename is None and file.is_file():  # it could be opened, and half of it is there
+            file.unlink()
+        remedy = "Name a file that can be written, where there is room"
+        raise UsageError(f"{error.filename or file}: {error.strerror}. {remedy}") from error

@@ -8,10 +8,10 @@ from pathlib import Path
 from robotcore.errors import UsageError
 
 
-def require_apart(option: str, output: Path | None, *inputs: Path) -> None:
-    """Raise UsageError where an output is a recording that the command reads, by whatever name or link."""
+def require_apart(option: str, output: Path | None, *inputs: Path | str) -> None:
+    """Raise UsageError where an output is a file that the command reads, by whatever name or link."""
     if output and any(is_same(output, file) for file in inputs):
-        raise UsageError(f"{option} {output}: this is the recording that is read. Name another file")
+        raise UsageError(f"{option} {output}: this is the file that is read. Name another one")
 
 
 def require_ending(option: str, output: Path | None, endings: Collection[str]) -> None:

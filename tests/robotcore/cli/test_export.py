@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import errno
 from pathlib import Path
 
 import pytest
@@ -7,6 +8,7 @@ import pytest
 from robotcore.backend import Backend
 from robotcore.exporting import Exported
 from tests.robotcore.cli.conftest import Cli
+from tests.robotcore.description import files
 
 TEXTURED = """name = "hall"
 [floor]
@@ -32,8 +34,8 @@ def test_writes_urdf_where_no_format_is_named(cli: Cli, tmp_path: Path) -> None:
     file = tmp_path / "rover.urdf"
     assert cli("export", "rover", "--output", str(file)) == (0, "", "")
     assert '<robot name="rover"' in file.read_text()
-    assert cli("export", "rover").out.strip() == file.read_text().strip()
-    assert cli("export", "rover", "--format", "urdf").out.strip() == file.read_text().strip()
+    assert cli("export", "rover").out == file.read_text()
+    assert cli("export", "rover", "--format", "urdf").out == file.read_text()
 
 
 def test_puts_the_robot_into_a_world_that_a_seed_draws(cli: Cli) -> None:
@@ -58,7 +60,7 @@ def test_puts_pictures_beside_the_file(cli: Cli, tmp_path: Path) -> None:
 @pytest.mark.usefixtures("_pictured")
 def test_says_what_is_left_out_beside_what_goes_to_stdout(cli: Cli) -> None:
     told = cli("export", "rover", "--format", "mjcf")
-    assert (told.status, told.out.strip(), told.err) == (0, "<model/>", "note: 1 texture left out\n")
+    assert (told.status, told.out, told.err) == (0, "<model/>\n", "note: 1 texture left out\n")
 
 
 def test_says_that_urdf_knows_no_patterns(cli: Cli, tmp_path: Path) -> None:
@@ -100,3 +102,60 @@ def test_says_which_file_is_in_the_way_of_the_pictures(cli: Cli, tmp_path: Path)
     assert told.status == 2
     assert f"{tmp_path / 'hall_textures'}: File exists" in told.err
     assert len(told.err.splitlines()) == 1
+
+
+@pytest.mark.usefixtures("_pictured")
+def test_leaves_no_model_without_the_pictures_that_it_names(cli: Cli, tmp_path: Path) -> None:
+    (tmp_path / "hall_textures").touch()
+    cli("export", "rover", "--format", "mjcf", "--output", str(tmp_path / "hall.xml"))
+    assert not (tmp_path / "hall.xml").exists()
+
+
+def test_leaves_no_half_of_a_model_on_a_full_disk(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "rover.urdf"
+
+    def fill(to: Path, content: bytes) -> None:
+        with to.open("wb") as stream:
+            stream.write(content[:100])
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", fill)
+    told = cli("export", "rover", "--output", str(file))
+    assert told.status == 2
+    assert told.err == (
+        f"error: {file}: No space left on device. Name a file that can be written, where there is room\n"
+    )
+    assert not file.exists()
+
+
+def test_leaves_a_file_that_it_may_not_write_as_it_was(
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "rover.urdf"
+    file.write_text("old")
+
+    def refuse(to: Path, _: bytes) -> None:
+        raise PermissionError(errno.EACCES, "Permission denied", str(to))
+
+    monkeypatch.setattr(Path, "write_bytes", refuse)
+    assert cli("export", "rover", "--output", str(file)).status == 2
+    assert file.read_text() == "old"
+
+
+@pytest.mark.parametrize("read", ["robot", "world"])
+def test_writes_over_no_description_that_it_reads(cli: Cli, tmp_path: Path, read: str) -> None:
+    robot, world = tmp_path / "robot.toml", tmp_path / "world.toml"
+    robot.write_text(files.ROVER, encoding="utf-8")
+    world.write_text(files.ARENA, encoding="utf-8")
+    output = tmp_path / f"{read}.toml"
+    told = cli("export", str(robot), "--world", str(world), "--output", str(output))
+    assert told == (2, "", f"error: --output {output}: this is the file that is read. Name another one\n")
+    assert (robot.read_text(), world.read_text()) == (files.ROVER, files.ARENA)
+
+
+def test_writes_over_its_own_model_that_is_called_as_the_robot_is(
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for _ in range(2):
+        assert cli("export", "rover", "--world", "arena", "--output", "rover").status == 0

@@ -53,7 +53,7 @@ def test_no_output_is_written_over_the_recording_that_is_read(
     twin.hardlink_to(file)
     told = cli(*(each.format(file, link, twin) for each in arguments))
     assert (told.status, told.out) == (2, "")
-    assert "this is the recording that is read. Name another file" in told.err
+    assert "this is the file that is read. Name another one" in told.err
     assert file.read_bytes() == brief.read_bytes()
 
 
