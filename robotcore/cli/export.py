@@ -35,10 +35,15 @@ def command(robot: str, file_format: str, world: str | None, seed: int | None, o
         described, around = placed(described, world, seed)
     elif seed is not None:
         raise UsageError("--seed draws a world, and there is none. Name one, for example --world arena")
-    model = exported(file_format, described, around, f"{output.stem}_textures" if output else None)
+    model = exported(file_format, described, around, _folder_of(output) if output else None)
     _write(model, output)
     for note in model.notes:
         click.echo(f"note: {note}", err=True)
+
+
+def _folder_of(output: Path) -> str:
+    """Return the name of the folder for the pictures; what of a file's name is no Unicode can be in no XML."""
+    return f"{output.stem}_textures".encode(errors="ignore").decode()
 
 
 def _write(model: Exported, output: Path | None) -> None:

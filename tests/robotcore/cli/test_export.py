@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import errno
+import os
 from pathlib import Path
 
 import pytest
@@ -55,6 +56,14 @@ def test_puts_pictures_beside_the_file(cli: Cli, tmp_path: Path) -> None:
     assert file.read_text() == "<model>hall_textures/floor.png</model>\n"
     assert (tmp_path / "hall_textures" / "floor.png").read_bytes() == b"PNG"
     assert cli("export", "rover", "--format", "mjcf", "--output", str(file)).status == 0
+
+
+@pytest.mark.usefixtures("_pictured")
+def test_names_no_picture_by_what_is_no_unicode(cli: Cli, tmp_path: Path) -> None:
+    file = tmp_path / os.fsdecode(b"hall\xff.xml")
+    assert cli("export", "rover", "--format", "mjcf", "--output", str(file)).status == 0
+    assert file.read_text() == "<model>hall_textures/floor.png</model>\n"
+    assert (tmp_path / "hall_textures" / "floor.png").exists()
 
 
 @pytest.mark.usefixtures("_pictured")
