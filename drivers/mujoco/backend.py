@@ -23,7 +23,7 @@ class MujocoBackend(Backend):
     """Opens each robot in a simulation of its own, reproducible to the bit on one platform."""
 
     name = "mujoco"
-    summary = "MuJoCo rigid-body physics, in process: on every Python and on 64-bit ARM"
+    summary = "MuJoCo rigid-body physics, in process: on Python 3.10 to 3.13, 64-bit ARM too"
     vouches_for = frozenset({Vouch.CONTACTS, Vouch.POSE, Vouch.LOCKSTEP})
     needs_world = True
     has_gui = True
