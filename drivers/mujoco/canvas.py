@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 Depths = NDArray[np.float32]
 
 _TEXTURE_2D, _MAG_FILTER, _MIN_FILTER, _NEAREST = 0x0DE1, 0x2800, 0x2801, 0x2600
+_CLAMP_VERTEX_COLOR, _FALSE = 0x891A, 0
 
 
 class Canvas:
@@ -68,6 +69,7 @@ def _drawing(model: MjModel, context: Context) -> MjrContext:
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, drawing)
         drawing.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
         _sharpen(drawing, context)
+        _let_glare(context)
     return drawing
 
 
@@ -89,6 +91,12 @@ def _sharpen(drawing: MjrContext, context: Context) -> None:
             bind(_TEXTURE_2D, drawing.texture[number])
             let(_TEXTURE_2D, _MAG_FILTER, _NEAREST)
             let(_TEXTURE_2D, _MIN_FILTER, _NEAREST)
+
+
+def _let_glare(context: Context) -> None:
+    """Let a texture darken what is brighter than white, as in the other simulators; OpenGL makes it white before."""
+    clamp = _function(context, "glClampColor", ctypes.c_uint, ctypes.c_uint)
+    clamp(_CLAMP_VERTEX_COLOR, _FALSE)
 
 
 def _function(context: Context, name: str, *arguments: type) -> Callable[..., None]:

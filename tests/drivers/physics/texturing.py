@@ -1,10 +1,12 @@
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
 from drivers.kinematic.painter import Painter
-from robotcore.description import Start, Texture, WorldDescription, draw_world, load_world, randomise
+from robotcore.description import Light, Start, Texture, WorldDescription, draw_world, load_world, randomise
 from robotcore.description.texture import PATTERNS, Pattern
 from robotcore.geometry import Pose
 from robotcore.projection import View
@@ -32,6 +34,14 @@ class Texturing(OnAnEngine):
         differences = np.abs(ours.astype(int) - theirs).max(axis=2)
         assert (differences[is_near] <= 2).mean() > 0.98
         assert (differences <= 2).mean() > 0.9
+
+    def test_a_texture_darkens_as_in_the_built_in_simulator_what_the_light_makes_brighter_than_white(self) -> None:
+        texture = Texture(pattern="planks", scale_m=0.3, contrast=0.5)
+        wall = box(1.2, width=3.0, height=1.0).model_copy(update={"texture": texture, "colour": (250, 240, 230)})
+        facing = Light(azimuth_rad=math.pi, elevation_rad=0.3, brightness=1.4)
+        ours, theirs, masks = self.pictures(world(wall, light=facing), HERE)
+        mine, other = masks["box"]
+        assert ours[mine].mean(axis=0) == pytest.approx(theirs[other].mean(axis=0), abs=2.0)
 
     @pytest.mark.parametrize("name, seed", [("arena", 1), ("arena", 9), ("clutter", 4), ("open", 10), ("occluded", 11)])
     def test_of_a_randomised_world_both_simulators_show_every_thing_in_the_same_colour(
