@@ -14,8 +14,6 @@ from drivers.mujoco.opengl.osmesa import OsmesaContext
 VARIABLE = "MUJOCO_GL"
 """By which MuJoCo itself is told; MuJoCo's C library reads it too."""
 
-REMEDY = "On Debian: sudo apt install libegl1 libgl1-mesa-dri, or libosmesa6"
-
 WAYS: Mapping[str, type[Context]] = {way.name: way for way in (EglContext, OsmesaContext)}
 
 
@@ -27,13 +25,16 @@ def open_context() -> Context:
     named = os.environ.get(VARIABLE, "").strip().lower()
     if named and named not in WAYS:
         raise NoOpenGL(f"{VARIABLE} is {named!r}, which draws on no memory. Unset it, or set it to {' or '.join(WAYS)}")
+    ways = (WAYS[named],) if named else tuple(WAYS.values())
     failures = []
-    for way in (WAYS[named],) if named else WAYS.values():
+    for way in ways:
         try:
             return way()
         except NoOpenGL as failure:  # noqa: PERF203  every way that fails is to be told
             failures.append(str(failure))
-    raise NoOpenGL(f"there is no OpenGL without a screen: {'; '.join(failures)}. {REMEDY}")
+    what = f"{VARIABLE} is {named!r}, which does not work" if named else "there is no OpenGL without a screen"
+    remedy = f"On Debian: sudo apt install {', or '.join(way.packages for way in ways)}"
+    raise NoOpenGL(f"{what}: {'; '.join(failures)}. {remedy}")
 
 
 def named_to_mujoco(context: Context) -> AbstractContextManager[None]:

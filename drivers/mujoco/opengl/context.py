@@ -17,10 +17,11 @@ class Context(ABC):
     """OpenGL that draws into memory. A constructor raises NoOpenGL where there is none.
 
     Between two uses it belongs to no thread, so that any thread may have the next. ``name`` is what MuJoCo calls its
-    kind, in the environment variable MUJOCO_GL.
+    kind, in the environment variable MUJOCO_GL; ``packages`` of Debian's bring it.
     """
 
     name: ClassVar[str]
+    packages: ClassVar[str]
 
     @abstractmethod
     def current(self) -> AbstractContextManager[None]:

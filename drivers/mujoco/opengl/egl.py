@@ -30,6 +30,7 @@ class EglContext(Context):
     """A context on the first device that works; no surface is needed, MuJoCo draws into buffers of its own."""
 
     name = "egl"
+    packages = "libegl1 libgl1-mesa-dri"
 
     def __init__(self) -> None:
         self._egl = egl = _typed(loaded(LIBRARIES))

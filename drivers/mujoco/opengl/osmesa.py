@@ -19,6 +19,7 @@ class OsmesaContext(Context):
     """A context with one pixel of its own: MuJoCo draws into buffers of its own."""
 
     name = "osmesa"
+    packages = "libosmesa6"
 
     def __init__(self) -> None:
         self._osmesa = osmesa = _typed(loaded(LIBRARIES))

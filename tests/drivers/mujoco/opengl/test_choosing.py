@@ -65,7 +65,17 @@ def test_osmesa_is_taken_where_there_is_no_egl(monkeypatch: pytest.MonkeyPatch) 
 def test_where_the_user_names_a_way_no_other_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(egl, "LIBRARIES", NOWHERE)
     monkeypatch.setenv("MUJOCO_GL", "EGL")
-    with pytest.raises(NoOpenGL, match=r"libNoSuchLibrary.so.1 is not installed\. On Debian"):
+    with pytest.raises(NoOpenGL, match=r"^MUJOCO_GL is 'egl', .*libNoSuchLibrary.so.1 is not installed\. On Debian"):
+        open_context()
+
+
+@pytest.mark.usefixtures("neither")
+@pytest.mark.parametrize("way, packages", [("egl", "libegl1 libgl1-mesa-dri"), ("osmesa", "libosmesa6")])
+def test_where_the_user_names_a_way_only_what_brings_it_is_to_be_installed(
+    way: str, packages: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MUJOCO_GL", way)
+    with pytest.raises(NoOpenGL, match=f"sudo apt install {packages}$"):
         open_context()
 
 
