@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import warnings
+from contextlib import ExitStack
 from copy import copy
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ from robotcore.errors import BackendError
 
 if TYPE_CHECKING:
     from mujoco import MjData, MjModel
+    from mujoco.viewer import Handle
 
 NO_SCREEN = "mujoco: there is no screen to open a window on. Leave --gui out, or set DISPLAY"
 
@@ -19,25 +21,25 @@ AZIMUTH_DEG, ELEVATION_DEG, AWAY = 90.0, -60.0, 1.2
 
 CLOSING_S = 5.0
 
+ALONE = threading.Lock()
+"""Held by the window that is open: each has a thread of its own, and two at once crash GLFW, which serves but one."""
+
 
 class Window:
     """Shows a copy of the robot and the world, ``breadth`` metres across: no hand in it changes how a run goes.
 
-    Raises BackendError where no window can open.
+    Raises BackendError where no window can open, and while another one is open.
     """
 
     def __init__(self, model: MjModel, data: MjData, breadth: float) -> None:
-        _require_screen()
-        from mujoco.viewer import launch_passive
-
-        self._data, self._shown = data, copy(data)
-        self._model = copy(model)
-        threads = set(threading.enumerate())
-        try:
-            self._viewer = launch_passive(self._model, self._shown, show_left_ui=False, show_right_ui=False)
-        except RuntimeError as error:  # on macOS only
-            raise BackendError(f"mujoco: {error}. Leave --gui out") from error
-        self._threads = set(threading.enumerate()) - threads
+        self._model, self._data, self._shown = copy(model), data, copy(data)
+        if not ALONE.acquire(blocking=False):
+            raise BackendError("mujoco: it shows one window at a time. Close the other robot first, or leave --gui out")
+        with ExitStack() as undo:
+            undo.callback(ALONE.release)
+            _require_screen()
+            self._viewer, self._threads = _launched(self._model, self._shown)
+            self._closing = undo.pop_all()
         with self._viewer.lock():
             camera = self._viewer.cam
             camera.lookat[:], camera.distance = 0.0, AWAY * breadth
@@ -57,6 +59,19 @@ class Window:
         self._viewer.close()
         for thread in self._threads:
             thread.join(CLOSING_S)
+        self._closing.close()
+
+
+def _launched(model: MjModel, data: MjData) -> tuple[Handle, set[threading.Thread]]:
+    """Return a viewer, and the threads that it has begun."""
+    from mujoco.viewer import launch_passive
+
+    before = set(threading.enumerate())
+    try:
+        viewer = launch_passive(model, data, show_left_ui=False, show_right_ui=False)
+    except RuntimeError as error:  # on macOS only
+        raise BackendError(f"mujoco: {error}. Leave --gui out") from error
+    return viewer, set(threading.enumerate()) - before
 
 
 def _require_screen() -> None:

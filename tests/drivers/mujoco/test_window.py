@@ -5,6 +5,7 @@ import sys
 import pytest
 
 from drivers.mujoco.backend import MujocoBackend
+from drivers.mujoco.window import ALONE
 from robotcore.errors import BackendError
 from tests.drivers.physics.worlds import setup, world
 
@@ -15,4 +16,9 @@ def test_a_window_without_a_screen_is_refused_in_one_line(monkeypatch: pytest.Mo
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     monkeypatch.setenv("DISPLAY", display)
     with pytest.raises(BackendError, match=r"^mujoco: there is no screen .* Leave --gui out, or set DISPLAY$"):
+        MujocoBackend().open(setup(world(), devices=["nose"], gui=True))
+
+
+def test_a_second_window_is_refused_while_one_is_open() -> None:
+    with ALONE, pytest.raises(BackendError, match=r"^mujoco: it shows one window at a time\. "):
         MujocoBackend().open(setup(world(), devices=["nose"], gui=True))
