@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 NO_SCREEN = "mujoco: there is no screen to open a window on. Leave --gui out, or set DISPLAY"
 
-AZIMUTH_DEG, ELEVATION_DEG, AWAY = 90.0, -60.0, 1.2
+AZIMUTH_DEG, ELEVATION_DEG, AWAY = 90.0, -60.0, 1.45
 """From where it looks at first: from the world's own below, down on its middle; so many times its breadth away."""
 
 CLOSING_S = 5.0
