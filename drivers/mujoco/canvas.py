@@ -65,7 +65,7 @@ def _drawing(model: MjModel, context: Context) -> MjrContext:
         try:
             drawing = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50.value)
         except mujoco.FatalError as error:
-            raise NoOpenGL(f"MuJoCo cannot draw by {context.name}: {error}") from error
+            raise context.refusal(f"MuJoCo cannot draw by {context.name}: {error}") from error
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, drawing)
         drawing.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
         _sharpen(drawing, context)

@@ -23,6 +23,12 @@ class Context(ABC):
     name: ClassVar[str]
     packages: ClassVar[str]
 
+    @classmethod
+    def refusal(cls, why: str) -> NoOpenGL:
+        """Return why it does not draw, and what to do where it is not the only OpenGL of the program."""
+        beside = f"Where the program has a window or a renderer of its own, set MUJOCO_GL={cls.name}"
+        return NoOpenGL(f"{why}. {beside}")
+
     @abstractmethod
     def current(self) -> AbstractContextManager[None]:
         """Let this thread draw here; what it drew to before is given back to it. Raises NoOpenGL."""

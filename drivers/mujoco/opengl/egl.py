@@ -47,10 +47,7 @@ class EglContext(Context):
         before = (egl.eglGetCurrentSurface(_DRAW), egl.eglGetCurrentSurface(_READ), egl.eglGetCurrentContext())
         display = egl.eglGetCurrentDisplay() or self._display
         if not egl.eglMakeCurrent(self._display, None, None, self._context):
-            raise NoOpenGL(
-                f"EGL does not let this thread draw, error {egl.eglGetError():#x}. Where the program has a window or a "
-                "renderer of its own, set MUJOCO_GL=egl"
-            )
+            raise self.refusal(f"EGL does not let this thread draw, error {egl.eglGetError():#x}")
         try:
             yield
         finally:

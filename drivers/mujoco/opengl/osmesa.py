@@ -32,7 +32,7 @@ class OsmesaContext(Context):
     def current(self) -> Iterator[None]:
         """As told; OSMesa does not tell into whose memory the thread drew before, so that nothing is current then."""
         if not self._osmesa.OSMesaMakeCurrent(self._context, self._pixel, _UNSIGNED_BYTE, 1, 1):
-            raise NoOpenGL("OSMesa does not let this thread draw")
+            raise self.refusal("OSMesa does not let this thread draw")
         try:
             yield
         finally:

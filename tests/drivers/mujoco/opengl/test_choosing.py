@@ -162,3 +162,22 @@ robot.close()
 @needs_egl
 def test_mujocos_own_renderer_works_beside_ours() -> None:
     printed(BESIDE, MUJOCO_GL="egl")
+
+
+AFTER_ANOTHER = """
+from robotcore.errors import DeviceGroupError
+robot.close()
+os.environ["MUJOCO_GL"] = "osmesa"
+try:
+    MujocoBackend().open(setup(world(), devices=["eye"]))
+except DeviceGroupError as refused:
+    print(refused)
+"""
+
+
+@needs_egl
+@needs_osmesa
+def test_beside_another_opengl_osmesa_says_what_to_set() -> None:
+    told = printed(AFTER_ANOTHER, MUJOCO_GL="egl")
+    assert "eye: MuJoCo cannot draw by osmesa: " in told
+    assert told.endswith("Where the program has a window or a renderer of its own, set MUJOCO_GL=osmesa\n")
