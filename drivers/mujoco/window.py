@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from mujoco import MjData, MjModel
     from mujoco.viewer import Handle
 
-NO_SCREEN = "mujoco: there is no screen to open a window on. Leave --gui out, or set DISPLAY"
+NO_SCREEN = "mujoco: there is no screen to open a window on. Leave --gui out, or set DISPLAY to one"
 
 AZIMUTH_DEG, ELEVATION_DEG, AWAY = 90.0, -60.0, 1.45
 """From where it looks at first: from the world's own below, down on its middle; so many times its breadth away."""

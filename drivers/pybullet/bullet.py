@@ -89,7 +89,7 @@ def _library() -> ModuleType:
 def _require_screen() -> None:
     """Raise BackendError where a window cannot open: Bullet itself would end the whole process."""
     if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
-        raise BackendError("pybullet: there is no screen to open a window on. Leave --gui out, or set DISPLAY")
+        raise BackendError("pybullet: there is no screen to open a window on. Leave --gui out, or set DISPLAY to one")
 
 
 def stdout_on_stderr() -> AbstractContextManager[None]:

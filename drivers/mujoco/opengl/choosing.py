@@ -24,7 +24,9 @@ def open_context() -> Context:
     """
     named = os.environ.get(VARIABLE, "").strip().lower()
     if named and named not in WAYS:
-        raise NoOpenGL(f"{VARIABLE} is {named!r}, which draws on no memory. Unset it, or set it to {' or '.join(WAYS)}")
+        raise NoOpenGL(
+            f"{VARIABLE} is {named!r}, which draws nothing without a window. Unset it, or set it to {' or '.join(WAYS)}"
+        )
     ways = (WAYS[named],) if named else tuple(WAYS.values())
     failures = []
     for way in ways:

@@ -15,7 +15,7 @@ from tests.drivers.physics.worlds import setup, world
 def test_a_window_without_a_screen_is_refused_in_one_line(monkeypatch: pytest.MonkeyPatch, display: str) -> None:
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     monkeypatch.setenv("DISPLAY", display)
-    with pytest.raises(BackendError, match=r"^mujoco: there is no screen .* Leave --gui out, or set DISPLAY$"):
+    with pytest.raises(BackendError, match=r"^mujoco: there is no screen .* Leave --gui out, or set DISPLAY to one$"):
         MujocoBackend().open(setup(world(), devices=["nose"], gui=True))
 
 
