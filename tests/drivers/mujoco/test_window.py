@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import sys
+from unittest.mock import MagicMock
 
 import pytest
 
@@ -22,3 +23,12 @@ def test_a_window_without_a_screen_is_refused_in_one_line(monkeypatch: pytest.Mo
 def test_a_second_window_is_refused_while_one_is_open() -> None:
     with ALONE, pytest.raises(BackendError, match=r"^mujoco: it shows one window at a time\. "):
         MujocoBackend().open(setup(world(), devices=["nose"], gui=True))
+
+
+def test_a_window_that_was_closed_makes_room_for_the_next(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.mujoco.window._require_screen", lambda: None)
+    monkeypatch.setattr("drivers.mujoco.window._launched", lambda *_: (MagicMock(), set()))
+    for _ in range(2):
+        with MujocoBackend().open(setup(world(), devices=["nose"], gui=True)):
+            assert ALONE.locked()
+    assert not ALONE.locked()
