@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.geometry import Pose
+from robotcore.projection import Mounted
 
 Array = NDArray[np.float64]
 Outline = Sequence[tuple[float, float]]
@@ -58,6 +59,13 @@ class Fan:
     def angles(self) -> Array:
         """The directions of the rays from the sensor's axis, (15,), right to left."""
         return np.linspace(-self.cone / 2, self.cone / 2, FAN_RAYS)
+
+    def rays(self, mount: Mounted) -> tuple[Array, Array]:
+        """Return in the robot's frame where the rays begin, (3,), and their unit vectors, (15, 3)."""
+        sensor = Pose(mount.x_m, mount.y_m, mount.yaw_rad)
+        directions = self.directions(sensor)
+        origin = np.array((*sensor.to_world(-FAN_SETBACK_M, 0.0), mount.z_m))
+        return origin, np.stack((*directions, np.zeros_like(self.angles)), axis=1)
 
     def directions(self, sensor: Pose) -> tuple[Array, Array]:
         """Return the unit vectors of the rays, x and y, (15,) each."""

@@ -12,7 +12,6 @@ from drivers.mujoco.model.groups import HEARD, flags
 from robotcore.clock import Clock
 from robotcore.description import RangeSensorDescription
 from robotcore.devices import Range, RangeSensor
-from robotcore.geometry import Pose
 from robotcore.raycast import FAN_RAYS, FAN_SETBACK_M, Fan
 from robotcore.sampling import OnceAnInstant
 
@@ -30,10 +29,7 @@ class MujocoRangeSensor(RangeSensor):
         super().__init__(description.name, cone=description.cone_rad, **limits)
         self._model, self._data, self._body = model, data, body
         self._fan = Fan(cone=description.cone_rad, **limits)
-        mount = description.mount
-        sensor = Pose(mount.x_m, mount.y_m, mount.yaw_rad)
-        self._origin = np.array((*sensor.to_world(-FAN_SETBACK_M, 0.0), mount.z_m))
-        self._rays = np.stack((*self._fan.directions(sensor), np.zeros_like(self._fan.angles)), axis=1)
+        self._origin, self._rays = self._fan.rays(description.mount)
         self._groups = np.array(flags(HEARD), dtype=np.uint8)
         self._hit, self._lengths = np.zeros(FAN_RAYS, dtype=np.int32), np.zeros(FAN_RAYS)
         self._newest_at = OnceAnInstant(clock, self._listen)

@@ -11,7 +11,6 @@ from drivers.pybullet.bullet import Bullet
 from robotcore.clock import Clock
 from robotcore.description import EncoderDescription, RangeSensorDescription
 from robotcore.devices import Angle, Encoder, Range, RangeSensor
-from robotcore.geometry import Pose
 from robotcore.raycast import FAN_SETBACK_M, Fan
 from robotcore.sampling import OnceAnInstant
 
@@ -42,10 +41,8 @@ class BulletRangeSensor(RangeSensor):
         super().__init__(description.name, cone=description.cone_rad, **limits)
         self._fan = Fan(cone=description.cone_rad, **limits)
         self._length = self.max_range + 2 * FAN_SETBACK_M
-        mount = description.mount
-        sensor = Pose(mount.x_m, mount.y_m, mount.yaw_rad)
-        self._origin = np.array((*sensor.to_world(-FAN_SETBACK_M, 0.0), mount.z_m))
-        self._rays = np.stack((*self._fan.directions(sensor), np.zeros_like(self._fan.angles)), axis=1) * self._length
+        self._origin, directions = self._fan.rays(description.mount)
+        self._rays = directions * self._length
         self._cast = bullet.rayTestBatch
         self._body = body
         self._newest_at = OnceAnInstant(clock, self._listen)
