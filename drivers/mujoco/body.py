@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.mujoco.model.robot import BASE
-from drivers.mujoco.model.rolling import wheel_joint
 from robotcore.description import RobotDescription
+from robotcore.description.parts import BASE, wheel_joint
 from robotcore.errors import DeviceError
 from robotcore.geometry import Pose, Twist
 

@@ -8,10 +8,9 @@ import cv2
 import numpy as np
 
 from drivers.mujoco.model import build, compiled
-from drivers.mujoco.model.robot import BASE
 from drivers.mujoco.model.turned import mounted
 from robotcore.description import RobotDescription, WorldDescription
-from robotcore.description.robot import Mount
+from robotcore.description.parts import BASE, frame
 from robotcore.exporting import Exported
 from robotcore.plural import counted
 
@@ -40,10 +39,9 @@ def mjcf(robot: RobotDescription, world: WorldDescription | None, folder: str | 
 
 def _add_frames(spec: MjSpec, robot: RobotDescription) -> None:
     base = spec.body(BASE)
-    for device in robot.devices:
-        if isinstance(mount := getattr(device, "mount", None), Mount):
-            place = [mount.x_m, mount.y_m, mount.z_m]
-            base.add_site(name=f"{device.name}_frame", pos=place, quat=mounted(mount), size=[SITE_M] * 3)
+    for sensor, mount in robot.mounts.items():
+        place = [mount.x_m, mount.y_m, mount.z_m]
+        base.add_site(name=frame(sensor), pos=place, quat=mounted(mount), size=[SITE_M] * 3)
 
 
 def _leave_out(spec: MjSpec, textures: list[MjsTexture]) -> tuple[str, ...]:

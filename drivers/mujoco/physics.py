@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from drivers.mujoco.model.robot import BASE
 from robotcore.clock import SteppedClock
+from robotcore.description.parts import BASE
 from robotcore.errors import BackendError
 from robotcore.truth import RELEASE_M
 

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from drivers.pybullet.bullet import Bullet
 from drivers.pybullet.scene import Group
 from robotcore.description import Drive, RobotDescription
-from robotcore.description.urdf import CASTER, robot_urdf, wheel_link
+from robotcore.description.parts import CASTER, wheel
+from robotcore.description.urdf import robot_urdf
 from robotcore.errors import DeviceError
 from robotcore.geometry import Pose, Twist
 
@@ -95,7 +96,7 @@ def _load(bullet: Bullet, description: RobotDescription, start: Pose) -> int:
 def _wheel_joints(drive: Drive | None, links: dict[str, int]) -> dict[str, int]:
     if drive is None:
         return {}
-    return {name: links[wheel_link(motor)] for name, motor in drive.on_wheels.items()}
+    return {name: links[wheel(motor)] for name, motor in drive.on_wheels.items()}
 
 
 def _links(bullet: Bullet, body: int) -> dict[str, int]:

@@ -307,6 +307,12 @@ class RobotDescription(Described):
         return self
 
     @property
+    def mounts(self) -> dict[str, Mount]:
+        """Where each sensor that looks somewhere sits."""
+        mounts = {device.name: getattr(device, "mount", None) for device in self.devices}
+        return {sensor: mount for sensor, mount in mounts.items() if isinstance(mount, Mount)}
+
+    @property
     def file(self) -> str | None:
         """The user's own file that it is from, as it was named; None where there is none."""
         return self._origin.file

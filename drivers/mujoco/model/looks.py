@@ -14,6 +14,11 @@ if TYPE_CHECKING:
 Colour = tuple[int, int, int]
 
 
+def rgba(colour: Colour) -> list[float]:
+    """Return a colour as MuJoCo takes it."""
+    return [*(part / 255 for part in colour), 1.0]
+
+
 class Looks:
     """Materials of a model: matt, so that a face shows its colour times the light, and nothing else."""
 
@@ -28,7 +33,7 @@ class Looks:
         if key not in self._names:
             self._names[key] = name = f"look_{len(self._names)}"
             material = self._spec.add_material(
-                name=name, rgba=[*(part / 255 for part in colour), 1.0], specular=0.0, shininess=0.0, reflectance=0.0
+                name=name, rgba=rgba(colour), specular=0.0, shininess=0.0, reflectance=0.0
             )
             if texture:
                 import mujoco

@@ -6,16 +6,17 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from drivers.mujoco.model.groups import Meets, Shown
+from drivers.mujoco.model.looks import rgba
 from drivers.mujoco.model.rolling import add_caster, add_wheel
 from drivers.mujoco.model.turned import about_z, looking
 from robotcore.description import CameraDescription, MotorDescription, RobotDescription
+from robotcore.description.parts import BASE
 from robotcore.description.robot import Body
 from robotcore.geometry import Pose
 
 if TYPE_CHECKING:
     from mujoco import MjSpec
 
-BASE = "base_link"
 
 SLIDING = [0.25, 0.0, 0.0]
 """Friction of the body on whatever it touches, as in Bullet. MuJoCo pushes what slides away, by friction times the way
@@ -58,7 +59,7 @@ def _add_body(base: Any, body: Body) -> None:
         friction=SLIDING,
         priority=1,
         group=Shown.ROBOT,
-        rgba=[*(part / 255 for part in body.colour), 1.0],
+        rgba=rgba(body.colour),
     )
 
 
@@ -69,4 +70,5 @@ def _add_camera(base: Any, camera: CameraDescription) -> None:
         pos=[mount.x_m, mount.y_m, mount.z_m],
         quat=looking(mount),
         fovy=math.degrees(2 * math.atan(seen.height / 2 / seen.focal_length)),
+        resolution=[seen.width, seen.height],
     )

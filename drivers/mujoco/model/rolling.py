@@ -6,7 +6,9 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from drivers.mujoco.model.groups import Meets, Shown
+from drivers.mujoco.model.looks import rgba
 from robotcore.description import Drive, MotorDescription
+from robotcore.description.parts import CASTER_COLOUR, WHEEL_COLOUR, wheel, wheel_joint
 from robotcore.description.robot import Caster
 
 if TYPE_CHECKING:
@@ -23,13 +25,6 @@ HARD = [0.9999, 0.9999, 0.001, 0.5, 2.0]
 wheel loses 0.5 % in a curve."""
 
 _NEXT_TO_NOTHING_KG = 1e-6
-_WHEEL_RGBA = [0.1, 0.1, 0.1, 1.0]
-_CASTER_RGBA = [0.6, 0.6, 0.6, 1.0]
-
-
-def wheel_joint(motor: str) -> str:
-    """Return the name of the joint that a motor turns."""
-    return f"{motor}_joint"
 
 
 def add_wheel(spec: MjSpec, base: Any, motor: MotorDescription, drive: Drive) -> None:
@@ -40,10 +35,10 @@ def add_wheel(spec: MjSpec, base: Any, motor: MotorDescription, drive: Drive) ->
     import mujoco
 
     radius, place = drive.wheel_radius_m, [0.0, drive.wheel_y_m(motor.name), drive.wheel_radius_m]
-    wheel = _turning(base, f"{motor.name}_wheel", wheel_joint(motor.name), place)
-    wheel.mass, wheel.inertia = drive.wheel_mass_kg, drive.wheel_moments_kg_m2
-    _add_ball(wheel, radius, friction=[1.0, 0.0, 0.0], priority=1, group=Shown.TOUCHED_ROBOT)
-    wheel.add_geom(
+    rolling = _turning(base, wheel(motor.name), wheel_joint(motor.name), place)
+    rolling.mass, rolling.inertia = drive.wheel_mass_kg, drive.wheel_moments_kg_m2
+    _add_ball(rolling, radius, friction=[1.0, 0.0, 0.0], priority=1, group=Shown.TOUCHED_ROBOT)
+    rolling.add_geom(
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,
         size=[radius, drive.wheel_width_m / 2, 0.0],
         quat=[math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0],
@@ -51,7 +46,7 @@ def add_wheel(spec: MjSpec, base: Any, motor: MotorDescription, drive: Drive) ->
         contype=Meets.NOTHING,
         conaffinity=Meets.NOTHING,
         group=Shown.ROBOT,
-        rgba=_WHEEL_RGBA,
+        rgba=rgba(WHEEL_COLOUR),
     )
     _add_motor(spec, base, motor)
 
@@ -59,7 +54,7 @@ def add_wheel(spec: MjSpec, base: Any, motor: MotorDescription, drive: Drive) ->
 def add_caster(base: Any, caster: Caster) -> None:
     """Add a ball that slides without friction: its own counts, not the greater of the two as elsewhere."""
     place = [caster.x_m, 0.0, caster.radius_m]
-    _add_ball(base, caster.radius_m, pos=place, condim=1, priority=2, group=Shown.ROBOT, rgba=_CASTER_RGBA)
+    _add_ball(base, caster.radius_m, pos=place, condim=1, priority=2, group=Shown.ROBOT, rgba=rgba(CASTER_COLOUR))
 
 
 def _add_motor(spec: MjSpec, base: Any, motor: MotorDescription) -> None:

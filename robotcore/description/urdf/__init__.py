@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from xml.etree import ElementTree as ET
 
+from robotcore.description.parts import BASE
 from robotcore.description.robot import RobotDescription
-from robotcore.description.urdf.robot import BASE, CASTER, robot_parts, wheel_link
+from robotcore.description.urdf.robot import robot_parts
 from robotcore.description.urdf.world import world_parts
 from robotcore.description.world import WorldDescription
 
-__all__ = ["BASE", "CASTER", "robot_urdf", "wheel_link"]
+__all__ = ["robot_urdf"]
 
 
 def robot_urdf(description: RobotDescription, world: WorldDescription | None = None) -> str:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from xml.etree import ElementTree as ET
 
+from robotcore.description.parts import BASE, CASTER, CASTER_COLOUR, WHEEL_COLOUR, frame, wheel, wheel_joint
 from robotcore.description.robot import Body, Caster, Drive, MotorDescription, Mount, RobotDescription
 from robotcore.description.urdf.elements import (
     TOKEN,
@@ -20,17 +21,7 @@ from robotcore.description.urdf.elements import (
     sphere,
 )
 
-BASE = "base_link"
-CASTER = "caster_link"
-
 _LYING = (math.pi / 2, 0.0, 0.0)
-_WHEEL_RGB = (25, 25, 25)
-_CASTER_RGB = (150, 150, 150)
-
-
-def wheel_link(motor: str) -> str:
-    """Return the name of the wheel that a motor turns."""
-    return f"{motor}_wheel"
 
 
 def robot_parts(description: RobotDescription) -> Iterator[ET.Element]:
@@ -39,9 +30,8 @@ def robot_parts(description: RobotDescription) -> Iterator[ET.Element]:
     yield from _wheels(description)
     if description.drive and description.drive.caster:
         yield from _caster(description.drive.caster)
-    for device in description.devices:
-        if isinstance(mount := getattr(device, "mount", None), Mount):
-            yield from _frame(device.name, mount)
+    for sensor, mount in description.mounts.items():
+        yield from _frame(sensor, mount)
 
 
 def _body(body: Body) -> ET.Element:
@@ -55,10 +45,9 @@ def _wheels(description: RobotDescription) -> Iterator[ET.Element]:
         return
     for motor in description.all_of(MotorDescription):
         if motor.name in (drive.left, drive.right):
-            wheel = wheel_link(motor.name)
-            yield _wheel(wheel, drive)
+            yield _wheel(wheel(motor.name), drive)
             place = (0.0, drive.wheel_y_m(motor.name), drive.wheel_radius_m)
-            axle = joint(f"{motor.name}_joint", "continuous", BASE, wheel, place)
+            axle = joint(wheel_joint(motor.name), "continuous", BASE, wheel(motor.name), place)
             ET.SubElement(axle, "axis", xyz="0 1 0")
             limits = {"effort": motor.max_torque_nm, "velocity": motor.max_velocity_rad_s}
             ET.SubElement(axle, "limit", {key: numbers(value) for key, value in limits.items()})
@@ -68,19 +57,19 @@ def _wheels(description: RobotDescription) -> Iterator[ET.Element]:
 def _wheel(name: str, drive: Drive) -> ET.Element:
     tyre = cylinder(drive.wheel_radius_m, drive.wheel_width_m, rpy=_LYING)
     inertia = Inertia(drive.wheel_mass_kg, drive.wheel_moments_kg_m2)
-    return link(name, inertia, tyre, sphere(drive.wheel_radius_m), _WHEEL_RGB)
+    return link(name, inertia, tyre, sphere(drive.wheel_radius_m), WHEEL_COLOUR)
 
 
 def _caster(caster: Caster) -> Iterator[ET.Element]:
     ball = sphere(caster.radius_m)
     moment = 0.4 * TOKEN_MASS_KG * caster.radius_m**2
-    yield link(CASTER, Inertia(TOKEN_MASS_KG, (moment,) * 3), ball, ball, _CASTER_RGB)
+    yield link(CASTER, Inertia(TOKEN_MASS_KG, (moment,) * 3), ball, ball, CASTER_COLOUR)
     yield joint(f"{CASTER}_place", "fixed", BASE, CASTER, (caster.x_m, 0.0, caster.radius_m))
 
 
 def _frame(sensor: str, mount: Mount) -> Iterator[ET.Element]:
-    frame = ET.Element("link", name=f"{sensor}_frame")
-    frame.append(inertial(TOKEN))
-    yield frame
+    looking = ET.Element("link", name=frame(sensor))
+    looking.append(inertial(TOKEN))
+    yield looking
     rpy = (0.0, mount.pitch_rad, mount.yaw_rad)
-    yield joint(f"{sensor}_mount", "fixed", BASE, f"{sensor}_frame", (mount.x_m, mount.y_m, mount.z_m), rpy)
+    yield joint(f"{sensor}_mount", "fixed", BASE, frame(sensor), (mount.x_m, mount.y_m, mount.z_m), rpy)
