@@ -2,6 +2,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import redirect_stdout
+from io import StringIO
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -82,12 +84,25 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[RunRequest]:
     return requests
 
 
+class Recorded(NamedTuple):
+    file: Path
+    ticks: int
+    time: str
+
+
 @pytest.fixture(scope="session")
-def search(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A whole run of the main job."""
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
+    """A whole run of the main job, and what it told of itself."""
     file = tmp_path_factory.mktemp("recorded") / "search.mcap"
-    assert execute(["run", "green-search", "--seed", "7", "--record", str(file), "--json"]) == 0
-    return file
+    with redirect_stdout(StringIO()) as out:
+        assert execute(["run", "green-search", "--seed", "7", "--record", str(file), "--json"]) == 0
+    told = json.loads(out.getvalue())
+    return Recorded(file, told["ticks"], f"{told['sim_time_s']:.2f} s")
+
+
+@pytest.fixture(scope="session")
+def search(recorded: Recorded) -> Path:
+    return recorded.file
 
 
 @pytest.fixture(scope="session")

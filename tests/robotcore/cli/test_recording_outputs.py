@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import pytest
 
-from tests.robotcore.cli.conftest import Cli
+from tests.robotcore.cli.conftest import Cli, Recorded
 
 
 def test_info_names_what_it_has_made_also_where_the_next_fails(cli: Cli, search: Path, tmp_path: Path) -> None:
@@ -17,11 +17,12 @@ def test_info_names_what_it_has_made_also_where_the_next_fails(cli: Cli, search:
     assert told.out.endswith(f"The table: {table}\n")
 
 
-def test_info_makes_all_that_it_is_asked_for(cli: Cli, search: Path, tmp_path: Path) -> None:
+def test_info_makes_all_that_it_is_asked_for(cli: Cli, recorded: Recorded, tmp_path: Path) -> None:
     picture, film = tmp_path / "a.png", tmp_path / "a.mp4"
-    told = cli("info", str(search), "--picture", str(picture), "--csv", str(tmp_path), "--video", str(film), "--json")
+    files = ["--picture", str(picture), "--csv", str(tmp_path), "--video", str(film)]
+    told = cli("info", str(recorded.file), *files, "--json")
     assert told.json["replayable"] is True
-    assert len((tmp_path / "search.csv").read_text().splitlines()) == 481
+    assert len((tmp_path / "search.csv").read_text().splitlines()) == 1 + recorded.ticks
     assert picture.stat().st_size > 10_000
     assert film.stat().st_size > 10_000
 

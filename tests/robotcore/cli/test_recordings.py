@@ -12,24 +12,26 @@ from hypothesis import strategies as st
 
 from robotcore.recording.chunks import ChunkedFile, Place
 from robotcore.view.palette import GOOD
-from tests.robotcore.cli.conftest import AppFile, Cli
+from tests.robotcore.cli.conftest import AppFile, Cli, Recorded
 
 COMMANDS = ("replay", "info", "compare")
 HEAD_BYTES = 9
 """A record of an MCAP file begins with its kind and its length."""
 
 
-def test_same_app_is_bit_equal(cli: Cli, search: Path) -> None:
-    told = cli("replay", str(search))
+def test_same_app_is_bit_equal(cli: Cli, recorded: Recorded) -> None:
+    told = cli("replay", str(recorded.file))
     assert told.status == 0
-    assert told.out.startswith("bit-equal  green-search on kinematic, arena, seed 7\n  480 ticks, 23.95 s\n  trace ")
+    run = f"green-search on kinematic, arena, seed 7\n  {recorded.ticks} ticks, {recorded.time}"
+    assert told.out.startswith(f"bit-equal  {run}\n  trace ")
     assert "as recorded" in told.out
     assert told.err == ""
 
 
-def test_json_is_one_line_with_the_digests(cli: Cli, search: Path) -> None:
-    told = cli("replay", str(search), "--json").json
-    assert (told["bit_equal"], told["ticks"], told["deviation"], told["exit_status"]) == (True, 480, None, 0)
+def test_json_is_one_line_with_the_digests(cli: Cli, recorded: Recorded) -> None:
+    told = cli("replay", str(recorded.file), "--json").json
+    assert (told["bit_equal"], told["deviation"], told["exit_status"]) == (True, None, 0)
+    assert told["ticks"] == recorded.ticks
     assert told["trace_sha256"] == told["recorded_sha256"]
 
 
@@ -76,10 +78,15 @@ def test_comparison_of_different_runs_has_exit_status_1(cli: Cli, search: Path, 
     assert (told.json["first"]["outcome"], told.json["second"]["outcome"]) == ("success", "timeout")
 
 
-def test_info_tells_the_run_its_devices_and_what_it_is_good_for(cli: Cli, search: Path) -> None:
-    told = cli("info", str(search))
+def test_info_tells_the_run_its_devices_and_what_it_is_good_for(cli: Cli, recorded: Recorded) -> None:
+    told = cli("info", str(recorded.file))
     assert told.status == 0
-    for words in ("whole, replayable", "480 ticks at 20.00 Hz", "verified by the simulator", "range sensor"):
+    for words in (
+        "whole, replayable",
+        f"{recorded.ticks} ticks at 20.00 Hz",
+        "verified by the simulator",
+        "range sensor",
+    ):
         assert words in told.out
 
 
@@ -125,12 +132,13 @@ def test_damage_is_told_by_its_time_and_what_came_before_is_replayed(cli: Cli, s
     assert f"the recording ends here: {words}" in replayed.out
 
 
-def test_damage_between_two_chunks_costs_nothing_of_the_run(cli: Cli, search: Path, tmp_path: Path) -> None:
+def test_damage_between_two_chunks_costs_nothing_of_the_run(cli: Cli, recorded: Recorded, tmp_path: Path) -> None:
     file = tmp_path / "damaged.mcap"
-    chunk = _middle_chunk(search)
-    file.write_bytes(_flipped(search.read_bytes(), chunk.offset + chunk.length + HEAD_BYTES))
+    chunk = _middle_chunk(recorded.file)
+    file.write_bytes(_flipped(recorded.file.read_bytes(), chunk.offset + chunk.length + HEAD_BYTES))
     told, replayed = cli("info", str(file), "--json").json, cli("replay", str(file))
-    assert (told["damaged"], told["replayable"], told["ticks"], told["outcome"]) == (True, True, 480, "success")
+    assert (told["damaged"], told["replayable"], told["outcome"]) == (True, True, "success")
+    assert told["ticks"] == recorded.ticks
     assert replayed.status == 0
     assert replayed.out.startswith("bit-equal")
 
