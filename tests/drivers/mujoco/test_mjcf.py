@@ -120,3 +120,8 @@ def test_wheels_lag_as_the_worlds_conditions_say(tmp_path: Path) -> None:
     gains = [model.actuator("left_motor").gainprm[0] for model in (slow, own)]
     steps_on_the_way = [-math.expm1(-1 / 240 / lag_s) for lag_s in (0.2, 0.05)]
     assert gains[0] / gains[1] == pytest.approx(steps_on_the_way[0] / steps_on_the_way[1], rel=1e-4)
+
+
+def test_a_camera_tells_the_size_of_its_pictures(tmp_path: Path) -> None:
+    model = loaded(exported("mjcf", load_robot("rover")), tmp_path)
+    assert list(model.cam_resolution[model.camera("eye").id]) == [320, 240]
