@@ -21,9 +21,9 @@ from robotcore.description import Described, RobotDescription, WorldDescription
 from robotcore.doctor import Finding
 from robotcore.errors import UsageError
 from robotcore.guardian import CutoffSpec
-from robotcore.plural import counted
 from robotcore.robot import Robot
 from robotcore.scene import Whose, join, look, places
+from robotcore.text import counted
 
 SECTION = "coppeliasim"
 """Where a robot's file says which object each device is."""

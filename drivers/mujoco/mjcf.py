@@ -12,7 +12,7 @@ from drivers.mujoco.model.turned import mounted
 from robotcore.description import RobotDescription, WorldDescription
 from robotcore.description.parts import BASE, frame
 from robotcore.exporting import Exported
-from robotcore.plural import counted
+from robotcore.text import counted
 
 if TYPE_CHECKING:
     from mujoco import MjSpec, MjsTexture

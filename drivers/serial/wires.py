@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 from robotcore.hardware import Fitting, Wire, Wiring
-from robotcore.plural import counted
+from robotcore.text import counted
 
 
 def ports_of(fittings: Iterable[Fitting]) -> tuple[str, ...]:

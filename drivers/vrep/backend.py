@@ -12,9 +12,9 @@ from robotcore.backend import Backend, Setup, Vouch
 from robotcore.description import Described, RobotDescription
 from robotcore.doctor import Finding
 from robotcore.guardian import CutoffSpec
-from robotcore.plural import counted
 from robotcore.robot import Robot
 from robotcore.scene import Scene, Whose, join, look, places
+from robotcore.text import counted
 
 SECTION = "vrep"
 """Where a robot's file says which object each device is."""

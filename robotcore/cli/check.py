@@ -11,7 +11,7 @@ import click
 from robotcore.cli.findings import lines_of
 from robotcore.cli.values import pair
 from robotcore.errors import UsageError
-from robotcore.plural import counted
+from robotcore.text import counted
 
 if TYPE_CHECKING:
     from robotcore.description import RobotDescription, WorldDescription

@@ -16,7 +16,7 @@ from robotcore.cli.findings import lines_of
 from robotcore.cli.output import as_json, write_json
 from robotcore.cli.placed import options_of, placed, placed_robot
 from robotcore.errors import UsageError
-from robotcore.plural import counted
+from robotcore.text import counted
 
 if TYPE_CHECKING:
     from robotcore.description import RobotDescription

@@ -13,8 +13,8 @@ from rich.text import Text
 from robotcore.comparison.comparison import Comparison
 from robotcore.comparison.side import Side
 from robotcore.geometry import wrap_angle
-from robotcore.plural import counted
 from robotcore.recording.path import Path, length_of
+from robotcore.text import counted
 from robotcore.view.summary import heading
 
 NOTHING = "–"

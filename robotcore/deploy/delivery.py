@@ -17,7 +17,7 @@ from robotcore.deploy.packages.wheelhouse import wheels_for
 from robotcore.deploy.progress import Step, Tell, begin
 from robotcore.deploy.staging.staging import Staged
 from robotcore.errors import DeployError
-from robotcore.plural import counted
+from robotcore.text import counted
 
 BAD = ("error", "warning")
 """The levels of a doctor's findings that are told of in full, the worst first."""

@@ -13,7 +13,7 @@ from robotcore.deploy.connection.link import Link
 from robotcore.deploy.paths import told
 from robotcore.deploy.progress import Tell, begin
 from robotcore.errors import UsageError
-from robotcore.plural import counted
+from robotcore.text import counted
 
 STEP = "brought"
 

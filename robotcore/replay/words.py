@@ -10,11 +10,11 @@ from rich.table import Table
 from rich.text import Text
 
 from robotcore.appfile import app_path
-from robotcore.plural import counted
 from robotcore.recording.ended import result_of
 from robotcore.replay.rehearsal import Rehearsed
 from robotcore.replay.verdict import Replayed
 from robotcore.running.outcome import RunResult
+from robotcore.text import counted
 from robotcore.view.summary import heading, rehearsed_heading
 
 _GOOD, _FAIR, _BAD = "bold green", "bold yellow", "bold red"

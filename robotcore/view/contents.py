@@ -10,10 +10,10 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from robotcore.plural import counted
 from robotcore.recording import Recording
 from robotcore.recording.contents import devices_of, duration_of, interventions_of, rate_of
 from robotcore.recording.ended import result_of, why_no_end
+from robotcore.text import counted
 from robotcore.view.summary import events, heading, summary
 
 _UNITS = ("bytes", "kB", "MB", "GB")

@@ -8,8 +8,8 @@ from rich.text import Text
 
 from robotcore.errors import RobotcoreError
 from robotcore.faults.spec import Spec
-from robotcore.plural import counted
 from robotcore.running.outcome import Outcome, RunResult
+from robotcore.text import counted
 
 _STYLES = {Outcome.SUCCESS: "bold green", Outcome.INTERRUPTED: "bold yellow", Outcome.TIMEOUT: "bold yellow"}
 _BAD = "bold red"

@@ -1,0 +1,30 @@
+"""Small helpers for text that people read."""
+
+from __future__ import annotations
+
+
+def counted(number: int, noun: str) -> str:
+    """Return how many there are of what, in the plural but for one.
+
+    >>> counted(1, "warning"), counted(0, "warning")
+    ('1 warning', '0 warnings')
+    """
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def escape(text: str, *, keep: str = "") -> str:
+    r"""Return the text with every character that a terminal would obey, or not show, as a backslash escape.
+
+    Text of a recording, a robot or a file is data: an escape sequence in it could rename the window, write to the
+    clipboard, or forge a line. ``keep`` lists control characters that pass, such as a line break.
+
+    >>> print(escape("\x1b]0;title\x07 end\u202e"))
+    \x1b]0;title\x07 end\u202e
+    >>> escape("two\nlines", keep="\n")
+    'two\nlines'
+    """
+    if text.isprintable():
+        return text
+    return "".join(
+        each if each.isprintable() or each in keep else each.encode("unicode_escape").decode("ascii") for each in text
+    )
