@@ -12,10 +12,12 @@ import threading
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 
 from robotcore.errors import UsageError
 from robotcore.polling import Polling, Pumped, Threaded
+from robotcore.threads import start_thread
 
 MIN_PHYSICS_RATE_HZ = 240
 """A stepped clock never takes coarser steps than this."""
@@ -48,6 +50,9 @@ class Clock(ABC):
     @abstractmethod
     def call_at(self, deadline: float, callback: Callback) -> None:
         """Call once when ``deadline`` has come, wherever the sleeper then is."""
+
+    def get_ready(self) -> None:  # noqa: B027  simulated time needs nothing
+        """Start what `call_at` needs, so that no later call is refused. Raises ResourceError if the system refuses."""
 
     def every(self, period: float, work: Callable[[], object], name: str) -> Polling:
         """Do ``work`` every ``period`` seconds from now on, until the polling is stopped.
@@ -164,10 +169,12 @@ class MonotonicClock(Clock):
     def call_at(self, deadline: float, callback: Callback) -> None:
         with self._wake:
             heapq.heappush(self._calls, (deadline, next(self._order), callback))
-            if self._caller is None:
-                self._caller = threading.Thread(target=self._call, name="clock", daemon=True)
-                self._caller.start()
+            self._begin_calling()
             self._wake.notify()
+
+    def get_ready(self) -> None:
+        with self._wake:
+            self._begin_calling()
 
     def every(self, period: float, work: Callable[[], object], name: str) -> Polling:
         return Threaded(self, period, partial(self._attempt, work), name)
@@ -188,6 +195,10 @@ class MonotonicClock(Clock):
         if failure:
             raise failure
 
+    def _begin_calling(self) -> None:
+        if self._caller is None:
+            self._caller = start_thread(self._call, "clock")
+
     def _call(self) -> None:
         try:
             while (callback := self._next_due()) is not None:
@@ -204,10 +215,11 @@ class MonotonicClock(Clock):
     def _next_due(self) -> Callback | None:
         with self._wake:
             while not self._is_closed:
-                left = self._calls[0][0] - self.now() if self._calls else self._longest_nap
-                if left <= 0:
-                    return heapq.heappop(self._calls)[2]
-                self._wake.wait(None if math.isinf(left) else min(left, self._longest_nap))
+                with suppress(MemoryError):  # the next call may be the one that stops the motors
+                    left = self._calls[0][0] - self.now() if self._calls else self._longest_nap
+                    if left <= 0:
+                        return heapq.heappop(self._calls)[2]
+                    self._wake.wait(None if math.isinf(left) else min(left, self._longest_nap))
         return None
 
 
@@ -243,6 +255,9 @@ class ClockOver(Clock):
 
     def call_at(self, deadline: float, callback: Callback) -> None:
         self._source.call_at(deadline, callback)
+
+    def get_ready(self) -> None:
+        self._source.get_ready()
 
     def every(self, period: float, work: Callable[[], object], name: str) -> Polling:
         return self._source.every(period, work, name)

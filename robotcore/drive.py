@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 from robotcore.clock import Clock
-from robotcore.geometry import Pose, Twist
+from robotcore.geometry import Pose, Twist, as_number
 
 COMMANDS = 200
 """How many commands are kept, so as to make up for an encoder that is late: a second at 200 Hz."""
@@ -73,12 +73,12 @@ class DifferentialDrive:
 
     def set_velocity(self, linear: float, angular: float) -> Twist:
         """Drive at ``linear`` m/s, turning left at ``angular`` rad/s."""
-        wheels = self._stage.ask(self.geometry.to_wheels(linear, angular))
+        wheels = self._stage.ask(self.geometry.to_wheels(as_number(linear), as_number(angular)))
         return self.geometry.to_twist(wheels)
 
     def set_wheels(self, left: float, right: float) -> Wheels:
         """Turn the wheels at these velocities, rad/s."""
-        return self._stage.ask(Wheels(left, right))
+        return self._stage.ask(Wheels(as_number(left), as_number(right)))
 
     def stop(self) -> None:
         """Stop at once, past the acceleration limit."""

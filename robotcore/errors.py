@@ -9,6 +9,7 @@
     ├── BackendError (RuntimeError)          a backend cannot work: exit 3
     │   ├── BackendMissingError (ImportError)  it is not installed
     │   ├── GuardianError                    nobody would stop the motors if this process could not
+    │   ├── ResourceError                    the system refuses the program a thread or memory
     │   └── RecordingEndedError (EOFError)   a replay came to the end of its recording
     ├── DeviceError (OSError)                a device failed: exit 3
     │   ├── DeviceClosedError                it was used after it was closed
@@ -121,6 +122,17 @@ class BackendMissingError(BackendError, ImportError):
 
 class GuardianError(BackendError):
     """The guardian process is gone, or cannot do its work; nothing moves without it."""
+
+
+class ResourceError(BackendError):
+    """The system refuses the program a thread or memory; ``refusal`` says which one."""
+
+    def __init__(self, refusal: str) -> None:
+        super().__init__(
+            f"{refusal}. End other programs, or raise the limit: ulimit -u and ulimit -v in a shell, TasksMax= and "
+            "MemoryMax= in a systemd unit. If the app leaks threads or memory, mend it"
+        )
+        self.refusal = refusal
 
 
 class RecordingEndedError(BackendError, EOFError):

@@ -65,3 +65,15 @@ def wrap_angle(angle: float) -> float:
     """Return the same direction in (-π, π]."""
     wrapped = math.remainder(angle, math.tau)
     return math.pi if wrapped == -math.pi else wrapped
+
+
+def as_number(value: float) -> float:
+    """Return a real number as a float of its own, such as one in a NumPy array that changes later.
+
+    Raises TypeError for text, which ``float`` would read.
+
+    >>> import numpy as np
+    >>> as_number(np.where(True, 0.0, 0.2))
+    0.0
+    """
+    return math.ldexp(value, 0)

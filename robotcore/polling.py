@@ -9,6 +9,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from robotcore.errors import BackendError
+from robotcore.threads import start_thread
 
 if TYPE_CHECKING:
     from robotcore.clock import Clock
@@ -53,8 +54,7 @@ class Threaded(Polling):
     def __init__(self, clock: Clock, period: float, work: Callable[[], object], name: str) -> None:
         self._clock, self._period, self._work = clock, period, work
         self._stopping = threading.Event()
-        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
-        self._thread.start()
+        self._thread = start_thread(self._run, name)
 
     def stop(self) -> None:
         self._stopping.set()

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from queue import SimpleQueue
-from threading import Lock, Thread, current_thread
+from threading import Lock, current_thread
 from typing import Any, TypeVar
+
+from robotcore.threads import start_thread
 
 T = TypeVar("T")
 
@@ -29,8 +31,7 @@ class Uninterrupted:
     def __init__(self, name: str) -> None:
         self._tasks = SimpleQueue[Callable[[], None] | None]()
         self._asking, self._is_closed = Lock(), False
-        self._thread = Thread(target=self._work, name=name, daemon=True)
-        self._thread.start()
+        self._thread = start_thread(self._work, name)
 
     def do(self, work: Callable[[], T]) -> T:
         """Return what it returns, or raise what it raises. Any thread may ask; work may ask for more, done at once.

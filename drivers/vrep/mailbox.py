@@ -10,6 +10,7 @@ from drivers.vrep.wire.link import RETRY_S, Link
 from drivers.vrep.wire.messages import NOTHING_DONE, Header, Piece
 from drivers.vrep.wire.request import DISCONTINUE, Identity, Request
 from robotcore.clock import MonotonicClock
+from robotcore.threads import start_thread
 
 _ASKING_S = 0.0005
 """How often a server is asked while somebody waits for its answer."""
@@ -39,8 +40,7 @@ class Mailbox:
         self.connections = 0
         self.server: Header | None = None
         self.failure: RemoteApiError | None = None
-        self._thread = threading.Thread(target=self._run, name="remote api", daemon=True)
-        self._thread.start()
+        self._thread = start_thread(self._run, "remote api")
 
     @property
     def is_connected(self) -> bool:

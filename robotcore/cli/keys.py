@@ -14,6 +14,7 @@ from typing import Any
 from robotcore.running.observer import Run
 from robotcore.running.outcome import RunResult
 from robotcore.running.trace import TickRecord
+from robotcore.threads import start_thread
 
 KEY = b" "
 HINT = "space: stop"
@@ -48,7 +49,7 @@ class SpaceBar:
         self._run: Run | None = None
         self._is_over = Event()
         self._is_paused = False
-        self._thread = Thread(target=self._listen, name="space bar", daemon=True)
+        self._thread: Thread | None = None
 
     def hint(self) -> str:
         """Return what the key does, while the terminal is ours; else nothing, for it does nothing."""
@@ -57,7 +58,7 @@ class SpaceBar:
     def begin(self, run: Run) -> None:
         self._run = run
         self._take()
-        self._thread.start()
+        self._thread = start_thread(self._listen, "space bar")
 
     def tick(self, record: TickRecord) -> None:
         """Keys come between ticks too."""
@@ -69,7 +70,7 @@ class SpaceBar:
         """Listen no more, and put the terminal back. May be called again."""
         self._is_over.set()
         self.pause()
-        if self._thread.is_alive():
+        if self._thread:
             self._thread.join(CLOSING_S)
 
     def pause(self) -> None:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 
-from robotcore.clock import AppClock, Clock, TickClock
+from robotcore.clock import AppClock, Clock, MonotonicClock, TickClock
 from robotcore.description import (
     BatteryDescription,
     CameraDescription,
@@ -30,6 +30,7 @@ from robotcore.layers.watched import Watched
 from robotcore.layers.wheels import GuardedDrive
 from robotcore.robot import Robot, Role
 from robotcore.safety import Brakes, Latch, Stage, Whereabouts
+from robotcore.threads import Reserve
 
 _KINDS = {Role.CAMERA: "camera", Role.RANGE: "range_sensor", Role.DISPLAY: "display"}
 _UNGUARDED = Layer()
@@ -90,14 +91,16 @@ def assemble(
     taps: Sequence[Layer] = (),
     guard: Layer = _UNGUARDED,
     where: Whereabouts | None = None,
+    reserve: Reserve | None = None,
 ) -> Assembled:
     """Put every layer over a robot that a backend opened; ``clock`` stands in for the backend's own.
 
     The noise of the ``conditions`` belongs to the ``seed``. ``faults`` lie right above them; above these, ``taps`` see
     each sample once, and each command as the app gives it. ``guard``, below them all, sees what motors are told.
-    ``where`` learns where the program is.
+    ``where`` learns where the program is. ``reserve`` has threads and memory for stops.
     """
-    safety, where, latch = description.safety, where or Whereabouts(), Latch()
+    reserve = reserve or Reserve(MonotonicClock())
+    safety, where, latch = description.safety, where or Whereabouts(), Latch(reserve)
     for tap in taps:
         tap.latch(latch)
     watched = Watched(where, safety.answer_s, raw.name)
@@ -108,7 +111,7 @@ def assemble(
     _mount(devices, description)
     _limit(devices, description)
     motors = {name: device for name, device in devices.items() if isinstance(device, Motor)}
-    brakes = Brakes.on(*motors.values())
+    brakes = Brakes.on(*motors.values(), reserve=reserve)
     latch.call(brakes.apply_apart)
     guarded = None
     drive = description.drive

@@ -6,6 +6,7 @@ import sys
 import threading
 from contextlib import ExitStack, suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from robotcore.clock import MonotonicClock
@@ -20,6 +21,7 @@ from robotcore.recording.tap import Tap
 from robotcore.running.outcome import RunResult
 from robotcore.running.session import Run
 from robotcore.running.trace import TickRecord
+from robotcore.threads import start_thread
 
 FLUSH_S = 0.5
 """What is lost at most where the process is killed: this, and what the disk takes. Nothing before the first tick is."""
@@ -79,8 +81,7 @@ class Recorder:
         with ExitStack() as undo:
             undo.callback(self._close, file)
             if author := self._author(file, run, about):
-                self._thread = threading.Thread(target=self._write, args=(file, author), name="recorder", daemon=True)
-                self._thread.start()
+                self._thread = start_thread(partial(self._write, file, author), "recorder")
                 undo.pop_all()
 
     def tick(self, record: TickRecord) -> None:

@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import partial
 
 from robotcore.clock import Clock, MonotonicClock, PacedClock
-from robotcore.errors import BackendError, DeviceClosedError, DeviceError, Interrupted, RobotcoreError
+from robotcore.errors import BackendError, DeviceClosedError, DeviceError, Interrupted, ResourceError, RobotcoreError
 from robotcore.guardian.guarding import guarded
 from robotcore.layers import Assembled, assemble
 from robotcore.layers.layer import Layer
@@ -24,12 +24,14 @@ from robotcore.running.overdue import SIMULATED, closing, judging, opening, step
 from robotcore.running.plan import Plan
 from robotcore.safety import EmergencyStop, Watchdog, Whereabouts
 from robotcore.safety.brakes import STOP_S
-from robotcore.safety.errand import Errand
+from robotcore.threads import Reserve
 from robotcore.truth import Truth
 
 FAREWELL_S = 0.2
 """When a process must end, closing what hangs, and each of those who want to hear of it, get this long."""
 
+ENDING_THREADS = 4
+"""What may hang when a process must end, each in a thread of its own: latching, closing, the observers, last words."""
 
 WAKING_S = 0.3
 """A sensor that was suspended too has a new sample after this."""
@@ -55,7 +57,8 @@ class Execution:
         self._last_words = last_words
         self._wall, self._where = MonotonicClock(), Whereabouts()
         patience *= SIMULATED if plan.request.gui else 1.0
-        self._watchdog = Watchdog(self._where, self._bite, self._end_hard, patience)
+        self._reserve = Reserve(self._wall)
+        self._watchdog = Watchdog(self._where, self._bite, self._end_hard, self._reserve, patience)
         self._bitten: RobotcoreError | None = None
         self._assembled: Assembled | None = None
         self._guard = ExitStack()
@@ -66,11 +69,19 @@ class Execution:
 
     def result(self) -> RunResult:
         """Run to the end, whichever it is, and tell the observers too."""
+        try:
+            return self._result()
+        finally:
+            self._reserve.close()
+
+    def _result(self) -> RunResult:
         error: RobotcoreError | Interrupted | None = None
         try:
             outcome = self._watched()
         except (RobotcoreError, Interrupted) as caught:
             error, outcome = caught, outcome_of(caught)
+        except MemoryError:
+            error, outcome = ResourceError("the program is out of memory"), Outcome.ERROR
         except Recalled:  # too late for the loop to tell why
             error = self._why_recalled
             outcome = outcome_of(error)
@@ -85,6 +96,7 @@ class Execution:
         return result
 
     def _watched(self) -> Outcome:
+        self._reserve.hold(ENDING_THREADS)
         self._watchdog.start()
         try:
             return self._run_and_close()
@@ -99,6 +111,7 @@ class Execution:
             robot = assembled.robot
             outcome = self._run(assembled, self._truth_of(raw))
         finally:
+            self._reserve.release_memory()
             try:
                 self._interrupts.hold()
                 self._stop(raw)
@@ -146,9 +159,22 @@ class Execution:
         seed, rate_hz = plan.setup.seed, plan.request.rate_hz
         faults = [fault.layer(clock, seed) for fault in plan.faults]
         guard = guarded(raw, plan.description.safety.lease_ticks / rate_hz, self._guard)
-        return assemble(
-            raw, plan.description, rate_hz, clock, plan.conditions, seed, faults, self._taps, guard, self._where
+        assembled = assemble(
+            raw,
+            plan.description,
+            rate_hz,
+            clock,
+            plan.conditions,
+            seed,
+            faults,
+            self._taps,
+            guard,
+            self._where,
+            self._reserve,
         )
+        self._reserve.hold(len(raw.motors))
+        clock.get_ready()
+        return assembled
 
     def _clock_for(self, raw: Robot) -> Clock:
         is_paced = self._plan.request.realtime or self._plan.request.gui
@@ -195,8 +221,8 @@ class Execution:
         if not (self._is_unanswered or (self._assembled and self._assembled.brakes.are_hung)):
             robot.close()
             return
-        errand = Errand("close", robot.close)
-        if not errand.is_done_within(FAREWELL_S) or errand.failure:
+        closing = self._reserve.call(robot.close)
+        if not closing.is_done_within(FAREWELL_S) or closing.failure:
             raise _UnansweredError
 
     @property
@@ -210,21 +236,26 @@ class Execution:
         """Stop what moves, for the loop's thread does not come back, and call it."""
         self._bitten = error
         self._is_unanswered = isinstance(error, (BackendError, DeviceError))
-        if self._assembled:
-            self._assembled.latch.set(error)
-        self._interrupts.recall()
+        try:
+            if self._assembled:
+                self._assembled.latch.set(error)
+        finally:
+            self._interrupts.recall()
 
     def _end_hard(self, error: RobotcoreError) -> None:
         """End the process, which nothing else ends; but not one whose main thread has other things to do."""
         if self._interrupts.are_heard:
-            self._farewell(error, len(self._loop.untold) if self._loop else 0)
-            os._exit(error.exit_status)
+            try:
+                self._reserve.release_memory()
+                self._farewell(error, len(self._loop.untold) if self._loop else 0)
+            finally:
+                os._exit(error.exit_status)
 
     def _last_resort(self) -> None:
         """Stop for good, for the process ends; not in this thread, which may be in the middle of a call that hangs."""
         assert self._assembled
         latching = partial(self._assembled.latch.set, DeviceClosedError(self._assembled.robot.name))
-        Errand("last resort", latching).is_done_within(FAREWELL_S)
+        self._reserve.call(latching).is_done_within(FAREWELL_S)
         self._assembled.brakes.apply_apart()
         if self._interrupts.raised:
             self._farewell(self._interrupts.raised)
@@ -234,7 +265,7 @@ class Execution:
         result = self._told(error, outcome_of(error))
         result = replace(result, interventions=result.interventions + untold)
         for hear in (partial(self._tell, result), partial(self._last_words, result)):
-            Errand("farewell", hear).is_done_within(FAREWELL_S)
+            self._reserve.call(hear).is_done_within(FAREWELL_S)
 
     def _tell(self, result: RunResult) -> list[Exception]:
         """Tell every observer the end, each on its own; return what was raised."""

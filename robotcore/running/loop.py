@@ -42,6 +42,7 @@ class Loop:
     ) -> None:
         self.robot, self._clock = assembled.robot, assembled.clock
         self._latch, self._stage, self._where = assembled.latch, assembled.stage, assembled.where
+        self._reserve = assembled.brakes.reserve
         self._stepping, self._watching = stepping, watching
         self._stand = partial(assembled.halt, LOST)
         self.outages = Outages(outage)
@@ -183,6 +184,7 @@ class Loop:
         except (RobotcoreError, Interrupted, Recalled):
             raise
         except BaseException as error:
+            self._reserve.release_memory()
             self._latch.check()
             raise BehaviourError.raised_by(app, error) from error
         if not isinstance(status, Status):

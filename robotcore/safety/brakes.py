@@ -3,40 +3,52 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import partial
 from threading import get_ident
+from typing import TypeVar
 
+from robotcore.clock import MonotonicClock
 from robotcore.devices import Motor
 from robotcore.errors import DeviceError, DeviceLostError
-from robotcore.safety.errand import Errand
+from robotcore.threads import BackgroundCall, Reserve
+
+T = TypeVar("T")
 
 STOP_S = 0.2
-"""A motor whose stop takes longer is given up, though its stop goes on: nobody waits for it again."""
+"""A motor whose stop takes longer is given up, though its stop goes on: nothing waits for it again."""
 
 
 class Brake:
     """Stops one motor. While one stop is under way no other is begun."""
 
-    def __init__(self, motor: Motor) -> None:
+    def __init__(self, motor: Motor, reserve: Reserve) -> None:
         self.motor = motor
-        self._errand: Errand | None = None
+        self._reserve = reserve
+        self._under_way: BackgroundCall | None = None
 
     @property
     def is_hung(self) -> bool:
         """Whether a stop that was begun has not come back."""
-        return self._errand is not None and self._errand.is_under_way
+        return self._under_way is not None and self._under_way.is_under_way
 
     def apply(self) -> None:
         """Stop the motor here and now, after a stop that is under way, unless that hangs."""
-        if self._errand and not self._errand.is_done_within(STOP_S):
+        if self._under_way and not self._under_way.is_done_within(STOP_S):
             raise self._hung()
-        self.motor.stop()
+        self._stop()
 
     def begin(self, within_s: float = STOP_S) -> Callable[[], Exception | None]:
-        """Stop the motor in a thread of its own; return what waits for that so long, and tells how it failed."""
-        errand = self._errand
-        if errand is None or not errand.is_under_way:
-            self._errand = errand = Errand(f"stop {self.motor.name}", self.motor.stop)
-        return lambda: errand.failure if errand.is_done_within(within_s) else self._hung(within_s)
+        """Stop the motor in a thread of the reserve; return a function that waits so long, and returns the failure."""
+        call = self._under_way
+        if call is None or not call.is_under_way:
+            self._under_way = call = self._reserve.insist(self._call)
+        return lambda: call.failure if call.is_done_within(within_s) else self._hung(within_s)
+
+    def _call(self) -> BackgroundCall:
+        return self._reserve.call(self._stop)
+
+    def _stop(self) -> None:
+        self._reserve.insist(self.motor.stop)
 
     def _hung(self, within_s: float = STOP_S) -> DeviceError:
         return DeviceError(
@@ -48,21 +60,24 @@ class Brakes:
     """Stops motors, each on its own.
 
     The thread that made this stops them one after the other: the watchdog looks after it. From any other thread each is
-    stopped in a thread of its own, so that one that hangs does not hold up the others.
+    stopped in a thread of the ``reserve``, so that one that hangs does not hold up the others. Without threads in the
+    reserve they are stopped one after the other.
     """
 
-    def __init__(self, brakes: Iterable[Brake]) -> None:
+    def __init__(self, brakes: Iterable[Brake], reserve: Reserve) -> None:
+        self.reserve = reserve
         self._brakes = tuple(brakes)
         self._home = get_ident()
 
     @classmethod
-    def on(cls, *motors: Motor) -> Brakes:
+    def on(cls, *motors: Motor, reserve: Reserve | None = None) -> Brakes:
         """Return brakes for these motors."""
-        return cls(map(Brake, motors))
+        reserve = reserve or Reserve(MonotonicClock())
+        return cls([Brake(motor, reserve) for motor in motors], reserve)
 
     def of(self, *motors: Motor) -> Brakes:
         """Return the same brakes for some of the motors alone."""
-        return Brakes(brake for brake in self._brakes if brake.motor in motors)
+        return Brakes([brake for brake in self._brakes if brake.motor in motors], self.reserve)
 
     @property
     def are_hung(self) -> bool:
@@ -76,15 +91,23 @@ class Brakes:
             raise min(failures, key=lambda failure: isinstance(failure, DeviceLostError))
 
     def apply_apart(self, within_s: float = STOP_S) -> list[Exception]:
-        """Stop every motor in a thread of its own; return what failed, within that time."""
-        failures = [failure_of() for failure_of in [brake.begin(within_s) for brake in self._brakes]]
-        return [failure for failure in failures if failure]
+        """Stop every motor in a thread of the reserve; return what failed, within that time."""
+        failures: list[Exception] = []
+        waits = _try_all([partial(brake.begin, within_s) for brake in self._brakes], failures)
+        return failures + [failure for wait in waits if (failure := wait())]
 
     def _in_turn(self) -> list[Exception]:
-        failures = []
-        for brake in self._brakes:
-            try:
-                brake.apply()
-            except Exception as failure:  # noqa: BLE001, PERF203  one that fails must not keep the others from stopping
-                failures.append(failure)
+        failures: list[Exception] = []
+        _try_all([brake.apply for brake in self._brakes], failures)
         return failures
+
+
+def _try_all(tries: Iterable[Callable[[], T]], failures: list[Exception]) -> list[T]:
+    """Call each function; return their results, and add to ``failures`` what is raised, which keeps no other back."""
+    results = []
+    for attempt in tries:
+        try:
+            results.append(attempt())
+        except Exception as failure:  # noqa: BLE001, PERF203  one that fails must not keep the others from stopping
+            failures.append(failure)
+    return results

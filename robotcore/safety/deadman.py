@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import inf
 from threading import RLock
 
 from robotcore.clock import Clock
 from robotcore.safety.patience import Patiently
+from robotcore.threads import Reserve
 
 MIN_LEASE_S = 0.1
 
@@ -15,15 +17,18 @@ class Deadman:
     """Calls ``cut`` when ``lease`` seconds have passed since the last `renew`, between ticks too.
 
     One call to the clock stands at a time; one that comes too early asks for the next. A clock may call from a thread
-    of its own: whoever renews or rests holds ``lock``; the cut waits for it, but not for ever.
+    of its own: whoever renews or rests holds ``lock``; the cut waits for it, but not for ever. ``reserve`` has the
+    memory that a cut may need.
     """
 
-    def __init__(self, clock: Clock, lease: float, cut: Callable[[float], None], lock: RLock) -> None:
+    def __init__(self, clock: Clock, lease: float, cut: Callable[[float], None], lock: RLock, reserve: Reserve) -> None:
         self.lease = max(lease, MIN_LEASE_S)
         self._clock = clock
         self._cut = cut
         self._lock = lock
+        self._reserve = reserve
         self._expiry: float | None = None
+        self._latest_cut = -inf
         self._is_waiting = False
 
     def renew(self, now: float) -> None:
@@ -32,13 +37,17 @@ class Deadman:
         if not self._is_waiting:
             self._wait(self._expiry)
 
+    def has_cut(self, now: float) -> bool:
+        """Return whether a lease that begins at ``now`` has been cut already, in a tick that takes longer than it."""
+        return now + self.lease <= self._latest_cut
+
     def rest(self) -> None:
         """End the lease: the motors were stopped."""
         self._expiry = None
 
     def _wait(self, expiry: float) -> None:
         self._is_waiting = True
-        self._clock.call_at(expiry, lambda: self._check(expiry))
+        self._clock.call_at(expiry, lambda: self._reserve.insist(lambda: self._check(expiry)))
 
     def _check(self, called_at: float) -> None:
         with Patiently(self._lock):
@@ -48,5 +57,13 @@ class Deadman:
             if self._expiry > called_at:
                 self._wait(self._expiry)
             else:
-                self._expiry = None
-                self._cut(called_at)
+                self._cut_now(called_at)
+
+    def _cut_now(self, called_at: float) -> None:
+        """End the lease and cut; if the cut runs out of memory, the lease stays over, for another try."""
+        self._latest_cut, expiry, self._expiry = called_at, self._expiry, None
+        try:
+            self._cut(called_at)
+        except MemoryError:
+            self._expiry = expiry
+            raise

@@ -7,21 +7,25 @@ from contextlib import suppress
 from threading import RLock
 from typing import NoReturn
 
+from robotcore.clock import MonotonicClock
 from robotcore.errors import RobotcoreError, SafetyStop
 from robotcore.safety.intervention import REST, Intervention
+from robotcore.threads import Reserve
 
 
 class Latch:
     """Keeps the first error that it is set to, and raises it at every `check` from then on; any thread may set it.
 
     ``driven`` is what the wheels were told when it tripped, rad/s; ``untold`` what was cut before, and no tick tells.
+    ``reserve`` has the memory that a stop may need.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, reserve: Reserve | None = None) -> None:
         self.error: RobotcoreError | None = None
         self.driven = REST
         self.untold: Sequence[Intervention] = ()
         self._lock = RLock()
+        self._reserve = reserve or Reserve(MonotonicClock())
         self._calls: list[Callable[[], object]] = []
 
     @property
@@ -38,12 +42,12 @@ class Latch:
         self._calls.append(stop)
 
     def set(self, error: RobotcoreError) -> None:
-        """Latch, and have everything stopped. A stop that fails is told when it fails again at closing."""
+        """Latch, and call every stop, whatever another one raises. Closing reports a stop that fails again."""
         with self._lock:
             is_first, self.error = self.error is None, self.error or error
         for stop in self._calls if is_first else ():
-            with suppress(RobotcoreError):
-                stop()
+            with suppress(Exception):
+                self._reserve.insist(stop)
 
     def trip(self, error: RobotcoreError) -> NoReturn:
         """Latch, and raise what ended the run first."""

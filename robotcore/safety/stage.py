@@ -65,14 +65,14 @@ class SafetyStage:
         self._latch = latch or Latch()
         self._on_sent = on_sent
         self._lock = RLock()
-        self._deadman = Deadman(clock, lease, self._cut, self._lock)
+        self._brakes = brakes or Brakes.on(left, right)
+        self._deadman = Deadman(clock, lease, self._cut, self._lock, self._brakes.reserve)
         self._asked: Wheels | None = None
         self._guarded = self._sent = self._judged_after = REST
         self._halts = self._halts_before = 0
         self._is_stopped = False
         self._changes: list[Intervention] = []
         self._cuts: list[Intervention] = []
-        self._brakes = brakes or Brakes.on(left, right)
         self._latch.call(self._cut_off)
 
     def ask(self, wheels: Wheels) -> Wheels:
@@ -189,9 +189,12 @@ class SafetyStage:
 
     def _cut(self, expiry: float) -> None:
         """Stop both motors; where a stop had failed, once more."""
-        if self._sent != REST:
-            self._cuts.append(Intervention(expiry, "deadman", self._sent, REST))
-        self._halt(expiry)
+        driven = self._sent
+        try:
+            self._halt(expiry)
+        finally:
+            if driven != REST:
+                self._cuts.append(Intervention(expiry, "deadman", driven, REST))
 
     def _cut_off(self) -> None:
         """Stop for good: the latch has tripped."""
@@ -199,10 +202,12 @@ class SafetyStage:
         self.stop()
 
     def _halt(self, now: float) -> None:
-        """Stop each motor on its own."""
+        """Stop each motor on its own, also if noting it fails."""
         self._halts += 1
-        self._note(REST, now)
-        self._brakes.apply()
+        try:
+            self._note(REST, now)
+        finally:
+            self._brakes.apply()
 
     def _note(self, wheels: Wheels, now: float) -> None:
         self._sent = wheels

@@ -12,6 +12,7 @@ from types import FrameType
 from robotcore.errors import RobotcoreError
 from robotcore.safety.fairness import FairTime
 from robotcore.safety.whereabouts import Stay, Whereabouts
+from robotcore.threads import Reserve, start_thread
 
 PERIOD_S = 0.05
 FIRST_TICK_S = 30.0
@@ -23,7 +24,7 @@ class Watchdog:
 
     ``bite`` is called with the error where it stays too long: to stop the motors and call the thread back. Where it has
     not come back within its grace, ``end`` is called. Both in the watchdog's thread. ``patience`` makes every limit
-    longer. While a debugger holds the thread, nothing is too long.
+    longer. ``reserve`` has the memory that it may need. While a debugger holds the thread, nothing is too long.
     """
 
     def __init__(
@@ -31,28 +32,34 @@ class Watchdog:
         where: Whereabouts,
         bite: Callable[[RobotcoreError], object],
         end: Callable[[RobotcoreError], object],
+        reserve: Reserve,
         patience: float = 1.0,
     ) -> None:
         self._where, self._bite, self._end, self._patience = where, bite, end, patience
         self._doing, self._call = _Standstill(), _Standstill()
         self._bitten: _Bitten | None = None
+        self._reserve = reserve
         self._is_closed = Event()
-        self._thread = Thread(target=self._watch, name="watchdog", daemon=True)
+        self._thread: Thread | None = None
 
     def start(self) -> None:
-        """Begin to look."""
-        self._thread.start()
+        """Begin to look. Raises ResourceError if the system refuses the thread."""
+        self._thread = start_thread(self._watch, "watchdog")
 
     def close(self) -> None:
         """Look no more. May be called again."""
         self._is_closed.set()
-        if self._thread.is_alive():
+        if self._thread:
             self._thread.join()
 
     def _watch(self) -> None:
         time = FairTime(self._where.native_thread, PERIOD_S)
-        while not self._is_closed.wait(PERIOD_S):
-            self._look(time.passed())
+        while not self._is_closed.is_set():
+            try:
+                if not self._is_closed.wait(PERIOD_S):
+                    self._look(time.passed())
+            except Exception:  # noqa: BLE001, PERF203  without a watchdog, a run that hangs never ends
+                self._reserve.release_memory()
 
     def _look(self, passed: float) -> None:
         """Take in where the thread is, and for how long it has been there."""

@@ -12,7 +12,9 @@ from drivers.raspberrypi.cameras.source import Source
 from robotcore.clock import Clock
 from robotcore.description import CameraDescription
 from robotcore.devices import Camera, Frame
+from robotcore.errors import ResourceError
 from robotcore.hardware import Newest
+from robotcore.threads import start_thread
 
 RETRY_S, LONGEST_RETRY_S = 0.5, 2.0
 """A camera that failed is tried again after this long, then after twice as long, up to the longest."""
@@ -55,8 +57,11 @@ class CapturingCamera(Camera):
 
     def _release(self) -> None:
         self._polling.stop()
-        closing = threading.Thread(target=self._let_go, name=f"{self.name}: closing", daemon=True)
-        closing.start()
+        try:
+            closing = start_thread(self._let_go, f"{self.name}: closing")
+        except ResourceError:
+            self._let_go()
+            return
         closing.join(CLOSING_S)
         if closing.is_alive():
             _log.warning("%s: the camera hangs; it is let go when it answers, or when the program has ended", self.name)

@@ -8,16 +8,18 @@ from __future__ import annotations
 
 import re
 from contextlib import suppress
+from functools import partial
 from select import poll, select
-from threading import RLock, Thread
+from threading import RLock
 from typing import TYPE_CHECKING
 
 from drivers.serial.ports.finding import PortMissingError, holders, path_of
 from drivers.serial.ports.port import FAILURES
 from drivers.serial.ports.refusal import why_closed
 from robotcore.clock import MonotonicClock
-from robotcore.errors import BackendError
+from robotcore.errors import BackendError, ResourceError
 from robotcore.guardian import Cutoff, CutoffSpec, Unsure
+from robotcore.threads import start_thread
 
 if TYPE_CHECKING:
     from serial import Serial
@@ -75,7 +77,8 @@ class StopFrame(Cutoff):
             raise BackendError(why_closed(self._place, path, self._baud, error)) from error
         hung_up = poll()
         hung_up.register(self._serial.fileno(), 0)
-        Thread(target=self._let_go, args=(self._serial, hung_up), name=f"unplugged {path}", daemon=True).start()
+        with suppress(ResourceError):  # without the thread the port is stopped all the same
+            start_thread(partial(self._let_go, self._serial, hung_up), f"unplugged {path}")
 
     def arm(self) -> None:
         with self._lock, suppress(Exception):  # what keeps failing is raised where it is to stop

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import ctypes
 import json
+import math
 import os
+import resource
 import signal
 import sys
+import threading
 import warnings
+from contextlib import suppress
 from pathlib import Path
 from unittest.mock import patch
 
@@ -20,6 +24,8 @@ from robotcore.running.trace import TickRecord
 from tests.robotcore.fakes import Deed
 from tests.robotcore.guardian.diary import Diary
 from tests.robotcore.guardian.recording import RecordingBackend, RecordingMotor
+
+HOARD: list[bytearray] = []
 
 HOLD_US = 800_000
 
@@ -109,12 +115,67 @@ class Deeds:
             self._diary.note("let go")
         return Status.SUCCESS if self._ticks == 20 else Status.RUNNING
 
+    def leaks_threads_and_hangs(self, robot: Robot) -> Status:
+        use_up_threads()
+        threading.Event().wait()
+        return Status.RUNNING
+
+    def leaks_threads_and_raises(self, robot: Robot) -> Status:
+        use_up_threads()
+        raise KeyError("lost")
+
+    def leaks_threads_and_drives_on(self, robot: Robot) -> Status:
+        use_up_threads()
+        self._ticks += 1
+        return Status.SUCCESS if self._ticks == 5 else Status.RUNNING
+
+    def leaks_threads_and_asks_for_nan(self, robot: Robot) -> Status:
+        use_up_threads()
+        robot.drive.set_wheels(math.nan, 2.0)
+        return Status.RUNNING
+
+    def leaks_memory_and_hangs(self, robot: Robot) -> Status:
+        use_up_memory()
+        threading.Event().wait()
+        return Status.RUNNING
+
+    def leaks_memory_and_raises(self, robot: Robot) -> Status:
+        use_up_memory()
+        raise KeyError("lost")
+
+    def leaks_memory_and_drives_on(self, robot: Robot) -> Status:
+        use_up_memory()
+        return Status.RUNNING
+
     def _copy(self) -> None:
         warnings.simplefilter("ignore", DeprecationWarning)  # of forks of a process that has threads
         if os.fork() == 0:
             self._diary.note("copied")
             sys.stdin.read()  # until whoever started us closes it
             os._exit(0)
+
+
+def limit_address_space(bytes_left: int) -> None:
+    """Let the process map this many bytes more."""
+    used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (used + bytes_left, resource.RLIM_INFINITY))
+
+
+def use_up_threads() -> None:
+    """Start threads until the system refuses one, for want of room for its stack."""
+    limit_address_space(64 << 20)
+    with suppress(RuntimeError):
+        while True:
+            threading.Thread(target=threading.Event().wait, daemon=True).start()
+
+
+def use_up_memory() -> None:
+    """Keep ever smaller blocks until not even a small one is left."""
+    limit_address_space(64 << 20)
+    for size in (1 << 20, 1 << 14, 1 << 8, 1):
+        with suppress(MemoryError):
+            while True:
+                HOARD.append(bytearray(size))
 
 
 def run_on(backend: Backend, app: Behaviour, observer: Observer, timeout_s: float = 60.0) -> RunResult:

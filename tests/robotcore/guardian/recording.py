@@ -12,6 +12,8 @@ from robotcore.guardian import CutoffSpec
 from robotcore.robot import Robot
 from tests.robotcore.guardian.diary import Diary
 
+UNGUARDED = "unguarded"
+
 MOTORS = ("left_motor", "right_motor", "gripper")
 
 
@@ -31,7 +33,7 @@ class RecordingMotor(Motor):
 
 
 class RecordingBackend(Backend):
-    """Opens the motors of any robot, and one more; its clock is the machine's own."""
+    """Opens the motors of any robot, and one more; its clock is the machine's own. It may have no guardian."""
 
     name = "recording"
     summary = "motors that note what they are told"
@@ -46,7 +48,7 @@ class RecordingBackend(Backend):
             MonotonicClock(),
             [RecordingMotor(name, diary) for name in MOTORS],
             release=diary.close,
-            cutoffs=[cutoff(self._file, name, self._manner) for name in MOTORS],
+            cutoffs=[cutoff(self._file, name, self._manner) for name in MOTORS if self._manner != UNGUARDED],
         )
 
 

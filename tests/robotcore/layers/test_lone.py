@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from robotcore.clock import SteppedClock
@@ -22,9 +23,9 @@ class Bench:
 
     def __init__(self) -> None:
         self.inner, self.wheel = NullMotor("gripper", 3.0), NullMotor("left_motor")
-        clock = SteppedClock(20, lambda _: None)
+        self.raw_clock = SteppedClock(20, lambda _: None)
         self.assembled: Assembled = assemble(
-            Robot("rover", clock, [self.inner, self.wheel, NullMotor("right_motor")]), HANDY, 20
+            Robot("rover", self.raw_clock, [self.inner, self.wheel, NullMotor("right_motor")]), HANDY, 20
         )
         gripper = self.assembled.robot["gripper"]
         assert isinstance(gripper, Motor)
@@ -86,20 +87,28 @@ def test_an_e_stop_in_the_middle_of_a_command_wins(bench: Bench) -> None:
     assert bench.inner.sent[-1] == 0.0
 
 
-def test_an_e_stop_between_the_check_and_the_command_wins(bench: Bench) -> None:
-    stop = EmergencyStop(bench.assembled.latch)
-
-    class Pressing(float):
-        """A velocity at which somebody presses the e-stop when it is looked at."""
-
-        def __eq__(self, other: object) -> bool:
-            stop.press("the button")
-            return False
-
-        __hash__ = float.__hash__
-
-    assert bench.gripper.set_velocity(Pressing(2.0)) == 0.0
+def test_an_e_stop_between_the_check_and_the_command_wins(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    latch = bench.assembled.latch
+    monkeypatch.setattr(latch, "check", lambda: EmergencyStop(latch).press("the button"))
+    assert bench.gripper.set_velocity(2.0) == 0.0
     assert bench.inner.sent[-1] == 0.0
+
+
+def test_a_command_after_a_cut_in_the_same_tick_is_not_sent(bench: Bench) -> None:
+    bench.gripper.set_velocity(2.0)
+    bench.raw_clock.sleep_until(0.5)  # a step that hangs: the tick's own time stands still
+    assert bench.gripper.set_velocity(2.0) == 0.0
+    assert bench.inner.sent == [2.0, 0.0, 0.0]
+    bench.sleep(1.0)
+    assert bench.gripper.set_velocity(2.0) == 2.0
+
+
+def test_a_number_of_an_array_that_changes_later_is_sent_as_it_was(bench: Bench) -> None:
+    speeds = np.array([2.0])
+    bench.gripper.set_velocity(speeds[0, ...])
+    speeds *= 500
+    assert bench.inner.sent == [2.0]
+    assert type(bench.inner.sent[0]) is float
 
 
 def test_zero_is_a_stop(bench: Bench) -> None:

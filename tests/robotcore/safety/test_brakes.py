@@ -5,9 +5,11 @@ from collections.abc import Iterator
 
 import pytest
 
+from robotcore.clock import MonotonicClock
 from robotcore.errors import DeviceError
 from robotcore.safety import Brakes
 from robotcore.safety.brakes import Brake
+from robotcore.threads import Reserve
 from tests.robotcore.fakes import NullMotor
 
 
@@ -18,6 +20,15 @@ class HungMotor(NullMotor):
         super().__init__(name)
         self.let_go = threading.Event()
         self.on_command = lambda _: self.let_go.wait()
+
+
+@pytest.fixture
+def reserve() -> Iterator[Reserve]:
+    """Threads enough for two motors, held from the start."""
+    reserve = Reserve(MonotonicClock())
+    reserve.hold(threads=2)
+    yield reserve
+    reserve.close()
 
 
 @pytest.fixture
@@ -41,17 +52,17 @@ def test_one_that_fails_keeps_the_other_from_nothing_and_is_told() -> None:
     assert right.sent == [0.0]
 
 
-def test_one_that_hangs_holds_up_nobody_who_stops_them_apart(hung: HungMotor) -> None:
+def test_one_that_hangs_holds_up_nobody_who_stops_them_apart(hung: HungMotor, reserve: Reserve) -> None:
     right = NullMotor("right_motor")
-    brakes = Brakes.on(hung, right)
+    brakes = Brakes.on(hung, right, reserve=reserve)
     (failure,) = brakes.apply_apart()
     assert "left_motor: has not stopped within 0.2 s" in str(failure)
     assert right.sent == [0.0]
     assert brakes.are_hung
 
 
-def test_a_stop_that_is_under_way_is_waited_for(hung: HungMotor) -> None:
-    brake = Brake(hung)
+def test_a_stop_that_is_under_way_is_waited_for(hung: HungMotor, reserve: Reserve) -> None:
+    brake = Brake(hung, reserve)
     tell = brake.begin()
     threading.Timer(0.02, hung.let_go.set).start()
     brake.apply()
@@ -59,9 +70,9 @@ def test_a_stop_that_is_under_way_is_waited_for(hung: HungMotor) -> None:
     assert hung.sent == [0.0, 0.0]
 
 
-def test_from_another_thread_they_are_stopped_apart(hung: HungMotor) -> None:
+def test_from_another_thread_they_are_stopped_apart(hung: HungMotor, reserve: Reserve) -> None:
     right = NullMotor("right_motor")
-    brakes, raised = Brakes.on(hung, right), []
+    brakes, raised = Brakes.on(hung, right, reserve=reserve), []
 
     def stop() -> None:
         try:
@@ -76,8 +87,8 @@ def test_from_another_thread_they_are_stopped_apart(hung: HungMotor) -> None:
     assert right.sent == [0.0]
 
 
-def test_a_stop_that_hangs_is_not_begun_again_and_is_told_at_once(hung: HungMotor) -> None:
-    brakes = Brakes.on(hung)
+def test_a_stop_that_hangs_is_not_begun_again_and_is_told_at_once(hung: HungMotor, reserve: Reserve) -> None:
+    brakes = Brakes.on(hung, reserve=reserve)
     brakes.apply_apart()
     assert brakes.apply_apart()
     with pytest.raises(DeviceError, match="has not stopped"):
@@ -85,8 +96,8 @@ def test_a_stop_that_hangs_is_not_begun_again_and_is_told_at_once(hung: HungMoto
     assert hung.told == [0.0]
 
 
-def test_one_that_comes_back_can_be_stopped_again(hung: HungMotor) -> None:
-    brakes = Brakes.on(hung)
+def test_one_that_comes_back_can_be_stopped_again(hung: HungMotor, reserve: Reserve) -> None:
+    brakes = Brakes.on(hung, reserve=reserve)
     brakes.apply_apart()
     hung.let_go.set()
     while brakes.are_hung:
@@ -95,9 +106,9 @@ def test_one_that_comes_back_can_be_stopped_again(hung: HungMotor) -> None:
     assert hung.sent == [0.0, 0.0]
 
 
-def test_some_of_them_share_what_is_known_of_all(hung: HungMotor) -> None:
+def test_some_of_them_share_what_is_known_of_all(hung: HungMotor, reserve: Reserve) -> None:
     right = NullMotor("right_motor")
-    brakes = Brakes.on(hung, right)
+    brakes = Brakes.on(hung, right, reserve=reserve)
     brakes.apply_apart()
     assert brakes.of(hung).are_hung
     assert not brakes.of(right).are_hung

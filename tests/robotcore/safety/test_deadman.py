@@ -6,6 +6,7 @@ import pytest
 
 from robotcore.clock import SteppedClock
 from robotcore.safety import Deadman
+from robotcore.threads import Reserve
 
 
 class Bench:
@@ -14,7 +15,7 @@ class Bench:
     def __init__(self, lease: float = 0.125) -> None:
         self.clock = SteppedClock(20, lambda _: None)
         self.cuts: list[tuple[float, float]] = []
-        self.deadman = Deadman(self.clock, lease, self._cut, RLock())
+        self.deadman = Deadman(self.clock, lease, self._cut, RLock(), Reserve(self.clock))
 
     def _cut(self, expiry: float) -> None:
         self.cuts.append((expiry, self.clock.now()))

@@ -11,7 +11,8 @@ import pytest
 from robotcore.clock import MonotonicClock, SteppedClock, TickClock
 from robotcore.drive import Wheels
 from robotcore.errors import DeviceError, EmergencyStopError
-from robotcore.safety import Latch, SafetyStage
+from robotcore.safety import Brakes, Latch, SafetyStage
+from robotcore.threads import Reserve
 from tests.robotcore.fakes import NullMotor
 
 
@@ -72,6 +73,8 @@ def clock() -> Iterator[MonotonicClock]:
 def test_where_the_stop_of_one_motor_hangs_the_deadman_stops_the_other(clock: MonotonicClock) -> None:
     left, right = NullMotor("left"), NullMotor("right")
     let_go, stopped = threading.Event(), threading.Event()
+    reserve = Reserve(clock)
+    reserve.hold(threads=2)
 
     def hang(rad_s: float) -> None:
         if rad_s == 0:
@@ -81,7 +84,7 @@ def test_where_the_stop_of_one_motor_hangs_the_deadman_stops_the_other(clock: Mo
     right.on_command = lambda rad_s: stopped.set() if rad_s == 0 else None
 
     def drive() -> None:
-        stage = SafetyStage(clock, left, right, [], 0.1)
+        stage = SafetyStage(clock, left, right, [], 0.1, brakes=Brakes.on(left, right, reserve=reserve))
         stage.ask(Wheels(2.0, 2.0))
         stage.commit()
         stage.stop()
@@ -92,5 +95,6 @@ def test_where_the_stop_of_one_motor_hangs_the_deadman_stops_the_other(clock: Mo
     is_hung = driving.is_alive()
     let_go.set()
     driving.join()
+    reserve.close()
     assert is_stopped
     assert is_hung

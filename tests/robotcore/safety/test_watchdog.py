@@ -7,9 +7,11 @@ from typing import Any
 
 import pytest
 
+from robotcore.clock import MonotonicClock
 from robotcore.errors import DeviceError, RobotcoreError, WatchdogError
 from robotcore.safety import Stay, Watchdog, Whereabouts
 from robotcore.safety.watchdog import FIRST_TICK_S, is_debugged
+from robotcore.threads import Reserve
 
 STEP = Stay(3.0, lambda seconds, _: WatchdogError(f"the app, {seconds:.1f} s"), 1.0)
 EYE = Stay(1.0, lambda seconds, _: DeviceError("eye", f"{seconds:.1f} s"), 0.3)
@@ -23,7 +25,7 @@ class Bench:
         self.where.ticks = 2
         self.bites: list[RobotcoreError] = []
         self.ends: list[RobotcoreError] = []
-        self.watchdog = Watchdog(self.where, self.bites.append, self.ends.append, patience)
+        self.watchdog = Watchdog(self.where, self.bites.append, self.ends.append, Reserve(MonotonicClock()), patience)
 
     def pass_time(self, seconds: float) -> None:
         for _ in range(round(seconds * 20)):
@@ -154,11 +156,29 @@ def test_looks_from_a_thread_of_its_own_until_it_is_closed() -> None:
     where = Whereabouts()
     where.ticks = 2
     where.begin(STEP._replace(limit_s=0.1))
-    watchdog = Watchdog(where, lambda _: bitten.set(), lambda _: None)
+    watchdog = Watchdog(where, lambda _: bitten.set(), lambda _: None, Reserve(MonotonicClock()))
     watchdog.start()
     try:
         assert bitten.wait(10)
     finally:
         watchdog.close()
         watchdog.close()
+    assert watchdog._thread
     assert not watchdog._thread.is_alive()
+
+
+def test_a_bite_that_raises_is_followed_by_the_end() -> None:
+    ended = threading.Event()
+    where = Whereabouts()
+    where.ticks = 2
+    where.begin(STEP._replace(limit_s=0.1, grace_s=0.1))
+
+    def fail(error: RobotcoreError) -> None:
+        raise MemoryError
+
+    watchdog = Watchdog(where, fail, lambda _: ended.set(), Reserve(MonotonicClock()))
+    watchdog.start()
+    try:
+        assert ended.wait(10)
+    finally:
+        watchdog.close()
