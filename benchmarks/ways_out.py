@@ -1,11 +1,13 @@
 """Every way out of a run stops the motors: how surely, and how soon.
 
-    python -m benchmarks.ways_out --trials 200 --simulators 50
+    python -m benchmarks.ways_out --trials 200 --exhausted 100 --simulators 50
 
 Each trial is a process of its own: the command line runs an app on a robot in real time, whose motors note each command
 and when it came. At a random moment, while it drives, it is really signalled, raises, hangs (waits, burns, or swallows
 whatever is raised), or its camera fails. The time is that from the event, for a hang from the moment since which the
-app has not come back, to the stop of the last motor. Then simulators in processes of their own, half of which are
+app has not come back, to the stop of the last motor. Then the same for an app that uses up the threads or the memory
+of its process first, with a guardian or without: for one that goes on, the time is that from the last command. Then
+simulators in processes of their own, half of which are
 killed in the middle of a run, and half of which are suspended. Exit status 1 where a motor had no stop, or a bound is
 broken.
 """
@@ -17,7 +19,7 @@ import json
 import signal
 import statistics
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from random import Random
@@ -25,7 +27,7 @@ from tempfile import TemporaryDirectory
 from typing import TypeVar
 
 from benchmarks.report import machine, print_table
-from benchmarks.ways.trials import Ended, going_wrong, orphaned, register, signalled
+from benchmarks.ways.trials import Ended, exhausted, going_wrong, orphaned, register, signalled
 
 HANG_BOUND_S, NAMED_BOUND_S = 0.150, 2.0
 
@@ -42,34 +44,45 @@ KINDS: dict[str, tuple[Trial, int]] = {
 }
 """The ways, and the exit status that each must have, as `subprocess` tells it."""
 
+EXHAUSTED: dict[str, tuple[Trial, int]] = {
+    f"uses up its {what}, {then}": (partial(exhausted, way=way, leaks=what), status)
+    for what in ("threads", "memory")
+    for then, way, status in (("hangs", "hangs", 4), ("raises", "raises", 5))
+} | {"uses up its threads, goes on": (partial(exhausted, way="goes on", leaks="threads"), 1)}
+"""The same for apps that use up what the system gives their process; each also answers in one line of JSON."""
+
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--trials", type=int, default=200)
+    parser.add_argument("--exhausted", type=int, default=100)
     parser.add_argument("--simulators", type=int, default=50)
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
     random = Random(asked.seed)
     signal.signal(signal.SIGHUP, signal.SIG_DFL)  # under nohup, no trial could be hung up
     print(machine())
-    is_good = _print_ways(asked.trials, random)
+    is_good = _print_ways(KINDS, asked.trials, random)
+    print()
+    is_good = _print_ways(EXHAUSTED, asked.exhausted, random) and is_good
     print()
     return int(not (_print_simulators(asked.simulators, random) and is_good))
 
 
-def _print_ways(trials: int, random: Random) -> bool:
-    ended: dict[str, list[Ended]] = {kind: [] for kind in KINDS}
+def _print_ways(kinds: Mapping[str, tuple[Trial, int]], trials: int, random: Random) -> bool:
+    ended: dict[str, list[Ended]] = {kind: [] for kind in kinds}
     for index in range(trials):
-        kind = list(KINDS)[index % len(KINDS)]
-        ended[kind].append(_in_a_directory(partial(KINDS[kind][0], random=random)))
+        kind = list(kinds)[index % len(kinds)]
+        ended[kind].append(_in_a_directory(partial(kinds[kind][0], random=random)))
     print_table(
         ("way out", "every motor stopped", "exit status as said", "ms to the last stop: median", "worst"),
-        [(kind, *_told(results, KINDS[kind][1])) for kind, results in ended.items() if results],
+        [(kind, *_told(results, kinds[kind][1])) for kind, results in ended.items() if results],
     )
     results = [result for each in ended.values() for result in each]
     print(f"\n{sum(result.is_stopped for result in results)} of {trials} runs stopped every motor")
-    worst_hang = max((result.delay_s for result in ended["hangs"]), default=0.0)
-    return all(result.is_stopped for result in results) and worst_hang <= HANG_BOUND_S
+    hangs = [result.delay_s for kind, each in ended.items() if kind.endswith("hangs") for result in each]
+    is_as_said = all(result.status == kinds[kind][1] for kind, each in ended.items() for result in each)
+    return all(result.is_stopped for result in results) and is_as_said and max(hangs, default=0.0) <= HANG_BOUND_S
 
 
 def _told(results: list[Ended], status: int) -> tuple[str, ...]:

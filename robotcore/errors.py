@@ -46,6 +46,10 @@ _CALLERS = {"robotcore", "importlib", "_frozen_importlib", "_frozen_importlib_ex
 """The packages by which an app comes to be called."""
 
 
+LONGEST_TEXT = 2000
+"""As much of an exception's text is kept, in characters: it goes into a line, a table, and each file of a sweep."""
+
+
 class _Portable(BaseException):
     """An exception that another process can be told of, whatever its constructor takes.
 
@@ -290,9 +294,14 @@ class BehaviourError(RobotcoreError):
 
     @classmethod
     def raised_by(cls, app: type, cause: BaseException) -> BehaviourError:
-        """Return the error for what an app's code raised."""
-        words = f": {cause}" if str(cause) else ""
-        error = cls(f"{app.__name__} raised {type(cause).__name__}{words}")
+        """Return the error for an exception of an app's code; a very long text of it is cut."""
+        try:
+            text = str(cause)
+        except Exception as failure:  # noqa: BLE001  an app's own class of exceptions
+            text = f"its text cannot be read, __str__ raised {type(failure).__name__}"
+        if len(text) > LONGEST_TEXT:
+            text = f"{text[:LONGEST_TEXT]}… ({len(text) - LONGEST_TEXT} more characters)"
+        error = cls(f"{app.__name__} raised {type(cause).__name__}{f': {text}' if text else ''}")
         error.__cause__ = cause
         return error
 

@@ -2,30 +2,68 @@
 
 from __future__ import annotations
 
+import resource
 from contextlib import suppress
 from dataclasses import dataclass
-from threading import Event
+from pathlib import Path
+from threading import Event, Thread
+from time import sleep
 from typing import Literal
 
 from benchmarks.ways.witness import Log
 from robotcore import Behaviour, Robot, Role, Status
 
+FOREVER_S = 3600.0
+LEFT_BYTES = 64 << 20
+HOARD: list[bytearray] = []
+
+
+def use_up(what: Literal["nothing", "threads", "memory"]) -> None:
+    """Leak threads or memory until the system refuses more of it."""
+    if what != "nothing":
+        used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (used + LEFT_BYTES, resource.RLIM_INFINITY))
+        leak(what)
+
+
+def leak(what: Literal["threads", "memory"]) -> None:
+    """Start threads, or keep ever smaller blocks, until the system refuses."""
+    with suppress(RuntimeError, MemoryError):
+        while what == "threads":
+            Thread(target=Event().wait, daemon=True).start()
+    for size in (1 << 20, 1 << 14, 1 << 8, 1):
+        with suppress(MemoryError):
+            while what == "memory":
+                HOARD.append(bytearray(size))
+
 
 @dataclass
 class GoWrong(Behaviour):
-    """Drives a curve; after ``after_s`` seconds it does as ``way`` says, and notes in ``log`` when."""
+    """Drives a curve; ``after_s`` seconds after its first tick it does as ``way`` says, and notes in ``log`` when.
+
+    Before it does, it uses up what it ``leaks``, under a limit of the process's address space.
+    """
 
     log: str = ""
-    way: Literal["goes on", "raises", "waits", "burns", "is deaf"] = "goes on"
+    way: Literal["goes on", "raises", "waits", "burns", "leaks on", "is deaf"] = "goes on"
+    leaks: Literal["nothing", "threads", "memory"] = "nothing"
     after_s: float = 1.0
     needs = frozenset({Role.DRIVE, Role.CAMERA, Role.RANGE})
+    _first_s = float("inf")
+    _is_wrong = False
 
     def step(self, robot: Robot) -> Status:
         robot.camera.read()
         robot.drive.set_velocity(0.1, 0.2)
-        if self.way != "goes on" and robot.clock.now() >= self.after_s:
-            Log(self.log).note("event")
-            self._go_wrong()
+        now = robot.clock.now()
+        self._first_s = min(self._first_s, now)
+        if now - self._first_s >= self.after_s:
+            if not self._is_wrong:
+                self._is_wrong = True
+                Log(self.log).note("event")
+                use_up(self.leaks)
+            if self.way != "goes on":
+                self._go_wrong()
         return Status.RUNNING
 
     def _go_wrong(self) -> None:
@@ -34,7 +72,9 @@ class GoWrong(Behaviour):
         while self.way == "burns":
             pass
         while self.way == "waits":
-            Event().wait()
+            sleep(FOREVER_S)
+        while self.way == "leaks on" and self.leaks != "nothing":
+            leak(self.leaks)
         while True:  # deaf
             with suppress(BaseException):
-                Event().wait()
+                sleep(FOREVER_S)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from random import Random
@@ -20,8 +21,15 @@ APP = str(Path(__file__).with_name("app.py"))
 POLL_S = 0.002
 
 
+Note = tuple[str, float, float]
+"""Event, value, time."""
+
+
 class Ended(NamedTuple):
-    """A trial: its exit status (None: it hung), whether every motor had its stop, and the last one's delay in s."""
+    """A trial: its exit status, whether every motor had its stop, and the delay of the last stop in seconds.
+
+    The status is None if the process hung, or if its answer is not one line of JSON with that status.
+    """
 
     status: int | None
     is_stopped: bool
@@ -37,7 +45,7 @@ def signalled(directory: Path, random: Random, number: int) -> Ended:
         sleep(random.uniform(0.1, 1.0))
         event = monotonic()
         process.send_signal(number)
-        return _ended(process, log, event)
+        return _ended(process, log, lambda _: event)
 
 
 def going_wrong(directory: Path, random: Random, way: str) -> Ended:
@@ -50,7 +58,7 @@ def going_wrong(directory: Path, random: Random, way: str) -> Ended:
         way = random.choice(["waits", "burns", "is deaf"]) if way == "hangs" else way
         told += ["--set", f"way={way}", "--set", f"after_s={after}"]
     with running(directory, [APP, "--backend", "witness", *told]) as process:
-        return _ended(process, log, None)
+        return _ended(process, log)
 
 
 def orphaned(directory: Path, random: Random, number: int) -> tuple[int | None, float, str]:
@@ -69,6 +77,21 @@ def orphaned(directory: Path, random: Random, number: int) -> tuple[int | None, 
             said = process.stdout.read() if process.stdout else ""
         server.kill()
     return status, delay, said
+
+
+def exhausted(directory: Path, random: Random, way: str, leaks: str) -> Ended:
+    """Drive, use up the process's threads or memory, and go wrong; with a guardian or without, as the seed has it."""
+    log, after = directory / "log", f"{random.uniform(0.3, 1.2):.3f}"
+    way = random.choice(["waits", "burns", "leaks on", "is deaf"]) if way == "hangs" else way
+    options = ["--option", f"log={log}", "--option", f"is_guarded={random.choice(['true', 'false'])}"]
+    settings = [f"log={log}", f"way={way}", f"leaks={leaks}", f"after_s={after}"]
+    arguments = [APP, "--backend", "witness", "--timeout", "2", "--json", *options]
+    arguments += [part for setting in settings for part in ("--set", setting)]
+    with running(directory, arguments) as process:
+        ended = _ended(process, log, _last_command if way == "goes on" else _event)
+        said = process.stdout.read() if process.stdout else ""
+    is_told = said.count("\n") == 1 and json.loads(said)["exit_status"] == ended.status
+    return ended if is_told else ended._replace(status=None)
 
 
 @contextmanager
@@ -97,7 +120,7 @@ def register(directory: Path) -> None:
     )
 
 
-def notes(log: Path) -> list[tuple[str, float, float]]:
+def notes(log: Path) -> list[Note]:
     """Return what was noted: event, value, time."""
     lines = (line.split() for line in log.read_text().splitlines())
     return [(event, float(value), float(time)) for event, value, time in lines]
@@ -111,11 +134,21 @@ def _status(process: Popen[str]) -> int | None:
         return None
 
 
-def _ended(process: Popen[str], log: Path, event: float | None) -> Ended:
-    """Wait for the end, and read what the motors were told after the event, which the log has where it is not given."""
+def _event(noted: Sequence[Note]) -> float:
+    """Return when the app went wrong."""
+    return next(time for what, _, time in noted if what == "event")
+
+
+def _last_command(noted: Sequence[Note]) -> float:
+    """Return when a wheel was last told to turn."""
+    return max(time for what, value, time in noted if what in MOTORS and value)
+
+
+def _ended(process: Popen[str], log: Path, since_of: Callable[[Sequence[Note]], float] = _event) -> Ended:
+    """Wait for the end, and read what the motors were told since."""
     status = _status(process)
     noted = notes(log)
-    since = next(time for what, _, time in noted if what == "event") if event is None else event
+    since = since_of(noted)
     stops = [_stopped_at([(value, time) for what, value, time in noted if what == name]) for name in MOTORS]
     told = [stop for stop in stops if stop is not None]
     return Ended(status, len(told) == len(MOTORS), max((max(0.0, stop - since) for stop in told), default=0.0))

@@ -20,16 +20,18 @@ from robotcore.description import (
 from robotcore.devices import Angle, Camera, Device, Encoder, Frame, Motor, Range, RangeSensor
 from robotcore.display import MemoryDisplay
 from robotcore.errors import DeviceError
+from robotcore.guardian import Cutoff, CutoffSpec
 from robotcore.robot import Robot
 
 FAR_M = 1.5
 
 
 class WitnessOptions(Described):
-    """The file for what is noted, and when the camera is lost, if it is."""
+    """The file for what is noted, when the camera is lost, if it is, and whether the robot has a guardian."""
 
     log: str
     lost_after_s: float = float("inf")
+    is_guarded: bool = False
 
 
 class Log:
@@ -52,7 +54,24 @@ class WitnessBackend(Backend):
         options = setup.options_as(WitnessOptions)
         clock, log = MonotonicClock(), Log(options.log)
         devices = [_opened(description, clock, log, options.lost_after_s) for description in setup.chosen]
-        return Robot(setup.robot.name, clock, devices)
+        cutoffs = [_cutoff(device.name, options.log) for device in devices if isinstance(device, Motor)]
+        return Robot(setup.robot.name, clock, devices, cutoffs=cutoffs if options.is_guarded else ())
+
+
+class WitnessCutoff(Cutoff):
+    """Notes the guardian's stop as the motor notes its own."""
+
+    def __init__(self, device: str, log: str) -> None:
+        self._device, self._log = device, Log(log)
+
+    def open(self) -> None:
+        """Take nothing."""
+
+    def stop(self) -> None:
+        self._log.note(self._device)
+
+    def close(self) -> None:
+        """Give nothing back."""
 
 
 class WitnessMotor(Motor):
@@ -103,6 +122,10 @@ class WitnessEncoder(Encoder):
 
     def _newest(self) -> Angle:
         return Angle(0.0, self._clock.now(), 0)
+
+
+def _cutoff(device: str, log: str) -> CutoffSpec:
+    return CutoffSpec(device, f"{__name__}:WitnessCutoff", {"device": device, "log": log})
 
 
 def _opened(description: AnyDevice, clock: Clock, log: Log, lost_after_s: float) -> Device:

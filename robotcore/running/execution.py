@@ -58,7 +58,7 @@ class Execution:
         self._wall, self._where = MonotonicClock(), Whereabouts()
         patience *= SIMULATED if plan.request.gui else 1.0
         self._reserve = Reserve(self._wall)
-        self._watchdog = Watchdog(self._where, self._bite, self._end_hard, self._reserve, patience)
+        self._watchdog = Watchdog(self._where, self._bite, self._end_hard, self._reserve, patience, self._note_tracer)
         self._bitten: RobotcoreError | None = None
         self._assembled: Assembled | None = None
         self._guard = ExitStack()
@@ -241,6 +241,12 @@ class Execution:
                 self._assembled.latch.set(error)
         finally:
             self._interrupts.recall()
+
+    def _note_tracer(self, error: RobotcoreError) -> None:
+        """Say, once, that the watchdog would have ended the run."""
+        note = f"a debugger or another tracer follows the program, so the watchdog lets it go on: {error}"
+        self._plan = replace(self._plan, notes=(*self._plan.notes, note))
+        os.write(2, f"note: {note}\n".encode())
 
     def _end_hard(self, error: RobotcoreError) -> None:
         """End the process, which nothing else ends; but not one whose main thread has other things to do."""

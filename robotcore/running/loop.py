@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from functools import partial
 
@@ -19,6 +20,13 @@ from robotcore.safety import LOST, Commit, Intervention, Stay
 
 TickObserver = Callable[[TickRecord], None]
 
+COPY_STATUS = 1
+"""The exit status of a copy of the process."""
+
+_COPY_ENDED = (
+    "error: step of {} came back in process {}, a copy of the run's process by os.fork. The copy ends, the run goes "
+    "on. Start other programs by subprocess, other Python functions by multiprocessing\n"
+)
 _IDLE = Commit(None, None, ())
 
 
@@ -54,6 +62,7 @@ class Loop:
         self._timeout = timeout
         self._observers = tuple(observers)
         self._next = self._clock.now()
+        self._process = os.getpid()
         self._gauges = Gauges(assembled.robot)
         self._warnings: tuple[str, ...] = ()
         self._is_latch_noted = False
@@ -178,7 +187,7 @@ class Loop:
         app = type(self.behaviour)
         self._where.begin(self._stepping)
         try:
-            status = self.behaviour.step(self.robot)
+            status = self._step()
         except UsageError as error:
             raise BehaviourError.raised_by(app, error) from error
         except (RobotcoreError, Interrupted, Recalled):
@@ -192,6 +201,15 @@ class Loop:
                 f"{app.__name__}.step returned {status!r}; it must return a Status, such as Status.RUNNING"
             )
         return status
+
+    def _step(self) -> object:
+        """Let the app decide. A copy of the process that the app made by ``os.fork`` ends here: one loop drives."""
+        try:
+            return self.behaviour.step(self.robot)
+        finally:
+            if (process := os.getpid()) != self._process:
+                os.write(2, _COPY_ENDED.format(type(self.behaviour).__name__, process).encode())
+                os._exit(COPY_STATUS)
 
     def _let_time_pass(self) -> None:
         self._next += self._period

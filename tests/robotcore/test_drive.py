@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -52,6 +53,18 @@ class TestDifferentialDrive:
         stage = KeepingStage()
         assert _drive(stage).set_wheels(3.0, -4.0) == (1.5, -2.0)
         assert stage.asked == [(3.0, -4.0)]
+
+    def test_numbers_of_an_array_that_changes_later_are_asked_as_they_were(self) -> None:
+        stage, speeds = KeepingStage(), np.array([3.0, -4.0])
+        _drive(stage).set_wheels(speeds[0, ...], speeds[1, ...])
+        _drive(stage).set_velocity(speeds[0, ...], np.where(True, 0.0, 0.2))
+        speeds *= 500
+        assert stage.asked == [(3.0, -4.0), pytest.approx((60.0, 60.0))]
+        assert {type(velocity) for wheels in stage.asked for velocity in wheels} == {float}
+
+    def test_a_text_is_no_velocity(self) -> None:
+        with pytest.raises(TypeError):
+            _drive(KeepingStage()).set_wheels("3.0", 1.0)  # type: ignore[arg-type]
 
     def test_a_stop_does_not_go_the_way_of_commands(self) -> None:
         stage = KeepingStage()

@@ -9,6 +9,7 @@ import pytest
 
 from robotcore import errors
 from robotcore.errors import (
+    LONGEST_TEXT,
     BehaviourError,
     DescriptionError,
     DeviceClosedError,
@@ -106,6 +107,18 @@ def test_what_an_app_raised_keeps_its_traceback() -> None:
     cause = KeyError("speed")
     error = BehaviourError.raised_by(dict, cause)
     assert str(error) == "dict raised KeyError: 'speed'"
+    assert error.__cause__ is cause
+
+
+class _UnreadableError(Exception):
+    def __str__(self) -> str:
+        raise ValueError
+
+
+@pytest.mark.parametrize("cause", [_UnreadableError(), RuntimeError("x" * 20_000_000)])
+def test_an_app_whose_exception_has_no_text_or_endless_text_gives_a_short_error(cause: Exception) -> None:
+    error = BehaviourError.raised_by(dict, cause)
+    assert len(str(error)) < 2 * LONGEST_TEXT
     assert error.__cause__ is cause
 
 

@@ -10,6 +10,7 @@ import resource
 import signal
 import sys
 import threading
+import time
 import warnings
 from contextlib import suppress
 from pathlib import Path
@@ -25,6 +26,7 @@ from tests.robotcore.fakes import Deed
 from tests.robotcore.guardian.diary import Diary
 from tests.robotcore.guardian.recording import RecordingBackend, RecordingMotor
 
+HANG_S = 3600.0
 HOARD: list[bytearray] = []
 
 HOLD_US = 800_000
@@ -106,6 +108,25 @@ class Deeds:
         self._ticks += 1
         return Status.RUNNING
 
+    def forks_and_returns(self, robot: Robot) -> Status:
+        """Let a copy of this process come back from step, as the run itself does."""
+        warnings.simplefilter("ignore", DeprecationWarning)  # of forks of a process that has threads
+        if self._ticks == 0:
+            self._diary.note("copied" if os.fork() == 0 else "original")
+        self._ticks += 1
+        return Status.SUCCESS if self._ticks == 5 else Status.RUNNING
+
+    def is_traced_and_hangs(self, robot: Robot) -> Status:
+        """Hang past the watchdog's limit under a tracer, then go on."""
+
+        def trace(*_: object) -> object:
+            return trace
+
+        sys.settrace(trace)  # type: ignore[arg-type]
+        threading.Event().wait(4.0)
+        sys.settrace(None)
+        return Status.SUCCESS
+
     def holds(self, robot: Robot) -> Status:
         """Hold the interpreter lock twice, as a vendor's call may; drive on in between and after it, and end."""
         self._ticks += 1
@@ -117,7 +138,7 @@ class Deeds:
 
     def leaks_threads_and_hangs(self, robot: Robot) -> Status:
         use_up_threads()
-        threading.Event().wait()
+        time.sleep(HANG_S)
         return Status.RUNNING
 
     def leaks_threads_and_raises(self, robot: Robot) -> Status:
@@ -136,7 +157,7 @@ class Deeds:
 
     def leaks_memory_and_hangs(self, robot: Robot) -> Status:
         use_up_memory()
-        threading.Event().wait()
+        time.sleep(HANG_S)
         return Status.RUNNING
 
     def leaks_memory_and_raises(self, robot: Robot) -> Status:

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import pytest
 
+from tests.robotcore.guardian.diary import notes
 from tests.robotcore.guardian.processes import Running, Start
 from tests.robotcore.guardian.recording import MOTORS
 
@@ -32,6 +33,25 @@ def test_an_app_that_is_killed_has_its_motors_stopped(start: Start) -> None:
     _, err = running.end()
     assert_stopped(running)
     assert err == f"guardian: the run of process {running.process.pid} broke off; stopped {', '.join(MOTORS)}\n"
+
+
+def test_a_copy_that_comes_back_from_step_ends_and_tells_the_motors_nothing(start: Start) -> None:
+    running = start("forks_and_returns")
+    out, err = running.end()
+    (copy,) = (note.process for note in notes(running.diary) if note.what == "copied")
+    assert [note.what for note in notes(running.diary) if note.process == copy] == ["copied"]
+    assert len(out.splitlines()) == 1
+    assert json.loads(out)["outcome"] == "success"
+    assert f"process {copy}" in err
+
+
+def test_a_tracer_that_keeps_the_watchdog_from_ending_a_run_is_named(start: Start) -> None:
+    running = start("is_traced_and_hangs")
+    out, err = running.end()
+    result = json.loads(out)
+    assert result["outcome"] == "success"
+    assert "tracer" in result["notes"][0]
+    assert result["notes"][0] in err
 
 
 @pytest.mark.parametrize("app, status", [("crashes", -signal.SIGABRT), ("exits", 0)])

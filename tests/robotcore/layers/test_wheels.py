@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from robotcore.errors import DeviceClosedError, InvalidCommandError
@@ -18,6 +19,16 @@ def test_motors_that_are_told_one_by_one_are_sent_together(rig: Rig) -> None:
     assert left.set_velocity(1.0) == 1.0
     assert right.set_velocity(2.0) == 2.0
     assert rig.left.sent == []
+    rig.commit()
+    assert rig.wheels == (1.0, 2.0)
+
+
+def test_a_number_of_an_array_that_changes_later_is_sent_as_it_was(rig: Rig) -> None:
+    speeds = np.array([1.0, 2.0])
+    left, right = rig.robot.motors.values()
+    left.set_velocity(speeds[0, ...])
+    right.set_velocity(speeds[1, ...])
+    speeds *= 500
     rig.commit()
     assert rig.wheels == (1.0, 2.0)
 

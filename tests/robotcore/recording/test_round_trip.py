@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from robotcore.devices import Frame
+from robotcore.drive import Wheels
 from robotcore.errors import DeviceError, InvalidCommandError
 from robotcore.recording import Raised, SampleKey, read
 from robotcore.recording.recorder import Recorder
@@ -16,6 +17,17 @@ from robotcore.running.session import Run, RunRequest, run
 from robotcore.running.trace import TickRecord
 from tests.robotcore.recording.conftest import UNRULY, Recorded, record
 from tests.robotcore.recording.test_wire import bits
+
+DRIVES_BY_AN_ARRAY = """
+import numpy as np
+from robotcore import Behaviour, Role, Status
+
+class DriveByAnArray(Behaviour):
+    needs = frozenset({Role.DRIVE})
+    def step(self, robot):
+        robot.drive.set_wheels(np.where(True, 0.5, 0.0), np.where(True, 0.5, 0.0))
+        return Status.RUNNING
+"""
 
 
 def test_ticks_come_back_to_the_bit(recorded: Recorded) -> None:
@@ -26,6 +38,15 @@ def test_ticks_come_back_to_the_bit(recorded: Recorded) -> None:
         assert bits(tick.interventions) == bits(told.interventions)
         for kind in ("reads", "asks", "turned", "standing", "shown"):
             assert bits(getattr(tick, kind)) == bits(tuple(getattr(notes, kind))), kind
+
+
+def test_a_command_that_is_a_number_of_an_array_comes_back(tmp_path: Path) -> None:
+    app = tmp_path / "where.py"
+    app.write_text(DRIVES_BY_AN_ARRAY)
+    recorder = Recorder(tmp_path / "run.mcap")
+    run(RunRequest(str(app), timeout_s=0.2), [recorder], [recorder.tap])
+    assert recorder.fault is None
+    assert {tick.asked for tick in read(recorder.path).ticks} == {Wheels(0.5, 0.5)}
 
 
 def test_every_sample_comes_back_as_it_was(recorded: Recorded) -> None:
