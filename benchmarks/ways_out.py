@@ -44,7 +44,7 @@ KINDS: dict[str, tuple[Trial, int]] = {
 }
 """The ways, and the exit status that each must have, as `subprocess` tells it."""
 
-EXHAUSTED: dict[str, tuple[Trial, int]] = {
+EXHAUSTED: Mapping[str, tuple[Trial, int]] = {
     f"uses up its {what}, {then}": (partial(exhausted, way=way, leaks=what), status)
     for what in ("threads", "memory")
     for then, way, status in (("hangs", "hangs", 4), ("raises", "raises", 5))

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -55,9 +56,9 @@ class TestDifferentialDrive:
         assert stage.asked == [(3.0, -4.0)]
 
     def test_numbers_of_an_array_that_changes_later_are_asked_as_they_were(self) -> None:
-        stage, speeds = KeepingStage(), np.array([3.0, -4.0])
+        stage, speeds = KeepingStage(), cast("Any", np.array([3.0, -4.0]))
         _drive(stage).set_wheels(speeds[0, ...], speeds[1, ...])
-        _drive(stage).set_velocity(speeds[0, ...], np.where(True, 0.0, 0.2))
+        _drive(stage).set_velocity(speeds[0, ...], cast("Any", np.where(True, 0.0, 0.2)))
         speeds *= 500
         assert stage.asked == [(3.0, -4.0), pytest.approx((60.0, 60.0))]
         assert {type(velocity) for wheels in stage.asked for velocity in wheels} == {float}

@@ -81,7 +81,7 @@ def test_a_thread_that_is_done_waits_for_the_next_call(reserve: Reserve) -> None
 
 def test_a_call_keeps_what_it_raises(reserve: Reserve) -> None:
     reserve.hold(threads=1)
-    call = reserve.call(lambda: {}["missing"])
+    call = reserve.call(dict[str, int]().popitem)
     assert call.is_done_within(10)
     assert isinstance(call.failure, KeyError)
 

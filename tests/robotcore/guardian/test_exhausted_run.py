@@ -53,7 +53,11 @@ def test_memory_that_runs_out_in_the_framework_ends_the_run_by_name(start: Start
 
 def _last_of_each_motor(running: Running) -> set[str]:
     """Return what the wheels did last."""
-    last = dict(reversed(deed.split(" ", 1)) for deed in running.deeds if deed.startswith(("turn", "stand")))
+    last: dict[str, str] = {}
+    for deed in running.deeds:
+        command, _, motor = deed.partition(" ")
+        if command in {"turn", "stand"}:
+            last[motor] = command
     return {last[motor] for motor in MOTORS[:2]}
 
 

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -104,7 +105,7 @@ def test_a_command_after_a_cut_in_the_same_tick_is_not_sent(bench: Bench) -> Non
 
 
 def test_a_number_of_an_array_that_changes_later_is_sent_as_it_was(bench: Bench) -> None:
-    speeds = np.array([2.0])
+    speeds: Any = np.array([2.0])
     bench.gripper.set_velocity(speeds[0, ...])
     speeds *= 500
     assert bench.inner.sent == [2.0]

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,7 +25,7 @@ def test_motors_that_are_told_one_by_one_are_sent_together(rig: Rig) -> None:
 
 
 def test_a_number_of_an_array_that_changes_later_is_sent_as_it_was(rig: Rig) -> None:
-    speeds = np.array([1.0, 2.0])
+    speeds: Any = np.array([1.0, 2.0])
     left, right = rig.robot.motors.values()
     left.set_velocity(speeds[0, ...])
     right.set_velocity(speeds[1, ...])
