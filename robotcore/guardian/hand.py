@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from queue import SimpleQueue
-from threading import Event, Thread
+from threading import Event
 from typing import Literal
 
 from robotcore.clock import Clock
 from robotcore.errors import RobotcoreError
 from robotcore.guardian.cutoff import Cutoff, CutoffSpec, Unsure
 from robotcore.guardian.link import Report
+from robotcore.threads import start_thread
 
 Deed = Literal["open", "arm", "rest", "stop", "close"]
 """What a cutoff can be asked for."""
@@ -24,21 +25,27 @@ _PAUSE_S = 0.02
 class Hand:
     """Works one cutoff, so that one that fails or hangs holds up no other. Its thread waits ready for a stop.
 
-    Closing is the last deed it can be asked for.
+    ``in_place`` it has no thread, and whoever asks for a deed does it. Closing is the last deed it can be asked for.
+    Raises ResourceError if the system refuses the thread.
     """
 
-    def __init__(self, spec: CutoffSpec, clock: Clock) -> None:
+    def __init__(self, spec: CutoffSpec, clock: Clock, *, in_place: bool = False) -> None:
         self.device = spec.device
         self._spec, self._clock = spec, clock
         self._cutoff: Cutoff | None = None
         self._is_at_work = True
         self._tasks = SimpleQueue[_Task]()
-        Thread(target=self._work, name=spec.device, daemon=True).start()
+        self._in_place = in_place
+        if not in_place:
+            start_thread(self._work, spec.device)
 
     def ask(self, deed: Deed) -> _Task:
         """Have a deed done after those that were asked for before."""
         task = _Task(getattr(self, f"_{deed}"))
-        self._tasks.put(task)
+        if self._in_place:
+            task.do()
+        else:
+            self._tasks.put(task)
         return task
 
     def _open(self) -> None:

@@ -9,6 +9,7 @@ from contextlib import suppress
 from socket import socket
 
 from robotcore.clock import MonotonicClock
+from robotcore.errors import ResourceError
 from robotcore.guardian.hand import Deed, Hand, together
 from robotcore.guardian.link import BYE, DRIVING, Assignment, Report, first_line, heard
 
@@ -31,7 +32,13 @@ def main() -> None:
     link = socket(fileno=int(sys.argv[1]))
     link.set_inheritable(False)  # what a vendor's library starts must not hold it open
     with suppress(EOFError):
-        Watch(link, Assignment.from_line(first_line(link))).keep()
+        assignment = Assignment.from_line(first_line(link))
+        try:
+            watch = Watch(link, assignment)
+        except ResourceError as error:
+            link.sendall(Report("open", (), (str(error),)).to_line())
+        else:
+            watch.keep()
 
 
 class Watch:

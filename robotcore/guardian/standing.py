@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from robotcore.clock import MonotonicClock
+from robotcore.clock import Clock, MonotonicClock
+from robotcore.errors import ResourceError
 from robotcore.guardian.cutoff import CutoffSpec, shared
 from robotcore.guardian.hand import Hand, together
 from robotcore.guardian.link import Report
@@ -20,9 +21,17 @@ def make_stand(specs: Iterable[CutoffSpec]) -> Report:
     One that fails or hangs holds up no other, and nothing is raised.
     """
     clock = MonotonicClock()
-    hands = [Hand(spec, clock) for spec in shared(specs)]
+    hands = [_hand(spec, clock) for spec in shared(specs)]
     opened = together(hands, "open", LIMIT_S, clock)
     ready = [hand for hand in hands if hand.device in opened.done]
     stopped = together(ready, "stop", LIMIT_S, clock)
     together(hands, "close", LIMIT_S, clock)
     return Report("stop", stopped.done, (*opened.failed, *stopped.failed), stopped.told)
+
+
+def _hand(spec: CutoffSpec, clock: Clock) -> Hand:
+    """Return a hand with a thread of its own; without one where the system refuses it, for a stop needs none."""
+    try:
+        return Hand(spec, clock)
+    except ResourceError:
+        return Hand(spec, clock, in_place=True)

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -126,6 +127,15 @@ def test_a_guardian_that_dies_as_it_starts_is_told(diary: Path, monkeypatch: pyt
     monkeypatch.setattr(guardian, "_CODE", "raise SystemExit(7)")
     with pytest.raises(GuardianError, match=r"died \(exit status 7\). Nothing has moved"):
         Guardian([cutoff(diary)], LEASE_S)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the limit is one of Linux's address space")
+def test_a_guardian_whose_threads_are_refused_begins_no_run(diary: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    limit = "import resource; resource.setrlimit(resource.RLIMIT_AS, (1, resource.RLIM_INFINITY)); main()"
+    monkeypatch.setattr(guardian, "_CODE", guardian._CODE.replace("main()", limit))
+    with pytest.raises(GuardianError, match="refuses the thread"):
+        Guardian([cutoff(diary)], LEASE_S)
+    assert not diary.exists()
 
 
 def test_a_python_that_cannot_be_started_is_told(diary: Path, monkeypatch: pytest.MonkeyPatch) -> None:

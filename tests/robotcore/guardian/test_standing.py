@@ -4,6 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from robotcore.errors import ResourceError
+from robotcore.guardian import hand
 from robotcore.guardian.link import Report
 from robotcore.guardian.standing import make_stand
 from tests.robotcore.guardian.diary import notes
@@ -33,3 +35,14 @@ def test_one_that_fails_is_told_and_holds_up_no_other(diary: Path) -> None:
 def test_one_that_cannot_tell_is_not_said_to_have_stopped(diary: Path) -> None:
     report = make_stand([cutoff(diary, "left_motor"), cutoff(diary, "right_motor", "is unsure")])
     assert report == Report("stop", ("left_motor",), (), ("right_motor: nobody can tell",))
+
+
+def test_a_system_that_refuses_threads_keeps_no_motor_from_its_stop(
+    diary: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(target: object, name: str) -> None:
+        raise ResourceError(name)
+
+    monkeypatch.setattr(hand, "start_thread", refuse)
+    report = make_stand([cutoff(diary, "gone", "fails to open"), cutoff(diary, "left_motor")])
+    assert (report.done, report.failed) == (("left_motor",), ("gone: OSError: no open",))
