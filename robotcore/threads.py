@@ -18,7 +18,7 @@ T = TypeVar("T")
 THREAD = "waits for a stop"
 
 MEMORY_BYTES = 32 << 20
-"""Address space alone: the pages of a block that is never written take no memory."""
+"""Address space alone: zeroed pages that nothing writes take no memory."""
 
 
 def start_thread(target: Callable[[], object], name: str) -> Thread:
@@ -75,12 +75,12 @@ class Reserve:
         self._calls = SimpleQueue[BackgroundCall | None]()
         self._idle = deque[str]()  # no lock: a signal's handler may call in the middle of a call
         self._is_closed = False
-        self._memory: bytearray | None = None
+        self._memory: bytes | None = None
 
     def hold(self, threads: int) -> None:
         """Start this many threads more, and hold memory. Raises ResourceError if the system refuses one of them."""
         try:
-            self._memory = self._memory or bytearray(MEMORY_BYTES)
+            self._memory = self._memory or bytes(MEMORY_BYTES)
         except MemoryError as error:
             raise ResourceError(f"the system refuses {MEMORY_BYTES >> 20} MB of memory") from error
         for _ in range(threads):

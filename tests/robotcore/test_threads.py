@@ -1,10 +1,12 @@
 from __future__ import annotations
 
 import doctest
+import resource
 import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -118,3 +120,13 @@ def test_a_thread_that_starts_has_its_name() -> None:
     assert (thread.name, thread.daemon) == ("waits", True)
     end.set()
     thread.join()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="it reads /proc")
+def test_memory_that_is_held_is_address_space_alone(reserve: Reserve) -> None:
+    def resident() -> int:
+        return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
+
+    before = resident()
+    reserve.hold(threads=0)
+    assert resident() - before < threads.MEMORY_BYTES / 8
