@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import shutil
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
-from typing import Any
 
 from robotcore.deploy.aboard.releases.release import WHEELS, Release
 from robotcore.deploy.aboard.system.disk import in_words, size_of
+from robotcore.deploy.connection.answers import Begun, Facts, Finding, Installed, Nothing
 from robotcore.deploy.connection.link import Link
 from robotcore.deploy.packages.target import Target
 from robotcore.deploy.packages.wheelhouse import wheels_for
@@ -28,26 +28,26 @@ class Delivery:
 
     def __init__(self, link: Link, release: Release, staged: Staged, tell: Tell) -> None:
         self._link, self._release, self._staged, self._tell = link, release, staged, tell
-        self._facts: Mapping[str, Any] = {}
+        self._has_environment, self._target = False, Target("", "")
 
     def look(self, step: Step) -> None:
         """Tell what the robot is; raise DeployError where it cannot take a release of the project."""
-        facts = self._link.call("probe", requirements=self._release.requirements, is_push=True)
-        room = f"{in_words(facts['free_bytes'])} free"
-        step.done(f"{facts['host']}: {facts['machine']}, {facts['system']}, Python {facts['python']}, {room}")
-        Target.of(facts).require_python(self._staged.project)
-        self._facts = facts
+        facts = self._link.call("probe", Facts, requirements=self._release.requirements, is_push=True)
+        room = f"{in_words(facts.free_bytes)} free"
+        step.done(f"{facts.host}: {facts.machine}, {facts.system}, Python {facts.python}, {room}")
+        self._target, self._has_environment = Target.of(facts), facts.has_environment
+        self._target.require_python(self._staged.project)
 
     def make(self, *, is_offline: bool) -> str:
         """Send it, install what it needs, and let its doctor look; return the name that the robot has given it.
 
         Where that fails, the robot forgets it.
         """
-        if is_offline and not self._facts["has_environment"]:
+        if is_offline and not self._has_environment:
             self._add_wheels()
         step = begin("sent", self._tell)
-        begun = self._link.call("begin", release=self._release.name, size=size_of(self._staged.folder))
-        release = replace(self._release, name=begun["release"])
+        begun = self._link.call("begin", Begun, release=self._release.name, size=size_of(self._staged.folder))
+        release = replace(self._release, name=begun.release)
         with self._forgetting(release.name):
             release.write(self._staged.folder)
             self._send(begun, step)
@@ -61,42 +61,41 @@ class Delivery:
             yield
         except BaseException:
             with suppress(DeployError):
-                self._link.call("discard", release=release)
+                self._link.call("discard", Nothing, release=release)
             raise
 
     def _add_wheels(self) -> None:
         """Put them beside what is sent: they go with it, and no other push has to do with them."""
         step = begin("wheels", self._tell)
-        target = Target.of(self._facts)
-        wheels = wheels_for(self._release.requirements, target, step.say)
+        wheels = wheels_for(self._release.requirements, self._target, step.say)
         shutil.copytree(wheels, self._staged.folder / WHEELS)
-        step.done(f"{len(list(wheels.iterdir()))} for {target}")
+        step.done(f"{len(list(wheels.iterdir()))} for {self._target}")
 
-    def _send(self, begun: Mapping[str, Any], step: Step) -> None:
-        went = self._link.send(self._staged.folder, begun["to"], begun["copy_from"], _saying(step))
+    def _send(self, begun: Begun, step: Step) -> None:
+        went = self._link.send(self._staged.folder, begun.to, begun.copy_from, _saying(step))
         step.done(f"{went.files} files, {went.changed} of them new, {in_words(went.sent)}", *self._staged.notes)
 
     def _install(self, release: str, *, is_offline: bool) -> None:
         step = begin("environment", self._tell)
         made = self._link.call(
-            "install", on_say=lambda words, **_: step.say(words), release=release, is_offline=is_offline
+            "install", Installed, on_say=lambda notice: step.say(notice.say), release=release, is_offline=is_offline
         )
-        step.done(made["environment"])
-        _tell_findings(made["findings"], begin("doctor", self._tell))
+        step.done(made.environment)
+        _tell_findings(made.findings, begin("doctor", self._tell))
 
 
 def _saying(step: Step) -> Callable[[int, float], None]:
     return lambda size, part: step.say(f"{part:.0%}, {in_words(size)}")
 
 
-def _tell_findings(findings: Sequence[Mapping[str, Any]], step: Step) -> None:
+def _tell_findings(findings: Sequence[Finding], step: Step) -> None:
     """Tell what the doctor found. An error raises nothing: the trial shows whether the app lives with it."""
-    counts = Counter(finding["level"] for finding in findings)
-    bad = [finding for level in BAD for finding in findings if finding["level"] == level]
+    counts = Counter(finding.level for finding in findings)
+    bad = [finding for level in BAD for finding in findings if finding.level == level]
     said = [f"{counts['ok']} ok", *(counted(counts[level], level) for level in BAD if counts[level])]
     step.done(", ".join(said), *(_in_a_line(finding) for finding in bad))
 
 
-def _in_a_line(finding: Mapping[str, Any]) -> str:
-    remedy = f". {finding['remedy']}" if finding["remedy"] else ""
-    return f"{finding['level']}: {finding['what']}: {finding['said']}{remedy}"
+def _in_a_line(finding: Finding) -> str:
+    remedy = f". {finding.remedy}" if finding.remedy else ""
+    return f"{finding.level}: {finding.what}: {finding.said}{remedy}"

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import os
+import stat
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from robotcore.deploy.aboard.system.digest import sha256
 from robotcore.deploy.aboard.system.disk import in_words
+from robotcore.deploy.arrivals import Arrivals
+from robotcore.deploy.connection.answers import Erased, Recordings, StoredFile
 from robotcore.deploy.connection.link import Link
-from robotcore.deploy.paths import told
-from robotcore.deploy.progress import Tell, begin
-from robotcore.errors import UsageError
-from robotcore.text import counted
+from robotcore.deploy.connection.rsync import RECORDING
+from robotcore.deploy.paths import list_names
+from robotcore.deploy.progress import Step, Tell, begin
+from robotcore.errors import DeployError
+from robotcore.text import counted, escape
 
 STEP = "brought"
 
@@ -23,7 +27,8 @@ class Fetched:
     """Recordings by their names: those that were ``brought``, and those that were ``here`` already.
 
     ``different`` are here under the same name with other content, and were left alone on both sides; ``written`` are
-    being written there.
+    being written there; ``left`` are no recordings by their names or kinds, and stay on the robot, each name escaped.
+    ``erased`` were deleted there.
     """
 
     folder: Path
@@ -31,6 +36,8 @@ class Fetched:
     here: tuple[str, ...] = ()
     different: tuple[str, ...] = ()
     written: tuple[str, ...] = ()
+    left: tuple[str, ...] = ()
+    erased: tuple[str, ...] = ()
 
     @property
     def newest(self) -> Path | None:
@@ -42,55 +49,81 @@ class Fetched:
 def fetch(link: Link, folder: Path, tell: Tell = print, *, moves: bool = False) -> Fetched:
     """Bring home what is not here; ``moves`` deletes each recording there once it is here, to the byte.
 
-    No file here is ever overwritten by another one. Raises DeployError; what was brought by then is here.
+    Only plain files with names of recordings come, only into the folder, and no file here is overwritten. Raises
+    DeployError; what was brought by then is here.
     """
     step = begin(STEP, tell)
     step.say("what is there is looked at")
-    sizes, found = _compared(link.call("recordings")["recordings"], folder)
+    there = link.call("recordings", Recordings).recordings
+    found = _compare(there, folder)
+    sizes = {each.name: each.bytes for each in there if each.name in found.brought}
+    if sizes:
+        _bring(link, folder, sizes, step)
     if moves:
-        found = _proven_same(link, found)
-    if wanted := [*found.brought, *(found.here if moves else ())]:
-        _make(folder)
-        link.bring(
-            wanted, folder, moves=moves, on_progress=lambda done, part: step.say(f"{part:.0%}, {in_words(done)}")
-        )
-    size = in_words(sum(sizes[name] for name in found.brought))
-    step.done(f"{counted(len(found.brought), 'recording')}, {size}, to {folder}", *_notes(found, moves=moves))
+        found = _erase(link, found, step)
+    size = in_words(sum(sizes.values()))
+    step.done(f"{counted(len(sizes), 'recording')}, {size}, to {escape(str(folder))}", *_notes(found))
     return found
 
 
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UsageError(f"{folder} cannot be made: {error.strerror}. Take another folder: -o DIR") from error
+def _compare(files: Sequence[StoredFile], folder: Path) -> Fetched:
+    """Return what is to be brought, and what is here of it: by name and size."""
+    taken = {each.name: each for each in files if each.is_file and RECORDING.fullmatch(each.name)}
+    left = {each.name for each in files} - taken.keys()
+    written = {name for name, each in taken.items() if each.is_being_written}
+    known = {name for name in taken if os.path.lexists(folder / name)} - written
+    here = {name for name in known if _size_of(folder / name) == taken[name].bytes}
+    brought = taken.keys() - known - written
+    groups = [tuple(sorted(names)) for names in (brought, here, known - here, written, left)]
+    return Fetched(folder, *groups)
 
 
-def _compared(found: Iterable[Mapping[str, Any]], folder: Path) -> tuple[dict[str, int], Fetched]:
-    """Return the sizes of what is there, and what is here of it: by name and size."""
-    there = {each["name"]: each for each in found}
-    sizes: dict[str, int] = {name: each["bytes"] for name, each in there.items()}
-    written = {name for name, each in there.items() if each["is_being_written"]}
-    known = {name for name in sizes if (folder / name).exists()} - written
-    here = {name for name in known if (folder / name).stat().st_size == sizes[name]}
-    brought = sizes.keys() - known - written
-    return sizes, Fetched(folder, *(tuple(sorted(names)) for names in (brought, here, known - here, written)))
+def _size_of(path: Path) -> int | None:
+    """Return the bytes of a plain file; None for a link, and whatever else is not one."""
+    status = path.lstat()
+    return status.st_size if stat.S_ISREG(status.st_mode) else None
 
 
-def _proven_same(link: Link, found: Fetched) -> Fetched:
-    """Return what is here with what differs in a byte apart: it must not be deleted there."""
-    hashed = link.call("recordings", hashed=found.here)["recordings"]
-    there = {each["name"]: each.get("sha256") for each in hashed}
-    here = tuple(name for name in found.here if there.get(name) == sha256(found.folder / name))
-    return replace(found, here=here, different=tuple(sorted({*found.different, *found.here} - {*here})))
+def _bring(link: Link, folder: Path, sizes: dict[str, int], step: Step) -> None:
+    arrivals = Arrivals(folder, sizes)
+    with arrivals:
+        link.bring(
+            sorted(sizes),
+            arrivals.path,
+            partial=arrivals.partial,
+            on_look=arrivals.look,
+            on_progress=lambda done, part: step.say(f"{part:.0%}, {in_words(done)}"),
+        )
+    if arrivals.missing:
+        raise DeployError(
+            f"{link.host}: {list_names(arrivals.missing)} did not come as the robot stated: as plain files of those "
+            "sizes. What else there was is here. Is it the right robot?"
+        )
 
 
-def _notes(found: Fetched, *, moves: bool) -> list[str]:
-    notes = [f"{told(name)} is being written, and was left there" for name in found.written]
+def _erase(link: Link, found: Fetched, step: Step) -> Fetched:
+    """Delete there what is here with the same content; what is not is left alone on both sides."""
+    names = (*found.brought, *found.here)
+    if not names:
+        return found
+    digests = {name: sha256(found.folder / name) for name in names}
+    gone = link.call("erase", Erased, on_say=lambda notice: step.say(notice.say), recordings=digests)
+    different = {*gone.different} & digests.keys()
+    return replace(
+        found,
+        here=tuple(name for name in found.here if name not in different),
+        different=tuple(sorted({*found.different, *different})),
+        erased=tuple(sorted({*gone.erased} & digests.keys())),
+    )
+
+
+def _notes(found: Fetched) -> list[str]:
+    notes = [f"{name} is being written, and was left there" for name in found.written]
     notes += [
-        f"{told(name)} is here with other content; neither was touched. Take another folder: -o"
-        for name in found.different
+        f"{name} is here with other content; neither was touched. Take another folder: -o" for name in found.different
     ]
-    if moves and found.here:
-        notes.append(f"{counted(len(found.here), 'recording')} of those that were here already: deleted there")
+    if again := {*found.erased} & {*found.here}:
+        notes.append(f"{counted(len(again), 'recording')} of those that were here already: deleted there")
+    if found.left:
+        notes.append(f"no recordings, and left there: {list_names(found.left)}")
     return notes

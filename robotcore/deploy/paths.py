@@ -1,4 +1,4 @@
-"""Names of the user's files: where they are in the project, and how they are told."""
+"""Names of the user's files: where they are in the project, and in messages."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from pathlib import Path
 
 from robotcore.appfile import is_app_file
 from robotcore.errors import UsageError
+from robotcore.text import escape
 
-MAX_TOLD = 5
+MOST_NAMED = 5
 """So many files are named in a message."""
 
 
@@ -22,12 +23,12 @@ def inside(folder: Path, base: Path, name: str, kind: str) -> str:
     path, colon, rest = name.partition(":") if is_app_file(name) else (name, "", "")
     file = Path(os.path.normpath(base / path))
     if not file.is_file():
-        raise UsageError(f"{told(name)}: there is no such file. Name the {kind}'s file, or one that is installed")
+        raise UsageError(f"{escape(name)}: there is no such file. Name the {kind}'s file, or one that is installed")
     file = file.parent.resolve() / file.name
     if not file.is_relative_to(folder):
         raise UsageError(
-            f"{told(name)} is outside of {told(folder)}, and only what is in there is sent. Move the {kind} into it, "
-            "or name a folder that has both: --project DIR"
+            f"{escape(name)} is outside of {escape(str(folder))}, and only what is in there is sent. Move the {kind} "
+            "into it, or name a folder that has both: --project DIR"
         )
     there = file.relative_to(folder).as_posix()
     is_plain = there.endswith((".py", ".toml")) and not there.startswith("-")
@@ -38,18 +39,12 @@ def require_sendable(folder: Path) -> None:
     """Refuse, by UsageError, a folder that nobody means to send whole: the home, or what is above it."""
     if Path.home().resolve().is_relative_to(folder.resolve()):
         raise UsageError(
-            f"{told(folder)} would be sent whole, with all that is in your home. Make a folder for the project and "
-            "put its files there: robotcore new"
+            f"{escape(str(folder))} would be sent whole, with all that is in your home. Make a folder for the project "
+            "and put its files there: robotcore new"
         )
 
 
-def told(name: object) -> str:
-    """Return a file's name as a line of text: what does not print is told by its escapes."""
-    text = str(name)
-    return text if text.isprintable() else ascii(text)
-
-
-def names_told(names: Collection[str]) -> str:
-    """Return the first few names, and how many more there are."""
-    more = f" and {len(names) - MAX_TOLD} more" if len(names) > MAX_TOLD else ""
-    return f"{', '.join(map(told, list(names)[:MAX_TOLD]))}{more}"
+def list_names(names: Collection[str], most: int = MOST_NAMED) -> str:
+    """Return the first names, escaped, and how many more there are."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return f"{', '.join(map(escape, list(names)[:most]))}{more}"

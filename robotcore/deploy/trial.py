@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from robotcore.clock import MonotonicClock
+from robotcore.deploy.connection.answers import Judgement, Notice
+from robotcore.deploy.connection.failures import BROKEN
 from robotcore.deploy.connection.host import Host
 from robotcore.deploy.connection.link import Link
 from robotcore.deploy.connection.typed import typed
@@ -27,9 +29,6 @@ ERROR, NO_MODULE = "error: ", "ModuleNotFoundError: "
 HEALTHY, UNHEALTHY = "healthy", "unhealthy"
 NAME = "name"
 """The kind of a DeployError that tells of a release that is not there."""
-
-BROKEN = "broken"
-"""The kind of a DeployError that tells of a connection that was there."""
 
 
 def rollback(host: Host, ssh_config: Path | None, release: str | None, tell: Tell = print) -> str:
@@ -63,18 +62,18 @@ class Trial:
         """
         self.release = release
         try:
-            came = link.call(action, on_say=self._hear, release=release, **told)
+            came = link.call(action, Judgement, on_say=self._hear, release=release, **told)
         except DeployError as error:
             if error.kind != BROKEN:
                 raise
             came = self._found_again(error, told)
         return self._judged(came)
 
-    def _hear(self, words: str, release: str | None = None, **more: Any) -> None:
-        self.release = release or self.release
-        self.step.say(words)
+    def _hear(self, notice: Notice) -> None:
+        self.release = notice.release or self.release
+        self.step.say(notice.say)
 
-    def _found_again(self, broken: DeployError, told: Mapping[str, Any]) -> Mapping[str, Any]:
+    def _found_again(self, broken: DeployError, told: Mapping[str, Any]) -> Judgement:
         """Connect until the robot has told what came of a release that is known by name."""
         clock = MonotonicClock()
         for _ in range(ATTEMPTS if self.release else 0):
@@ -82,18 +81,17 @@ class Trial:
             clock.sleep_until(clock.now() + PAUSE_S)
             try:
                 with Link(self.host, self.ssh_config) as link:
-                    return link.call("activate", on_say=self._hear, release=self.release, **told)
+                    return link.call("activate", Judgement, on_say=self._hear, release=self.release, **told)
             except DeployError as error:
                 broken = error
         raise DeployError(f"{broken}. {goes_on(self.host, self.ssh_config)}", broken.kind) from broken
 
-    def _judged(self, came: Mapping[str, Any]) -> str:
-        release: str = came["release"]
-        if came["outcome"] != HEALTHY:
+    def _judged(self, came: Judgement) -> str:
+        if came.outcome != HEALTHY:
             logs = typed("logs", self.host, self.ssh_config)
             raise UnhealthyError(_unhealthy(self.host, came, logs))
-        self.step.done(f"{release} is healthy; {'it runs' if came['is_running'] else came['reason']}")
-        return release
+        self.step.done(f"{came.release} is healthy; {'it runs' if came.is_running else came.reason}")
+        return came.release
 
 
 def goes_on(host: Host, ssh_config: Path | None) -> str:
@@ -101,16 +99,15 @@ def goes_on(host: Host, ssh_config: Path | None) -> str:
     return f"The trial goes on there: {typed('status', host, ssh_config)}"
 
 
-def _unhealthy(host: Host, came: Mapping[str, Any], logs: str) -> str:
+def _unhealthy(host: Host, came: Judgement, logs: str) -> str:
     """Say what came of a release that does not live, in the app's own last words too: first what it ended with."""
-    what = "did not live" if came["outcome"] == UNHEALTHY else "was not judged"
-    how = "stands as before" if came["is_standing"] else "does not run either"
-    now = f"{came['current']} {'runs again' if came['is_running'] else f'is in place again, and {how}'}"
-    lines = "".join(f"\n  {line}" for line in came["lines"])
-    why = ": ".join([came["reason"], *_error_in(came["lines"])])
+    what = "did not live" if came.outcome == UNHEALTHY else "was not judged"
+    how = "stands as before" if came.is_standing else "does not run either"
+    now = f"{came.current} {'runs again' if came.is_running else f'is in place again, and {how}'}"
+    lines = "".join(f"\n  {line}" for line in came.lines)
+    why = ": ".join([came.reason, *_error_in(came.lines)])
     return (
-        f"{host}: {came['release']} {what}: {why}. {now if came['current'] else 'Nothing runs'}. "
-        f"All it said: {logs}{lines}"
+        f"{host}: {came.release} {what}: {why}. {now if came.current else 'Nothing runs'}. All it said: {logs}{lines}"
     )
 
 

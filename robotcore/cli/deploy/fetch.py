@@ -1,16 +1,22 @@
-"""``robotcore deploy fetch``: what a robot recorded comes home."""
+"""``robotcore deploy fetch``: what a robot recorded comes home.
+
+``--json`` prints ``host``, ``folder``; the names ``brought``, ``here`` already, ``different``, ``being_written``,
+``left`` on the robot and ``erased`` there; ``newest``, a path or null; and ``exit_status``.
+"""
 
 from __future__ import annotations
 
 import shlex
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from robotcore.cli.deploy.showing import Showing
-from robotcore.cli.deploy.target import DeployCommand, link_to, on_robot
+from robotcore.cli.deploy.target import AnsweringDeployCommand, link_to, on_robot
+from robotcore.cli.output import as_json, write_json
 from robotcore.cli.values import Folder
+from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
     from robotcore.deploy.connection.host import Host
@@ -20,28 +26,63 @@ RECORDINGS = Path("recordings")
 """Here, with a folder for each robot."""
 
 
-@click.command("fetch", cls=DeployCommand)
+@click.command("fetch", cls=AnsweringDeployCommand)
 @on_robot
 @click.option("-o", "--out", metavar="DIR", type=Folder(), help="Where to; recordings/HOST if left out.")
 @click.option("--move", "moves", is_flag=True, help="Delete there what is here, byte for byte.")
-def command(host: Host, ssh_config: Path | None, out: Path | None, *, moves: bool) -> int:
+@as_json
+def command(host: Host, ssh_config: Path | None, out: Path | None, *, moves: bool, as_json: bool) -> int:
     """Bring the recordings of HOST here: those that are not here yet.
 
-    No file here is overwritten by another one; a recording that is being written stays there. Exit status 1 where
-    something here has a recording's name and another content.
+    Only plain files with names of recordings come. No file here is overwritten by another one; a recording that is
+    being written stays there. Exit status 1 where something here has a recording's name and another content.
     """
     from robotcore.deploy.fetch import fetch
 
+    folder = out or _default_folder(host)
     with Showing() as showing, link_to(host, ssh_config) as link:
-        fetched = fetch(link, out or RECORDINGS / host.name, showing, moves=moves)
-    _tell_what_next(fetched)
-    return 1 if fetched.different else 0
+        fetched = fetch(link, folder, _pass_over if as_json else showing, moves=moves)
+    status = 1 if fetched.different else 0
+    if as_json:
+        write_json({"host": str(host), **_described(fetched), "exit_status": status})
+    else:
+        _tell_what_next(fetched)
+    return status
+
+
+def _default_folder(host: Host) -> Path:
+    """Return ``recordings/HOST``; raises UsageError where a link would lead what a robot sends elsewhere."""
+    folder = RECORDINGS / host.name
+    for path in (RECORDINGS, folder):
+        if path.is_symlink():
+            raise UsageError(
+                f"{path} is a symbolic link, and what a robot sends follows none. If you mean where it leads to, name "
+                f"that folder: -o {shlex.quote(str(path.resolve()))}"
+            )
+    return folder
+
+
+def _pass_over(_progress: object) -> None:
+    """Show nothing: the answer is one line of JSON."""
+
+
+def _described(fetched: Fetched) -> dict[str, Any]:
+    return {
+        "folder": str(fetched.folder),
+        "brought": fetched.brought,
+        "here": fetched.here,
+        "different": fetched.different,
+        "being_written": fetched.written,
+        "left": fetched.left,
+        "erased": fetched.erased,
+        "newest": str(fetched.newest) if fetched.newest else None,
+    }
 
 
 def _tell_what_next(fetched: Fetched) -> None:
-    from robotcore.deploy.paths import told
+    from robotcore.text import escape
 
     if fetched.newest:
-        file = shlex.quote(told(fetched.newest))
+        file = escape(shlex.quote(str(fetched.newest)))
         click.echo(f"Replay the newest: robotcore replay {file}")
         click.echo(f"Compare it with a simulated run: robotcore compare {file} run.mcap")

@@ -7,9 +7,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -17,6 +17,7 @@ from robotcore.cli.deploy.target import AnsweringDeployCommand, link_to, on_robo
 from robotcore.cli.output import as_json, write_json, write_table
 
 if TYPE_CHECKING:
+    from robotcore.deploy.connection.answers import ListedRelease, UnreadableRelease
     from robotcore.deploy.connection.host import Host
 
 SKIPPED = ": skipped"
@@ -30,26 +31,28 @@ COLUMNS = ("release", "state", "app", "robot", "from", "proven")
 @as_json
 def command(host: Host, ssh_config: Path | None, *, as_json: bool) -> int:
     """List the releases on HOST, the newest first, and what was proven of each before it was sent."""
+    from robotcore.deploy.connection.answers import Releases
     from robotcore.deploy.connection.typed import typed
 
     with link_to(host, ssh_config) as link:
-        told = link.call("releases")
+        found = link.call("releases", Releases)
     if as_json:
-        write_json({"host": str(host), **told, "exit_status": 0})
-    elif told["releases"]:
-        write_table(COLUMNS, [_row(each, told["current"]) for each in told["releases"]])
+        write_json({"host": str(host), **found.model_dump(), "exit_status": 0})
+    elif found.releases:
+        write_table(COLUMNS, [_row(each, found.current) for each in found.releases])
     else:
         click.echo(f"{host}: nothing was put there yet. {typed('push', host, ssh_config)}")
     return 0
 
 
-def _row(release: Mapping[str, Any], current: str | None) -> list[str]:
-    name = release["name"]
-    if "unreadable" in release:
-        return [name, f"cannot be read: {release['unreadable']}", "", "", "", ""]
-    state = ", ".join(word for word in ("current" if name == current else "", release["verdict"] or "") if word)
-    sender = " ".join(part for part in (release["sender"], release["revision"]) if part)
-    return [name, state, release["app"], release["robot"], sender, _proven(release["gates"])]
+def _row(release: ListedRelease | UnreadableRelease, current: str | None) -> list[str]:
+    from robotcore.deploy.connection.answers import UnreadableRelease
+
+    if isinstance(release, UnreadableRelease):
+        return [release.name, f"cannot be read: {release.unreadable}", "", "", "", ""]
+    state = ", ".join(word for word in ("current" if release.name == current else "", release.verdict or "") if word)
+    sender = " ".join(part for part in (release.sender, release.revision) if part)
+    return [release.name, state, release.app, release.robot, sender, _proven(release.gates)]
 
 
 def _proven(gates: Sequence[str]) -> str:

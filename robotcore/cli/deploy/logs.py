@@ -13,6 +13,13 @@ if TYPE_CHECKING:
     from robotcore.deploy.connection.host import Host
 
 
+LINE_BYTES = 1 << 16
+"""A line takes less: journald parts those of an app after 48 kB. Source: journald.conf(5), LineMax."""
+
+SPARE_BYTES = 1 << 20
+"""For what systemd and journalctl say in between."""
+
+
 @click.command("logs", cls=DeployCommand)
 @on_robot
 @click.option("-f", "--follow", is_flag=True, help="Go on with what it says from now on, until Ctrl-C.")
@@ -25,7 +32,8 @@ def command(host: Host, ssh_config: Path | None, lines: int, *, follow: bool) ->
 
     try:
         with link_to(host, ssh_config) as link:
-            link.stream("logs", on_line=click.echo, lines=lines, follow=follow)
+            most = None if follow else SPARE_BYTES + lines * LINE_BYTES
+            link.stream("logs", on_line=click.echo, most=most, lines=lines, follow=follow)
     except Interrupted as way_out:
         if not follow:
             raise

@@ -58,5 +58,6 @@ def _live() -> Live:
 
 def _moving(progress: Progress) -> Spinner:
     from rich.spinner import Spinner
+    from rich.text import Text
 
-    return Spinner("dots", f"{progress.step:<13}{progress.said}")
+    return Spinner("dots", Text(f"{progress.step:<13}{progress.said}"))  # of a string, rich would obey its markup

@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 @on_robot
 def command(host: Host, ssh_config: Path | None) -> int:
     """Let the release on HOST run, now and whenever the robot is switched on."""
+    from robotcore.deploy.connection.answers import State
+
     with link_to(host, ssh_config) as link:
-        told = link.call("start")
-    tell_state(host, ssh_config, told)
-    return status_of(told)
+        state = link.call("start", State)
+    tell_state(host, ssh_config, state)
+    return status_of(state)

@@ -1,74 +1,75 @@
-"""How a robot's state is told: what runs, and what its user should know."""
+"""How a robot's state is shown: what runs, and what its user should know."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 if TYPE_CHECKING:
+    from robotcore.deploy.connection.answers import State
     from robotcore.deploy.connection.host import Host
 
 LIVES = ("running", "ended")
 """The states of a release that does what it is to do."""
 
 
-def status_of(told: Mapping[str, Any]) -> int:
+def status_of(state: State) -> int:
     """Return the exit status: whether it runs, or has ended with a success."""
-    return 0 if told["state"] in LIVES else 1
+    return 0 if state.state in LIVES else 1
 
 
-def tell_state(host: Host, ssh_config: Path | None, told: Mapping[str, Any]) -> None:
+def tell_state(host: Host, ssh_config: Path | None, state: State) -> None:
     """Print what a robot tells of itself."""
-    for line in lines_of(host, ssh_config, told):
+    for line in lines_of(host, ssh_config, state):
         click.echo(line)
 
 
-def lines_of(host: Host, ssh_config: Path | None, told: Mapping[str, Any]) -> Iterator[str]:
+def lines_of(host: Host, ssh_config: Path | None, state: State) -> Iterator[str]:
     """Yield what a robot tells of itself, in lines: what runs, then what its user should know."""
     from robotcore.deploy.aboard.system.disk import in_words
     from robotcore.deploy.connection.typed import typed
 
-    if told["release"] is None:
-        yield f"{host}: {_nothing(told)}. {typed('push', host, ssh_config)}"
+    if state.release is None:
+        yield f"{host}: {_nothing(state)}. {typed('push', host, ssh_config)}"
         return
-    yield f"{host}: {_state(told)}"
-    if told["on_trial"]:
-        yield _row("on trial", f"{told['on_trial']}; if it does not live, the release before runs again")
-    if told["words"]:
-        yield _row("says", told["words"])
-    if told["reason"]:
-        yield _row("restarted" if told["state"] in LIVES else "failed", told["reason"])
-        yield from (f"    {line}" for line in told["lines"])
-    recorded = told["recordings"]
-    yield _row("recordings", f"{recorded['files']}, {in_words(recorded['bytes'])}; {in_words(told['free_bytes'])} free")
-    yield from _warnings(told, typed("start", host, ssh_config))
+    yield f"{host}: {_state(state)}"
+    if state.on_trial:
+        yield _row("on trial", f"{state.on_trial}; if it does not live, the release before runs again")
+    if state.words:
+        yield _row("says", state.words)
+    if state.reason:
+        yield _row("restarted" if state.state in LIVES else "failed", state.reason)
+        yield from (f"    {line}" for line in state.lines)
+    recorded = state.recordings
+    yield _row("recordings", f"{recorded.files}, {in_words(recorded.bytes)}; {in_words(state.free_bytes)} free")
+    yield from _warnings(state, typed("start", host, ssh_config))
 
 
-def _nothing(told: Mapping[str, Any]) -> str:
+def _nothing(state: State) -> str:
     from robotcore.deploy.trial import UNHEALTHY
 
-    if told["on_trial"]:
-        return f"{told['on_trial']} is on trial, and no release before it is there"
-    if last := told["last"]:
-        what = "did not live" if last["outcome"] == UNHEALTHY else "is not in place"
-        return f"{last['name']} {what} ({last['reason'] or last['outcome']}); nothing runs"
+    if state.on_trial:
+        return f"{state.on_trial} is on trial, and no release before it is there"
+    if last := state.last:
+        what = "did not live" if last.outcome == UNHEALTHY else "is not in place"
+        return f"{last.name} {what} ({last.reason or last.outcome}); nothing runs"
     return "nothing was put there yet"
 
 
-def _state(told: Mapping[str, Any]) -> str:
-    since = f" for {duration(told['for_s'])}" if told["for_s"] is not None else ""
-    times = "once" if told["restarts"] == 1 else f"{told['restarts']} times"
-    again = f", restarted {times}" if told["restarts"] else ""
-    return f"{told['release']} {told['state']}{since}{again}"
+def _state(state: State) -> str:
+    since = f" for {duration(state.for_s)}" if state.for_s is not None else ""
+    times = "once" if state.restarts == 1 else f"{state.restarts} times"
+    again = f", restarted {times}" if state.restarts else ""
+    return f"{state.release} {state.state}{since}{again}"
 
 
-def _warnings(told: Mapping[str, Any], start: str) -> Iterator[str]:
-    if not told["lingers"]:
+def _warnings(state: State, start: str) -> Iterator[str]:
+    if not state.lingers:
         yield _row("warning", "it ends with the last login. On the robot: sudo loginctl enable-linger")
-    if not told["starts_with_robot"]:
+    if not state.starts_with_robot:
         yield _row("note", f"it does not start with the robot: {start}")
 
 

@@ -28,11 +28,13 @@ def command(host: Host, ssh_config: Path | None, *, as_json: bool) -> int:
 
     Exit status: 0 it runs, or has ended with a success, 1 it does not, 3 the robot cannot be reached.
     """
+    from robotcore.deploy.connection.answers import State
+
     with link_to(host, ssh_config) as link:
-        told = link.call("status")
-    status = status_of(told)
+        state = link.call("status", State)
+    status = status_of(state)
     if as_json:
-        write_json({"host": str(host), **told, "exit_status": status})
+        write_json({"host": str(host), **state.model_dump(), "exit_status": status})
     else:
-        tell_state(host, ssh_config, told)
+        tell_state(host, ssh_config, state)
     return status

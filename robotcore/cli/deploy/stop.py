@@ -18,10 +18,12 @@ if TYPE_CHECKING:
 @on_robot
 def command(host: Host, ssh_config: Path | None) -> int:
     """Stop the app on HOST and every motor; it stays stopped until `robotcore deploy start` or the next push."""
+    from robotcore.deploy.connection.answers import State
+
     with link_to(host, ssh_config) as link:
-        told = link.call("stop")
-    if told["release"] is None:
+        state = link.call("stop", State)
+    if state.release is None:
         click.echo(f"{host}: nothing of robotcore's runs there")
     else:
-        tell_state(host, ssh_config, told)
+        tell_state(host, ssh_config, state)
     return 0

@@ -25,6 +25,7 @@ ACTIONS = (
     "stop",
     "remove",
     "recordings",
+    "erase",
 )
 """Each is the function ``act`` of the module of its name in ``actions``: it takes the layout and what it is told by
 name, and returns what JSON can tell."""

@@ -16,6 +16,12 @@ SSH_FAILED = 255
 
 NO_COMMAND = 127
 
+BROKEN = "broken"
+"""The kind of a DeployError for a connection that broke."""
+
+DAMAGED = "damaged"
+"""The kind of a DeployError for an answer of a robot that is not as it has to be."""
+
 
 @dataclass(frozen=True)
 class Failure:
@@ -161,7 +167,7 @@ def silent(host: Host, seconds: float) -> DeployError:
 def broken_by(host: Host, said: str) -> DeployError:
     """Return the error for a connection that broke, by what ssh said of it."""
     words = f" ({last})" if (last := last_line(said)) else ""
-    return DeployError(f"{host}: the connection broke{words}. Is it still switched on, and near? Try again", "broken")
+    return DeployError(f"{host}: the connection broke{words}. Is it still switched on, and near? Try again", BROKEN)
 
 
 def unanswered(host: Host, status: int, said: str) -> DeployError:
@@ -170,6 +176,15 @@ def unanswered(host: Host, status: int, said: str) -> DeployError:
         return DeployError(f"{host}: there is no python3. Install it there: sudo apt install python3", "python")
     return DeployError(
         f"{host}: it failed there (status {status}): {last_line(said)}. Look at it there: ssh {_login(host)}"
+    )
+
+
+def damaged(host: Host, action: str, fault: str) -> DeployError:
+    """Return the error for an answer that is not as it has to be."""
+    return DeployError(
+        f"{host}: its answer to {action!r} is damaged: it {fault}. Is it the right robot, and is its system intact? "
+        f"Look at it there: ssh {_login(host)}",
+        DAMAGED,
     )
 
 

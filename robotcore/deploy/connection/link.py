@@ -2,28 +2,37 @@
 
 from __future__ import annotations
 
-import json
 import subprocess
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Any
+from typing import IO, Any, Generic
 
 from robotcore.deploy.aboard.telling import MARK
 from robotcore.deploy.connection import boot, rsync
-from robotcore.deploy.connection.failures import unanswered
+from robotcore.deploy.connection.answers import AnswerT, Nothing, Notice, Refusal, parse, validate
+from robotcore.deploy.connection.failures import damaged, unanswered
 from robotcore.deploy.connection.host import Host
-from robotcore.deploy.connection.rsync import OnProgress, Transfer
+from robotcore.deploy.connection.output import LOOK_S, MalformedError, Output, lines_of
+from robotcore.deploy.connection.rsync import OnLook, OnProgress, Transfer
 from robotcore.deploy.connection.ssh import Connection
 from robotcore.errors import DeployError
+from robotcore.text import escape
 
-OnSay = Callable[..., object]
-"""Hears of progress as the robot's `say` tells it: words, and more by name."""
+OnSay = Callable[[Notice], object]
+"""Is called with what the robot says of progress."""
 
 OnLine = Callable[[str], object]
-"""Hears a line that is only passed through, without its end."""
+"""Is called with each line that an action lets through, escaped and without its end."""
+
+MOST_BYTES = 1 << 25
+"""All that a robot writes in answer to one call is not longer."""
+
+SILENCE_S = 900.0
+"""A call in which nothing comes for so long has failed: pip builds, and large recordings are read, in less."""
 
 
 def unheard(*told: object, **more: object) -> None:
@@ -50,16 +59,20 @@ class Link:
     ) -> None:
         self._connection.__exit__(kind, error, traceback)
 
-    def call(self, action: str, /, on_say: OnSay = unheard, **told: Any) -> Mapping[str, Any]:
-        """Let the robot do an action with what it is told by name, and return what it has to tell.
+    def call(self, action: str, answer: type[AnswerT], /, on_say: OnSay = unheard, **told: Any) -> AnswerT:
+        """Let the robot do an action with what it is told by name, and return its answer, checked.
 
-        Raises DeployError with the robot's ``kind`` where it refuses.
+        Raises DeployError with the robot's ``kind`` where it refuses, and of the kind `DAMAGED` where its answer is
+        not such a model, is too long, or does not come.
         """
-        return self._ask(action, told, on_say, unheard)
+        return self._ask(Call(action, answer, on_say), told)
 
-    def stream(self, action: str, /, on_line: OnLine, **told: Any) -> Mapping[str, Any]:
-        """Do as `call` does, and pass on each line that the action lets through, until one side ends it."""
-        return self._ask(action, told, unheard, on_line)
+    def stream(self, action: str, /, on_line: OnLine, most: int | None, **told: Any) -> None:
+        """Do an action, and pass on each line that it lets through, escaped, until one side ends it.
+
+        ``most`` is how many bytes may come; None is for a stream that is followed without an end.
+        """
+        self._ask(Call(action, Nothing, on_line=on_line, most=most), told)
 
     def send(self, folder: Path, to: str, copy_from: str | None = None, on_progress: OnProgress = unheard) -> Transfer:
         """Send what is in a folder into a folder that is there, below `Layout.root`.
@@ -73,38 +86,39 @@ class Link:
         what: Sequence[str],
         folder: Path,
         *,
-        moves: bool = False,
+        partial: Path | None = None,
+        on_look: OnLook = unheard,
         on_progress: OnProgress = unheard,
     ) -> Transfer:
-        """Bring recordings by name into a folder here; ``moves`` takes each away there once it is whole here.
+        """Bring recordings by name into a folder here; nothing is deleted on the robot.
 
-        What was brought in part when the connection broke is kept apart, and goes on next time.
+        What comes in part when the connection breaks is kept in ``partial``, and goes on next time. ``on_look`` is
+        called while it goes on, at least every half second, and ends it by what it raises.
         """
-        return rsync.bring(self._connection, self.host, what, folder, on_progress, moves=moves)
+        return rsync.bring(self._connection, self.host, what, folder, partial, on_look, on_progress)
 
-    def _ask(self, action: str, told: Mapping[str, Any], on_say: OnSay, on_line: OnLine) -> Mapping[str, Any]:
-        with tempfile.TemporaryFile() as script, tempfile.TemporaryFile() as errors:
-            script.write(boot.script(action, told).encode("ascii"))
+    def _ask(self, call: Call[AnswerT], told: Mapping[str, Any]) -> AnswerT:
+        with tempfile.TemporaryFile() as script:
+            script.write(boot.script(call.action, told).encode("ascii"))
             script.seek(0)
-            with self._running(script, errors) as process:
-                assert process.stdout
-                answer = _heard(process.stdout, on_say, on_line)
+            with self._running(script) as process:
+                output = Output(process)
+                try:
+                    answer = call.answered(output.pieces())
+                except MalformedError as error:
+                    raise damaged(self.host, call.action, str(error)) from error
             if answer is None:
-                errors.seek(0)
-                said = errors.read().decode(errors="replace")
-                raise self._connection.blame(unanswered(self.host, process.returncode, said))
-        if "refused" in answer:
-            refused = answer["refused"]
-            raise DeployError(f"{self.host}: {refused['fault']}. {refused['remedy']}", refused["kind"])
-        done: Mapping[str, Any] = answer["done"]
-        return done
+                raise self._connection.blame(unanswered(self.host, process.returncode, output.said))
+        if isinstance(answer, Refusal):
+            raise DeployError(f"{self.host}: {answer.fault}. {answer.remedy}", answer.kind)
+        return answer
 
     @contextmanager
-    def _running(self, script: IO[bytes], errors: IO[bytes]) -> Iterator[subprocess.Popen[bytes]]:
+    def _running(self, script: IO[bytes]) -> Iterator[subprocess.Popen[bytes]]:
         """Run a script there; whatever is raised meanwhile ends it."""
         command = [*self._connection.client, boot.COMMAND]
         with subprocess.Popen(  # noqa: S603  words of ours alone
-            command, stdin=script, stdout=subprocess.PIPE, stderr=errors, start_new_session=True
+            command, stdin=script, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True
         ) as process:
             try:
                 yield process
@@ -114,18 +128,48 @@ class Link:
                 raise
 
 
-def _heard(lines: Iterable[bytes], on_say: OnSay, on_line: OnLine) -> Mapping[str, Any] | None:
-    """Pass on what the robot says, and return its answer; what a login shell prints comes before, and is dropped."""
-    answer, has_begun = None, False
-    for line in lines:
-        words, mark, ours = line.decode(errors="replace").rstrip("\n").partition(MARK)
-        if words and has_begun:
-            on_line(words)
-        if mark:
-            told = json.loads(ours)
-            has_begun = True
-            if "say" in told:
-                on_say(told.pop("say"), **told)
-            elif "begun" not in told:
-                answer = told
-    return answer
+@dataclass
+class Call(Generic[AnswerT]):
+    """One call while it is answered: what is expected, and who is called with what comes before the answer."""
+
+    action: str
+    answer: type[AnswerT]
+    on_say: OnSay = unheard
+    on_line: OnLine = unheard
+    most: int | None = MOST_BYTES
+
+    def answered(self, pieces: Iterable[bytes]) -> AnswerT | Refusal | None:
+        """Return the answer in what a robot writes, None where there is none; raises MalformedError for a damaged one.
+
+        What a login shell prints comes before the first line with a mark, and is dropped.
+        """
+        answer, has_begun = None, False
+        for line in lines_of(self._heard(pieces), self.most):
+            words, mark, ours = line.partition(MARK.encode())
+            if words and has_begun:
+                self.on_line(escape(words.decode(errors="replace"), keep="\t"))
+            if mark:
+                has_begun = True
+                answer = self._read(parse(ours)) or answer
+        return answer
+
+    def _read(self, message: Mapping[str, Any]) -> AnswerT | Refusal | None:
+        """Return the answer in a message; None where it is about progress."""
+        if "say" in message:
+            self.on_say(validate(Notice, message, "progress"))
+        elif "refused" in message:
+            return validate(Refusal, message["refused"], "refused")
+        elif "done" in message:
+            return validate(self.answer, message["done"], "done")
+        elif "begun" not in message:
+            raise MalformedError("has a message that is neither progress, nor an answer, nor a refusal")
+        return None
+
+    def _heard(self, pieces: Iterable[bytes]) -> Iterator[bytes]:
+        """Yield pieces; raises MalformedError where none comes for too long, unless the stream has no end."""
+        idle_s = 0.0
+        for piece in pieces:
+            idle_s = 0.0 if piece else idle_s + LOOK_S
+            if idle_s > SILENCE_S and self.most is not None:
+                raise MalformedError(f"has not come: {SILENCE_S:g} s passed without a word")
+            yield piece

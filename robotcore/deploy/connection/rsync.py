@@ -9,27 +9,29 @@ import shutil
 import signal
 import subprocess
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
 from robotcore.deploy.aboard.layout import FOLDER
+from robotcore.deploy.connection.answers import PLACE
 from robotcore.deploy.connection.failures import no_program, transfer_failed
 from robotcore.deploy.connection.host import Host
+from robotcore.deploy.connection.output import Output
 from robotcore.deploy.connection.ssh import Connection
-from robotcore.errors import DeployError
 
 OnProgress = Callable[[int, float], object]
 """Hears how many bytes are done with, and which part of all they are, 0 to 1."""
+
+OnLook = Callable[[], object]
+"""Looks at a transfer while it goes on, and ends it by what it raises."""
 
 TIMEOUT_S = 60
 """A transfer in which nothing moves for so long has failed."""
 
 COMMON = (
-    "--recursive",
-    "--links",
     "--times",
     "--no-protect-args",  # the robot's shell is to find the home, and no other character means anything to it
     "--no-human-readable",
@@ -38,18 +40,23 @@ COMMON = (
     f"--timeout={TIMEOUT_S}",
 )
 
-PARTIAL = ".partial"
-"""Beside what is brought: what is not whole yet."""
+SENDING = ("--recursive", "--links", "--executability", "--checksum", "--whole-file", "--delete", "--compress")
 
-PLACE = re.compile(r"\w[\w.-]*(?:/\w[\w.-]*)*", re.ASCII)
-"""A folder on the robot: no shell sees more than a name in it, and it leads nowhere else."""
+BRINGING = ("--no-links", "--no-devices", "--no-specials", "--chmod=F644", "--no-relative", "--from0", "--files-from=-")
+"""Plain files alone come over, by name, and none can be executed."""
 
-PROGRESS = re.compile(r"\s*(\d+)\s+(\d+)%\s")
+RECORDING = re.compile(r"\w[\w.-]{0,94}\.mcap", re.ASCII)
+"""The name of a recording: at most 100 letters, digits, dots and dashes. No other file of a robot is brought."""
+
+MOST_KEPT = 1 << 16
+"""Characters that are kept of what rsync prints: its statistics are the last of it."""
+
+PROGRESS = re.compile(r"\s*(\d{1,18})\s+(\d{1,3})%\s")
 STATS = {
-    "files": re.compile(r"Number of files: \d+ \(reg: (\d+)"),
-    "changed": re.compile(r"Number of regular files transferred: (\d+)"),
-    "sent": re.compile(r"Total bytes sent: (\d+)"),
-    "received": re.compile(r"Total bytes received: (\d+)"),
+    "files": re.compile(r"Number of files: \d+ \(reg: (\d{1,18})"),
+    "changed": re.compile(r"Number of regular files transferred: (\d{1,18})"),
+    "sent": re.compile(r"Total bytes sent: (\d{1,18})"),
+    "received": re.compile(r"Total bytes received: (\d{1,18})"),
 }
 
 
@@ -72,7 +79,7 @@ def send(
     whole: rsync 3.2.7 as Debian 12 has it fails to verify one that is patched from a folder of --copy-dest. What else
     is there goes: a push takes over what a broken one has sent.
     """
-    options = ["--executability", "--checksum", "--whole-file", "--delete", "--compress", "--no-inc-recursive"]
+    options = [*SENDING, "--no-inc-recursive"]
     if copy_from is not None:
         options.append(f"--copy-dest={os.path.relpath(_place(copy_from), _place(to))}")
     ends = (f"{folder.absolute()}/", f"robot:~/{FOLDER}/{_place(to)}/")
@@ -80,19 +87,19 @@ def send(
 
 
 def bring(
-    connection: Connection, host: Host, what: Sequence[str], folder: Path, on_progress: OnProgress, *, moves: bool
+    connection: Connection,
+    host: Host,
+    what: Sequence[str],
+    folder: Path,
+    partial: Path | None,
+    on_look: OnLook,
+    on_progress: OnProgress,
 ) -> Transfer:
     """Bring recordings by name, as `Link.bring` has it; the names go through rsync, not through a shell."""
-    options = [f"--partial-dir={PARTIAL}", "--no-relative", "--from0", "--files-from=-"]
-    if moves:
-        options.append("--remove-source-files")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise DeployError(f"{folder}: {error.strerror}. Name a folder that can be written to") from error
+    options = BRINGING if partial is None else (f"--partial-dir={partial.absolute()}", *BRINGING)
     ends = (f"robot:~/{FOLDER}/recordings/", f"{folder.absolute()}/")
-    names = b"".join(os.fsencode(_own(name)) + b"\0" for name in what)
-    return _transfer(connection, host, (*options, *ends), on_progress, names, where="this machine")
+    names = b"".join(_recording(name).encode() + b"\0" for name in what)
+    return _transfer(connection, host, (*options, *ends), on_progress, names, on_look, where="this machine")
 
 
 def _place(path: str) -> str:
@@ -101,9 +108,9 @@ def _place(path: str) -> str:
     return path
 
 
-def _own(name: str) -> str:
-    if name in {"", ".", ".."} or "/" in name or "\0" in name:
-        raise DeployError(f"{name!r} is no recording's name; nothing was brought")
+def _recording(name: str) -> str:
+    if not RECORDING.fullmatch(name):
+        raise ValueError(f"{name!r} is not the name of a recording")
     return name
 
 
@@ -113,6 +120,7 @@ def _transfer(
     arguments: Sequence[str],
     on_progress: OnProgress,
     given: bytes = b"",
+    on_look: OnLook = lambda: None,
     *,
     where: str,
 ) -> Transfer:
@@ -120,23 +128,27 @@ def _transfer(
     if not shutil.which("rsync"):
         raise no_program("rsync", "rsync")
     command = ["rsync", *COMMON, "-e", shlex.join(connection.client[:-1]), *arguments]
-    with tempfile.TemporaryFile() as stdin, tempfile.TemporaryFile() as stderr:
+    with tempfile.TemporaryFile() as stdin:
         stdin.write(given)
         stdin.seek(0)
-        with _running(command, stdin, stderr) as process:
-            told = _heard(process, on_progress)
+        with _running(command, stdin) as process:
+            output = Output(process)
+            printed = _read(output.pieces(), on_progress, on_look)
         if process.returncode:
-            stderr.seek(0)
-            said = stderr.read().decode(errors="replace")
-            raise connection.blame(transfer_failed(host, process.returncode, said, where))
-    return Transfer(**{name: int(found[1]) if (found := each.search(told)) else 0 for name, each in STATS.items()})
+            raise connection.blame(transfer_failed(host, process.returncode, output.said, where))
+    return Transfer(**{name: int(found[1]) if (found := each.search(printed)) else 0 for name, each in STATS.items()})
 
 
 @contextmanager
-def _running(command: Sequence[str], stdin: IO[bytes], stderr: IO[bytes]) -> Iterator[subprocess.Popen[bytes]]:
+def _running(command: Sequence[str], stdin: IO[bytes]) -> Iterator[subprocess.Popen[bytes]]:
     """Run rsync, apart from the terminal's signals; whatever is raised meanwhile ends it and its ssh."""
     with subprocess.Popen(  # noqa: S603  words of ours, and a folder of this machine
-        command, stdin=stdin, stdout=subprocess.PIPE, stderr=stderr, env=_environment(), start_new_session=True
+        command,
+        stdin=stdin,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=_environment(),
+        start_new_session=True,
     ) as process:
         try:
             yield process
@@ -152,15 +164,16 @@ def _environment() -> dict[str, str]:
     return {name: value for name, value in os.environ.items() if not name.startswith("RSYNC_")} | {"LC_ALL": "C"}
 
 
-def _heard(process: subprocess.Popen[bytes], on_progress: OnProgress) -> str:
-    """Tell of progress as long as rsync runs, and return what else it said."""
-    assert process.stdout
-    told = rest = ""
-    while more := os.read(process.stdout.fileno(), 1 << 16):
-        *lines, rest = re.split("[\r\n]", rest + more.decode(errors="replace"))
+def _read(pieces: Iterable[bytes], on_progress: OnProgress, on_look: OnLook) -> str:
+    """Pass on progress as long as rsync runs, and return the end of what else it printed."""
+    printed = rest = ""
+    for piece in pieces:
+        on_look()
+        *lines, rest = re.split("[\r\n]", rest + piece.decode(errors="replace"))
         for line in lines:
             if found := PROGRESS.match(line):
                 on_progress(int(found[1]), int(found[2]) / 100)
             else:
-                told += f"{line}\n"
-    return told + rest
+                printed = f"{printed}{line}\n"[-MOST_KEPT:]
+        rest = rest[-MOST_KEPT:]
+    return printed + rest

@@ -11,8 +11,9 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from types import TracebackType
 
-from robotcore.deploy.connection.failures import SSH_FAILED, broken_by, no_program, refused_by, silent
+from robotcore.deploy.connection.failures import SSH_FAILED, broken_by, damaged, no_program, refused_by, silent
 from robotcore.deploy.connection.host import Host
+from robotcore.deploy.connection.output import readable
 from robotcore.errors import DeployError
 
 CONNECT_S, ALIVE_S, ALIVE_COUNT = 10, 5, 3
@@ -42,12 +43,23 @@ MASTER_OPTIONS = {
     "ServerAliveInterval": ALIVE_S,
     "ServerAliveCountMax": ALIVE_COUNT,
     "ClearAllForwardings": "yes",
+    "ForwardAgent": "no",
+    "ForwardX11": "no",
     "RemoteCommand": "none",
     "LogLevel": "INFO",
 }
 """What we need, over the user's own configuration; all else is as he has it. A quiet ssh does not say why it fails."""
 
-DEAF_TO_CTRL_C = ("sh", "-c", 'trap "" INT; exec "$@"', "sh")
+MOST_HEARD = 1 << 20
+"""Bytes that a login shell may print."""
+
+LOG_BLOCKS = 1 << 16
+"""What a robot writes on stderr goes into the log of ssh: after 32 MB, in blocks of POSIX's ulimit, ssh ends."""
+
+MOST_READ = 1 << 13
+"""Bytes at the end of that log that are read."""
+
+STARTED_BY = ("sh", "-c", f'trap "" INT; ulimit -S -f {LOG_BLOCKS} || :; exec "$@"', "sh")
 """A terminal sends Ctrl-C to the connection too; we still have to say there that nothing more comes."""
 
 
@@ -93,7 +105,7 @@ class Connection:
         return error
 
     def _started(self) -> subprocess.Popen[bytes]:
-        command = (*DEAF_TO_CTRL_C, "ssh", *self._options(), "--", self._host.name, "cat")
+        command = (*STARTED_BY, "ssh", *self._options(), "--", self._host.name, "cat")
         with (self._folder / "log").open("ab") as log:  # what ssh says of a broken connection is ours to tell
             return subprocess.Popen(  # noqa: S603  the host is checked, the rest is ours
                 command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log
@@ -139,13 +151,16 @@ class Connection:
                 raise silent(self._host, LOGIN_S)
             if not (more := os.read(answers, 4096)):
                 status = self._master.wait()
-                said = self._log() if status == SSH_FAILED else heard.decode(errors="replace")
+                said = self._log() if status == SSH_FAILED else readable(heard[-MOST_READ:])
                 raise refused_by(self._host, status, said)
             heard += more
+            if len(heard) > MOST_HEARD:
+                raise damaged(self._host, "login", f"its login shell prints more than {MOST_HEARD} bytes")
 
     def _log(self) -> str:
-        with suppress(FileNotFoundError):
-            return (self._folder / "log").read_text(encoding="utf-8", errors="replace")
+        with suppress(FileNotFoundError), (self._folder / "log").open("rb") as log:
+            log.seek(max(0, os.fstat(log.fileno()).st_size - MOST_READ))
+            return readable(log.read(MOST_READ))
         return ""
 
     def _end(self) -> None:

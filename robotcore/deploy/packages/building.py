@@ -11,11 +11,11 @@ from tempfile import TemporaryDirectory
 from robotcore.deploy.packages.pip import pip
 from robotcore.deploy.packages.pip import told as told_by_pip
 from robotcore.deploy.packages.requirements import Requirement
-from robotcore.deploy.paths import told
 from robotcore.deploy.staging.copying import copied
 from robotcore.deploy.table import FILE
 from robotcore.description import read_table
 from robotcore.errors import DeployError, UsageError
+from robotcore.text import escape
 
 COMPILED = (".so", ".pyd", ".dylib")
 """What holds machine code."""
@@ -24,16 +24,16 @@ _OF_THIS_MACHINE = ("RECORD", "direct_url.json", "REQUESTED", "INSTALLER")
 """Of a package's metadata, what tells where it is installed here."""
 
 
-def build(source: Path, site: Path) -> None:
+def build(source: Path, site: Path) -> tuple[str, ...]:
     """Install a package, a folder or an archive, into ``site`` without what it depends on.
 
-    A folder is built from a copy of what would be sent of it, so that nothing is left in it. Raises DeployError where
+    A folder is built from a copy of what would be sent of it, so that nothing is left in it. Returns its files that
+    may hold a secret, which are not in that copy, with the name of the folder before them. Raises DeployError where
     it cannot be built, UsageError where it has compiled code: that is for this machine, and the robot is another.
     """
     with TemporaryDirectory(prefix="robotcore-") as scratch:
         tree, built = Path(scratch, "source"), Path(scratch, "built")
-        if source.is_dir():
-            copied(source, tree)
+        secrets = copied(source, tree).secrets if source.is_dir() else ()
         asked = pip(
             [
                 *("install", "--quiet", "--no-deps", "--no-compile", "--target", str(built)),
@@ -43,11 +43,12 @@ def build(source: Path, site: Path) -> None:
         )
         if asked.returncode:
             raise DeployError(
-                f"{told(source)} cannot be built: {told_by_pip(asked)}. Build it here until it works: "
+                f"{escape(str(source))} cannot be built: {told_by_pip(asked)}. Build it here until it works: "
                 f"pip wheel --no-deps {shlex.quote(str(source))}"
             )
         _require_pure(source, built)
         _move(built, site)
+    return tuple(f"{source.name}/{name}" for name in secrets)
 
 
 def _has_all_to_build(tree: Path) -> bool:
@@ -72,8 +73,8 @@ def _require_pure(source: Path, built: Path) -> None:
     compiled = next((file for file in built.rglob("*") if file.suffix in COMPILED), None)
     if compiled:
         raise UsageError(
-            f"{told(source)} has code compiled for this machine ({told(compiled.name)}). Publish it with wheels for "
-            "the robot, and name it in the project's dependencies"
+            f"{escape(str(source))} has code compiled for this machine ({escape(compiled.name)}). Publish it with "
+            "wheels for the robot, and name it in the project's dependencies"
         )
 
 

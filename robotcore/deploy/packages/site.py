@@ -23,24 +23,25 @@ METADATA = ("METADATA", "entry_points.txt", "top_level.txt")
 _LEFT = shutil.ignore_patterns("__pycache__", "*.py[co]", ".*")
 
 
-def fill(project: Project, source: Path, site: Path) -> tuple[str, ...]:
+def fill(project: Project, source: Path, site: Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Make ``site``: robotcore, the project's own package, and those of its robot that are installed from this machine.
 
-    ``source`` is what is sent of the project. Return the requirements for those that an index has. Raises DeployError
-    and UsageError as `build` does.
+    ``source`` is what is sent of the project. Return the requirements for those that an index has, and the files
+    that are left out because they may hold a secret. Raises DeployError and UsageError as `build` does.
     """
     site.mkdir()
     _bring_robotcore(site)
     if project.folder and project.is_package:
         build(source, site)
-    pinned = []
+    pinned: list[str] = []
+    secrets: list[str] = []
     for dist in _others(project):
         place = _origin(dist)
         if isinstance(place, str):
             pinned.append(place)
         elif place != project.folder:
-            build(place, site)
-    return tuple(pinned)
+            secrets += build(place, site)
+    return tuple(pinned), tuple(secrets)
 
 
 def _bring_robotcore(site: Path) -> None:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
+from robotcore.deploy.connection.answers import Facts
 from robotcore.deploy.packages.requirements import SpecifierSet
 from robotcore.deploy.project import Project
 from robotcore.deploy.table import FILE
@@ -30,9 +29,9 @@ class Target:
     libc_version: str = "2.17"
 
     @classmethod
-    def of(cls, facts: Mapping[str, Any]) -> Target:
+    def of(cls, facts: Facts) -> Target:
         """Return the target that a robot's own facts tell of."""
-        return cls(facts["python"], facts["machine"], facts["libc"], facts["libc_version"])
+        return cls(facts.python, facts.machine, facts.libc, facts.libc_version)
 
     def __str__(self) -> str:
         return f"Python {self.python_version} on {self.machine}"

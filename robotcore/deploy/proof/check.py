@@ -6,24 +6,26 @@ import shlex
 from collections.abc import Iterator
 
 from robotcore.catalogue import load_backend
-from robotcore.deploy.paths import told
 from robotcore.deploy.project import Project
 from robotcore.deploy.proof.proof import Proof, Say, command_line
 from robotcore.description import RobotDescription, load_world
 from robotcore.errors import BackendMissingError, DescriptionError, UnprovenError
+from robotcore.text import escape
 
 
 def prove(project: Project, say: Say) -> Proof:
     """Return that the descriptions are right, their warnings as notes; raises UnprovenError with all that is wrong."""
     notes: list[str] = []
     for name in filter(None, (project.robot, project.world)):
-        say(told(name))
+        say(escape(name))
         try:
             notes += _checked(project, name)
         except DescriptionError as error:
             again = command_line(project, shlex.join(["robotcore", "check", name]))
             raise UnprovenError(f"check: {error}\nRepeat it: {again}") from error
-    return Proof("; ".join(f"{told(name)}: OK" for name in filter(None, (project.robot, project.world))), tuple(notes))
+    return Proof(
+        "; ".join(f"{escape(name)}: OK" for name in filter(None, (project.robot, project.world))), tuple(notes)
+    )
 
 
 def _checked(project: Project, name: str) -> list[str]:

@@ -15,7 +15,6 @@ from typing import Any
 from robotcore.catalogue import load_backend
 from robotcore.deploy.aboard.releases.release import PROJECT, SITE
 from robotcore.deploy.aboard.service import launch
-from robotcore.deploy.paths import told
 from robotcore.deploy.project import Project
 from robotcore.deploy.proof.proof import Proof, Say, ask, command_line, told_error
 from robotcore.deploy.staging.staging import Staged
@@ -26,6 +25,7 @@ from robotcore.sweep.command import words_of
 from robotcore.sweep.record import Record
 from robotcore.sweep.seeds import seeds_of
 from robotcore.sweep.words import fault
+from robotcore.text import escape
 
 PINS, PLAIN = "virtualpi", "kinematic"
 """The simulator with the robot's own drivers in it, and the one that needs nothing."""
@@ -47,8 +47,8 @@ def prove(staged: Staged, say: Say) -> Proof:
     backend, notes = simulator_of(project)
     world = project.world or DEFAULT_WORLD
     if "," in world:
-        raise UsageError(f"simulation: {told(world)}: a sweep parts worlds at commas. Take the comma out of the name")
-    where = f"{backend}, {told(world)}, seeds {project.seeds}"
+        raise UsageError(f"simulation: {escape(world)}: a sweep parts worlds at commas. Take the comma out of the name")
+    where = f"{backend}, {escape(world)}, seeds {project.seeds}"
     say(where)
     with TemporaryDirectory(prefix="robotcore-") as scratch:
         results = Path(scratch, "results")

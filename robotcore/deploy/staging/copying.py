@@ -7,9 +7,10 @@ import shutil
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
-from robotcore.deploy.paths import names_told, told
+from robotcore.deploy.paths import list_names
 from robotcore.deploy.staging.files import Listing, listed
 from robotcore.errors import UsageError
+from robotcore.text import escape
 
 
 def copied(folder: Path, target: Path) -> Listing:
@@ -34,7 +35,7 @@ def _copy(file: Path, place: Path) -> None:
     try:
         shutil.copy(file, place)
     except OSError as error:
-        raise UsageError(f"{told(file)}: {error.strerror}. Let it be read, or let git ignore it") from error
+        raise UsageError(f"{escape(str(file))}: {error.strerror}. Let it be read, or let git ignore it") from error
 
 
 def _links(folder: Path, names: Collection[str]) -> Iterator[tuple[str, str]]:
@@ -53,6 +54,6 @@ def _links(folder: Path, names: Collection[str]) -> Iterator[tuple[str, str]]:
             astray.append(f"{name} -> {link.readlink()}")
     if astray:
         raise UsageError(
-            f"{names_told(astray)}: a link that leads to nothing that is sent. Put the file itself there, or let git "
+            f"{list_names(astray)}: a link that leads to nothing that is sent. Put the file itself there, or let git "
             "ignore the link"
         )

@@ -10,9 +10,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from robotcore.deploy.paths import told
 from robotcore.deploy.staging.secret import is_secret
 from robotcore.errors import UsageError
+from robotcore.text import escape
 
 LEFT_BY_PROGRAMS = re.compile(
     r"""\.git|\.hg|\.svn|\.jj|__pycache__|\.venv|venv|\.tox|\.nox|node_modules|\.[a-z]+_cache|\.hypothesis|\.idea|\.vscode
@@ -48,7 +48,7 @@ def listed(folder: Path) -> Listing:
         of_git = _git(folder)
         found = sorted(set(_walked(folder, folder) if of_git is None else of_git))
     except OSError as error:
-        raise UsageError(f"{told(error.filename)}: {error.strerror}. Let it be read, or move it away") from error
+        raise UsageError(f"{escape(str(error.filename))}: {error.strerror}. Let it be read, or move it away") from error
     secrets = {name for name in found if is_secret(folder, name)}
     return Listing(tuple(name for name in found if name not in secrets), tuple(sorted(secrets)))
 

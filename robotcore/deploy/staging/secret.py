@@ -5,28 +5,66 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-_NAMES = re.compile(
-    r"""\.env(?!\.(?:example|sample|template)$)(?:rc|\..*)?|.*\.(?:env|pem|key|p12|pfx|jks|keystore|kdbx|ppk|ovpn)
-    |id_(?:rsa|dsa|ecdsa|ed25519)(?:_sk)?|\.netrc|\.pypirc|\.npmrc|\.git-credentials|\.htpasswd
-    |(?:credentials|secrets?)\.(?:json|ya?ml|toml|ini)|wpa_supplicant\.conf|.*\.nmconnection""",
+_FILES = re.compile(
+    r""".*\.env(?:rc|\..*)?|.*\.(?:pem|key|p12|pfx|jks|keystore|kdbx|ppk|ovpn|psk)
+    |id_(?:rsa|dsa|ecdsa|ed25519)(?:_sk)?|[._]netrc|\.pgpass|\.pypirc|\.npmrc|\.git-credentials|\.htpasswd
+    |wpa_supplicant\.conf|.*\.nmconnection""",
     re.VERBOSE | re.DOTALL | re.IGNORECASE,
 )
-_FOLDERS = {".ssh", ".gnupg", ".aws", ".secrets"}
-_PRIVATE_KEY = re.compile(rb"\s*-----BEGIN [A-Z0-9 ]*PRIVATE KEY|PuTTY-User-Key-File")
-_BEGINNING = 200
+"""The whole name of a file."""
+
+_WORDS = re.compile(
+    r"secret|credential|passw|token(?!i[sz])|api[_-]?key|kubeconfig|service[_-]?account|deploy[_-]?key", re.IGNORECASE
+)
+"""Anywhere in the name of a file, but not of Python's: those hold code that the app may import."""
+
+_MODULES = re.compile(r"_*(?:secrets?|credentials?|passwords?|passwd|api_?keys?)\.pyi?", re.IGNORECASE)
+"""The whole name of a module that is made to hold secrets."""
+
+_BACKUP = re.compile(r"(?:\.(?:bak|backup|old|orig|save|copy|tmp|\d+)|~)+", re.IGNORECASE)
+_EXAMPLE = re.compile(r"\.(?:example|sample|template)(?:\.\w+)?|\.pub", re.IGNORECASE)
+"""The end of a name: a copy is as secret as its original, an example and a public key are not secret."""
+
+_FOLDERS = {".ssh", ".gnupg", ".aws", ".kube", ".secrets"}
+_PLACES = {(".docker", "config.json")}
+"""Folders, and files by the folder that they are in."""
+
+_PRIVATE_KEY = re.compile(
+    rb"""^[\ \t]*-----BEGIN\ [A-Z0-9\ ]*PRIVATE\ KEY          # at the beginning of a line
+    |-----BEGIN\ [A-Z0-9\ ]*PRIVATE\ KEY[A-Z\ ]*-----(?:\\[rn]|[\s"'\\+])*[A-Za-z0-9+/]{16}  # or in a string of code
+    |^PuTTY-User-Key-File""",
+    re.VERBOSE | re.MULTILINE,
+)
+_BEGINNING = 1 << 13
 
 
 def is_secret(folder: Path, name: str) -> bool:
     """Return whether a file of a folder may hold a key, a password or a token. Public keys and examples do not."""
     path = Path(name)
-    return bool(_NAMES.fullmatch(path.name)) or not _FOLDERS.isdisjoint(path.parts) or _is_private_key(folder / path)
+    is_there = not _FOLDERS.isdisjoint(path.parts[:-1]) or path.parts[-2:] in _PLACES
+    return is_there or _is_secret_name(path.name) or _is_private_key(folder / path)
+
+
+def _is_secret_name(name: str) -> bool:
+    name = _without_end(_BACKUP, name)
+    if _without_end(_EXAMPLE, name) != name:
+        return False
+    if name.lower().endswith((".py", ".pyi")):
+        return bool(_MODULES.fullmatch(name))
+    return bool(_FILES.fullmatch(name) or _WORDS.search(name))
+
+
+def _without_end(end: re.Pattern[str], name: str) -> str:
+    return re.sub(rf"(?:{end.pattern})\Z", "", name, flags=end.flags)
 
 
 def _is_private_key(file: Path) -> bool:
+    """Return whether a file has a private key in its first 8 kB; one in UTF-16, or after a byte order mark, too."""
     if not file.is_file():
         return False
     try:
         with file.open("rb") as opened:
-            return bool(_PRIVATE_KEY.match(opened.read(_BEGINNING)))
-    except OSError:  # told when it is to be sent
+            beginning = opened.read(_BEGINNING)
+    except OSError:  # the copy raises it, with its reason
         return False
+    return bool(_PRIVATE_KEY.search(beginning.replace(b"\0", b"").removeprefix(b"\xef\xbb\xbf").lstrip(b"\xff\xfe")))

@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from robotcore.deploy.aboard.releases.release import PROJECT, SITE
 from robotcore.deploy.packages.requirements import requirements_of
 from robotcore.deploy.packages.site import fill
-from robotcore.deploy.paths import names_told, told
+from robotcore.deploy.paths import list_names
 from robotcore.deploy.project import Project
 from robotcore.deploy.staging.copying import copied
 from robotcore.deploy.staging.files import Listing
 from robotcore.errors import UsageError
+from robotcore.text import escape
 
 _IGNORED = ("is ignored by git", "Take it out of .gitignore")
+
+
+MOST_SECRETS = 50
+"""So many files that are left out are named: an app may miss each of them."""
 
 
 @dataclass(frozen=True)
@@ -38,8 +44,10 @@ def stage(project: Project, folder: Path) -> Staged:
     sent, and for code that is compiled for this machine; DeployError where the project cannot be built.
     """
     listing = _with_files(project, folder / PROJECT)
-    pinned = fill(project, folder / PROJECT, folder / SITE)
-    return Staged(project, folder, requirements_of(project, folder / SITE, pinned), _notes(listing))
+    pinned, secrets = fill(project, folder / PROJECT, folder / SITE)
+    return Staged(
+        project, folder, requirements_of(project, folder / SITE, pinned), _notes((*listing.secrets, *secrets))
+    )
 
 
 def _with_files(project: Project, target: Path) -> Listing:
@@ -50,11 +58,11 @@ def _with_files(project: Project, target: Path) -> Listing:
     for name in map(os.path.normpath, project.files):
         if name not in listing.names:
             why, remedy = ("may hold a secret", "Rename it") if name in listing.secrets else _IGNORED
-            raise UsageError(f"{told(name)} {why}, so it is not sent; without it the project does not run. {remedy}")
+            raise UsageError(f"{escape(name)} {why}, so it is not sent; without it the project does not run. {remedy}")
     return listing
 
 
-def _notes(listing: Listing) -> tuple[str, ...]:
-    if not listing.secrets:
+def _notes(secrets: Sequence[str]) -> tuple[str, ...]:
+    if not secrets:
         return ()
-    return (f"left out, for there may be a secret in it: {names_told(listing.secrets)}",)
+    return (f"left out, for there may be a secret in it: {list_names(secrets, MOST_SECRETS)}",)

@@ -67,7 +67,10 @@ def act(layout, release, healthy_within_s):
     assert healthy_within_s == 7.0
     layout.current.unlink(missing_ok=True)
     layout.current.symlink_to(f"releases/{release}")
-    return {"release": release, "outcome": "healthy", "reason": "", "lines": [], "current": release, "is_running": True}
+    return {
+        "release": release, "outcome": "healthy", "reason": "", "lines": [], "current": release, "is_running": True,
+        "is_standing": False,
+    }
 """
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from robotcore.deploy import trial
+from robotcore.deploy.connection.answers import Judgement
 from robotcore.deploy.connection.host import Host
 from robotcore.deploy.connection.link import Link
 from robotcore.deploy.connection.typed import typed
@@ -30,7 +31,8 @@ def act(layout, release, healthy_within_s):
     release = release or "2026-11-21T22-40-03Z"
     begun = layout.home / "begun"
     if begun.exists():
-        return {"release": release, "outcome": "healthy", "reason": "", "current": release, "is_running": True}
+        return {"release": release, "outcome": "healthy", "reason": "", "lines": [], "current": release,
+                "is_running": True, "is_standing": False}
     begun.touch()
     say("it starts", release=release)
     time.sleep(600)
@@ -135,7 +137,8 @@ def test_release_that_does_not_live_is_told_with_its_last_words_and_what_runs_no
 def test_headline_has_the_error_that_robotcore_told(error: str, told: str) -> None:
     lines = ["Traceback (most recent call last):", f"error: {error}", "error: the recording is not whole"]
     came = {"release": NEW, "outcome": "unhealthy", "reason": "the app raised", "lines": lines, "current": None}
-    said = trial._unhealthy(Host("robot"), {**came, "is_running": False, "is_standing": True}, "logs").splitlines()
+    judged = Judgement.model_validate({**came, "is_running": False, "is_standing": True})
+    said = trial._unhealthy(Host("robot"), judged, "logs").splitlines()
     assert told in said[0]
     assert said[0].startswith(f"robot: {NEW} did not live: the app raised: ")
     assert said[1:] == [f"  {line}" for line in lines]

@@ -14,6 +14,7 @@ from threading import Thread
 import pytest
 
 from robotcore.deploy.connection import rsync, ssh
+from robotcore.deploy.connection.answers import Nothing
 from robotcore.deploy.connection.host import Host
 from robotcore.deploy.connection.link import Link
 from robotcore.errors import DeployError
@@ -166,7 +167,7 @@ def test_no_python_there(tmp_path: Path) -> None:
         with pytest.raises(
             DeployError, match=r"^robot: there is no python3. Install it there: sudo apt install python3$"
         ):
-            link.call("probe")
+            link.call("probe", Nothing)
 
 
 def test_a_robot_that_lets_nobody_work(tmp_path: Path) -> None:
@@ -199,7 +200,7 @@ def test_a_connection_that_breaks_in_a_call(
     aboard("wait", WAIT)
     connections: list[int] = []
 
-    def strike(words: str) -> None:
+    def strike(_notice: object) -> None:
         connections.extend(sshd.connections())
         for pid in connections:
             os.kill(pid, number)
@@ -208,7 +209,7 @@ def test_a_connection_that_breaks_in_a_call(
         Link(Host.parse("robot"), sshd.config) as link,
         pytest.raises(DeployError, match="the connection broke"),
     ):
-        link.call("wait", on_say=strike)
+        link.call("wait", Nothing, on_say=strike)
     for pid in connections:
         if number is signal.SIGSTOP:
             os.kill(pid, signal.SIGCONT)

@@ -11,9 +11,11 @@ from typing import Any
 import pytest
 
 from robotcore.deploy.connection import ssh
+from robotcore.deploy.connection.answers import Answer, Nothing, Notice
 from robotcore.deploy.connection.host import Host
 from robotcore.deploy.connection.link import Link
 from robotcore.errors import DeployError
+from robotcore.text import escape
 from tests.robotcore.deploy.actions import ECHO, Aboard
 from tests.robotcore.deploy.sshd import Sshd, serving, slow_rsync
 
@@ -38,10 +40,19 @@ from robotcore.deploy.aboard.telling import say
 
 def act(layout):
     child = subprocess.Popen(["sleep", "600"])
-    say("waits", pids=[os.getpid(), child.pid])
+    say(f"{os.getpid()} {child.pid}")
     child.wait()
     return {}
 """
+
+
+class Home(Answer):
+    home: str
+
+
+class Echo(Answer):
+    told: dict[str, Any]
+
 
 NAMES = (
     "with space.txt",
@@ -120,23 +131,23 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 def test_a_call_says_how_far_it_is_and_answers(link: Link, robot: Sshd, aboard: Aboard) -> None:
     aboard("tell", TELL)
-    said: list[object] = []
-    answer = link.call("tell", on_say=lambda words, **more: said.append((words, more)))
-    assert answer == {"home": str(robot.home)}
-    assert said == [("half of it", {"part": 0.5})]
+    said: list[Notice] = []
+    answer = link.call("tell", Home, on_say=said.append)
+    assert answer == Home(home=str(robot.home))
+    assert said == [Notice(say="half of it")]
 
 
 def test_a_stream_passes_lines_on(link: Link, aboard: Aboard) -> None:
     aboard("tell", TELL)
     lines: list[str] = []
-    link.stream("tell", lines.append)
+    link.stream("tell", lines.append, most=None)
     assert lines == ["a line of a log"]
 
 
 def test_a_refusal_is_told_with_the_robots_remedy(link: Link, aboard: Aboard) -> None:
     aboard("tell", TELL)
     with pytest.raises(DeployError, match=r"^robot: no room. Make some$") as refused:
-        link.call("tell", refuses=True)
+        link.call("tell", Home, refuses=True)
     assert refused.value.kind == "full"
 
 
@@ -146,7 +157,7 @@ def test_what_is_told_comes_as_it_is_and_nothing_of_it_runs(
     monkeypatch.chdir(tmp_path)
     aboard("echo", ECHO)
     told: dict[str, Any] = {f"setting {name}": name for name in NAMES}
-    assert link.call("echo", **told) == {"told": told}
+    assert link.call("echo", Echo, **told).told == {key: escape(value) for key, value in told.items()}
     assert not list(tmp_path.rglob("canary"))
 
 
@@ -192,24 +203,13 @@ def test_progress_comes_to_the_whole(link: Link, folder: Path) -> None:
     assert told[-1] == (sum(map(len, contents(folder).values())), 1.0)
 
 
-def test_recordings_of_any_name_come_home(link: Link, robot: Sshd, folder: Path, tmp_path: Path) -> None:
-    recordings = robot.home / "robotcore" / "recordings"
-    for name in NAMES:
-        (recordings / name).write_bytes(os.fsencode(name))
-    home = tmp_path / "at home: $(touch canary)" / "recordings"
-    assert link.bring(NAMES[1:], home, moves=False).changed == len(NAMES) - 1
-    assert len(list(recordings.iterdir())) == len(NAMES)
-    link.bring(NAMES, home, moves=True)
-    assert contents(home) == {name: os.fsencode(name) for name in NAMES}
-    assert not list(recordings.iterdir())
-    assert not list(tmp_path.rglob("canary"))
-
-
 def test_a_recording_that_came_in_part_goes_on_next_time(
     link: Link, robot: Sshd, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    recording, home = robot.home / "robotcore" / "recordings" / "long.mcap", tmp_path / "home"
+    recording = robot.home / "robotcore" / "recordings" / "long.mcap"
+    home, partial = tmp_path / "at home: $(touch canary)", tmp_path / "partial"
     recording.write_bytes(os.urandom(LONG))
+    home.mkdir()
 
     def interrupt(done: int, part: float) -> None:
         if done:
@@ -218,18 +218,21 @@ def test_a_recording_that_came_in_part_goes_on_next_time(
     with monkeypatch.context() as patch:
         patch.setenv("PATH", str(slow_rsync(tmp_path / "slow")), prepend=os.pathsep)
         with pytest.raises(KeyboardInterrupt):
-            link.bring([recording.name], home, moves=True, on_progress=interrupt)
+            link.bring([recording.name], home, partial=partial, on_progress=interrupt)
     assert not (home / recording.name).exists()
-    transfer = link.bring([recording.name], home, moves=True)
+    transfer = link.bring([recording.name], home, partial=partial)
     assert transfer.received < LONG
     assert [(file.name, file.stat().st_size) for file in home.iterdir()] == [(recording.name, LONG)]
-    assert not recording.exists()
+    assert recording.exists()
+    assert not list(tmp_path.rglob("canary"))
 
 
-def test_nothing_else_is_brought_than_recordings(link: Link, tmp_path: Path) -> None:
-    for name in ("", ".", "..", "../.ssh/id_ed25519", "/etc/passwd", "a\0b"):
-        with pytest.raises(DeployError, match="no recording's name"):
-            link.bring([name], tmp_path / "home")
+@pytest.mark.parametrize(
+    "name", [*NAMES, "", ".", "..", "../a.mcap", "/etc/a.mcap", "a\0.mcap", f"{'a' * 96}.mcap", "ü.mcap"]
+)
+def test_nothing_else_is_brought_than_recordings(link: Link, tmp_path: Path, name: str) -> None:
+    with pytest.raises(ValueError, match="not the name of a recording"):
+        link.bring([name], tmp_path)
 
 
 def test_nothing_is_sent_elsewhere(link: Link, folder: Path) -> None:
@@ -243,16 +246,16 @@ def test_what_is_interrupted_here_ends_there_and_the_link_still_works(link: Link
     aboard("echo", ECHO)
     waiting: list[int] = []
 
-    def interrupt(words: str, pids: list[int]) -> None:
-        waiting.extend(os.pidfd_open(pid) for pid in pids)
+    def interrupt(notice: Notice) -> None:
+        waiting.extend(os.pidfd_open(int(pid)) for pid in notice.say.split())
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        link.call("wait", on_say=interrupt)
+        link.call("wait", Nothing, on_say=interrupt)
     for process in waiting:
         assert select.select([process], [], [], GONE_S)[0]
         os.close(process)
-    assert link.call("echo", a=1) == {"told": {"a": 1}}
+    assert link.call("echo", Echo, a=1) == Echo(told={"a": 1})
 
 
 def test_an_interrupted_transfer_leaves_the_link_working(link: Link, aboard: Aboard, folder: Path) -> None:
@@ -263,7 +266,7 @@ def test_an_interrupted_transfer_leaves_the_link_working(link: Link, aboard: Abo
 
     with pytest.raises(KeyboardInterrupt):
         link.send(folder, "incoming/new", on_progress=interrupt)
-    assert link.call("echo") == {"told": {}}
+    assert link.call("echo", Echo) == Echo(told={})
 
 
 def test_nothing_is_left_of_a_link(sshd: Sshd, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -282,7 +285,7 @@ def test_a_login_shell_that_prints_does_not_disturb_a_call(tmp_path: Path, aboar
     shell = "echo Welcome; printf '$ '; echo oops >&2; eval \"$SSH_ORIGINAL_COMMAND\""
     with serving(tmp_path / "sshd", f"ForceCommand {shell}") as sshd, Link(Host.parse("robot"), sshd.config) as link:
         lines: list[str] = []
-        assert link.stream("tell", lines.append)
+        assert link.stream("tell", lines.append, most=None)
         assert lines == ["a line of a log"]
         (sshd.home / "robotcore" / "new").mkdir(parents=True)
         with pytest.raises(DeployError, match="its login shell prints something"):
@@ -311,4 +314,4 @@ def test_what_a_user_has_configured_for_his_own_logins_does_no_harm(sshd: Sshd, 
     )
     sshd.config.write_text("\n".join((*own, "ExitOnForwardFailure yes", sshd.config.read_text())))
     with Link(Host.parse("robot"), sshd.config) as link:
-        assert link.call("echo", a=1) == {"told": {"a": 1}}
+        assert link.call("echo", Echo, a=1) == Echo(told={"a": 1})

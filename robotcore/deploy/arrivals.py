@@ -1,0 +1,115 @@
+"""Where recordings arrive: a folder of their own, until each is known to be a whole plain file."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import stat
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+
+from robotcore.deploy.aboard.system.disk import free_bytes, in_words, size_of
+from robotcore.errors import DeployError, UsageError
+
+SPARE_BYTES = 1_000_000_000
+"""What stays free at the desk, whatever a robot sends."""
+
+SLACK_BYTES = 1 << 20
+"""What folders and the blocks of a disk take besides the recordings."""
+
+PARTIAL = ".partial"
+"""Beside the recordings: what came in part when a connection broke."""
+
+
+class Arrivals:
+    """A new folder in that of the recordings, into which the robot's files come while this is entered.
+
+    ``sizes`` are the bytes of each recording that is wanted, as the robot states them. On the way out, also by an
+    error, those that arrived as stated move into ``folder``; everything else that came is deleted.
+    """
+
+    def __init__(self, folder: Path, sizes: Mapping[str, int]) -> None:
+        self._folder, self._sizes = folder, sizes
+        self.arrived: list[str] = []
+
+    def __enter__(self) -> Arrivals:
+        self._require_room(sum(self._sizes.values()))
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            self._remove_leftovers()
+            self.partial.mkdir(mode=0o700, exist_ok=True)
+            self.path = Path(tempfile.mkdtemp(prefix=".arriving-", dir=self._folder))
+        except OSError as error:
+            raise UsageError(
+                f"{self._folder} cannot be written to: {error.strerror}. Take another folder: -o DIR"
+            ) from error
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        try:
+            self.arrived = sorted(name for name in self._sizes if self._accept(name))
+        finally:
+            shutil.rmtree(self.path, ignore_errors=True)
+            with suppress(OSError):
+                self.partial.rmdir()
+
+    @property
+    def partial(self) -> Path:
+        """The folder for what came in part."""
+        return self._folder / PARTIAL
+
+    @property
+    def missing(self) -> list[str]:
+        """The recordings that did not arrive as the robot stated them, once all is over."""
+        return sorted(self._sizes.keys() - {*self.arrived})
+
+    def look(self) -> None:
+        """Raise DeployError where more came than the robot stated, or the disk of this machine is nearly full."""
+        stated = sum(self._sizes.values())
+        if size_of(self.path) > stated + SLACK_BYTES:
+            raise DeployError(
+                f"the robot sends more than the {in_words(stated)} that it stated. Is it the right robot?"
+            )
+        self._require_room(0)
+
+    def _require_room(self, size: int) -> None:
+        free = free_bytes(self._folder.absolute())
+        if size + SPARE_BYTES > free:
+            raise DeployError(
+                f"{in_words(size)} are to be brought, {in_words(free)} are free here, and {in_words(SPARE_BYTES)} stay "
+                "free. Make room, or take a folder on another disk: -o DIR"
+            )
+
+    def _remove_leftovers(self) -> None:
+        """Delete what is no plain file of the folder for parts: nothing is written through a link."""
+        if self.partial.is_symlink():
+            self.partial.unlink()
+        for path in _children(self.partial):
+            if not _is_plain(path):
+                shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink()
+
+    def _accept(self, name: str) -> bool:
+        """Move a file into the folder if it is the one that was stated; return whether it was."""
+        arrived, target = self.path / name, self._folder / name
+        if not _is_plain(arrived) or arrived.lstat().st_size != self._sizes[name] or os.path.lexists(target):
+            return False
+        arrived.rename(target)
+        return True
+
+
+def _is_plain(path: Path) -> bool:
+    """Return whether there is a file that is no link, no folder, and no program."""
+    try:
+        mode = path.lstat().st_mode
+    except OSError:
+        return False
+    return stat.S_ISREG(mode) and not stat.S_IMODE(mode) & 0o7111
+
+
+def _children(folder: Path) -> Iterator[Path]:
+    return folder.iterdir() if folder.is_dir() else iter(())

@@ -1,0 +1,253 @@
+"""What a robot may answer: a model for each action, and how a line of a robot becomes one.
+
+A robot is not trusted: it may be broken into, or another machine under its name. Each answer is checked here, and
+every string in it is escaped, before any other code of the desk uses it.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import Annotated, Any, TypeVar
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints, ValidationError
+
+from robotcore.deploy.aboard.releases.release import require_name
+from robotcore.deploy.connection.failures import BROKEN
+from robotcore.deploy.connection.output import MalformedError
+from robotcore.text import escape
+
+PLACE = re.compile(r"\w[\w.-]*(?:/\w[\w.-]*)*", re.ASCII)
+"""A folder on the robot: a shell sees a plain name in it, and it leads nowhere else."""
+
+MOST_ITEMS = 100_000
+"""A list of a robot is not longer."""
+
+AnswerT = TypeVar("AnswerT", bound="Answer")
+
+
+def _is_place(path: str) -> str:
+    if not PLACE.fullmatch(path):
+        raise ValueError("is not a folder of the robot")
+    return path
+
+
+def _is_not_broken(kind: str) -> str:
+    if kind == BROKEN:
+        raise ValueError("is a kind that only the desk gives")
+    return kind
+
+
+ReleaseName = Annotated[str, AfterValidator(require_name)]
+Place = Annotated[str, AfterValidator(_is_place)]
+Count = Annotated[int, Field(ge=0, lt=1 << 63)]
+Texts = Annotated[list[str], Field(max_length=MOST_ITEMS)]
+Version = Annotated[str, StringConstraints(pattern=r"^\d{1,2}\.\d{1,3}\.\d{1,3}(?:(?:a|b|rc)\d{1,3})?\+?$")]
+LibcVersion = Annotated[str, StringConstraints(pattern=r"^(?:\d{1,3}(?:\.\d{1,3}){1,3})?$")]
+Machine = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_.-]{0,40}$")]
+
+
+class Answer(BaseModel):
+    """What a robot says; a key that is unknown here is ignored."""
+
+    model_config = ConfigDict(strict=True, frozen=True, extra="ignore", allow_inf_nan=False)
+
+
+class Notice(Answer):
+    """Words on how far an action is; ``release`` names the one that the robot chose."""
+
+    say: str
+    release: ReleaseName | None = None
+
+
+class Refusal(Answer):
+    """Why an action was not done, what to do, and a word for the desk."""
+
+    fault: str
+    remedy: str
+    kind: Annotated[str, AfterValidator(_is_not_broken)] = ""
+
+
+class Nothing(Answer):
+    """The answer of an action that has nothing to return."""
+
+
+class Facts(Answer):
+    """Of ``probe``: what the desk has to know of a robot before it sends a release."""
+
+    host: str
+    machine: Machine
+    system: str
+    python: Version
+    libc: str
+    libc_version: LibcVersion
+    free_bytes: Count
+    has_environment: bool
+
+
+class Begun(Answer):
+    """Of ``begin``: the name of the release, the folder to send to, and the folder to copy from."""
+
+    release: ReleaseName
+    to: Place
+    copy_from: Place | None
+
+
+class Finding(Answer):
+    """What the doctor of a robot found."""
+
+    level: str
+    what: str
+    said: str
+    remedy: str
+
+
+class Installed(Answer):
+    """Of ``install``: whether the environment was kept or made, and what the doctor found."""
+
+    environment: str
+    findings: Annotated[list[Finding], Field(max_length=MOST_ITEMS)]
+
+
+class Judgement(Answer):
+    """Of ``activate`` and ``rollback``: how a release did on trial, and what runs now."""
+
+    release: ReleaseName
+    outcome: str
+    reason: str
+    lines: Texts
+    current: ReleaseName | None
+    is_running: bool
+    is_standing: bool
+
+
+class LastTrial(Answer):
+    """The newest release that was tried, if no release is in place."""
+
+    name: ReleaseName
+    outcome: str
+    reason: str
+
+
+class Stored(Answer):
+    """How many recordings are on a robot, and their size."""
+
+    files: Count
+    bytes: Count
+
+
+class State(Answer):
+    """Of ``status``, ``start`` and ``stop``: which release runs, and how."""
+
+    release: ReleaseName | None
+    verdict: str | None
+    on_trial: ReleaseName | None
+    last: LastTrial | None
+    state: str
+    for_s: Annotated[float, Field(ge=0, le=1e10)] | None
+    restarts: Count
+    words: str
+    reason: str
+    lines: Texts
+    starts_with_robot: bool
+    lingers: bool
+    recordings: Stored
+    free_bytes: Count
+
+
+class UnreadableRelease(Answer):
+    """A release whose file cannot be read, and why."""
+
+    name: ReleaseName
+    unreadable: str
+    verdict: str | None
+    reason: str
+
+
+class ListedRelease(Answer):
+    """A release as its file describes it, with the verdict of its last trial."""
+
+    name: ReleaseName
+    project: str
+    app: str
+    robot: str
+    backend: str
+    run: Texts
+    stop: Texts
+    requirements: Texts
+    gates: Texts
+    robotcore: str
+    revision: str
+    sender: str
+    is_recorded: bool
+    verdict: str | None
+    reason: str
+
+
+class Releases(Answer):
+    """Of ``releases``: those on the robot, the newest first."""
+
+    releases: Annotated[list[UnreadableRelease | ListedRelease], Field(max_length=MOST_ITEMS)]
+    current: ReleaseName | None
+    on_trial: ReleaseName | None
+
+
+class Removed(Answer):
+    """Of ``remove``: whether recordings are still on the robot."""
+
+    kept: bool
+
+
+class StoredFile(Answer):
+    """A file, a link or a folder among the recordings of a robot. The desk decides whether it is a recording."""
+
+    name: str
+    bytes: Count
+    is_file: bool
+    is_being_written: bool
+
+
+class Recordings(Answer):
+    """Of ``recordings``: what is in the robot's folder of recordings."""
+
+    recordings: Annotated[list[StoredFile], Field(max_length=MOST_ITEMS)]
+
+
+class Erased(Answer):
+    """Of ``erase``: the recordings that were deleted, and those that have other content on the robot."""
+
+    erased: Texts
+    different: Texts
+
+
+def parse(line: bytes) -> dict[str, Any]:
+    """Return the JSON object in a line of a robot, with every string in it escaped; raises MalformedError."""
+    try:
+        message = _escaped(json.loads(line.decode()))
+    except RecursionError:
+        raise MalformedError("is nested too deep") from None
+    except ValueError as error:
+        raise MalformedError("is not JSON") from error
+    if not isinstance(message, dict):
+        raise MalformedError("is not a JSON object")
+    return message
+
+
+def validate(model: type[AnswerT], data: Any, where: str) -> AnswerT:
+    """Return the model of what a robot said; raises MalformedError with the first fault and its key."""
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        fault = error.errors(include_url=False, include_context=False, include_input=False)[0]
+        key = ".".join(map(str, (where, *fault["loc"])))
+        raise MalformedError(f"has a fault at {key}: {fault['msg']}") from error
+
+
+def _escaped(value: Any) -> Any:
+    if isinstance(value, str):
+        return escape(value)
+    if isinstance(value, list):
+        return [_escaped(each) for each in value]
+    if isinstance(value, dict):
+        return {key: _escaped(each) for key, each in value.items()}
+    return value

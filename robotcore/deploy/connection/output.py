@@ -1,0 +1,90 @@
+"""What a process writes while it runs, within limits: a robot chooses how much comes, and when."""
+
+from __future__ import annotations
+
+import os
+import selectors
+import subprocess
+from collections.abc import Iterable, Iterator
+
+from robotcore.text import escape
+
+LOOK_S = 0.5
+"""A caller that waits for output gets a turn after this time."""
+
+MOST_KEPT = 1 << 13
+"""Bytes that are kept of the beginning and of the end of stderr."""
+
+LONGEST_LINE = 1 << 23
+"""Bytes of a line: an answer that lists 80 000 recordings is shorter."""
+
+_PIECE = 1 << 16
+
+
+class MalformedError(ValueError):
+    """What came of a robot is not as it has to be: what is wrong with it, as the end of a sentence."""
+
+
+class Output:
+    """The output of a process with pipes: `pieces` of stdout, and an excerpt of stderr, `said`.
+
+    Both are read at once, so that neither fills the memory or the disk of the desk, and neither stops the process.
+    """
+
+    def __init__(self, process: subprocess.Popen[bytes]) -> None:
+        self._process = process
+        self._errors = b""
+
+    @property
+    def said(self) -> str:
+        """The beginning and the end of stderr, escaped but for its line breaks."""
+        return readable(self._errors)
+
+    def pieces(self) -> Iterator[bytes]:
+        """Yield stdout as it comes until both pipes have ended; an empty piece where nothing came for `LOOK_S`."""
+        stdout, stderr = self._process.stdout, self._process.stderr
+        assert stdout
+        assert stderr
+        with selectors.DefaultSelector() as selector:
+            for pipe in (stdout, stderr):
+                selector.register(pipe, selectors.EVENT_READ)
+            while selector.get_map():
+                ready = selector.select(LOOK_S)
+                for key, _ in ready:
+                    if not (piece := os.read(key.fd, _PIECE)):
+                        selector.unregister(key.fileobj)
+                    elif key.fileobj is stdout:
+                        yield piece
+                    else:
+                        self._errors = excerpt(self._errors + piece)
+                        yield b""
+                if not ready:
+                    yield b""
+
+
+def excerpt(text: bytes) -> bytes:
+    """Return a text, or its beginning and its end if it is long."""
+    return text if len(text) <= 2 * MOST_KEPT else text[:MOST_KEPT] + b"\n" + text[1 - MOST_KEPT :]
+
+
+def readable(text: bytes) -> str:
+    """Return what a program wrote as lines that a terminal can show."""
+    return escape(text.decode(errors="replace").replace("\r\n", "\n"), keep="\n")
+
+
+def lines_of(pieces: Iterable[bytes], most: int | None) -> Iterator[bytes]:
+    """Yield the lines in pieces, without their ends; raises MalformedError for one that is too long.
+
+    It raises MalformedError too where all of them are longer than ``most`` bytes; None sets no limit.
+    """
+    rest, total = b"", 0
+    for piece in pieces:
+        total += len(piece)
+        if most is not None and total > most:
+            raise MalformedError(f"is longer than {most} bytes")
+        *lines, rest = (rest + piece).split(b"\n")
+        if len(rest) > LONGEST_LINE:
+            raise MalformedError(f"has a line longer than {LONGEST_LINE} bytes")
+        yield from lines
+    if rest:
+        yield rest
