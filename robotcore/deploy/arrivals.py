@@ -6,15 +6,16 @@ import os
 import shutil
 import stat
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 
 from robotcore.deploy.aboard.system.disk import free_bytes, in_words, size_of
 from robotcore.errors import DeployError, UsageError
+from robotcore.text import escape
 
-SPARE_BYTES = 1_000_000_000
+SPARE_BYTES = 500_000_000
 """What stays free at the desk, whatever a robot sends."""
 
 SLACK_BYTES = 1 << 20
@@ -36,16 +37,15 @@ class Arrivals:
         self.arrived: list[str] = []
 
     def __enter__(self) -> Arrivals:
-        self._require_room(sum(self._sizes.values()))
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
+            self._require_room(sum(self._sizes.values()))
             self._remove_leftovers()
             self.partial.mkdir(mode=0o700, exist_ok=True)
             self.path = Path(tempfile.mkdtemp(prefix=".arriving-", dir=self._folder))
         except OSError as error:
-            raise UsageError(
-                f"{self._folder} cannot be written to: {error.strerror}. Take another folder: -o DIR"
-            ) from error
+            fault = f"{escape(str(self._folder))} cannot be made or written to: {error.strerror}"
+            raise UsageError(f"{fault}. Take another folder: -o DIR") from error
         return self
 
     def __exit__(
@@ -55,6 +55,7 @@ class Arrivals:
             self.arrived = sorted(name for name in self._sizes if self._accept(name))
         finally:
             shutil.rmtree(self.path, ignore_errors=True)
+            self._remove_leftovers()
             with suppress(OSError):
                 self.partial.rmdir()
 
@@ -86,12 +87,16 @@ class Arrivals:
             )
 
     def _remove_leftovers(self) -> None:
-        """Delete what is no plain file of the folder for parts: nothing is written through a link."""
+        """Delete from the folder for parts what is no part of a recording: nothing is written through a link."""
         if self.partial.is_symlink():
             self.partial.unlink()
-        for path in _children(self.partial):
-            if not _is_plain(path):
-                shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink()
+        for path in self.partial.iterdir() if self.partial.is_dir() else ():
+            if _is_plain(path) and path.lstat().st_size <= self._sizes.get(path.name, -1):
+                continue
+            if path.is_dir() and not path.is_symlink():
+                shutil.rmtree(path)
+            else:
+                path.unlink()
 
     def _accept(self, name: str) -> bool:
         """Move a file into the folder if it is the one that was stated; return whether it was."""
@@ -109,7 +114,3 @@ def _is_plain(path: Path) -> bool:
     except OSError:
         return False
     return stat.S_ISREG(mode) and not stat.S_IMODE(mode) & 0o7111
-
-
-def _children(folder: Path) -> Iterator[Path]:
-    return folder.iterdir() if folder.is_dir() else iter(())

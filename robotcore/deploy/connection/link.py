@@ -28,7 +28,7 @@ OnSay = Callable[[Notice], object]
 OnLine = Callable[[str], object]
 """Is called with each line that an action lets through, escaped and without its end."""
 
-MOST_BYTES = 1 << 25
+MOST_BYTES = 1 << 24
 """All that a robot writes in answer to one call is not longer."""
 
 SILENCE_S = 900.0

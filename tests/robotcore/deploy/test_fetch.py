@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,7 +11,10 @@ from robotcore.deploy.connection.host import Host
 from robotcore.deploy.connection.link import Link
 from robotcore.deploy.fetch import Fetched, fetch
 from robotcore.deploy.progress import Progress
-from tests.robotcore.deploy.sshd import serving
+from robotcore.errors import DeployError
+from robotcore.text import escape
+from tests.robotcore.deploy.actions import Aboard
+from tests.robotcore.deploy.sshd import serving, slow_rsync
 
 FIRST, SECOND, THIRD = (f"2026-11-21T22-4{minute}-00Z.mcap" for minute in range(3))
 
@@ -32,8 +36,8 @@ def link(robot: tuple[Link, Path]) -> Link:
 @pytest.fixture
 def there(robot: tuple[Link, Path]) -> Path:
     """The robot's recordings: two, each with content of its own."""
-    for file in robot[1].iterdir():
-        file.unlink()
+    shutil.rmtree(robot[1])
+    robot[1].mkdir()
     for name in (FIRST, SECOND):
         (robot[1] / name).write_text(f"what {name} saw")
     return robot[1]
@@ -79,14 +83,100 @@ def test_file_with_other_content_is_never_overwritten(link: Link, there: Path, h
     assert FIRST in told.notes[0]
 
 
-def test_name_that_would_move_the_cursor_is_told_by_its_escapes(link: Link, there: Path, here: Path) -> None:
+@pytest.mark.parametrize(
+    "name",
+    ["evil.py", ".hidden.mcap", "a b.mcap", "\x1b[2J.mcap", "two\nlines.mcap", "ü.mcap", f"{'a' * 96}.mcap", "-x.mcap"],
+)
+def test_file_without_the_name_of_a_recording_is_named_and_stays_on_the_robot(
+    link: Link, there: Path, here: Path, name: str
+) -> None:
+    (there / name).write_text("import os")
+    fetched, progress = brought(link, here, moves=True)
+    assert names(here) == [FIRST, SECOND]
+    assert names(there) == [name]
+    assert fetched.left == (escape(name),)
+    assert escape(name) in progress.notes[-1]
+    assert "\x1b" not in str(progress)
+
+
+def test_what_is_no_plain_file_is_named_and_stays_on_the_robot(link: Link, there: Path, here: Path) -> None:
+    (there / "folder.mcap").mkdir()
+    (there / "link.mcap").symlink_to("/etc/hostname")
+    os.mkfifo(there / "pipe.mcap")
+    fetched, _ = brought(link, here, moves=True)
+    assert fetched.left == ("folder.mcap", "link.mcap", "pipe.mcap")
+    assert names(here) == [FIRST, SECOND]
+    assert names(there) == list(fetched.left)
+
+
+def test_program_comes_as_a_plain_file(link: Link, there: Path, here: Path) -> None:
+    (there / FIRST).chmod(0o6755)
+    brought(link, here)
+    assert not (here / FIRST).stat().st_mode & 0o7111
+
+
+def test_link_here_is_never_written_through_nor_replaced(link: Link, there: Path, here: Path, tmp_path: Path) -> None:
     here.mkdir(parents=True)
-    (here / "\x1b[2J.mcap").write_text("mine")
-    (there / "\x1b[2J.mcap").write_text("another")
-    with (there / "\x1b[1A.mcap").open("w"):
-        _, told = brought(link, here)
-    assert ("\\x1b[2J.mcap" in str(told), "\\x1b[1A.mcap" in str(told)) == (True, True)
-    assert "\x1b" not in str(told)
+    (tmp_path / "mine.py").write_text("mine")
+    (here / FIRST).symlink_to(tmp_path / "mine.py")
+    (here / SECOND).symlink_to(tmp_path / "new.py")
+    (here / ".partial").symlink_to(tmp_path / "elsewhere")
+    (tmp_path / "elsewhere").mkdir()
+    fetched, _ = brought(link, here, moves=True)
+    assert fetched.different == (FIRST, SECOND)
+    assert names(there) == [FIRST, SECOND]
+    assert (tmp_path / "mine.py").read_text() == "mine"
+    assert (here / FIRST).is_symlink()
+    assert not (tmp_path / "new.py").exists()
+
+
+LISTED = """
+def act(layout):
+    return {{"recordings": [{{"name": {name!r}, "bytes": {size}, "is_file": True, "is_being_written": False}}]}}
+"""
+
+
+@pytest.mark.parametrize("name", ["folder.mcap", "link.mcap", "pipe.mcap", "large.mcap", "absent.mcap"])
+def test_file_that_is_not_as_the_robot_stated_is_not_kept(
+    link: Link, there: Path, here: Path, aboard: Aboard, name: str
+) -> None:
+    (there / "folder.mcap").mkdir()
+    (there / "link.mcap").symlink_to("/etc/hostname")
+    os.mkfifo(there / "pipe.mcap")
+    (there / "large.mcap").write_bytes(bytes(1000))
+    aboard("recordings", LISTED.format(name=name, size=5))
+    with pytest.raises(DeployError):
+        brought(link, here, moves=True)
+    assert names(here) == []
+    assert name == "absent.mcap" or (there / name).lstat()
+
+
+def test_robot_that_sends_more_than_it_stated_is_stopped(
+    link: Link, there: Path, here: Path, aboard: Aboard, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (there / "large.mcap").write_bytes(bytes(30_000_000))
+    aboard("recordings", LISTED.format(name="large.mcap", size=5))
+    monkeypatch.setenv("PATH", str(slow_rsync(tmp_path / "slow")), prepend=os.pathsep)
+    with pytest.raises(DeployError, match="sends more than the 5 bytes that it stated"):
+        brought(link, here)
+    assert names(here) == []
+
+
+def test_robot_that_has_more_than_the_disk_here_takes_sends_nothing(
+    link: Link, there: Path, here: Path, aboard: Aboard
+) -> None:
+    aboard("recordings", LISTED.format(name="large.mcap", size=1 << 60))
+    with pytest.raises(DeployError, match=r"are to be brought, .* are free here"):
+        brought(link, here)
+    assert names(here) == []
+
+
+def test_what_arrived_before_the_connection_broke_is_here(link: Link, there: Path, here: Path, aboard: Aboard) -> None:
+    listed = [{"name": name, "bytes": 34, "is_file": True, "is_being_written": False} for name in (FIRST, "gone.mcap")]
+    aboard("recordings", f"def act(layout):\n    return {{'recordings': {listed}}}\n")
+    with pytest.raises(DeployError):
+        brought(link, here)
+    assert names(here) == [FIRST]
 
 
 def test_what_is_moved_is_deleted_there(link: Link, there: Path, here: Path) -> None:

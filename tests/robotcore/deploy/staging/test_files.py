@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 import os
 from pathlib import Path
 
@@ -33,6 +34,82 @@ SECRETS = {
     "harmless.txt": "-----BEGIN OPENSSH PRIVATE KEY-----\n",
 }
 PUBLIC = {"app.py": "", "id_tags.py": "", ".env.example": "", "id_ed25519.pub": "", "keys.md": "see -----BEGIN"}
+
+KEY = "-----BEGIN RSA PRIVATE KEY-----\nMIIEowIBAAKCAQEA1c7+9z5Pad7Oejec\n"
+SECRET_NAMES = [
+    "secret.txt",
+    "client_secret_123.json",
+    "my-credentials.json",
+    "credentials",
+    "service-account.json",
+    "passwords.txt",
+    "token.txt",
+    "api_key.txt",
+    ".pgpass",
+    ".netrc",
+    ".docker/config.json",
+    ".kube/config",
+    "kubeconfig",
+    "deploy_key",
+    "key.pem.bak",
+    "wifi.psk",
+    "id_rsa.old",
+    "SECRETS.TOML",
+    "main.env",
+    "secrets.py",
+    "credentials.py",
+    "api_keys.py",
+    "password.py",
+]
+SENT_NAMES = [
+    "tokens.py",
+    "token.py",
+    "tokenizer.py",
+    "tokenizer.json",
+    "password_field.py",
+    "test_secrets.py",
+    "secret_garden.py",
+    "config.json",
+    "secrets.example.toml",
+    "credentials.json.sample",
+    "deploy_key.pub",
+    "keyboard.toml",
+    ".docker/Dockerfile",
+]
+KEYS = {
+    "after attributes": f"Bag Attributes\n    friendlyName: x\nKey Attributes: <No Attributes>\n{KEY}".encode(),
+    "after a mark": b"\xef\xbb\xbf" + KEY.encode(),
+    "in UTF-16": KEY.encode("utf-16"),
+    "in JSON": json.dumps({"private_key": KEY}).encode(),
+    "in code": f'KEY = """{KEY}"""'.encode(),
+    "deep": b"#\n" * 3500 + KEY.encode(),
+}
+
+
+@pytest.mark.parametrize("name", SECRET_NAMES)
+def test_file_with_the_name_of_a_secret_stays_at_home(tmp_path: Path, name: str) -> None:
+    write(tmp_path, {name: ""})
+    assert listed(tmp_path).secrets == (name,)
+
+
+@pytest.mark.parametrize("name", SENT_NAMES)
+def test_code_and_examples_whose_names_only_have_such_a_word_are_sent(tmp_path: Path, name: str) -> None:
+    write(tmp_path, {name: ""})
+    assert listed(tmp_path).names == (name,)
+
+
+@pytest.mark.parametrize("content", KEYS.values(), ids=KEYS)
+def test_file_with_a_private_key_stays_at_home(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "notes.txt").write_bytes(content)
+    assert listed(tmp_path).secrets == ("notes.txt",)
+
+
+def test_public_key_and_text_about_keys_are_sent(tmp_path: Path) -> None:
+    write(
+        tmp_path,
+        {"a.txt": KEY.replace("RSA PRIVATE", "PUBLIC"), "b.md": "A file `-----BEGIN PRIVATE KEY-----` is one."},
+    )
+    assert listed(tmp_path).names == ("a.txt", "b.md")
 
 
 @pytest.mark.parametrize("has_git", [False, True])

@@ -1,8 +1,9 @@
 from __future__ import annotations
 
+import os
 from hashlib import sha256
 
-from robotcore.deploy.aboard.actions import recordings
+from robotcore.deploy.aboard.actions import erase, recordings
 from robotcore.deploy.aboard.layout import Layout
 
 
@@ -18,8 +19,8 @@ def test_what_somebody_still_writes_is_told(layout: Layout) -> None:
         file.flush()
         told = recordings.act(layout)["recordings"]
     assert told == [
-        {"name": "ended 'ü'.mcap", "bytes": 5, "is_being_written": False},
-        {"name": "running.mcap", "bytes": 4, "is_being_written": True},
+        {"name": "ended 'ü'.mcap", "bytes": 5, "is_file": True, "is_being_written": False},
+        {"name": "running.mcap", "bytes": 4, "is_file": True, "is_being_written": True},
     ]
     assert not any(each["is_being_written"] for each in recordings.act(layout)["recordings"])
 
@@ -31,10 +32,29 @@ def test_what_nothing_was_written_into_is_none_once_nobody_writes_it(layout: Lay
     assert recordings.act(layout) == {"recordings": []}
 
 
-def test_those_that_are_asked_for_are_told_with_what_is_in_them(layout: Layout) -> None:
+def test_links_folders_and_names_that_are_not_text_are_listed_for_the_desk_to_name(layout: Layout) -> None:
     layout.recordings.mkdir(parents=True)
-    for name in ("one.mcap", "other.mcap"):
-        (layout.recordings / name).write_bytes(name.encode())
-    one, other = recordings.act(layout, hashed=["one.mcap", "gone.mcap"])["recordings"]
-    assert one["sha256"] == sha256(b"one.mcap").hexdigest()
-    assert "sha256" not in other
+    (layout.recordings / "folder").mkdir()
+    (layout.recordings / "link.mcap").symlink_to("/etc/hostname")
+    (layout.recordings / os.fsdecode(b"\xff.mcap")).write_bytes(b"x")
+    listed = recordings.act(layout)["recordings"]
+    assert [(each["name"], each["is_file"]) for each in listed] == [
+        ("folder", False),
+        ("link.mcap", False),
+        ("\\xff.mcap", True),
+    ]
+
+
+def test_only_a_recording_with_the_same_content_that_is_not_being_written_is_erased(layout: Layout) -> None:
+    layout.recordings.mkdir(parents=True)
+    for name in ("same.mcap", "other.mcap", "written.mcap"):
+        (layout.recordings / name).write_bytes(b"content")
+    (layout.recordings / "link.mcap").symlink_to("same.mcap")
+    (layout.root / "outside.mcap").write_bytes(b"content")
+    digest = sha256(b"content").hexdigest()
+    asked = dict.fromkeys(("same.mcap", "written.mcap", "link.mcap", "gone.mcap", "../outside.mcap"), digest)
+    with (layout.recordings / "written.mcap").open("ab"):
+        told = erase.act(layout, recordings={**asked, "other.mcap": "0" * 64})
+    assert told == {"erased": ["same.mcap"], "different": ["other.mcap"]}
+    assert {path.name for path in layout.recordings.iterdir()} == {"other.mcap", "written.mcap", "link.mcap"}
+    assert (layout.root / "outside.mcap").exists()

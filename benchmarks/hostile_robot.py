@@ -1,0 +1,211 @@
+"""Hostile robots: nothing of one runs at the desk, writes outside its folder of recordings, or ends in a traceback.
+
+    python -m benchmarks.hostile_robot
+    python -m benchmarks.hostile_robot --kinds 12
+
+Each kind is a robot that answers one command of ``robotcore deploy``, typed in a process of its own, over a real sshd
+on loopback. Counted are files that a hostile string would make (`executed`), changes at the desk outside of
+``recordings/HOST`` (`written`), tracebacks, control characters on stdout or stderr (`raw`), and commands that take
+longer than a minute (`hung`). Exit status 1 where any is not 0. It needs sshd, ssh and rsync.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from resource import RUSAGE_CHILDREN, getrusage
+from statistics import median
+from tempfile import TemporaryDirectory
+from time import perf_counter
+
+from benchmarks.deployed.answers import ENDLESS, RELEASE, Kind, kinds
+from benchmarks.deployed.hostile import CANARY
+from benchmarks.report import machine, print_table
+from tests.robotcore.deploy.sshd import Sshd, serving
+
+LIMIT_S = 60.0
+TRACEBACK = "Traceback (most recent call last)"
+TROUBLES = ("executed", "written", "tracebacks", "raw", "hung")
+
+APP = """
+from robotcore import Behaviour, Role, Status
+
+
+class Still(Behaviour):
+    needs = frozenset({Role.DRIVE})
+
+    def step(self, robot):
+        return Status.SUCCESS
+"""
+PROJECT = """
+[tool.robotcore]
+app = "app.py"
+robot = "rover"
+
+[tool.robotcore.deploy]
+backend = "kinematic"
+"""
+
+ROBOT = """
+import os, pathlib, re, sys
+
+folder = pathlib.Path({folder!r})
+command = os.environ.get("SSH_ORIGINAL_COMMAND", "")
+if command == "cat":
+    os.execlp("cat", "cat")
+if command.startswith("rsync"):
+    script = folder / "rsync"
+    os.chdir(folder / "home")
+    words = command.replace("~/", "").split()
+    os.execlp("sh", "sh", "-c", script.read_text() if script.exists() else 'exec rsync "$@"', *words)
+script = sys.stdin.read()
+action = re.findall(r"board\\(.*, '(\\w+)', ", script)[-1]
+answer = folder / "answers" / action
+if not answer.exists():
+    os.environ["HOME"] = str(folder / "home")
+    sys.argv = ["-"]
+    exec(compile(script, "-", "exec"))
+said, _, endless = answer.read_bytes().partition({endless!r})
+out = sys.stdout.buffer
+try:
+    out.write(said)
+    while endless:
+        out.write(endless)
+    out.flush()
+except BrokenPipeError:
+    os._exit(1)
+"""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of one kind: its command, the seconds, and what is wrong."""
+
+    command: str
+    seconds: float
+    troubles: tuple[str, ...]
+
+
+def main() -> bool:
+    """Print what came of each command; return whether nothing is wrong."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--kinds", type=int, metavar="N", help="only the first N; all if left out")
+    parser.add_argument("--verbose", action="store_true", help="print what each command writes")
+    asked = parser.parse_args()
+    print(machine())
+    with TemporaryDirectory(prefix="hostile-robot-") as folder:
+        outcomes = [_meet(Path(folder, str(number)), kind, asked) for number, kind in enumerate(kinds()[: asked.kinds])]
+    commands = sorted({outcome.command for outcome in outcomes})
+    print_table(
+        ("command", "kinds", *TROUBLES, "median s", "worst s"),
+        [_row(name, [each for each in outcomes if each.command == name]) for name in commands]
+        + [_row("all", outcomes)],
+    )
+    print(f"Most memory of a process: {getrusage(RUSAGE_CHILDREN).ru_maxrss / 1000:.0f} MB")
+    return not any(outcome.troubles for outcome in outcomes)
+
+
+def _row(name: str, outcomes: Sequence[Outcome]) -> list[str]:
+    counts = [sum(trouble in outcome.troubles for outcome in outcomes) for trouble in TROUBLES]
+    seconds = [outcome.seconds for outcome in outcomes]
+    return [name, *map(str, (len(outcomes), *counts)), f"{median(seconds):.1f}", f"{max(seconds):.1f}"]
+
+
+def _meet(folder: Path, kind: Kind, asked: argparse.Namespace) -> Outcome:
+    """Let one command meet one robot."""
+    folder.mkdir()
+    desk = _make_desk(folder, kind)
+    robot = folder / "robot.py"
+    with serving(folder / "sshd", f"ForceCommand {sys.executable} -I {robot}") as server:
+        robot.write_text(ROBOT.format(folder=str(server.folder), endless=ENDLESS))
+        _furnish(server, kind)
+        before = dict(_digests(desk))
+        written, status, seconds = _type(server, desk, kind)
+        troubles = list(_troubles(written, status))
+        if any(path.name.startswith(CANARY) for path in folder.rglob("*")):
+            troubles.append("executed")
+        if dict(_digests(desk)) != before:
+            troubles.append("written")
+    shutil.rmtree(folder)
+    if troubles or asked.verbose:
+        print(f"{kind.name}: {', '.join(troubles) or 'well'}, exit status {status}, {seconds:.1f} s: {written[:300]!a}")
+    return Outcome(kind.command[0], seconds, tuple(troubles))
+
+
+def _make_desk(folder: Path, kind: Kind) -> Path:
+    desk = folder / "desk"
+    for name in ("home", "tmp", "project"):
+        (desk / name).mkdir(parents=True)
+    (desk / "project" / "app.py").write_text(APP)
+    (desk / "project" / "pyproject.toml").write_text(PROJECT)
+    if kind.desk:
+        kind.desk(desk / "project")
+    return desk
+
+
+def _furnish(server: Sshd, kind: Kind) -> None:
+    recordings = server.home / "robotcore" / "recordings"
+    for room in (recordings, server.home / "robotcore" / "incoming" / RELEASE, server.folder / "answers"):
+        room.mkdir(parents=True)
+    for action, answer in kind.answers.items():
+        (server.folder / "answers" / action).write_bytes(answer)
+    if kind.furnish:
+        kind.furnish(recordings)
+    if kind.rsync:
+        (server.folder / "rsync").write_text(kind.rsync)
+
+
+def _type(server: Sshd, desk: Path, kind: Kind) -> tuple[str, int | None, float]:
+    """Type the command at the desk; return what it writes, its exit status (None where it hangs), and the seconds."""
+    name, *options = kind.command
+    command = (sys.executable, "-m", "robotcore", "deploy", name, server.host, "--ssh-config", server.config, *options)
+    own = {"HOME": str(desk / "home"), "TMPDIR": str(desk / "tmp"), "PYTHONDONTWRITEBYTECODE": "1"}
+    begun = perf_counter()
+    with (desk.parent / "out").open("wb+") as out:
+        try:
+            status = subprocess.run(  # noqa: S603  the command line that is measured
+                command,
+                cwd=desk / "project",
+                env=os.environ | own,
+                stdin=subprocess.DEVNULL,
+                stdout=out,
+                stderr=subprocess.STDOUT,
+                timeout=LIMIT_S,
+                check=False,
+            ).returncode
+        except subprocess.TimeoutExpired:
+            status = None
+        out.seek(0)
+        return out.read().decode(errors="replace"), status, perf_counter() - begun
+
+
+def _troubles(written: str, status: int | None) -> Iterator[str]:
+    if status is None:
+        yield "hung"
+    if TRACEBACK in written:
+        yield "tracebacks"
+    if not written.replace("\n", "").replace("\t", "").isprintable():
+        yield "raw"
+
+
+def _digests(desk: Path) -> Iterator[tuple[str, str]]:
+    """Yield what is at the desk, but for the files in the robot's own folder of recordings."""
+    own = desk / "project" / "recordings" / "robot"
+    for path in desk.rglob("*"):
+        if path.is_symlink():
+            yield str(path), f"link to {path.readlink()}"
+        elif path.is_file() and path.parent != own:
+            yield str(path), hashlib.sha256(path.read_bytes()).hexdigest()
+        elif path.is_dir() and path not in {own, own.parent, desk / "tmp"}:
+            yield str(path), "folder"
+
+
+if __name__ == "__main__":
+    sys.exit(0 if main() else 1)
