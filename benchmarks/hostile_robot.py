@@ -165,7 +165,17 @@ def _furnish(server: Sshd, kind: Kind) -> None:
 def _type(server: Sshd, desk: Path, kind: Kind) -> tuple[str, int | None, float]:
     """Type the command at the desk; return what it writes, its exit status (None where it hangs), and the seconds."""
     name, *options = kind.command
-    command = (sys.executable, "-m", "robotcore", "deploy", name, server.host, "--ssh-config", server.config, *options)
+    command = (
+        sys.executable,
+        "-m",
+        "robotcore",
+        "deploy",
+        name,
+        server.host,
+        "--ssh-config",
+        str(server.config),
+        *options,
+    )
     own = {"HOME": str(desk / "home"), "TMPDIR": str(desk / "tmp"), "PYTHONDONTWRITEBYTECODE": "1"}
     begun = perf_counter()
     with (desk.parent / "out").open("wb+") as out:

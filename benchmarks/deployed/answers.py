@@ -6,6 +6,7 @@ import json
 import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -107,36 +108,15 @@ def _files() -> Iterator[Kind]:
         f"{'a' * 200}.mcap", "robot.toml",
     )  # fmt: skip
     for name in names:
-        yield Kind(f"file {ascii(name)[:40]}", fetch, furnish=lambda home, name=name: (home / name).write_text("evil"))
-    for name, leads in {
-        "link out": "/etc/hostname",
-        "link to the desk's app": "../../app.py",
-        "link in": RECORDING,
-    }.items():
-        yield Kind(name, fetch, furnish=lambda home, leads=leads: (home / "evil.mcap").symlink_to(leads))
+        yield Kind(f"file {ascii(name)[:40]}", fetch, furnish=partial(_put, name))
+    for name, leads in {"link out": "/etc/hostname", "link to the app": "../../app.py", "link in": RECORDING}.items():
+        yield Kind(name, fetch, furnish=partial(_link, "evil.mcap", leads))
     yield Kind("folder", fetch, furnish=lambda home: (home / "evil.mcap").mkdir())
-    yield Kind(
-        "program",
-        fetch,
-        furnish=lambda home: (
-            (home / "evil.mcap").write_text(f"#!/bin/sh\n{TOUCH}") and (home / "evil.mcap").chmod(0o6755)
-        ),
-    )
-    yield Kind("link here, file there", fetch, furnish=_recording, desk=_link_file)
-    yield Kind("dead link here", (*fetch, "--move"), furnish=_recording, desk=lambda desk: _link_file(desk, "new.py"))
-    yield Kind("recordings is a link", fetch, furnish=_recording, desk=lambda desk: _link_folder(desk, "recordings"))
-    yield Kind(
-        "recordings/robot is a link",
-        fetch,
-        furnish=_recording,
-        desk=lambda desk: _link_folder(desk, "recordings/robot"),
-    )
-    yield Kind(
-        ".partial is a link",
-        fetch,
-        furnish=_recording,
-        desk=lambda desk: _link_folder(desk, "recordings/robot/.partial"),
-    )
+    yield Kind("program", fetch, furnish=_program)
+    yield Kind("link here, file there", fetch, furnish=_recording, desk=partial(_link_file, "app.py"))
+    yield Kind("dead link here", (*fetch, "--move"), furnish=_recording, desk=partial(_link_file, "new.py"))
+    for name in ("recordings", "recordings/robot", "recordings/robot/.partial"):
+        yield Kind(f"{name} is a link", fetch, furnish=_recording, desk=partial(_link_folder, name))
 
 
 def _lists() -> Iterator[Kind]:
@@ -264,22 +244,34 @@ def _transfers() -> Iterator[Kind]:
         yield Kind(name, ("fetch",), {"recordings": listed(RECORDING)}, furnish=_recording, rsync=script)
 
 
-def _recording(home: Path) -> None:
-    (home / RECORDING).write_text("evil")
+def _put(name: str, home: Path) -> None:
+    (home / name).write_text("evil")
+
+
+def _link(name: str, leads: str, home: Path) -> None:
+    (home / name).symlink_to(leads)
+
+
+_recording = partial(_put, RECORDING)
+
+
+def _program(home: Path) -> None:
+    (home / "evil.mcap").write_text(f"#!/bin/sh\n{TOUCH}")
+    (home / "evil.mcap").chmod(0o6755)
 
 
 def _traps(home: Path) -> None:
     _recording(home)
-    (home / "evil.mcap").symlink_to("/etc/hostname")
+    _link("evil.mcap", "/etc/hostname", home)
     os.mkfifo(home / "pipe.mcap")
 
 
-def _link_file(desk: Path, leads: str = "app.py") -> None:
+def _link_file(leads: str, desk: Path) -> None:
     (desk / "recordings" / "robot").mkdir(parents=True)
-    (desk / "recordings" / "robot" / RECORDING).symlink_to(desk / leads)
+    _link(f"recordings/robot/{RECORDING}", str(desk / leads), desk)
 
 
-def _link_folder(desk: Path, name: str) -> None:
+def _link_folder(name: str, desk: Path) -> None:
     (desk / "elsewhere").mkdir()
     (desk / name).parent.mkdir(parents=True, exist_ok=True)
-    (desk / name).symlink_to(desk / "elsewhere")
+    _link(name, str(desk / "elsewhere"), desk)

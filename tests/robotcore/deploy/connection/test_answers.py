@@ -101,7 +101,7 @@ def test_key_that_is_unknown_is_ignored() -> None:
 
 @pytest.mark.parametrize("name", ["..", "/etc", "2026-11-21T22-40-03Z/..", "2026-11-21T22-40-03Z\n", "", "current"])
 def test_release_without_the_name_of_one_is_damaged(name: str) -> None:
-    told = {"release": name, "outcome": "", "reason": "", "lines": [], "current": None}
+    told: dict[str, Any] = {"release": name, "outcome": "", "reason": "", "lines": [], "current": None}
     with pytest.raises(MalformedError, match=r"done\.release"):
         answers.validate(Judgement, {**told, "is_running": True, "is_standing": False}, "done")
 
