@@ -103,14 +103,15 @@ class Arrivals:
         arrived, target = self.path / name, self._folder / name
         if not _is_plain(arrived) or arrived.lstat().st_size != self._sizes[name] or os.path.lexists(target):
             return False
+        with suppress(OSError):  # a disk of Windows has no such modes
+            arrived.chmod(arrived.lstat().st_mode & 0o644)
         arrived.rename(target)
         return True
 
 
 def _is_plain(path: Path) -> bool:
-    """Return whether there is a file that is no link, no folder, and no program."""
+    """Return whether there is a file that is no link, no folder and no device."""
     try:
-        mode = path.lstat().st_mode
+        return stat.S_ISREG(path.lstat().st_mode)
     except OSError:
         return False
-    return stat.S_ISREG(mode) and not stat.S_IMODE(mode) & 0o7111
