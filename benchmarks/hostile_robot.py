@@ -4,9 +4,10 @@
     python -m benchmarks.hostile_robot --kinds 12
 
 Each kind is a robot that answers one command of ``robotcore deploy``, typed in a process of its own, over a real sshd
-on loopback. Counted are files that a hostile string would make (`executed`), changes at the desk outside of
-``recordings/HOST`` (`written`), tracebacks, control characters on stdout or stderr (`raw`), and commands that take
-longer than a minute (`hung`). Exit status 1 where any is not 0. It needs sshd, ssh and rsync.
+on loopback. Counted are files that a hostile string would make (`executed`); changes at the desk outside of
+``recordings/HOST``, and what is no plain recording in it (`written`); tracebacks; control characters on stdout or
+stderr (`raw`); and commands that take longer than a minute (`hung`). Exit status 1 where any is not 0. It needs sshd,
+ssh and rsync.
 """
 
 from __future__ import annotations
@@ -25,13 +26,16 @@ from statistics import median
 from tempfile import TemporaryDirectory
 from time import perf_counter
 
-from benchmarks.deployed.answers import ENDLESS, RELEASE, Kind, kinds
+from benchmarks.deployed.answers import ENDLESS, RECORDING, RELEASE, Kind, kinds
 from benchmarks.deployed.hostile import CANARY
 from benchmarks.report import machine, print_table
 from robotcore.deploy.arrivals import PARTIAL
 from tests.robotcore.deploy.sshd import Sshd, serving
 
 LIMIT_S = 60.0
+WELCOME = (RECORDING, "evil.mcap")
+"""The names of recordings that may come."""
+
 TRACEBACK = "Traceback (most recent call last)"
 TROUBLES = ("executed", "written", "tracebacks", "raw", "hung")
 
@@ -207,14 +211,14 @@ def _troubles(written: str, status: int | None) -> Iterator[str]:
 
 
 def _digests(desk: Path) -> Iterator[tuple[str, str]]:
-    """Yield what is at the desk, but for the files in the robot's own folder of recordings; a link in it counts."""
+    """Yield what is at the desk, but for plain recordings in the robot's own folder; a link or a program counts."""
     own = desk / "project" / "recordings" / "robot"
     for path in desk.rglob("*"):
         if path == own / PARTIAL:
             continue
         if path.is_symlink():
             yield str(path), f"link to {path.readlink()}"
-        elif path.is_file() and path.parent != own:
+        elif path.is_file() and not (path.parent == own and path.name in WELCOME and not path.stat().st_mode & 0o7111):
             yield str(path), hashlib.sha256(path.read_bytes()).hexdigest()
         elif path.is_dir() and path not in {own, own.parent, desk / "tmp"}:
             yield str(path), "folder"
