@@ -382,6 +382,26 @@ def test_any_login_shell_will_do(shell: str, tmp_path: Path, aboard: Aboard, fol
         assert link.send(folder, "new").changed == len(NAMES)
 
 
+def test_a_login_that_floods_the_log_of_ssh_ends(tmp_path: Path) -> None:
+    shell = 'yes evil | head -c 200000000 >&2; eval "$SSH_ORIGINAL_COMMAND"'
+    with (
+        serving(tmp_path / "sshd", f"ForceCommand {shell}") as sshd,
+        pytest.raises(DeployError, match="its login shell ended at once"),
+        Link(Host.parse("robot"), sshd.config),
+    ):
+        pass
+
+
+def test_a_login_shell_that_prints_without_an_end_is_cut_off(tmp_path: Path) -> None:
+    with (
+        serving(tmp_path / "sshd", "ForceCommand yes evil") as sshd,
+        pytest.raises(DeployError, match="its login shell prints more than") as caught,
+        Link(Host.parse("robot"), sshd.config),
+    ):
+        pass
+    assert caught.value.kind == DAMAGED
+
+
 def test_the_agent_of_the_user_is_not_handed_to_a_robot(tmp_path: Path, aboard: Aboard) -> None:
     aboard("echo", ECHO)
     note = f'env > {tmp_path}/environment; eval "$SSH_ORIGINAL_COMMAND"'
