@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import pickle
 import signal
 import sys
 from collections.abc import Callable
@@ -11,11 +10,12 @@ from contextlib import suppress
 from multiprocessing import Pipe
 from subprocess import DEVNULL, Popen, TimeoutExpired
 from threading import Lock
-from typing import Any, TypeVar
+from typing import Any
 
-from robotcore.errors import BackendError, RobotcoreError
-
-ResultT = TypeVar("ResultT")
+from robotcore.clock import MonotonicClock
+from robotcore.errors import BackendError
+from robotcore.sweep import supervisor
+from robotcore.sweep.reply import LARGEST_BYTES, read_reply
 
 _STDERR = 2
 _START_S = 120.0
@@ -24,15 +24,18 @@ _START_S = 120.0
 _FAREWELL_S = 1.0
 """A process that has closed its end of the pipe is gone within this time, or it is ended."""
 
+_SUPERVISOR_S = 10.0
+"""A supervisor that needs longer to end its worker and the worker's children is ended."""
+
 _LONGEST_S = 2e6
 """What the system can wait for at a time, and a bit less: 23 days."""
 
+_CHUNK_BYTES = 2**16
+_GARBLED = "Look whether the app writes to file descriptors that it did not open"
+
 
 class ChildDiedError(Exception):
-    """The process ended in the middle of a call."""
-
-    def __init__(self, status: int) -> None:
-        super().__init__(_how(status))
+    """The process ended in the middle of a call, or had to be ended, for its answer cannot be read."""
 
 
 class ChildHungError(Exception):
@@ -51,8 +54,8 @@ class Child:
         self._is_killed = False
         self._lock = Lock()
 
-    def call(self, function: Callable[..., ResultT], *args: object, limit_s: float) -> ResultT:
-        """Return what the function returns over there within ``limit_s`` seconds of wall time.
+    def call(self, function: Callable[..., object], *args: object, limit_s: float) -> Any:
+        """Return what the function returns over there within ``limit_s`` seconds of wall time, as JSON has it.
 
         Raises the RobotcoreError that it raises (any other exception comes as one), ChildDiedError, ChildHungError, and
         BackendError where no process can be had.
@@ -60,13 +63,18 @@ class Child:
         process = self._ready()
         try:
             process.connection.send((function, args))
-            if not process.connection.poll(min(limit_s, _LONGEST_S)):
-                self.close()
-                raise ChildHungError(f"no end after {limit_s:g} s of wall time")
-            reply = process.connection.recv_bytes()
+            result, raised = read_reply(process.read_line(limit_s))
+        except TimeoutError as error:
+            self.close()
+            raise ChildHungError(f"no end after {limit_s:g} s of wall time") from error
         except (EOFError, OSError) as error:
-            raise ChildDiedError(self._end(_FAREWELL_S)) from error
-        return _opened(reply)  # type: ignore[no-any-return]  # a pipe does not know what goes through it
+            raise ChildDiedError(_how(self._end(_FAREWELL_S))) from error
+        except ValueError as error:
+            self.close()
+            raise ChildDiedError(f"its answer cannot be read. {_GARBLED}") from error
+        if raised:
+            raise raised
+        return result
 
     def kill(self) -> None:
         """End the process, and let there be no other; a call that is under way, in another thread, raises."""
@@ -89,15 +97,15 @@ class Child:
         """Return the process, which waits for what to do."""
         if self._process and not self._process.connection.poll():
             return self._process
-        self._end()  # where there is something to hear, it is the end: somebody's thread lived on, and ended it
+        self._end()  # it wrote without a call, or it ended: a thread of the app lived on
         process = self._started()
         try:
-            if not process.connection.poll(_START_S):
-                self._end()
-                raise BackendError(
-                    f"the worker processes do not start within {_START_S:g} s. Does python -c 'import cv2' end?"
-                )
-            process.connection.recv_bytes()
+            process.read_line(_START_S)
+        except TimeoutError as error:
+            self._end()
+            raise BackendError(
+                f"the worker processes do not start within {_START_S:g} s. Does python -c 'import cv2' end?"
+            ) from error
         except (EOFError, OSError) as error:
             how = _how(self._end(_FAREWELL_S))
             raise BackendError(f"the worker processes die before they run anything: {how}") from error
@@ -106,7 +114,7 @@ class Child:
     def _started(self) -> _Process:
         with self._lock:
             if self._is_killed:
-                raise ChildDiedError(-signal.SIGKILL)
+                raise ChildDiedError(_how(-signal.SIGKILL))
             try:
                 self._process = process = _Process()
             except OSError as error:
@@ -130,28 +138,42 @@ class _Process:
                 start_new_session=True,
             )
 
+    def read_line(self, limit_s: float) -> bytes:
+        """Return what the process writes up to the end of a line.
+
+        Raises TimeoutError, EOFError if the process closed the pipe, and ValueError if the line is too long.
+        """
+        clock, line, chunk = MonotonicClock(), bytearray(), b""
+        while b"\n" not in chunk:
+            if not self.connection.poll(min(max(limit_s - clock.now(), 0.0), _LONGEST_S)):
+                raise TimeoutError
+            chunk = os.read(self.connection.fileno(), _CHUNK_BYTES)
+            if not chunk:
+                raise EOFError
+            line += chunk
+            if len(line) > LARGEST_BYTES:
+                raise ValueError(f"a line of more than {LARGEST_BYTES} bytes")
+        return bytes(line)
+
     def kill(self) -> None:
-        """End the process, and what it has started."""
+        """End the process and the processes that it started; outside of Linux those of its process group alone."""
         with suppress(ProcessLookupError, PermissionError):  # macOS permits no signal to one that is gone
-            os.killpg(self._popen.pid, signal.SIGKILL)
+            if supervisor.IS_AVAILABLE:
+                os.kill(self._popen.pid, signal.SIGTERM)
+            else:
+                os.killpg(self._popen.pid, signal.SIGKILL)
 
     def end(self, farewell_s: float) -> int:
         """End the process where it does not in this time, and what it has started; return its status."""
         with suppress(TimeoutExpired):
             self._popen.wait(farewell_s)
-        self.kill()  # also where it is gone: its group lives on, and keeps its number, while one of the group does
+        if self._popen.returncode is None or not supervisor.IS_AVAILABLE:
+            self.kill()  # also where it is gone: its group lives on, and keeps its number, while one of the group does
         self.connection.close()
+        with suppress(TimeoutExpired):
+            return self._popen.wait(_SUPERVISOR_S)
+        os.killpg(self._popen.pid, signal.SIGKILL)
         return self._popen.wait()
-
-
-def _opened(reply: bytes) -> Any:
-    try:
-        result, error = pickle.loads(reply)  # noqa: S301  from a process that has our rights
-    except Exception as fault:
-        raise RobotcoreError(f"{type(fault).__name__}: {fault}") from fault
-    if error:
-        raise error
-    return result
 
 
 def _how(status: int) -> str:

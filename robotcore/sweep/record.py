@@ -5,13 +5,18 @@ from __future__ import annotations
 import json
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, get_type_hints
 
 from pydantic import ConfigDict, ValidationError, create_model
 
 from robotcore.description import first_fault
 from robotcore.running.outcome import Outcome, RunResult
+
+LONGEST = 2000
+"""Characters of a reason and of a note in the results of a sweep: an app's exception may hold a picture in words."""
+
+MOST_NOTES = 100
 
 TruePath = tuple[tuple[float, float, float], ...]
 """Where the robot truly was: (t, x, y) in seconds and metres, in the order of time."""
@@ -58,6 +63,24 @@ class Record:
         return cls(
             path=told.pop("path"), command=told.pop("command"), picture=told.pop("picture"), result=RunResult(**told)
         )
+
+
+def shortened(result: RunResult) -> RunResult:
+    """Return a result whose reason and notes are so short that many results fit in a file.
+
+    >>> short = shortened(RunResult("a", "b", "c", None, 1, Outcome.ERROR, 5, reason="x" * 2500))
+    >>> short.reason[-26:]
+    'xxx… (500 more characters)'
+    """
+    notes = [_cut(note) for note in result.notes[:MOST_NOTES]]
+    if (more := len(result.notes) - MOST_NOTES) > 0:
+        notes.append(f"… ({more} more notes)")
+    return replace(result, reason=_cut(result.reason), notes=notes)
+
+
+def _cut(text: str) -> str:
+    more = len(text) - LONGEST
+    return f"{text[:LONGEST]}… ({more} more characters)" if more > 0 else str(text)
 
 
 _SURROGATE = re.compile("[\ud800-\udfff]")

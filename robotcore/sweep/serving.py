@@ -12,21 +12,29 @@ from threading import Thread
 from typing import NoReturn
 
 from robotcore.errors import RobotcoreError
+from robotcore.sweep.reply import write_reply
+from robotcore.sweep.supervisor import supervise
 from robotcore.sweep.worker import prepare
 
 
 def serve(handle: int) -> NoReturn:
     """Make this process ready, say so, and do what comes through the pipe until its other end is closed."""
+    supervise(handle)
     sys.stdout = sys.stderr  # line by line: what waits in a buffer is lost with the process
     prepare()
     connection, calls = Connection(handle), SimpleQueue[bytes]()
     _keep_to_this_process(connection)
     Thread(target=_listen, args=(connection, calls), daemon=True).start()
-    connection.send_bytes(b"ready")
     with suppress(OSError):  # nobody is there any more, or this is a copy that an app has made of the process
+        _send(connection, write_reply("ready"))
         while True:
-            connection.send_bytes(_reply(calls.get()))
+            _send(connection, _reply(calls.get()))
     os._exit(1)
+
+
+def _send(connection: Connection, line: bytes) -> None:
+    while line:
+        line = line[os.write(connection.fileno(), line) :]
 
 
 def _keep_to_this_process(connection: Connection) -> None:
@@ -45,11 +53,18 @@ def _listen(connection: Connection, calls: SimpleQueue[bytes]) -> None:
 
 
 def _reply(call: bytes) -> bytes:
-    """Return what a call came to, a result or an error, as it can be sent."""
+    """Return what a call came to, a result or an error, as a line."""
     try:
         function, arguments = pickle.loads(call)  # noqa: S301  from the parent of this process
-        return pickle.dumps((function(*arguments), None))
+        return write_reply(function(*arguments))
     except RobotcoreError as error:
-        return pickle.dumps((None, error))
-    except Exception as error:  # noqa: BLE001  what may not even fit through a pipe
-        return pickle.dumps((None, RobotcoreError(f"{type(error).__name__}: {error}")))
+        return _in_full_or_in_words(error)
+    except Exception as error:  # noqa: BLE001  whatever it is, and what JSON cannot hold
+        return write_reply(error=RobotcoreError(f"{type(error).__name__}: {error}"))
+
+
+def _in_full_or_in_words(error: RobotcoreError) -> bytes:
+    try:
+        return write_reply(error=error)
+    except (TypeError, ValueError):  # an attribute that JSON cannot hold
+        return write_reply(error=RobotcoreError(str(error)))

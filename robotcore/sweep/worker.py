@@ -6,6 +6,7 @@ Nothing heavy is imported with this module, so that `prepare` comes before NumPy
 from __future__ import annotations
 
 import os
+from base64 import b64decode, b64encode
 from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
@@ -48,7 +49,7 @@ def perform(request: RunRequest) -> Ended:
     from robotcore.running.session import run
     from robotcore.sweep.command import command_of
     from robotcore.sweep.path import PathRecorder
-    from robotcore.sweep.record import Record
+    from robotcore.sweep.record import Record, shortened
     from robotcore.view.picture import PictureRecorder
 
     path, picture = PathRecorder(), PictureRecorder()
@@ -57,7 +58,7 @@ def perform(request: RunRequest) -> Ended:
     except RobotcoreError as error:
         result = _unstarted(request, error)
     # An app's own objects may not fit through a pipe; the words of its exception are in the reason.
-    record = Record(replace(result, error=None, reason=str(result.reason)), path.path, command_of(request))
+    record = Record(shortened(replace(result, error=None)), path.path, command_of(request))
     return Ended(record, picture.png() if record.is_failure else None)
 
 
@@ -72,15 +73,30 @@ def attempt(child: Child, request: RunRequest, limit_s: float) -> Ended:
 
     wall = MonotonicClock()
     try:
-        return child.call(_perform_or_end, request, limit_s=limit_s)
+        return _received(child.call(_perform_and_pack, request, limit_s=limit_s))
     except ChildDiedError as error:
         return unfinished(request, BackendError(f"the worker process died: {error}"), wall.now())
     except ChildHungError as error:
         return unfinished(request, BackendError(f"hung: {error}"), wall.now())
     except BackendError:
         raise
-    except RobotcoreError as error:  # what came back cannot be read
-        return unfinished(request, error, wall.now())
+    except (RobotcoreError, TypeError, ValueError) as error:
+        fault = RobotcoreError(f"the worker process gave no result: {error}")
+        return unfinished(request, fault, wall.now())
+
+
+def _perform_and_pack(request: RunRequest) -> list[str]:
+    """Run; return what JSON can hold of the end: the record as its line, and the picture in base 64."""
+    ended = _perform_or_end(request)
+    return [ended.record.to_json(), b64encode(ended.picture or b"").decode("ascii")]
+
+
+def _received(packed: list[str]) -> Ended:
+    """Return what `_perform_and_pack` packed; TypeError or ValueError if it is something else."""
+    from robotcore.sweep.record import Record
+
+    line, picture = packed
+    return Ended(Record.from_json(line), b64decode(picture, validate=True) or None)
 
 
 def _perform_or_end(request: RunRequest) -> Ended:
@@ -105,10 +121,10 @@ def unfinished(request: RunRequest, error: RobotcoreError, wall_time_s: float = 
     Where a judge was asked for, it has verified nothing.
     """
     from robotcore.sweep.command import command_of
-    from robotcore.sweep.record import Record
+    from robotcore.sweep.record import Record, shortened
 
     result = replace(_unstarted(request, error), wall_time_s=round(wall_time_s, 3))
-    return Ended(Record(result, None, command_of(request)))
+    return Ended(Record(shortened(result), None, command_of(request)))
 
 
 def _unstarted(request: RunRequest, error: RobotcoreError) -> RunResult:

@@ -10,6 +10,9 @@ from robotcore.sweep import Record, Sweep
 
 AppFile = Callable[..., str]
 
+SWEEP = "int(open(f'/proc/{os.getppid()}/stat').read().rpartition(')')[2].split()[1])"
+"""The process of the sweep, in what an app does: the parent of its supervisor."""
+
 APP = """
 import os, signal
 from threading import Event

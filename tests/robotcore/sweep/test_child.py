@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 import math
 import os
 import pickle
@@ -14,6 +15,7 @@ import pytest
 
 from robotcore.errors import BackendError, RobotcoreError, StaleSampleError, UnknownNameError
 from robotcore.sweep.child import Child, ChildDiedError, ChildHungError
+from robotcore.sweep.reply import read_reply
 
 
 @pytest.fixture
@@ -52,7 +54,7 @@ def test_any_other_exception_comes_back_in_words(child: Child) -> None:
 
 def test_what_does_not_fit_through_a_pipe_is_told_and_the_process_stays(child: Child) -> None:
     before = child.call(os.getpid, limit_s=30)
-    with pytest.raises(RobotcoreError, match=r"(cannot|can't) pickle"):
+    with pytest.raises(RobotcoreError, match="a lock through a pipe"):
         child.call(Lock, limit_s=30)
     assert child.call(os.getpid, limit_s=30) == before
 
@@ -69,6 +71,33 @@ def test_a_process_that_ends_in_a_call_is_told_by_its_status_and_the_next_call_h
 def test_a_call_that_hangs_is_ended(child: Child) -> None:
     with pytest.raises(ChildHungError, match=r"no end after 0\.1 s"):
         child.call(wait_for_ever, limit_s=0.1)
+
+
+def test_a_process_that_sends_half_an_answer_and_hangs_is_ended(child: Child) -> None:
+    with pytest.raises(ChildHungError):
+        child.call(answer, b'{"result": ', limit_s=2.0)
+
+
+@pytest.mark.parametrize("answered", [b"[1]\n", b"\x80\x04N.\n", b'{"result": 1, "error": {"robotcore.errors": 1}}\n'])
+def test_an_answer_that_cannot_be_read_ends_the_process_and_the_next_call_has_another(
+    child: Child, answered: bytes
+) -> None:
+    with pytest.raises(ChildDiedError, match="its answer cannot be read"):
+        child.call(answer, answered, limit_s=30)
+    assert child.call(math.hypot, 3, 4, limit_s=30) == 5
+
+
+def test_an_answer_without_an_end_is_not_read_for_ever(child: Child, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("robotcore.sweep.child.LARGEST_BYTES", 200_000)
+    with pytest.raises(ChildDiedError, match="its answer cannot be read"):
+        child.call(answer, b"x" * 300_000, limit_s=30)
+
+
+@pytest.mark.parametrize("name", ["BehaviourError.__init__", "Sequence", "Interrupted"])
+def test_an_answer_makes_no_object_but_an_error_of_ours(name: str) -> None:
+    line = json.dumps({"result": None, "error": {"robotcore.errors": [name, [], {}]}})
+    with pytest.raises(ValueError, match="Error: "):
+        read_reply(line.encode())
 
 
 def test_a_limit_may_be_longer_than_a_system_can_wait(child: Child) -> None:
@@ -139,6 +168,12 @@ def test_what_a_process_started_ends_with_it(child: Child, tmp_path: Path) -> No
 
 def raise_(error: Exception) -> None:
     raise error
+
+
+def answer(answered: bytes) -> None:
+    (pipe,) = (int(fd.name) for fd in Path("/proc/self/fd").iterdir() if fd.is_socket())
+    os.write(pipe, answered)
+    wait_for_ever()
 
 
 def end_soon() -> None:

@@ -16,7 +16,12 @@ import pytest
 from robotcore import Outcome, RunRequest, run
 from robotcore.running.plan import Plan
 from robotcore.sweep import LocalEngine, Record, Sweep, run_sweep
-from tests.robotcore.sweep.conftest import AppFile, sweep_of
+from robotcore.sweep.record import LONGEST
+from tests.robotcore.sweep.conftest import SWEEP, AppFile, sweep_of
+
+OWN_SESSION = "__import__('subprocess').Popen(['sleep', '60'], start_new_session=True)"
+PIPES = "[int(fd) for fd in os.listdir('/proc/self/fd') if 'socket' in os.readlink(f'/proc/self/fd/{fd}')]"
+"""Of a worker, the one to its parent among them: in what an app does."""
 
 
 def _records(sweep: Sweep, engine: LocalEngine) -> dict[int | None, Record]:
@@ -78,7 +83,8 @@ def test_a_worker_that_ends_is_told_at_once_whatever_it_has_started(
     try:
         (record,) = _records(sweep, LocalEngine(1, wall_timeout_s=10.0)).values()
     finally:
-        os.killpg(int(group.read_text()), signal.SIGKILL)
+        with suppress(ProcessLookupError):
+            os.killpg(int(group.read_text()), signal.SIGKILL)
     assert record.result.reason == "the worker process died: exit status 3"
 
 
@@ -130,6 +136,49 @@ def test_what_a_run_that_hangs_has_started_ends_with_it(app_file: AppFile, tmp_p
     sweep = sweep_of(app_file(f"os.system('sleep 60 & echo $! > {note}'); Event().wait()"), seeds=1)
     _records(sweep, LocalEngine(1, wall_timeout_s=3.0))
     _require_gone(int(note.read_text()))
+
+
+@pytest.mark.parametrize("end, outcome", [("pass", "success"), ("os._exit(3)", "error"), ("Event().wait()", "error")])
+def test_what_a_run_has_started_in_a_session_of_its_own_ends_with_the_sweep(
+    app_file: AppFile, tmp_path: Path, end: str, outcome: str
+) -> None:
+    note = tmp_path / "note"
+    sweep = sweep_of(app_file(f"open({str(note)!r}, 'w').write(str({OWN_SESSION}.pid)); {end}"), seeds=1)
+    (record,) = _records(sweep, LocalEngine(1, wall_timeout_s=3.0)).values()
+    assert record.result.outcome.value == outcome
+    with pytest.raises(ProcessLookupError):
+        os.kill(int(note.read_text()), 0)
+
+
+def test_a_sweep_gives_standard_error_back_whatever_a_run_has_started(app_file: AppFile, tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "robotcore", *_sweep(app_file(OWN_SESSION), tmp_path)]
+    subprocess.run(command, capture_output=True, check=True, timeout=50.0)
+
+
+@pytest.mark.parametrize(
+    "deed",
+    [
+        f"[os.write(fd, b'\\xff' * 64 + b'\\n') for fd in {PIPES}]",
+        f"[os.write(fd, b'\\x00\\x00\\x00\\x10') for fd in {PIPES}]",
+        f"[os.write(fd, b'[' * 100_000 + b'\\n') for fd in {PIPES}]",
+        f'[os.write(fd, b\'{{"result": 5, "error": null}}\\n\') for fd in {PIPES}]',
+        f"[os.close(fd) for fd in {PIPES}]",
+    ],
+)
+def test_a_run_that_writes_to_the_pipe_of_its_worker_fails_alone(app_file: AppFile, tmp_path: Path, deed: str) -> None:
+    once = f"(not os.path.exists({str(tmp_path / 'once')!r})) and (open({str(tmp_path / 'once')!r}, 'x'), {deed})"
+    sweep = sweep_of(app_file(once), seeds=3)
+    results = [record.result for record in _records(sweep, LocalEngine(1)).values()]
+    assert sorted(result.outcome.value for result in results) == ["error", "success", "success"]
+
+
+def test_words_of_an_app_are_kept_as_far_as_somebody_reads(app_file: AppFile) -> None:
+    sweep = sweep_of(app_file("raise ValueError('x' * 20_000_000)"), seeds=1)
+    (record,) = _records(sweep, LocalEngine(1)).values()
+    assert record.result.outcome is Outcome.ERROR
+    assert len(record.to_json()) < 3 * LONGEST
+    assert record.result.reason.startswith("Odd raised ValueError: xxx")
+    assert record.result.reason.endswith("more characters)")
 
 
 def test_a_run_without_an_end_tells_the_conditions_that_it_was_under(app_file: AppFile) -> None:
@@ -197,7 +246,7 @@ def test_workers_compute_with_one_thread_each(app_file: AppFile) -> None:
 
 def test_a_worker_does_not_outlive_a_parent_that_is_killed(app_file: AppFile, tmp_path: Path) -> None:
     note = tmp_path / "worker"
-    app = app_file(f"open({str(note)!r}, 'w').write(str(os.getpid())); os.kill(os.getppid(), 9); Event().wait()")
+    app = app_file(f"open({str(note)!r}, 'w').write(str(os.getpid())); os.kill({SWEEP}, 9); Event().wait()")
     done = subprocess.run([sys.executable, "-m", "robotcore", *_sweep(app, tmp_path)], capture_output=True, check=False)
     assert done.returncode == -signal.SIGKILL
     _require_gone(int(note.read_text()))

@@ -14,7 +14,7 @@ from robotcore import RunRequest
 from robotcore.errors import BackendError, BehaviourError, UnknownNameError, UnmetNeedError, UsageError
 from robotcore.sweep import LocalEngine, Sweep, run_sweep
 from robotcore.sweep.rehearsal import rehearse
-from tests.robotcore.sweep.conftest import AppFile, sweep_of
+from tests.robotcore.sweep.conftest import SWEEP, AppFile, sweep_of
 
 INSTEAD = r"\. Put what it does there below if __name__ == '__main__', or into step\(\)$"
 
@@ -117,7 +117,7 @@ def test_nothing_of_the_app_is_imported_in_the_process_of_the_sweep(
 
 def test_ctrl_c_in_the_middle_of_it_ends_both_processes_in_a_line(app_file: AppFile, tmp_path: Path) -> None:
     note = tmp_path / "child"
-    deed = f"open({str(note)!r}, 'w').write(str(os.getpid())); os.kill(os.getppid(), signal.SIGINT); Event().wait()"
+    deed = f"open({str(note)!r}, 'w').write(str(os.getpid())); os.kill({SWEEP}, signal.SIGINT); Event().wait()"
     done = subprocess.run(
         [sys.executable, "-m", "robotcore", "sweep", app_file(head=deed), "--out", str(tmp_path / "out")],
         capture_output=True,

@@ -1,0 +1,111 @@
+"""The process above a worker: it ends every process that the worker started.
+
+An app may start a process in a session of its own. A signal to the worker's process group does not reach that process,
+and it keeps standard error open while it lives. On Linux the supervisor adopts each process that loses its parent
+(``PR_SET_CHILD_SUBREAPER``), so all descendants of the worker become its children. Other systems have no such call.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import resource
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import NoReturn
+
+from robotcore.clock import MonotonicClock
+
+IS_AVAILABLE = sys.platform == "linux"
+
+_PR_SET_PDEATHSIG = 1
+_PR_SET_CHILD_SUBREAPER = 36
+"""Linux, ``include/uapi/linux/prctl.h``."""
+
+_ENDING_S = 5.0
+"""The supervisor gives up a process that does not end within this time, such as one of another user."""
+
+_LOOK_S = 0.05
+_SIGNALS = (signal.SIGTERM, signal.SIGCHLD)
+
+
+def supervise(handle: int) -> None:
+    """Fork: this process becomes the supervisor, and the new one, the worker, returns. Do nothing outside of Linux.
+
+    The supervisor closes its copy of ``handle``, ends the worker on SIGTERM, and exits as the worker did. The worker
+    does not outlive it.
+    """
+    if not IS_AVAILABLE:
+        return
+    _prctl(_PR_SET_CHILD_SUBREAPER, 1)
+    for number in _SIGNALS:
+        signal.signal(number, signal.SIG_DFL)  # the parent may ignore them, and a process inherits that
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
+    supervisor = os.getpid()
+    if worker := os.fork():
+        os.close(handle)
+        _watch(worker)
+    os.setsid()
+    _prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != supervisor:  # it died before the call above
+        os._exit(1)
+    signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _prctl(option: int, value: int) -> None:
+    libc = ctypes.CDLL(None, use_errno=True)
+    if libc.prctl(option, ctypes.c_ulong(value), 0, 0, 0):
+        raise OSError(ctypes.get_errno(), f"prctl({option})")
+
+
+def _watch(worker: int) -> NoReturn:
+    while (status := dict(_reap()).get(worker)) is None:
+        if signal.sigwait(_SIGNALS) == signal.SIGTERM:
+            os.kill(worker, signal.SIGKILL)
+    _end_children()
+    _exit_as(status)
+
+
+def _reap() -> Iterator[tuple[int, int]]:
+    """Yield the id and the status of each child that has ended."""
+    with suppress(ChildProcessError):
+        while (ended := os.waitpid(-1, os.WNOHANG))[0]:
+            yield ended
+
+
+def _end_children() -> None:
+    """End every child, and its children, which become ours when it ends."""
+    clock = MonotonicClock()
+    while clock.now() < _ENDING_S and (children := _children()):
+        for child in children:
+            with suppress(ProcessLookupError, PermissionError):
+                os.kill(child, signal.SIGKILL)
+        signal.sigtimedwait((signal.SIGCHLD,), _LOOK_S)
+        dict(_reap())
+
+
+def _children() -> list[int]:
+    own = os.getpid()
+    return [process for process, parent in _processes() if parent == own]
+
+
+def _processes() -> Iterator[tuple[int, int]]:
+    """Yield the id of each process, and its parent's: proc(5), the fields behind the name in parentheses."""
+    for file in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):  # it has just ended
+            yield int(file.parent.name), int(file.read_bytes().rpartition(b")")[2].split()[1])
+
+
+def _exit_as(status: int) -> NoReturn:
+    """Exit with a status of ``waitpid``, or die of the signal in it, without a core file of this process."""
+    if os.WIFSIGNALED(status):
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        number = os.WTERMSIG(status)
+        with suppress(OSError):  # SIGKILL has no handler
+            signal.signal(number, signal.SIG_DFL)
+        signal.pthread_sigmask(signal.SIG_SETMASK, ())
+        os.kill(os.getpid(), number)
+    os._exit(os.waitstatus_to_exitcode(status) if os.WIFEXITED(status) else 1)
