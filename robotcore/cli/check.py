@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from robotcore.cli.findings import lines_of
+from robotcore.cli.findings import write_finding
+from robotcore.cli.output import write_line
 from robotcore.cli.values import pair
 from robotcore.errors import UsageError
 from robotcore.text import counted
@@ -46,7 +47,7 @@ def command(
         return _look(file, described, backend, told) if backend else _check(file, described)
     if backend:
         raise UsageError(f"{file} describes a world; --backend looks for the devices of a robot. Leave it out")
-    click.echo(f"{file}: OK, {_world(described)}")
+    write_line(f"{file}: OK, {_world(described)}")
     return 0
 
 
@@ -56,7 +57,7 @@ def _check(file: str, robot: RobotDescription) -> int:
 
     checked = [([f"OK, {_robot(robot)}"], ""), *(_checked(robot, section) for section in robot.backends)]
     for line in (line for lines, _ in checked for line in lines):
-        click.echo(f"{file}: {line}")
+        write_line(f"{file}: {line}")
     if unchecked := [f"{file}: {why}" for _, why in checked if why]:
         raise BackendMissingError("\n".join(unchecked))
     return 0
@@ -72,9 +73,9 @@ def _look(file: str, robot: RobotDescription, name: str, options: Mapping[str, s
     backend.require_installed()
     everything = frozenset(device.name for device in robot.devices)
     status = 0
-    click.echo(f"{file}: OK, {_robot(robot)}")
+    write_line(f"{file}: OK, {_robot(robot)}")
     for finding in backend.look(Setup(robot, None, everything, options=options)):
-        click.echo(lines_of(finding))
+        write_finding(finding)
         status = 1 if finding.level is Level.ERROR else status
     return status
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from robotcore.cli.answering import AnsweringCommand
-from robotcore.cli.output import write, write_json
+from robotcore.cli.output import write, write_json, write_line
 from robotcore.cli.outputs import require_apart
 
 
@@ -41,5 +41,5 @@ def command(first: Path, second: Path, picture: Path | None, *, as_json: bool) -
         from robotcore.view.picture import encoded, save_png
 
         save_png(encoded(draw_comparison(comparison)), picture)
-        click.echo(f"The picture: {picture}", err=as_json)
+        write_line(f"The picture: {picture}", is_error=as_json)
     return comparison.exit_status

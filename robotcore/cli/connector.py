@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from robotcore.text import escape
+
 if TYPE_CHECKING:
     from robotcore.hardware import Pad, Wire, Wiring
 
@@ -34,6 +36,7 @@ def _uses(wiring: Wiring, pad: Pad) -> str:
     here = [wire for wire in wiring.wires if wire.pads[:1] == (pad.number,)]
     by_signal = groupby(sorted(here, key=_signal), key=_signal)
     told = ", ".join(f"{' + '.join(wire.device for wire in wires)} {signal}" for signal, wires in by_signal)
+    told = escape(told)
     return told if len(told) <= USES else f"{told[: USES - 1]}…"
 
 

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from robotcore.cli.output import write_line
+
 if TYPE_CHECKING:
     from robotcore.backend import Backend
 
@@ -28,7 +30,8 @@ def command(seed: int, picture: Path, *, gui: bool) -> int:
     backend, why = chosen_backend()
     arguments = ["run", "green-search", "--backend", backend, "--seed", str(seed), "--picture", str(picture)]
     arguments += ["--gui"] if gui else []
-    click.echo(f"{why}\n$ robotcore {' '.join(arguments)}")
+    write_line(why)
+    write_line(f"$ robotcore {' '.join(arguments)}")
     return execute(arguments)
 
 

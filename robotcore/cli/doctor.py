@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.findings import lines_of
-from robotcore.cli.output import as_json, write_json
+from robotcore.cli.findings import write_finding
+from robotcore.cli.output import as_json, write_json, write_line
 from robotcore.cli.placed import options_of, placed, placed_robot
 from robotcore.errors import UsageError
 from robotcore.text import counted
@@ -50,7 +50,8 @@ def command(
         rows = [_row(about, finding) for about, finding in findings]
         write_json({"findings": rows, "warnings": warnings, "errors": errors, "exit_status": status})
     else:
-        click.echo(f"\n{counted(errors, 'error')}, {counted(warnings, 'warning')}")
+        write_line()
+        write_line(f"{counted(errors, 'error')}, {counted(warnings, 'warning')}")
     return status
 
 
@@ -116,7 +117,7 @@ def _halves(message: str) -> tuple[str, str]:
 def _shown(told: Iterable[Told]) -> Iterator[Told]:
     """Write each finding as it comes."""
     for about, finding in told:
-        click.echo(lines_of(finding))
+        write_finding(finding)
         yield about, finding
 
 

@@ -6,10 +6,9 @@ import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from robotcore.cli.answering import AnsweringCommand
 from robotcore.cli.failure import tell, tell_error
+from robotcore.cli.output import write, write_content, write_line
 from robotcore.errors import Interrupted, RobotcoreError
 
 if TYPE_CHECKING:
@@ -26,15 +25,14 @@ class RunCommand(AnsweringCommand):
 def tell_result(result: RunResult, *, as_json: bool) -> None:
     """Tell how a run ended: on stderr what is to be known of it and what went wrong, on stdout the result."""
     for note in result.notes:
-        click.echo(f"note: {note}", err=True)
+        write_line(f"note: {note}", is_error=True)
     if isinstance(result.error, RobotcoreError):
         tell_error(result.error)
     elif result.error and not result.ticks:
         tell(result.reason)
     if as_json:
-        click.echo(result.to_json())
+        write_content(f"{result.to_json()}\n")
     elif result.ticks:
-        from robotcore.cli.output import write
         from robotcore.view.summary import summary
 
         write(summary(result))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from robotcore.cli.output import write_content, write_line
 from robotcore.cli.outputs import require_apart
 from robotcore.errors import UsageError
 
@@ -38,7 +39,7 @@ def command(robot: str, file_format: str, world: str | None, seed: int | None, o
     model = exported(file_format, described, around, _folder_of(output) if output else None)
     _write(model, output)
     for note in model.notes:
-        click.echo(f"note: {note}", err=True)
+        write_line(f"note: {note}", is_error=True)
 
 
 def _folder_of(output: Path) -> str:
@@ -49,7 +50,7 @@ def _folder_of(output: Path) -> str:
 def _write(model: Exported, output: Path | None) -> None:
     """Write the pictures, then the model: where that is there, so is all that it names."""
     if output is None:
-        click.echo(model.text, nl=False)
+        write_content(model.text)
         return
     for name, picture in model.pictures.items():
         _write_file(output.parent / name, picture, is_beside=True)

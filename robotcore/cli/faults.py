@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.output import as_json, write_json, write_table
+from robotcore.cli.output import as_json, write_json, write_lines, write_table
 
 _COMMON = """\
 Every fault takes after=SECONDS, from when, and lasts=SECONDS, for how long, on the robot's clock.
@@ -27,7 +27,7 @@ def command(*, as_json: bool) -> None:
         write_json(faults)
     else:
         write_table(("fault", "on", "parameters", "example", "what it does"), map(_row, faults))
-        click.echo(f"\n{_COMMON}")
+        write_lines(f"\n{_COMMON}")
 
 
 def _told(name: str) -> dict[str, Any]:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from robotcore.cli.output import write_line
+
 if TYPE_CHECKING:
     from robotcore.firmware.boards import Board
     from robotcore.firmware.building import Built
@@ -43,8 +45,8 @@ def copy(into: Path) -> None:
     from robotcore.firmware import sketch
 
     target = sketch.copy(into)
-    click.echo(f"{target / 'config.h'}: say there how your robot is wired")
-    click.echo(f"then: robotcore firmware flash --sketch-dir {target}")
+    write_line(f"{target / 'config.h'}: say there how your robot is wired")
+    write_line(f"then: robotcore firmware flash --sketch-dir {target}")
 
 
 @command.command("build")
@@ -58,7 +60,7 @@ def build(name: str, folder: Path | None, into: Path) -> None:
     from robotcore.firmware.boards import BOARDS
     from robotcore.firmware.sketch import chosen
 
-    click.echo(_built(chosen(folder), BOARDS[name], into).image)
+    write_line(str(_built(chosen(folder), BOARDS[name], into).image))
 
 
 @command.command("flash")
@@ -75,15 +77,15 @@ def flash(name: str, folder: Path | None, port: str | None) -> None:
     board, folder = BOARDS[name], sketch.chosen(folder)
     with TemporaryDirectory(prefix="robotcore-firmware-") as scratch:
         built = _built(folder, board, Path(scratch))
-        click.echo(f"flashing the {name} at {port} ...")
+        write_line(f"flashing the {name} at {port} ...")
         tool = flashing.flash(built.image, board, port)
-    click.echo(f"flashed and verified with {tool}")
-    click.echo(f"{port} answers: {greeting.greet(port, sketch.baud(folder))}")
+    write_line(f"flashed and verified with {tool}")
+    write_line(f"{port} answers: {greeting.greet(port, sketch.baud(folder))}")
 
 
 def _built(folder: Path, board: Board, into: Path) -> Built:
     from robotcore.firmware import building
 
     built = building.build(folder, board, into.absolute())
-    click.echo(f"built {built.image.name} with {built.tool}: {built.size_bytes} of {board.flash_bytes} bytes")
+    write_line(f"built {built.image.name} with {built.tool}: {built.size_bytes} of {board.flash_bytes} bytes")
     return built

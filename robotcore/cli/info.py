@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from robotcore.cli.answering import AnsweringCommand
-from robotcore.cli.output import write, write_json
+from robotcore.cli.output import write, write_json, write_line
 from robotcore.cli.outputs import require_apart, require_ending
 from robotcore.errors import UsageError
 
@@ -47,11 +47,11 @@ def command(
 
         write(contents(recording, file))
     if picture:
-        click.echo(f"The picture: {_draw(recording, picture)}", err=as_json)
+        write_line(f"The picture: {_draw(recording, picture)}", is_error=as_json)
     if table:
-        click.echo(f"The table: {_tabulate(recording, table, file.stem)}", err=as_json)
+        write_line(f"The table: {_tabulate(recording, table, file.stem)}", is_error=as_json)
     if video:
-        click.echo(f"The film: {_film(recording, video, device)}", err=as_json)
+        write_line(f"The film: {_film(recording, video, device)}", is_error=as_json)
 
 
 def _require_outputs(file: Path, picture: Path | None, table: Path | None, video: Path | None) -> None:

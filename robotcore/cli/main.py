@@ -9,8 +9,9 @@ from typing import NoReturn, TextIO
 
 import click
 
-from robotcore.cli.failure import tell, tell_error, usage_fault
+from robotcore.cli.failure import tell, tell_error, tell_usage
 from robotcore.cli.lazy import LazyGroup
+from robotcore.cli.output import write_lines
 from robotcore.errors import Interrupted, RobotcoreError
 
 SIGNALLED = 128
@@ -55,7 +56,7 @@ UNWRITTEN = 1
 def robotcore(context: click.Context) -> None:
     """Write a robot's behaviour once; run the same file in simulation and on the robot."""
     if context.invoked_subcommand is None:
-        click.echo(context.get_help())
+        write_lines(context.get_help())
 
 
 def main() -> NoReturn:
@@ -76,7 +77,7 @@ def execute(arguments: Sequence[str]) -> int:
     try:
         status: int | None = robotcore.main(list(arguments), "robotcore", standalone_mode=False)
     except click.ClickException as error:
-        tell(usage_fault(error))
+        tell_usage(error)
         return error.exit_code
     except (RobotcoreError, Interrupted) as error:
         tell_error(error)

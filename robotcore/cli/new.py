@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from robotcore.cli.output import write_line
+
 if TYPE_CHECKING:
     from robotcore.scaffold import Template
 
@@ -27,7 +29,7 @@ def command(folder: Path, *, is_driver: bool) -> None:
     with Interrupts():
         make(template, folder)
     for line in _what_next(template, folder):
-        click.echo(line)
+        write_line(line)
 
 
 def _what_next(template: Template, folder: Path) -> list[str]:

@@ -1,8 +1,13 @@
-"""What commands write on stdout: a line of JSON, or something drawn by rich."""
+"""What commands write on stdout and stderr: lines, a line of JSON, or something drawn by rich.
+
+Every text of a command goes through here. A text may hold the words of a robot, a recording, a file or an app, and what
+a terminal would obey in them is escaped. A line break in such words begins no line of ours.
+"""
 
 from __future__ import annotations
 
 import json
+import re
 import sys
 from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext, redirect_stdout
@@ -10,18 +15,45 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from robotcore.text import escape
+
 if TYPE_CHECKING:
-    from rich.console import RenderableType
+    from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
 
 PIPED_WIDTH = 160
+INDENT = "  "
+
+_STYLES = re.compile(r"(\x1b\[[0-9;]*m)")
+"""What `click.style` adds."""
 
 as_json = click.option("--json", "as_json", is_flag=True, help="Print one line of JSON instead.")
 """The option that every list has."""
 
 
 def write_json(data: Any) -> None:
-    """Write one line of JSON."""
+    """Write one line of JSON, in which every control character is an escape."""
     click.echo(json.dumps(data))
+
+
+def write_line(text: str = "", *, is_error: bool = False, is_styled: bool = False) -> None:
+    """Write a text in one line, on stderr if ``is_error``; a line break in it is escaped too.
+
+    ``is_styled`` keeps the colours of `click.style`. The caller has escaped the words in between.
+    """
+    parts = _STYLES.split(text) if is_styled else [text]
+    line = "".join(part if index % 2 else escape(part) for index, part in enumerate(parts))
+    click.echo(line, err=is_error)
+
+
+def write_lines(text: str, *, indent: str = "", is_error: bool = False) -> None:
+    """Write each line of a text after ``indent``; with `INDENT`, no line of an app looks like one of ours."""
+    for line in text.split("\n"):
+        write_line(f"{indent}{line}" if line else "", is_error=is_error)
+
+
+def write_content(text: str) -> None:
+    """Write the content of a file as it is, for another program."""
+    click.echo(text, nl=False)
 
 
 def printing_apart(*, as_json: bool) -> AbstractContextManager[object]:
@@ -38,7 +70,7 @@ def write_table(columns: Sequence[str], rows: Iterable[Sequence[RenderableType]]
     for index, column in enumerate(columns):
         table.add_column(column, style="cyan" if index == 0 else "", no_wrap=index == 0)
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*(escape(cell, keep="\n") if isinstance(cell, str) else cell for cell in row))
     write(table)
 
 
@@ -46,7 +78,19 @@ def write(renderable: RenderableType) -> None:
     """Write what rich can draw: coloured and as wide as the terminal, or plain and in long lines."""
     from rich.console import Console
 
-    console = Console(highlight=False, markup=False, width=None if sys.stdout and sys.stdout.isatty() else PIPED_WIDTH)
+    width = None if sys.stdout and sys.stdout.isatty() else PIPED_WIDTH
+    console = Console(highlight=False, markup=False, emoji=False, width=width)
     with console.capture() as capture:
-        console.print(renderable)
+        console.print(_Escaped(renderable))
     click.echo(capture.get(), nl=False)
+
+
+class _Escaped:
+    """What rich can draw, with the control characters of its texts escaped; rich's own colours stay."""
+
+    def __init__(self, renderable: RenderableType) -> None:
+        self._renderable = renderable
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        for segment in console.render(self._renderable, options):
+            yield segment._replace(text=escape(segment.text, keep="\n"))

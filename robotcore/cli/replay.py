@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from robotcore.cli.answering import AnsweringCommand
-from robotcore.cli.output import printing_apart, write_json
+from robotcore.cli.output import printing_apart, write_json, write_line
 from robotcore.cli.outputs import require_apart
 from robotcore.cli.values import pair
 
@@ -49,7 +49,7 @@ def command(
         _tell(came_out)
     if picture:
         _draw(recording, came_out, picture)
-        click.echo(f"The picture: {picture}", err=as_json)
+        write_line(f"The picture: {picture}", is_error=as_json)
     return came_out.exit_status
 
 

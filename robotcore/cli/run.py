@@ -14,7 +14,7 @@ import click
 
 from robotcore.cli.ending import RunCommand, tell_result
 from robotcore.cli.failure import tell
-from robotcore.cli.output import printing_apart
+from robotcore.cli.output import printing_apart, write_line
 from robotcore.cli.recorded import recorder_for, with_recording
 from robotcore.cli.requested import requested
 from robotcore.cli.values import size
@@ -97,7 +97,7 @@ def _told(result: RunResult, made: list[str], *, as_json: bool) -> int:
     try:
         tell_result(result, as_json=as_json)
         for line in made:
-            click.echo(line, err=as_json)
+            write_line(line, is_error=as_json)
     except BrokenPipeError:
         return result.exit_status or 1
     except OSError as error:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from robotcore.cli.output import write_line
 from robotcore.cli.placed import options_of, placed
 
 if TYPE_CHECKING:
@@ -45,13 +46,13 @@ def _stop(backend: Backend, setup: Setup) -> int:
 
     cutoffs = backend.cutoffs(setup)
     if not cutoffs:
-        click.echo(f"{setup.robot.name}: nothing to stop on {backend.name}")
+        write_line(f"{setup.robot.name}: nothing to stop on {backend.name}")
         return 0
     report = make_stand(cutoffs)
     if report.done:
-        click.echo(f"{setup.robot.name}: stopped {', '.join(report.done)}")
+        write_line(f"{setup.robot.name}: stopped {', '.join(report.done)}")
     for words in report.told:
-        click.echo(f"{setup.robot.name}: {words}")
+        write_line(f"{setup.robot.name}: {words}")
     if report.failed:
         raise BackendError("\n".join(f"CANNOT STOP {fault}. Cut the motors' supply" for fault in report.failed))
     return 0

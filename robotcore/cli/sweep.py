@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from robotcore.cli.answering import AnsweringCommand
-from robotcore.cli.output import printing_apart
+from robotcore.cli.output import printing_apart, write_line
 from robotcore.cli.requested import requested
 from robotcore.cli.swept import tell_kept, tell_sweep
 from robotcore.cli.values import Folder, count, names
@@ -102,7 +102,7 @@ def command(
     page = _write_report(results, report, line, bounds) if report and not ended_by else None
     status = tell_sweep(results, bounds, ended_by, as_json=as_json)
     if page:
-        click.echo(f"The report: {page}", err=as_json)
+        write_line(f"The report: {page}", is_error=as_json)
     return status
 
 

@@ -6,10 +6,8 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from robotcore.cli.failure import tell
-from robotcore.cli.output import write, write_json
+from robotcore.cli.output import write, write_json, write_line
 from robotcore.errors import BackendError, Interrupted
 
 if TYPE_CHECKING:
@@ -29,9 +27,10 @@ def tell_kept(results: Results, done: int) -> None:
     """Tell, before the first run, how many are there from before, and since when."""
     date, total = f"{results.date:%Y-%m-%d %H:%M}", len(results.sweep)
     if done == total:
-        click.echo(f"All was run by {date}; --fresh runs it anew.\n")
+        write_line(f"All was run by {date}; --fresh runs it anew.")
     else:
-        click.echo(f"{done} of {total} runs are kept from {date}; going on.\n")
+        write_line(f"{done} of {total} runs are kept from {date}; going on.")
+    write_line()
 
 
 def tell_sweep(
@@ -99,7 +98,8 @@ def _write_summary(results: Results, groups: Sequence[Group], failing: Sequence[
     from robotcore.sweep.tables import FAILURES
 
     write(summary(results.sweep.request, groups, failing, results.directory / FAILURES))
-    click.echo(f"\nThe results: {results.directory}")
+    write_line()
+    write_line(f"The results: {results.directory}")
 
 
 def _write_findings(results: Results) -> None:
@@ -108,14 +108,16 @@ def _write_findings(results: Results) -> None:
 
     lines = explain(results.records()).lines
     if lines:
-        click.echo("\nWhat failing runs have in common:")
+        write_line()
+        write_line("What failing runs have in common:")
     for line in lines:
-        click.echo(f"  {line}")
+        write_line(f"  {line}")
 
 
 def _write_kept(requirements: Sequence[Requirement]) -> None:
     if requirements:
-        click.echo(f"\nKept everywhere: {', '.join(map(str, requirements))}")
+        write_line()
+        write_line(f"Kept everywhere: {', '.join(map(str, requirements))}")
 
 
 def _tell_ending(
@@ -128,6 +130,7 @@ def _tell_ending(
         tell(miss)
     if isinstance(ended_by, Interrupted):
         done = sum(group.runs for group in groups)
-        click.echo(f"{ended_by}: {done} of {len(results.sweep)} runs are kept; {results.how_to_go_on}.", err=True)
+        words = f"{ended_by}: {done} of {len(results.sweep)} runs are kept; {results.how_to_go_on}."
+        write_line(words, is_error=True)
     elif ended_by:
         tell(str(ended_by))

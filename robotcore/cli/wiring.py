@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.output import as_json, write_json, write_table
+from robotcore.cli.output import as_json, write_json, write_line, write_lines, write_table
 from robotcore.cli.placed import options_of, placed, placed_robot
 
 if TYPE_CHECKING:
@@ -37,13 +37,13 @@ def command(robot: str, backend: str, port: str | None, options: tuple[tuple[str
 
     columns = ("device", "signal", "goes to", *(["pad"] if wiring.pads else []), "what it is")
     write_table(columns, _rows(wiring))
-    click.echo()
+    write_line()
     if wiring.pads:
         for line in drawing(wiring):
-            click.echo(line)
-        click.echo()
+            write_line(line, is_styled=True)
+        write_line()
     for note in _notes(wiring):
-        click.echo(note)
+        write_lines(note)
 
 
 def _wiring(robot: str, name: str, options: Mapping[str, str]) -> Wiring:
@@ -80,7 +80,7 @@ def _notes(wiring: Wiring) -> Iterator[str]:
     for device, note in wiring.notes:
         devices.setdefault(note, []).append(device)
     for note, names in devices.items():
-        yield click.wrap_text(f"- {', '.join(names)}: {note}", 100, "", "  ")
+        yield click.wrap_text(f"- {', '.join(names)}: {' '.join(note.split())}", 100, "", "  ")
 
 
 def _told(wiring: Wiring) -> dict[str, Any]:

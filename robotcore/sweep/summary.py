@@ -18,6 +18,7 @@ from robotcore.sweep.place import Place
 from robotcore.sweep.record import Record
 from robotcore.sweep.statistics import Group
 from robotcore.sweep.words import COLUMNS, fault, judge_told
+from robotcore.text import escape
 
 KeyT = TypeVar("KeyT", bound=Hashable)
 
@@ -47,7 +48,7 @@ def _table(groups: Sequence[Group]) -> Table:
 def _judge(request: RunRequest, groups: Sequence[Group]) -> Iterator[Text]:
     """Yield whose word it is, where it may be another's than that of an app that is installed."""
     if request.judge or is_app_file(request.app):
-        yield Text(f"\nJudge: {judge_told(request.judge, groups)}")
+        yield Text(f"\nJudge: {escape(judge_told(request.judge, groups))}")
 
 
 def _failures(failing: Sequence[Record], file: Path) -> Iterator[Text]:
@@ -61,15 +62,16 @@ def _failures(failing: Sequence[Record], file: Path) -> Iterator[Text]:
     if len(causes) > MAX_CAUSES:
         yield Text(f"  and {len(causes) - MAX_CAUSES} more causes")
     if len(failing) > 1:
-        yield Text(f"  each of them: {file}")
+        yield Text(f"  each of them: {escape(str(file))}")
 
 
 def _cause(cause: str, records: Sequence[Record]) -> Iterator[Text]:
-    yield Text(f"  {len(records)} × {cause}" if len(records) > 1 else f"  {cause}", "yellow")
+    words = escape(cause)
+    yield Text(f"  {len(records)} × {words}" if len(records) > 1 else f"  {words}", "yellow")
     if len(records) > 1:
         for place, there in _by(Place.of, records).items():
             yield Text(f"    {place}: {_seeds(there)}")
-    yield Text(f"    {records[0].command}")
+    yield Text(f"    {escape(records[0].command)}")
 
 
 def _seeds(records: Sequence[Record]) -> str:

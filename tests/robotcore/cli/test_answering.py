@@ -11,6 +11,7 @@ import pytest
 
 from robotcore.errors import BackendError
 from tests.robotcore.cli.conftest import Cli, Told
+from tests.robotcore.sweep.conftest import SWEEP
 
 BOTH = pytest.mark.parametrize("command", ["run", "sweep"])
 
@@ -53,7 +54,7 @@ def test_an_app_file_that_cannot_be_imported_is_told_with_its_traceback(cli: Cli
     told = cli(command, "odd.py", "--json")
     assert _answer(told) == ("odd.py", told.err.splitlines()[-1].removeprefix("error: "), 5)
     assert "SyntaxError" in told.json["error"]
-    assert re.match(r' +File ".*odd\.py", line 1\n    x = \(\n', told.err), "and nothing of what imports it"
+    assert re.match(r' +File ".*odd\.py", line 1\n +x = \(\n', told.err), "and nothing of what imports it"
 
 
 def test_options_that_do_not_go_together_are_told(cli: Cli) -> None:
@@ -92,8 +93,8 @@ def test_without_json_nothing_is_on_stdout(cli: Cli, command: str) -> None:
 @BOTH
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_before_the_first_run_has_its_line_too(cli: Cli, command: str, number: signal.Signals) -> None:
-    process = {"run": "getpid", "sweep": "getppid"}[command]  # a sweep looks at the app in another process
-    Path("odd.py").write_text(f"import os\nos.kill(os.{process}(), {int(number)})\nwhile True: ...\n")
+    process = {"run": "os.getpid()", "sweep": SWEEP}[command]  # a sweep looks at the app in another process
+    Path("odd.py").write_text(f"import os\nos.kill({process}, {int(number)})\nwhile True: ...\n")
     told = cli(command, "odd.py", "--json")
     assert _answer(told) == ("odd.py", f"interrupted by {number.name}", 128 + number)
     assert told.err == f"error: interrupted by {number.name}\n"

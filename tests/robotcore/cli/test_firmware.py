@@ -87,7 +87,7 @@ def test_avrdude_that_fails_is_quoted_and_the_board_is_not_asked(cli: Cli, tools
     told = cli("firmware", "flash", "--port", str(pty.path))
     assert (told.status, pty.heard()) == (3, b"")
     assert "avrdude failed (exit 1). A board that does not respond may have the other bootloader: try " in told.err
-    assert "It said:\navrdude: stk500_recv(): programmer is not responding" in told.err
+    assert "It said:\n  avrdude: stk500_recv(): programmer is not responding" in told.err
 
 
 def test_without_avrdude_arduino_cli_uploads(cli: Cli, tools: Tools, pty: Pty) -> None:

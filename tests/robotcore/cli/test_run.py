@@ -106,9 +106,9 @@ def test_what_cannot_be_run_is_told_on_stderr_and_in_json(
 def test_an_app_that_raises_shows_its_own_part_of_the_traceback(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
     told = cli("run", app_file("1 / 0"), "--json")
     assert (told.status, told.json["outcome"], told.json["ticks"]) == (5, "error", 3)
-    assert told.err.startswith("Traceback (most recent call last):\n  File ")
+    assert told.err.startswith("  Traceback (most recent call last):\n    File ")
     assert [line for line in told.err.splitlines() if "File " in line] == [
-        f'  File "{tmp_path}/odd.py", line 13, in step'
+        f'    File "{tmp_path}/odd.py", line 13, in step'
     ]
     assert told.err.splitlines()[-1] == "error: Odd raised ZeroDivisionError: division by zero"
 

@@ -18,7 +18,7 @@ from robotcore.errors import BackendError, BackendMissingError
 from robotcore.sweep import ClusterEngine, LocalEngine, Record, Sweep
 from robotcore.sweep.command import command_of
 from robotcore.sweep.engine import Engine
-from tests.robotcore.sweep.conftest import AppFile, sweep_of
+from tests.robotcore.sweep.conftest import SWEEP, AppFile, sweep_of
 
 distributed = pytest.importorskip("distributed")
 
@@ -105,7 +105,7 @@ def _told(engine: Engine, sweep: Sweep) -> dict[str, Record]:
 @pytest.mark.usefixtures("workers")
 def test_a_worker_that_is_killed_loses_no_run(scheduler: str, app_file: AppFile, tmp_path: Path) -> None:
     once = str(tmp_path / "once")
-    deed = f"os.path.exists({once!r}) or (open({once!r}, 'w'), os.kill(os.getppid(), signal.SIGKILL), Event().wait(1))"
+    deed = f"os.path.exists({once!r}) or (open({once!r}, 'w'), os.kill({SWEEP}, signal.SIGKILL), Event().wait(1))"
     sweep = sweep_of(app_file(deed), seeds=6)
     swept = _told(ClusterEngine(scheduler), sweep)
     assert Path(once).exists()

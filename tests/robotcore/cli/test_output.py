@@ -1,0 +1,90 @@
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+from rich.console import Group
+from rich.text import Text
+
+import robotcore.cli
+from robotcore.cli.failure import tell
+from robotcore.cli.findings import write_finding
+from robotcore.cli.output import write, write_json, write_line, write_table
+from robotcore.doctor import Finding
+from tests.robotcore.cli.conftest import AppFile, Cli
+
+HOSTILE = "\x1b]0;title\x07\x1b[2J\x9b31m\u202e\nerror: forged"
+SHOWN = r"\x1b]0;title\x07\x1b[2J\x9b31m\u202e"
+
+CLI = Path(robotcore.cli.__file__).parent
+
+
+def require_harmless(written: str) -> None:
+    assert all(each.isprintable() or each == "\n" for each in written)
+    assert SHOWN in written
+    assert not any(line.startswith("error: forged") for line in written.splitlines())
+
+
+def test_a_line_is_one_line_without_a_character_that_a_terminal_obeys(capsys: pytest.CaptureFixture[str]) -> None:
+    write_line(f"The picture: {HOSTILE}")
+    written = capsys.readouterr().out
+    require_harmless(written)
+    assert written.count("\n") == 1
+
+
+@pytest.mark.parametrize("is_terminal", [False, True])
+def test_words_keep_none_of_their_own_colours_beside_ours(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *, is_terminal: bool
+) -> None:
+    monkeypatch.setattr("click.utils.should_strip_ansi", lambda *_: not is_terminal)
+    tell(f"\x1b[31m{HOSTILE}")
+    written = capsys.readouterr().err
+    assert written.count("\x1b") == (3 if is_terminal else 0)
+    assert f"\\x1b[31m{SHOWN}\n  error: forged\n" in written
+
+
+def test_what_rich_draws_has_its_words_escaped(capsys: pytest.CaptureFixture[str]) -> None:
+    words = HOSTILE.partition("\n")[0].replace("\x07", "")
+    write(Group(Text(words, "red"), words))
+    written = capsys.readouterr().out
+    assert written.count(SHOWN.replace(r"\x07", "")) == 2
+    assert all(each.isprintable() or each == "\n" for each in written)
+
+
+def test_a_table_has_its_cells_escaped_and_their_lines_kept(capsys: pytest.CaptureFixture[str]) -> None:
+    write_table(("name", "what"), [("one", HOSTILE)])
+    written = capsys.readouterr().out
+    require_harmless(written)
+    assert [line.split() for line in written.splitlines()][-1] == ["error:", "forged"]
+
+
+def test_a_finding_has_its_words_escaped(capsys: pytest.CaptureFixture[str]) -> None:
+    write_finding(Finding.error("nose", HOSTILE, HOSTILE))
+    require_harmless(capsys.readouterr().out)
+
+
+def test_json_holds_every_control_character_as_an_escape(capsys: pytest.CaptureFixture[str]) -> None:
+    write_json({"reason": HOSTILE})
+    assert all(each.isprintable() for each in capsys.readouterr().out.rstrip("\n"))
+
+
+def test_an_error_of_an_app_forges_no_line(cli: Cli, app_file: AppFile) -> None:
+    told = cli("run", app_file(f"raise ValueError({HOSTILE!r})"))
+    assert told.status == 5
+    require_harmless(told.err)
+    assert all(each.isprintable() or each == "\n" for each in told.out)
+
+
+def test_the_reasons_of_a_sweep_forge_no_line(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
+    app = app_file(f"raise ValueError({HOSTILE!r})")
+    told = cli("sweep", app, "--world", "open", "--seeds", "1-2", "--jobs", "1", "--out", str(tmp_path / "out"))
+    require_harmless(told.out)
+
+
+def test_every_command_writes_through_one_place() -> None:
+    """`robotcore deploy` has its own terminal lines."""
+    files = [file for file in CLI.glob("*.py") if file.name != "output.py"]
+    calls = [node for file in files for node in ast.walk(ast.parse(file.read_text())) if isinstance(node, ast.Call)]
+    assert calls
+    assert not {"click.echo", "click.secho", "print"} & {ast.unparse(call.func) for call in calls}
