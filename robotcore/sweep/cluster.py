@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import socket
 from collections.abc import Generator, Iterable
-from concurrent.futures import CancelledError
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,6 +22,9 @@ from robotcore.sweep.worker import Ended, unfinished
 
 ANSWER_S = 10
 """A scheduler that does not answer for so long is not there."""
+
+IDENTITY_S = 5
+"""A scheduler says within this time that it is one."""
 
 DESERTED_S = 60.0
 """A cluster that has no worker for so long is given up: those that restart are back by then."""
@@ -54,6 +58,7 @@ class ClusterEngine:
         logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what it has to say, our errors say
         try:
             _knock(distributed.comm.get_address_host_port(self.address))
+            _require_scheduler(self.address)
             return distributed.Client(self.address, timeout=ANSWER_S, set_as_default=False)
         except Exception as error:  # something else may answer there, and say anything
             raise BackendError(
@@ -90,6 +95,24 @@ class ClusterEngine:
 def _knock(door: tuple[str, int]) -> None:
     """Raise OSError where nobody is at home; a Dask client would try for long, and be loud about it."""
     socket.create_connection(door, timeout=ANSWER_S).close()
+
+
+def _require_scheduler(address: str) -> None:
+    """Raise where something else answers, or nothing; a Dask client would wait for long, and end in a traceback."""
+    with ThreadPoolExecutor(1) as thread:  # this thread may have an event loop of its own
+        kind = thread.submit(asyncio.run, _kind_at(address)).result()
+    if kind != "Scheduler":
+        raise OSError(f"{address} is a Dask {kind}")
+
+
+async def _kind_at(address: str) -> str:
+    from distributed import rpc
+    from distributed.security import Security
+
+    arguments = Security().get_connection_args("client")
+    async with rpc(address, timeout=IDENTITY_S, connection_args=arguments) as there:
+        told: dict[str, str] = await asyncio.wait_for(there.identity(), IDENTITY_S)
+    return told["type"]
 
 
 class _Crew:

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
+from threading import Thread
 
 import pytest
 
@@ -260,6 +261,29 @@ def test_no_scheduler_is_told_with_what_starts_one() -> None:
     for nobody in (address, "nowhere", "carrier://pigeon:1"):
         with pytest.raises(BackendError, match=f"no Dask scheduler answers at '{nobody}'. Start one"):
             _told(ClusterEngine(nobody), sweep_of("green-search"))
+
+
+@pytest.mark.parametrize("answer", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n", b"\xff" * 4096])
+def test_something_that_is_no_scheduler_is_told_within_seconds(tmp_path: Path, answer: bytes) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        thread = Thread(target=_answer_all, args=(server, answer), daemon=True)
+        thread.start()
+        address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        words = ["sweep", "green-search", "--cluster", address, "--out", str(tmp_path / "out")]
+        done = subprocess.run(
+            [sys.executable, "-m", "robotcore", *words], capture_output=True, text=True, check=False, timeout=60.0
+        )
+        server.shutdown(socket.SHUT_RDWR)
+        thread.join()
+    assert (done.returncode, done.stderr.count("\n")) == (3, 1)
+    assert f"no Dask scheduler answers at '{address}'" in done.stderr
+
+
+def _answer_all(server: socket.socket, answer: bytes) -> None:
+    with ExitStack() as connections, suppress(OSError):
+        while True:
+            connection, _ = server.accept()
+            connections.enter_context(connection).sendall(answer)
 
 
 def test_a_missing_library_is_told_with_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
