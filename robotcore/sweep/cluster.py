@@ -106,11 +106,9 @@ def _require_scheduler(address: str) -> None:
 
 
 async def _kind_at(address: str) -> str:
-    from distributed import rpc
-    from distributed.security import Security
-
-    arguments = Security().get_connection_args("client")
-    async with rpc(address, timeout=IDENTITY_S, connection_args=arguments) as there:
+    distributed: Any = imported("distributed", "cluster")
+    arguments = distributed.Security().get_connection_args("client")
+    async with distributed.rpc(address, timeout=IDENTITY_S, connection_args=arguments) as there:
         told: dict[str, str] = await asyncio.wait_for(there.identity(), IDENTITY_S)
     return told["type"]
 
