@@ -78,9 +78,9 @@ def _ordered(limits: tuple[float, float]) -> tuple[float, float]:
 
 
 def _named(value: str) -> str:
-    if not re.fullmatch(r"[a-z][a-z0-9_-]*", value):
+    if not re.fullmatch(r"[a-z][a-z0-9_-]{0,63}", value):
         raise ValueError(
-            f"{value[:40]!r} is no name; take lower-case letters, digits, _ and -, beginning with a letter"
+            f"{value[:40]!r} is no name; take up to 64 lower-case letters, digits, _ and -, beginning with a letter"
         )
     return value
 
@@ -89,6 +89,9 @@ Ordered = AfterValidator(_ordered)
 Metres = Annotated[float, Field(ge=0.001, le=100)]
 """A length of something, from a millimetre to a hundred metres."""
 
+Angle = Annotated[float, Field(ge=-100, le=100)]
+"""In radians: more than a dozen turns are no angle."""
+
 Place = Annotated[float, Field(ge=-100, le=100)]
 """A coordinate, in metres."""
 
@@ -96,7 +99,7 @@ Between = Annotated[tuple[Number, Number], Ordered, Field(description="[from, to
 """Lower and upper end."""
 
 Name = Annotated[str, AfterValidator(_named)]
-"""Lower case, digits, ``_`` and ``-``; begins with a letter."""
+"""Lower case, digits, ``_`` and ``-``; begins with a letter; up to 64 characters."""
 
 
 def require_unique(kind: str, names: Iterable[str]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import islice
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic import BaseModel, ValidationError
@@ -20,6 +21,26 @@ BACKENDS = "backends"
 LONGEST = 40
 """Of a value or key from a file, in a message."""
 
+LONGEST_TEXT = 200
+"""Of what a library says of a file, in a message."""
+
+MOST_FAULTS = 50
+"""More of them in one file have one cause."""
+
+_UNITS = {
+    "_kg": "kg",
+    "_m": "m",
+    "_m_s2": "m/s²",
+    "_nm": "N·m",
+    "_px": "px",
+    "_rad": "rad",
+    "_rad_s": "rad/s",
+    "_rad_s2": "rad/s²",
+    "_s": "s",
+    "_v": "V",
+}
+"""By the ends of keys."""
+
 _TAGS = ("kind", "shape")
 _MESSAGES = {
     "missing": "is missing",
@@ -33,6 +54,7 @@ _MESSAGES = {
     "int_type": "should be a whole number",
     "string_type": "should be a string in quotes",
 }
+_BOUNDS = ("greater_than", "greater_than_equal", "less_than", "less_than_equal")
 _PLAINER = (("Input ", ""), ("greater than or equal to", "at least"), ("less than or equal to", "at most"))
 
 
@@ -48,7 +70,7 @@ def first_fault(error: ValidationError) -> tuple[str, str]:
     """Return the key of the first fault of a model, dotted, and what is wrong with it."""
     ranks = {"extra_forbidden": 0, "missing": 2}  # a misspelt key before the key that is missing for it
     found = min(error.errors(include_url=False), key=lambda fault: ranks.get(fault["type"], 1))
-    return _key(found["loc"], {}), _message(found)
+    return dotted_key(found["loc"], {}), _message(found)
 
 
 def faults_of(
@@ -62,8 +84,15 @@ def faults_of(
     all_found = error.errors(include_url=False)
     lists = {found["loc"][:-1] for found in all_found}
     causes = [found for found in all_found if found["type"] != "too_short" or found["loc"] not in lists]
-    told = dict.fromkeys(_fault(found, model, data, sections) for found in causes)
-    return [fault for fault in told if not _is_misspelt(fault, told)]
+    told = dict.fromkeys(_fault(found, model, data, sections) for found in causes[: MOST_FAULTS + 1])
+    return first_faults(fault for fault in told if not _is_misspelt(fault, told))
+
+
+def first_faults(faults: Iterable[tuple[str, str, str]]) -> list[Fault]:
+    """Return at most `MOST_FAULTS`, and then one that says that there are more."""
+    told = [Fault(*fault) for fault in islice(faults, MOST_FAULTS + 1)]
+    more = Fault("", f"more than {MOST_FAULTS} faults; the others are left out", "Correct these first")
+    return [*told[:MOST_FAULTS], *[more] * (len(told) > MOST_FAULTS)]
 
 
 def _is_misspelt(missing: Fault, told: Iterable[Fault]) -> bool:
@@ -76,9 +105,9 @@ def _is_misspelt(missing: Fault, told: Iterable[Fault]) -> bool:
 
 
 def _fault(found: ErrorDetails, model: type[BaseModel], data: Mapping[str, Any], sections: Sequence[str]) -> Fault:
-    kind, loc, key, message = found["type"], found["loc"], _key(found["loc"], data), _message(found)
+    kind, loc, key, message = found["type"], found["loc"], dotted_key(found["loc"], data), _message(found)
     if form := _form(model, found):
-        return Fault(_key(_place(found), data), f"should be {form}, got {_told(found['input'])}", "Correct it")
+        return Fault(dotted_key(_place(found), data), f"should be {form}, got {_told(found['input'])}", "Correct it")
     if kind == "extra_forbidden":
         known = [*_keys_beside(model, loc), *(sections if len(loc) == 1 else ())]
         return Fault(key, message, f"Correct it or take it out. {suggestion(_shown(loc[-1]), known)}")
@@ -122,7 +151,8 @@ def _unknown_kind(key: str, found: ErrorDetails) -> Fault:
     return Fault(key, f"{tag!r} is unknown", suggestion(tag, known))
 
 
-def _key(loc: Sequence[str | int], data: Any) -> str:
+def dotted_key(loc: Sequence[str | int], data: Any) -> str:
+    """Return the key of a place in a file, dotted, with things in lists by name: ``devices[nose].mount``."""
     key, here, in_list = "", data, False
     for part in loc:
         if in_list and isinstance(here, dict) and part in [here.get(tag) for tag in _TAGS]:
@@ -162,7 +192,16 @@ def _message(found: ErrorDetails) -> str:
         return message.removeprefix("Value error, ")
     for formal, plain in _PLAINER:
         message = message.replace(formal, plain, 1)
+    if found["type"] in _BOUNDS:
+        message += _unit(found["loc"])
     return f"{message}, got {_told(found['input'])}"
+
+
+def _unit(loc: Sequence[str | int]) -> str:
+    """Return the unit at the end of a key, after a space; nothing for a key without one."""
+    key = next((part for part in reversed(loc) if isinstance(part, str)), "")
+    ends = [end for end in _UNITS if key.endswith(end)]
+    return f" {_UNITS[max(ends, key=len)]}" if ends else ""
 
 
 def _told(value: Any) -> str:

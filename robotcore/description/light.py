@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from robotcore.description.base import Colour, Described
+from robotcore.description.base import Angle, Colour, Described
 
 Fraction = Annotated[float, Field(ge=0, le=1)]
 Elevation = Annotated[float, Field(gt=0, le=math.pi / 2)]
@@ -17,7 +17,7 @@ Brightness = Annotated[float, Field(gt=0, le=2)]
 class Light(Described):
     """One distant lamp and a glow from everywhere; a face shows ambient + diffuse·cos(angle), at most 1."""
 
-    azimuth_rad: float = 0.8
+    azimuth_rad: Angle = 0.8
     elevation_rad: Elevation = 1.0
     ambient: Fraction = 0.6
     diffuse: Fraction = 0.4

@@ -11,25 +11,39 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import (
+    AfterValidator,
     BeforeValidator,
     Field,
-    NonNegativeFloat,
-    PositiveFloat,
-    PositiveInt,
     PrivateAttr,
     ValidationInfo,
     model_validator,
 )
 
-from robotcore.description.base import Colour, Described, Metres, Name, Place, frozen, require_unique
+from robotcore.description.base import Angle, Colour, Described, Metres, Name, Place, frozen, require_unique
 from robotcore.description.conditions import Conditions
 from robotcore.devices import Intrinsics
 from robotcore.drive import DifferentialGeometry
 
 AHEAD_RAD = math.pi / 4
 
+LEAST_LAG_S = 1e-4
+"""A shorter lag is none: no simulator takes such short steps."""
+
 MISTAKEN = 10
 """What is so many times as wide as the body is in another unit."""
+
+
+Mass = Annotated[float, Field(ge=1e-4, le=1e4)]
+"""Of a part, from a tenth of a gram to ten tonnes."""
+
+Range = Annotated[float, Field(ge=1e-4, le=1000)]
+"""Of a range sensor, in metres."""
+
+
+def _noticeable(lag: float) -> float:
+    if 0 < lag < LEAST_LAG_S:
+        raise ValueError(f"is {lag:g} s; take 0, or at least {LEAST_LAG_S:g} s")
+    return lag
 
 
 class Body(Described):
@@ -39,8 +53,8 @@ class Body(Described):
     width_m: Metres
     height_m: Metres
     centre_x_m: Place = 0.0
-    clearance_m: NonNegativeFloat
-    mass_kg: PositiveFloat
+    clearance_m: Annotated[float, Field(ge=0, le=100)]
+    mass_kg: Mass
     colour: Colour = (60, 65, 75)
 
     @property
@@ -89,9 +103,9 @@ class Drive(Described):
     track_m: Metres
     wheel_radius_m: Metres
     wheel_width_m: Metres
-    wheel_mass_kg: PositiveFloat
+    wheel_mass_kg: Mass
     caster: Caster | None = None
-    max_acceleration_rad_s2: PositiveFloat | None = None
+    max_acceleration_rad_s2: Annotated[float, Field(ge=0.01, le=1e6)] | None = None
 
     @model_validator(mode="after")
     def _sides_differ(self) -> Drive:
@@ -135,13 +149,13 @@ class Safety(Described):
     """
 
     stop_distance_m: Metres = 0.10
-    deceleration_m_s2: PositiveFloat = 0.5
+    deceleration_m_s2: Annotated[float, Field(ge=0.01, le=100)] = 0.5
     lease_ticks: Annotated[float, Field(ge=1, le=10)] = 2.5
-    max_age_s: PositiveFloat = 1.0
+    max_age_s: Annotated[float, Field(ge=0.001, le=3600)] = 1.0
     watchdog_s: Annotated[float, Field(ge=0.2, le=3600)] = 3.0
     answer_s: Annotated[float, Field(ge=0.2, le=3600)] = 1.0
-    follow_s: PositiveFloat = 1.5
-    stuck_m: PositiveFloat = 0.5
+    follow_s: Annotated[float, Field(ge=0.01, le=3600)] = 1.5
+    stuck_m: Metres = 0.5
     outage_s: Annotated[float, Field(ge=0, le=3600)] = 0.0
 
 
@@ -151,8 +165,8 @@ class Mount(Described):
     x_m: Place = 0.0
     y_m: Place = 0.0
     z_m: Annotated[float, Field(ge=0, le=100)]
-    yaw_rad: float = 0.0
-    pitch_rad: float = 0.0
+    yaw_rad: Angle = 0.0
+    pitch_rad: Angle = 0.0
 
     @property
     def looks_ahead(self) -> bool:
@@ -165,9 +179,9 @@ class MotorDescription(Described):
 
     kind: Literal["motor"]
     name: Name
-    max_velocity_rad_s: PositiveFloat
-    lag_s: NonNegativeFloat = 0.05
-    max_torque_nm: PositiveFloat = 0.08
+    max_velocity_rad_s: Annotated[float, Field(ge=0.001, le=1e4)]
+    lag_s: Annotated[float, Field(ge=0, le=10), AfterValidator(_noticeable)] = 0.05
+    max_torque_nm: Annotated[float, Field(ge=1e-6, le=1e4)] = 0.08
 
 
 class EncoderDescription(Described):
@@ -175,7 +189,7 @@ class EncoderDescription(Described):
 
     kind: Literal["encoder"]
     name: Name
-    counts_per_turn: PositiveInt
+    counts_per_turn: Annotated[int, Field(ge=1, le=10**7)]
 
     def quantised(self, angle: float) -> float:
         """Return the angle of the nearest whole count, in radians: a wheel that stands a hair off 0 has not turned."""
@@ -188,7 +202,7 @@ class BatteryDescription(Described):
 
     kind: Literal["battery"]
     name: Name
-    warn_below_v: PositiveFloat | None = None
+    warn_below_v: Annotated[float, Field(ge=0.1, le=1000)] | None = None
 
 
 class RangeSensorDescription(Described):
@@ -197,8 +211,8 @@ class RangeSensorDescription(Described):
     kind: Literal["range_sensor"]
     name: Name
     mount: Mount
-    min_range_m: PositiveFloat
-    max_range_m: PositiveFloat
+    min_range_m: Range
+    max_range_m: Range
     cone_rad: Annotated[float, Field(ge=0, lt=math.pi)]
 
     @model_validator(mode="after")
@@ -218,7 +232,7 @@ class CameraDescription(Described):
     mount: Mount
     width_px: Annotated[int, Field(ge=16, le=4096)]
     height_px: Annotated[int, Field(ge=16, le=4096)]
-    horizontal_fov_rad: Annotated[float, Field(ge=0.01, lt=math.pi)]
+    horizontal_fov_rad: Annotated[float, Field(ge=0.01, le=3)]
 
     @property
     def intrinsics(self) -> Intrinsics:

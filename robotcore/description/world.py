@@ -8,10 +8,11 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal
 
-from pydantic import Field, NonNegativeFloat, model_validator
+from pydantic import Field, model_validator
 
 from robotcore.description.base import (
     COLOURS,
+    Angle,
     Between,
     Colour,
     Described,
@@ -26,6 +27,7 @@ from robotcore.description.randomisation import Randomisation
 from robotcore.description.texture import Texture
 from robotcore.geometry import Pose
 
+Distance = Annotated[float, Field(ge=0, le=1000)]
 Scale = Annotated[float, Field(ge=0.1, le=10)]
 Outline = tuple[tuple[float, float], ...]
 """The corners of a convex polygon on the floor, counter-clockwise."""
@@ -64,7 +66,7 @@ class Prism(Described):
     name: Name
     x_m: Place = 0.0
     y_m: Place = 0.0
-    yaw_rad: float = 0.0
+    yaw_rad: Angle = 0.0
     height_m: Metres
     colour: Colour
     texture: Texture | None = None
@@ -128,7 +130,7 @@ class Start(Described):
 
     x_m: Place = 0.0
     y_m: Place = 0.0
-    yaw_rad: float = 0.0
+    yaw_rad: Angle = 0.0
 
     @property
     def pose(self) -> Pose:
@@ -145,12 +147,12 @@ class Variation(Described):
 
     place_x_m: Between[Place] | None = None
     place_y_m: Between[Place] | None = None
-    yaw_rad: Between[float] | None = None
+    yaw_rad: Between[Angle] | None = None
     obstacle_scale: Between[Scale] = (1.0, 1.0)
     gap_m: Annotated[float, Field(ge=0, le=100)] = 0.3
-    target_distance_m: Between[NonNegativeFloat] | None = None
+    target_distance_m: Between[Distance] | None = None
     target_hidden: bool = False
-    light_azimuth_rad: Between[float] | None = None
+    light_azimuth_rad: Between[Angle] | None = None
     light_elevation_rad: Between[Elevation] | None = None
     light_brightness: Between[Brightness] | None = None
 

@@ -15,6 +15,9 @@ from robotcore.faults.spec import Spec
 SUFFIX = ".toml"
 LARGEST = 1e300
 
+MOST = 100
+"""Faults of a run: each is a layer over a device."""
+
 
 def _word(value: Any) -> str:
     """Return a value of TOML as it is written in a spec."""
@@ -40,7 +43,10 @@ def specs_in(texts: Iterable[str]) -> tuple[str, ...]:
 
     Raises UsageError in one line; what is wrong for the robot is told when a run is planned.
     """
-    return tuple(str(spec) for text in texts for spec in (_read(text) if _is_file(text) else [Spec.parse(text)]))
+    specs = [str(spec) for text in texts for spec in (_read(text) if _is_file(text) else [Spec.parse(text)])]
+    if len(specs) > MOST:
+        raise UsageError(f"{len(specs)} faults at once, at most {MOST} are put over each other. Leave some out")
+    return tuple(specs)
 
 
 def _is_file(text: str) -> bool:

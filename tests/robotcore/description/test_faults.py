@@ -70,12 +70,12 @@ COLOUR = "[red, green, blue] from 0 to 255, or the name of a colour"
         (
             'name = "rover"',
             'name = "My rover"',
-            "name: 'My rover' is no name. Take lower-case letters, digits, _ and -, beginning with a letter",
+            "name: 'My rover' is no name. Take up to 64 lower-case letters, digits, _ and -, beginning with a letter",
         ),
         (
             "mount = { x_m = 0.14, z_m = 0.10 }",
             "mount = { z_m = -0.10 }",
-            "devices[nose].mount.z_m: should be at least 0, got -0.1. Correct it",
+            "devices[nose].mount.z_m: should be at least 0 m, got -0.1. Correct it",
         ),
         (
             'left = "left_motor"',
@@ -148,7 +148,7 @@ def test_a_fault_of_a_robot_is_told_in_one_line(tmp_path: Path, old: str, new: s
         (
             "radius_m = 0.10",
             "radius_m = -0.10",
-            "targets[ball].radius_m: should be at least 0.001, got -0.1. Correct it",
+            "targets[ball].radius_m: should be at least 0.001 m, got -0.1. Correct it",
         ),
         ("x_m = 1.35", "x_m = inf", "targets[ball].x_m: should be a finite number, got inf. Correct it"),
         (
@@ -172,7 +172,7 @@ def test_a_fault_of_a_robot_is_told_in_one_line(tmp_path: Path, old: str, new: s
         (
             "[0.6, 1.4]",
             "[-0.6, 1.4]",
-            "variation.light_elevation_rad[#1]: should be greater than 0, got -0.6. Correct it",
+            "variation.light_elevation_rad[#1]: should be greater than 0 rad, got -0.6. Correct it",
         ),
         (
             "[variation]",

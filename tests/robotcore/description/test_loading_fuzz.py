@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import json
+import os
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from copy import deepcopy
+from functools import reduce
 from importlib import resources
+from operator import getitem
 from pathlib import Path
+from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from robotcore.description import load_any, load_robot, load_world
-from robotcore.errors import UsageError
+from robotcore.catalogue import load_backend
+from robotcore.description import RobotDescription, load_any, load_robot, load_world
+from robotcore.description.loading import tomllib
+from robotcore.errors import DescriptionError, UsageError
 
 SHIPPED = resources.files("robotcore.description")
 TEXTS = [
     SHIPPED.joinpath(folder, f"{name}.toml").read_text(encoding="utf-8")
     for folder, name in (("robots", "rover"), ("robots", "lookout"), ("worlds", "arena"), ("worlds", "open"))
 ]
+TABLES = [tomllib.loads(text) for text in TEXTS]
 VALUES = [
     "0", "-1", "1e308", "-1e308", "1e-320", "nan", "inf", "true", '""', '"x"', "[]", "[1]", "{}", "[[1], {}]",
     "1979-05-27", "'''a\nb'''", "9" * 400, '"\\u0000"', "[0, 0]", "[3, 1]", "{ x_m = 1, z_m = 2 }", '"\\n"',
@@ -77,3 +87,74 @@ def test_a_mangled_description_loads_or_is_refused_in_a_line_a_fault(
     tmp_path: Path, load: Callable[[str], object], text: str
 ) -> None:
     check(tmp_path, text.encode(), load)
+
+
+WORDS = st.text(st.characters(codec="utf-8"), max_size=20) | st.sampled_from(
+    ["\x1b]0;x\x07", "\x7f", "\u202e", "x" * 5000]
+)
+NUMBERS = st.integers(-(10**40), 10**40) | st.floats() | st.sampled_from([10**400, 5e-324, 1e308, -0.0])
+ANYTHING = st.recursive(
+    WORDS | NUMBERS | st.booleans(),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(WORDS, inner, max_size=4),
+    max_leaves=6,
+)
+LIMIT_S = 1.0
+"""Of processor time, so that a busy machine decides nothing."""
+
+
+def places(value: Any, place: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Yield where the items of a table and of all that is in it are."""
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, item in items:
+        yield (*place, key)
+        yield from places(item, (*place, key))
+
+
+@st.composite
+def tables(draw: st.DrawFn) -> dict[str, Any]:
+    """Return a shipped description with some values replaced by anything, or with another key beside them."""
+    table = deepcopy(draw(st.sampled_from(TABLES)))
+    for _ in range(draw(st.integers(1, 3))):
+        *outer, key = draw(st.sampled_from(list(places(table))))
+        around = reduce(getitem, outer, table)
+        if isinstance(around, dict) and draw(st.booleans()):
+            around[draw(WORDS)] = draw(ANYTHING)
+        else:
+            around[key] = draw(ANYTHING)
+    return table
+
+
+def written(value: Any) -> str:
+    """Return a value in TOML, its tables inline."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{json.dumps(key)} = {written(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(written, value)) + "]"
+    return repr(value) if isinstance(value, float) else json.dumps(value).replace("\x7f", "\\u007f")
+
+
+@pytest.mark.usefixtures("_everything_is_imported")
+@settings(QUICK, max_examples=200)
+@given(table=tables())
+@example(table={**TABLES[0], "serial": {**TABLES[0]["serial"], "right_encoder": []}})
+def test_a_description_with_anything_in_it_loads_or_is_refused_as_a_description_and_soon(
+    tmp_path: Path, table: dict[str, Any]
+) -> None:
+    file = tmp_path / "fuzzed.toml"
+    file.write_text("\n".join(f"{json.dumps(key)} = {written(value)}" for key, value in table.items()))
+    begun = os.times().user
+    with suppress(DescriptionError):
+        load_and_check(str(file))
+    assert os.times().user - begun < LIMIT_S
+
+
+@pytest.fixture(scope="module")
+def _everything_is_imported() -> None:
+    load_and_check("rover")
+
+
+def load_and_check(name: str) -> None:
+    described = load_any(name)
+    if isinstance(described, RobotDescription):
+        for section in described.backends:
+            load_backend(section).check(described)

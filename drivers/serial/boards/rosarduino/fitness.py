@@ -28,7 +28,8 @@ def counts_per_turn(motor: str, settings: ArduinoMotorSettings, robot: RobotDesc
     name, elsewhere = encoder_of(motor, robot), ""
     for told in robot.all_of(EncoderDescription):
         for section in robot.backends.values():
-            table = section.get(name, {}) if told.name == name else {}
+            found = section.get(name) if told.name == name else None
+            table = found if isinstance(found, dict) else {}  # that it is no table is told where it is read
             if table.get("driver") == ENCODER and table.get("port") == settings.port:
                 return edges_per_turn(told, table.get("counts"))
             elsewhere = table.get("port", elsewhere) if table.get("driver") == ENCODER else elsewhere

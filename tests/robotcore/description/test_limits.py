@@ -1,0 +1,106 @@
+"""Files that are too large, and numbers that no robot has: each is a fault by its name, and soon."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+from robotcore.clock import MonotonicClock
+from robotcore.description import load_any, load_robot, load_world, robot_names, world_names
+from robotcore.description.faults import MOST_FAULTS
+from robotcore.description.loading import LARGEST_BYTES, MOST_ENTRIES
+from robotcore.errors import UsageError
+from robotcore.faults.file import MOST, specs_in
+from tests.robotcore.description.files import ARENA, ROVER, changed, errors
+
+SOON_S = 10.0
+"""On a machine that is busy; without the limits each of these takes minutes."""
+
+BALL = '[[targets]]\nname = "b{0}"\nradius_m = 0.01\ncolour = "red"\nx_m = {1}\ny_m = {2}\n'
+OPEN = 'name = "big"\n[floor]\nlength_m = 90\nwidth_m = 90\n[start]\nx_m = -40\n'
+
+
+def test_a_file_that_is_larger_than_any_description_is_not_read(tmp_path: Path) -> None:
+    file = tmp_path / "sparse.toml"
+    file.touch()
+    os.truncate(file, 30 * 2**30)
+    with pytest.raises(UsageError, match=f"{30 * 2**30} bytes, at most {LARGEST_BYTES} are read"):
+        load_any(str(file))
+
+
+@pytest.mark.parametrize(
+    "content, key",
+    [
+        (ROVER + '[[devices]]\nkind="display"\n' * MOST_ENTRIES, "devices"),
+        (ROVER + "[serial]\n" + "".join(f"d{number} = 1\n" for number in range(MOST_ENTRIES + 1)), "serial"),
+        (ROVER + "".join(f"[z{number}]\n" for number in range(MOST_ENTRIES + 1)), ""),
+        (OPEN + "".join(BALL.format(number, number, 0) for number in range(MOST_ENTRIES + 1)), "targets"),
+    ],
+)
+def test_a_list_or_table_that_is_too_long_is_told_by_its_key(tmp_path: Path, content: str, key: str) -> None:
+    (error,) = errors(tmp_path, content)
+    assert error.key == key
+    assert f"at most {MOST_ENTRIES} are read" in error.fault
+
+
+def test_as_many_things_as_may_be_have_room_soon(tmp_path: Path) -> None:
+    clock, file = MonotonicClock(), tmp_path / "my.toml"
+    balls = (BALL.format(number, number % 32 * 0.1, number // 32 * 0.1) for number in range(MOST_ENTRIES))
+    file.write_text(OPEN + "".join(balls))
+    assert len(load_world(str(file)).targets) == MOST_ENTRIES
+    assert clock.now() < SOON_S
+
+
+def test_only_the_first_of_many_faults_are_told(tmp_path: Path) -> None:
+    clock = MonotonicClock()
+    told = errors(tmp_path, OPEN + "".join(BALL.format(number, 0, 0) for number in range(MOST_ENTRIES)))
+    assert clock.now() < SOON_S
+    assert len(told) == MOST_FAULTS + 1
+    assert f"more than {MOST_FAULTS} faults" in told[-1].fault
+
+
+def test_faults_of_a_run_are_so_few_that_their_layers_can_be_put_over_a_device(tmp_path: Path) -> None:
+    file = tmp_path / "faults.toml"
+    file.write_text('[[fault]]\ntarget = "camera"\neffect = "drop"\nvalue = 0.2\n' * (MOST + 1))
+    with pytest.raises(UsageError, match=f"at most {MOST}"):
+        specs_in([str(file)])
+    assert len(specs_in(["camera drop=0.2"] * MOST)) == MOST
+
+
+@pytest.mark.parametrize(
+    "key, value, unit",
+    [
+        ("body.mass_kg", "1e-9", "kg"),
+        ("body.mass_kg", "1e308", "kg"),
+        ("safety.max_age_s", "1e300", "s"),
+        ("safety.deceleration_m_s2", "1e300", "m/s²"),
+        ("safety.deceleration_m_s2", "1e-300", "m/s²"),
+        ("devices[left_motor].lag_s", "1e-300", "s"),
+        ("devices[left_motor].lag_s", "1e3", "s"),
+        ("devices[eye].horizontal_fov_rad", "3.14159", "rad"),
+    ],
+)
+def test_a_number_that_no_robot_has_is_refused_with_its_unit(tmp_path: Path, key: str, value: str, unit: str) -> None:
+    name = key.rpartition(".")[2]
+    (error,) = errors(tmp_path, re.sub(rf"(?m)^{name} = .*", f"{name} = {value}", ROVER, count=1))
+    assert error.key == key
+    assert re.search(rf"\d {unit}\b", f"{error.fault} {error.remedy}")
+
+
+def test_words_of_a_file_are_cut_in_a_fault(tmp_path: Path) -> None:
+    for content in (
+        changed(ROVER, 'name = "rover"', f'name = "{"x" * 100_000}"'),
+        changed(ROVER, 'kind = "camera"', f'kind = "{"x" * 100_000}"'),
+        f"{'x' * 100_000} = 1\n{ROVER}",
+        changed(ARENA, 'colour = "green"', f'colour = "{"x" * 100_000}"'),
+        f"{'x' * 100_000}",
+    ):
+        assert all(len(str(error)) < 1000 for error in errors(tmp_path, content))
+
+
+def test_what_is_shipped_keeps_to_every_bound() -> None:
+    assert all(map(load_robot, robot_names()))
+    assert all(map(load_world, world_names()))
