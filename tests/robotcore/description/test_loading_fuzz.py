@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from copy import deepcopy
@@ -19,8 +20,12 @@ from hypothesis import strategies as st
 
 from robotcore.catalogue import load_backend
 from robotcore.description import RobotDescription, load_any, load_robot, load_world
-from robotcore.description.loading import tomllib
 from robotcore.errors import DescriptionError, UsageError
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
 SHIPPED = resources.files("robotcore.description")
 TEXTS = [
@@ -113,7 +118,7 @@ def places(value: Any, place: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]
 @st.composite
 def tables(draw: st.DrawFn) -> dict[str, Any]:
     """Return a shipped description with some values replaced by anything, or with another key beside them."""
-    table = deepcopy(draw(st.sampled_from(TABLES)))
+    table: dict[str, Any] = deepcopy(draw(st.sampled_from(TABLES)))
     for _ in range(draw(st.integers(1, 3))):
         *outer, key = draw(st.sampled_from(list(places(table))))
         around = reduce(getitem, outer, table)
