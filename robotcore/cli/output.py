@@ -41,7 +41,7 @@ def write_line(text: str = "", *, is_error: bool = False, is_styled: bool = Fals
     ``is_styled`` keeps the colours of `click.style`. The caller has escaped the words in between.
     """
     parts = _STYLES.split(text) if is_styled else [text]
-    line = "".join(part if index % 2 else escape(part) for index, part in enumerate(parts))
+    line = "".join(part if index % 2 else escape(part, keep="\t") for index, part in enumerate(parts))
     click.echo(line, err=is_error)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import click
 
 from robotcore.cli.lazy import LazyGroup
+from robotcore.cli.output import write_lines
 
 
 @click.group(
@@ -21,4 +22,4 @@ def command(context: click.Context) -> None:
     HOST is [user@]host[:port], or an alias of your ssh configuration, which is used with all that it says.
     """
     if context.invoked_subcommand is None:
-        click.echo(context.get_help())
+        write_lines(context.get_help())

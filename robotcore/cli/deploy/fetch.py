@@ -14,7 +14,7 @@ import click
 
 from robotcore.cli.deploy.showing import Showing
 from robotcore.cli.deploy.target import AnsweringDeployCommand, link_to, on_robot
-from robotcore.cli.output import as_json, write_json
+from robotcore.cli.output import as_json, write_json, write_line
 from robotcore.cli.values import Folder
 from robotcore.errors import UsageError
 
@@ -84,5 +84,5 @@ def _tell_what_next(fetched: Fetched) -> None:
 
     if fetched.newest:
         file = escape(shlex.quote(str(fetched.newest)))
-        click.echo(f"Replay the newest: robotcore replay {file}")
-        click.echo(f"Compare it with a simulated run: robotcore compare {file} run.mcap")
+        write_line(f"Replay the newest: robotcore replay {file}")
+        write_line(f"Compare it with a simulated run: robotcore compare {file} run.mcap")

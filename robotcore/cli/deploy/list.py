@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import click
 
 from robotcore.cli.deploy.target import AnsweringDeployCommand, link_to, on_robot
-from robotcore.cli.output import as_json, write_json, write_table
+from robotcore.cli.output import as_json, write_json, write_line, write_table
 
 if TYPE_CHECKING:
     from robotcore.deploy.connection.answers import ListedRelease, UnreadableRelease
@@ -41,7 +41,7 @@ def command(host: Host, ssh_config: Path | None, *, as_json: bool) -> int:
     elif found.releases:
         write_table(COLUMNS, [_row(each, found.current) for each in found.releases])
     else:
-        click.echo(f"{host}: nothing was put there yet. {typed('push', host, ssh_config)}")
+        write_line(f"{host}: nothing was put there yet. {typed('push', host, ssh_config)}")
     return 0
 
 

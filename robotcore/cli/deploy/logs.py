@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from robotcore.cli.deploy.target import DeployCommand, link_to, on_robot
+from robotcore.cli.output import write_line
 
 if TYPE_CHECKING:
     from robotcore.deploy.connection.host import Host
@@ -33,7 +34,7 @@ def command(host: Host, ssh_config: Path | None, lines: int, *, follow: bool) ->
     try:
         with link_to(host, ssh_config) as link:
             most = None if follow else SPARE_BYTES + lines * LINE_BYTES
-            link.stream("logs", on_line=click.echo, most=most, lines=lines, follow=follow)
+            link.stream("logs", on_line=write_line, most=most, lines=lines, follow=follow)
     except Interrupted as way_out:
         if not follow:
             raise

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from robotcore.cli.deploy.target import DeployCommand, on_robot
+from robotcore.cli.output import write_lines
 from robotcore.cli.values import pair
 from robotcore.deploy.aboard.service.units import START_LIMIT_S
 
@@ -70,7 +71,7 @@ def command(
         except (Interrupted, RobotcoreError) as error:
             showing.close()
             if showing.step != STEP or isinstance(error, Interrupted):  # else the error tells
-                click.echo(state_after(showing.step, wanted), err=True)
+                write_lines(state_after(showing.step, wanted), is_error=True)
             raise
     return 0
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from robotcore.cli.deploy.target import DeployCommand, link_to, on_robot
+from robotcore.cli.output import write_line
 from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
@@ -26,12 +27,12 @@ def command(host: Host, ssh_config: Path | None, *, recordings: bool, yes: bool)
 
     what = "all releases and all recordings" if recordings else "all releases, and leave the recordings"
     if not yes and not _is_agreed(f"Stop {host}, and remove {what}?"):
-        click.echo("Nothing was removed")
+        write_line("Nothing was removed")
         return 1
     with link_to(host, ssh_config) as link:
         kept = link.call("remove", Removed, keeps_recordings=not recordings).kept
     stay = f"; the recordings stay: {typed('fetch', host, ssh_config)}" if kept else ""
-    click.echo(f"{host}: nothing of robotcore's runs there any more{stay}")
+    write_line(f"{host}: nothing of robotcore's runs there any more{stay}")
     return 0
 
 

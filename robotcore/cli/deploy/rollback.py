@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from robotcore.cli.deploy.target import DeployCommand, on_robot
+from robotcore.cli.output import write_lines
 from robotcore.errors import Interrupted
 
 if TYPE_CHECKING:
@@ -41,6 +42,6 @@ def command(host: Host, ssh_config: Path | None, release: str | None) -> int:
         except Interrupted:
             showing.close()
             if showing.step == STEP:
-                click.echo(goes_on(host, ssh_config), err=True)
+                write_lines(goes_on(host, ssh_config), is_error=True)
             raise
     return 0

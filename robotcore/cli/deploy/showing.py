@@ -6,8 +6,7 @@ import sys
 from types import TracebackType
 from typing import TYPE_CHECKING
 
-import click
-
+from robotcore.cli.output import write_line
 from robotcore.deploy.progress import Progress
 
 if TYPE_CHECKING:
@@ -33,7 +32,7 @@ class Showing:
         else:
             self.close()
         if progress.is_done:
-            click.echo(str(progress))
+            write_line(str(progress))
 
     def close(self) -> None:
         """Take the line that moves away. May be called again."""

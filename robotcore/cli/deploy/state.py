@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
+from robotcore.cli.output import write_line
 
 if TYPE_CHECKING:
     from robotcore.deploy.connection.answers import State
@@ -24,7 +24,7 @@ def status_of(state: State) -> int:
 def tell_state(host: Host, ssh_config: Path | None, state: State) -> None:
     """Print what a robot tells of itself."""
     for line in lines_of(host, ssh_config, state):
-        click.echo(line)
+        write_line(line)
 
 
 def lines_of(host: Host, ssh_config: Path | None, state: State) -> Iterator[str]:

@@ -9,6 +9,7 @@ import click
 
 from robotcore.cli.deploy.state import tell_state
 from robotcore.cli.deploy.target import DeployCommand, link_to, on_robot
+from robotcore.cli.output import write_line
 
 if TYPE_CHECKING:
     from robotcore.deploy.connection.host import Host
@@ -23,7 +24,7 @@ def command(host: Host, ssh_config: Path | None) -> int:
     with link_to(host, ssh_config) as link:
         state = link.call("stop", State)
     if state.release is None:
-        click.echo(f"{host}: nothing of robotcore's runs there")
+        write_line(f"{host}: nothing of robotcore's runs there")
     else:
         tell_state(host, ssh_config, state)
     return 0

@@ -84,7 +84,7 @@ def test_the_reasons_of_a_sweep_forge_no_line(cli: Cli, app_file: AppFile, tmp_p
 
 def test_every_command_writes_through_one_place() -> None:
     """`robotcore deploy` has its own terminal lines."""
-    files = [file for file in CLI.glob("*.py") if file.name != "output.py"]
+    files = [file for file in CLI.rglob("*.py") if file.name != "output.py"]
     calls = [node for file in files for node in ast.walk(ast.parse(file.read_text())) if isinstance(node, ast.Call)]
     assert calls
     assert not {"click.echo", "click.secho", "print"} & {ast.unparse(call.func) for call in calls}
