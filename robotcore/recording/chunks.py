@@ -1,122 +1,165 @@
 """The chunks of an MCAP file, as far as they are whole: each is read, checked by its checksum, and can be read again.
 
-The format: https://mcap.dev/spec.
+Every length in the file is held to what is there, and to the limits of `robotcore.recording.packed`.
 """
 
 from __future__ import annotations
 
+import os
+import stat
 import struct
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
-from io import BytesIO
+from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
-from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Chunk, DataEnd, McapRecord
-from mcap.stream_reader import breakup_chunk
-from zstandard import ZstdError
 
 from robotcore.errors import RecordingError
+from robotcore.recording.packed import (
+    DAMAGE,
+    MOST_BYTES,
+    RECORD,
+    Allowance,
+    Lz4Error,
+    Place,
+    Record,
+    damage_at,
+    read_records,
+    unpack,
+)
 
 MAGIC = b"\x89MCAP0\r\n"
-DAMAGE = (McapError, ZstdError, struct.error, ValueError, LookupError, OverflowError, RecursionError)
-"""What comes of bytes that are not what was written."""
 
-_RECORD = struct.Struct("<BQ")
-_MOST_BYTES = 2**28
-"""No chunk of ours is larger unpacked: a size that is, has been damaged."""
-
-
-@dataclass(frozen=True)
-class Place:
-    """Where a chunk's packed data stands in the file, and what its record says of it."""
-
-    offset: int
-    length: int
-    chunk: Chunk = field(compare=False)
+_PIECE = 2**20
+_CHUNK = struct.Struct("<QQQII")
+"""Times of the first and the last message, size and checksum of what is in it, length of the compression's name."""
+_LENGTH = struct.Struct("<Q")
 
 
 class ChunkedFile:
     """Goes through a file; ``is_whole`` tells, after that, whether its end was reached and nothing was amiss.
 
-    ``is_damaged`` tells whether something is not what was written, which is more than an end that is not there.
+    ``damage`` says where something is not what was written, and what: more than an end that is not there. It is empty
+    if nothing is damaged.
     """
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self.is_whole = self.is_damaged = False
+        self.is_whole = False
+        self.damage = ""
+        self.allowance = Allowance(0)
 
-    def chunks(self) -> Iterator[tuple[Place, list[McapRecord]]]:
+    def chunks(self) -> Iterator[tuple[Place, Iterator[Record]]]:
         """Yield each chunk and what is in it, until the end or the first that is damaged.
 
-        Raises RecordingError where the file cannot be read, or is no MCAP file.
+        Reading what is in it raises one of `DAMAGE` if that is no sequence of records. Raises RecordingError where the
+        file cannot be read, or is no MCAP file.
         """
-        try:
-            with self._path.open("rb") as file:
-                if file.read(len(MAGIC)) != MAGIC:
-                    raise RecordingError(self._path, "it is no MCAP file", "Name one that robotcore has recorded")
-                yield from self._chunks(file)
-        except OSError as error:
-            raise _unreadable(self._path, error) from error
+        with _opened(self._path) as file:
+            if file.read(len(MAGIC)) != MAGIC:
+                raise RecordingError(self._path, "it is no MCAP file", "Name one that robotcore has recorded")
+            yield from self._chunks(file)
 
-    def again(self, place: Place) -> list[McapRecord]:
+    def again(self, place: Place) -> Iterator[Record]:
         """Return what is in a chunk. Raises RecordingError where it is no longer what it was."""
         try:
-            with self._path.open("rb") as file:
+            with _opened(self._path) as file:
                 file.seek(place.offset)
-                return _unpacked(replace(place.chunk, data=file.read(place.length)))
-        except OSError as error:
-            raise _unreadable(self._path, error) from error
+                return read_records(unpack(place, file.read(place.length)))
+        except RecordingError:
+            raise
         except DAMAGE as error:
             raise RecordingError(self._path, "it has changed since it was opened", "Open it again") from error
 
-    def _chunks(self, file: BinaryIO) -> Iterator[tuple[Place, list[McapRecord]]]:
-        crc = zlib.crc32(MAGIC)
-        for opcode, head, body in _records(file):
-            if opcode == Opcode.DATA_END:
-                written = DataEnd.read(ReadDataStream(BytesIO(body))).data_section_crc
-                self.is_whole = written in (0, crc) and _ends_well(file)
-                self.is_damaged = written not in (0, crc)
+    def _chunks(self, file: BinaryIO) -> Iterator[tuple[Place, Iterator[Record]]]:
+        size = os.fstat(file.fileno()).st_size
+        self.allowance = Allowance(size)
+        crc: int | None = zlib.crc32(MAGIC)
+        while len(head := file.read(RECORD.size)) == RECORD.size:
+            opcode, length = RECORD.unpack(head)
+            at = file.tell()
+            if length > size - at:
+                if _ends_well(file):
+                    self.damage = damage_at(at - RECORD.size, ValueError("a record is longer than the file"))
                 return
-            crc = zlib.crc32(body, zlib.crc32(head, crc))
+            if opcode == Opcode.DATA_END:
+                self._end(file, int.from_bytes(file.read(min(length, 4)), "little"), crc, at)
+                return
+            crc = None if crc is None else zlib.crc32(head, crc)
             if opcode == Opcode.CHUNK:
                 try:
-                    chunk = Chunk.read(ReadDataStream(BytesIO(body)))
-                    records = _unpacked(chunk)
-                except DAMAGE:
-                    self.is_damaged = True
+                    body = _read_chunk(file, length)
+                    place, packed = _parse_chunk(body, at)
+                    data = unpack(place, packed)
+                except Lz4Error as error:
+                    remedy = "Pack it with Zstandard: mcap compress --compression zstd"
+                    raise RecordingError(self._path, "it is packed with lz4", remedy) from error
+                except DAMAGE as error:
+                    self.damage = damage_at(at - RECORD.size, error)
                     return
-                length = len(chunk.data)
-                yield Place(file.tell() - length, length, replace(chunk, data=b"")), records
-        self.is_damaged = file.seek(0, 2) > len(MAGIC) and _ends_well(file)
+                crc = None if crc is None else zlib.crc32(body, crc)
+                yield place, read_records(data, self.allowance)
+            elif length <= MOST_BYTES:
+                crc = None if crc is None else _add_to_crc(file, length, crc)
+            else:
+                crc = None
+                file.seek(length, os.SEEK_CUR)
+        if size > len(MAGIC) and _ends_well(file):
+            self.damage = damage_at(size, ValueError("the end of its data is missing"))
+
+    def _end(self, file: BinaryIO, written: int, crc: int | None, at: int) -> None:
+        is_same = written == 0 or crc in (None, written)
+        self.is_whole = is_same and _ends_well(file)
+        if not is_same:
+            self.damage = damage_at(at - RECORD.size, ValueError("the checksum of the file is wrong"))
 
 
-def _records(file: BinaryIO) -> Iterator[tuple[int, bytes, bytes]]:
-    """Yield kind, head and body of each record that is there in full."""
-    size = file.seek(0, 2)
-    file.seek(len(MAGIC))
-    while len(head := file.read(_RECORD.size)) == _RECORD.size:
-        opcode, length = _RECORD.unpack(head)
-        if length > size - file.tell():
-            return
-        yield opcode, head, file.read(length)
+@contextmanager
+def _opened(path: Path) -> Iterator[BinaryIO]:
+    """Open a regular file; a FIFO or a device is refused at once."""
+    try:
+        with open(path, "rb", opener=_open_at_once) as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                raise RecordingError(path, "it is no regular file", "Name one that robotcore has recorded")
+            yield file
+    except OSError as error:
+        raise RecordingError(path, str(error.strerror), "Name a recording that can be read") from error
+
+
+def _open_at_once(path: str, flags: int) -> int:
+    """Open without waiting for the other end of a FIFO."""
+    return os.open(path, flags | os.O_NONBLOCK | os.O_NOCTTY)
+
+
+def _add_to_crc(file: BinaryIO, length: int, crc: int) -> int:
+    """Return the checksum with the body of a record added, which is read piece by piece."""
+    while length:
+        piece = file.read(min(length, _PIECE))
+        crc, length = zlib.crc32(piece, crc), length - len(piece)
+        if not piece:
+            raise OSError(0, "it became shorter while it was read")
+    return crc
+
+
+def _read_chunk(file: BinaryIO, length: int) -> memoryview:
+    if length > MOST_BYTES:
+        raise ValueError(f"a chunk has {length} bytes, more than {MOST_BYTES}")
+    return memoryview(file.read(length))
+
+
+def _parse_chunk(body: memoryview, at: int) -> tuple[Place, memoryview]:
+    """Return where the data of a chunk stands, and the data as they are, packed; the record's body begins ``at``."""
+    *_, size, crc, name_length = _CHUNK.unpack_from(body)
+    name_end = _CHUNK.size + name_length
+    begin = name_end + _LENGTH.size
+    (length,) = _LENGTH.unpack_from(body, name_end)
+    packed = body[begin : begin + length]
+    return Place(at + begin, len(packed), size, crc, bytes(body[_CHUNK.size : name_end]).decode()), packed
 
 
 def _ends_well(file: BinaryIO) -> bool:
     """Return whether the last magic is there, which comes after the index."""
-    file.seek(-len(MAGIC), 2)
+    file.seek(-len(MAGIC), os.SEEK_END)
     return file.read() == MAGIC
-
-
-def _unpacked(chunk: Chunk) -> list[McapRecord]:
-    if chunk.uncompressed_size > _MOST_BYTES:
-        raise ValueError("a chunk is too large")
-    return breakup_chunk(chunk, validate_crc=True)
-
-
-def _unreadable(path: Path, error: OSError) -> RecordingError:
-    return RecordingError(path, str(error.strerror), "Name a recording that can be read")

@@ -11,6 +11,9 @@ from robotcore.recording.ended import result_of
 from robotcore.recording.events import Read, Tick
 from robotcore.recording.recording import Recording
 
+_SHORTEST_S = 1e-6
+"""Of a run with a rate."""
+
 
 @dataclass(frozen=True)
 class DeviceContents:
@@ -36,7 +39,7 @@ def duration_of(recording: Recording) -> float:
 def rate_of(recording: Recording) -> float | None:
     """Return how many ticks a second there were; None where no time passed."""
     duration = duration_of(recording)
-    return (len(recording.ticks) - 1) / duration if duration > 0 else None
+    return (len(recording.ticks) - 1) / duration if duration > _SHORTEST_S else None
 
 
 def interventions_of(recording: Recording) -> dict[str, int]:
@@ -53,7 +56,7 @@ def devices_of(recording: Recording) -> Iterator[DeviceContents]:
             shown = [each for tick in recording.ticks for each in tick.shown if each.device == device.name]
             samples = len({read.sequence for read in reads if not read.error}) + sum(not each.error for each in shown)
             errors = sum(read.error is not None for read in reads) + sum(each.error is not None for each in shown)
-            rate = (samples - 1) / duration if samples and duration > 0 else None
+            rate = (samples - 1) / duration if samples and duration > _SHORTEST_S else None
             good = sum(not read.error for read in reads)
             yield DeviceContents(device.name, device.kind, samples, good, errors, rate)
 

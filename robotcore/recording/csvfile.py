@@ -11,7 +11,6 @@ from robotcore.devices import Angle, Range, Voltage
 from robotcore.errors import RecordingError
 from robotcore.recording.contents import last_reads
 from robotcore.recording.events import Read, Tick
-from robotcore.recording.path import true_path
 from robotcore.recording.recording import Recording
 
 _POSE = ("x_m", "y_m", "heading_rad")
@@ -44,7 +43,7 @@ def _columns(recording: Recording) -> list[str]:
 
 
 def _rows(recording: Recording) -> Iterator[list[Any]]:
-    truth, sensors = true_path(recording), list(_sensors(recording))
+    truth, sensors = {glimpse.tick: glimpse.pose for glimpse in recording.truth}, list(_sensors(recording))
     for tick in recording.ticks:
         true = list(truth.get(tick.number) or _nothing(3)) if truth else []
         reads = last_reads(tick)

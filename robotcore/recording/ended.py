@@ -44,7 +44,7 @@ def why_no_end(recording: Recording) -> str:
     if not recording.is_damaged:
         return "the file was cut before the run ended"
     at = recording.ticks[-1].time if recording.ticks else 0.0
-    return f"the file is damaged at {at:.1f} s: what comes after is not read"
+    return f"the file is damaged at {at:.1f} s: what comes after is not read ({recording.damage})"
 
 
 def _trace_of(recording: Recording) -> Trace:

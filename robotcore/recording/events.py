@@ -52,11 +52,18 @@ class Raised:
         return cls(kind.__name__, str(error), told)
 
     def again(self) -> RobotcoreError | Interrupted:
-        """Return the error, to be raised once more; a kind that this version does not know is a RobotcoreError."""
-        kind = getattr(errors, self.kind, RobotcoreError)
-        error: RobotcoreError | Interrupted = kind.__new__(kind)
+        """Return the error, to be raised once more; a kind that this version does not know is a RobotcoreError.
+
+        No attribute replaces what the class defines: a file does not decide on exit statuses.
+        """
+        kind: type[RobotcoreError | Interrupted] = RobotcoreError
+        named = getattr(errors, self.kind, None)
+        if isinstance(named, type) and issubclass(named, (RobotcoreError, Interrupted)):
+            kind = named
+        error = kind.__new__(kind)
         error.args = (self.message,)
-        error.__dict__.update({"failures": (), "others": (), **self.attributes})
+        kept = {name: value for name, value in self.attributes.items() if not hasattr(kind, name)}
+        error.__dict__.update({"device": "", **kept, "failures": (), "others": ()})
         return error
 
 

@@ -6,6 +6,7 @@ in https://github.com/foxglove/foxglove-sdk/tree/main/schemas/proto/foxglove.
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterator
 
 import cv2
@@ -18,26 +19,67 @@ _WIDTH, _HEIGHT, _ENCODING, _DATA = 2, 3, 4, 6
 _JPEG = 2
 _CHANNELS = {b"bgr8": 3, b"mono8": 1}
 
+_MOST_PIXELS = 2**24
+"""Of a JPEG: it unpacks to what it claims, whatever its own size is. No camera's picture in a recording has more."""
 
-def raw_image(message: bytes) -> Image:
+_JPEG_BEGIN = b"\xff\xd8"
+_SEGMENT = struct.Struct(">BBH")
+_SIZE = struct.Struct(">HH")
+_BASELINE, _SCAN = 0xC0, 0xDA
+
+
+def raw_image(message: bytes | memoryview) -> Image:
     """Return the picture in a RawImage, read-only; ValueError where there is none."""
     told = dict(fields(message))
     width, height = (int.from_bytes(told[field], "little") for field in (_WIDTH, _HEIGHT))
+    _require_pixels(width, height)
     channels = _CHANNELS[bytes(told[_ENCODING])]
     shape = (height, width, channels) if channels > 1 else (height, width)
     return np.frombuffer(told[_DATA], np.uint8).reshape(shape)
 
 
-def compressed_image(message: bytes) -> Image:
+def compressed_image(message: bytes | memoryview) -> Image:
     """Return the picture in a CompressedImage, read-only; ValueError where there is none."""
-    image = cv2.imdecode(np.frombuffer(dict(fields(message))[_JPEG], np.uint8), cv2.IMREAD_UNCHANGED)
-    if image is None:
+    content = dict(fields(message))[_JPEG]
+    width, height = _jpeg_size(content)
+    _require_pixels(width, height)
+    if width * height > _MOST_PIXELS:
+        raise ValueError(f"a JPEG claims {width} x {height} pixels")
+    try:
+        image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
+    except cv2.error as error:
+        raise ValueError("it holds no JPEG") from error
+    if image is None or image.shape[:2] != (height, width):
         raise ValueError("it holds no JPEG")
     image.flags.writeable = False
     return np.asarray(image, np.uint8)
 
 
-def fields(message: bytes) -> Iterator[tuple[int, memoryview]]:
+def _require_pixels(width: int, height: int) -> None:
+    if not (width and height):
+        raise ValueError(f"a picture has {width} x {height} pixels")
+
+
+def _jpeg_size(content: memoryview) -> tuple[int, int]:
+    """Return the width and height in the header of a baseline JPEG, which is what robotcore writes.
+
+    The segments: ITU-T T.81, annex B.
+    """
+    if content[:2] != _JPEG_BEGIN:
+        raise ValueError("it holds no JPEG")
+    at = len(_JPEG_BEGIN)
+    while at + _SEGMENT.size <= len(content):
+        marker, kind, length = _SEGMENT.unpack_from(content, at)
+        if marker != 0xFF or kind == _SCAN:
+            break
+        if kind == _BASELINE:
+            height, width = _SIZE.unpack_from(content, at + _SEGMENT.size + 1)
+            return width, height
+        at += 2 + length
+    raise ValueError("it holds no baseline JPEG")
+
+
+def fields(message: bytes | memoryview) -> Iterator[tuple[int, memoryview]]:
     """Yield the number and the bytes of each field, whatever its type; ValueError where the message is cut."""
     left = memoryview(message)
     while left:

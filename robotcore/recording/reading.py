@@ -2,48 +2,54 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterator
-from dataclasses import fields
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from mcap.records import Channel, McapRecord, Message, Schema
+from mcap.records import Channel, Schema
 
-from robotcore.devices import Angle, Image, Range, Voltage
+from robotcore.devices import Angle, Range, Voltage
 from robotcore.errors import RecordingError
 from robotcore.recording import channels
 from robotcore.recording.channels import DEVICE
-from robotcore.recording.chunks import DAMAGE, ChunkedFile, Place
+from robotcore.recording.chunks import ChunkedFile
 from robotcore.recording.events import Glimpse, Recorded, SampleKey, Tick
+from robotcore.recording.packed import DAMAGE, Allowance, Message, Place, Record, damage_at
 from robotcore.recording.protobuf import compressed_image, raw_image
-from robotcore.recording.recording import FORMAT, Metadata, Recording
-from robotcore.recording.samples import FileSamples, Picture
+from robotcore.recording.recording import Metadata, Recording
+from robotcore.recording.samples import FileSamples, Picture, Unpack
+from robotcore.recording.validation import UnknownFormatError, parse_metadata, parse_result, parse_tick
 from robotcore.recording.wire import from_json
-from robotcore.running.outcome import Outcome, RunResult
+from robotcore.running.outcome import RunResult
 
 _NUMBERS: dict[str, type[Range | Angle | Voltage]] = {
     "robotcore.Range": Range,
     "robotcore.Angle": Angle,
     "robotcore.Voltage": Voltage,
 }
-_PICTURES: dict[str, Callable[[bytes], Image]] = {
+_PICTURES: dict[str, Unpack] = {
     "foxglove.RawImage": raw_image,
     "foxglove.CompressedImage": compressed_image,
 }
 
 
+_TOPICS = {channels.RUN, channels.TICKS, channels.TRUTH, channels.RESULT, channels.END}
+
+
 def read_file(path: Path) -> Recording:
     """Return what is in a recording. Raises RecordingError where it is none, or holds nothing of a run."""
-    file, found = ChunkedFile(path), _Found(path)
+    file, found, at = ChunkedFile(path), _Found(path), 0
     try:
         for place, records in file.chunks():
-            found.take(place, records)
+            at = place.offset
+            found.take(place, records, file.allowance)
     except RecordingError:
         raise
-    except DAMAGE:
-        return found.recording(is_whole=False, is_damaged=True)
-    return found.recording(is_whole=file.is_whole, is_damaged=file.is_damaged)
+    except UnknownFormatError as error:
+        raise RecordingError(path, str(error), "Update robotcore") from error
+    except DAMAGE as error:
+        return found.recording(is_whole=False, damage=damage_at(at, error))
+    return found.recording(is_whole=file.is_whole, damage=file.damage)
 
 
 class _Where(NamedTuple):
@@ -52,7 +58,21 @@ class _Where(NamedTuple):
     place: Place
     channel: int
     message: int
-    unpack: Callable[[bytes], Image]
+    unpack: Unpack
+
+
+class _End(NamedTuple):
+    """Why a recording ends before its run did."""
+
+    reason: str
+
+
+class _Channel(NamedTuple):
+    """What is kept of a channel."""
+
+    topic: str
+    device: str | None
+    schema: str
 
 
 class _Found:
@@ -61,7 +81,7 @@ class _Found:
     def __init__(self, path: Path) -> None:
         self._path = path
         self._schemas: dict[int, str] = {}
-        self._channels: dict[int, Channel] = {}
+        self._channels: dict[int, _Channel] = {}
         self._numbers: dict[SampleKey, Recorded] = {}
         self._pictures: dict[SampleKey, _Where] = {}
         self._ticks: list[Tick] = []
@@ -70,47 +90,44 @@ class _Found:
         self._result: RunResult | None = None
         self._ended_early = ""
 
-    def take(self, place: Place, records: list[McapRecord]) -> None:
+    def take(self, place: Place, records: Iterable[Record], allowance: Allowance) -> None:
         """Take in what is in a chunk; one of `DAMAGE` where that does not fit what was before."""
         for record in records:
-            if isinstance(record, Schema):
+            if isinstance(record, Message):
+                self._take_message(place, self._channels[record.channel_id], record, allowance)
+            elif isinstance(record, Schema):
                 self._schemas[record.id] = record.name
             elif isinstance(record, Channel):
-                self._channels[record.id] = record
-            elif isinstance(record, Message):
-                self._take_message(place, self._channels[record.channel_id], record)
+                schema = self._schemas.get(record.schema_id, "")
+                self._channels[record.id] = _Channel(record.topic, record.metadata.get(DEVICE), schema)
 
-    def _take_message(self, place: Place, channel: Channel, message: Message) -> None:
-        if DEVICE in channel.metadata:
-            self._take_sample(place, channel, message)
-        elif channel.topic == channels.RUN:
-            self._metadata = _metadata(self._path, message.data)
-        elif channel.topic == channels.TICKS:
-            self._take_tick(from_json(Tick, message.data))
-        elif channel.topic == channels.TRUTH:
-            self._truth.append(from_json(Glimpse, message.data))
-        elif channel.topic == channels.RESULT:
-            self._result = _result(message.data)
-        elif channel.topic == channels.END:
-            self._ended_early = json.loads(message.data)["reason"]
-
-    def _take_sample(self, place: Place, channel: Channel, message: Message) -> None:
+    def _take_message(self, place: Place, channel: _Channel, message: Message, allowance: Allowance) -> None:
         """The library counts the messages of a channel from one."""
-        key, schema = SampleKey(channel.metadata[DEVICE], message.sequence - 1), self._schemas[channel.schema_id]
-        if schema in _NUMBERS:
-            self._numbers[key] = from_json(_NUMBERS[schema], message.data)
+        if channel.device is not None and channel.schema in _PICTURES:
+            key = SampleKey(channel.device, message.sequence - 1)
+            self._pictures[key] = _Where(place, message.channel_id, message.sequence, _PICTURES[channel.schema])
+        elif channel.device is not None or channel.topic in _TOPICS:
+            allowance.take_text(len(message.data))
+            self._take_text(channel, message.sequence, bytes(message.data))
+
+    def _take_text(self, channel: _Channel, sequence: int, content: bytes) -> None:
+        if channel.device is not None:
+            self._numbers[SampleKey(channel.device, sequence - 1)] = from_json(_NUMBERS[channel.schema], content)
+        elif channel.topic == channels.RUN:
+            self._metadata = parse_metadata(content)
+        elif channel.topic == channels.TICKS:
+            self._ticks.append(parse_tick(content, self._ticks[-1] if self._ticks else None))
+        elif channel.topic == channels.TRUTH:
+            self._truth.append(from_json(Glimpse, content))
+        elif channel.topic == channels.RESULT:
+            self._result = parse_result(content)
         else:
-            self._pictures[key] = _Where(place, message.channel_id, message.sequence, _PICTURES[schema])
+            self._ended_early = from_json(_End, content).reason
 
-    def _take_tick(self, tick: Tick) -> None:
-        if self._ticks and tick.number != self._ticks[-1].number + 1:
-            raise ValueError(f"tick {tick.number} comes after tick {self._ticks[-1].number}")
-        self._ticks.append(tick)
-
-    def recording(self, *, is_whole: bool, is_damaged: bool) -> Recording:
+    def recording(self, *, is_whole: bool, damage: str) -> Recording:
         """Return all of it. Raises RecordingError where nothing tells of a run."""
         if self._metadata is None:
-            raise _without_a_run(self._path, is_whole=is_whole, is_damaged=is_damaged)
+            raise _without_a_run(self._path, damage, is_whole=is_whole)
         samples = FileSamples(self._path, self._numbers, dict(self._captured()))
         return Recording(
             metadata=self._metadata,
@@ -120,7 +137,7 @@ class _Found:
             truth=self._truth,
             ended_early=self._ended_early,
             is_cut=not (is_whole and (self._result or self._ended_early)),
-            is_damaged=is_damaged,
+            damage=damage,
             why_not=why_not(self._ticks, samples, self._jpegs()),
         )
 
@@ -137,11 +154,11 @@ class _Found:
         return {key.device for key, where in self._pictures.items() if where.unpack is compressed_image}
 
 
-def _without_a_run(path: Path, *, is_whole: bool, is_damaged: bool) -> RecordingError:
+def _without_a_run(path: Path, damage: str, *, is_whole: bool) -> RecordingError:
     if is_whole:
         return RecordingError(path, "it holds no run", "Name a file that robotcore has recorded")
-    what = "damaged" if is_damaged else "cut"
-    fault = f"it is {what} before it says what was run, so nothing in it can be read"
+    what, where = ("damaged", f" ({damage})") if damage else ("cut", "")
+    fault = f"it is {what} before it says what was run, so nothing in it can be read{where}"
     return RecordingError(path, fault, "Take another copy of it, or record the run again")
 
 
@@ -157,16 +174,3 @@ def why_not(ticks: list[Tick], samples: FileSamples, jpegs: set[str]) -> str:
     if missing := {read.key for read in reads if read.key not in samples}:
         return f"{len(missing)} sample(s) are missing"
     return ""
-
-
-def _metadata(path: Path, content: bytes) -> Metadata:
-    written = json.loads(content).get("format", FORMAT)
-    if written != FORMAT:
-        raise RecordingError(path, f"it is of format {written}, known is {FORMAT}", "Update robotcore")
-    return from_json(Metadata, content)
-
-
-def _result(content: bytes) -> RunResult:
-    told: dict[str, Any] = json.loads(content)
-    known = {field.name: told[field.name] for field in fields(RunResult) if field.name in told}
-    return RunResult(**{**known, "outcome": Outcome(known["outcome"])})

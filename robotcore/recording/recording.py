@@ -46,8 +46,8 @@ class Recording:
     pictures that were compressed. It may read them when asked, and then raises RecordingError where the file fails.
     ``truth`` is empty where no simulator vouched for it. ``result`` is None where the file ends before the run did,
     or is damaged before that; ``is_cut`` is so too where only its index is missing. ``ended_early`` says why it ends
-    before the run did all the same, as it was told to. Where it ``is_damaged``, what comes after the damage was not
-    read.
+    before the run did all the same, as it was told to. ``damage`` says where it is damaged and how, in a line; what
+    comes after that was not read.
     """
 
     metadata: Metadata
@@ -57,8 +57,12 @@ class Recording:
     truth: Sequence[Glimpse] = ()
     ended_early: str = ""
     is_cut: bool = False
-    is_damaged: bool = False
+    damage: str = ""
     why_not: str = ""
+
+    @property
+    def is_damaged(self) -> bool:
+        return bool(self.damage)
 
     @property
     def is_replayable(self) -> bool:

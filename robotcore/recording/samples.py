@@ -7,15 +7,16 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from mcap.records import Message
-
 from robotcore.devices import Frame, Image
 from robotcore.errors import RecordingError
-from robotcore.recording.chunks import DAMAGE, ChunkedFile, Place
+from robotcore.recording.chunks import ChunkedFile
 from robotcore.recording.events import Recorded, SampleKey
+from robotcore.recording.packed import DAMAGE, Message, Place, damage_at
 
-CHUNKS_KEPT = 4
+CHUNKS_KEPT = 2
 """Unpacked; pictures are mostly asked for in the order in which they were taken."""
+
+Unpack = Callable[[memoryview], Image]
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ class Picture:
     place: Place
     channel: int
     message: int
-    unpack: Callable[[bytes], Image]
+    unpack: Unpack
     time: float
     sequence: int
 
@@ -46,11 +47,13 @@ class FileSamples(Mapping[SampleKey, Recorded]):
         if key in self._numbers:
             return self._numbers[key]
         picture = self._pictures[key]
-        messages = self._messages(picture.place)
         try:
+            messages = self._messages(picture.place)
             image = picture.unpack(messages[picture.channel, picture.message])
+        except RecordingError:
+            raise
         except DAMAGE as error:
-            fault = f"picture {key.number} of {key.device} is none"
+            fault = f"picture {key.number} of {key.device} is damaged ({damage_at(picture.place.offset, error)})"
             raise RecordingError(self._path, fault, "Record the run again") from error
         return Frame(image, picture.time, picture.sequence)
 
@@ -65,6 +68,6 @@ class FileSamples(Mapping[SampleKey, Recorded]):
     def __len__(self) -> int:
         return len(self._numbers) + len(self._pictures)
 
-    def _read(self, place: Place) -> dict[tuple[int, int], bytes]:
+    def _read(self, place: Place) -> dict[tuple[int, int], memoryview]:
         records = ChunkedFile(self._path).again(place)
         return {(each.channel_id, each.sequence): each.data for each in records if isinstance(each, Message)}

@@ -17,6 +17,9 @@ from robotcore.view.track import Footstep, Track
 _ROOM_M = 0.5
 """Around a path in an unknown place."""
 
+_LARGEST_M = 100.0
+"""No floor is described larger; a path that leads beyond it is drawn all the same."""
+
 
 def story_of(
     recording: Recording,
@@ -64,5 +67,5 @@ def world_of(recording: Recording, track: Track) -> WorldDescription:
     if world := recording.metadata.world:
         return world
     reach = max((max(abs(step.pose.x), abs(step.pose.y)) for step in track.steps), default=0.0)
-    side = 2 * (reach + _ROOM_M)
+    side = min(2 * (reach + _ROOM_M), _LARGEST_M)
     return WorldDescription(name="floor", floor=Floor(length_m=side, width_m=side))

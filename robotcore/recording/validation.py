@@ -1,0 +1,115 @@
+"""What a recording must hold to be one of a run: rising times, a rate, a result, errors that a run can raise.
+
+Each function raises ValueError with the fault. Numbers that were measured or commanded may be any: a driver may return
+NaN, and its recording must show that.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from dataclasses import MISSING, Field, fields
+from functools import cache
+from typing import Any, get_type_hints
+
+from pydantic import BaseModel, create_model
+
+from robotcore.errors import Interrupted
+from robotcore.faults.spec import Spec
+from robotcore.recording.events import Raised, Tick
+from robotcore.recording.recording import FORMAT, Metadata
+from robotcore.recording.wire import from_json
+from robotcore.running.outcome import RunResult
+from robotcore.running.plan import require_rate
+
+MOST_SECONDS = 1e9
+"""Thirty years: no run is longer."""
+
+_MOST_TICKS = 2**53
+_SIGNALS = range(129, 193)
+_BATTERY_KEYS = {"lowest_v", "last_v"}
+
+
+class UnknownFormatError(ValueError):
+    """The recording is of a format that this version does not know."""
+
+
+def parse_metadata(content: bytes) -> Metadata:
+    """Return what was run; UnknownFormatError if a later version wrote it."""
+    told = json.loads(content)
+    written = told.get("format", FORMAT) if isinstance(told, dict) else FORMAT
+    if written != FORMAT:
+        raise UnknownFormatError(f"it is of format {written!r}, known is {FORMAT}")
+    about = from_json(Metadata, content)
+    require_rate(about.request.rate_hz)
+    _require_seconds("timeout_s", about.request.timeout_s)
+    _require_faults(about.request.faults)
+    return about
+
+
+def parse_tick(content: bytes, before: Tick | None) -> Tick:
+    """Return a tick that can come after the one ``before``."""
+    tick = from_json(Tick, content)
+    if not 0 <= tick.number < _MOST_TICKS or (before and tick.number != before.number + 1):
+        raise ValueError(f"tick {tick.number} comes {f'after tick {before.number}' if before else 'first'}")
+    _require_seconds(f"the time of tick {tick.number}", tick.time)
+    if before and tick.time < before.time:
+        raise ValueError(f"tick {tick.number} is at {tick.time:g} s, before tick {before.number}")
+    if any(error.kind == Interrupted.__name__ for error in _device_errors(tick)):
+        raise ValueError(f"a device raised {Interrupted.__name__} in tick {tick.number}")
+    if tick.error and tick.error.kind == Interrupted.__name__ and not _is_signal(tick.error):
+        raise ValueError(f"tick {tick.number} was interrupted by no signal")
+    return tick
+
+
+def parse_result(content: bytes) -> RunResult:
+    """Return how a run ended. Keys that this version does not know are ignored."""
+    told = _result_model().model_validate(json.loads(content))
+    result = RunResult(**{name: getattr(told, name) for name in type(told).model_fields})
+    for name in ("sim_time_s", "wall_time_s"):
+        _require_seconds(name, getattr(result, name))
+    for name, time in result.milestones.items():
+        _require_seconds(f"the time of milestone {name!r}", time)
+    for name, voltages in result.batteries.items():
+        if missing := _BATTERY_KEYS - voltages.keys():
+            raise ValueError(f"{', '.join(sorted(missing))} of battery {name!r} is missing")
+    _require_faults(result.faults)
+    return result
+
+
+@cache
+def _result_model() -> type[BaseModel]:
+    """Return the model of a result: its fields but the exception, which is in no file."""
+    kinds = get_type_hints(RunResult)
+    known = {field.name: (kinds[field.name], _default(field)) for field in fields(RunResult) if field.name != "error"}
+    model: type[BaseModel] = create_model("Result", **known)  # type: ignore[call-overload]  # its fields are data here
+    return model
+
+
+def _default(field: Field[Any]) -> Any:
+    if field.default_factory is not MISSING:
+        return field.default_factory()
+    return ... if field.default is MISSING else field.default
+
+
+def _device_errors(tick: Tick) -> Iterator[Raised]:
+    for events in (tick.reads, tick.asks, tick.motor_asks, tick.turned, tick.shown):
+        yield from (event.error for event in events if event.error)
+    if tick.commit_error:
+        yield tick.commit_error
+
+
+def _is_signal(error: Raised) -> bool:
+    return error.attributes.get("exit_status") in _SIGNALS
+
+
+def _require_seconds(what: str, seconds: float) -> None:
+    if not abs(seconds) <= MOST_SECONDS:
+        raise ValueError(f"{what} is {seconds:g} s")
+
+
+def _require_faults(faults: Any) -> None:
+    for text in faults:
+        if not math.isfinite(Spec.parse(text).after_s):
+            raise ValueError(f"{text!r} has no time")
