@@ -19,7 +19,11 @@ if TYPE_CHECKING:
 
 @click.command("replay", cls=AnsweringCommand)
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--app", metavar="APP", help="Let another app decide on the recorded samples: a name, or a file.")
+@click.option(
+    "--app",
+    metavar="APP",
+    help="The app's own file, which may have changed; or another app, to decide on the samples.",
+)
 @click.option("--set", "settings", metavar="KEY=VALUE", type=pair, multiple=True, help="Another setting of the app.")
 @click.option("--picture", metavar="FILE", type=click.Path(path_type=Path), help="Draw the replay as a PNG.")
 @click.option("--json", "as_json", is_flag=True, help="Print one line of JSON instead.")
@@ -28,9 +32,10 @@ def command(
 ) -> int:
     """Hold the app of a recording FILE to each decision.
 
-    It is given what it was given then; the first thing that it does otherwise is told.
+    It is given what it was given then; the first thing that it does otherwise is told. A file that holds another text
+    than the recorded one runs only if --app names it.
 
-    With --app or --set, what another app, or the same one otherwise set, would have decided on the recorded samples.
+    With another --app, or with --set, what it would have decided on the recorded samples.
 
     Exit status: 0 all is equal, or another app came to its end; 1 something differs; else as `robotcore run`.
     """
@@ -54,11 +59,12 @@ def command(
 
 
 def _run(recording: Recording, file: Path, app: str | None, settings: dict[str, str]) -> Replayed | Rehearsed:
-    from robotcore.replay import rehearse, replay
+    from robotcore.replay import is_recorded_file, rehearse, replay
 
-    if app or settings:
+    is_held = not app or (recording.is_replayable and is_recorded_file(recording, app))
+    if settings or not is_held:
         return rehearse(recording, app, settings, file=file)
-    return replay(recording, file)
+    return replay(recording, file, app=app)
 
 
 def _tell(came_out: Replayed | Rehearsed) -> None:

@@ -33,6 +33,8 @@ from robotcore.recording.packed import (
 MAGIC = b"\x89MCAP0\r\n"
 
 _PIECE = 2**20
+_NO_KIND = 0
+"""What a record never is."""
 _CHUNK = struct.Struct("<QQQII")
 """Times of the first and the last message, size and checksum of what is in it, length of the compression's name."""
 _LENGTH = struct.Struct("<Q")
@@ -49,7 +51,7 @@ class ChunkedFile:
         self._path = path
         self.is_whole = False
         self.damage = ""
-        self.allowance = Allowance(0)
+        self.allowance = Allowance()
 
     def chunks(self) -> Iterator[tuple[Place, Iterator[Record]]]:
         """Yield each chunk and what is in it, until the end or the first that is damaged.
@@ -75,45 +77,52 @@ class ChunkedFile:
 
     def _chunks(self, file: BinaryIO) -> Iterator[tuple[Place, Iterator[Record]]]:
         size = os.fstat(file.fileno()).st_size
-        self.allowance = Allowance(size)
         crc: int | None = zlib.crc32(MAGIC)
         while len(head := file.read(RECORD.size)) == RECORD.size:
             opcode, length = RECORD.unpack(head)
             at = file.tell()
-            if length > size - at:
-                if _ends_well(file):
-                    self.damage = damage_at(at - RECORD.size, ValueError("a record is longer than the file"))
+            if length > size - at or opcode == _NO_KIND:
+                if opcode == _NO_KIND or _ends_well(file):
+                    self._damage(at, "a record is of no kind, or longer than the file")
                 return
             if opcode == Opcode.DATA_END:
-                self._end(file, int.from_bytes(file.read(min(length, 4)), "little"), crc, at)
+                self._end(file, crc, at)
                 return
             crc = None if crc is None else zlib.crc32(head, crc)
             if opcode == Opcode.CHUNK:
-                try:
-                    body = _read_chunk(file, length)
-                    place, packed = _parse_chunk(body, at)
-                    data = unpack(place, packed)
-                except Lz4Error as error:
-                    remedy = "Pack it with Zstandard: mcap compress --compression zstd"
-                    raise RecordingError(self._path, "it is packed with lz4", remedy) from error
-                except DAMAGE as error:
-                    self.damage = damage_at(at - RECORD.size, error)
+                if (chunk := self._chunk(file, length, at)) is None:
                     return
+                place, body, data = chunk
                 crc = None if crc is None else zlib.crc32(body, crc)
                 yield place, read_records(data, self.allowance)
-            elif length <= MOST_BYTES:
-                crc = None if crc is None else _add_to_crc(file, length, crc)
             else:
-                crc = None
-                file.seek(length, os.SEEK_CUR)
+                crc = _pass_over(file, length, crc)
         if size > len(MAGIC) and _ends_well(file):
-            self.damage = damage_at(size, ValueError("the end of its data is missing"))
+            self._damage(size + RECORD.size, "the end of its data is missing")
 
-    def _end(self, file: BinaryIO, written: int, crc: int | None, at: int) -> None:
+    def _chunk(self, file: BinaryIO, length: int, at: int) -> tuple[Place, memoryview, bytes | memoryview] | None:
+        """Return where the data of a chunk stands, its record, and what is in it; None if it is damaged."""
+        self.allowance.grow(length)
+        try:
+            body = _read_chunk(file, length)
+            place, packed = _parse_chunk(body, at)
+            return place, body, unpack(place, packed)
+        except Lz4Error as error:
+            remedy = "Pack it with Zstandard: mcap compress --compression zstd"
+            raise RecordingError(self._path, "it is packed with lz4", remedy) from error
+        except DAMAGE as error:
+            self.damage = damage_at(at - RECORD.size, error)
+            return None
+
+    def _damage(self, at: int, fault: str) -> None:
+        self.damage = damage_at(at - RECORD.size, ValueError(fault))
+
+    def _end(self, file: BinaryIO, crc: int | None, at: int) -> None:
+        written = int.from_bytes(file.read(4), "little")
         is_same = written == 0 or crc in (None, written)
         self.is_whole = is_same and _ends_well(file)
         if not is_same:
-            self.damage = damage_at(at - RECORD.size, ValueError("the checksum of the file is wrong"))
+            self._damage(at, "the checksum of the file is wrong")
 
 
 @contextmanager
@@ -133,13 +142,13 @@ def _open_at_once(path: str, flags: int) -> int:
     return os.open(path, flags | os.O_NONBLOCK | os.O_NOCTTY)
 
 
-def _add_to_crc(file: BinaryIO, length: int, crc: int) -> int:
-    """Return the checksum with the body of a record added, which is read piece by piece."""
-    while length:
-        piece = file.read(min(length, _PIECE))
+def _pass_over(file: BinaryIO, length: int, crc: int | None) -> int | None:
+    """Go to the end of a record; return the checksum with it, None where it is too long to be read."""
+    if crc is None or length > MOST_BYTES:
+        file.seek(length, os.SEEK_CUR)
+        return None
+    while length and (piece := file.read(min(length, _PIECE))):
         crc, length = zlib.crc32(piece, crc), length - len(piece)
-        if not piece:
-            raise OSError(0, "it became shorter while it was read")
     return crc
 
 

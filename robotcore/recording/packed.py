@@ -59,7 +59,7 @@ class Place:
 
 
 class Allowance:
-    """How much a file may hold that costs memory or time, by its size; ValueError once it is used up.
+    """How much may be unpacked that costs memory or time, by the bytes that were read; ValueError once it is used up.
 
     A recording of robotcore has an index entry of 16 bytes for each record, and packs text to a quarter at best: each
     limit leaves room for several times as much.
@@ -67,9 +67,13 @@ class Allowance:
 
     MESSAGE_TEXT = 2**22
 
-    def __init__(self, file_bytes: int) -> None:
-        self._records = 2**16 + file_bytes // 8
-        self._text = 2**22 + 24 * file_bytes
+    def __init__(self) -> None:
+        self._records, self._text = 2**16, 2**22
+
+    def grow(self, read_bytes: int) -> None:
+        """Allow more for bytes that were read."""
+        self._records += read_bytes // 8
+        self._text += 24 * read_bytes
 
     def take_record(self) -> None:
         """Count a record."""
@@ -93,7 +97,7 @@ def damage_at(offset: int, error: BaseException) -> str:
     fault = str(error)
     if isinstance(error, ValidationError):
         first = error.errors(include_url=False, include_context=False, include_input=False)[0]
-        fault = f"{'.'.join(map(str, first['loc']))}: {first['msg']}"
+        fault = ": ".join(filter(None, (".".join(map(str, first["loc"])), first["msg"])))
     elif isinstance(error, MemoryError):
         fault = "there is not enough memory for it"
     elif not fault or isinstance(error, LookupError):

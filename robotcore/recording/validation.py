@@ -21,7 +21,7 @@ from robotcore.recording.events import Raised, Tick
 from robotcore.recording.recording import FORMAT, Metadata
 from robotcore.recording.wire import from_json
 from robotcore.running.outcome import RunResult
-from robotcore.running.plan import require_rate
+from robotcore.running.plan import MAX_RATE_HZ, MIN_RATE_HZ
 
 MOST_SECONDS = 1e9
 """Thirty years: no run is longer."""
@@ -42,7 +42,8 @@ def parse_metadata(content: bytes) -> Metadata:
     if written != FORMAT:
         raise UnknownFormatError(f"it is of format {written!r}, known is {FORMAT}")
     about = from_json(Metadata, content)
-    require_rate(about.request.rate_hz)
+    if not MIN_RATE_HZ <= about.request.rate_hz <= MAX_RATE_HZ:
+        raise ValueError(f"rate_hz is {about.request.rate_hz:g}")
     _require_seconds("timeout_s", about.request.timeout_s)
     _require_faults(about.request.faults)
     return about

@@ -2,7 +2,7 @@
 
 from robotcore.replay.deviation import Deviation
 from robotcore.replay.rehearsal import Rehearsed, rehearse
-from robotcore.replay.replaying import replay
+from robotcore.replay.replaying import is_recorded_file, replay
 from robotcore.replay.verdict import Replayed
 
-__all__ = ["Deviation", "Rehearsed", "Replayed", "rehearse", "replay"]
+__all__ = ["Deviation", "Rehearsed", "Replayed", "is_recorded_file", "rehearse", "replay"]

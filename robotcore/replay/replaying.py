@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -18,15 +19,19 @@ from robotcore.replay.verdict import Replayed
 from robotcore.running.outcome import RunResult
 from robotcore.running.plan import RunRequest
 from robotcore.running.session import Observer, run
+from robotcore.text import escape
 
 BACKEND = "replay"
 
 
-def replay(recording: Recording, file: Path | str = "", observers: Sequence[Observer] = ()) -> Replayed:
+def replay(
+    recording: Recording, file: Path | str = "", observers: Sequence[Observer] = (), *, app: str | None = None
+) -> Replayed:
     """Run the recorded app on what it was given then, and hold each tick to the recorded one.
 
-    ``file`` is what messages call the recording. Raises RecordingError where it does not hold all that steered its
-    run, and what keeps the app from being run at all.
+    ``file`` is what messages call the recording. ``app`` names the app's file, which then may have changed; without it
+    a file is run only if it holds the recorded text. Raises RecordingError where the recording does not hold all that
+    steered its run, and what keeps the app from being run at all.
     """
     require_ticks(recording, file)
     if not recording.is_replayable:
@@ -35,16 +40,20 @@ def replay(recording: Recording, file: Path | str = "", observers: Sequence[Obse
             f"it cannot be replayed: {recording.why_not}",
             "robotcore replay FILE --app APP runs an app on what it has",
         )
-    require_app(recording, file)
+    if app is None:
+        require_recorded_app(recording, file)
     platform = differences(recording.metadata.platform, BACKEND)
     likeness = Likeness(ACROSS_PLATFORMS if platform else 0.0)
     replayer = Replayer(recording, likeness)
-    result = run(request_for(recording, is_held=True), [replayer, *observers], [replayer])
+    request = request_for(recording, is_held=True)
+    request = replace(request, app=app or request.app)
+    result = run(request, [replayer, *observers], [replayer])
     if result.error and not isinstance(result.error, Interrupted) and not result.ticks:
         raise result.error
     if not isinstance(result.error, Interrupted):
         hold_end(replayer.script, result)
-    return _told(replayer, likeness, replace(result, backend=recording.metadata.request.backend), platform)
+    result = replace(result, backend=recording.metadata.request.backend)
+    return _told(replayer, likeness, result, platform, has_changed=_has_changed(recording, request.app))
 
 
 def require_ticks(recording: Recording, file: Path | str) -> None:
@@ -53,12 +62,31 @@ def require_ticks(recording: Recording, file: Path | str) -> None:
         raise RecordingError(file or "the recording", "it ends before the first tick", "Record a run that begins")
 
 
-def require_app(recording: Recording, file: Path | str) -> None:
-    """Raise RecordingError where the app was a file that is not there any more."""
+def require_recorded_app(recording: Recording, file: Path | str) -> None:
+    """Raise RecordingError if the app is a file that is not there, or that holds another text than the recorded one.
+
+    A recording is data: the path in it decides on nothing that runs. An installed app is the user's own.
+    """
     app = recording.metadata.request.app
-    if is_app_file(app) and not app_path(app).is_file():
-        remedy = "Replay it from the folder that it was run in, or let another file decide: --app FILE.py"
-        raise RecordingError(file or "the recording", f"its app, {app}, is not here", remedy)
+    if not is_app_file(app):
+        return
+    called, shown = file or "the recording", escape(app)
+    if not app_path(app).is_file():
+        remedy = "Replay it from the folder that it was run in, or name the app's file: --app FILE.py"
+        raise RecordingError(called, f"its app, {shown}, is not here", remedy)
+    if _has_changed(recording, app) is not False:
+        is_known = recording.metadata.source is not None
+        fault = "holds another text than was recorded" if is_known else "was recorded without its text"
+        remedy = f"To run it, name it: --app {shlex.quote(shown)}"
+        raise RecordingError(called, f"its app, {shown}, {fault}, so it was not run", remedy)
+
+
+def is_recorded_file(recording: Recording, app: str) -> bool:
+    """Return whether ``app`` names the file of the recorded app: by its name, or by the recorded text."""
+    recorded = recording.metadata.request.app
+    if not (is_app_file(app) and is_app_file(recorded)):
+        return False
+    return app_path(app).name == app_path(recorded).name or _has_changed(recording, app) is False
 
 
 def request_for(recording: Recording, *, is_held: bool = False) -> RunRequest:
@@ -78,7 +106,9 @@ def request_for(recording: Recording, *, is_held: bool = False) -> RunRequest:
     )
 
 
-def _told(replayer: Replayer, likeness: Likeness, result: RunResult, platform: Sequence[str]) -> Replayed:
+def _told(
+    replayer: Replayer, likeness: Likeness, result: RunResult, platform: Sequence[str], *, has_changed: bool | None
+) -> Replayed:
     script = replayer.script
     return Replayed(
         recording=script.recording,
@@ -89,10 +119,11 @@ def _told(replayer: Replayer, likeness: Likeness, result: RunResult, platform: S
         largest_difference=likeness.largest,
         trace_sha256=script.trace.sha256,
         platform=tuple(platform),
-        has_app_changed=_has_app_changed(script.recording),
+        has_app_changed=has_changed,
     )
 
 
-def _has_app_changed(recording: Recording) -> bool | None:
+def _has_changed(recording: Recording, app: str) -> bool | None:
+    """Return whether a file holds another text than the recorded app; None where no text was recorded."""
     recorded = recording.metadata.source
-    return None if recorded is None else source_of(recording.metadata.request.app) != recorded
+    return None if recorded is None else source_of(app) != recorded

@@ -62,7 +62,7 @@ def _equal_ticks(replayed: Replayed) -> str:
 
 def _app_file(replayed: Replayed) -> Iterator[str]:
     """Yield whether the app's own file is the recorded one, where that may matter."""
-    name = app_path(replayed.recording.metadata.request.app).name
+    name = app_path(replayed.result.app).name
     if replayed.has_app_changed:
         yield f"{name} has changed since it was recorded"
     elif replayed.deviation and replayed.has_app_changed is False and not replayed.platform:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+import pytest
+
+from benchmarks.hostile.forging import change_json
 from tests.robotcore.cli.conftest import AppFile, Cli
 
 
@@ -15,23 +18,23 @@ def test_own_app_that_has_changed_since_is_told_where(cli: Cli, app_file: AppFil
     assert same.status == 0
     assert "was recorded" not in same.out
     app_file("robot.drive.set_velocity(0.125, 0.0)")
-    told = cli("replay", file)
+    told = cli("replay", file, "--app", app)
     assert told.status == 1
     assert "odd.py has changed since it was recorded" in told.out
     assert "differs" in told.out
     assert "tick 2, at 0.1 s, the command differs" in told.out
     assert "before it, 2 of 21 ticks are equal" in told.out
-    assert cli("replay", file, "--json").json["deviation"]["tick"] == 2
+    assert cli("replay", file, "--app", app, "--json").json["deviation"]["tick"] == 2
 
 
 def test_own_app_that_has_changed_but_decides_the_same_is_told(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
     app, file = app_file("pass"), str(tmp_path / "own.mcap")
     cli("run", app, "--timeout", "1", "--record", file)
     app_file("...")
-    told = cli("replay", file)
+    told = cli("replay", file, "--app", app)
     assert told.status == 0
     assert "odd.py has changed since it was recorded" in told.out
-    assert cli("replay", file, "--json").json["app_changed"] is True
+    assert cli("replay", file, "--app", app, "--json").json["app_changed"] is True
 
 
 def test_own_app_that_is_the_same_but_decides_otherwise_is_asked_for_chance(
@@ -59,7 +62,7 @@ def test_own_app_that_raises_now_is_told_with_its_traceback(cli: Cli, app_file: 
     app, file = app_file("pass"), str(tmp_path / "own.mcap")
     cli("run", app, "--timeout", "1", "--record", file)
     app_file("1 / 0")
-    told = cli("replay", file)
+    told = cli("replay", file, "--app", app)
     assert told.status == 1
     assert "Odd raised ZeroDivisionError" in told.out
     assert "odd.py" in told.err
@@ -74,9 +77,10 @@ def test_app_that_raised_then_is_replayed_without_a_word_of_it(cli: Cli, app_fil
 
 def test_run_that_a_signal_ended_says_so(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
     file = str(tmp_path / "own.mcap")
-    assert cli("run", app_file("os.kill(os.getpid(), signal.SIGTERM)"), "--record", file).status == 143
+    app = app_file("os.kill(os.getpid(), signal.SIGTERM)")
+    assert cli("run", app, "--record", file).status == 143
     app_file("pass")
-    told = cli("replay", file)
+    told = cli("replay", file, "--app", app)
     assert told.status == 0
     assert "the recording ends here: interrupted by SIGTERM" in told.out
 
@@ -85,7 +89,7 @@ def test_end_that_alone_differs_is_told_beside_what_was_decided(cli: Cli, app_fi
     app, file = app_file("return Status.SUCCESS"), str(tmp_path / "own.mcap")
     cli("run", app, "--record", file)
     app_file("return Status.FAILURE")
-    told = cli("replay", file)
+    told = cli("replay", file, "--app", app)
     assert "the end differs" in told.out
     assert "before it" not in told.out
     assert "all that was decided in 3 ticks is equal" in told.out
@@ -99,4 +103,60 @@ def test_app_that_changed_within_a_second_and_is_as_long_is_taken_as_it_is(
     cli("run", app, "--record", file)
     app_file("return Status.FAILURE")
     os.utime(app, ns=(before.st_atime_ns, before.st_mtime_ns))
-    assert cli("replay", file).status == 1
+    assert cli("replay", file, "--app", app).status == 1
+
+
+@pytest.mark.parametrize("arguments", [(), ("--set", "speed=1")], ids=["held", "rehearsed"])
+@pytest.mark.parametrize("place", ["absolute", "relative", "above", "beside"])
+def test_file_that_holds_another_text_than_was_recorded_is_not_run(
+    cli: Cli,
+    app_file: AppFile,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    place: str,
+    arguments: tuple[str, ...],
+) -> None:
+    own, file, proof = tmp_path / "own.mcap", tmp_path / "sent" / "run.mcap", tmp_path / "proof"
+    cli("run", app_file("return Status.SUCCESS"), "--record", str(own))
+    for folder in ("sent", "work"):
+        (tmp_path / folder).mkdir()
+    monkeypatch.chdir(tmp_path / "work")
+    evil = {
+        "absolute": str(tmp_path / "evil.py"),
+        "relative": "evil.py",
+        "above": "../evil.py",
+        "beside": str(file.with_name("evil.py")),
+    }[place]
+    Path(evil).write_text(f"open({str(proof)!r}, 'w')\n{Path(tmp_path / 'odd.py').read_text()}")
+    request = {"app": evil}
+    file.write_bytes(change_json(own, "/run", lambda _, told: told | {"request": told["request"] | request}))
+    told = cli("replay", str(file), *arguments)
+    assert (told.status, told.out) == (2, "")
+    assert evil in told.err
+    assert not proof.exists()
+
+
+def test_file_whose_text_was_not_recorded_is_not_run(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
+    app, own, file = app_file("return Status.SUCCESS"), tmp_path / "own.mcap", tmp_path / "run.mcap"
+    cli("run", app, "--record", str(own))
+    file.write_bytes(change_json(own, "/run", lambda _, told: {**told, "source": None}))
+    assert cli("replay", str(file)).status == 2
+    assert cli("replay", str(file), "--app", app).status == 0
+
+
+def test_own_app_that_was_moved_is_held_where_it_is_named(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
+    file, elsewhere = str(tmp_path / "own.mcap"), tmp_path / "elsewhere"
+    app = Path(app_file("return Status.SUCCESS"))
+    cli("run", str(app), "--record", file)
+    elsewhere.mkdir()
+    moved = app.rename(elsewhere / "other.py")
+    told = cli("replay", file, "--app", str(moved), "--json").json
+    assert (told["bit_equal"], told["app_changed"]) == (True, False)
+
+
+def test_another_file_that_is_named_only_rehearses(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
+    app, file = Path(app_file("return Status.SUCCESS")), str(tmp_path / "own.mcap")
+    cli("run", str(app), "--record", file)
+    other = tmp_path / "other.py"
+    other.write_text(app.read_text().replace("SUCCESS", "FAILURE"))
+    assert "recorded_app" in cli("replay", file, "--app", str(other), "--json").json
