@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import lz4.frame
+import lz4.frame  # type: ignore[import-untyped]
 import zstandard
 
 from benchmarks.hostile.forging import (
@@ -190,9 +190,10 @@ def _renamed(records: list[Raw], topic: str, renamed: str) -> Iterator[Raw]:
 
 
 def _picture(topic: str, change: Callable[[bytes], bytes]) -> Make:
-    return lambda base, file: (
-        file.write_bytes(change_messages(base, topic, lambda _, content: change(content))) and None
-    )
+    def made(base: Path, file: Path) -> None:
+        file.write_bytes(change_messages(base, topic, lambda _, content: change(content)))
+
+    return made
 
 
 def _zeros(size: int, *, is_known: bool = False) -> bytes:
@@ -202,8 +203,8 @@ def _zeros(size: int, *, is_known: bool = False) -> bytes:
 
 def _lz4_zeros(size: int) -> bytes:
     with lz4.frame.LZ4FrameCompressor(block_size=lz4.frame.BLOCKSIZE_MAX4MB) as packer:
-        begin, piece = packer.begin(), packer.compress(bytes(2**22)) + packer.flush()
-    block = piece[:-4]
+        begin: bytes = packer.begin()
+        block: bytes = packer.compress(bytes(2**22))
     return begin + block * (size // 2**22) + bytes(4)
 
 

@@ -14,7 +14,7 @@ from robotcore.comparison.comparison import Comparison
 from robotcore.comparison.side import Side
 from robotcore.geometry import wrap_angle
 from robotcore.recording.path import Path, length_of
-from robotcore.text import counted
+from robotcore.text import counted, escape
 from robotcore.view.summary import heading
 
 NOTHING = "–"
@@ -25,15 +25,15 @@ Row = tuple[str, str, str]
 def told(comparison: Comparison) -> RenderableType:
     """Return whether two recordings tell the same, and what they are measured by."""
     verdict = Text("alike", "bold green") if comparison.is_alike else Text("differ", "bold red")
-    verdict += Text(f"  {_finding(comparison)}")
-    parting = Text(f"  {_parting(comparison)}")
+    verdict += Text(f"  {escape(_finding(comparison))}")
+    parting = Text(f"  {escape(_parting(comparison))}")
     if comparison.do_rooms_differ:
         parting += Text(f"\n  {ROOMS_DIFFER}")
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, header_style="bold")
     for index, title in enumerate(("", *titles(comparison))):
-        table.add_column(title, style="" if index else "cyan")
+        table.add_column(escape(title), style="" if index else "cyan")
     for row in rows(comparison):
-        table.add_row(*row)
+        table.add_row(*map(escape, row))
     return Group(verdict, parting, Text(), table)
 
 

@@ -9,9 +9,13 @@ from typing import Any
 
 from robotcore.devices import Angle, Range, Voltage
 from robotcore.errors import RecordingError
+from robotcore.outputfile import replace_file
 from robotcore.recording.contents import last_reads
 from robotcore.recording.events import Read, Tick
 from robotcore.recording.recording import Recording
+
+_FORMULA = ("=", "+", "-", "@", "\t", "\r")
+"""How a cell begins that a spreadsheet takes for a formula: https://owasp.org/www-community/attacks/CSV_Injection."""
 
 _POSE = ("x_m", "y_m", "heading_rad")
 _UNITS = {"range_sensor": "m", "encoder": "rad", "battery": "v"}
@@ -20,11 +24,12 @@ _UNITS = {"range_sensor": "m", "encoder": "rad", "battery": "v"}
 def write_csv(recording: Recording, where: Path, name: str) -> Path:
     """Write the table to a file, or into a folder under ``name``; return the file.
 
-    What a tick has none of is empty. Raises RecordingError where it cannot be written.
+    What a tick has none of is empty. A text that a spreadsheet would take for a formula begins with an apostrophe.
+    Raises RecordingError where it cannot be written.
     """
     file = where / f"{name}.csv" if where.is_dir() else where
     try:
-        with file.open("w", newline="", encoding="utf-8") as stream:
+        with replace_file(file) as part, part.open("w", newline="", encoding="utf-8") as stream:
             writer = csv.writer(stream)
             writer.writerow(_columns(recording))
             writer.writerows(_rows(recording))
@@ -49,7 +54,8 @@ def _rows(recording: Recording) -> Iterator[list[Any]]:
         reads = last_reads(tick)
         samples = [cell for name, _ in sensors for cell in _sample(recording, reads.get(name))]
         causes = " ".join(each.cause for each in tick.interventions)
-        yield [tick.number, tick.time, tick.state, *_decided(tick), *true, *samples, causes, _error(tick)]
+        state, causes, error = map(_as_text, (tick.state, causes, tick.error.message if tick.error else ""))
+        yield [tick.number, tick.time, state, *_decided(tick), *true, *samples, causes, error]
 
 
 def _sensors(recording: Recording) -> Iterator[tuple[str, str]]:
@@ -77,8 +83,9 @@ def _sample(recording: Recording, read: Read | None) -> tuple[Any, Any]:
     return read.sequence, read.time
 
 
-def _error(tick: Tick) -> str:
-    return tick.error.message if tick.error else ""
+def _as_text(text: str) -> str:
+    """Return a cell that a spreadsheet takes for text."""
+    return f"'{text}" if text.startswith(_FORMULA) else text
 
 
 def _nothing(cells: int) -> list[str]:

@@ -10,6 +10,7 @@ from robotcore.devices import Angle, Frame, Range, Voltage
 from robotcore.drive import Wheels
 from robotcore.errors import RecordingError
 from robotcore.recording import MotorAsk, Read, Recorded, SampleKey, Tick
+from robotcore.text import escape
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ class Deviation:
         return cls(tick.number, tick.time, what, recorded, replayed, tuple(reads))
 
     def __str__(self) -> str:
-        return "\n".join(self._lines())
+        return "\n".join(map(escape, self.lines()))
 
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON tells of it."""
@@ -40,7 +41,8 @@ class Deviation:
         told["time_s"] = told.pop("time")
         return told
 
-    def _lines(self) -> Iterator[str]:
+    def lines(self) -> Iterator[str]:
+        """Yield it in words, a fact each."""
         yield f"tick {self.tick}, at {self.time:g} s, {self.what} differs"
         yield f"  recorded: {self.recorded}"
         yield f"  replayed: {self.replayed}"

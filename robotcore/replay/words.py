@@ -14,7 +14,7 @@ from robotcore.recording.ended import result_of
 from robotcore.replay.rehearsal import Rehearsed
 from robotcore.replay.verdict import Replayed
 from robotcore.running.outcome import RunResult
-from robotcore.text import counted
+from robotcore.text import counted, escape
 from robotcore.view.summary import heading, rehearsed_heading
 
 _GOOD, _FAIR, _BAD = "bold green", "bold yellow", "bold red"
@@ -27,8 +27,8 @@ def told(came_out: Replayed | Rehearsed) -> RenderableType:
 
 def _replayed(replayed: Replayed) -> RenderableType:
     verdict, style = _verdict(replayed)
-    lines = [Text(verdict, style) + Text(f"  {heading(result_of(replayed.recording))}")]
-    return Text("\n").join([*lines, *(Text(f"  {line}") for line in _findings(replayed))])
+    lines = [Text(verdict, style) + Text(f"  {escape(heading(result_of(replayed.recording)))}")]
+    return Text("\n").join([*lines, *(Text(f"  {escape(line)}") for line in _findings(replayed))])
 
 
 def _verdict(replayed: Replayed) -> tuple[str, str]:
@@ -41,7 +41,7 @@ def _verdict(replayed: Replayed) -> tuple[str, str]:
 
 def _findings(replayed: Replayed) -> Iterator[str]:
     if deviation := replayed.deviation:
-        yield from str(deviation).split("\n")
+        yield from deviation.lines()
         yield _equal_ticks(replayed)
     else:
         yield f"{counted(replayed.ticks, 'tick')}, {replayed.recording.ticks[-1].time:.2f} s"
@@ -81,8 +81,8 @@ def _digest(replayed: Replayed) -> Iterator[str]:
 
 def _rehearsed(rehearsed: Rehearsed) -> RenderableType:
     recorded, other = result_of(rehearsed.recording), rehearsed.result
-    title = Text(rehearsed_heading(other, recorded), "bold")
-    parts = [Text(f"  {line}") for line in _differences(rehearsed)]
+    title = Text(escape(rehearsed_heading(other, recorded)), "bold")
+    parts = [Text(f"  {escape(line)}") for line in _differences(rehearsed)]
     return Group(title, *parts, Text(), _table(rehearsed, recorded))
 
 
@@ -104,10 +104,10 @@ def _differences(rehearsed: Rehearsed) -> Iterator[str]:
 def _table(rehearsed: Rehearsed, recorded: RunResult) -> Table:
     other = rehearsed.result
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, header_style="bold")
-    for title in ("", "recorded", _name(rehearsed)):
+    for title in ("", "recorded", escape(_name(rehearsed))):
         table.add_column(title, style="" if title else "cyan")
     for name in dict.fromkeys((*recorded.milestones, *other.milestones)):
-        table.add_row(name, _at(recorded, name), _at(other, name))
+        table.add_row(escape(name), _at(recorded, name), _at(other, name))
     ended = "goes on where the recording ends" if rehearsed.is_at_end else other.outcome.value
     table.add_row("outcome", recorded.outcome.value, ended)
     table.add_row("time", f"{recorded.sim_time_s:.2f} s", f"{other.sim_time_s:.2f} s")

@@ -13,16 +13,16 @@ from rich.text import Text
 from robotcore.recording import Recording
 from robotcore.recording.contents import devices_of, duration_of, interventions_of, rate_of
 from robotcore.recording.ended import result_of, why_no_end
-from robotcore.text import counted
+from robotcore.text import counted, escape
 from robotcore.view.summary import events, heading, summary
 
 _UNITS = ("bytes", "kB", "MB", "GB")
 
 
 def contents(recording: Recording, file: Path) -> RenderableType:
-    """Return what is told of a recording."""
-    title = Text(f"{file.name}", "bold") + Text(f"  {', '.join(_state(recording, file))}")
-    about = [Text(f"  {line}") for line in _about(recording)]
+    """Return what is told of a recording. Its texts are data: each stays in its line."""
+    title = Text(escape(file.name), "bold") + Text(f"  {escape(', '.join(_state(recording, file)))}")
+    about = [Text(f"  {escape(line)}") for line in _about(recording)]
     return Group(title, *about, Text(), _ending(recording), Text(), _devices(recording))
 
 
@@ -58,8 +58,10 @@ def _about(recording: Recording) -> Iterator[str]:
 def _ending(recording: Recording) -> RenderableType:
     if recording.result:
         return summary(recording.result)
-    cut = Text(_wholeness(recording), "bold red" if recording.is_cut else "bold") + Text(f"  {why_no_end(recording)}")
-    return Text("\n").join([cut, *(Text(f"  {line}") for line in events(result_of(recording)))])
+    cut = Text(_wholeness(recording), "bold red" if recording.is_cut else "bold") + Text(
+        f"  {escape(why_no_end(recording))}"
+    )
+    return Text("\n").join([cut, *(Text(f"  {escape(line)}") for line in events(result_of(recording)))])
 
 
 def _devices(recording: Recording) -> Table:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from pathlib import Path
 
 import cv2
@@ -10,6 +9,7 @@ import cv2
 from robotcore.devices import Image
 from robotcore.errors import UsageError
 from robotcore.layers.devices import LayeredCamera, LayeredDisplay
+from robotcore.outputfile import replace_file, require_replaceable
 from robotcore.robot import Robot
 from robotcore.running.outcome import RunResult
 from robotcore.running.session import Run
@@ -64,17 +64,10 @@ def encoded(image: Image) -> bytes:
 def save_png(content: bytes, file: Path) -> None:
     """Write a picture. UsageError says why it cannot be written; no half of it is left behind."""
     try:
-        file.write_bytes(content)
+        with replace_file(file) as part:
+            part.write_bytes(content)
     except OSError as error:
-        with suppress(OSError):
-            _forget(file)
         raise _unwritable(file, error) from error
-
-
-def _forget(file: Path) -> None:
-    """Leave no half of a picture behind."""
-    if file.is_file():
-        file.unlink()
 
 
 def last_seen(robot: Robot) -> Image | None:
@@ -86,15 +79,11 @@ def last_seen(robot: Robot) -> Image | None:
 
 
 def require_writable(file: Path) -> None:
-    """Raise UsageError where a picture could not be written, by opening the file; what was in it stays."""
+    """Raise UsageError where a picture could not be written; what is in the file stays."""
     if file.suffix.lower() != ".png":
         raise UsageError(f"--picture {file}: a picture is a .png file; give it that ending")
-    existed = file.exists()
     try:
-        with file.open("ab"):
-            pass
-        if not existed:
-            file.unlink()
+        require_replaceable(file)
     except OSError as error:
         raise _unwritable(file, error) from error
 

@@ -96,7 +96,7 @@ def _seen(seen: Image | None) -> Image:
         return _blank(_SIDE_WIDTH, _SIDE_WIDTH * 3 // 4, "no camera was looked at")
     height, width = seen.shape[:2]
     scale = min(_SIDE_WIDTH / width, _SEEN_HEIGHT / height)
-    size = (round(width * scale), round(height * scale))
+    size = (max(1, round(width * scale)), max(1, round(height * scale)))
     colour = seen if seen.ndim == 3 else cv2.cvtColor(seen, cv2.COLOR_GRAY2BGR)
     return np.asarray(cv2.resize(colour, size, interpolation=cv2.INTER_CUBIC), np.uint8)
 

@@ -9,21 +9,21 @@ from rich.text import Text
 from robotcore.errors import RobotcoreError
 from robotcore.faults.spec import Spec
 from robotcore.running.outcome import Outcome, RunResult
-from robotcore.text import counted
+from robotcore.text import counted, escape
 
 _STYLES = {Outcome.SUCCESS: "bold green", Outcome.INTERRUPTED: "bold yellow", Outcome.TIMEOUT: "bold yellow"}
 _BAD = "bold red"
 
 
 def summary(result: RunResult) -> Text:
-    """Return the outcome, what it was measured by, and the milestones, a line each."""
+    """Return the outcome, what it was measured by, the milestones and the reason, a line each, whatever they hold."""
     style = _BAD if result.dispute else _STYLES.get(result.outcome, _BAD)
     outcome = Text(result.outcome.value, style)
-    lines = [outcome + Text(f"  {heading(result)}"), Text("  " + ", ".join(measures(result)))]
-    lines += [Text(f"  {line}") for line in events(result)]
+    told = [", ".join(measures(result)), *events(result)]
     if result.reason and not isinstance(result.error, RobotcoreError):
-        lines.append(Text(f"  {result.reason}"))
-    return Text("\n").join(lines)
+        told.append(result.reason)
+    first = outcome + Text(f"  {escape(heading(result))}")
+    return Text("\n").join([first, *(Text(f"  {escape(line)}") for line in told)])
 
 
 def heading(result: RunResult) -> str:

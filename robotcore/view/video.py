@@ -11,12 +11,21 @@ import numpy as np
 
 from robotcore.devices import Frame, Image
 from robotcore.errors import RecordingError, UnknownNameError, UsageError
+from robotcore.outputfile import replace_file
 from robotcore.recording import Recording, SampleKey
+from robotcore.text import counted
 from robotcore.view.canvas import Canvas
 from robotcore.view.palette import INK, PAPER
 
 WIDTH = 640
+_MOST_HEIGHT = 1280
+_MOST_REPEATED = 100
+"""So many pictures of a film a tick has at most, on average: times are data of the file, and may be years apart."""
 _STRIP = 36
+
+
+Scene = tuple[float, str, SampleKey]
+"""When a picture was seen, in which state, and which one."""
 
 
 def write_video(recording: Recording, file: Path, device: str | None = None) -> None:
@@ -32,12 +41,26 @@ def write_video(recording: Recording, file: Path, device: str | None = None) -> 
     if not scenes:
         raise UsageError(f"--video: the recording has no picture of {name}. robotcore info FILE tells what it has")
     rate = recording.metadata.request.rate_hz
+    count = round((scenes[-1][0] - scenes[0][0]) * rate) + 1
+    if count > _MOST_REPEATED * len(scenes):
+        fault = f"its {counted(len(scenes), 'tick')} last {scenes[-1][0] - scenes[0][0]:.0f} s, too long for a film"
+        raise RecordingError("--video", fault, "Draw it with --picture, or write it as a table with --csv")
+    try:
+        with replace_file(file) as part:
+            _write(part, file, recording, scenes, count)
+    except OSError as error:
+        raise RecordingError(file, str(error.strerror), "Name an .mp4 file that can be written") from error
+
+
+def _write(part: Path, file: Path, recording: Recording, scenes: Sequence[Scene], count: int) -> None:
+    """Write the film; ``part`` becomes the file."""
+    rate = recording.metadata.request.rate_hz
     size = _size(_picture(recording, scenes[0][2]))
-    writer = cv2.VideoWriter(str(file), cv2.VideoWriter.fourcc(*"mp4v"), rate, (size[0], size[1] + _STRIP))
+    writer = cv2.VideoWriter(str(part), cv2.VideoWriter.fourcc(*"mp4v"), rate, (size[0], size[1] + _STRIP))
     try:
         if not writer.isOpened():
             raise RecordingError(file, "the film cannot be written", "Name an .mp4 file that can be written")
-        for picture in _film(recording, scenes, rate, size):
+        for picture in _film(recording, scenes, count, size):
             writer.write(picture)
     finally:
         writer.release()
@@ -57,10 +80,6 @@ def _with_pictures(recording: Recording) -> list[str]:
     return [each.name for kind in ("camera", "display") for each in opened if each.kind == kind]
 
 
-Scene = tuple[float, str, SampleKey]
-"""When a picture was seen, in which state, and which one."""
-
-
 def _scenes(recording: Recording, device: str) -> Iterator[Scene]:
     """Yield one a tick, from the first picture on; without a new one, the last picture stays."""
     last: SampleKey | None = None
@@ -71,10 +90,10 @@ def _scenes(recording: Recording, device: str) -> Iterator[Scene]:
             yield tick.time, tick.state, last
 
 
-def _film(recording: Recording, scenes: Sequence[Scene], rate: float, size: tuple[int, int]) -> Iterator[Image]:
+def _film(recording: Recording, scenes: Sequence[Scene], count: int, size: tuple[int, int]) -> Iterator[Image]:
     """Yield what was to be seen at each picture of the film, however late the run's ticks came."""
-    at, end = 0, scenes[-1][0]
-    for index in range(round((end - scenes[0][0]) * rate) + 1):
+    at, rate = 0, recording.metadata.request.rate_hz
+    for index in range(count):
         now = scenes[0][0] + index / rate
         while at + 1 < len(scenes) and scenes[at + 1][0] <= now + 0.5 / rate:
             at += 1
@@ -88,9 +107,9 @@ def _picture(recording: Recording, key: SampleKey) -> Image:
 
 
 def _size(image: Image) -> tuple[int, int]:
-    """Return width and height, even numbers both."""
+    """Return width and height, even numbers both; a picture that is very high or wide is distorted."""
     height, width = image.shape[:2]
-    return WIDTH, 2 * round(WIDTH * height / width / 2)
+    return WIDTH, 2 * max(1, round(min(WIDTH * height / width, _MOST_HEIGHT) / 2))
 
 
 def _annotated(image: Image, scene: Scene, size: tuple[int, int]) -> Image:

@@ -1,0 +1,216 @@
+"""What hostile recordings cost the commands that read them, and whether each ends in a result or a named error.
+
+    python -m benchmarks.hostile_recordings
+
+The catalogue of `benchmarks.hostile.files` goes through `robotcore info` with all its outputs, `replay`, `replay --set`
+and `compare`, each in a process of its own. Then files that a seed changes at random go through `info` and `replay`,
+500 in a process. Memory is the most that a process had resident, the interpreter and its libraries included, less the
+file's own size; time is the processor's. Exit status 1 if a bound is broken, a traceback is printed, a control
+character reaches the output, or an app is run that a recording names.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import re
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+import traceback
+from collections.abc import Iterator
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
+from pathlib import Path
+from random import Random
+from time import monotonic, process_time, sleep
+from typing import NamedTuple
+
+from benchmarks.hostile.files import PROOF, name_files
+from benchmarks.hostile.fuzzing import Seed, mutate
+from benchmarks.report import machine, print_table
+from robotcore.cli.main import execute
+
+MEMORY_BOUND_MB, TIME_BOUND_S = 300.0, 5.0
+HANGS_S = 120.0
+BATCH = 500
+STATUSES = (0, 1, 2, 3)
+"""Of a command on a recording: a result, a difference, a named error, an app's device or backend."""
+_CONTROL = re.compile(r"[\x00-\x09\x0b-\x1f\x7f-\x9f]")
+_COMMAND = "from robotcore.cli.main import main; main()"
+
+
+class Cost(NamedTuple):
+    """What a command took on a file, and what is wrong with how it ended; empty if nothing is."""
+
+    file: str
+    command: str
+    megabytes: float
+    seconds: float
+    fault: str
+
+
+def main() -> int:
+    """Measure both and print them."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--files", type=int, default=10_000, help="How many are changed at random.")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--small", action="store_true", help="Take bombs that unpack to less.")
+    parser.add_argument("--batch", nargs=3, metavar=("FILE", "FROM", "TO"), help=argparse.SUPPRESS)
+    asked = parser.parse_args()
+    if asked.batch:
+        base, begin, end = asked.batch
+        return _run_batch(Path(base), asked.seed, range(int(begin), int(end)))
+    print(machine())
+    with tempfile.TemporaryDirectory() as folder:
+        base = Path(folder) / "base.mcap"
+        _record(base)
+        costs = [*_measure_catalogue(base, is_small=asked.small), *_measure_fuzzed(base, asked.seed, asked.files)]
+    _print(costs, asked.files)
+    return int(any(each.fault for each in costs))
+
+
+def _record(file: Path) -> None:
+    asked = ["run", "green-search", "--seed", "7", "--timeout", "1", "--record", str(file), "--json"]
+    with redirect_stdout(StringIO()):
+        assert execute(asked) == 1
+
+
+def _measure_catalogue(base: Path, *, is_small: bool) -> Iterator[Cost]:
+    work = base.with_name("work")
+    work.mkdir()
+    yield from _measure("whole", base, base, work)
+    for name, make in name_files(is_small=is_small).items():
+        file = base.with_name(f"{name}.mcap")
+        make(base, file)
+        yield from _measure(name, base, file, work)
+        if base.with_name(PROOF).exists():
+            yield Cost(name, "replay", 0.0, 0.0, "its app was run")
+        file.rmdir() if file.is_dir() else file.unlink()
+
+
+def _measure(name: str, base: Path, file: Path, work: Path) -> Iterator[Cost]:
+    outputs = ["--csv", str(work), "--picture", str(work / "a.png"), "--video", str(work / "a.mp4")]
+    for command in (
+        ["info", str(file), *outputs],
+        ["replay", str(file)],
+        ["replay", str(file), "--set", "speed_m_s=0.1"],
+        ["compare", str(base), str(file)],
+    ):
+        yield _run_apart(name, command, file, work)
+
+
+def _run_apart(name: str, command: list[str], file: Path, work: Path) -> Cost:
+    """Run a command in a process of its own."""
+    with tempfile.TemporaryFile("w+", errors="replace") as out:
+        process = subprocess.Popen([sys.executable, "-c", _COMMAND, *command], cwd=work, stdout=out, stderr=out)
+        due = monotonic() + HANGS_S
+        while not (ended := os.wait4(process.pid, os.WNOHANG))[0]:
+            if monotonic() > due:
+                process.kill()
+            sleep(0.01)
+        _, status, usage = ended
+        process.returncode = os.waitstatus_to_exitcode(status)
+        out.seek(0)
+        told = out.read()
+    size = 0 if file.is_dir() else file.stat().st_blocks * 512
+    megabytes, seconds = (usage.ru_maxrss * 1024 - size) / 1e6, usage.ru_utime + usage.ru_stime
+    return _judge(name, " ".join(command[:1] + command[2:3]), megabytes, seconds, process.returncode, told)
+
+
+def _judge(name: str, command: str, megabytes: float, seconds: float, status: int, told: str) -> Cost:
+    fault = ""
+    if "Traceback" in told or status not in STATUSES:
+        fault = f"status {status}: {told.strip().splitlines()[-1] if told.strip() else 'no word'}"
+    elif _CONTROL.search(told):
+        fault = "a control character is printed"
+    elif megabytes > MEMORY_BOUND_MB or seconds > TIME_BOUND_S:
+        fault = f"{megabytes:.0f} MB, {seconds:.1f} s"
+    return Cost(name, command, megabytes, seconds, fault)
+
+
+def _measure_fuzzed(base: Path, seed: int, count: int) -> Iterator[Cost]:
+    for begin in range(0, count, BATCH):
+        asked = ["--seed", str(seed), "--batch", str(base), str(begin), str(min(begin + BATCH, count))]
+        command = [sys.executable, "-m", "benchmarks.hostile_recordings", *asked]
+        ended = subprocess.run(command, capture_output=True, text=True, check=False)
+        if ended.returncode:
+            yield Cost(
+                f"random {begin}", "batch", 0.0, 0.0, ended.stderr.strip()[-200:] or f"status {ended.returncode}"
+            )
+        else:
+            yield from (Cost(*each) for each in json.loads(ended.stdout.splitlines()[-1]))
+
+
+def _run_batch(base: Path, seed: int, numbers: range) -> int:
+    """Print the costs of files that are changed at random, as a line of JSON. Memory is that of all until there."""
+    original, costs = Seed.of(base), []
+    signal.signal(signal.SIGALRM, _give_up)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "random.mcap"
+        for number in numbers:
+            file.write_bytes(mutate(original, Random(f"{seed}/{number}")))
+            commands = [["info", str(file), "--csv", folder, "--picture", f"{folder}/a.png"]]
+            commands += (
+                [["replay", str(file)], ["info", str(file), "--video", f"{folder}/a.mp4"]] if number % 10 == 0 else []
+            )
+            costs += [_run_here(f"random {number}", command, file.stat().st_size) for command in commands]
+    print(json.dumps(costs))
+    return 0
+
+
+def _run_here(name: str, command: list[str], size: int) -> Cost:
+    out, begun = StringIO(), process_time()
+    signal.setitimer(signal.ITIMER_REAL, HANGS_S)
+    try:
+        with redirect_stdout(out), redirect_stderr(out):
+            status = execute(command)
+    except BaseException:  # noqa: BLE001  each is a finding
+        status = 1
+        out.write(traceback.format_exc())
+    signal.setitimer(signal.ITIMER_REAL, 0)
+    seconds = process_time() - begun
+    megabytes = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 - size) / 1e6
+    return _judge(name, " ".join(command[:1] + command[2:3]), megabytes, seconds, status, out.getvalue())
+
+
+def _give_up(*_: object) -> None:
+    raise TimeoutError(f"no end after {HANGS_S:g} s")
+
+
+def _print(costs: list[Cost], files: int) -> None:
+    groups = {
+        "a whole recording": [each for each in costs if each.file == "whole"],
+        f"{len({each.file for each in costs if not _is_random(each)}) - 1} hostile files": [
+            each for each in costs if not _is_random(each) and each.file != "whole"
+        ],
+        f"{files} files changed at random": [each for each in costs if _is_random(each)],
+    }
+    rows = [(name, *_summed(group)) for name, group in groups.items() if group]
+    print_table(("read", "commands", "most memory, MB", "of", "most time, s", "of", "broken"), rows)
+    print(f"\nBounds: {MEMORY_BOUND_MB:g} MB and {TIME_BOUND_S:g} s a command, interpreter included; 0 broken.")
+    for each in costs:
+        if each.fault:
+            print(f"broken: {each.command} of {each.file}: {each.fault}")
+
+
+def _is_random(cost: Cost) -> bool:
+    return cost.file.startswith("random ")
+
+
+def _summed(costs: list[Cost]) -> tuple[str, ...]:
+    largest, slowest = max(costs, key=lambda each: each.megabytes), max(costs, key=lambda each: each.seconds)
+    broken = sum(bool(each.fault) for each in costs)
+    memory, time = f"{largest.megabytes:.0f}", f"{slowest.seconds:.2f}"
+    return str(len(costs)), memory, _named(largest), time, _named(slowest), str(broken)
+
+
+def _named(cost: Cost) -> str:
+    return f"{cost.command}, {cost.file}"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

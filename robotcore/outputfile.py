@@ -1,0 +1,54 @@
+"""A file that a command makes: whole or not at all, in its own place and through no link."""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from secrets import token_hex
+
+
+@contextmanager
+def replace_file(file: Path) -> Iterator[Path]:
+    """Give the name of an empty file beside ``file``; it takes the place of ``file`` at the end of the block.
+
+    Leaves nothing behind if the block raises. Raises OSError where no file can be made, and if ``file`` is no regular
+    file: a link could lead to any file, and a FIFO or a device would be replaced or wait for its other end.
+    """
+    part = _make_part(file)
+    try:
+        yield part
+        part.replace(file)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def require_replaceable(file: Path) -> None:
+    """Raise the OSError that `replace_file` would raise; what is in the file stays."""
+    if file.exists() and not os.access(file, os.W_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+    _make_part(file).unlink()
+
+
+def _make_part(file: Path) -> Path:
+    """Make an empty file beside another one; its ending is the same, by which some libraries choose a format."""
+    _require_regular(file)
+    part = file.with_name(f".{token_hex(8)}{file.suffix}")
+    os.close(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
+    return part
+
+
+def _require_regular(file: Path) -> None:
+    try:
+        mode = file.lstat().st_mode
+    except FileNotFoundError:
+        return
+    if stat.S_ISLNK(mode):
+        raise OSError(errno.ELOOP, "it is a symbolic link")
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+    if not stat.S_ISREG(mode):
+        raise OSError(errno.EINVAL, "it is no regular file")
