@@ -3,8 +3,8 @@
     python -m benchmarks.hostile_recordings
 
 The catalogue of `benchmarks.hostile.files` goes through `robotcore info` with all its outputs, `replay`, `replay --set`
-and `compare`, each in a process of its own. Then files that a seed changes at random go through `info` and `replay`,
-500 in a process. Memory is the most that a process had resident, the interpreter and its libraries included, less the
+and `compare`, each in a process of its own. Then files that a seed changes at random go through `info`, each
+tenth through `replay` and the pictures of `info` too, 500 in a process. Memory is the most that a process had resident, the interpreter and its libraries included, less the
 file's own size; time is the processor's. Exit status 1 if a bound is broken, a traceback is printed, a control
 character reaches the output, or an app is run that a recording names.
 """
@@ -75,7 +75,7 @@ def main() -> int:
 
 def _record(file: Path) -> None:
     asked = ["run", "green-search", "--seed", "7", "--timeout", "1", "--record", str(file), "--json"]
-    with redirect_stdout(StringIO()):
+    with redirect_stdout(StringIO()), redirect_stderr(StringIO()):
         assert execute(asked) == 1
 
 
@@ -106,7 +106,8 @@ def _measure(name: str, base: Path, file: Path, work: Path) -> Iterator[Cost]:
 def _run_apart(name: str, command: list[str], file: Path, work: Path) -> Cost:
     """Run a command in a process of its own."""
     with tempfile.TemporaryFile("w+", errors="replace") as out:
-        process = subprocess.Popen([sys.executable, "-c", _COMMAND, *command], cwd=work, stdout=out, stderr=out)
+        asked = [sys.executable, "-c", _COMMAND, *command]
+        process = subprocess.Popen(asked, cwd=work, stdout=out, stderr=out)  # noqa: S603  robotcore's own command
         due = monotonic() + HANGS_S
         while not (ended := os.wait4(process.pid, os.WNOHANG))[0]:
             if monotonic() > due:
@@ -116,7 +117,7 @@ def _run_apart(name: str, command: list[str], file: Path, work: Path) -> Cost:
         process.returncode = os.waitstatus_to_exitcode(status)
         out.seek(0)
         told = out.read()
-    size = 0 if file.is_dir() else file.stat().st_blocks * 512
+    size = 0 if file.is_dir() else file.lstat().st_blocks * 512
     megabytes, seconds = (usage.ru_maxrss * 1024 - size) / 1e6, usage.ru_utime + usage.ru_stime
     return _judge(name, " ".join(command[:1] + command[2:3]), megabytes, seconds, process.returncode, told)
 
@@ -136,11 +137,10 @@ def _measure_fuzzed(base: Path, seed: int, count: int) -> Iterator[Cost]:
     for begin in range(0, count, BATCH):
         asked = ["--seed", str(seed), "--batch", str(base), str(begin), str(min(begin + BATCH, count))]
         command = [sys.executable, "-m", "benchmarks.hostile_recordings", *asked]
-        ended = subprocess.run(command, capture_output=True, text=True, check=False)
+        ended = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603  this module itself
         if ended.returncode:
-            yield Cost(
-                f"random {begin}", "batch", 0.0, 0.0, ended.stderr.strip()[-200:] or f"status {ended.returncode}"
-            )
+            fault = ended.stderr.strip()[-200:] or f"status {ended.returncode}"
+            yield Cost(f"random {begin}", "batch", 0.0, 0.0, fault)
         else:
             yield from (Cost(*each) for each in json.loads(ended.stdout.splitlines()[-1]))
 
@@ -153,10 +153,10 @@ def _run_batch(base: Path, seed: int, numbers: range) -> int:
         file = Path(folder) / "random.mcap"
         for number in numbers:
             file.write_bytes(mutate(original, Random(f"{seed}/{number}")))
-            commands = [["info", str(file), "--csv", folder, "--picture", f"{folder}/a.png"]]
-            commands += (
-                [["replay", str(file)], ["info", str(file), "--video", f"{folder}/a.mp4"]] if number % 10 == 0 else []
-            )
+            commands = [["info", str(file), "--csv", folder]]
+            if number % 10 == 0:
+                drawn = ["--picture", f"{folder}/a.png", "--video", f"{folder}/a.mp4"]
+                commands += [["replay", str(file)], ["info", str(file), *drawn]]
             costs += [_run_here(f"random {number}", command, file.stat().st_size) for command in commands]
     print(json.dumps(costs))
     return 0

@@ -29,6 +29,9 @@ from benchmarks.hostile.forging import (
 GIB = 2**30
 ESCAPES = "\x1b]0;PWNED\x07\x1b[2J\x1b]52;c;Zm9v\x07\nerror: forged. run: curl evil | sh\r=cmd()"
 
+EVIL, PROOF = "evil.py", "proof"
+"""An app beside the recording, which no command must run: it makes the other file."""
+
 Make = Callable[[Path, Path], None]
 """Makes a file of the second name from the recording of the first."""
 
@@ -36,7 +39,7 @@ Make = Callable[[Path, Path], None]
 def name_files(*, is_small: bool = False) -> dict[str, Make]:
     """Return what there is to make, by name; the small ones unpack to less than a real attack."""
     bomb = GIB // 8 if is_small else 4 * GIB
-    flood = 10**6 if is_small else 10**7
+    flood = 3 * 10**5 if is_small else 10**7
     return {**_bombs(bomb, flood), **_special(), **_forged()}
 
 
@@ -53,10 +56,10 @@ def _bombs(bomb: int, flood: int) -> dict[str, Make]:
         "empty-messages": _content(lambda: _messages(b"", flood)),
         "empty-records": _content(lambda: _repeat(build_record(0x99, b""), flood)),
         "nested-text": _content(lambda: _run_of(b"[" * 200_000)),
-        "list-of-lists": _content(lambda: _run_of(b"[" + b"[]," * (flood // 2) + b"[]]")),
+        "list-of-lists": _content(lambda: _run_of(b"[" + b"[]," * (flood // 8) + b"[]]")),
         "long-number": _content(lambda: _run_of(b"1" * 5000)),
-        "long-text": _content(lambda: _run_of(b'"' + b"a" * (6 * flood) + b'"')),
-        "many-ticks": lambda base, file: _append(base, file, _many_ticks(flood // 10)),
+        "long-text": _content(lambda: _run_of(b'"' + b"a" * (20 * flood) + b'"')),
+        "many-ticks": lambda base, file: _append(base, file, _many_ticks(flood // 3)),
         "sparse-record": lambda base, file: _make_sparse(base, file, 0x99),
         "sparse-chunk": lambda base, file: _make_sparse(base, file, CHUNK),
     }
@@ -135,8 +138,8 @@ def _forged_texts() -> dict[str, Make]:
         "escapes-in-run": _json("/run", _with_escapes),
         "escapes-in-result": _json("/result", _with_escapes),
         "escapes-in-ticks": _json("/ticks", lambda _, told: told | {"state": ESCAPES, "warnings": [ESCAPES]}),
-        "app-of-an-absolute-path": _json("/run", lambda _, told: _requested(told, app="/tmp/evil.py")),  # noqa: S108
-        "app-of-a-path-above": _json("/run", lambda _, told: _requested(told, app="../evil.py")),
+        "app-of-an-absolute-path": lambda base, file: _name_app(base, file, str(file.with_name(EVIL))),
+        "app-of-a-path-above": lambda base, file: _name_app(base, file, f"../{EVIL}"),
         "app-of-no-file": _json("/run", lambda _, told: _requested(told, app=f"{ESCAPES}.py")),
         "app-that-is-not-installed": _json("/run", lambda _, told: _requested(told, app=ESCAPES)),
         "many-milestones": _json(
@@ -187,6 +190,11 @@ def _renamed(records: list[Raw], topic: str, renamed: str) -> Iterator[Raw]:
     old, new = (struct.pack("<I", len(text)) + text.encode() for text in (topic, renamed))
     for opcode, body in records:
         yield opcode, body.replace(old, new) if opcode == 0x04 else body
+
+
+def _name_app(base: Path, file: Path, app: str) -> None:
+    file.with_name(EVIL).write_text(f"open({str(file.with_name(PROOF))!r}, 'w')\n")
+    _json("/run", lambda _, told: _requested(told, app=app, settings={}) | {"source": "pass"})(base, file)
 
 
 def _picture(topic: str, change: Callable[[bytes], bytes]) -> Make:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from benchmarks.hostile.forging import Raw, build_chunk, build_file, build_record, read_raw
 
+_LENGTHS = (0, 1, 100, 2**16, 2**31, 2**62, 2**64 - 1)
 _VALUES = (
     *("NaN", "Infinity", "-1", "0", "1e308", "-1e308", "1e9", "1" + "0" * 400, "null", "true", "[]", "{}", "[[[]]]"),
     *('""', '"nan"', '"inf"', '"\\u001b[2J"', '"../evil.py"', '"=cmd()"', '"' + "a" * 5000 + '"'),

@@ -18,6 +18,7 @@ _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """How a cell begins that a spreadsheet takes for a formula: https://owasp.org/www-community/attacks/CSV_Injection."""
 
 _POSE = ("x_m", "y_m", "heading_rad")
+_PICTURE = "sequence"
 _UNITS = {"range_sensor": "m", "encoder": "rad", "battery": "v"}
 
 
@@ -52,7 +53,7 @@ def _rows(recording: Recording) -> Iterator[list[Any]]:
     for tick in recording.ticks:
         true = list(truth.get(tick.number) or _nothing(3)) if truth else []
         reads = last_reads(tick)
-        samples = [cell for name, _ in sensors for cell in _sample(recording, reads.get(name))]
+        samples = [cell for name, unit in sensors for cell in _sample(recording, reads.get(name), unit)]
         causes = " ".join(each.cause for each in tick.interventions)
         state, causes, error = map(_as_text, (tick.state, causes, tick.error.message if tick.error else ""))
         yield [tick.number, tick.time, state, *_decided(tick), *true, *samples, causes, error]
@@ -62,17 +63,17 @@ def _sensors(recording: Recording) -> Iterator[tuple[str, str]]:
     """Yield the name of each open sensor, and the unit of what it reads; a picture is told by its number."""
     for device in recording.metadata.description.devices:
         if device.name in recording.metadata.devices and device.kind in (*_UNITS, "camera"):
-            yield device.name, _UNITS.get(device.kind, "sequence")
+            yield device.name, _UNITS.get(device.kind, _PICTURE)
 
 
 def _decided(tick: Tick) -> list[Any]:
     return [*(tick.asked or _nothing(2)), *(tick.sent or _nothing(2)), *(tick.pose or _nothing(3))]
 
 
-def _sample(recording: Recording, read: Read | None) -> tuple[Any, Any]:
+def _sample(recording: Recording, read: Read | None, unit: str) -> tuple[Any, Any]:
     if read is None:
         return "", ""
-    sample = None if read.key is None else recording.samples.get(read.key)
+    sample = None if read.key is None or unit == _PICTURE else recording.samples.get(read.key)
     match sample:
         case Range():
             return sample.distance, read.time

@@ -58,9 +58,8 @@ def _about(recording: Recording) -> Iterator[str]:
 def _ending(recording: Recording) -> RenderableType:
     if recording.result:
         return summary(recording.result)
-    cut = Text(_wholeness(recording), "bold red" if recording.is_cut else "bold") + Text(
-        f"  {escape(why_no_end(recording))}"
-    )
+    cut = Text(_wholeness(recording), "bold red" if recording.is_cut else "bold")
+    cut += Text(f"  {escape(why_no_end(recording))}")
     return Text("\n").join([cut, *(Text(f"  {escape(line)}") for line in events(result_of(recording)))])
 
 

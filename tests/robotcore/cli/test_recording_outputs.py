@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import csv
+import os
 from pathlib import Path
 
 import cv2
 import pytest
 
+from benchmarks.hostile.files import ESCAPES, name_files
+from benchmarks.hostile.forging import change_json
 from tests.robotcore.cli.conftest import Cli, Recorded
 
 
@@ -97,3 +101,107 @@ def test_camera_that_is_not_there_offers_the_nearest(cli: Cli, brief: Path, tmp_
     told = cli("info", str(brief), "--video", str(tmp_path / "v.mp4"), "--device", "eey")
     assert told.status == 2
     assert "unknown camera or display of the recording 'eey'. Did you mean 'eye'?" in told.err
+
+
+OUTPUTS = [("--csv", "t.csv"), ("--picture", "p.png"), ("--video", "v.mp4")]
+
+
+@pytest.mark.parametrize("option, name", OUTPUTS)
+@pytest.mark.parametrize("kind", ["link", "dangling", "fifo"])
+def test_no_output_is_written_through_a_link_or_into_a_fifo(
+    cli: Cli, brief: Path, tmp_path: Path, option: str, name: str, kind: str
+) -> None:
+    own, output = tmp_path / "own.py", tmp_path / name
+    if kind == "fifo":
+        os.mkfifo(output)
+    else:
+        output.symlink_to(own)
+    if kind == "link":
+        own.write_text("mine")
+    before = sorted(tmp_path.iterdir())
+    told = cli("info", str(brief), option, str(output))
+    assert told.status == 2
+    assert name in told.err
+    assert sorted(tmp_path.iterdir()) == before
+    assert kind != "link" or own.read_text() == "mine"
+
+
+def test_table_into_a_folder_is_not_written_through_a_link_in_it(cli: Cli, brief: Path, tmp_path: Path) -> None:
+    own = tmp_path / "search.py"
+    own.write_text("mine")
+    (tmp_path / "brief.csv").symlink_to(own)
+    assert cli("info", str(brief), "--csv", str(tmp_path)).status == 2
+    assert own.read_text() == "mine"
+
+
+@pytest.mark.parametrize("command", ["replay", "compare"])
+def test_picture_of_a_replay_or_comparison_is_not_written_through_a_link(
+    cli: Cli, brief: Path, tmp_path: Path, command: str
+) -> None:
+    own, picture = tmp_path / "own.py", tmp_path / "p.png"
+    own.write_text("mine")
+    picture.symlink_to(own)
+    files = [str(brief)] * (2 if command == "compare" else 1)
+    told = cli(command, *files, "--picture", str(picture))
+    assert (told.status, told.out) == (2, "")
+    assert own.read_text() == "mine"
+
+
+@pytest.mark.parametrize("option, name", OUTPUTS)
+def test_output_takes_the_place_of_the_one_before_and_leaves_nothing_beside_it(
+    cli: Cli, brief: Path, tmp_path: Path, option: str, name: str
+) -> None:
+    output, other = tmp_path / name, tmp_path / "other"
+    output.write_text("old")
+    other.hardlink_to(output)
+    assert cli("info", str(brief), option, str(output)).status == 0
+    assert output.read_bytes() != b"old"
+    assert other.read_text() == "old"
+    assert sorted(tmp_path.iterdir()) == sorted((output, other))
+
+
+@pytest.mark.parametrize("name", ["time-of-a-long-pause", "picture-0x0", "jpeg-bomb"])
+def test_film_of_a_hostile_recording_is_refused_and_leaves_no_half(
+    cli: Cli, brief: Path, tmp_path: Path, name: str
+) -> None:
+    file = tmp_path / "hostile.mcap"
+    name_files(is_small=True)[name](brief, file)
+    device = "screen" if name.startswith("jpeg") else "eye"
+    told = cli("info", str(file), "--video", str(tmp_path / "v.mp4"), "--device", device)
+    assert told.status == 2
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_film_of_a_picture_far_too_high_has_a_size_that_can_be_seen(cli: Cli, brief: Path, tmp_path: Path) -> None:
+    file, film = tmp_path / "hostile.mcap", tmp_path / "v.mp4"
+    name_files()["picture-1x20000"](brief, file)
+    assert cli("info", str(file), "--video", str(film), "--device", "eye").status == 0
+    is_read, picture = cv2.VideoCapture(str(film)).read()
+    assert is_read
+    assert picture.shape[0] < 2000
+
+
+@pytest.mark.parametrize("name", ["escapes-in-run", "escapes-in-result", "escapes-in-ticks"])
+@pytest.mark.parametrize("command", ["info", "replay", "compare"])
+def test_texts_of_a_recording_stay_text_in_their_line(
+    cli: Cli, brief: Path, tmp_path: Path, command: str, name: str
+) -> None:
+    file = tmp_path / "hostile.mcap"
+    name_files()[name](brief, file)
+    told = cli(command, *[str(file)] * (2 if command == "compare" else 1))
+    printed = told.out if command != "replay" or name != "escapes-in-run" else ""
+    assert printed.replace("\n", "").isprintable()
+    assert not any(line.startswith("error: forged") for line in told.out.splitlines())
+
+
+def test_text_that_a_spreadsheet_takes_for_a_formula_is_marked_as_text(cli: Cli, brief: Path, tmp_path: Path) -> None:
+    file, table = tmp_path / "hostile.mcap", tmp_path / "t.csv"
+    states = ["=cmd()", "+1", "-1", "@sum", "\tx", "safe = 1", ESCAPES]
+    file.write_bytes(
+        change_json(brief, "/ticks", lambda number, told: told | {"state": states[number % 7], "time": number - 5.0})
+    )
+    cli("info", str(file), "--csv", str(table))
+    with table.open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [row["state"] for row in rows[:7]] == [f"'{state}" for state in states[:5]] + states[5:]
+    assert rows[0]["time_s"] == "-5.0"

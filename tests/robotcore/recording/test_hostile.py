@@ -1,0 +1,163 @@
+"""Recordings that somebody made to break what reads them: each is refused by name, or read up to where it is wrong."""
+
+from __future__ import annotations
+
+import random
+import resource
+import sys
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from subprocess import run as run_process
+from typing import NamedTuple
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from benchmarks.hostile.files import name_files
+from benchmarks.hostile.forging import build_chunk, change_json, join_raw, read_raw
+from benchmarks.hostile.fuzzing import Seed, mutate
+from robotcore.errors import RecordingError, RobotcoreError, WatchdogError
+from robotcore.recording import Raised, Recording, read
+from robotcore.recording.contents import contents_of
+from robotcore.recording.csvfile import write_csv
+from robotcore.recording.path import odometry_path, true_path
+from robotcore.view.contents import contents
+from tests.robotcore.recording.conftest import record
+
+FILES = name_files(is_small=True)
+REFUSED = {
+    *("lz4-bomb", "fifo", "folder", "device", "loop-of-links", "run-that-is-a-list", "run-of-a-later-format"),
+    *("rate-0", "rate-negative", "rate-1e300", "rate-nan", "timeout-nan", "faults-of-nothing"),
+}
+HARMLESS = (
+    *("poses-", "truth-", "commands-", "picture-", "jpeg-", "escapes-", "app-", "error-", "a-state", "many-milestones"),
+    *("times-that-stand", "times-all-1e9", "times-all-negative", "time-of-a-long-pause"),
+)
+DAMAGED = {name for name in FILES if not name.startswith(HARMLESS)} - REFUSED
+DAMAGED |= {"error-read-of-Interrupted", "error-tick-of-Interrupted"}
+BOMBS = ("zstd-bomb-of-known-size", "zstd-frame-that-claims-2^62", "a-million-channels", "list-of-lists", "many-ticks")
+MEMORY_BYTES = 300 * 10**6
+
+
+@pytest.fixture(scope="module")
+def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return record(tmp_path_factory.mktemp("base") / "run.mcap", app="green-search", timeout_s=0.6).file
+
+
+class Content(NamedTuple):
+    """A recording to be changed; its words are few, hypothesis prints them."""
+
+    seed: Seed
+
+    def __repr__(self) -> str:
+        return "a recording"
+
+
+@pytest.fixture(scope="module")
+def content(base: Path) -> Content:
+    return Content(Seed.of(base))
+
+
+def fault_of(action: Callable[[], object]) -> str:
+    """Return what an action is refused with; empty if it is not."""
+    try:
+        action()
+    except RecordingError as error:
+        return str(error)
+    return ""
+
+
+def read_all(file: Path) -> Recording | None:
+    """Look at everything in a recording; None where it is refused. Any error but ours passes."""
+    if fault := fault_of(lambda: read(file)):
+        assert fault.isprintable()
+        assert file.name in fault
+        return None
+    recording = read(file)
+    for key in recording.samples:
+        fault = fault_of(partial(recording.samples.__getitem__, key))
+        assert not fault or "damaged" in fault
+    for tick in recording.ticks:
+        errors = (each.error for each in (*tick.reads, *tick.asks, tick) if each.error)
+        assert all(error.again().args for error in errors)
+    contents_of(recording)
+    contents(recording, file)
+    odometry_path(recording)
+    true_path(recording)
+    write_csv(recording, file.with_suffix(".csv"), "")
+    return recording
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_hostile_file_is_refused_or_read_up_to_where_it_is_wrong(base: Path, tmp_path: Path, name: str) -> None:
+    file = tmp_path / "hostile.mcap"
+    FILES[name](base, file)
+    recording = read_all(file)
+    assert (recording is None) == (name in REFUSED)
+    if recording:
+        assert recording.is_damaged == (name in DAMAGED)
+        assert not recording.damage or recording.damage.startswith("byte ")
+
+
+def test_bombs_are_read_in_less_memory_than_they_unpack_to(base: Path, tmp_path: Path) -> None:
+    files = []
+    for number, name in enumerate(BOMBS):
+        files.append(tmp_path / f"{number}.mcap")
+        FILES[name](base, files[-1])
+    command = f"import sys, {__name__} as test; test.main(*sys.argv[1:])"
+    run_process([sys.executable, "-c", command, *map(str, files)], check=True)
+
+
+def main(*files: str) -> None:
+    """Read files; fail where that takes more memory than the bound."""
+    for file in files:
+        read_all(Path(file))
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    assert most < MEMORY_BYTES, f"{most} bytes"
+
+
+@given(number=st.integers(0, 2**32))
+@settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_file_changed_at_random_is_refused_or_read(content: Content, tmp_path: Path, number: int) -> None:
+    file = tmp_path / "random.mcap"
+    file.write_bytes(mutate(content.seed, random.Random(number)))
+    read_all(file)
+
+
+def test_file_that_is_packed_anew_is_the_same_recording(base: Path, file: Path) -> None:
+    file.write_bytes(join_raw(read_raw(base)))
+    whole, again = read(base), read(file)
+    assert (again.ticks, again.result, again.damage) == (whole.ticks, whole.result, "")
+
+
+def test_result_with_a_key_of_a_later_version_is_read(base: Path, file: Path) -> None:
+    file.write_bytes(change_json(base, "/result", lambda _, told: told | {"later": 1}))
+    assert read(file).result == read(base).result
+
+
+def test_result_of_an_earlier_version_is_read(base: Path, file: Path) -> None:
+    early = ("app", "backend", "robot", "world", "seed", "outcome", "exit_status")
+    file.write_bytes(change_json(base, "/result", lambda _, told: {name: told[name] for name in early}))
+    result = read(file).result
+    assert result
+    assert (result.app, result.notes, result.dropped_pictures) == ("green-search", [], None)
+
+
+def test_place_of_the_damage_is_where_the_chunk_begins(base: Path, file: Path) -> None:
+    content = base.read_bytes()
+    end = content.index(b"\x0f\x04\x00\x00\x00\x00\x00\x00\x00", len(content) // 2)
+    file.write_bytes(content[:end] + build_chunk(b"", size=7) + content[end:])
+    assert read(file).damage.startswith(f"byte {end}, ")
+
+
+@pytest.mark.parametrize("kind", ["signal", "Sequence", "_Portable", "format_exception", "none"])
+def test_error_of_a_kind_that_is_none_is_raised_again_as_ours(kind: str) -> None:
+    assert type(Raised(kind, "no echo").again()) is RobotcoreError
+
+
+def test_recorded_attribute_does_not_replace_what_an_error_defines() -> None:
+    error = Raised("WatchdogError", "late", {"exit_status": 0, "cause": "none", "device": "nose"}).again()
+    assert isinstance(error, WatchdogError)
+    assert (error.exit_status, error.cause) == (4, "watchdog")
