@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from robotcore.catalogue import app_name
+from robotcore.description import BatteryDescription
 from robotcore.devices import Voltage
 from robotcore.recording.events import Tick
 from robotcore.recording.recording import Recording
@@ -62,6 +63,9 @@ def _trace_of(recording: Recording) -> Trace:
 
 
 def _voltages_in(tick: Tick, recording: Recording) -> dict[str, float]:
-    """Return what was read of batteries in a tick, in volts."""
-    read = {read.device: recording.samples.get(read.key) for read in tick.reads if read.key}
+    """Return what was read of batteries in a tick, in volts; no picture is read for it."""
+    batteries = {battery.name for battery in recording.metadata.description.all_of(BatteryDescription)}
+    read = {
+        read.device: recording.samples.get(read.key) for read in tick.reads if read.key and read.device in batteries
+    }
     return {device: sample.voltage for device, sample in read.items() if isinstance(sample, Voltage)}
