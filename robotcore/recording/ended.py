@@ -65,7 +65,6 @@ def _trace_of(recording: Recording) -> Trace:
 def _voltages_in(tick: Tick, recording: Recording) -> dict[str, float]:
     """Return what was read of batteries in a tick, in volts; no picture is read for it."""
     batteries = {battery.name for battery in recording.metadata.description.all_of(BatteryDescription)}
-    read = {
-        read.device: recording.samples.get(read.key) for read in tick.reads if read.key and read.device in batteries
-    }
-    return {device: sample.voltage for device, sample in read.items() if isinstance(sample, Voltage)}
+    keys = [read.key for read in tick.reads if read.key and read.device in batteries]
+    samples = {key.device: recording.samples.get(key) for key in keys}
+    return {device: sample.voltage for device, sample in samples.items() if isinstance(sample, Voltage)}
