@@ -8,7 +8,7 @@ from typing import Generic, TypeVar, cast
 
 from drivers.replay.clock import ReplayClock
 from robotcore.devices import Angle, Frame, Range, Voltage
-from robotcore.errors import DeviceError
+from robotcore.errors import DeviceError, RecordingError
 from robotcore.recording import Read, Recording, SampleKey
 
 RecordedT = TypeVar("RecordedT", Range, Frame, Angle, Voltage)
@@ -28,12 +28,15 @@ class Reel(Generic[RecordedT]):
         self._tick, self._count = -1, 0
 
     def __call__(self) -> RecordedT:
-        """Return the sample of this read; DeviceError where there was none yet."""
+        """Return the sample of this read; DeviceError where there was none yet, or where it is damaged."""
         read = self._next()
         if read and read.error:
             raise read.error.again()
         key = read.key if read else None
-        return cast("RecordedT", self._samples[key if key and key in self._samples else self._newest_key()])
+        try:
+            return cast("RecordedT", self._samples[key if key and key in self._samples else self._newest_key()])
+        except RecordingError as error:
+            raise DeviceError(self._device, str(error)) from error
 
     def _next(self) -> Read | None:
         """Return the recorded read whose turn it is in this tick, if there is one."""

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sized
 from dataclasses import MISSING, Field, fields
 from functools import cache
 from typing import Any, get_type_hints
 
 from pydantic import BaseModel, create_model
 
-from robotcore.errors import Interrupted
+from robotcore.errors import BehaviourError, Interrupted
 from robotcore.faults.spec import Spec
 from robotcore.recording.events import Raised, Tick
 from robotcore.recording.recording import FORMAT, Metadata
@@ -27,6 +27,9 @@ MOST_SECONDS = 1e9
 """Thirty years: no run is longer."""
 
 _MOST_TICKS = 2**53
+_MOST_NAMES = 1000
+"""Of milestones or devices: each is a row of a table."""
+_NEVER_OF_DEVICES = {Interrupted.__name__, BehaviourError.__name__}
 _SIGNALS = range(129, 193)
 _BATTERY_KEYS = {"lowest_v", "last_v"}
 
@@ -46,6 +49,7 @@ def parse_metadata(content: bytes) -> Metadata:
         raise ValueError(f"rate_hz is {about.request.rate_hz:g}")
     _require_seconds("timeout_s", about.request.timeout_s)
     _require_faults(about.request.faults)
+    _require_few("devices", about.description.devices)
     return about
 
 
@@ -57,8 +61,8 @@ def parse_tick(content: bytes, before: Tick | None) -> Tick:
     _require_seconds(f"the time of tick {tick.number}", tick.time)
     if before and tick.time < before.time:
         raise ValueError(f"tick {tick.number} is at {tick.time:g} s, before tick {before.number}")
-    if any(error.kind == Interrupted.__name__ for error in _device_errors(tick)):
-        raise ValueError(f"a device raised {Interrupted.__name__} in tick {tick.number}")
+    if odd := {error.kind for error in _device_errors(tick)} & _NEVER_OF_DEVICES:
+        raise ValueError(f"a device raised {', '.join(sorted(odd))} in tick {tick.number}")
     if tick.error and tick.error.kind == Interrupted.__name__ and not _is_signal(tick.error):
         raise ValueError(f"tick {tick.number} was interrupted by no signal")
     return tick
@@ -70,6 +74,7 @@ def parse_result(content: bytes) -> RunResult:
     result = RunResult(**{name: getattr(told, name) for name in type(told).model_fields})
     for name in ("sim_time_s", "wall_time_s"):
         _require_seconds(name, getattr(result, name))
+    _require_few("milestones", result.milestones)
     for name, time in result.milestones.items():
         _require_seconds(f"the time of milestone {name!r}", time)
     for name, voltages in result.batteries.items():
@@ -108,6 +113,11 @@ def _is_signal(error: Raised) -> bool:
 def _require_seconds(what: str, seconds: float) -> None:
     if not abs(seconds) <= MOST_SECONDS:
         raise ValueError(f"{what} is {seconds:g} s")
+
+
+def _require_few(what: str, named: Sized) -> None:
+    if len(named) > _MOST_NAMES:
+        raise ValueError(f"{len(named)} {what}, more than {_MOST_NAMES}")
 
 
 def _require_faults(faults: Any) -> None:

@@ -44,9 +44,13 @@ class Track:
             yield state, first, sum(steps[-1].time - steps[0].time for steps in stretches)
 
     def places(self, milestones: Mapping[str, float]) -> dict[str, Pose]:
-        """Return where the robot was when it reached each milestone, ``milestones`` being their times."""
+        """Return where the robot was when it reached each milestone, ``milestones`` being their times.
+
+        One that was no state of it is left out.
+        """
+        states = set(self.states)
         return {
             name: min(self.steps, key=lambda step: abs(step.time - time)).pose
             for name, time in milestones.items()
-            if self.steps
+            if name in states
         }

@@ -205,3 +205,25 @@ def test_text_that_a_spreadsheet_takes_for_a_formula_is_marked_as_text(cli: Cli,
         rows = list(csv.DictReader(stream))
     assert [row["state"] for row in rows[:7]] == [f"'{state}" for state in states[:5]] + states[5:]
     assert rows[0]["time_s"] == "-5.0"
+
+
+@pytest.mark.parametrize("name", ["escapes-in-result", "escapes-in-ticks", "poses-nan", "poses-1e308", "truth-1e308"])
+def test_picture_of_a_recording_with_milestones_or_poses_that_cannot_be_is_drawn(
+    cli: Cli, search: Path, tmp_path: Path, name: str
+) -> None:
+    file, picture = tmp_path / "hostile.mcap", tmp_path / "p.png"
+    name_files()[name](search, file)
+    assert cli("info", str(file), "--picture", str(picture)).status == 0
+    assert cv2.imread(str(picture)) is not None
+
+
+@pytest.mark.parametrize("arguments", [(), ("--set", "duration_s=1")], ids=["held", "rehearsed"])
+def test_damaged_picture_is_a_failure_of_its_device_and_not_of_the_app(
+    cli: Cli, brief: Path, tmp_path: Path, arguments: tuple[str, ...]
+) -> None:
+    file = tmp_path / "hostile.mcap"
+    name_files()["picture-0x0"](brief, file)
+    told = cli("replay", str(file), *arguments, "--json")
+    assert told.json["exit_status"] in (1, 3)
+    assert "damaged" in told.out
+    assert "Traceback" not in told.err

@@ -36,7 +36,7 @@ HARMLESS = (
     *("times-that-stand", "times-all-1e9", "times-all-negative", "time-of-a-long-pause"),
 )
 DAMAGED = {name for name in FILES if not name.startswith(HARMLESS)} - REFUSED
-DAMAGED |= {"error-read-of-Interrupted", "error-tick-of-Interrupted"}
+DAMAGED |= {"error-read-of-Interrupted", "error-read-of-BehaviourError", "error-tick-of-Interrupted", "many-milestones"}
 BOMBS = ("zstd-bomb-of-known-size", "zstd-frame-that-claims-2^62", "a-million-channels", "list-of-lists", "many-ticks")
 MEMORY_BYTES = 300 * 10**6
 
@@ -80,8 +80,8 @@ def read_all(file: Path) -> Recording | None:
         fault = fault_of(partial(recording.samples.__getitem__, key))
         assert not fault or "damaged" in fault
     for tick in recording.ticks:
-        errors = (each.error for each in (*tick.reads, *tick.asks, tick) if each.error)
-        assert all(error.again().args for error in errors)
+        errors = [read.error for read in tick.reads if read.error] + [tick.error] * (tick.error is not None)
+        assert all(error.again().args for error in errors if error)
     contents_of(recording)
     contents(recording, file)
     odometry_path(recording)
