@@ -32,10 +32,10 @@ def command(
 ) -> int:
     """Hold the app of a recording FILE to each decision.
 
-    It is given what it was given then; the first thing that it does otherwise is told. A file that holds another text
+    The app gets the recorded samples, and the first decision that differs is printed. A file that holds another text
     than the recorded one runs only if --app names it.
 
-    With another --app, or with --set, what it would have decided on the recorded samples.
+    With another --app, or with --set, the command prints what that app would have decided on the recorded samples.
 
     Exit status: 0 all is equal, or another app came to its end; 1 something differs; else as `robotcore run`.
     """

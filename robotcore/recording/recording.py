@@ -46,8 +46,8 @@ class Recording:
     pictures that were compressed. It may read them when asked, and then raises RecordingError where the file fails.
     ``truth`` is empty where no simulator vouched for it. ``result`` is None where the file ends before the run did,
     or is damaged before that; ``is_cut`` is so too where only its index is missing. ``ended_early`` says why it ends
-    before the run did all the same, as it was told to. ``damage`` says where it is damaged and how, in a line; what
-    comes after that was not read.
+    before the run did all the same, for example at its size limit. ``damage`` says where it is damaged and how, in a
+    line. What comes after that was not read.
     """
 
     metadata: Metadata

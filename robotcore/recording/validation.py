@@ -40,8 +40,8 @@ class UnknownFormatError(ValueError):
 
 def parse_metadata(content: bytes) -> Metadata:
     """Return what was run; UnknownFormatError if a later version wrote it."""
-    told = json.loads(content)
-    written = told.get("format", FORMAT) if isinstance(told, dict) else FORMAT
+    payload = json.loads(content)
+    written = payload.get("format", FORMAT) if isinstance(payload, dict) else FORMAT
     if written != FORMAT:
         raise UnknownFormatError(f"it is of format {written!r}, known is {FORMAT}")
     about = from_json(Metadata, content)
@@ -70,8 +70,8 @@ def parse_tick(content: bytes, before: Tick | None) -> Tick:
 
 def parse_result(content: bytes) -> RunResult:
     """Return how a run ended. Keys that this version does not know are ignored."""
-    told = _result_model().model_validate(json.loads(content))
-    result = RunResult(**{name: getattr(told, name) for name in type(told).model_fields})
+    valid = _result_model().model_validate(json.loads(content))
+    result = RunResult(**{name: getattr(valid, name) for name in type(valid).model_fields})
     for name in ("sim_time_s", "wall_time_s"):
         _require_seconds(name, getattr(result, name))
     _require_few("milestones", result.milestones)

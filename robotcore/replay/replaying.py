@@ -53,7 +53,7 @@ def replay(
     if not isinstance(result.error, Interrupted):
         hold_end(replayer.script, result)
     result = replace(result, backend=recording.metadata.request.backend)
-    return _told(replayer, likeness, result, platform, has_changed=_has_changed(recording, request.app))
+    return _build_replayed(replayer, likeness, result, platform, has_changed=_has_changed(recording, request.app))
 
 
 def require_ticks(recording: Recording, file: Path | str) -> None:
@@ -106,7 +106,7 @@ def request_for(recording: Recording, *, is_held: bool = False) -> RunRequest:
     )
 
 
-def _told(
+def _build_replayed(
     replayer: Replayer, likeness: Likeness, result: RunResult, platform: Sequence[str], *, has_changed: bool | None
 ) -> Replayed:
     script = replayer.script

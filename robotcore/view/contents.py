@@ -20,7 +20,7 @@ _UNITS = ("bytes", "kB", "MB", "GB")
 
 
 def contents(recording: Recording, file: Path) -> RenderableType:
-    """Return what is told of a recording. Its texts are data: each stays in its line."""
+    """Return the summary of a recording. Its texts are data: each stays in its line."""
     title = Text(escape(file.name), "bold") + Text(f"  {escape(', '.join(_state(recording, file)))}")
     about = [Text(f"  {escape(line)}") for line in _about(recording)]
     return Group(title, *about, Text(), _ending(recording), Text(), _devices(recording))

@@ -16,14 +16,14 @@ _BAD = "bold red"
 
 
 def summary(result: RunResult) -> Text:
-    """Return the outcome, what it was measured by, the milestones and the reason, a line each, whatever they hold."""
+    """Return the outcome, what it was measured by, the milestones and the reason, a line each."""
     style = _BAD if result.dispute else _STYLES.get(result.outcome, _BAD)
     outcome = Text(result.outcome.value, style)
-    told = [", ".join(measures(result)), *events(result)]
+    lines = [", ".join(measures(result)), *events(result)]
     if result.reason and not isinstance(result.error, RobotcoreError):
-        told.append(result.reason)
+        lines.append(result.reason)
     first = outcome + Text(f"  {escape(heading(result))}")
-    return Text("\n").join([first, *(Text(f"  {escape(line)}") for line in told)])
+    return Text("\n").join([first, *(Text(f"  {escape(line)}") for line in lines)])
 
 
 def heading(result: RunResult) -> str:

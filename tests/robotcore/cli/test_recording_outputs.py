@@ -119,9 +119,9 @@ def test_no_output_is_written_through_a_link_or_into_a_fifo(
     if kind == "link":
         own.write_text("mine")
     before = sorted(tmp_path.iterdir())
-    told = cli("info", str(brief), option, str(output))
-    assert told.status == 2
-    assert name in told.err
+    answer = cli("info", str(brief), option, str(output))
+    assert answer.status == 2
+    assert name in answer.err
     assert sorted(tmp_path.iterdir()) == before
     assert kind != "link" or own.read_text() == "mine"
 
@@ -142,8 +142,8 @@ def test_picture_of_a_replay_or_comparison_is_not_written_through_a_link(
     own.write_text("mine")
     picture.symlink_to(own)
     files = [str(brief)] * (2 if command == "compare" else 1)
-    told = cli(command, *files, "--picture", str(picture))
-    assert (told.status, told.out) == (2, "")
+    answer = cli(command, *files, "--picture", str(picture))
+    assert (answer.status, answer.out) == (2, "")
     assert own.read_text() == "mine"
 
 
@@ -167,8 +167,8 @@ def test_film_of_a_hostile_recording_is_refused_and_leaves_no_half(
     file = tmp_path / "hostile.mcap"
     name_files(is_small=True)[name](brief, file)
     device = "screen" if name.startswith("jpeg") else "eye"
-    told = cli("info", str(file), "--video", str(tmp_path / "v.mp4"), "--device", device)
-    assert told.status == 2
+    answer = cli("info", str(file), "--video", str(tmp_path / "v.mp4"), "--device", device)
+    assert answer.status == 2
     assert list(tmp_path.iterdir()) == [file]
 
 
@@ -188,17 +188,17 @@ def test_texts_of_a_recording_stay_text_in_their_line(
 ) -> None:
     file = tmp_path / "hostile.mcap"
     name_files()[name](brief, file)
-    told = cli(command, *[str(file)] * (2 if command == "compare" else 1))
-    printed = told.out if command != "replay" or name != "escapes-in-run" else ""
+    answer = cli(command, *[str(file)] * (2 if command == "compare" else 1))
+    printed = answer.out if command != "replay" or name != "escapes-in-run" else ""
     assert printed.replace("\n", "").isprintable()
-    assert not any(line.startswith("error: forged") for line in told.out.splitlines())
+    assert not any(line.startswith("error: forged") for line in answer.out.splitlines())
 
 
 def test_text_that_a_spreadsheet_takes_for_a_formula_is_marked_as_text(cli: Cli, brief: Path, tmp_path: Path) -> None:
     file, table = tmp_path / "hostile.mcap", tmp_path / "t.csv"
     states = ["=cmd()", "+1", "-1", "@sum", "\tx", "safe = 1", ESCAPES]
     file.write_bytes(
-        change_json(brief, "/ticks", lambda number, told: told | {"state": states[number % 7], "time": number - 5.0})
+        change_json(brief, "/ticks", lambda number, event: event | {"state": states[number % 7], "time": number - 5.0})
     )
     cli("info", str(file), "--csv", str(table))
     with table.open(newline="") as stream:
@@ -223,7 +223,7 @@ def test_damaged_picture_is_a_failure_of_its_device_and_not_of_the_app(
 ) -> None:
     file = tmp_path / "hostile.mcap"
     name_files()["picture-0x0"](brief, file)
-    told = cli("replay", str(file), *arguments, "--json")
-    assert told.json["exit_status"] in (1, 3)
-    assert "damaged" in told.out
-    assert "Traceback" not in told.err
+    answer = cli("replay", str(file), *arguments, "--json")
+    assert answer.json["exit_status"] in (1, 3)
+    assert "damaged" in answer.out
+    assert "Traceback" not in answer.err

@@ -129,17 +129,17 @@ def test_file_that_holds_another_text_than_was_recorded_is_not_run(
     }[place]
     Path(evil).write_text(f"open({str(proof)!r}, 'w')\n{Path(tmp_path / 'odd.py').read_text()}")
     request = {"app": evil}
-    file.write_bytes(change_json(own, "/run", lambda _, told: told | {"request": told["request"] | request}))
-    told = cli("replay", str(file), *arguments)
-    assert (told.status, told.out) == (2, "")
-    assert evil in told.err
+    file.write_bytes(change_json(own, "/run", lambda _, event: event | {"request": event["request"] | request}))
+    answer = cli("replay", str(file), *arguments)
+    assert (answer.status, answer.out) == (2, "")
+    assert evil in answer.err
     assert not proof.exists()
 
 
 def test_file_whose_text_was_not_recorded_is_not_run(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
     app, own, file = app_file("return Status.SUCCESS"), tmp_path / "own.mcap", tmp_path / "run.mcap"
     cli("run", app, "--record", str(own))
-    file.write_bytes(change_json(own, "/run", lambda _, told: {**told, "source": None}))
+    file.write_bytes(change_json(own, "/run", lambda _, event: {**event, "source": None}))
     assert cli("replay", str(file)).status == 2
     assert cli("replay", str(file), "--app", app).status == 0
 
@@ -150,8 +150,8 @@ def test_own_app_that_was_moved_is_held_where_it_is_named(cli: Cli, app_file: Ap
     cli("run", str(app), "--record", file)
     elsewhere.mkdir()
     moved = app.rename(elsewhere / "other.py")
-    told = cli("replay", file, "--app", str(moved), "--json").json
-    assert (told["bit_equal"], told["app_changed"]) == (True, False)
+    answer = cli("replay", file, "--app", str(moved), "--json").json
+    assert (answer["bit_equal"], answer["app_changed"]) == (True, False)
 
 
 def test_another_file_that_is_named_only_rehearses(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:

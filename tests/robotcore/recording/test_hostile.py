@@ -1,4 +1,4 @@
-"""Recordings that somebody made to break what reads them: each is refused by name, or read up to where it is wrong."""
+"""Recordings made to break what reads them: each is refused by name, or read up to where it is wrong."""
 
 from __future__ import annotations
 
@@ -133,13 +133,13 @@ def test_file_that_is_packed_anew_is_the_same_recording(base: Path, file: Path) 
 
 
 def test_result_with_a_key_of_a_later_version_is_read(base: Path, file: Path) -> None:
-    file.write_bytes(change_json(base, "/result", lambda _, told: told | {"later": 1}))
+    file.write_bytes(change_json(base, "/result", lambda _, event: event | {"later": 1}))
     assert read(file).result == read(base).result
 
 
 def test_result_of_an_earlier_version_is_read(base: Path, file: Path) -> None:
     early = ("app", "backend", "robot", "world", "seed", "outcome", "exit_status")
-    file.write_bytes(change_json(base, "/result", lambda _, told: {name: told[name] for name in early}))
+    file.write_bytes(change_json(base, "/result", lambda _, event: {name: event[name] for name in early}))
     result = read(file).result
     assert result
     assert (result.app, result.notes, result.dropped_pictures) == ("green-search", [], None)
