@@ -10,7 +10,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from robotcore.recording.chunks import ChunkedFile, Place
+from robotcore.recording.chunks import ChunkedFile
+from robotcore.recording.packed import Place
 from robotcore.view.palette import GOOD
 from tests.robotcore.cli.conftest import AppFile, Cli, Recorded
 
