@@ -16,6 +16,7 @@ from robotcore.layers.devices import LayeredRangeSensor
 from robotcore.running.outcome import RunResult
 from robotcore.running.session import Run
 from robotcore.running.trace import TickRecord, voltages_told
+from robotcore.text import escape
 
 REFRESH_HZ = 10
 
@@ -34,7 +35,7 @@ class Progress:
         self._run: Run | None = None
         self._record: TickRecord | None = None
         self._warnings: list[str] = []
-        console = console or Console(stderr=True, highlight=False, markup=False)
+        console = console or Console(stderr=True, highlight=False, markup=False, emoji=False)
         self._live = Live(get_renderable=self._lines, console=console, refresh_per_second=REFRESH_HZ, transient=True)
 
     def begin(self, run: Run) -> None:
@@ -64,7 +65,7 @@ class Progress:
             self._live.start()
 
     def _lines(self) -> Group:
-        return Group(self._line(), *(Text(f"  warning: {each}", "yellow") for each in self._warnings))
+        return Group(self._line(), *(Text(f"  warning: {escape(each)}", "yellow") for each in self._warnings))
 
     def _line(self) -> Table:
         line = Table.grid(padding=(0, 2))
@@ -72,8 +73,8 @@ class Progress:
             request, record = self._run.request, self._record
             line.add_row(
                 self._spinner,
-                f"{request.app} on {request.backend}",
-                record.doing,
+                escape(f"{request.app} on {request.backend}"),
+                escape(record.doing),
                 _range_of(self._run),
                 voltages_told(record.voltages),
                 f"{record.time:.1f} s",

@@ -46,6 +46,17 @@ def test_the_line_tells_app_backend_state_and_time() -> None:
     assert "x real time" in progress.lines[-1]
 
 
+def test_control_characters_of_a_state_and_of_a_warning_are_escaped() -> None:
+    progress = Painted()
+    run(REQUEST, [progress])
+    progress._run = progress.last_run
+    progress.tick(TickRecord(11, 0.55, "\x1b]0;title\x07", None, None, (), warnings=("\x1b[2J",)))
+    with progress.console.capture() as capture:
+        progress.console.print(progress._lines())
+    assert "\\x1b]0;title\\x07" in capture.get()
+    assert "warning: \\x1b[2J" in capture.get()
+
+
 def test_on_a_robot_no_pace_is_told_for_it_has_none_but_its_own() -> None:
     progress = Painted()
     run(REQUEST, [progress])
