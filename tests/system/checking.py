@@ -10,8 +10,10 @@ from pathlib import Path
 
 from drivers.coppeliasim.address import Address
 from tests.system import needs
+from tests.system.speed import scaled
 
 CHECK_LIMIT_S = 600
+"""Of a check, on the reference machine: a hang."""
 
 
 def address_in(variable: str) -> Address | None:
@@ -26,6 +28,6 @@ def run(folder: Path, names: Iterable[str], *options: str) -> bool:
     ``options`` are pytest's.
     """
     files = [folder / f"{name}.py" for name in names] or sorted(folder.glob("[a-z]*.py"))
-    plugins = ["-p", "no:cacheprovider", f"--timeout={CHECK_LIMIT_S}"]
+    plugins = ["-p", "no:cacheprovider", f"--timeout={scaled(CHECK_LIMIT_S):.0f}"]
     command = [sys.executable, "-m", "pytest", *plugins, "-v", "-rs", *options, *map(str, files)]
     return subprocess.run(command, cwd=needs.ROOT, check=False).returncode == 0

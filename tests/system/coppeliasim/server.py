@@ -13,10 +13,11 @@ from robotcore.backend import Setup
 from robotcore.description import RobotDescription, WorldDescription, load_robot
 from robotcore.robot import Robot
 from tests.system.checking import address_in
+from tests.system.speed import scaled
 
 VARIABLE = "ROBOTCORE_COPPELIASIM"
 ANSWER_S = 3.0
-"""A simulator that draws without a graphics card, on a machine that does more, may take long."""
+"""On the reference machine: a simulator that draws without a graphics card may take long."""
 
 
 def address() -> Address | None:
@@ -28,7 +29,7 @@ def options(**more: Any) -> dict[str, Any]:
     """Return the options that lead there."""
     found = address()
     assert found, f"set {VARIABLE}"
-    return {"host": found.host, "port": found.port, "answer_s": ANSWER_S, **more}
+    return {"host": found.host, "port": found.port, "answer_s": scaled(ANSWER_S), **more}
 
 
 def opened(
@@ -45,7 +46,7 @@ def looking() -> Iterator[Connection]:
     """Look at the simulator from aside."""
     found = address()
     assert found
-    connection = Connection.open(found, ANSWER_S)
+    connection = Connection.open(found, scaled(ANSWER_S))
     try:
         yield connection
     finally:

@@ -17,10 +17,11 @@ from tests.system import needs
 from tests.system.deploy import debian
 from tests.system.deploy.cgroup import own_group
 from tests.system.deploy.network import Network, network
+from tests.system.speed import scaled
 
 TOOLS = ("debootstrap", "systemd-container", "iproute2", "openssh-client", "rsync")
 BOOT_S = 60.0
-"""A hang; on a machine of its own it is up in 2 s."""
+"""On the reference machine: a hang; it is up in 2 s."""
 
 SSH_PORT = 22
 NAMESPACES = ("--mount", "--uts", "--ipc", "--net", "--pid", "--cgroup")
@@ -66,12 +67,12 @@ class Machine:
         """End all that runs on it at once, in the middle of whatever it does."""
         if self._booted and self._booted.poll() is None:
             os.kill(_child(self._booted.pid), signal.SIGKILL)
-            self._booted.wait(BOOT_S)  # the first of a namespace is not gone before all the others are
+            self._booted.wait(scaled(BOOT_S))  # the first of a namespace is not gone before all the others are
 
     def shut_down(self) -> None:
         """Let it go down in good order."""
         self.as_root("systemctl", "poweroff")
-        self._running.wait(BOOT_S)
+        self._running.wait(scaled(BOOT_S))
 
     def as_root(self, *command: str, is_checked: bool = True) -> str:
         """Run a command on it as root; return what it printed."""
@@ -89,7 +90,7 @@ class Machine:
         return self._booted
 
     def _await_sshd(self, booted: subprocess.Popen[bytes]) -> None:
-        ending = time.monotonic() + BOOT_S
+        ending = time.monotonic() + scaled(BOOT_S)
         while not self._answers():
             if booted.poll() is not None or time.monotonic() > ending:
                 self.cut_power()
@@ -99,7 +100,7 @@ class Machine:
 
     def _answers(self) -> bool:
         try:
-            with socket.create_connection((self.address, SSH_PORT), timeout=1.0) as connection:
+            with socket.create_connection((self.address, SSH_PORT), timeout=scaled(1.0)) as connection:
                 return connection.recv(4) == b"SSH-"
         except OSError:
             return False

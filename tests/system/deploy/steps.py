@@ -8,12 +8,14 @@ from collections.abc import Callable
 from tests.system.deploy.motors import awaited
 from tests.system.deploy.projects import carrying, needing
 from tests.system.deploy.rover import Ran, Rover
+from tests.system.speed import scaled
 
 RAD_S = 2.0
 HEAVY_MB = 40
 """Takes a moment to send."""
 
 ENDING_S = 120
+"""Of what is left of a push, on the reference machine: a hang."""
 
 SIGNS = {
     "sent": "incoming/*/project/.heavy.bin.*",
@@ -32,7 +34,7 @@ def interrupted(rover: Rover, step: str, deed: Callable[[subprocess.Popen[str]],
     with change, rover.pushing("--set", f"speed_rad_s={RAD_S:g}") as push:
         awaited(lambda: 1 if _seen(rover, step) - before else None, f"the step {step!r}", push.poll)
         deed(push)
-        out, err = push.communicate(timeout=ENDING_S)
+        out, err = push.communicate(timeout=scaled(ENDING_S))
         return Ran(push.args, push.returncode, out, err)
 
 

@@ -15,13 +15,14 @@ from robotcore.clock import MonotonicClock
 from tests.system.firmware.bench import HZ, MEMORY, made
 from tests.system.firmware.simulated import SimulatedRobot
 from tests.system.firmware.wiring import Wiring
+from tests.system.speed import scaled
 
 STANDS = "0.0000 0.0000"
 """What more is told of `duty` where neither motor is given any."""
 
 LOOK_S = 0.002
 HUNG_S = 300.0
-"""No simulator is so slow that this passes on the wall before what is waited for has come or is too late."""
+"""On the reference machine: what is waited for has come by then, or is too late by the AVR's time."""
 
 
 class Event(NamedTuple):
@@ -79,11 +80,11 @@ class Board(SimulatedRobot):
 
     def wait(self, is_so: Callable[[], bool], what: str, within_s: float = math.inf) -> None:
         """Wait until something is so; raises AssertionError where it is not within so much of the AVR's time."""
-        wall, end = MonotonicClock(), self.now() + within_s
+        wall, end, hung = MonotonicClock(), self.now() + within_s, scaled(HUNG_S)
         while not is_so():
             assert self._process.poll() is None, f"the simulator has ended with {self._process.returncode}"
             assert self.now() < end, f"waited {within_s:g} s of the AVR's time for {what}"
-            assert wall.now() < HUNG_S, f"waited {HUNG_S:g} s for {what}, at {self.now():.3f} s of the AVR's time"
+            assert wall.now() < hung, f"waited {hung:g} s for {what}, at {self.now():.3f} s of the AVR's time"
             wall.sleep_until(wall.now() + LOOK_S)
 
     def wait_for_stop(self, within_s: float) -> Event:
@@ -97,7 +98,7 @@ class Board(SimulatedRobot):
         """Switch it off. May be called again."""
         if self._process.stdin and not self._process.stdin.closed:
             self._process.stdin.close()
-            self._process.wait(HUNG_S)
+            self._process.wait(scaled(HUNG_S))
             self._hearing.join()
             self._made.cleanup()
 

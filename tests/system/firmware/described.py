@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,6 @@ from robotcore.description import BatteryDescription, RobotDescription, load_rob
 
 BOARD_TIMEOUT_S = 0.5
 ANSWER_S, MAX_AGE_S = 60, 3.0
-BATTERY = '[[devices]]\nkind = "battery"\nname = "battery"\n'
 
 CONNECTED: dict[str, dict[str, Any]] = {
     "left_motor": {"driver": "ros-arduino-motor", "side": "left", "board_timeout_s": BOARD_TIMEOUT_S},
@@ -46,14 +44,3 @@ def patient(path: Path) -> Path:
     patience = f"answer_s = {ANSWER_S}\nmax_age_s = {MAX_AGE_S}\n"
     path.write_text(rover.replace("max_age_s = 1.0\n", patience))
     return path
-
-
-def written(path: Path, port: Path) -> Path:
-    """Write the rover's file with a section for the serial drivers, as a user has it, and return where it is."""
-    tables = (f"[{SECTION}.{name}]\n{_lines({**table, 'port': str(port)})}" for name, table in CONNECTED.items())
-    path.write_text("\n".join([patient(path).read_text(), BATTERY, *tables]))
-    return path
-
-
-def _lines(table: dict[str, Any]) -> str:
-    return "".join(f"{key} = {json.dumps(value)}\n" for key, value in table.items())

@@ -12,10 +12,12 @@ import pytest
 from tests.system.guest.bench import MOTOR_LINES, ONWARDS, STANDBY, run_command, started
 from tests.system.guest.chip import Chip
 from tests.system.guest.waiting import settled
+from tests.system.speed import scaled
 
 UNTOWARD = str(Path(ONWARDS).with_name("untoward.py"))
 LINES = [gpio for lines in MOTOR_LINES.values() for gpio in lines]
-LIMIT_S = 50
+LIMIT_S = 12
+"""Of a run of the app, on the reference machine: a hang."""
 HALTING = """
 import os, signal, time
 from drivers.raspberrypi.pins import open_pins
@@ -59,7 +61,7 @@ def test_an_app_that_hangs_at_rest_is_not_ended(chip: Chip) -> None:
 
 def test_a_copy_of_a_killed_app_s_process_keeps_no_line_high(chip: Chip) -> None:
     with started(run_command(UNTOWARD, "plain", "--set", "deed=copies")) as app:
-        assert app.wait(LIMIT_S) == -signal.SIGKILL
+        assert app.wait(scaled(LIMIT_S)) == -signal.SIGKILL
         assert app.stderr
         assert "broke off; stopped left_motor, right_motor" in app.stderr.readline()  # the copy lives on
         assert chip.high() == []
@@ -90,4 +92,4 @@ def state(process: int) -> str:
 
 def run(app: str, robot: str, *options: str) -> subprocess.CompletedProcess[str]:
     command = run_command(app, robot, *options)
-    return subprocess.run(command, capture_output=True, text=True, timeout=LIMIT_S, check=False)
+    return subprocess.run(command, capture_output=True, text=True, timeout=scaled(LIMIT_S), check=False)

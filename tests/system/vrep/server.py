@@ -16,10 +16,11 @@ from robotcore.running.outcome import RunResult
 from robotcore.running.plan import RunRequest
 from robotcore.running.session import Observer, run
 from tests.system.checking import address_in
+from tests.system.speed import scaled
 
 VARIABLE = "ROBOTCORE_VREP"
 ANSWER_S = 3.0
-"""A simulator that draws without a graphics card, on a machine that does more, may take long."""
+"""On the reference machine: a simulator that draws without a graphics card may take long."""
 
 WAIT = simx.simx_opmode_blocking
 
@@ -38,7 +39,7 @@ def known() -> Address:
 
 def options(**more: Any) -> dict[str, Any]:
     """Return the options that lead there."""
-    return {"host": known().host, "port": known().port, "answer_s": ANSWER_S, **more}
+    return {"host": known().host, "port": known().port, "answer_s": scaled(ANSWER_S), **more}
 
 
 def opened(*devices: str, **more: Any) -> Robot:

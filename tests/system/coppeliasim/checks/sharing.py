@@ -14,7 +14,7 @@ from robotcore.clock import MonotonicClock
 from robotcore.description import load_robot
 from robotcore.errors import BackendError
 from robotcore.testing import scenes
-from tests.system.coppeliasim.server import ANSWER_S, looking, opened, options
+from tests.system.coppeliasim.server import looking, opened, options
 
 
 def snapshot() -> dict[str, Any]:
@@ -61,7 +61,7 @@ def test_killed_program_is_recovered_from() -> None:
     before = snapshot()
     found = options()
     command = [sys.executable, "-m", "robotcore", "run", "avoid-obstacles", "--backend", "coppeliasim", "--realtime"]
-    where = ["--host", str(found["host"]), "--port", str(found["port"]), "--option", f"answer_s={ANSWER_S}"]
+    where = ["--host", str(found["host"]), "--port", str(found["port"]), "--option", f"answer_s={found['answer_s']}"]
     with subprocess.Popen([*command, *where, "--set", "duration_s=600"], stderr=subprocess.DEVNULL) as app:
         with looking() as other:
             wall = MonotonicClock()

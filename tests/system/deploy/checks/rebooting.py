@@ -5,8 +5,11 @@ from __future__ import annotations
 import pytest
 
 from tests.system.deploy.rover import Ran, Rover
+from tests.system.speed import scaled
 
 LIMIT_S = 120
+"""Of what is left of a push, on the reference machine: a hang."""
+
 RAD_S, NEW_RAD_S = 2.0, 3.0
 
 
@@ -58,5 +61,5 @@ def pushed_while_power_is_cut(rover: Rover, *settings: str) -> Ran:
         rover.machine.cut_power()
         rover.motors.mark()
         rover.machine.boot()
-        out, err = push.communicate(timeout=LIMIT_S)
+        out, err = push.communicate(timeout=scaled(LIMIT_S))
         return Ran(push.args, push.returncode, out, err)

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+import pytest
+
 from robotcore.description import RobotDescription
-from robotcore.robot import Robot
+from robotcore.robot import Robot, Role
 from robotcore.testing import Capability, ConformanceSuite
+from robotcore.testing.bench import let_pass
+from robotcore.testing.encoder_rules import SPEED_RAD_S
 from tests.system.firmware.backend import SimavrBackend
 from tests.system.firmware.described import with_battery
 from tests.system.firmware.world import FollowedWorld
@@ -24,6 +28,17 @@ class TestOnTheFirmware(ConformanceSuite):
     @property
     def description(self) -> RobotDescription:
         return with_battery()
+
+    def test_angles_are_in_radians(self) -> None:
+        """By the samples' own times: a busy machine's newest one is older than a quiet machine's."""
+        with self.opened(None, Role.DRIVE) as robot:
+            encoders = self.encoders(robot)
+            self.command(robot, SPEED_RAD_S, SPEED_RAD_S)
+            before = [encoder.read() for encoder in encoders]
+            let_pass(robot, 1.0)
+            for encoder, then in zip(encoders, before, strict=True):
+                now = encoder.read()
+                assert (now.angle - then.angle) / (now.time - then.time) == pytest.approx(SPEED_RAD_S, rel=0.03)
 
     def lose_echoes(self, robot: Robot) -> None:
         assert isinstance(robot.truth, FollowedWorld)

@@ -1,0 +1,22 @@
+"""``robotcore`` with the serial drivers in the AVR's time: python -m tests.system.firmware.following FOLDER ARGUMENT...
+
+So a machine may simulate as slowly as it likes. FOLDER is the simulated robot's.
+"""
+
+from __future__ import annotations
+
+import sys
+from functools import partial
+from pathlib import Path
+
+from drivers.serial import backend
+from robotcore.cli.main import main
+from robotcore.clock import FollowingClock
+from tests.system.firmware.bench import joined
+from tests.system.firmware.simulated import SimulatedRobot
+
+if __name__ == "__main__":
+    folder = Path(sys.argv.pop(1))
+    simulated = SimulatedRobot(folder, joined(folder))
+    backend.MonotonicClock = partial(FollowingClock, simulated.now)  # type: ignore[assignment,misc]
+    main()

@@ -1,0 +1,24 @@
+"""Run files of checks in the guest: python -m tests.system.guest FILE..."""
+
+from __future__ import annotations
+
+import compileall
+import sys
+
+import pytest
+
+from tests.system import needs
+from tests.system.speed import scaled
+
+CHECK_LIMIT_S = 15
+"""Of a check, on the reference machine: a hang."""
+
+COMPILED = ("robotcore", "drivers")
+"""Compiled before any check: on an emulated processor, that is what makes a program late."""
+
+PLUGINS = ("-p", "pytest_timeout", "-p", "tests.system.guest.telling", "-p", "no:cacheprovider")
+
+if __name__ == "__main__":
+    for folder in COMPILED:
+        compileall.compile_dir(needs.ROOT / folder, quiet=1)
+    sys.exit(pytest.main([*PLUGINS, f"--timeout={scaled(CHECK_LIMIT_S):.0f}", "--color=no", *sys.argv[1:]]))
