@@ -34,8 +34,8 @@ def open_device(name: str, pins: Any, robot: str = "bench") -> Device:
 
 def run_command(app: str, robot: str, *options: str) -> list[str]:
     """Return the command that runs an app on the pins, slowly, for this machine is slow."""
-    command = [sys.executable, "-m", "robotcore", "run", app, "--backend", "raspberrypi", "--rate", "2", "--json"]
-    return [*command, "--robot", str(ROBOTS / f"{robot}.toml"), *options]
+    command = [sys.executable, "-m", "tests.system.guest.patient", "run", app, "--backend", "raspberrypi"]
+    return [*command, "--rate", "2", "--json", "--robot", str(ROBOTS / f"{robot}.toml"), *options]
 
 
 @contextmanager
