@@ -22,7 +22,7 @@ from pathlib import Path
 from time import monotonic
 
 from benchmarks.deployed.robot import robot
-from benchmarks.report import machine, print_table
+from benchmarks.report import at_least_one, machine, print_table
 from robotcore.deploy.aboard.releases.release import PROJECT, SITE, Release
 from robotcore.deploy.connection.answers import Facts
 from robotcore.deploy.connection.host import Host
@@ -42,7 +42,7 @@ DRIVING, ENDED = "until it drives", "to the end"
 def main() -> bool:
     """Print the medians; return whether the second is at most half of the first."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--rounds", type=at_least_one, default=5)
     rounds = parser.parse_args().rounds
     print(machine())
     taken: dict[tuple[str, str], list[float]] = defaultdict(list)

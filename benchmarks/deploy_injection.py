@@ -10,6 +10,7 @@ has to be refused. Exit status 1 where a file was made anywhere, or something di
 
 from __future__ import annotations
 
+import argparse
 import shutil
 import sys
 from collections.abc import Callable, Iterator
@@ -27,6 +28,7 @@ REFUSED = 2
 
 def main() -> bool:
     """Print how each kind came out; return whether all is well."""
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
     print(machine())
     rows, is_good = [], True
     with robot() as rover:

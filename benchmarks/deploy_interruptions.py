@@ -24,7 +24,7 @@ from random import Random
 from time import perf_counter
 
 from benchmarks.deployed.robot import robot
-from benchmarks.report import machine, print_table
+from benchmarks.report import at_least_one, machine, print_table
 from tests.system import needs
 from tests.system.deploy.projects import needing
 from tests.system.deploy.rover import Rover
@@ -48,7 +48,7 @@ class Interruption:
 def main() -> bool:
     """Print what came of each kind; return whether there was never neither."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--trials", type=int, default=30)
+    parser.add_argument("--trials", type=at_least_one, default=30)
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
     print(machine())

@@ -21,7 +21,7 @@ from benchmarks.eyes.masks import Place
 from benchmarks.eyes.rivals import BallTracking, ChromaTable, Classical, FindBlobs
 from benchmarks.eyes.scoring import Finder, Score, Verdict, judged
 from benchmarks.eyes.timing import copies
-from benchmarks.report import machine, print_table
+from benchmarks.report import at_least_one, machine, print_table
 from robotcore.devices import Image, Intrinsics
 from robotcore.navigation.ball import KEPT_PX
 from robotcore.vision import ColourDetector
@@ -61,7 +61,7 @@ def main() -> int:
     """Score and time every finder, print both tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--frames", type=int, default=1000)
+    parser.add_argument("--frames", type=at_least_one, default=1000)
     asked = parser.parse_args()
     cv2.setNumThreads(1)
     frames = [frame(asked.seed, number) for number in range(asked.frames)]

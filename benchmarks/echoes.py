@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from time import perf_counter
 
 from benchmarks.pairs import paired_ratios
-from benchmarks.report import machine, print_table
+from benchmarks.report import at_least_one, machine, print_table
 from tests.drivers.raspberrypi.ranging.modules import ECHO, NO_ECHO, NOSE, TRIGGER, Bench, Edges, echo_at
 
 BOUND_M = 0.01
@@ -47,9 +47,9 @@ class Echo:
 def main() -> int:
     """Print what came of the echoes, and what a read costs."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--cycles", type=int, default=20000)
+    parser.add_argument("--cycles", type=at_least_one, default=20000)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--pairs", type=int, default=40)
+    parser.add_argument("--pairs", type=at_least_one, default=40)
     asked = parser.parse_args()
     print(machine())
     counts, worst = _judged(asked.cycles, random.Random(asked.seed))

@@ -20,7 +20,7 @@ from random import Random
 from tempfile import TemporaryDirectory
 from time import monotonic, sleep
 
-from benchmarks.report import machine, print_table
+from benchmarks.report import at_least_one, machine, print_table
 from robotcore.description import load_robot
 from robotcore.running.plan import RunRequest
 from robotcore.safety.deadman import MIN_LEASE_S
@@ -35,7 +35,7 @@ MOMENTS_S = 0.3
 def main() -> int:
     """Make the trials and print what came of them."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--trials", type=int, default=50)
+    parser.add_argument("--trials", type=at_least_one, default=50)
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
     with TemporaryDirectory() as folder:

@@ -23,7 +23,7 @@ import cv2
 
 from benchmarks.by_hand import BY_HAND, RATE_HZ, WHEEL_RAD_S, Block
 from benchmarks.pairs import paired_ratios
-from benchmarks.report import machine, print_table
+from benchmarks.report import at_least_one, machine, print_table
 from robotcore.backend import Setup
 from robotcore.behaviour import Behaviour, Status
 from robotcore.catalogue import load_backend
@@ -61,8 +61,8 @@ def main() -> int:
     """Time the loops in pairs and print by how much they differ."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--backends", default="pybullet,mujoco")
-    parser.add_argument("--pairs", type=int, default=30)
-    parser.add_argument("--ticks", type=int, default=20, help="ticks in a block")
+    parser.add_argument("--pairs", type=at_least_one, default=30)
+    parser.add_argument("--ticks", type=at_least_one, default=20, help="ticks in a block")
     asked = parser.parse_args()
     cv2.setNumThreads(1)
     robot = load_robot("rover")

@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.report import machine, print_table
+from benchmarks.report import at_least_one, machine, print_table
 from drivers.kinematic.painter import Painter
 from drivers.kinematic.surroundings import Surroundings
 from drivers.mujoco.camera import MujocoCamera
@@ -75,7 +75,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--backend", default="pybullet", choices=ENGINES)
     parser.add_argument("--worlds", default="arena,clutter")
-    parser.add_argument("--poses", type=int, default=100, help="how many for each world")
+    parser.add_argument("--poses", type=at_least_one, default=100, help="how many for each world")
     parser.add_argument("--randomise", action="store_true", help="with other light, colours and textures")
     asked = parser.parse_args()
     print(machine())

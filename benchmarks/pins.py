@@ -19,7 +19,7 @@ from gpiozero import Motor, RotaryEncoder
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
 from benchmarks.pairs import paired_ratios
-from benchmarks.report import machine, print_table
+from benchmarks.report import at_least_one, machine, print_table
 from robotcore.clock import SteppedClock
 from robotcore.description import load_robot
 from robotcore.devices import Device, Encoder
@@ -34,8 +34,8 @@ Work = Callable[[int], None]
 def main() -> int:
     """Time every pair and print medians and ratios."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--pairs", type=int, default=41)
-    parser.add_argument("--calls", type=int, default=4000)
+    parser.add_argument("--pairs", type=at_least_one, default=41)
+    parser.add_argument("--calls", type=at_least_one, default=4000)
     asked = parser.parse_args()
     motor, encoder, clock, pins = _ours()
     theirs = MockFactory(pin_class=MockPWMPin)

@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 from benchmarks.remote.doubles import ROOT, Double
 from benchmarks.remote.driving import BEGUN
-from benchmarks.report import machine, print_table
+from benchmarks.report import at_least_one, machine, print_table
 
 NAMED_BOUND_S, HANG_S = 2.0, 20.0
 MOMENTS_S = 1.5
@@ -66,7 +66,7 @@ class Ended(NamedTuple):
 def main() -> int:
     """Make the trials, and print what came of them."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--trials", type=int, default=50, help="over each API")
+    parser.add_argument("--trials", type=at_least_one, default=50, help="over each API")
     parser.add_argument("--apis", default="coppeliasim,vrep")
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
@@ -80,7 +80,9 @@ def main() -> int:
         "slowest",
         "next run works",
     )
-    print_table(columns, [_row(f"{api}, {way}", each) for api, ways in ended.items() for way, each in ways.items()])
+    print_table(
+        columns, [_row(f"{api}, {way}", each) for api, ways in ended.items() for way, each in ways.items() if each]
+    )
     results = [result for ways in ended.values() for each in ways.values() for result in each]
     for told in sorted({_kind_of(result.reason) for result in results}):
         print(f"said: {told}")

@@ -24,7 +24,7 @@ from benchmarks.replayed.disturbances import (
     SignalBetween,
     SignalInTick,
 )
-from benchmarks.report import machine, print_table
+from benchmarks.report import at_least_one, machine, print_table
 from robotcore.clock import MonotonicClock
 from robotcore.recording import read
 from robotcore.recording.recorder import Recorder
@@ -76,7 +76,7 @@ class Case:
 def main() -> int:
     """Record and replay every run, and print how many were equal."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--runs", type=int, default=100)
+    parser.add_argument("--runs", type=at_least_one, default=100)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--backends", default="kinematic,pybullet")
     asked = parser.parse_args()

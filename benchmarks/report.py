@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import platform
 import sys
 from collections.abc import Iterable, Sequence
@@ -14,6 +15,13 @@ def machine() -> str:
     command = " ".join(["python -m", f"benchmarks.{Path(sys.argv[0]).stem}", *sys.argv[1:]])
     date = f"{datetime.now():%Y-%m-%d}"
     return f"{_processor()}, {platform.system()}, Python {platform.python_version()}, {date}\n$ {command}"
+
+
+def at_least_one(text: str) -> int:
+    """Return a size that was given on the command line; for argparse."""
+    if not (text.isdecimal() and (size := int(text))):
+        raise argparse.ArgumentTypeError(f"it is {text!r}; give a whole number from 1")
+    return size
 
 
 def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:

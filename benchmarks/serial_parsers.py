@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from random import Random
 from time import perf_counter
 
-from benchmarks.report import machine, print_table
+from benchmarks.report import at_least_one, machine, print_table
 from tests.doubles.serial.protocols import SPOKEN, Parser, Spoken
 
 LINE = 11_520
@@ -49,8 +49,8 @@ class Measured:
 def main() -> int:
     """Print a line for each parser and kind of bytes."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--bytes", type=int, default=10**6)
-    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--bytes", type=at_least_one, default=10**6)
+    parser.add_argument("--seeds", type=at_least_one, default=3)
     asked = parser.parse_args()
     rows, are_kept = [], []
     for spoken in SPOKEN:

@@ -22,7 +22,7 @@ from random import Random
 from statistics import median
 from tempfile import TemporaryDirectory
 
-from benchmarks.report import machine, print_table
+from benchmarks.report import at_least_one, machine, print_table
 from benchmarks.unplugged.boards import KINDS, Kind, robot_with
 from robotcore.clock import MonotonicClock
 from tests.doubles.serial.board import Powered
@@ -47,7 +47,7 @@ class Seen:
 def main() -> int:
     """Unplug every kind of board and print what came of it."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--trials", type=int, default=50)
+    parser.add_argument("--trials", type=at_least_one, default=50)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--board", choices=KINDS, action="append")
     asked = parser.parse_args()

@@ -15,7 +15,7 @@ import subprocess
 import sys
 from time import perf_counter
 
-from benchmarks.report import machine, print_table
+from benchmarks.report import at_least_one, machine, print_table
 
 BOUND = 2.0
 NUMPY = ("-c", "import numpy")
@@ -25,7 +25,7 @@ HELP = ("-m", "robotcore", "--help")
 def main() -> int:
     """Time the pairs and print their medians."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--pairs", type=int, default=40)
+    parser.add_argument("--pairs", type=at_least_one, default=40)
     count = parser.parse_args().pairs
     for arguments in (NUMPY, HELP):
         _milliseconds(*arguments)

@@ -18,7 +18,7 @@ from time import process_time
 import numpy as np
 
 from benchmarks.pairs import median_with_interval, paired_ratios
-from benchmarks.report import machine, print_table
+from benchmarks.report import at_least_one, machine, print_table
 from robotcore.behaviour import Behaviour, Status
 from robotcore.clock import Clock, SteppedClock
 from robotcore.description import load_robot
@@ -75,8 +75,8 @@ class Trivial(Behaviour):
 def main() -> int:
     """Time both in turn, print their medians and the ratio within a pair."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--repeats", type=int, default=60)
-    parser.add_argument("--ticks", type=int, default=2000)
+    parser.add_argument("--repeats", type=at_least_one, default=60)
+    parser.add_argument("--ticks", type=at_least_one, default=2000)
     asked = parser.parse_args()
     framework, bare = list[float](), list[float]()
     ratio = paired_ratios(

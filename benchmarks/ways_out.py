@@ -26,7 +26,7 @@ from random import Random
 from tempfile import TemporaryDirectory
 from typing import TypeVar
 
-from benchmarks.report import machine, print_table
+from benchmarks.report import at_least_one, machine, print_table
 from benchmarks.ways.trials import Ended, exhausted, going_wrong, orphaned, register, signalled
 
 HANG_BOUND_S, NAMED_BOUND_S = 0.150, 2.0
@@ -54,9 +54,9 @@ EXHAUSTED: Mapping[str, tuple[Trial, int]] = {
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--trials", type=int, default=200)
-    parser.add_argument("--exhausted", type=int, default=100)
-    parser.add_argument("--simulators", type=int, default=50)
+    parser.add_argument("--trials", type=at_least_one, default=200)
+    parser.add_argument("--exhausted", type=at_least_one, default=100)
+    parser.add_argument("--simulators", type=at_least_one, default=50)
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
     random = Random(asked.seed)
@@ -94,8 +94,9 @@ def _told(results: list[Ended], status: int) -> tuple[str, ...]:
 
 def _print_simulators(count: int, random: Random) -> bool:
     rows, is_good = [], True
-    for what, number in (("killed", signal.SIGKILL), ("suspended", signal.SIGSTOP)):
-        ended = [_in_a_directory(partial(orphaned, random=random, number=number)) for _ in range(count // 2)]
+    ways = (("killed", signal.SIGKILL, count - count // 2), ("suspended", signal.SIGSTOP, count // 2))
+    for what, number, trials in ways[:count]:
+        ended = [_in_a_directory(partial(orphaned, random=random, number=number)) for _ in range(trials)]
         delays = [delay for _, delay, _ in ended]
         named = sum(status == 3 and delay <= NAMED_BOUND_S and _is_named(said) for status, delay, said in ended)
         hung = sum(status is None for status, _, _ in ended)

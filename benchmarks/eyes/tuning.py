@@ -17,12 +17,13 @@ import cv2
 from benchmarks.eyes.frames import frame
 from benchmarks.eyes.rivals import BallTracking, ChromaTable, Classical, FindBlobs
 from benchmarks.eyes.scoring import Finder, Score, judged
+from benchmarks.report import at_least_one
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", default="11,12")
-    parser.add_argument("--frames", type=int, default=600, help="how many for each seed")
+    parser.add_argument("--frames", type=at_least_one, default=600, help="how many for each seed")
     asked = parser.parse_args()
     cv2.setNumThreads(1)
     frames = [frame(int(seed), number) for seed in asked.seeds.split(",") for number in range(asked.frames)]

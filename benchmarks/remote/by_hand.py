@@ -42,6 +42,8 @@ def _called(sim: Any) -> Cycle:
     rover = sim.getObject("/rover")
     left, right, nose, eye = (sim.getObject(f"/rover/{name}") for name in DEVICES)
     turns, distance = speeds(), partial(_distance_of(sim, nose), sim, nose)
+    for sensor in (nose, eye):
+        sim.setExplicitHandling(sensor, 1)  # a scene that is kept has them handled by its main script
 
     def cycle() -> object:
         forward, backward = next(turns)
