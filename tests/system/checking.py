@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Iterable
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from drivers.coppeliasim.address import Address
 from tests.system import needs
@@ -25,9 +26,12 @@ def address_in(variable: str) -> Address | None:
 def run(folder: Path, names: Iterable[str], *options: str) -> bool:
     """Run these files of checks of a folder, by default all; return whether every check was passed.
 
-    ``options`` are pytest's.
+    ``options`` are pytest's. What checks and the programs they kill leave among temporary files is removed.
     """
     files = [folder / f"{name}.py" for name in names] or sorted(folder.glob("[a-z]*.py"))
     plugins = ["-p", "no:cacheprovider", f"--timeout={scaled(CHECK_LIMIT_S):.0f}"]
-    command = [sys.executable, "-m", "pytest", *plugins, "-v", "-rs", *options, *map(str, files)]
-    return subprocess.run(command, cwd=needs.ROOT, check=False).returncode == 0
+    with TemporaryDirectory(prefix="robotcore-checks-", ignore_cleanup_errors=True) as scratch:
+        plugins += [f"--basetemp={scratch}/pytest"]
+        command = [sys.executable, "-m", "pytest", *plugins, "-v", "-rs", *options, *map(str, files)]
+        environment = {**os.environ, "TMPDIR": scratch}
+        return subprocess.run(command, cwd=needs.ROOT, env=environment, check=False).returncode == 0

@@ -65,7 +65,7 @@ class Desk:
 
     def ssh(self, command: str) -> str:
         """Run a command there as the user, by ssh alone; return what it printed."""
-        ssh = ["ssh", "-F", self.config, HOST, command]
+        ssh = ["ssh", "-F", str(self.config), HOST, command]
         run = subprocess.run(ssh, capture_output=True, text=True, check=True, timeout=scaled(COMMAND_S))
         return run.stdout
 

@@ -18,5 +18,5 @@ from tests.system.firmware.simulated import SimulatedRobot
 if __name__ == "__main__":
     folder = Path(sys.argv.pop(1))
     simulated = SimulatedRobot(folder, joined(folder))
-    backend.MonotonicClock = partial(FollowingClock, simulated.now)  # type: ignore[assignment,misc]
+    vars(backend)["MonotonicClock"] = partial(FollowingClock, simulated.now)
     main()
