@@ -25,6 +25,7 @@ import traceback
 from collections.abc import Iterator
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
+from itertools import islice
 from pathlib import Path
 from random import Random
 from time import monotonic, process_time, sleep
@@ -58,6 +59,7 @@ def main() -> int:
     """Measure both and print them."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--files", type=int, default=10_000, help="How many are changed at random.")
+    parser.add_argument("--kinds", type=int, metavar="N", help="only the first N of the catalogue; all if left out")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--small", action="store_true", help="Take bombs that unpack to less.")
     parser.add_argument("--batch", nargs=3, metavar=("FILE", "FROM", "TO"), help=argparse.SUPPRESS)
@@ -74,7 +76,10 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         base = Path(folder) / "base.mcap"
         _record(base)
-        costs = [*_measure_catalogue(base, is_small=asked.small), *_measure_fuzzed(base, asked.seed, asked.files)]
+        costs = [
+            *_measure_catalogue(base, asked.kinds, is_small=asked.small),
+            *_measure_fuzzed(base, asked.seed, asked.files),
+        ]
     _print(costs, asked.files)
     return int(any(each.fault for each in costs))
 
@@ -85,11 +90,11 @@ def _record(file: Path) -> None:
         assert execute(asked) == 1
 
 
-def _measure_catalogue(base: Path, *, is_small: bool) -> Iterator[Cost]:
+def _measure_catalogue(base: Path, kinds: int | None, *, is_small: bool) -> Iterator[Cost]:
     work = base.with_name("work")
     work.mkdir()
     yield from _measure("whole", base, base, work)
-    for name in name_files():
+    for name in islice(name_files(), kinds):
         file = base.with_name(f"{name}.mcap")
         _make_apart(name, base, file, is_small=is_small)
         yield from _measure(name, base, file, work)

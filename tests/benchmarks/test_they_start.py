@@ -22,6 +22,8 @@ STARTED_BY_OTHERS = {"benchmarks.held_run"}
 HELD = {
     "echoes": "--cycles 50 --pairs 1",
     "faults": "--seeds 1 --jobs 1 --fault 'camera drop=0.3'",
+    "hostile_recordings": "--files 20 --kinds 1 --small",
+    "hostile_robot": "--kinds 1",
     "remote_success": "--seeds 1 --backends vrep",
     "replay": "--runs 1 --backends kinematic",
     "serial_commands": "--seconds 0.2",
@@ -44,7 +46,7 @@ TIMED = {
     "startup": "--pairs 1",
     "sweep_scaling": "--pairs 1 --seeds 1-2 --timeout 1 --runs 2",
     "tick": "--repeats 1 --ticks 50",
-    "ways_out": "--trials 1 --simulators 1",
+    "ways_out": "--trials 1 --exhausted 1 --simulators 1",
 }
 FEW_PICTURES = {"detector": "--frames 4", "eyes.tuning": "--frames 1 --seeds 11"}
 SIZES = HELD | TIMED | FEW_PICTURES
