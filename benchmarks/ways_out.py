@@ -27,7 +27,7 @@ from tempfile import TemporaryDirectory
 from typing import TypeVar
 
 from benchmarks.report import at_least_one, machine, print_table
-from benchmarks.ways.trials import Ended, exhausted, going_wrong, orphaned, register, signalled
+from benchmarks.ways.trials import Ended, going_wrong, orphaned, register, run_exhausted, signalled
 
 HANG_BOUND_S, NAMED_BOUND_S = 0.150, 2.0
 
@@ -44,11 +44,11 @@ KINDS: dict[str, tuple[Trial, int]] = {
 }
 """The ways, and the exit status that each must have, as `subprocess` tells it."""
 
-EXHAUSTED: Mapping[str, tuple[Trial, int]] = {
-    f"uses up its {what}, {then}": (partial(exhausted, way=way, leaks=what), status)
+EXHAUSTION_KINDS: Mapping[str, tuple[Trial, int]] = {
+    f"uses up its {what}, {then}": (partial(run_exhausted, way=way, leaks=what), status)
     for what in ("threads", "memory")
     for then, way, status in (("hangs", "hangs", 4), ("raises", "raises", 5))
-} | {"uses up its threads, goes on": (partial(exhausted, way="goes on", leaks="threads"), 1)}
+} | {"uses up its threads, goes on": (partial(run_exhausted, way="goes on", leaks="threads"), 1)}
 """The same for apps that use up what the system gives their process; each also answers in one line of JSON."""
 
 
@@ -64,7 +64,7 @@ def main() -> int:
     print(machine())
     is_good = _print_ways(KINDS, asked.trials, random)
     print()
-    is_good = _print_ways(EXHAUSTED, asked.exhausted, random) and is_good
+    is_good = _print_ways(EXHAUSTION_KINDS, asked.exhausted, random) and is_good
     print()
     return int(not (_print_simulators(asked.simulators, random) and is_good))
 

@@ -51,7 +51,7 @@ class Clock(ABC):
     def call_at(self, deadline: float, callback: Callback) -> None:
         """Call once when ``deadline`` has come, wherever the sleeper then is."""
 
-    def get_ready(self) -> None:  # noqa: B027  simulated time needs nothing
+    def prepare_calls(self) -> None:  # noqa: B027  simulated time needs nothing
         """Start what `call_at` needs, so that no later call is refused. Raises ResourceError if the system refuses."""
 
     def every(self, period: float, work: Callable[[], object], name: str) -> Polling:
@@ -169,12 +169,12 @@ class MonotonicClock(Clock):
     def call_at(self, deadline: float, callback: Callback) -> None:
         with self._wake:
             heapq.heappush(self._calls, (deadline, next(self._order), callback))
-            self._begin_calling()
+            self._start_caller()
             self._wake.notify()
 
-    def get_ready(self) -> None:
+    def prepare_calls(self) -> None:
         with self._wake:
-            self._begin_calling()
+            self._start_caller()
 
     def every(self, period: float, work: Callable[[], object], name: str) -> Polling:
         return Threaded(self, period, partial(self._attempt, work), name)
@@ -195,7 +195,7 @@ class MonotonicClock(Clock):
         if failure:
             raise failure
 
-    def _begin_calling(self) -> None:
+    def _start_caller(self) -> None:
         if self._caller is None:
             self._caller = start_thread(self._call, "clock")
 
@@ -256,8 +256,8 @@ class ClockOver(Clock):
     def call_at(self, deadline: float, callback: Callback) -> None:
         self._source.call_at(deadline, callback)
 
-    def get_ready(self) -> None:
-        self._source.get_ready()
+    def prepare_calls(self) -> None:
+        self._source.prepare_calls()
 
     def every(self, period: float, work: Callable[[], object], name: str) -> Polling:
         return self._source.every(period, work, name)

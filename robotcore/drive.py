@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 from robotcore.clock import Clock
-from robotcore.geometry import Pose, Twist, as_number
+from robotcore.geometry import Pose, Twist, to_float
 
 COMMANDS = 200
 """How many commands are kept, so as to make up for an encoder that is late: a second at 200 Hz."""
@@ -73,12 +73,12 @@ class DifferentialDrive:
 
     def set_velocity(self, linear: float, angular: float) -> Twist:
         """Drive at ``linear`` m/s, turning left at ``angular`` rad/s."""
-        wheels = self._stage.ask(self.geometry.to_wheels(as_number(linear), as_number(angular)))
+        wheels = self._stage.ask(self.geometry.to_wheels(to_float(linear), to_float(angular)))
         return self.geometry.to_twist(wheels)
 
     def set_wheels(self, left: float, right: float) -> Wheels:
         """Turn the wheels at these velocities, rad/s."""
-        return self._stage.ask(Wheels(as_number(left), as_number(right)))
+        return self._stage.ask(Wheels(to_float(left), to_float(right)))
 
     def stop(self) -> None:
         """Stop at once, past the acceleration limit."""

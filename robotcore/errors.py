@@ -46,7 +46,7 @@ _CALLERS = {"robotcore", "importlib", "_frozen_importlib", "_frozen_importlib_ex
 """The packages by which an app comes to be called."""
 
 
-LONGEST_TEXT = 2000
+MAX_EXCEPTION_TEXT = 2000
 """As much of an exception's text is kept, in characters: it goes into a line, a table, and each file of a sweep."""
 
 
@@ -134,7 +134,7 @@ class ResourceError(BackendError):
     def __init__(self, refusal: str) -> None:
         super().__init__(
             f"{refusal}. End other programs, or raise the limit: ulimit -u and ulimit -v in a shell, TasksMax= and "
-            "MemoryMax= in a systemd unit. If the app leaks threads or memory, mend it"
+            "MemoryMax= in a systemd unit. If the app itself uses up threads or memory, correct the app"
         )
         self.refusal = refusal
 
@@ -299,8 +299,8 @@ class BehaviourError(RobotcoreError):
             text = str(cause)
         except Exception as failure:  # noqa: BLE001  an app's own class of exceptions
             text = f"its text cannot be read, __str__ raised {type(failure).__name__}"
-        if len(text) > LONGEST_TEXT:
-            text = f"{text[:LONGEST_TEXT]}… ({len(text) - LONGEST_TEXT} more characters)"
+        if len(text) > MAX_EXCEPTION_TEXT:
+            text = f"{text[:MAX_EXCEPTION_TEXT]}… ({len(text) - MAX_EXCEPTION_TEXT} more characters)"
         error = cls(f"{app.__name__} raised {type(cause).__name__}{f': {text}' if text else ''}")
         error.__cause__ = cause
         return error

@@ -67,13 +67,13 @@ def wrap_angle(angle: float) -> float:
     return math.pi if wrapped == -math.pi else wrapped
 
 
-def as_number(value: float) -> float:
-    """Return a real number as a float of its own, such as one in a NumPy array that changes later.
+def to_float(value: float) -> float:
+    """Return a copy of a real number as a float: an element of a NumPy array may change after the call.
 
     Raises TypeError for text, which ``float`` would read.
 
     >>> import numpy as np
-    >>> as_number(np.where(True, 0.0, 0.2))
+    >>> to_float(np.where(True, 0.0, 0.2))
     0.0
     """
     return math.ldexp(value, 0)

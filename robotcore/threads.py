@@ -32,7 +32,7 @@ def start_thread(target: Callable[[], object], name: str) -> Thread:
 
 
 class BackgroundCall:
-    """A call in another thread, which may hang; ``failure`` is what it raised."""
+    """A call that may hang, run in another thread. ``failure`` is the exception that it raised, or None."""
 
     def __init__(self, function: Callable[[], object], clock: Clock) -> None:
         self.failure: Exception | None = None
@@ -88,7 +88,7 @@ class Reserve:
             self._idle.append(THREAD)
 
     def call(self, function: Callable[[], object]) -> BackgroundCall:
-        """Begin a call in a thread that waits; if none does, make it in place."""
+        """Run a function in an idle thread, or in the caller's thread if none is idle."""
         call = BackgroundCall(function, self._clock)
         if self._take_thread():
             self._calls.put(call)
@@ -96,7 +96,7 @@ class Reserve:
             call.run()
         return call
 
-    def insist(self, function: Callable[[], T]) -> T:
+    def retry_on_memory_error(self, function: Callable[[], T]) -> T:
         """Call a function; if it runs out of memory, release the memory held here and call it again."""
         try:
             return function()
@@ -116,7 +116,7 @@ class Reserve:
             self._calls.put(None)
 
     def _take_thread(self) -> bool:
-        """Return whether a thread waits, which gets the next call."""
+        """Take an idle thread for the next call. Return whether there was one."""
         try:
             self._idle.pop()
         except IndexError:

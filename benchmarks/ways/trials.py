@@ -79,7 +79,7 @@ def orphaned(directory: Path, random: Random, number: int) -> tuple[int | None, 
     return status, delay, said
 
 
-def exhausted(directory: Path, random: Random, way: str, leaks: str) -> Ended:
+def run_exhausted(directory: Path, random: Random, way: str, leaks: str) -> Ended:
     """Drive, use up the process's threads or memory, and go wrong; with a guardian or without, as the seed has it."""
     log, after = directory / "log", f"{random.uniform(0.3, 1.2):.3f}"
     way = random.choice(["waits", "burns", "leaks on", "is deaf"]) if way == "hangs" else way

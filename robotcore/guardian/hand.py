@@ -25,7 +25,7 @@ _PAUSE_S = 0.02
 class Hand:
     """Works one cutoff, so that one that fails or hangs holds up no other. Its thread waits ready for a stop.
 
-    ``in_place`` it has no thread, and whoever asks for a deed does it. Closing is the last deed it can be asked for.
+    If ``in_place`` is set, it has no thread, and `ask` does each deed in the caller's thread. No deed follows a close.
     Raises ResourceError if the system refuses the thread.
     """
 

@@ -30,7 +30,7 @@ def make_stand(specs: Iterable[CutoffSpec]) -> Report:
 
 
 def _hand(spec: CutoffSpec, clock: Clock) -> Hand:
-    """Return a hand with a thread of its own; without one where the system refuses it, for a stop needs none."""
+    """Return a hand with a thread of its own, or without one if the system refuses it: a stop needs none."""
     try:
         return Hand(spec, clock)
     except ResourceError:

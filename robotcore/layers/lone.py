@@ -7,7 +7,7 @@ from threading import RLock
 
 from robotcore.clock import Clock
 from robotcore.devices import Motor, invalid_velocity
-from robotcore.geometry import as_number
+from robotcore.geometry import to_float
 from robotcore.layers.over import MotorOver
 from robotcore.safety import Brakes, Deadman, Latch
 from robotcore.safety.patience import Patiently
@@ -16,7 +16,7 @@ from robotcore.safety.patience import Patiently
 class LoneMotor(MotorOver):
     """A motor whose command is sent at once and lives one lease, as a drive's does: it is cut where nobody renews it.
 
-    NaN latches, and what is latched moves no more. After a cut, the rest of a tick that takes too long moves nothing.
+    NaN latches, and what is latched moves no more. After a cut, further commands in the same tick are ignored.
     """
 
     def __init__(self, inner: Motor, clock: Clock, lease: float, latch: Latch, brakes: Brakes) -> None:
@@ -30,7 +30,7 @@ class LoneMotor(MotorOver):
     def set_velocity(self, rad_s: float) -> float:
         self._require_open()
         self._latch.check()
-        rad_s = as_number(rad_s)
+        rad_s = to_float(rad_s)
         if not math.isfinite(rad_s):
             self._latch.trip(invalid_velocity(self.name, rad_s))
         if rad_s == 0 or self._deadman.has_cut(self._clock.now()):

@@ -12,7 +12,7 @@ from robotcore.clock import Clock
 from robotcore.description import Drive, EncoderDescription, RobotDescription
 from robotcore.devices import Device, Encoder, Motor, RangeSensor
 from robotcore.drive import CommandedWheels, DifferentialDrive, Odometry, Wheels
-from robotcore.geometry import as_number
+from robotcore.geometry import to_float
 from robotcore.layers.layer import Layer
 from robotcore.safety import (
     AccelerationLimit,
@@ -42,7 +42,7 @@ class WheelMotor(Motor):
 
     def set_velocity(self, rad_s: float) -> float:
         self._require_open()
-        rad_s, asked = as_number(rad_s), self._stage.asked
+        rad_s, asked = to_float(rad_s), self._stage.asked
         if self._is_left:
             return self._stage.ask(Wheels(rad_s, asked.right)).left
         return self._stage.ask(Wheels(asked.left, rad_s)).right

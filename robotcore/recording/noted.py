@@ -9,7 +9,7 @@ from typing import Generic
 from robotcore.devices import Display, Frame, Image, Motor, SampleT
 from robotcore.drive import Wheels
 from robotcore.errors import RobotcoreError
-from robotcore.geometry import as_number
+from robotcore.geometry import to_float
 from robotcore.layers.over import MotorOver
 from robotcore.layers.readers import Reader
 from robotcore.recording.events import GUARD, Ask, MotorAsk, Raised, Read, SampleKey, Shown
@@ -125,7 +125,7 @@ class NotedMotor(MotorOver):
         self._book = book
 
     def set_velocity(self, rad_s: float) -> float:
-        rad_s = as_number(rad_s)
+        rad_s = to_float(rad_s)
         with self._noting_failure(rad_s):
             given = self._inner.set_velocity(rad_s)
         self._book.notes.motor_asks.append(MotorAsk(self.name, rad_s, given))

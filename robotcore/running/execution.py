@@ -173,7 +173,7 @@ class Execution:
             self._reserve,
         )
         self._reserve.hold(len(raw.motors))
-        clock.get_ready()
+        clock.prepare_calls()
         return assembled
 
     def _clock_for(self, raw: Robot) -> Clock:
@@ -244,7 +244,7 @@ class Execution:
 
     def _note_tracer(self, error: RobotcoreError) -> None:
         """Say, once, that the watchdog would have ended the run."""
-        note = f"a debugger or another tracer follows the program, so the watchdog lets it go on: {error}"
+        note = f"the watchdog did not end the run, for a debugger or another tracer is active: {error}"
         self._plan = replace(self._plan, notes=(*self._plan.notes, note))
         os.write(2, f"note: {note}\n".encode())
 

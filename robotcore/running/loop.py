@@ -24,8 +24,8 @@ COPY_STATUS = 1
 """The exit status of a copy of the process."""
 
 _COPY_ENDED = (
-    "error: step of {} came back in process {}, a copy of the run's process by os.fork. The copy ends, the run goes "
-    "on. Start other programs by subprocess, other Python functions by multiprocessing\n"
+    "error: {}.step returned in process {}, which os.fork made as a copy of the run's process. The copy ends, the run "
+    "goes on. Start other programs with subprocess, and Python functions with multiprocessing\n"
 )
 _IDLE = Commit(None, None, ())
 
@@ -203,7 +203,7 @@ class Loop:
         return status
 
     def _step(self) -> object:
-        """Let the app decide. A copy of the process that the app made by ``os.fork`` ends here: one loop drives."""
+        """Call the app's step. End this process if the app forked and this is the copy: only the original drives."""
         try:
             return self.behaviour.step(self.robot)
         finally:

@@ -41,14 +41,14 @@ class Brake:
         """Stop the motor in a thread of the reserve; return a function that waits so long, and returns the failure."""
         call = self._under_way
         if call is None or not call.is_under_way:
-            self._under_way = call = self._reserve.insist(self._call)
+            self._under_way = call = self._reserve.retry_on_memory_error(self._call)
         return lambda: call.failure if call.is_done_within(within_s) else self._hung(within_s)
 
     def _call(self) -> BackgroundCall:
         return self._reserve.call(self._stop)
 
     def _stop(self) -> None:
-        self._reserve.insist(self.motor.stop)
+        self._reserve.retry_on_memory_error(self.motor.stop)
 
     def _hung(self, within_s: float = STOP_S) -> DeviceError:
         return DeviceError(
@@ -103,7 +103,7 @@ class Brakes:
 
 
 def _try_all(tries: Iterable[Callable[[], T]], failures: list[Exception]) -> list[T]:
-    """Call each function; return their results, and add to ``failures`` what is raised, which keeps no other back."""
+    """Call every function. Return the results; append each exception to ``failures``."""
     results = []
     for attempt in tries:
         try:

@@ -47,7 +47,7 @@ class Deadman:
 
     def _wait(self, expiry: float) -> None:
         self._is_waiting = True
-        self._clock.call_at(expiry, lambda: self._reserve.insist(lambda: self._check(expiry)))
+        self._clock.call_at(expiry, lambda: self._reserve.retry_on_memory_error(lambda: self._check(expiry)))
 
     def _check(self, called_at: float) -> None:
         with Patiently(self._lock):
@@ -60,7 +60,7 @@ class Deadman:
                 self._cut_now(called_at)
 
     def _cut_now(self, called_at: float) -> None:
-        """End the lease and cut; if the cut runs out of memory, the lease stays over, for another try."""
+        """End the lease and cut the motors. If memory runs out, restore the lease, so that the next call cuts again."""
         self._latest_cut, expiry, self._expiry = called_at, self._expiry, None
         try:
             self._cut(called_at)

@@ -47,7 +47,7 @@ class Latch:
             is_first, self.error = self.error is None, self.error or error
         for stop in self._calls if is_first else ():
             with suppress(Exception):
-                self._reserve.insist(stop)
+                self._reserve.retry_on_memory_error(stop)
 
     def trip(self, error: RobotcoreError) -> NoReturn:
         """Latch, and raise what ended the run first."""

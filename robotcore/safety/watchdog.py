@@ -25,7 +25,7 @@ class Watchdog:
     ``bite`` is called with the error where it stays too long: to stop the motors and call the thread back. Where it has
     not come back within its grace, ``end`` is called. Both in the watchdog's thread. ``patience`` makes every limit
     longer. ``reserve`` has the memory that it may need. While a debugger or another tracer follows the thread, nothing
-    is too long: ``spare`` is then called once, with the error that would have been.
+    is too long: ``report_tracer`` is then called once, with the error that would have ended the run.
     """
 
     def __init__(
@@ -35,13 +35,13 @@ class Watchdog:
         end: Callable[[RobotcoreError], object],
         reserve: Reserve,
         patience: float = 1.0,
-        spare: Callable[[RobotcoreError], object] = lambda _: None,
+        report_tracer: Callable[[RobotcoreError], object] = lambda _: None,
     ) -> None:
         self._where, self._bite, self._end, self._patience = where, bite, end, patience
         self._doing, self._call = _Standstill(), _Standstill()
         self._bitten: _Bitten | None = None
-        self._reserve, self._spare = reserve, spare
-        self._has_spared = False
+        self._reserve, self._report_tracer = reserve, report_tracer
+        self._has_reported_tracer = False
         self._is_closed = Event()
         self._thread: Thread | None = None
 
@@ -85,9 +85,9 @@ class Watchdog:
         frame = sys._current_frames().get(self._where.thread)  # noqa: SLF001  the one way to see another thread
         error = stay.error(seconds, frame)
         if is_debugged(frame):
-            if not self._has_spared:
-                self._has_spared = True
-                self._spare(error)
+            if not self._has_reported_tracer:
+                self._has_reported_tracer = True
+                self._report_tracer(error)
             return
         self._bitten = _Bitten(error, self._where.moves, stay.grace_s)
         self._bite(error)

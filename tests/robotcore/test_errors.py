@@ -9,7 +9,7 @@ import pytest
 
 from robotcore import errors
 from robotcore.errors import (
-    LONGEST_TEXT,
+    MAX_EXCEPTION_TEXT,
     BehaviourError,
     DescriptionError,
     DeviceClosedError,
@@ -118,7 +118,7 @@ class _UnreadableError(Exception):
 @pytest.mark.parametrize("cause", [_UnreadableError(), RuntimeError("x" * 20_000_000)])
 def test_an_app_whose_exception_has_no_text_or_endless_text_gives_a_short_error(cause: Exception) -> None:
     error = BehaviourError.raised_by(dict, cause)
-    assert len(str(error)) < 2 * LONGEST_TEXT
+    assert len(str(error)) < 2 * MAX_EXCEPTION_TEXT
     assert error.__cause__ is cause
 
 

@@ -22,7 +22,7 @@ from robotcore.threads import Reserve, start_thread
 
 clock = MonotonicClock()
 resource.setrlimit(resource.RLIMIT_AS, (1, resource.RLIM_INFINITY))
-for refused in (lambda: start_thread(print, "one"), clock.get_ready, lambda: Reserve(clock).hold(threads=1)):
+for refused in (lambda: start_thread(print, "one"), clock.prepare_calls, lambda: Reserve(clock).hold(threads=1)):
     try:
         refused()
     except ResourceError as error:
@@ -97,7 +97,7 @@ def test_a_call_that_runs_out_of_memory_is_made_again_with_what_was_held(reserve
         if len(tries) == 1:
             raise MemoryError
 
-    reserve.insist(attempt)
+    reserve.retry_on_memory_error(attempt)
     assert tries == [True, False]
 
 
