@@ -18,7 +18,7 @@ from robotcore.recording.packed import DAMAGE, Allowance, Message, Place, Record
 from robotcore.recording.protobuf import compressed_image, raw_image
 from robotcore.recording.recording import Metadata, Recording
 from robotcore.recording.samples import FileSamples, Picture, Unpack
-from robotcore.recording.validation import UnknownFormatError, parse_metadata, parse_result, parse_tick
+from robotcore.recording.validation import UnknownFormatError, parse_metadata, parse_number, parse_result, parse_tick
 from robotcore.recording.wire import from_json
 from robotcore.running.outcome import RunResult
 
@@ -112,7 +112,7 @@ class _Found:
 
     def _take_text(self, channel: _Channel, sequence: int, content: bytes) -> None:
         if channel.device is not None:
-            self._numbers[SampleKey(channel.device, sequence - 1)] = from_json(_NUMBERS[channel.schema], content)
+            self._numbers[SampleKey(channel.device, sequence - 1)] = parse_number(_NUMBERS[channel.schema], content)
         elif channel.topic == channels.RUN:
             self._metadata = parse_metadata(content)
         elif channel.topic == channels.TICKS:

@@ -15,6 +15,7 @@ from typing import Any, get_type_hints
 
 from pydantic import BaseModel, create_model
 
+from robotcore.devices import Angle, Range, Voltage
 from robotcore.errors import BehaviourError, Interrupted
 from robotcore.faults.spec import Spec
 from robotcore.recording.events import Raised, Tick
@@ -27,6 +28,7 @@ MOST_SECONDS = 1e9
 """Thirty years: no run is longer."""
 
 _MOST_TICKS = 2**53
+_MOST_ANGLE = 1e12
 _MOST_NAMES = 1000
 """Of milestones or devices: each is a row of a table."""
 _NEVER_OF_DEVICES = {Interrupted.__name__, BehaviourError.__name__}
@@ -61,11 +63,22 @@ def parse_tick(content: bytes, before: Tick | None) -> Tick:
     _require_seconds(f"the time of tick {tick.number}", tick.time)
     if before and tick.time < before.time:
         raise ValueError(f"tick {tick.number} is at {tick.time:g} s, before tick {before.number}")
+    for turned in tick.turned:
+        for angle in turned.angles or ():
+            _require_angle(angle)
     if odd := {error.kind for error in _device_errors(tick)} & _NEVER_OF_DEVICES:
         raise ValueError(f"a device raised {', '.join(sorted(odd))} in tick {tick.number}")
     if tick.error and tick.error.kind == Interrupted.__name__ and not _is_signal(tick.error):
         raise ValueError(f"tick {tick.number} was interrupted by no signal")
     return tick
+
+
+def parse_number(kind: type[Range | Angle | Voltage], content: bytes) -> Range | Angle | Voltage:
+    """Return a sample that is no picture."""
+    sample = from_json(kind, content)
+    if isinstance(sample, Angle):
+        _require_angle(sample.angle)
+    return sample
 
 
 def parse_result(content: bytes) -> RunResult:
@@ -108,6 +121,12 @@ def _device_errors(tick: Tick) -> Iterator[Raised]:
 
 def _is_signal(error: Raised) -> bool:
     return error.attributes.get("exit_status") in _SIGNALS
+
+
+def _require_angle(angle: float) -> None:
+    """Let NaN pass, which odometry can add up; an infinite angle ends a run before its tick is recorded."""
+    if abs(angle) > _MOST_ANGLE:
+        raise ValueError(f"an angle is {angle:g} rad")
 
 
 def _require_seconds(what: str, seconds: float) -> None:
