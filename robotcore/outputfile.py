@@ -35,13 +35,18 @@ def require_replaceable(file: Path) -> None:
 
 def _make_part(file: Path) -> Path:
     """Make an empty file beside another one; its ending is the same, by which some libraries choose a format."""
-    _require_regular(file)
+    require_regular(file)
     part = file.with_name(f".{token_hex(8)}{file.suffix}")
-    os.close(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
+    try:
+        os.close(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
+    except OSError as error:
+        error.filename = str(file)
+        raise
     return part
 
 
-def _require_regular(file: Path) -> None:
+def require_regular(file: Path) -> None:
+    """Raise OSError if there is something of this name that is no regular file, such as a link."""
     try:
         mode = file.lstat().st_mode
     except FileNotFoundError:

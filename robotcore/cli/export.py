@@ -10,6 +10,7 @@ import click
 from robotcore.cli.output import write_content, write_line
 from robotcore.cli.outputs import require_apart
 from robotcore.errors import UsageError
+from robotcore.outputfile import replace_file
 
 if TYPE_CHECKING:
     from robotcore.exporting import Exported
@@ -61,9 +62,8 @@ def _write_file(file: Path, content: bytes, *, is_beside: bool = False) -> None:
     try:
         if is_beside:
             file.parent.mkdir(exist_ok=True)
-        file.write_bytes(content)
+        with replace_file(file) as part:
+            part.write_bytes(content)
     except OSError as error:
-        if error.filename is None and file.is_file():  # it could be opened, and half of it is there
-            file.unlink()
         remedy = "Name a file that can be written, where there is room"
         raise UsageError(f"{error.filename or file}: {error.strerror}. {remedy}") from error

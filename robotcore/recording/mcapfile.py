@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from robotcore.errors import RecordingError
+from robotcore.outputfile import require_regular
 from robotcore.recording.extra import require_extra
 
 CHUNK_BYTES = 2**20
@@ -86,6 +87,7 @@ class _Sink:
 
     def __init__(self, path: Path) -> None:
         try:
+            require_regular(path)
             self._file = path.open("wb", buffering=0)
         except OSError as error:
             raise unwritable(path, error) from error
@@ -125,9 +127,8 @@ def require_recordable(path: Path) -> None:
     if path.suffix.lower() != ".mcap":
         raise RecordingError(path, "a recording is an .mcap file", "Give it that ending")
     existed = path.exists()
-    if existed and not path.is_file():
-        raise RecordingError(path, "it is there, and no file", "Name another one")
     try:
+        require_regular(path)
         with path.open("ab"):
             pass
         if not existed:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import queue
 import signal
 import subprocess
@@ -182,7 +183,9 @@ def test_a_recording_takes_the_place_of_what_was_there(file: Path) -> None:
     [
         ("run.txt", lambda _: None, "a recording is an .mcap file"),
         ("gone/run.mcap", lambda _: None, "No such file or directory"),
-        ("run.mcap", Path.mkdir, "it is there, and no file"),
+        ("run.mcap", Path.mkdir, "Is a directory"),
+        ("run.mcap", os.mkfifo, "it is no regular file"),
+        ("run.mcap", lambda file: file.symlink_to("own.mcap"), "it is a symbolic link"),
     ],
 )
 def test_a_file_that_could_not_be_written_is_refused_before_the_run(
