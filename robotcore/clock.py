@@ -12,18 +12,22 @@ import threading
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from contextlib import suppress
 from functools import partial
 
 from robotcore.errors import UsageError
 from robotcore.polling import Polling, Pumped, Threaded
-from robotcore.threads import start_thread
+from robotcore.threads import is_out_of_memory, start_thread
 
 MIN_PHYSICS_RATE_HZ = 240
 """A stepped clock never takes coarser steps than this."""
 
 _SAME = 1e-6
 """By so much a time step that a server keeps in single precision may differ from what was meant."""
+
+LONGEST_WAIT_S = 0.1
+"""A call whose notice was lost, for want of memory, is late by no more than this."""
+
+WITHOUT_MEMORY_S = 0.005
 
 CLOSING_S = 1.0
 """A call that hangs does not keep a clock from being closed for longer."""
@@ -202,9 +206,21 @@ class MonotonicClock(Clock):
     def _call(self) -> None:
         try:
             while (callback := self._next_due()) is not None:
-                self._attempt(callback)
+                self._attempt(partial(self._insist, callback))
         except Exception as failure:  # noqa: BLE001  a server's time may fail; raised where somebody listens
             self._failure = failure
+
+    def _insist(self, callback: Callback) -> None:
+        """Make a call, again while memory runs out: it may be the one that stops the motors."""
+        is_made = False
+        while not (is_made or self._is_closed):
+            try:
+                callback()
+                is_made = True
+            except Exception as error:  # noqa: PERF203
+                if not is_out_of_memory(error):
+                    raise
+                time.sleep(WITHOUT_MEMORY_S)
 
     def _attempt(self, callback: Callable[[], object]) -> None:
         try:
@@ -213,13 +229,22 @@ class MonotonicClock(Clock):
             self._failure = self._failure or failure
 
     def _next_due(self) -> Callback | None:
+        """Wait for the next call, also if memory runs out: it may be the one that stops the motors."""
+        while True:
+            try:
+                return self._wait_for_next()
+            except Exception as error:
+                if not is_out_of_memory(error):
+                    raise
+            time.sleep(WITHOUT_MEMORY_S)
+
+    def _wait_for_next(self) -> Callback | None:
         with self._wake:
             while not self._is_closed:
-                with suppress(MemoryError):  # the next call may be the one that stops the motors
-                    left = self._calls[0][0] - self.now() if self._calls else self._longest_nap
-                    if left <= 0:
-                        return heapq.heappop(self._calls)[2]
-                    self._wake.wait(None if math.isinf(left) else min(left, self._longest_nap))
+                left = self._calls[0][0] - self.now() if self._calls else LONGEST_WAIT_S
+                if left <= 0:
+                    return heapq.heappop(self._calls)[2]
+                self._wake.wait(min(left, self._longest_nap, LONGEST_WAIT_S))
         return None
 
 
@@ -295,6 +320,10 @@ class TickClock(ClockOver):
 
     def now(self) -> float:
         return self._now
+
+    def tick_age(self) -> float:
+        """Return for how long the tick has lasted, in seconds: time that `now` does not show yet."""
+        return self._source.now() - self._now
 
     def sleep_until(self, deadline: float) -> bool:
         is_ahead = self._source.sleep_until(deadline)

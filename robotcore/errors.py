@@ -297,7 +297,7 @@ class BehaviourError(RobotcoreError):
         """Return the error for an exception of an app's code; a very long text of it is cut."""
         try:
             text = str(cause)
-        except Exception as failure:  # noqa: BLE001  an app's own class of exceptions
+        except (Exception, SystemExit) as failure:  # noqa: BLE001  an app's own class of exceptions
             text = f"its text cannot be read, __str__ raised {type(failure).__name__}"
         if len(text) > MAX_EXCEPTION_TEXT:
             text = f"{text[:MAX_EXCEPTION_TEXT]}… ({len(text) - MAX_EXCEPTION_TEXT} more characters)"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from queue import SimpleQueue
-from threading import Event, Thread
+from threading import Lock, Thread
 from typing import TYPE_CHECKING, TypeVar
 
 from robotcore.errors import ResourceError
@@ -15,18 +15,27 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-THREAD = "waits for a stop"
+THREAD = "reserve"
 
 MEMORY_BYTES = 32 << 20
 """Address space alone: zeroed pages that nothing writes take no memory."""
 
 
+def is_out_of_memory(error: BaseException) -> bool:
+    """Return whether the system refused memory, also to a device's driver.
+
+    `threading` says so of a lock in a RuntimeError, and a device in a DeviceError with that cause.
+    """
+    is_refusal = isinstance(error, MemoryError) or (type(error) is RuntimeError and "allocate lock" in str(error))
+    return is_refusal or (error.__cause__ is not None and is_out_of_memory(error.__cause__))
+
+
 def start_thread(target: Callable[[], object], name: str) -> Thread:
     """Start a daemon thread. Raises ResourceError if the system refuses one."""
-    thread = Thread(target=target, name=name, daemon=True)
     try:
+        thread = Thread(target=target, name=name, daemon=True)
         thread.start()
-    except RuntimeError as error:
+    except (RuntimeError, MemoryError) as error:
         raise ResourceError(f"the system refuses the thread {name!r}") from error
     return thread
 
@@ -35,26 +44,36 @@ class BackgroundCall:
     """A call that may hang, run in another thread. ``failure`` is the exception that it raised, or None."""
 
     def __init__(self, function: Callable[[], object], clock: Clock) -> None:
-        self.failure: Exception | None = None
+        self.failure: BaseException | None = None
         self._function, self._clock = function, clock
-        self._begun, self._end = clock.now(), Event()
+        self._begun = clock.now()
+        self._is_made = self._is_over = False
+        self._running = Lock()  # no Event: one that runs out of memory keeps its inner lock for ever
+        self._running.acquire()
 
     @property
     def is_under_way(self) -> bool:
-        return not self._end.is_set()
+        return not self._is_over
 
     def is_done_within(self, limit_s: float) -> bool:
         """Wait for the end, until ``limit_s`` seconds after the beginning; return whether it has come."""
-        return self._end.wait(max(0.0, self._begun + limit_s - self._clock.now()))
+        left_s = max(0.0, self._begun + limit_s - self._clock.now())
+        if not self._is_over and self._running.acquire(timeout=left_s):
+            self._running.release()
+        return self._is_over
 
     def run(self) -> None:
-        """Make the call in the present thread."""
+        """Make the call in the present thread, once; run again, it only notes the end."""
         try:
-            self._function()
-        except Exception as failure:  # noqa: BLE001  the caller asks for it
+            if not self._is_made:
+                self._is_made = True
+                self._function()
+        except BaseException as failure:  # noqa: BLE001  the caller asks for it
             self.failure = failure
         finally:
-            self._end.set()
+            if not self._is_over:
+                self._is_over = True
+                self._running.release()
 
 
 class Reserve:
@@ -91,7 +110,11 @@ class Reserve:
         """Run a function in an idle thread, or in the caller's thread if none is idle."""
         call = BackgroundCall(function, self._clock)
         if self._take_thread():
-            self._calls.put(call)
+            try:
+                self._calls.put(call)
+            except MemoryError:
+                self._idle.append(THREAD)
+                raise
         else:
             call.run()
         return call
@@ -100,7 +123,9 @@ class Reserve:
         """Call a function; if it runs out of memory, release the memory held here and call it again."""
         try:
             return function()
-        except MemoryError:
+        except Exception as error:
+            if not is_out_of_memory(error):
+                raise
             self.release_memory()
             return function()
 
@@ -124,9 +149,19 @@ class Reserve:
         return True
 
     def _work(self) -> None:
-        while call := self._calls.get():
-            call.run()
-            del call  # what it raised holds its frames
-            self._idle.append(THREAD)
-            if self._is_closed and self._take_thread():
-                return
+        """Wait for calls and make them; without memory, try again what failed."""
+        call: BackgroundCall | None = None
+        is_needed = True
+        while is_needed:
+            try:
+                call = call or self._calls.get()
+                is_needed = call is not None and self._make(call)
+                call = None
+            except BaseException:  # noqa: BLE001, PERF203, S112  a thread that ends is missing at the next stop
+                continue
+
+    def _make(self, call: BackgroundCall) -> bool:
+        """Make a call; return whether the thread waits for another one."""
+        call.run()
+        self._idle.append(THREAD)
+        return not (self._is_closed and self._take_thread())

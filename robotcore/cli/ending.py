@@ -22,6 +22,12 @@ class RunCommand(AnsweringCommand):
         return {**json.loads(_unstarted(asked, error).to_json()), **super().unanswered(asked, error)}
 
 
+def prepare_telling(*, as_json: bool) -> None:
+    """Import what `tell_result` needs: an app may leave no file descriptor, and no memory, for an import."""
+    if not as_json:
+        import robotcore.view.summary  # noqa: F401
+
+
 def tell_result(result: RunResult, *, as_json: bool) -> None:
     """Tell how a run ended: on stderr what is to be known of it and what went wrong, on stdout the result."""
     for note in result.notes:

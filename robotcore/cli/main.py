@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
+import threading
 from collections.abc import Sequence
+from types import FrameType
 from typing import NoReturn, TextIO
 
 import click
 
 from robotcore.cli.failure import tell, tell_error, tell_usage
 from robotcore.cli.lazy import LazyGroup
-from robotcore.cli.output import write_lines
+from robotcore.cli.output import write_line, write_lines
 from robotcore.errors import Interrupted, RobotcoreError
 
 SIGNALLED = 128
@@ -19,6 +22,8 @@ SIGNALLED = 128
 
 INTERRUPTED = SIGNALLED + 2
 """By SIGINT."""
+
+EXITING_S = 3.0
 
 UNWRITTEN = 1
 """The output could not be written."""
@@ -99,7 +104,21 @@ def _exit(status: int) -> NoReturn:
         from robotcore.running.interrupts import die_of
 
         die_of(status - SIGNALLED)
+    _limit_exit(status)
     sys.exit(status)
+
+
+def _limit_exit(status: int) -> None:
+    """End the process in `EXITING_S`: the interpreter waits without a limit for threads that an app has left."""
+
+    def end(_number: int, _frame: FrameType | None) -> NoReturn:
+        names = [thread.name for thread in threading.enumerate() if thread is not threading.main_thread()]
+        write_line(f"note: the process ends with threads that still run: {', '.join(names)}", is_error=True)
+        os._exit(status)
+
+    if hasattr(signal, "setitimer"):
+        signal.signal(signal.SIGALRM, end)
+        signal.setitimer(signal.ITIMER_REAL, EXITING_S)
 
 
 def _flushed(stream: TextIO | None) -> bool:

@@ -10,7 +10,7 @@ import json
 import re
 import sys
 from collections.abc import Iterable, Sequence
-from contextlib import AbstractContextManager, nullcontext, redirect_stdout
+from contextlib import AbstractContextManager, nullcontext, redirect_stdout, suppress
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -38,11 +38,13 @@ def write_json(data: Any) -> None:
 def write_line(text: str = "", *, is_error: bool = False, is_styled: bool = False) -> None:
     """Write a text in one line, on stderr if ``is_error``; a line break in it is escaped too.
 
-    ``is_styled`` keeps the colours of `click.style`. The caller has escaped the words in between.
+    ``is_styled`` keeps the colours of `click.style`. The caller has escaped the words in between. A stderr that cannot
+    be written is passed over: it must not keep a result from stdout, nor change an exit status.
     """
     parts = _STYLES.split(text) if is_styled else [text]
     line = "".join(part if index % 2 else escape(part, keep="\t") for index, part in enumerate(parts))
-    click.echo(line, err=is_error)
+    with suppress(OSError) if is_error else nullcontext():
+        click.echo(line, err=is_error)
 
 
 def write_lines(text: str, *, indent: str = "", is_error: bool = False) -> None:

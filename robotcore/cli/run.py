@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.ending import RunCommand, tell_result
+from robotcore.cli.ending import RunCommand, prepare_telling, tell_result
 from robotcore.cli.failure import tell
 from robotcore.cli.output import printing_apart, write_line
 from robotcore.cli.recorded import recorder_for, with_recording
@@ -78,6 +78,7 @@ def command(
         recorder = recorder_for(record, dict(asked["options"]), is_jpeg=record_jpeg, limit=record_limit)
         notifier = Notifier.of(os.environ)
         last_words = _last_words(recorder, notifier, as_json=as_json)
+        prepare_telling(as_json=as_json)
         with printing_apart(as_json=as_json):
             result = _run(asked, drawer, recorder, notifier, interrupts, last_words)
         interrupts.hold()

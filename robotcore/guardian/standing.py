@@ -18,7 +18,8 @@ ends is slow."""
 def make_stand(specs: Iterable[CutoffSpec]) -> Report:
     """Open the cutoffs, stop, and close them; return what was stopped, and what could not be, each with its fault.
 
-    One that fails or hangs holds up no other, and nothing is raised.
+    One that fails or hangs holds up no other, and nothing is raised. Without threads, which the system may refuse, one
+    that hangs holds up those after it.
     """
     clock = MonotonicClock()
     hands = [_hand(spec, clock) for spec in shared(specs)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from threading import RLock
 
-from robotcore.clock import Clock
+from robotcore.clock import TickClock
 from robotcore.devices import Motor, invalid_velocity
 from robotcore.geometry import to_float
 from robotcore.layers.over import MotorOver
@@ -16,10 +16,10 @@ from robotcore.safety.patience import Patiently
 class LoneMotor(MotorOver):
     """A motor whose command is sent at once and lives one lease, as a drive's does: it is cut where nobody renews it.
 
-    NaN latches, and what is latched moves no more. After a cut, further commands in the same tick are ignored.
+    NaN latches, and what is latched moves no more. In a tick that lasts longer than a lease, commands are ignored.
     """
 
-    def __init__(self, inner: Motor, clock: Clock, lease: float, latch: Latch, brakes: Brakes) -> None:
+    def __init__(self, inner: Motor, clock: TickClock, lease: float, latch: Latch, brakes: Brakes) -> None:
         super().__init__(inner)
         self._clock, self._latch, self._brakes = clock, latch, brakes
         self._lock = RLock()
@@ -33,10 +33,13 @@ class LoneMotor(MotorOver):
         rad_s = to_float(rad_s)
         if not math.isfinite(rad_s):
             self._latch.trip(invalid_velocity(self.name, rad_s))
-        if rad_s == 0 or self._deadman.has_cut(self._clock.now()):
+        if rad_s == 0:
             self.stop()
             return 0.0
         with self._lock:
+            if self._clock.tick_age() >= self._deadman.lease:
+                self.stop()
+                return 0.0
             halts = self._halts
             self._deadman.renew(self._clock.now())
             sent = self._inner.set_velocity(rad_s)

@@ -59,6 +59,7 @@ class Execution:
         patience *= SIMULATED if plan.request.gui else 1.0
         self._reserve = Reserve(self._wall)
         self._watchdog = Watchdog(self._where, self._bite, self._end_hard, self._reserve, patience, self._note_tracer)
+        self._closing = closing(plan.backend.name)
         self._bitten: RobotcoreError | None = None
         self._assembled: Assembled | None = None
         self._guard = ExitStack()
@@ -72,7 +73,8 @@ class Execution:
         try:
             return self._result()
         finally:
-            self._reserve.close()
+            with suppress(MemoryError):
+                self._reserve.close()
 
     def _result(self) -> RunResult:
         error: RobotcoreError | Interrupted | None = None
@@ -80,8 +82,9 @@ class Execution:
             outcome = self._watched()
         except (RobotcoreError, Interrupted) as caught:
             error, outcome = caught, outcome_of(caught)
-        except MemoryError:
-            error, outcome = ResourceError("the program is out of memory"), Outcome.ERROR
+        except MemoryError as short:
+            error = _cause_of(short) or ResourceError("the program is out of memory")
+            outcome = outcome_of(error)
         except Recalled:  # too late for the loop to tell why
             error = self._why_recalled
             outcome = outcome_of(error)
@@ -192,7 +195,7 @@ class Execution:
         so the motors, it may take as long as any answer: a simulator on a busy machine is only slow.
         """
         if assembled := self._assembled:
-            self._where.begin(closing(self._plan.backend.name))
+            self._where.begin(self._closing)
             assembled.latch.set(DeviceClosedError(raw.name))
             may_be_slow = raw.clock.is_lockstep and not self._is_unanswered
             failures = assembled.brakes.apply_apart(self._plan.description.safety.answer_s if may_be_slow else STOP_S)
@@ -209,7 +212,7 @@ class Execution:
 
     def _close(self, robot: Robot) -> None:
         """Close the robot; a guardian stops what cannot be closed."""
-        self._where.begin(closing(self._plan.backend.name))
+        self._where.begin(self._closing)
         try:
             with suppress(_UnansweredError), self._guard:
                 self._let_go(robot)
@@ -246,7 +249,8 @@ class Execution:
         """Say, once, that the watchdog would have ended the run."""
         note = f"the watchdog did not end the run, for a debugger or another tracer is active: {error}"
         self._plan = replace(self._plan, notes=(*self._plan.notes, note))
-        os.write(2, f"note: {note}\n".encode())
+        with suppress(OSError):
+            os.write(2, f"note: {note}\n".encode())
 
     def _end_hard(self, error: RobotcoreError) -> None:
         """End the process, which nothing else ends; but not one whose main thread has other things to do."""
@@ -260,11 +264,16 @@ class Execution:
     def _last_resort(self) -> None:
         """Stop for good, for the process ends; not in this thread, which may be in the middle of a call that hangs."""
         assert self._assembled
-        latching = partial(self._assembled.latch.set, DeviceClosedError(self._assembled.robot.name))
-        self._reserve.call(latching).is_done_within(FAREWELL_S)
-        self._assembled.brakes.apply_apart()
-        if self._interrupts.raised:
-            self._farewell(self._interrupts.raised)
+        self._reserve.release_memory()
+        try:
+            latching = partial(self._assembled.latch.set, DeviceClosedError(self._assembled.robot.name))
+            self._reserve.call(latching).is_done_within(FAREWELL_S)
+        finally:
+            try:
+                self._assembled.brakes.apply_apart()
+            finally:
+                if self._interrupts.raised:
+                    self._farewell(self._interrupts.raised)
 
     def _farewell(self, error: RobotcoreError | Interrupted, untold: int = 0) -> None:
         """Tell everyone how the run ends, while there is still somebody to; of interventions also those untold."""
@@ -286,3 +295,12 @@ class Execution:
     def _told(self, error: RobotcoreError | Interrupted | None, outcome: Outcome) -> RunResult:
         ending = Ending(outcome, error, self._late_failure)
         return told(self._plan, self._loop, self._judgement, ending, self._wall.now())
+
+
+def _cause_of(error: BaseException) -> RobotcoreError | Interrupted | None:
+    """Return what was ending the run when memory ran out, if something was."""
+    while context := error.__context__:
+        if isinstance(context, (RobotcoreError, Interrupted)):
+            return context
+        error = context
+    return None

@@ -174,10 +174,16 @@ class Loop:
         self._noted = tick
         warnings, self._warnings = self._warnings, ()
         told = self._gauges.voltages, warnings
-        record = TickRecord(tick, self._clock.now(), self.behaviour.state, *commit, lost, *told)
+        record = TickRecord(tick, self._clock.now(), self._state(), *commit, lost, *told)
         self.trace.add(record)
         for observe in self._observers:
             observe(record)
+
+    def _state(self) -> str:
+        try:
+            return self.behaviour.state
+        except Exception as error:  # a property of the app's own
+            raise BehaviourError.raised_by(type(self.behaviour), error) from error
 
     def _with_latch(self, commit: Commit) -> Commit:
         self._is_latch_noted = True
@@ -208,8 +214,10 @@ class Loop:
             return self.behaviour.step(self.robot)
         finally:
             if (process := os.getpid()) != self._process:
-                os.write(2, _COPY_ENDED.format(type(self.behaviour).__name__, process).encode())
-                os._exit(COPY_STATUS)
+                try:
+                    os.write(2, _COPY_ENDED.format(type(self.behaviour).__name__, process).encode())
+                finally:
+                    os._exit(COPY_STATUS)
 
     def _let_time_pass(self) -> None:
         self._next += self._period

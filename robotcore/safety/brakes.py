@@ -10,7 +10,7 @@ from typing import TypeVar
 from robotcore.clock import MonotonicClock
 from robotcore.devices import Motor
 from robotcore.errors import DeviceError, DeviceLostError
-from robotcore.threads import BackgroundCall, Reserve
+from robotcore.threads import BackgroundCall, Reserve, is_out_of_memory
 
 T = TypeVar("T")
 
@@ -42,13 +42,26 @@ class Brake:
         call = self._under_way
         if call is None or not call.is_under_way:
             self._under_way = call = self._reserve.retry_on_memory_error(self._call)
-        return lambda: call.failure if call.is_done_within(within_s) else self._hung(within_s)
+        return lambda: self._failure_of(call) if call.is_done_within(within_s) else self._hung(within_s)
 
     def _call(self) -> BackgroundCall:
         return self._reserve.call(self._stop)
 
     def _stop(self) -> None:
         self._reserve.retry_on_memory_error(self.motor.stop)
+
+    def _failure_of(self, call: BackgroundCall) -> Exception | None:
+        """Return why a stop failed; one that ran out of memory is made again, in place."""
+        failure = call.failure
+        if failure and is_out_of_memory(failure):
+            try:
+                self._stop()
+            except Exception as again:  # noqa: BLE001  the caller asks for it
+                return again
+            return None
+        if failure is None or isinstance(failure, Exception):
+            return failure
+        return DeviceError(self.motor.name, f"its stop raised {type(failure).__name__}")
 
     def _hung(self, within_s: float = STOP_S) -> DeviceError:
         return DeviceError(

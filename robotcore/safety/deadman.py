@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import inf
+from functools import partial
 from threading import RLock
 
 from robotcore.clock import Clock
 from robotcore.safety.patience import Patiently
-from robotcore.threads import Reserve
+from robotcore.threads import Reserve, is_out_of_memory
 
 MIN_LEASE_S = 0.1
 
@@ -28,7 +28,6 @@ class Deadman:
         self._lock = lock
         self._reserve = reserve
         self._expiry: float | None = None
-        self._latest_cut = -inf
         self._is_waiting = False
 
     def renew(self, now: float) -> None:
@@ -37,33 +36,44 @@ class Deadman:
         if not self._is_waiting:
             self._wait(self._expiry)
 
-    def has_cut(self, now: float) -> bool:
-        """Return whether a lease that begins at ``now`` has been cut already, in a tick that takes longer than it."""
-        return now + self.lease <= self._latest_cut
-
     def rest(self) -> None:
         """End the lease: the motors were stopped."""
         self._expiry = None
 
     def _wait(self, expiry: float) -> None:
+        """Have the clock call at ``expiry``; if it cannot, the next `renew` asks again."""
         self._is_waiting = True
-        self._clock.call_at(expiry, lambda: self._reserve.retry_on_memory_error(lambda: self._check(expiry)))
+        try:
+            check = partial(self._check, expiry)
+            self._clock.call_at(expiry, partial(self._reserve.retry_on_memory_error, check))
+        except BaseException:
+            self._is_waiting = False
+            raise
 
     def _check(self, called_at: float) -> None:
         with Patiently(self._lock):
             self._is_waiting = False
             if self._expiry is None:
                 return
-            if self._expiry > called_at:
-                self._wait(self._expiry)
-            else:
+            if self._expiry <= called_at or not self._can_wait(self._expiry):
                 self._cut_now(called_at)
+
+    def _can_wait(self, expiry: float) -> bool:
+        """Wait for a later expiry; return False if memory runs out, for then a cut that comes early is the safe one."""
+        try:
+            self._wait(expiry)
+        except Exception as error:
+            if not is_out_of_memory(error):
+                raise
+            return False
+        return True
 
     def _cut_now(self, called_at: float) -> None:
         """End the lease and cut the motors. If memory runs out, restore the lease, so that the next call cuts again."""
-        self._latest_cut, expiry, self._expiry = called_at, self._expiry, None
+        expiry, self._expiry = self._expiry, None
         try:
             self._cut(called_at)
-        except MemoryError:
-            self._expiry = expiry
+        except Exception as error:
+            if is_out_of_memory(error):
+                self._expiry = expiry
             raise

@@ -10,7 +10,7 @@ from typing import NoReturn
 from robotcore.clock import MonotonicClock
 from robotcore.errors import RobotcoreError, SafetyStop
 from robotcore.safety.intervention import REST, Intervention
-from robotcore.threads import Reserve
+from robotcore.threads import Reserve, is_out_of_memory
 
 
 class Latch:
@@ -44,10 +44,19 @@ class Latch:
     def set(self, error: RobotcoreError) -> None:
         """Latch, and call every stop, whatever another one raises. Closing reports a stop that fails again."""
         with self._lock:
-            is_first, self.error = self.error is None, self.error or error
-        for stop in self._calls if is_first else ():
-            with suppress(Exception):
-                self._reserve.retry_on_memory_error(stop)
+            self.error = self.error or error
+        self._reserve.retry_on_memory_error(self._call_all)
+
+    def _call_all(self) -> None:
+        """Make the calls that are still to be made. One that runs out of memory twice is left for the next `set`."""
+        for call in tuple(self._calls):
+            try:
+                self._reserve.retry_on_memory_error(call)
+            except Exception as failure:  # noqa: BLE001  one that fails must not keep the others from stopping
+                if is_out_of_memory(failure):
+                    continue
+            with suppress(ValueError):  # another thread has made it too
+                self._calls.remove(call)
 
     def trip(self, error: RobotcoreError) -> NoReturn:
         """Latch, and raise what ended the run first."""

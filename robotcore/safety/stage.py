@@ -70,7 +70,7 @@ class SafetyStage:
         self._asked: Wheels | None = None
         self._guarded = self._sent = self._judged_after = REST
         self._halts = self._halts_before = 0
-        self._is_stopped = False
+        self._is_stopped = self._is_cut_off = False
         self._changes: list[Intervention] = []
         self._cuts: list[Intervention] = []
         self._latch.call(self._cut_off)
@@ -197,8 +197,10 @@ class SafetyStage:
                 self._cuts.append(Intervention(expiry, "deadman", driven, REST))
 
     def _cut_off(self) -> None:
-        """Stop for good: the latch has tripped."""
-        self._latch.driven, self._latch.untold, self._cuts = self._sent, self._cuts, []
+        """Stop for good: the latch has tripped. A second try reports what the first one found."""
+        if not self._is_cut_off:
+            self._latch.driven, self._latch.untold, self._cuts = self._sent, self._cuts, []
+            self._is_cut_off = True
         self.stop()
 
     def _halt(self, now: float) -> None:

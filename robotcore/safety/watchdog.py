@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from math import inf
 from threading import Event, Thread
 from types import FrameType
@@ -47,7 +48,7 @@ class Watchdog:
 
     def start(self) -> None:
         """Begin to look. Raises ResourceError if the system refuses the thread."""
-        self._thread = start_thread(self._watch, "watchdog")
+        self._thread = start_thread(partial(self._watch, FairTime(self._where.native_thread, PERIOD_S)), "watchdog")
 
     def close(self) -> None:
         """Look no more. May be called again."""
@@ -55,8 +56,7 @@ class Watchdog:
         if self._thread:
             self._thread.join()
 
-    def _watch(self) -> None:
-        time = FairTime(self._where.native_thread, PERIOD_S)
+    def _watch(self, time: FairTime) -> None:
         while not self._is_closed.is_set():
             try:
                 if not self._is_closed.wait(PERIOD_S):

@@ -347,3 +347,33 @@ def _fail() -> None:
 
 def _refuse(steps: int) -> None:
     raise AssertionError(f"{steps} steps were taken")
+
+
+def test_a_call_of_a_real_clock_that_runs_out_of_memory_is_made_again() -> None:
+    clock, made = MonotonicClock(), threading.Event()
+    tries: list[int] = []
+
+    def call() -> None:
+        tries.append(1)
+        if len(tries) < 3:
+            raise MemoryError
+        made.set()
+
+    clock.call_at(0.0, call)
+    assert made.wait(10)
+    clock.close()
+
+
+def test_a_real_clock_whose_waiting_runs_out_of_memory_calls_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock, made = MonotonicClock(), threading.Event()
+    refusals, really_wait = iter([MemoryError(), RuntimeError("can't allocate lock")]), clock._wake.wait
+
+    def wait(timeout: float) -> None:
+        for refusal in refusals:
+            raise refusal
+        really_wait(timeout)
+
+    monkeypatch.setattr(clock._wake, "wait", wait)
+    clock.call_at(0.05, made.set)
+    assert made.wait(10)
+    clock.close()

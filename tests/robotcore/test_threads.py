@@ -130,3 +130,17 @@ def test_memory_that_is_held_is_address_space_alone(reserve: Reserve) -> None:
     before = resident()
     reserve.hold(threads=0)
     assert resident() - before < threads.MEMORY_BYTES / 8
+
+
+def test_a_call_that_raises_what_ends_programs_costs_no_thread(reserve: Reserve) -> None:
+    reserve.hold(threads=1)
+
+    def leave() -> None:
+        raise SystemExit
+
+    for _ in range(3):
+        call = reserve.call(leave)
+        assert call.is_done_within(10)
+        assert isinstance(call.failure, SystemExit)
+        while not reserve._idle:  # the thread has made the call, and is about to wait
+            pass

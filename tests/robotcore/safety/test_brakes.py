@@ -112,3 +112,27 @@ def test_some_of_them_share_what_is_known_of_all(hung: HungMotor, reserve: Reser
     brakes.apply_apart()
     assert brakes.of(hung).are_hung
     assert not brakes.of(right).are_hung
+
+
+def test_a_stop_that_raises_what_ends_programs_is_a_failure_of_its_motor(reserve: Reserve) -> None:
+    motor = NullMotor("left_motor")
+
+    def leave(rad_s: float) -> None:
+        raise SystemExit
+
+    motor.on_command = leave
+    (failure,) = Brakes.on(motor, reserve=reserve).apply_apart()
+    assert isinstance(failure, DeviceError)
+    assert failure.device == "left_motor"
+
+
+def test_a_stop_for_which_memory_is_refused_is_made_again(reserve: Reserve) -> None:
+    motor, refusals = NullMotor("left_motor"), iter([MemoryError(), MemoryError()])
+
+    def refuse(rad_s: float) -> None:
+        for refusal in refusals:
+            raise refusal
+
+    motor.on_command = refuse
+    assert Brakes.on(motor, reserve=reserve).apply_apart() == []
+    assert motor.sent == [0.0]

@@ -83,3 +83,20 @@ class TestEmergencyStop:
         rig.left.on_command = press
         rig.commit()
         assert rig.wheels == (0.0, 0.0)
+
+
+def test_a_call_that_runs_out_of_memory_twice_is_made_by_the_next_set() -> None:
+    latch, tries = Latch(), []
+
+    def stop() -> None:
+        tries.append(1)
+        if len(tries) < 3:
+            raise MemoryError
+
+    latch.call(stop)
+    latch.set(EmergencyStopError("first"))
+    assert len(tries) == 2
+    latch.set(EmergencyStopError("second"))
+    latch.set(EmergencyStopError("third"))
+    assert len(tries) == 3
+    assert str(latch.error) == "e-stop: first"

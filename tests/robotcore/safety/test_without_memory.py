@@ -1,0 +1,137 @@
+"""Stops for which one allocation is refused, each in turn; after it there is memory again."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from robotcore.clock import MonotonicClock, SteppedClock, TickClock
+from robotcore.drive import Wheels
+from robotcore.errors import EmergencyStopError
+from robotcore.layers.lone import LoneMotor
+from robotcore.safety import Brakes, Deadman, Latch, SafetyStage
+from robotcore.threads import Reserve, is_out_of_memory
+from tests.robotcore.fakes import NullMotor
+
+testcapi = pytest.importorskip("_testcapi", reason="this Python comes without what can refuse an allocation")
+
+POINTS = 100
+"""More allocations than a stop makes."""
+
+LEASE_S = 0.125
+
+
+class Robot:
+    """A drive and a gripper that turn, with every stop that a run has."""
+
+    def __init__(self) -> None:
+        self.clock = SteppedClock(20, lambda _: None)
+        ticks = TickClock(self.clock)
+        self.reserve = Reserve(MonotonicClock())
+        self.reserve.hold(threads=4)
+        self.motors = [NullMotor("left_motor"), NullMotor("right_motor"), NullMotor("gripper")]
+        left, right, gripper = self.motors
+        self.latch = Latch(self.reserve)
+        self.brakes = Brakes.on(*self.motors, reserve=self.reserve)
+        self.latch.call(self.brakes.apply_apart)
+        self.stage = SafetyStage(ticks, left, right, [], LEASE_S, self.latch, brakes=self.brakes.of(left, right))
+        self.gripper = LoneMotor(gripper, ticks, LEASE_S, self.latch, self.brakes.of(gripper))
+        self.stage.ask(Wheels(2.0, 2.0))
+        self.stage.commit()
+        self.gripper.set_velocity(2.0)
+        for motor in self.motors:
+            assert motor.sent == [2.0]
+
+    @property
+    def turning(self) -> list[str]:
+        return [motor.name for motor in self.motors if motor.sent[-1]]
+
+    def close(self) -> None:
+        self.reserve.close()
+
+
+@pytest.fixture
+def robots() -> Iterator[Callable[[], Robot]]:
+    made: list[Robot] = []
+
+    def make() -> Robot:
+        made.append(Robot())
+        return made[-1]
+
+    yield make
+    for robot in made:
+        robot.close()
+
+
+def refuse(point: int, function: Callable[[], object]) -> None:
+    """Call a function in a thread of its own, and refuse it one allocation."""
+
+    gate = threading.Lock()
+
+    def call() -> None:
+        with gate:
+            try:
+                testcapi.set_nomemory(point, point + 1)
+                function()
+            except Exception as error:
+                if not is_out_of_memory(error):
+                    raise
+            finally:
+                testcapi.remove_mem_hooks()
+
+    with gate:
+        thread = threading.Thread(target=call)
+        thread.start()
+    deadline, is_alive = time.monotonic() + 10.0, True
+    while is_alive and time.monotonic() < deadline:
+        try:
+            time.sleep(0.001)
+            is_alive = thread.is_alive()
+        except MemoryError:  # noqa: PERF203  the one allocation may be this thread's
+            continue
+    assert not is_alive, f"it hangs where allocation {point} is refused"
+
+
+def test_an_e_stop_stops_every_motor_at_the_second_press_at_the_latest(robots: Callable[[], Robot]) -> None:
+    for point in range(POINTS):
+        robot, error = robots(), EmergencyStopError("pressed")
+        refuse(point, lambda latch=robot.latch, error=error: latch.set(error))  # type: ignore[misc]
+        if robot.turning:
+            robot.latch.set(error)
+        assert robot.turning == [], point
+        assert robot.latch.error is error
+        assert robot.latch.driven == Wheels(2.0, 2.0), point
+
+
+def test_a_deadman_cuts_every_motor_when_its_clock_calls_again_at_the_latest(robots: Callable[[], Robot]) -> None:
+    for point in range(POINTS):
+        robot = robots()
+        for _, _, call in robot.clock._calls:
+            refuse(point, call)
+            if robot.turning:
+                call()
+        assert robot.turning == [], point
+
+
+def test_no_lease_is_lost_by_a_command_that_is_refused_memory() -> None:
+    for point in range(POINTS):
+        clock = SteppedClock(20, lambda _: None)
+        cuts: list[float] = []
+        deadman = Deadman(clock, LEASE_S, cuts.append, threading.RLock(), Reserve(clock))
+        refuse(point, lambda deadman=deadman: deadman.renew(0.0))  # type: ignore[misc]
+        deadman.renew(0.0)
+        clock.sleep_until(1.0)
+        assert cuts, point
+
+
+def test_a_reserve_loses_no_thread_to_a_call_that_is_refused_memory(robots: Callable[[], Robot]) -> None:
+    robot = robots()
+    for point in range(POINTS):
+        refuse(point, lambda: robot.reserve.call(lambda: None))
+    done = [robot.reserve.call(threading.Event().set) for _ in range(4)]
+    assert all(call.is_done_within(10) for call in done)
+    while len(robot.reserve._idle) < 4:  # each thread has made its call, and is about to wait
+        pass
