@@ -11,6 +11,8 @@ PHASES = ((1, 1), (0, 1), (0, 0), (1, 0))
 """Levels of the channels A and B, forward."""
 
 SAMPLE_S = 0.007
+MOST_OWED = 10.0
+"""Where samples are late, a disc turns on by an edge at each: of several at once, some are not heard."""
 
 
 class Disc:
@@ -54,6 +56,6 @@ class Wheels:
         now = self._clock.now()
         edges, self._sampled = (now - self._sampled) * self._edges_s, now
         for forward, disc in self._discs.items():
-            self._owed[forward] += self._chip.level(forward) * edges
-            disc.turn(int(self._owed[forward]))
-            self._owed[forward] %= 1.0
+            owed = min(self._owed[forward] + self._chip.level(forward) * edges, MOST_OWED)
+            self._owed[forward] = owed - 1 if owed >= 1 else owed
+            disc.turn(int(owed >= 1))
