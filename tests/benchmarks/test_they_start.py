@@ -16,7 +16,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "benchmarks"
 LIMIT_S = 110
-"""Of a benchmark: a hang, told before the test itself is ended."""
+"""Of a benchmark: a hang; shorter than the limit of a test."""
 
 STARTED_BY_OTHERS = {"benchmarks.held_run"}
 HELD = {
