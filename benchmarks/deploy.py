@@ -24,7 +24,7 @@ from time import monotonic
 from benchmarks.deployed.robot import robot
 from benchmarks.report import at_least_one, machine, print_table
 from robotcore.deploy.aboard.releases.release import PROJECT, SITE, Release
-from robotcore.deploy.connection.answers import Facts
+from robotcore.deploy.connection.answers import ProbeAnswer
 from robotcore.deploy.connection.host import Host
 from robotcore.deploy.connection.link import Link
 from robotcore.deploy.packages.target import Target
@@ -98,7 +98,7 @@ def _by_hand(rover: Rover) -> float:
 def _wheels(rover: Rover, requirements: tuple[str, ...]) -> Path:
     """Return where the desk keeps what it brought for pip."""
     with Link(Host.parse(HOST), rover.desk.config) as link:
-        return wheels_for(requirements, Target.of(link.call("probe", Facts)), print)
+        return wheels_for(requirements, Target.of(link.call("probe", ProbeAnswer)), print)
 
 
 if __name__ == "__main__":

@@ -2,9 +2,9 @@
 
     python -m benchmarks.hostile_recordings
 
-The catalogue of `benchmarks.hostile.files` goes through `robotcore info` with all its outputs, `replay`, `replay --set`
-and `compare`, each in a process of its own. Then files that a seed changes at random go through `info --csv`, each
-tenth through `replay` and `info --picture --video` too, 500 in a process. Memory is the most that a process had
+The catalogue of `benchmarks.hostile_files.files` goes through `robotcore info` with all its outputs, `replay`,
+`replay --set` and `compare`, each in a process of its own. Then files that a seed changes at random go through
+`info --csv`, each tenth through `replay` and `info --picture --video` too, 500 in a process. Memory is the most that a process had
 resident, the interpreter and its libraries included, less the file's own size; time is the processor's. Exit status 1
 if a bound is broken, a traceback is printed, a control character reaches the output, or an app is run that a recording
 names.
@@ -31,8 +31,8 @@ from random import Random
 from time import monotonic, process_time, sleep
 from typing import NamedTuple
 
-from benchmarks.hostile.files import PROOF, name_files
-from benchmarks.hostile.fuzzing import Seed, mutate
+from benchmarks.hostile_files.files import PROOF, name_files
+from benchmarks.hostile_files.mutations import Seed, mutate
 from benchmarks.report import machine, print_table
 from robotcore.cli.main import execute
 
@@ -133,17 +133,17 @@ def _run_apart(name: str, command: list[str], file: Path, work: Path) -> Cost:
         _, status, usage = ended
         process.returncode = os.waitstatus_to_exitcode(status)
         out.seek(0)
-        told = out.read()
+        output = out.read()
     size = 0 if file.is_dir() else file.lstat().st_blocks * 512
     megabytes, seconds = (usage.ru_maxrss * 1024 - size) / 1e6, usage.ru_utime + usage.ru_stime
-    return _judge(name, " ".join(command[:1] + command[2:3]), megabytes, seconds, process.returncode, told)
+    return _judge(name, " ".join(command[:1] + command[2:3]), megabytes, seconds, process.returncode, output)
 
 
-def _judge(name: str, command: str, megabytes: float, seconds: float, status: int, told: str) -> Cost:
+def _judge(name: str, command: str, megabytes: float, seconds: float, status: int, output: str) -> Cost:
     fault = ""
-    if "Traceback" in told or status not in STATUSES:
-        fault = f"status {status}: {told.strip().splitlines()[-1] if told.strip() else 'no word'}"
-    elif _CONTROL.search(told):
+    if "Traceback" in output or status not in STATUSES:
+        fault = f"status {status}: {output.strip().splitlines()[-1] if output.strip() else 'no word'}"
+    elif _CONTROL.search(output):
         fault = "a control character is printed"
     elif megabytes > MEMORY_BOUND_MB or seconds > TIME_BOUND_S:
         fault = f"{megabytes:.0f} MB, {seconds:.1f} s"

@@ -26,10 +26,10 @@ from statistics import median
 from tempfile import TemporaryDirectory
 from time import perf_counter
 
-from benchmarks.deployed.answers import ENDLESS, RECORDING, RELEASE, Kind, kinds
+from benchmarks.deployed.answers import ENDLESS, RECORDING, RELEASE, HostileRobot, build_hostile_robots
 from benchmarks.deployed.hostile import CANARY
 from benchmarks.report import machine, print_table
-from robotcore.deploy.arrivals import PARTIAL
+from robotcore.deploy.incoming import PARTIAL
 from tests.robotcore.deploy.sshd import Sshd, serving
 
 LIMIT_S = 60.0
@@ -90,8 +90,8 @@ except BrokenPipeError:
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """What came of one kind: its command, the seconds, and what is wrong."""
+class RobotResult:
+    """The result of one robot: its command, the seconds, and what is wrong."""
 
     command: str
     seconds: float
@@ -104,35 +104,35 @@ def main() -> bool:
     parser.add_argument("--kinds", type=int, metavar="N", help="only the first N; all if left out")
     parser.add_argument("--verbose", action="store_true", help="print what each command writes")
     asked = parser.parse_args()
+    robots = build_hostile_robots()[: asked.kinds]
     print(machine())
     with TemporaryDirectory(prefix="hostile-robot-") as folder:
-        outcomes = [_meet(Path(folder, str(number)), kind, asked) for number, kind in enumerate(kinds()[: asked.kinds])]
-    commands = sorted({outcome.command for outcome in outcomes})
+        results = [_meet(Path(folder, str(number)), robot, asked) for number, robot in enumerate(robots)]
+    commands = sorted({result.command for result in results})
     print_table(
         ("command", "kinds", *TROUBLES, "median s", "worst s"),
-        [_row(name, [each for each in outcomes if each.command == name]) for name in commands]
-        + [_row("all", outcomes)],
+        [_row(name, [each for each in results if each.command == name]) for name in commands] + [_row("all", results)],
     )
     print(f"Most memory of a process: {getrusage(RUSAGE_CHILDREN).ru_maxrss / 1000:.0f} MB")
-    return not any(outcome.troubles for outcome in outcomes)
+    return not any(result.troubles for result in results)
 
 
-def _row(name: str, outcomes: Sequence[Outcome]) -> list[str]:
-    counts = [sum(trouble in outcome.troubles for outcome in outcomes) for trouble in TROUBLES]
-    seconds = [outcome.seconds for outcome in outcomes]
-    return [name, *map(str, (len(outcomes), *counts)), f"{median(seconds):.1f}", f"{max(seconds):.1f}"]
+def _row(name: str, results: Sequence[RobotResult]) -> list[str]:
+    counts = [sum(trouble in result.troubles for result in results) for trouble in TROUBLES]
+    seconds = [result.seconds for result in results]
+    return [name, *map(str, (len(results), *counts)), f"{median(seconds):.1f}", f"{max(seconds):.1f}"]
 
 
-def _meet(folder: Path, kind: Kind, asked: argparse.Namespace) -> Outcome:
+def _meet(folder: Path, robot: HostileRobot, asked: argparse.Namespace) -> RobotResult:
     """Let one command meet one robot."""
     folder.mkdir()
-    desk = _make_desk(folder, kind)
-    robot = folder / "robot.py"
-    with serving(folder / "sshd", f"ForceCommand {sys.executable} -I {robot}") as server:
-        robot.write_text(ROBOT.format(folder=str(server.folder), endless=ENDLESS))
-        _furnish(server, kind)
+    desk = _make_desk(folder, robot)
+    script = folder / "robot.py"
+    with serving(folder / "sshd", f"ForceCommand {sys.executable} -I {script}") as server:
+        script.write_text(ROBOT.format(folder=str(server.folder), endless=ENDLESS))
+        _furnish(server, robot)
         before = dict(_digests(desk))
-        written, status, seconds = _type(server, desk, kind)
+        written, status, seconds = _type(server, desk, robot)
         troubles = list(_troubles(written, status))
         if any(path.name.startswith(CANARY) for path in folder.rglob("*")):
             troubles.append("executed")
@@ -140,36 +140,38 @@ def _meet(folder: Path, kind: Kind, asked: argparse.Namespace) -> Outcome:
             troubles.append("written")
     shutil.rmtree(folder)
     if troubles or asked.verbose:
-        print(f"{kind.name}: {', '.join(troubles) or 'well'}, exit status {status}, {seconds:.1f} s: {written[:300]!a}")
-    return Outcome(kind.command[0], seconds, tuple(troubles))
+        print(
+            f"{robot.name}: {', '.join(troubles) or 'well'}, exit status {status}, {seconds:.1f} s: {written[:300]!a}"
+        )
+    return RobotResult(robot.command[0], seconds, tuple(troubles))
 
 
-def _make_desk(folder: Path, kind: Kind) -> Path:
+def _make_desk(folder: Path, robot: HostileRobot) -> Path:
     desk = folder / "desk"
     for name in ("home", "tmp", "project"):
         (desk / name).mkdir(parents=True)
     (desk / "project" / "app.py").write_text(APP)
     (desk / "project" / "pyproject.toml").write_text(PROJECT)
-    if kind.desk:
-        kind.desk(desk / "project")
+    if robot.desk:
+        robot.desk(desk / "project")
     return desk
 
 
-def _furnish(server: Sshd, kind: Kind) -> None:
+def _furnish(server: Sshd, robot: HostileRobot) -> None:
     recordings = server.home / "robotcore" / "recordings"
     for room in (recordings, server.home / "robotcore" / "incoming" / RELEASE, server.folder / "answers"):
         room.mkdir(parents=True)
-    for action, answer in kind.answers.items():
+    for action, answer in robot.answers.items():
         (server.folder / "answers" / action).write_bytes(answer)
-    if kind.furnish:
-        kind.furnish(recordings)
-    if kind.rsync:
-        (server.folder / "rsync").write_text(kind.rsync)
+    if robot.furnish:
+        robot.furnish(recordings)
+    if robot.rsync:
+        (server.folder / "rsync").write_text(robot.rsync)
 
 
-def _type(server: Sshd, desk: Path, kind: Kind) -> tuple[str, int | None, float]:
+def _type(server: Sshd, desk: Path, robot: HostileRobot) -> tuple[str, int | None, float]:
     """Type the command at the desk; return what it writes, its exit status (None where it hangs), and the seconds."""
-    name, *options = kind.command
+    name, *options = robot.command
     command = (
         sys.executable,
         "-m",

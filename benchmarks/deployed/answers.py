@@ -61,7 +61,7 @@ JUDGED: dict[str, Any] = {
 
 
 @dataclass(frozen=True)
-class Kind:
+class HostileRobot:
     """One hostile robot: the command that meets it, its answer to each action, and what is in its home.
 
     ``furnish`` makes the robot's folder of recordings, ``desk`` the folder of the user; ``rsync`` is a script that
@@ -92,14 +92,14 @@ def listed(*names: Any, size: Any = 4, **more: Any) -> bytes:
     return done({"recordings": [{"name": name, **each} for name in names]})
 
 
-def kinds() -> list[Kind]:
+def build_hostile_robots() -> list[HostileRobot]:
     """Return all, those of different commands in turn, so that the first few are a sample."""
     groups = [list(group()) for group in (_files, _lists, _damaged, _words, _pushes, _transfers)]
     rounds = max(map(len, groups))
     return [group[number] for number in range(rounds) for group in groups if number < len(group)]
 
 
-def _files() -> Iterator[Kind]:
+def _files() -> Iterator[HostileRobot]:
     """Yield what lies among the recordings of a robot that answers as it should."""
     fetch = ("fetch",)
     names = (
@@ -108,18 +108,18 @@ def _files() -> Iterator[Kind]:
         f"{'a' * 200}.mcap", "robot.toml",
     )  # fmt: skip
     for name in names:
-        yield Kind(f"file {ascii(name)[:40]}", fetch, furnish=partial(_put, name))
+        yield HostileRobot(f"file {ascii(name)[:40]}", fetch, furnish=partial(_put, name))
     for name, leads in {"link out": "/etc/hostname", "link to the app": "../../app.py", "link in": RECORDING}.items():
-        yield Kind(name, fetch, furnish=partial(_link, "evil.mcap", leads))
-    yield Kind("folder", fetch, furnish=lambda home: (home / "evil.mcap").mkdir())
-    yield Kind("program", fetch, furnish=_program)
-    yield Kind("link here, file there", fetch, furnish=_recording, desk=partial(_link_file, "app.py"))
-    yield Kind("dead link here", (*fetch, "--move"), furnish=_recording, desk=partial(_link_file, "new.py"))
+        yield HostileRobot(name, fetch, furnish=partial(_link, "evil.mcap", leads))
+    yield HostileRobot("folder", fetch, furnish=lambda home: (home / "evil.mcap").mkdir())
+    yield HostileRobot("program", fetch, furnish=_program)
+    yield HostileRobot("link here, file there", fetch, furnish=_recording, desk=partial(_link_file, "app.py"))
+    yield HostileRobot("dead link here", (*fetch, "--move"), furnish=_recording, desk=partial(_link_file, "new.py"))
     for name in ("recordings", "recordings/robot", "recordings/robot/.partial"):
-        yield Kind(f"{name} is a link", fetch, furnish=_recording, desk=partial(_link_folder, name))
+        yield HostileRobot(f"{name} is a link", fetch, furnish=_recording, desk=partial(_link_folder, name))
 
 
-def _lists() -> Iterator[Kind]:
+def _lists() -> Iterator[HostileRobot]:
     """Yield lists of recordings that lie."""
     lies: dict[str, bytes] = {
         "name of ../": listed("../../../../../etc/hostname.mcap"),
@@ -144,10 +144,10 @@ def _lists() -> Iterator[Kind]:
         "50 000 bad names": listed(*(f"{number}.py" for number in range(50_000))),
     }
     for name, answer in lies.items():
-        yield Kind(f"list: {name}", ("fetch", "--move"), {"recordings": answer}, furnish=_traps)
+        yield HostileRobot(f"list: {name}", ("fetch", "--move"), {"recordings": answer}, furnish=_traps)
 
 
-def _damaged() -> Iterator[Kind]:
+def _damaged() -> Iterator[HostileRobot]:
     """Yield answers that are none."""
     said = line({"begun": "x"})
     raw: dict[str, bytes] = {
@@ -176,30 +176,34 @@ def _damaged() -> Iterator[Kind]:
     for number, (name, answer) in enumerate(raw.items()):
         command = ("status", "logs", "start", "stop", "list", "rollback")[number % 6]
         action = {"list": "releases"}.get(command, command)
-        yield Kind(f"{command}: {name}", (command,), {action: answer})
-    yield Kind("remove: kept is text", ("remove", "--yes"), {"remove": done({"kept": "evil"})})
+        yield HostileRobot(f"{command}: {name}", (command,), {action: answer})
+    yield HostileRobot("remove: kept is text", ("remove", "--yes"), {"remove": done({"kept": "evil"})})
 
 
-def _words() -> Iterator[Kind]:
+def _words() -> Iterator[HostileRobot]:
     """Yield words that a terminal would obey, or take for another line."""
     said = line({"begun": "x"})
     refusal = line({"refused": {"fault": FORGED + ESCAPES, "remedy": ESCAPES, "kind": ESCAPES}})
     for command in ("status", "logs", "fetch"):
-        yield Kind(f"{command}: refusal forges a line", (command,), {"recordings": refusal, command: said + refusal})
-    yield Kind("logs: escapes", ("logs",), {"logs": said + f"{ESCAPES}\n".encode() + line({"done": {}})})
-    yield Kind("logs: bytes", ("logs",), {"logs": said + bytes(range(32)) * 3 + b"\xff\xfe\n" + line({"done": {}})})
+        yield HostileRobot(
+            f"{command}: refusal forges a line", (command,), {"recordings": refusal, command: said + refusal}
+        )
+    yield HostileRobot("logs: escapes", ("logs",), {"logs": said + f"{ESCAPES}\n".encode() + line({"done": {}})})
+    yield HostileRobot(
+        "logs: bytes", ("logs",), {"logs": said + bytes(range(32)) * 3 + b"\xff\xfe\n" + line({"done": {}})}
+    )
     texts = {"words": ESCAPES, "reason": FORGED, "lines": [ESCAPES, FORGED], "state": FORGED, "verdict": ESCAPES}
-    yield Kind("status: escapes", ("status",), {"status": done({**STATE, **texts})})
-    yield Kind("status --json: escapes", ("status", "--json"), {"status": done({**STATE, **texts})})
-    yield Kind("start: 8 MB of escapes", ("start",), {"start": done({**STATE, "reason": ESCAPES * 100_000})})
-    yield Kind(
+    yield HostileRobot("status: escapes", ("status",), {"status": done({**STATE, **texts})})
+    yield HostileRobot("status --json: escapes", ("status", "--json"), {"status": done({**STATE, **texts})})
+    yield HostileRobot("start: 8 MB of escapes", ("start",), {"start": done({**STATE, "reason": ESCAPES * 100_000})})
+    yield HostileRobot(
         "rollback: markup",
         ("rollback",),
         {"rollback": said + line({"say": "[/] [bold"}) + done({**JUDGED, "outcome": FORGED})},
     )
 
 
-def _pushes() -> Iterator[Kind]:
+def _pushes() -> Iterator[HostileRobot]:
     """Yield robots that a push meets, up to the step that is hostile."""
     good = {
         "probe": done(FACTS),
@@ -224,10 +228,10 @@ def _pushes() -> Iterator[Kind]:
         "verdict without lines": ("activate", {**JUDGED, "lines": None}),
     }  # fmt: skip
     for name, (action, answer) in bad.items():
-        yield Kind(f"push: {name}", ("push", "--skip-checks"), {**good, action: done(answer)})
+        yield HostileRobot(f"push: {name}", ("push", "--skip-checks"), {**good, action: done(answer)})
 
 
-def _transfers() -> Iterator[Kind]:
+def _transfers() -> Iterator[HostileRobot]:
     """Yield robots whose rsync is hostile."""
     sender = 'exec rsync "$@"'
     scripts = {
@@ -241,7 +245,7 @@ def _transfers() -> Iterator[Kind]:
         "rsync sends a link": f"ln -sf ../../../app.py robotcore/recordings/{RECORDING}; {sender}",
     }  # fmt: skip
     for name, script in scripts.items():
-        yield Kind(name, ("fetch",), {"recordings": listed(RECORDING)}, furnish=_recording, rsync=script)
+        yield HostileRobot(name, ("fetch",), {"recordings": listed(RECORDING)}, furnish=_recording, rsync=script)
 
 
 def _put(name: str, home: Path) -> None:

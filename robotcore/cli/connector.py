@@ -35,9 +35,9 @@ def _uses(wiring: Wiring, pad: Pad) -> str:
     """Return which devices' signals go to a pad: ``left_motor + right_motor standby``."""
     here = [wire for wire in wiring.wires if wire.pads[:1] == (pad.number,)]
     by_signal = groupby(sorted(here, key=_signal), key=_signal)
-    told = ", ".join(f"{' + '.join(wire.device for wire in wires)} {signal}" for signal, wires in by_signal)
-    told = escape(told)
-    return told if len(told) <= USES else f"{told[: USES - 1]}…"
+    text = ", ".join(f"{' + '.join(wire.device for wire in wires)} {signal}" for signal, wires in by_signal)
+    text = escape(text)
+    return text if len(text) <= USES else f"{text[: USES - 1]}…"
 
 
 def _signal(wire: Wire) -> str:

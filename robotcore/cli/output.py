@@ -83,11 +83,11 @@ def write(renderable: RenderableType) -> None:
     width = None if sys.stdout and sys.stdout.isatty() else PIPED_WIDTH
     console = Console(highlight=False, markup=False, emoji=False, width=width)
     with console.capture() as capture:
-        console.print(_Escaped(renderable))
+        console.print(_EscapedRenderable(renderable))
     click.echo(capture.get(), nl=False)
 
 
-class _Escaped:
+class _EscapedRenderable:
     """What rich can draw, with the control characters of its texts escaped; rich's own colours stay."""
 
     def __init__(self, renderable: RenderableType) -> None:

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from robotcore.deploy.aboard.releases.release import WHEELS, Release
 from robotcore.deploy.aboard.system.disk import in_words, size_of
-from robotcore.deploy.connection.answers import Begun, Facts, Finding, Installed, Nothing
+from robotcore.deploy.connection.answers import BeginAnswer, Finding, InstallAnswer, Nothing, ProbeAnswer
 from robotcore.deploy.connection.link import Link
 from robotcore.deploy.packages.target import Target
 from robotcore.deploy.packages.wheelhouse import wheels_for
@@ -32,7 +32,7 @@ class Delivery:
 
     def look(self, step: Step) -> None:
         """Tell what the robot is; raise DeployError where it cannot take a release of the project."""
-        facts = self._link.call("probe", Facts, requirements=self._release.requirements, is_push=True)
+        facts = self._link.call("probe", ProbeAnswer, requirements=self._release.requirements, is_push=True)
         room = f"{in_words(facts.free_bytes)} free"
         step.done(f"{facts.host}: {facts.machine}, {facts.system}, Python {facts.python}, {room}")
         self._target, self._has_environment = Target.of(facts), facts.has_environment
@@ -46,7 +46,7 @@ class Delivery:
         if is_offline and not self._has_environment:
             self._add_wheels()
         step = begin("sent", self._tell)
-        begun = self._link.call("begin", Begun, release=self._release.name, size=size_of(self._staged.folder))
+        begun = self._link.call("begin", BeginAnswer, release=self._release.name, size=size_of(self._staged.folder))
         release = replace(self._release, name=begun.release)
         with self._forgetting(release.name):
             release.write(self._staged.folder)
@@ -71,14 +71,14 @@ class Delivery:
         shutil.copytree(wheels, self._staged.folder / WHEELS)
         step.done(f"{len(list(wheels.iterdir()))} for {self._target}")
 
-    def _send(self, begun: Begun, step: Step) -> None:
+    def _send(self, begun: BeginAnswer, step: Step) -> None:
         went = self._link.send(self._staged.folder, begun.to, begun.copy_from, _saying(step))
         step.done(f"{went.files} files, {went.changed} of them new, {in_words(went.sent)}", *self._staged.notes)
 
     def _install(self, release: str, *, is_offline: bool) -> None:
         step = begin("environment", self._tell)
         made = self._link.call(
-            "install", Installed, on_say=lambda notice: step.say(notice.say), release=release, is_offline=is_offline
+            "install", InstallAnswer, on_say=lambda notice: step.say(notice.say), release=release, is_offline=is_offline
         )
         step.done(made.environment)
         _tell_findings(made.findings, begin("doctor", self._tell))

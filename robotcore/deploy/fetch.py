@@ -10,10 +10,10 @@ from pathlib import Path
 
 from robotcore.deploy.aboard.system.digest import sha256
 from robotcore.deploy.aboard.system.disk import in_words
-from robotcore.deploy.arrivals import Arrivals
-from robotcore.deploy.connection.answers import Erased, Recordings, StoredFile
+from robotcore.deploy.connection.answers import EraseAnswer, Recordings, RemoteFile
 from robotcore.deploy.connection.link import Link
 from robotcore.deploy.connection.rsync import RECORDING
+from robotcore.deploy.incoming import IncomingFiles
 from robotcore.deploy.paths import list_names
 from robotcore.deploy.progress import Step, Tell, begin
 from robotcore.errors import DeployError
@@ -66,7 +66,7 @@ def fetch(link: Link, folder: Path, tell: Tell = print, *, moves: bool = False) 
     return found
 
 
-def _compare(files: Sequence[StoredFile], folder: Path) -> Fetched:
+def _compare(files: Sequence[RemoteFile], folder: Path) -> Fetched:
     """Return what is to be brought, and what is here of it: by name and size."""
     taken = {each.name: each for each in files if each.is_file and RECORDING.fullmatch(each.name)}
     left = {each.name for each in files} - taken.keys()
@@ -85,18 +85,18 @@ def _size_of(path: Path) -> int | None:
 
 
 def _bring(link: Link, folder: Path, sizes: dict[str, int], step: Step) -> None:
-    arrivals = Arrivals(folder, sizes)
-    with arrivals:
+    incoming = IncomingFiles(folder, sizes)
+    with incoming:
         link.bring(
             sorted(sizes),
-            arrivals.path,
-            partial=arrivals.partial,
-            on_look=arrivals.look,
+            incoming.path,
+            partial=incoming.partial,
+            on_poll=incoming.check_limits,
             on_progress=lambda done, part: step.say(f"{part:.0%}, {in_words(done)}"),
         )
-    if arrivals.missing:
+    if incoming.missing:
         raise DeployError(
-            f"{link.host}: {list_names(arrivals.missing)} did not come as the robot stated: as plain files of those "
+            f"{link.host}: {list_names(incoming.missing)} did not come as the robot stated: as plain files of those "
             "sizes. What else there was is here. Is it the right robot?"
         )
 
@@ -107,7 +107,7 @@ def _erase(link: Link, found: Fetched, step: Step) -> Fetched:
     if not names:
         return found
     digests = {name: sha256(found.folder / name) for name in names}
-    gone = link.call("erase", Erased, on_say=lambda notice: step.say(notice.say), recordings=digests)
+    gone = link.call("erase", EraseAnswer, on_say=lambda notice: step.say(notice.say), recordings=digests)
     different = {*gone.different} & digests.keys()
     return replace(
         found,

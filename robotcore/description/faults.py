@@ -21,10 +21,10 @@ BACKENDS = "backends"
 LONGEST = 40
 """Of a value or key from a file, in a message."""
 
-LONGEST_TEXT = 200
+MAX_LIBRARY_MESSAGE = 200
 """Of what a library says of a file, in a message."""
 
-MOST_FAULTS = 50
+MAX_FILE_ERRORS = 50
 """More of them in one file have one cause."""
 
 _UNITS = {
@@ -84,15 +84,15 @@ def faults_of(
     all_found = error.errors(include_url=False)
     lists = {found["loc"][:-1] for found in all_found}
     causes = [found for found in all_found if found["type"] != "too_short" or found["loc"] not in lists]
-    told = dict.fromkeys(_fault(found, model, data, sections) for found in causes[: MOST_FAULTS + 1])
-    return first_faults(fault for fault in told if not _is_misspelt(fault, told))
+    told = dict.fromkeys(_fault(found, model, data, sections) for found in causes[: MAX_FILE_ERRORS + 1])
+    return limit_errors(fault for fault in told if not _is_misspelt(fault, told))
 
 
-def first_faults(faults: Iterable[tuple[str, str, str]]) -> list[Fault]:
-    """Return at most `MOST_FAULTS`, and then one that says that there are more."""
-    told = [Fault(*fault) for fault in islice(faults, MOST_FAULTS + 1)]
-    more = Fault("", f"more than {MOST_FAULTS} faults; the others are left out", "Correct these first")
-    return [*told[:MOST_FAULTS], *[more] * (len(told) > MOST_FAULTS)]
+def limit_errors(faults: Iterable[tuple[str, str, str]]) -> list[Fault]:
+    """Return at most `MAX_FILE_ERRORS`, and then one that says that there are more."""
+    told = [Fault(*fault) for fault in islice(faults, MAX_FILE_ERRORS + 1)]
+    more = Fault("", f"more than {MAX_FILE_ERRORS} faults; the others are left out", "Correct these first")
+    return [*told[:MAX_FILE_ERRORS], *[more] * (len(told) > MAX_FILE_ERRORS)]
 
 
 def _is_misspelt(missing: Fault, told: Iterable[Fault]) -> bool:

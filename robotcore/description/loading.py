@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pydantic import ValidationError
 
 from robotcore.description.base import Described, frozen
-from robotcore.description.faults import BACKENDS, LONGEST_TEXT, Fault, dotted_key, faults_of
+from robotcore.description.faults import BACKENDS, MAX_LIBRARY_MESSAGE, Fault, dotted_key, faults_of
 from robotcore.description.placement import require_room
 from robotcore.description.robot import RobotDescription
 from robotcore.description.world import WorldDescription
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 ModelT = TypeVar("ModelT", bound=Described)
 Table = dict[str, Any]
 
-LARGEST_BYTES = 2**20
+MAX_FILE_BYTES = 2**20
 """Of a file. A robot of a thousand devices needs a third of it, and TOML of this size is parsed within two seconds."""
 
 MOST_ENTRIES = 1000
@@ -162,47 +162,49 @@ def _is_file(name: str) -> bool:
 
 def _content(path: Path) -> bytes:
     try:
-        if (fault := _unreadable(path)) is None:
+        if (problem := _find_read_problem(path)) is None:
             return path.read_bytes()
     except OSError as error:
         raise UsageError(f"{path}: {error.strerror}. Name a file that can be read") from error
     except ValueError as error:
         raise UsageError(f"{str(path)!r} is no path: {error}. Name a file that can be read") from error
-    raise UsageError(f"{path}: {fault}")
+    raise UsageError(f"{path}: {problem}")
 
 
-def _unreadable(path: Path) -> str | None:
+def _find_read_problem(path: Path) -> str | None:
     """Return why not to read a file, or None."""
     status = path.stat()
     if not (S_ISREG(status.st_mode) or S_ISDIR(status.st_mode)):  # the system tells of a folder
         return "it is a device or a pipe. Name a file that can be read"
-    if S_ISREG(status.st_mode) and status.st_size > LARGEST_BYTES:
-        return f"it has {status.st_size} bytes, at most {LARGEST_BYTES} are read. Name a smaller file"
+    if S_ISREG(status.st_mode) and status.st_size > MAX_FILE_BYTES:
+        return f"it has {status.st_size} bytes, at most {MAX_FILE_BYTES} are read. Name a smaller file"
     return None
 
 
 def _parsed(file: str, content: bytes) -> Table:
     try:
         table = tomllib.loads(content.decode("utf-8-sig"))
-        fault = next(_overlong(table, table), None)
-        read = {} if fault else {key: frozen(value) for key, value in table.items()}
+        problem = next(_find_long_lists(table, table), None)
+        read = {} if problem else {key: frozen(value) for key, value in table.items()}
     except UnicodeDecodeError as error:
         raise DescriptionError(file, "", "it is not text", "A description is a TOML file in UTF-8") from error
     except RecursionError as error:
         raise DescriptionError(file, "", "it is nested too deep", "Take the nesting out") from error
     except ValueError as error:
-        raise DescriptionError(file, "", f"it is not TOML: {str(error)[:LONGEST_TEXT]}", "Mend it there") from error
-    if fault:
-        raise DescriptionError(file, *fault)
+        raise DescriptionError(
+            file, "", f"it is not TOML: {str(error)[:MAX_LIBRARY_MESSAGE]}", "Mend it there"
+        ) from error
+    if problem:
+        raise DescriptionError(file, *problem)
     return read
 
 
-def _overlong(table: Table, value: Any, place: tuple[str | int, ...] = ()) -> Iterator[Fault]:
+def _find_long_lists(table: Table, value: Any, place: tuple[str | int, ...] = ()) -> Iterator[Fault]:
     """Yield a fault for each list or table in ``value`` that has more than `MOST_ENTRIES`."""
     if not isinstance(value, (dict, list)):
         return
     if len(value) > MOST_ENTRIES:
-        fault = f"has {len(value)} entries, at most {MOST_ENTRIES} are read"
-        yield Fault(dotted_key(place, table), fault, "Leave some out")
+        problem = f"has {len(value)} entries, at most {MOST_ENTRIES} are read"
+        yield Fault(dotted_key(place, table), problem, "Leave some out")
     for key, item in value.items() if isinstance(value, dict) else enumerate(value):
-        yield from _overlong(table, item, (*place, key))
+        yield from _find_long_lists(table, item, (*place, key))

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from robotcore.description.faults import Fault, first_faults
+from robotcore.description.faults import Fault, limit_errors
 from robotcore.description.gaps import gap_between, gap_to_edge
 from robotcore.description.robot import RobotDescription
 from robotcore.description.world import Ball, Box, Cylinder, Outline, WorldDescription, round_outline
@@ -22,7 +22,7 @@ def require_room(world: WorldDescription, file: str) -> None:
 
     Obstacles may overlap each other, and reach into a wall: so an L or an alcove is built.
     """
-    if faults := first_faults(_faults(world)):
+    if faults := limit_errors(_faults(world)):
         raise DescriptionError.of_all(file, faults)
 
 

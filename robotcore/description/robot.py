@@ -40,7 +40,7 @@ Range = Annotated[float, Field(ge=1e-4, le=1000)]
 """Of a range sensor, in metres."""
 
 
-def _noticeable(lag: float) -> float:
+def _require_measurable_lag(lag: float) -> float:
     if 0 < lag < LEAST_LAG_S:
         raise ValueError(f"is {lag:g} s; take 0, or at least {LEAST_LAG_S:g} s")
     return lag
@@ -180,7 +180,7 @@ class MotorDescription(Described):
     kind: Literal["motor"]
     name: Name
     max_velocity_rad_s: Annotated[float, Field(ge=0.001, le=1e4)]
-    lag_s: Annotated[float, Field(ge=0, le=10), AfterValidator(_noticeable)] = 0.05
+    lag_s: Annotated[float, Field(ge=0, le=10), AfterValidator(_require_measurable_lag)] = 0.05
     max_torque_nm: Annotated[float, Field(ge=1e-6, le=1e4)] = 0.08
 
 

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 
 from robotcore.description.base import Described
-from robotcore.description.faults import MOST_FAULTS, faults_of, first_faults
+from robotcore.description.faults import MAX_FILE_ERRORS, faults_of, limit_errors
 from robotcore.description.robot import AnyDevice, RobotDescription
 from robotcore.errors import nearest
 
@@ -51,7 +51,7 @@ def read_each(
                 faults += unfit.faults
         elif told.name in needed and told.name not in strangers.values():
             faults.append((key, "is missing", untold(told)))
-    return made, list(first_faults(faults))
+    return made, list(limit_errors(faults))
 
 
 def validated(model: type[DescribedT], key: str, table: Mapping[str, Any]) -> DescribedT:
@@ -69,7 +69,7 @@ def _strangers(robot: RobotDescription, table: Mapping[str, Any]) -> dict[str, s
     names = [device.name for device in robot.devices]
     untold = [name for name in names if name not in table]
     strangers = [name for name in table if name not in names]
-    return {name: nearest(name, untold) if number < MOST_FAULTS else None for number, name in enumerate(strangers)}
+    return {name: nearest(name, untold) if number < MAX_FILE_ERRORS else None for number, name in enumerate(strangers)}
 
 
 def _faults_of_strangers(section: str, strangers: Mapping[str, str | None]) -> Iterator[Fault]:

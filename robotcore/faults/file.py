@@ -15,7 +15,7 @@ from robotcore.faults.spec import Spec
 SUFFIX = ".toml"
 LARGEST = 1e300
 
-MOST = 100
+MAX_INJECTED_FAULTS = 100
 """Faults of a run: each is a layer over a device."""
 
 
@@ -44,8 +44,8 @@ def specs_in(texts: Iterable[str]) -> tuple[str, ...]:
     Raises UsageError in one line; what is wrong for the robot is told when a run is planned.
     """
     specs = [str(spec) for text in texts for spec in (_read(text) if _is_file(text) else [Spec.parse(text)])]
-    if len(specs) > MOST:
-        raise UsageError(f"{len(specs)} faults at once, at most {MOST} are put over each other. Leave some out")
+    if len(specs) > MAX_INJECTED_FAULTS:
+        raise UsageError(f"a run can have at most {MAX_INJECTED_FAULTS} faults, got {len(specs)}. Leave some out")
     return tuple(specs)
 
 

@@ -1,6 +1,6 @@
 """The chunks of an MCAP file, as far as they are whole: each is read, checked by its checksum, and can be read again.
 
-Every length in the file is held to what is there, and to the limits of `robotcore.recording.packed`.
+Every length in the file is held to what is there, and to the limits of `robotcore.recording.records`.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from typing import BinaryIO
 from mcap.opcode import Opcode
 
 from robotcore.errors import RecordingError
-from robotcore.recording.packed import (
+from robotcore.recording.records import (
     DAMAGE,
-    MOST_BYTES,
+    MAX_RECORD_BYTES,
     RECORD,
     Allowance,
+    ChunkLocation,
     Lz4Error,
-    Place,
     Record,
     damage_at,
     read_records,
@@ -53,21 +53,21 @@ class ChunkedFile:
         self.damage = ""
         self.allowance = Allowance()
 
-    def chunks(self) -> Iterator[tuple[Place, Iterator[Record]]]:
+    def chunks(self) -> Iterator[tuple[ChunkLocation, Iterator[Record]]]:
         """Yield each chunk and what is in it, until the end or the first that is damaged.
 
         Reading what is in it raises one of `DAMAGE` if that is no sequence of records. Raises RecordingError where the
         file cannot be read, or is no MCAP file.
         """
-        with _opened(self._path) as file:
+        with _open_regular(self._path) as file:
             if file.read(len(MAGIC)) != MAGIC:
                 raise RecordingError(self._path, "it is no MCAP file", "Name one that robotcore has recorded")
             yield from self._chunks(file)
 
-    def again(self, place: Place) -> Iterator[Record]:
+    def again(self, place: ChunkLocation) -> Iterator[Record]:
         """Return what is in a chunk. Raises RecordingError where it is no longer what it was."""
         try:
-            with _opened(self._path) as file:
+            with _open_regular(self._path) as file:
                 file.seek(place.offset)
                 return read_records(unpack(place, file.read(place.length)))
         except RecordingError:
@@ -75,18 +75,18 @@ class ChunkedFile:
         except DAMAGE as error:
             raise RecordingError(self._path, "it has changed since it was opened", "Open it again") from error
 
-    def _chunks(self, file: BinaryIO) -> Iterator[tuple[Place, Iterator[Record]]]:
+    def _chunks(self, file: BinaryIO) -> Iterator[tuple[ChunkLocation, Iterator[Record]]]:
         size = os.fstat(file.fileno()).st_size
         crc: int | None = zlib.crc32(MAGIC)
         while len(head := file.read(RECORD.size)) == RECORD.size:
             opcode, length = RECORD.unpack(head)
             at = file.tell()
             if length > size - at or opcode == _NO_KIND:
-                if opcode == _NO_KIND or _ends_well(file):
-                    self._damage(at, "a record is of no kind, or longer than the file")
+                if opcode == _NO_KIND or _has_end_magic(file):
+                    self._set_damage(at, "a record is of no kind, or longer than the file")
                 return
             if opcode == Opcode.DATA_END:
-                self._end(file, crc, at)
+                self._check_file_checksum(file, crc, at)
                 return
             crc = None if crc is None else zlib.crc32(head, crc)
             if opcode == Opcode.CHUNK:
@@ -96,11 +96,13 @@ class ChunkedFile:
                 crc = None if crc is None else zlib.crc32(body, crc)
                 yield place, read_records(data, self.allowance)
             else:
-                crc = _pass_over(file, length, crc)
-        if size > len(MAGIC) and _ends_well(file):
-            self._damage(size + RECORD.size, "the end of its data is missing")
+                crc = _skip_record(file, length, crc)
+        if size > len(MAGIC) and _has_end_magic(file):
+            self._set_damage(size + RECORD.size, "the end of its data is missing")
 
-    def _chunk(self, file: BinaryIO, length: int, at: int) -> tuple[Place, memoryview, bytes | memoryview] | None:
+    def _chunk(
+        self, file: BinaryIO, length: int, at: int
+    ) -> tuple[ChunkLocation, memoryview, bytes | memoryview] | None:
         """Return where the data of a chunk stands, its record, and what is in it; None if it is damaged."""
         self.allowance.grow(length)
         try:
@@ -114,19 +116,19 @@ class ChunkedFile:
             self.damage = damage_at(at - RECORD.size, error)
             return None
 
-    def _damage(self, at: int, fault: str) -> None:
-        self.damage = damage_at(at - RECORD.size, ValueError(fault))
+    def _set_damage(self, at: int, problem: str) -> None:
+        self.damage = damage_at(at - RECORD.size, ValueError(problem))
 
-    def _end(self, file: BinaryIO, crc: int | None, at: int) -> None:
+    def _check_file_checksum(self, file: BinaryIO, crc: int | None, at: int) -> None:
         written = int.from_bytes(file.read(4), "little")
         is_same = written == 0 or crc in (None, written)
-        self.is_whole = is_same and _ends_well(file)
+        self.is_whole = is_same and _has_end_magic(file)
         if not is_same:
-            self._damage(at, "the checksum of the file is wrong")
+            self._set_damage(at, "the checksum of the file is wrong")
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[BinaryIO]:
+def _open_regular(path: Path) -> Iterator[BinaryIO]:
     """Open a regular file; a FIFO or a device is refused at once."""
     try:
         with open(path, "rb", opener=_open_at_once) as file:
@@ -142,9 +144,9 @@ def _open_at_once(path: str, flags: int) -> int:
     return os.open(path, flags | os.O_NONBLOCK | os.O_NOCTTY)
 
 
-def _pass_over(file: BinaryIO, length: int, crc: int | None) -> int | None:
+def _skip_record(file: BinaryIO, length: int, crc: int | None) -> int | None:
     """Go to the end of a record; return the checksum with it, None where it is too long to be read."""
-    if crc is None or length > MOST_BYTES:
+    if crc is None or length > MAX_RECORD_BYTES:
         file.seek(length, os.SEEK_CUR)
         return None
     while length and (piece := file.read(min(length, _PIECE))):
@@ -153,22 +155,22 @@ def _pass_over(file: BinaryIO, length: int, crc: int | None) -> int | None:
 
 
 def _read_chunk(file: BinaryIO, length: int) -> memoryview:
-    if length > MOST_BYTES:
-        raise ValueError(f"a chunk has {length} bytes, more than {MOST_BYTES}")
+    if length > MAX_RECORD_BYTES:
+        raise ValueError(f"a chunk has {length} bytes, more than {MAX_RECORD_BYTES}")
     return memoryview(file.read(length))
 
 
-def _parse_chunk(body: memoryview, at: int) -> tuple[Place, memoryview]:
+def _parse_chunk(body: memoryview, at: int) -> tuple[ChunkLocation, memoryview]:
     """Return where the data of a chunk stands, and the data as they are, packed; the record's body begins ``at``."""
     *_, size, crc, name_length = _CHUNK.unpack_from(body)
     name_end = _CHUNK.size + name_length
     begin = name_end + _LENGTH.size
     (length,) = _LENGTH.unpack_from(body, name_end)
     packed = body[begin : begin + length]
-    return Place(at + begin, len(packed), size, crc, bytes(body[_CHUNK.size : name_end]).decode()), packed
+    return ChunkLocation(at + begin, len(packed), size, crc, bytes(body[_CHUNK.size : name_end]).decode()), packed
 
 
-def _ends_well(file: BinaryIO) -> bool:
+def _has_end_magic(file: BinaryIO) -> bool:
     """Return whether the last magic is there, which comes after the index."""
     file.seek(-len(MAGIC), os.SEEK_END)
     return file.read() == MAGIC

@@ -14,9 +14,9 @@ from robotcore.recording import channels
 from robotcore.recording.channels import DEVICE
 from robotcore.recording.chunks import ChunkedFile
 from robotcore.recording.events import Glimpse, Recorded, SampleKey, Tick
-from robotcore.recording.packed import DAMAGE, Allowance, Message, Place, Record, damage_at
 from robotcore.recording.protobuf import compressed_image, raw_image
 from robotcore.recording.recording import Metadata, Recording
+from robotcore.recording.records import DAMAGE, Allowance, ChunkLocation, Message, Record, damage_at
 from robotcore.recording.samples import FileSamples, Picture, Unpack
 from robotcore.recording.validation import UnknownFormatError, parse_metadata, parse_number, parse_result, parse_tick
 from robotcore.recording.wire import from_json
@@ -55,7 +55,7 @@ def read_file(path: Path) -> Recording:
 class _Where(NamedTuple):
     """A picture's message, and what makes it a picture again."""
 
-    place: Place
+    place: ChunkLocation
     channel: int
     message: int
     unpack: Unpack
@@ -90,7 +90,7 @@ class _Found:
         self._result: RunResult | None = None
         self._ended_early = ""
 
-    def take(self, place: Place, records: Iterable[Record], allowance: Allowance) -> None:
+    def take(self, place: ChunkLocation, records: Iterable[Record], allowance: Allowance) -> None:
         """Take in what is in a chunk; one of `DAMAGE` where that does not fit what was before."""
         for record in records:
             if isinstance(record, Message):
@@ -101,7 +101,7 @@ class _Found:
                 schema = self._schemas.get(record.schema_id, "")
                 self._channels[record.id] = _Channel(record.topic, record.metadata.get(DEVICE), schema)
 
-    def _take_message(self, place: Place, channel: _Channel, message: Message, allowance: Allowance) -> None:
+    def _take_message(self, place: ChunkLocation, channel: _Channel, message: Message, allowance: Allowance) -> None:
         """The library counts the messages of a channel from one."""
         if channel.device is not None and channel.schema in _PICTURES:
             key = SampleKey(channel.device, message.sequence - 1)
@@ -158,8 +158,8 @@ def _without_a_run(path: Path, damage: str, *, is_whole: bool) -> RecordingError
     if is_whole:
         return RecordingError(path, "it holds no run", "Name a file that robotcore has recorded")
     what, where = ("damaged", f" ({damage})") if damage else ("cut", "")
-    fault = f"it is {what} before it says what was run, so nothing in it can be read{where}"
-    return RecordingError(path, fault, "Take another copy of it, or record the run again")
+    problem = f"it is {what} before it says what was run, so nothing in it can be read{where}"
+    return RecordingError(path, problem, "Take another copy of it, or record the run again")
 
 
 def why_not(ticks: list[Tick], samples: FileSamples, jpegs: set[str]) -> str:

@@ -11,7 +11,7 @@ from robotcore.devices import Frame, Image
 from robotcore.errors import RecordingError
 from robotcore.recording.chunks import ChunkedFile
 from robotcore.recording.events import Recorded, SampleKey
-from robotcore.recording.packed import DAMAGE, Message, Place, damage_at
+from robotcore.recording.records import DAMAGE, ChunkLocation, Message, damage_at
 
 CHUNKS_KEPT = 2
 """Unpacked; pictures are mostly asked for in the order in which they were taken."""
@@ -26,7 +26,7 @@ class Picture:
     ``time`` and ``sequence`` are those of its Frame.
     """
 
-    place: Place
+    place: ChunkLocation
     channel: int
     message: int
     unpack: Unpack
@@ -53,8 +53,8 @@ class FileSamples(Mapping[SampleKey, Recorded]):
         except RecordingError:
             raise
         except DAMAGE as error:
-            fault = f"picture {key.number} of {key.device} is damaged ({damage_at(picture.place.offset, error)})"
-            raise RecordingError(self._path, fault, "Record the run again") from error
+            problem = f"picture {key.number} of {key.device} is damaged ({damage_at(picture.place.offset, error)})"
+            raise RecordingError(self._path, problem, "Record the run again") from error
         return Frame(image, picture.time, picture.sequence)
 
     def __contains__(self, key: object) -> bool:
@@ -68,6 +68,6 @@ class FileSamples(Mapping[SampleKey, Recorded]):
     def __len__(self) -> int:
         return len(self._numbers) + len(self._pictures)
 
-    def _read(self, place: Place) -> dict[tuple[int, int], memoryview]:
+    def _read(self, place: ChunkLocation) -> dict[tuple[int, int], memoryview]:
         records = ChunkedFile(self._path).again(place)
         return {(each.channel_id, each.sequence): each.data for each in records if isinstance(each, Message)}

@@ -76,9 +76,9 @@ def require_recorded_app(recording: Recording, file: Path | str) -> None:
         raise RecordingError(called, f"its app, {shown}, is not here", remedy)
     if _has_changed(recording, app) is not False:
         is_known = recording.metadata.source is not None
-        fault = "holds another text than was recorded" if is_known else "was recorded without its text"
+        problem = "holds another text than was recorded" if is_known else "was recorded without its text"
         remedy = f"To run it, name it: --app {shlex.quote(shown)}"
-        raise RecordingError(called, f"its app, {shown}, {fault}, so it was not run", remedy)
+        raise RecordingError(called, f"its app, {shown}, {problem}, so it was not run", remedy)
 
 
 def is_recorded_file(recording: Recording, app: str) -> bool:

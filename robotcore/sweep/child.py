@@ -15,7 +15,7 @@ from typing import Any
 from robotcore.clock import MonotonicClock
 from robotcore.errors import BackendError
 from robotcore.sweep import supervisor
-from robotcore.sweep.reply import LARGEST_BYTES, read_reply
+from robotcore.sweep.reply import MAX_REPLY_BYTES, read_reply
 
 _STDERR = 2
 _START_S = 120.0
@@ -151,8 +151,8 @@ class _Process:
             if not chunk:
                 raise EOFError
             line += chunk
-            if len(line) > LARGEST_BYTES:
-                raise ValueError(f"a line of more than {LARGEST_BYTES} bytes")
+            if len(line) > MAX_REPLY_BYTES:
+                raise ValueError(f"a line of more than {MAX_REPLY_BYTES} bytes")
         return bytes(line)
 
     def kill(self) -> None:

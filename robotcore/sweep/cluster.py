@@ -109,8 +109,8 @@ async def _kind_at(address: str) -> str:
     distributed: Any = imported("distributed", "cluster")
     arguments = distributed.Security().get_connection_args("client")
     async with distributed.rpc(address, timeout=IDENTITY_S, connection_args=arguments) as there:
-        told: dict[str, str] = await asyncio.wait_for(there.identity(), IDENTITY_S)
-    return told["type"]
+        identity: dict[str, str] = await asyncio.wait_for(there.identity(), IDENTITY_S)
+    return identity["type"]
 
 
 class _Crew:

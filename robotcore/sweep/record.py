@@ -13,7 +13,7 @@ from pydantic import ConfigDict, ValidationError, create_model
 from robotcore.description import first_fault
 from robotcore.running.outcome import Outcome, RunResult
 
-LONGEST = 2000
+MAX_RESULT_TEXT = 2000
 """Characters of a reason and of a note in the results of a sweep: an app's exception may hold a picture in words."""
 
 MOST_NOTES = 100
@@ -65,10 +65,10 @@ class Record:
         )
 
 
-def shortened(result: RunResult) -> RunResult:
+def shorten(result: RunResult) -> RunResult:
     """Return a result whose reason and notes are so short that many results fit in a file.
 
-    >>> short = shortened(RunResult("a", "b", "c", None, 1, Outcome.ERROR, 5, reason="x" * 2500))
+    >>> short = shorten(RunResult("a", "b", "c", None, 1, Outcome.ERROR, 5, reason="x" * 2500))
     >>> short.reason[-26:]
     'xxx… (500 more characters)'
     """
@@ -79,8 +79,8 @@ def shortened(result: RunResult) -> RunResult:
 
 
 def _cut(text: str) -> str:
-    more = len(text) - LONGEST
-    return f"{text[:LONGEST]}… ({more} more characters)" if more > 0 else str(text)
+    more = len(text) - MAX_RESULT_TEXT
+    return f"{text[:MAX_RESULT_TEXT]}… ({more} more characters)" if more > 0 else str(text)
 
 
 _SURROGATE = re.compile("[\ud800-\udfff]")

@@ -11,7 +11,7 @@ from typing import Any
 from robotcore import errors
 from robotcore.errors import RobotcoreError
 
-LARGEST_BYTES = 64 * 2**20
+MAX_REPLY_BYTES = 64 * 2**20
 """Of a reply. The path of a run of a day and its picture are far below it."""
 
 _ERROR = "robotcore.errors"
@@ -20,20 +20,20 @@ _ERROR = "robotcore.errors"
 
 def write_reply(result: Any = None, error: RobotcoreError | None = None) -> bytes:
     """Return a line for what a call returned or raised; TypeError or ValueError if JSON cannot hold it."""
-    return json.dumps({"result": result, "error": error}, default=_portable).encode() + b"\n"
+    return json.dumps({"result": result, "error": error}, default=_encode_error).encode() + b"\n"
 
 
 def read_reply(line: bytes) -> tuple[Any, RobotcoreError | None]:
     """Return what the call returned, and the error that it raised, if it did; ValueError if the line is no reply."""
     try:
-        reply = json.loads(line, object_hook=_restored)
+        reply = json.loads(line, object_hook=_decode_error)
         result, error = reply["result"], reply["error"]
-    except (ValueError, TypeError, LookupError, AttributeError, RecursionError) as fault:
-        raise ValueError(f"{type(fault).__name__}: {fault}") from fault
+    except (ValueError, TypeError, LookupError, AttributeError, RecursionError) as problem:
+        raise ValueError(f"{type(problem).__name__}: {problem}") from problem
     return result, error if isinstance(error, RobotcoreError) else None
 
 
-def _portable(value: object) -> dict[str, Any]:
+def _encode_error(value: object) -> dict[str, Any]:
     """Return an error as JSON has it: its kind among ours, its arguments and its attributes."""
     if not isinstance(value, RobotcoreError):
         raise TypeError(f"cannot send a {type(value).__name__} through a pipe")
@@ -41,7 +41,7 @@ def _portable(value: object) -> dict[str, Any]:
     return {_ERROR: [kind.__name__, arguments, state]}
 
 
-def _restored(read: dict[str, Any]) -> Any:
+def _decode_error(read: dict[str, Any]) -> Any:
     if _ERROR not in read:
         return read
     name, arguments, state = read[_ERROR]

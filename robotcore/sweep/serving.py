@@ -58,12 +58,12 @@ def _reply(call: bytes) -> bytes:
         function, arguments = pickle.loads(call)  # noqa: S301  from the parent of this process
         return write_reply(function(*arguments))
     except RobotcoreError as error:
-        return _in_full_or_in_words(error)
+        return _encode_error(error)
     except Exception as error:  # noqa: BLE001  whatever it is, and what JSON cannot hold
         return write_reply(error=RobotcoreError(f"{type(error).__name__}: {error}"))
 
 
-def _in_full_or_in_words(error: RobotcoreError) -> bytes:
+def _encode_error(error: RobotcoreError) -> bytes:
     try:
         return write_reply(error=error)
     except (TypeError, ValueError):  # an attribute that JSON cannot hold

@@ -28,7 +28,7 @@ _PR_SET_CHILD_SUBREAPER = 36
 _ENDING_S = 5.0
 """The supervisor gives up a process that does not end within this time, such as one of another user."""
 
-_LOOK_S = 0.05
+_POLL_S = 0.05
 _SIGNALS = (signal.SIGTERM, signal.SIGCHLD)
 
 
@@ -83,7 +83,7 @@ def _end_children() -> None:
         for child in children:
             with suppress(ProcessLookupError, PermissionError):
                 os.kill(child, signal.SIGKILL)
-        signal.sigtimedwait((signal.SIGCHLD,), _LOOK_S)
+        signal.sigtimedwait((signal.SIGCHLD,), _POLL_S)
         dict(_reap())
 
 

@@ -49,7 +49,7 @@ def perform(request: RunRequest) -> Ended:
     from robotcore.running.session import run
     from robotcore.sweep.command import command_of
     from robotcore.sweep.path import PathRecorder
-    from robotcore.sweep.record import Record, shortened
+    from robotcore.sweep.record import Record, shorten
     from robotcore.view.picture import PictureRecorder
 
     path, picture = PathRecorder(), PictureRecorder()
@@ -58,7 +58,7 @@ def perform(request: RunRequest) -> Ended:
     except RobotcoreError as error:
         result = _unstarted(request, error)
     # An app's own objects may not fit through a pipe; the words of its exception are in the reason.
-    record = Record(shortened(replace(result, error=None)), path.path, command_of(request))
+    record = Record(shorten(replace(result, error=None)), path.path, command_of(request))
     return Ended(record, picture.png() if record.is_failure else None)
 
 
@@ -73,7 +73,7 @@ def attempt(child: Child, request: RunRequest, limit_s: float) -> Ended:
 
     wall = MonotonicClock()
     try:
-        return _received(child.call(_perform_and_pack, request, limit_s=limit_s))
+        return _unpack(child.call(_perform_and_pack, request, limit_s=limit_s))
     except ChildDiedError as error:
         return unfinished(request, BackendError(f"the worker process died: {error}"), wall.now())
     except ChildHungError as error:
@@ -81,8 +81,8 @@ def attempt(child: Child, request: RunRequest, limit_s: float) -> Ended:
     except BackendError:
         raise
     except (RobotcoreError, TypeError, ValueError) as error:
-        fault = RobotcoreError(f"the worker process gave no result: {error}")
-        return unfinished(request, fault, wall.now())
+        problem = RobotcoreError(f"the worker process gave no result: {error}")
+        return unfinished(request, problem, wall.now())
 
 
 def _perform_and_pack(request: RunRequest) -> list[str]:
@@ -91,7 +91,7 @@ def _perform_and_pack(request: RunRequest) -> list[str]:
     return [ended.record.to_json(), b64encode(ended.picture or b"").decode("ascii")]
 
 
-def _received(packed: list[str]) -> Ended:
+def _unpack(packed: list[str]) -> Ended:
     """Return what `_perform_and_pack` packed; TypeError or ValueError if it is something else."""
     from robotcore.sweep.record import Record
 
@@ -121,10 +121,10 @@ def unfinished(request: RunRequest, error: RobotcoreError, wall_time_s: float = 
     Where a judge was asked for, it has verified nothing.
     """
     from robotcore.sweep.command import command_of
-    from robotcore.sweep.record import Record, shortened
+    from robotcore.sweep.record import Record, shorten
 
     result = replace(_unstarted(request, error), wall_time_s=round(wall_time_s, 3))
-    return Ended(Record(shortened(result), None, command_of(request)))
+    return Ended(Record(shorten(result), None, command_of(request)))
 
 
 def _unstarted(request: RunRequest, error: RobotcoreError) -> RunResult:

@@ -43,8 +43,8 @@ def write_video(recording: Recording, file: Path, device: str | None = None) -> 
     rate = recording.metadata.request.rate_hz
     count = round((scenes[-1][0] - scenes[0][0]) * rate) + 1
     if count > _MOST_REPEATED * len(scenes):
-        fault = f"its {counted(len(scenes), 'tick')} last {scenes[-1][0] - scenes[0][0]:.0f} s, too long for a film"
-        raise RecordingError("--video", fault, "Draw it with --picture, or write it as a table with --csv")
+        problem = f"its {counted(len(scenes), 'tick')} last {scenes[-1][0] - scenes[0][0]:.0f} s, too long for a film"
+        raise RecordingError("--video", problem, "Draw it with --picture, or write it as a table with --csv")
     try:
         with replace_file(file) as part:
             _write(part, file, recording, scenes, count)

@@ -41,10 +41,10 @@ def command(host: Host, ssh_config: Path | None, out: Path | None, *, moves: boo
 
     folder = out or _default_folder(host)
     with Showing() as showing, link_to(host, ssh_config) as link:
-        fetched = fetch(link, folder, _pass_over if as_json else showing, moves=moves)
+        fetched = fetch(link, folder, _ignore_progress if as_json else showing, moves=moves)
     status = 1 if fetched.different else 0
     if as_json:
-        write_json({"host": str(host), **_described(fetched), "exit_status": status})
+        write_json({"host": str(host), **_build_payload(fetched), "exit_status": status})
     else:
         _tell_what_next(fetched)
     return status
@@ -62,11 +62,11 @@ def _default_folder(host: Host) -> Path:
     return folder
 
 
-def _pass_over(_progress: object) -> None:
+def _ignore_progress(_progress: object) -> None:
     """Show nothing: the answer is one line of JSON."""
 
 
-def _described(fetched: Fetched) -> dict[str, Any]:
+def _build_payload(fetched: Fetched) -> dict[str, Any]:
     return {
         "folder": str(fetched.folder),
         "brought": fetched.brought,

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 LINE_BYTES = 1 << 16
 """A line takes less: journald parts those of an app after 48 kB. Source: journald.conf(5), LineMax."""
 
-SPARE_BYTES = 1 << 20
+OVERHEAD_BYTES = 1 << 20
 """For what systemd and journalctl say in between."""
 
 
@@ -33,7 +33,7 @@ def command(host: Host, ssh_config: Path | None, lines: int, *, follow: bool) ->
 
     try:
         with link_to(host, ssh_config) as link:
-            most = None if follow else SPARE_BYTES + lines * LINE_BYTES
+            most = None if follow else OVERHEAD_BYTES + lines * LINE_BYTES
             link.stream("logs", on_line=write_line, most=most, lines=lines, follow=follow)
     except Interrupted as way_out:
         if not follow:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 @click.option("--yes", is_flag=True, help="Do not ask.")
 def command(host: Host, ssh_config: Path | None, *, recordings: bool, yes: bool) -> int:
     """Stop the app on HOST and take away all that was put there; recordings stay, unless --recordings."""
-    from robotcore.deploy.connection.answers import Removed
+    from robotcore.deploy.connection.answers import RemoveAnswer
     from robotcore.deploy.connection.typed import typed
 
     what = "all releases and all recordings" if recordings else "all releases, and leave the recordings"
@@ -30,7 +30,7 @@ def command(host: Host, ssh_config: Path | None, *, recordings: bool, yes: bool)
         write_line("Nothing was removed")
         return 1
     with link_to(host, ssh_config) as link:
-        kept = link.call("remove", Removed, keeps_recordings=not recordings).kept
+        kept = link.call("remove", RemoveAnswer, keeps_recordings=not recordings).kept
     stay = f"; the recordings stay: {typed('fetch', host, ssh_config)}" if kept else ""
     write_line(f"{host}: nothing of robotcore's runs there any more{stay}")
     return 0

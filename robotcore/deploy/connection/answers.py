@@ -14,10 +14,10 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstra
 
 from robotcore.deploy.aboard.releases.release import require_name
 from robotcore.deploy.connection.failures import BROKEN
-from robotcore.deploy.connection.output import MalformedError
+from robotcore.deploy.connection.process_output import MalformedError
 from robotcore.text import escape
 
-PLACE = re.compile(r"\w[\w.-]*(?:/\w[\w.-]*)*", re.ASCII)
+REMOTE_FOLDER = re.compile(r"\w[\w.-]*(?:/\w[\w.-]*)*", re.ASCII)
 """A folder on the robot: a shell sees a plain name in it, and it leads nowhere else."""
 
 MOST_ITEMS = 100_000
@@ -26,8 +26,8 @@ MOST_ITEMS = 100_000
 AnswerT = TypeVar("AnswerT", bound="Answer")
 
 
-def _is_place(path: str) -> str:
-    if not PLACE.fullmatch(path):
+def _require_remote_folder(path: str) -> str:
+    if not REMOTE_FOLDER.fullmatch(path):
         raise ValueError("is not a folder of the robot")
     return path
 
@@ -39,7 +39,7 @@ def _is_not_broken(kind: str) -> str:
 
 
 ReleaseName = Annotated[str, AfterValidator(require_name)]
-Place = Annotated[str, AfterValidator(_is_place)]
+RemoteFolder = Annotated[str, AfterValidator(_require_remote_folder)]
 Count = Annotated[int, Field(ge=0, lt=1 << 63)]
 Texts = Annotated[list[str], Field(max_length=MOST_ITEMS)]
 Version = Annotated[str, StringConstraints(pattern=r"^\d{1,2}\.\d{1,3}\.\d{1,3}(?:(?:a|b|rc)\d{1,3})?\+?$")]
@@ -72,7 +72,7 @@ class Nothing(Answer):
     """The answer of an action that has nothing to return."""
 
 
-class Facts(Answer):
+class ProbeAnswer(Answer):
     """Of ``probe``: what the desk has to know of a robot before it sends a release."""
 
     host: str
@@ -85,12 +85,12 @@ class Facts(Answer):
     has_environment: bool
 
 
-class Begun(Answer):
+class BeginAnswer(Answer):
     """Of ``begin``: the name of the release, the folder to send to, and the folder to copy from."""
 
     release: ReleaseName
-    to: Place
-    copy_from: Place | None
+    to: RemoteFolder
+    copy_from: RemoteFolder | None
 
 
 class Finding(Answer):
@@ -102,7 +102,7 @@ class Finding(Answer):
     remedy: str
 
 
-class Installed(Answer):
+class InstallAnswer(Answer):
     """Of ``install``: whether the environment was kept or made, and what the doctor found."""
 
     environment: str
@@ -129,7 +129,7 @@ class LastTrial(Answer):
     reason: str
 
 
-class Stored(Answer):
+class RecordingsSummary(Answer):
     """How many recordings are on a robot, and their size."""
 
     files: Count
@@ -151,7 +151,7 @@ class State(Answer):
     lines: Texts
     starts_with_robot: bool
     lingers: bool
-    recordings: Stored
+    recordings: RecordingsSummary
     free_bytes: Count
 
 
@@ -192,13 +192,13 @@ class Releases(Answer):
     on_trial: ReleaseName | None
 
 
-class Removed(Answer):
+class RemoveAnswer(Answer):
     """Of ``remove``: whether recordings are still on the robot."""
 
     kept: bool
 
 
-class StoredFile(Answer):
+class RemoteFile(Answer):
     """A file, a link or a folder among the recordings of a robot. The desk decides whether it is a recording."""
 
     name: str
@@ -210,10 +210,10 @@ class StoredFile(Answer):
 class Recordings(Answer):
     """Of ``recordings``: what is in the robot's folder of recordings."""
 
-    recordings: Annotated[list[StoredFile], Field(max_length=MOST_ITEMS)]
+    recordings: Annotated[list[RemoteFile], Field(max_length=MOST_ITEMS)]
 
 
-class Erased(Answer):
+class EraseAnswer(Answer):
     """Of ``erase``: the recordings that were deleted, and those that have other content on the robot."""
 
     erased: Texts
@@ -223,7 +223,7 @@ class Erased(Answer):
 def parse(line: bytes) -> dict[str, Any]:
     """Return the JSON object in a line of a robot, with every string in it escaped; raises MalformedError."""
     try:
-        message = _escaped(json.loads(line.decode()))
+        message = _escape_strings(json.loads(line.decode()))
     except RecursionError:
         raise MalformedError("is nested too deep") from None
     except ValueError as error:
@@ -238,16 +238,16 @@ def validate(model: type[AnswerT], data: Any, where: str) -> AnswerT:
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        fault = error.errors(include_url=False, include_context=False, include_input=False)[0]
-        key = ".".join(map(str, (where, *fault["loc"])))
-        raise MalformedError(f"has a fault at {key}: {fault['msg']}") from error
+        problem = error.errors(include_url=False, include_context=False, include_input=False)[0]
+        key = ".".join(map(str, (where, *problem["loc"])))
+        raise MalformedError(f"has a fault at {key}: {problem['msg']}") from error
 
 
-def _escaped(value: Any) -> Any:
+def _escape_strings(value: Any) -> Any:
     if isinstance(value, str):
         return escape(value)
     if isinstance(value, list):
-        return [_escaped(each) for each in value]
+        return [_escape_strings(each) for each in value]
     if isinstance(value, dict):
-        return {key: _escaped(each) for key, each in value.items()}
+        return {key: _escape_strings(each) for key, each in value.items()}
     return value

@@ -160,8 +160,8 @@ def refused_by(host: Host, status: int, said: str) -> DeployError:
 
 def silent(host: Host, seconds: float) -> DeployError:
     """Return the error for a robot that lets somebody in and then says nothing."""
-    fault = f"nothing came back within {seconds:g} s of the login"
-    return DeployError(f"{host}: {fault}. Does its login shell wait for something? ssh {_login(host)}")
+    problem = f"nothing came back within {seconds:g} s of the login"
+    return DeployError(f"{host}: {problem}. Does its login shell wait for something? ssh {_login(host)}")
 
 
 def broken_by(host: Host, said: str) -> DeployError:
@@ -179,10 +179,10 @@ def unanswered(host: Host, status: int, said: str) -> DeployError:
     )
 
 
-def damaged(host: Host, action: str, fault: str) -> DeployError:
+def damaged(host: Host, action: str, problem: str) -> DeployError:
     """Return the error for an answer that is not as it has to be."""
     return DeployError(
-        f"{host}: its answer to {action!r} is damaged: it {fault}. Is it the right robot, and is its system intact? "
+        f"{host}: its answer to {action!r} is damaged: it {problem}. Is it the right robot, and is its system intact? "
         f"Look at it there: ssh {_login(host)}",
         DAMAGED,
     )

@@ -16,8 +16,8 @@ from robotcore.deploy.connection import boot, rsync
 from robotcore.deploy.connection.answers import AnswerT, Nothing, Notice, Refusal, parse, validate
 from robotcore.deploy.connection.failures import damaged, unanswered
 from robotcore.deploy.connection.host import Host
-from robotcore.deploy.connection.output import LOOK_S, MalformedError, Output, lines_of
-from robotcore.deploy.connection.rsync import OnLook, OnProgress, Transfer
+from robotcore.deploy.connection.process_output import POLL_S, MalformedError, ProcessOutput, split_lines
+from robotcore.deploy.connection.rsync import OnPoll, OnProgress, Transfer
 from robotcore.deploy.connection.ssh import Connection
 from robotcore.errors import DeployError
 from robotcore.text import escape
@@ -28,14 +28,14 @@ OnSay = Callable[[Notice], object]
 OnLine = Callable[[str], object]
 """Is called with each line that an action lets through, escaped and without its end."""
 
-MOST_BYTES = 1 << 24
+MAX_ANSWER_BYTES = 1 << 24
 """All that a robot writes in answer to one call is not longer."""
 
 SILENCE_S = 900.0
 """A call in which nothing comes for so long has failed: pip builds, and large recordings are read, in less."""
 
 
-def unheard(*told: object, **more: object) -> None:
+def unheard(*arguments: object, **more: object) -> None:
     """Hear nothing."""
 
 
@@ -59,20 +59,20 @@ class Link:
     ) -> None:
         self._connection.__exit__(kind, error, traceback)
 
-    def call(self, action: str, answer: type[AnswerT], /, on_say: OnSay = unheard, **told: Any) -> AnswerT:
+    def call(self, action: str, answer: type[AnswerT], /, on_say: OnSay = unheard, **arguments: Any) -> AnswerT:
         """Let the robot do an action with what it is told by name, and return its answer, checked.
 
         Raises DeployError with the robot's ``kind`` where it refuses, and of the kind `DAMAGED` where its answer is
         not such a model, is too long, or does not come.
         """
-        return self._ask(Call(action, answer, on_say), told)
+        return self._ask(Call(action, answer, on_say), arguments)
 
-    def stream(self, action: str, /, on_line: OnLine, most: int | None, **told: Any) -> None:
+    def stream(self, action: str, /, on_line: OnLine, most: int | None, **arguments: Any) -> None:
         """Do an action, and pass on each line that it lets through, escaped, until one side ends it.
 
         ``most`` is how many bytes may come; None is for a stream that is followed without an end.
         """
-        self._ask(Call(action, Nothing, on_line=on_line, most=most), told)
+        self._ask(Call(action, Nothing, on_line=on_line, most=most), arguments)
 
     def send(self, folder: Path, to: str, copy_from: str | None = None, on_progress: OnProgress = unheard) -> Transfer:
         """Send what is in a folder into a folder that is there, below `Layout.root`.
@@ -87,28 +87,28 @@ class Link:
         folder: Path,
         *,
         partial: Path | None = None,
-        on_look: OnLook = unheard,
+        on_poll: OnPoll = unheard,
         on_progress: OnProgress = unheard,
     ) -> Transfer:
         """Bring recordings by name into a folder here; nothing is deleted on the robot.
 
-        What comes in part when the connection breaks is kept in ``partial``, and goes on next time. ``on_look`` is
+        What comes in part when the connection breaks is kept in ``partial``, and goes on next time. ``on_poll`` is
         called while it goes on, at least every half second, and ends it by what it raises.
         """
-        return rsync.bring(self._connection, self.host, what, folder, partial, on_look, on_progress)
+        return rsync.bring(self._connection, self.host, what, folder, partial, on_poll, on_progress)
 
-    def _ask(self, call: Call[AnswerT], told: Mapping[str, Any]) -> AnswerT:
+    def _ask(self, call: Call[AnswerT], arguments: Mapping[str, Any]) -> AnswerT:
         with tempfile.TemporaryFile() as script:
-            script.write(boot.script(call.action, told).encode("ascii"))
+            script.write(boot.script(call.action, arguments).encode("ascii"))
             script.seek(0)
             with self._running(script) as process:
-                output = Output(process)
+                output = ProcessOutput(process)
                 try:
-                    answer = call.answered(output.pieces())
+                    answer = call.parse_answer(output.pieces())
                 except MalformedError as error:
                     raise damaged(self.host, call.action, str(error)) from error
             if answer is None:
-                raise self._connection.blame(unanswered(self.host, process.returncode, output.said))
+                raise self._connection.blame(unanswered(self.host, process.returncode, output.stderr_excerpt))
         if isinstance(answer, Refusal):
             raise DeployError(f"{self.host}: {answer.fault}. {answer.remedy}", answer.kind)
         return answer
@@ -136,15 +136,15 @@ class Call(Generic[AnswerT]):
     answer: type[AnswerT]
     on_say: OnSay = unheard
     on_line: OnLine = unheard
-    most: int | None = MOST_BYTES
+    most: int | None = MAX_ANSWER_BYTES
 
-    def answered(self, pieces: Iterable[bytes]) -> AnswerT | Refusal | None:
+    def parse_answer(self, pieces: Iterable[bytes]) -> AnswerT | Refusal | None:
         """Return the answer in what a robot writes, None where there is none; raises MalformedError for a damaged one.
 
         What a login shell prints comes before the first line with a mark, and is dropped.
         """
         answer, has_begun = None, False
-        for line in lines_of(self._heard(pieces), self.most):
+        for line in split_lines(self._limit_silence(pieces), self.most):
             words, mark, ours = line.partition(MARK.encode())
             if words and has_begun:
                 self.on_line(escape(words.decode(errors="replace"), keep="\t"))
@@ -165,11 +165,11 @@ class Call(Generic[AnswerT]):
             raise MalformedError("has a message that is neither progress, nor an answer, nor a refusal")
         return None
 
-    def _heard(self, pieces: Iterable[bytes]) -> Iterator[bytes]:
+    def _limit_silence(self, pieces: Iterable[bytes]) -> Iterator[bytes]:
         """Yield pieces; raises MalformedError where none comes for too long, unless the stream has no end."""
         idle_s = 0.0
         for piece in pieces:
-            idle_s = 0.0 if piece else idle_s + LOOK_S
+            idle_s = 0.0 if piece else idle_s + POLL_S
             if idle_s > SILENCE_S and self.most is not None:
                 raise MalformedError(f"has not come: {SILENCE_S:g} s passed without a word")
             yield piece

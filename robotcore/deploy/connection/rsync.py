@@ -16,16 +16,16 @@ from pathlib import Path
 from typing import IO
 
 from robotcore.deploy.aboard.layout import FOLDER
-from robotcore.deploy.connection.answers import PLACE
+from robotcore.deploy.connection.answers import REMOTE_FOLDER
 from robotcore.deploy.connection.failures import no_program, transfer_failed
 from robotcore.deploy.connection.host import Host
-from robotcore.deploy.connection.output import Output
+from robotcore.deploy.connection.process_output import ProcessOutput
 from robotcore.deploy.connection.ssh import Connection
 
 OnProgress = Callable[[int, float], object]
 """Hears how many bytes are done with, and which part of all they are, 0 to 1."""
 
-OnLook = Callable[[], object]
+OnPoll = Callable[[], object]
 """Looks at a transfer while it goes on, and ends it by what it raises."""
 
 TIMEOUT_S = 60
@@ -48,7 +48,7 @@ BRINGING = ("--no-links", "--no-devices", "--no-specials", "--chmod=F644", "--no
 RECORDING = re.compile(r"\w[\w.-]{0,94}\.mcap", re.ASCII)
 """The name of a recording: at most 100 letters, digits, dots and dashes. No other file of a robot is brought."""
 
-MOST_KEPT = 1 << 16
+MAX_OUTPUT_CHARACTERS = 1 << 16
 """Characters that are kept of what rsync prints: its statistics are the last of it."""
 
 PROGRESS = re.compile(r"\s*(\d{1,18})\s+(\d{1,3})%\s")
@@ -81,8 +81,8 @@ def send(
     """
     options = [*SENDING, "--no-inc-recursive"]
     if copy_from is not None:
-        options.append(f"--copy-dest={os.path.relpath(_place(copy_from), _place(to))}")
-    ends = (f"{folder.absolute()}/", f"robot:~/{FOLDER}/{_place(to)}/")
+        options.append(f"--copy-dest={os.path.relpath(_require_remote_folder(copy_from), _require_remote_folder(to))}")
+    ends = (f"{folder.absolute()}/", f"robot:~/{FOLDER}/{_require_remote_folder(to)}/")
     return _transfer(connection, host, (*options, *ends), on_progress, where=str(host))
 
 
@@ -92,18 +92,18 @@ def bring(
     what: Sequence[str],
     folder: Path,
     partial: Path | None,
-    on_look: OnLook,
+    on_poll: OnPoll,
     on_progress: OnProgress,
 ) -> Transfer:
     """Bring recordings by name, as `Link.bring` has it; the names go through rsync, not through a shell."""
     options = BRINGING if partial is None else (f"--partial-dir={partial.absolute()}", *BRINGING)
     ends = (f"robot:~/{FOLDER}/recordings/", f"{folder.absolute()}/")
     names = b"".join(_recording(name).encode() + b"\0" for name in what)
-    return _transfer(connection, host, (*options, *ends), on_progress, names, on_look, where="this machine")
+    return _transfer(connection, host, (*options, *ends), on_progress, names, on_poll, where="this machine")
 
 
-def _place(path: str) -> str:
-    if not PLACE.fullmatch(path):
+def _require_remote_folder(path: str) -> str:
+    if not REMOTE_FOLDER.fullmatch(path):
         raise ValueError(f"{path!r} is no folder of a robot's")
     return path
 
@@ -120,7 +120,7 @@ def _transfer(
     arguments: Sequence[str],
     on_progress: OnProgress,
     given: bytes = b"",
-    on_look: OnLook = lambda: None,
+    on_poll: OnPoll = lambda: None,
     *,
     where: str,
 ) -> Transfer:
@@ -132,10 +132,10 @@ def _transfer(
         stdin.write(given)
         stdin.seek(0)
         with _running(command, stdin) as process:
-            output = Output(process)
-            printed = _read(output.pieces(), on_progress, on_look)
+            output = ProcessOutput(process)
+            printed = _read(output.pieces(), on_progress, on_poll)
         if process.returncode:
-            raise connection.blame(transfer_failed(host, process.returncode, output.said, where))
+            raise connection.blame(transfer_failed(host, process.returncode, output.stderr_excerpt, where))
     return Transfer(**{name: int(found[1]) if (found := each.search(printed)) else 0 for name, each in STATS.items()})
 
 
@@ -164,16 +164,16 @@ def _environment() -> dict[str, str]:
     return {name: value for name, value in os.environ.items() if not name.startswith("RSYNC_")} | {"LC_ALL": "C"}
 
 
-def _read(pieces: Iterable[bytes], on_progress: OnProgress, on_look: OnLook) -> str:
+def _read(pieces: Iterable[bytes], on_progress: OnProgress, on_poll: OnPoll) -> str:
     """Pass on progress as long as rsync runs, and return the end of what else it printed."""
     printed = rest = ""
     for piece in pieces:
-        on_look()
+        on_poll()
         *lines, rest = re.split("[\r\n]", rest + piece.decode(errors="replace"))
         for line in lines:
             if found := PROGRESS.match(line):
                 on_progress(int(found[1]), int(found[2]) / 100)
             else:
-                printed = f"{printed}{line}\n"[-MOST_KEPT:]
-        rest = rest[-MOST_KEPT:]
+                printed = f"{printed}{line}\n"[-MAX_OUTPUT_CHARACTERS:]
+        rest = rest[-MAX_OUTPUT_CHARACTERS:]
     return printed + rest

@@ -13,7 +13,7 @@ from types import TracebackType
 
 from robotcore.deploy.connection.failures import SSH_FAILED, broken_by, damaged, no_program, refused_by, silent
 from robotcore.deploy.connection.host import Host
-from robotcore.deploy.connection.output import readable
+from robotcore.deploy.connection.process_output import decode_output
 from robotcore.errors import DeployError
 
 CONNECT_S, ALIVE_S, ALIVE_COUNT = 10, 5, 3
@@ -151,7 +151,7 @@ class Connection:
                 raise silent(self._host, LOGIN_S)
             if not (more := os.read(answers, 4096)):
                 status = self._master.wait()
-                said = self._log() if status == SSH_FAILED else readable(heard[-MOST_READ:])
+                said = self._log() if status == SSH_FAILED else decode_output(heard[-MOST_READ:])
                 raise refused_by(self._host, status, said)
             heard += more
             if len(heard) > MOST_HEARD:
@@ -160,7 +160,7 @@ class Connection:
     def _log(self) -> str:
         with suppress(FileNotFoundError), (self._folder / "log").open("rb") as log:
             log.seek(max(0, os.fstat(log.fileno()).st_size - MOST_READ))
-            return readable(log.read(MOST_READ))
+            return decode_output(log.read(MOST_READ))
         return ""
 
     def _end(self) -> None:

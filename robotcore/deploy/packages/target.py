@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from robotcore.deploy.connection.answers import Facts
+from robotcore.deploy.connection.answers import ProbeAnswer
 from robotcore.deploy.packages.requirements import SpecifierSet
 from robotcore.deploy.project import Project
 from robotcore.deploy.table import FILE
@@ -29,7 +29,7 @@ class Target:
     libc_version: str = "2.17"
 
     @classmethod
-    def of(cls, facts: Facts) -> Target:
+    def of(cls, facts: ProbeAnswer) -> Target:
         """Return the target that a robot's own facts tell of."""
         return cls(facts.python, facts.machine, facts.libc, facts.libc_version)
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import cv2
 import pytest
 
-from benchmarks.hostile.files import ESCAPES, name_files
-from benchmarks.hostile.forging import change_json
+from benchmarks.hostile_files.files import ESCAPES, name_files
+from benchmarks.hostile_files.mcap_builder import change_json
 from tests.robotcore.cli.conftest import Cli, Recorded
 
 

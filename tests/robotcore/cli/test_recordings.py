@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from robotcore.recording.chunks import ChunkedFile
-from robotcore.recording.packed import Place
+from robotcore.recording.records import ChunkLocation
 from robotcore.view.palette import GOOD
 from tests.robotcore.cli.conftest import AppFile, Cli, Recorded
 
@@ -174,7 +174,7 @@ def _arguments(command: str, file: Path, whole: Path, folder: Path) -> list[str]
     }[command]
 
 
-def _middle_chunk(file: Path) -> Place:
+def _middle_chunk(file: Path) -> ChunkLocation:
     """How long chunks are depends on how busy the machine was; between them stands an index."""
     places = [place for place, _ in ChunkedFile(file).chunks()]
     return places[len(places) // 2]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.hostile.forging import change_json
+from benchmarks.hostile_files.mcap_builder import change_json
 from tests.robotcore.cli.conftest import AppFile, Cli
 
 

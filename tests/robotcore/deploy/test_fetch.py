@@ -166,7 +166,7 @@ def test_robot_that_has_more_than_the_disk_here_takes_sends_nothing(
     link: Link, there: Path, here: Path, aboard: Aboard
 ) -> None:
     aboard("recordings", LISTED.format(name="large.mcap", size=1 << 60))
-    with pytest.raises(DeployError, match=r"are to be brought, .* are free here"):
+    with pytest.raises(DeployError, match=r"not enough room: the recordings need"):
         brought(link, here)
     assert names(here) == []
 

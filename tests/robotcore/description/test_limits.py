@@ -10,10 +10,10 @@ import pytest
 
 from robotcore.clock import MonotonicClock
 from robotcore.description import load_any, load_robot, load_world, robot_names, world_names
-from robotcore.description.faults import MOST_FAULTS
-from robotcore.description.loading import LARGEST_BYTES, MOST_ENTRIES
+from robotcore.description.faults import MAX_FILE_ERRORS
+from robotcore.description.loading import MAX_FILE_BYTES, MOST_ENTRIES
 from robotcore.errors import UsageError
-from robotcore.faults.file import MOST, specs_in
+from robotcore.faults.file import MAX_INJECTED_FAULTS, specs_in
 from tests.robotcore.description.files import ARENA, ROVER, changed, errors
 
 SOON_S = 10.0
@@ -27,7 +27,7 @@ def test_a_file_that_is_larger_than_any_description_is_not_read(tmp_path: Path) 
     file = tmp_path / "sparse.toml"
     file.touch()
     os.truncate(file, 30 * 2**30)
-    with pytest.raises(UsageError, match=f"{30 * 2**30} bytes, at most {LARGEST_BYTES} are read"):
+    with pytest.raises(UsageError, match=f"{30 * 2**30} bytes, at most {MAX_FILE_BYTES} are read"):
         load_any(str(file))
 
 
@@ -56,18 +56,18 @@ def test_as_many_things_as_may_be_have_room_soon(tmp_path: Path) -> None:
 
 def test_only_the_first_of_many_faults_are_told(tmp_path: Path) -> None:
     clock = MonotonicClock()
-    told = errors(tmp_path, OPEN + "".join(BALL.format(number, 0, 0) for number in range(MOST_ENTRIES)))
+    found = errors(tmp_path, OPEN + "".join(BALL.format(number, 0, 0) for number in range(MOST_ENTRIES)))
     assert clock.now() < SOON_S
-    assert len(told) == MOST_FAULTS + 1
-    assert f"more than {MOST_FAULTS} faults" in told[-1].fault
+    assert len(found) == MAX_FILE_ERRORS + 1
+    assert f"more than {MAX_FILE_ERRORS} faults" in found[-1].fault
 
 
 def test_faults_of_a_run_are_so_few_that_their_layers_can_be_put_over_a_device(tmp_path: Path) -> None:
     file = tmp_path / "faults.toml"
-    file.write_text('[[fault]]\ntarget = "camera"\neffect = "drop"\nvalue = 0.2\n' * (MOST + 1))
-    with pytest.raises(UsageError, match=f"at most {MOST}"):
+    file.write_text('[[fault]]\ntarget = "camera"\neffect = "drop"\nvalue = 0.2\n' * (MAX_INJECTED_FAULTS + 1))
+    with pytest.raises(UsageError, match=f"at most {MAX_INJECTED_FAULTS}"):
         specs_in([str(file)])
-    assert len(specs_in(["camera drop=0.2"] * MOST)) == MOST
+    assert len(specs_in(["camera drop=0.2"] * MAX_INJECTED_FAULTS)) == MAX_INJECTED_FAULTS
 
 
 @pytest.mark.parametrize(

@@ -138,7 +138,7 @@ def written(value: Any) -> str:
     return repr(value) if isinstance(value, float) else json.dumps(value).replace("\x7f", "\\u007f")
 
 
-@pytest.mark.usefixtures("_everything_is_imported")
+@pytest.mark.usefixtures("_imported_drivers")
 @settings(QUICK, max_examples=200)
 @given(table=tables())
 @example(table={**TABLES[0], "serial": {**TABLES[0]["serial"], "right_encoder": []}})
@@ -154,7 +154,7 @@ def test_a_description_with_anything_in_it_loads_or_is_refused_as_a_description_
 
 
 @pytest.fixture(scope="module")
-def _everything_is_imported() -> None:
+def _imported_drivers() -> None:
     load_and_check("rover")
 
 

@@ -15,9 +15,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from benchmarks.hostile.files import name_files
-from benchmarks.hostile.forging import build_chunk, change_json, join_raw, read_raw
-from benchmarks.hostile.fuzzing import Seed, mutate
+from benchmarks.hostile_files.files import name_files
+from benchmarks.hostile_files.mcap_builder import build_chunk, change_json, join_raw, read_raw
+from benchmarks.hostile_files.mutations import Seed, mutate
 from robotcore.errors import RecordingError, RobotcoreError, WatchdogError
 from robotcore.recording import Raised, Recording, read
 from robotcore.recording.contents import contents_of

@@ -88,7 +88,7 @@ def test_an_answer_that_cannot_be_read_ends_the_process_and_the_next_call_has_an
 
 
 def test_an_answer_without_an_end_is_not_read_for_ever(child: Child, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("robotcore.sweep.child.LARGEST_BYTES", 200_000)
+    monkeypatch.setattr("robotcore.sweep.child.MAX_REPLY_BYTES", 200_000)
     with pytest.raises(ChildDiedError, match="its answer cannot be read"):
         child.call(answer, b"x" * 300_000, limit_s=30)
 

@@ -16,7 +16,7 @@ import pytest
 from robotcore import Outcome, RunRequest, run
 from robotcore.running.plan import Plan
 from robotcore.sweep import LocalEngine, Record, Sweep, run_sweep
-from robotcore.sweep.record import LONGEST
+from robotcore.sweep.record import MAX_RESULT_TEXT
 from tests.robotcore.sweep.conftest import SWEEP, AppFile, sweep_of
 
 OWN_SESSION = "__import__('subprocess').Popen(['sleep', '60'], start_new_session=True)"
@@ -176,7 +176,7 @@ def test_words_of_an_app_are_kept_as_far_as_somebody_reads(app_file: AppFile) ->
     sweep = sweep_of(app_file("raise ValueError('x' * 20_000_000)"), seeds=1)
     (record,) = _records(sweep, LocalEngine(1)).values()
     assert record.result.outcome is Outcome.ERROR
-    assert len(record.to_json()) < 3 * LONGEST
+    assert len(record.to_json()) < 3 * MAX_RESULT_TEXT
     assert record.result.reason.startswith("Odd raised ValueError: xxx")
     assert record.result.reason.endswith("more characters)")
 

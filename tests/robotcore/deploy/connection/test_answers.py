@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robotcore.deploy.connection import answers
-from robotcore.deploy.connection.answers import Answer, Facts, Judgement, Recordings, Refusal, State
+from robotcore.deploy.connection.answers import Answer, Judgement, ProbeAnswer, Recordings, Refusal, State
 from robotcore.deploy.connection.link import Call
-from robotcore.deploy.connection.output import MalformedError
+from robotcore.deploy.connection.process_output import MalformedError
 
 MODELS = [each for each in vars(answers).values() if isinstance(each, type) and issubclass(each, Answer)]
 KEYS = sorted({key for model in MODELS for key in model.model_fields} | {"done", "refused", "say", "begun"})
@@ -51,7 +51,7 @@ def answered(model: type[Answer], *pieces: bytes) -> list[str]:
     said: list[str] = []
     call = Call("status", model, on_say=lambda notice: said.append(notice.say), on_line=said.append)
     try:
-        answer = call.answered(pieces)
+        answer = call.parse_answer(pieces)
     except MalformedError as error:
         return [*said, str(error)]
     return [*said, *texts_in(answer.model_dump() if answer else None)]
@@ -90,13 +90,13 @@ def test_any_bytes_are_an_answer_or_damaged_and_what_they_say_is_printable(
     ],
 )
 def test_facts_that_no_robot_has_are_damaged(key: str, value: Any) -> None:
-    answers.validate(Facts, FACTS, "done")
+    answers.validate(ProbeAnswer, FACTS, "done")
     with pytest.raises(MalformedError, match=f"done.{key}: "):
-        answers.validate(Facts, {**FACTS, key: value}, "done")
+        answers.validate(ProbeAnswer, {**FACTS, key: value}, "done")
 
 
 def test_key_that_is_unknown_is_ignored() -> None:
-    assert answers.validate(Facts, {**FACTS, "colour": "red"}, "done") == Facts(**FACTS)
+    assert answers.validate(ProbeAnswer, {**FACTS, "colour": "red"}, "done") == ProbeAnswer(**FACTS)
 
 
 @pytest.mark.parametrize("name", ["..", "/etc", "2026-11-21T22-40-03Z/..", "2026-11-21T22-40-03Z\n", "", "current"])

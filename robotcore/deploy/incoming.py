@@ -15,7 +15,7 @@ from robotcore.deploy.aboard.system.disk import free_bytes, in_words, size_of
 from robotcore.errors import DeployError, UsageError
 from robotcore.text import escape
 
-SPARE_BYTES = 500_000_000
+RESERVED_DISK_BYTES = 500_000_000
 """What stays free at the desk, whatever a robot sends."""
 
 SLACK_BYTES = 1 << 20
@@ -25,7 +25,7 @@ PARTIAL = ".partial"
 """Beside the recordings: what came in part when a connection broke."""
 
 
-class Arrivals:
+class IncomingFiles:
     """A new folder in that of the recordings, into which the robot's files come while this is entered.
 
     ``sizes`` are the bytes of each recording that is wanted, as the robot states them. On the way out, also by an
@@ -34,9 +34,9 @@ class Arrivals:
 
     def __init__(self, folder: Path, sizes: Mapping[str, int]) -> None:
         self._folder, self._sizes = folder, sizes
-        self.arrived: list[str] = []
+        self.received: list[str] = []
 
-    def __enter__(self) -> Arrivals:
+    def __enter__(self) -> IncomingFiles:
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
             self._require_room(sum(self._sizes.values()))
@@ -44,15 +44,15 @@ class Arrivals:
             self.partial.mkdir(mode=0o700, exist_ok=True)
             self.path = Path(tempfile.mkdtemp(prefix=".arriving-", dir=self._folder))
         except OSError as error:
-            fault = f"{escape(str(self._folder))} cannot be made or written to: {error.strerror}"
-            raise UsageError(f"{fault}. Take another folder: -o DIR") from error
+            problem = f"{escape(str(self._folder))} cannot be made or written to: {error.strerror}"
+            raise UsageError(f"{problem}. Take another folder: -o DIR") from error
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
         try:
-            self.arrived = sorted(name for name in self._sizes if self._accept(name))
+            self.received = sorted(name for name in self._sizes if self._accept(name))
         finally:
             shutil.rmtree(self.path, ignore_errors=True)
             self._remove_leftovers()
@@ -67,9 +67,9 @@ class Arrivals:
     @property
     def missing(self) -> list[str]:
         """The recordings that did not arrive as the robot stated them, once all is over."""
-        return sorted(self._sizes.keys() - {*self.arrived})
+        return sorted(self._sizes.keys() - {*self.received})
 
-    def look(self) -> None:
+    def check_limits(self) -> None:
         """Raise DeployError where more came than the robot stated, or the disk of this machine is nearly full."""
         stated = sum(self._sizes.values())
         if size_of(self.path) > stated + SLACK_BYTES:
@@ -80,10 +80,10 @@ class Arrivals:
 
     def _require_room(self, size: int) -> None:
         free = free_bytes(self._folder.absolute())
-        if size + SPARE_BYTES > free:
+        if size + RESERVED_DISK_BYTES > free:
             raise DeployError(
-                f"{in_words(size)} are to be brought, {in_words(free)} are free here, and {in_words(SPARE_BYTES)} stay "
-                "free. Make room, or take a folder on another disk: -o DIR"
+                f"not enough room: the recordings need {in_words(size)}, the disk has {in_words(free)} free, and "
+                f"{in_words(RESERVED_DISK_BYTES)} must stay free. Make room, or name a folder on another disk: -o DIR"
             )
 
     def _remove_leftovers(self) -> None:
@@ -100,12 +100,12 @@ class Arrivals:
 
     def _accept(self, name: str) -> bool:
         """Move a file into the folder if it is the one that was stated; return whether it was."""
-        arrived, target = self.path / name, self._folder / name
-        if not _is_plain(arrived) or arrived.lstat().st_size != self._sizes[name] or os.path.lexists(target):
+        file, target = self.path / name, self._folder / name
+        if not _is_plain(file) or file.lstat().st_size != self._sizes[name] or os.path.lexists(target):
             return False
         with suppress(OSError):  # a disk of Windows has no such modes
-            arrived.chmod(arrived.lstat().st_mode & 0o644)
-        arrived.rename(target)
+            file.chmod(file.lstat().st_mode & 0o644)
+        file.rename(target)
         return True
 
 

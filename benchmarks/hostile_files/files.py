@@ -12,7 +12,7 @@ from typing import Any
 import lz4.frame  # type: ignore[import-untyped]
 import zstandard
 
-from benchmarks.hostile.forging import (
+from benchmarks.hostile_files.mcap_builder import (
     CHUNK,
     Raw,
     build_channel,
@@ -80,23 +80,25 @@ def _forged() -> dict[str, Make]:
 
 def _forged_ends() -> dict[str, Make]:
     return {
-        "result-without-outcome": _json("/result", lambda _, told: _without(told, "outcome")),
-        "result-without-app": _json("/result", lambda _, told: _without(told, "app")),
+        "result-without-outcome": _json("/result", lambda _, payload: _remove_key(payload, "outcome")),
+        "result-without-app": _json("/result", lambda _, payload: _remove_key(payload, "app")),
         "result-that-is-a-list": _json("/result", lambda *_: []),
-        "result-with-milestones-of-text": _json("/result", lambda _, told: told | {"milestones": "many"}),
-        "result-with-batteries-without-volts": _json("/result", lambda _, told: told | {"batteries": {"b": {}}}),
-        "result-with-faults-of-nothing": _json("/result", lambda _, told: told | {"faults": ["", "x y after=z"]}),
-        "result-at-1e308": _json("/result", lambda _, told: told | {"sim_time_s": 1e308, "milestones": {"a": 1e308}}),
+        "result-with-milestones-of-text": _json("/result", lambda _, payload: payload | {"milestones": "many"}),
+        "result-with-batteries-without-volts": _json("/result", lambda _, payload: payload | {"batteries": {"b": {}}}),
+        "result-with-faults-of-nothing": _json("/result", lambda _, payload: payload | {"faults": ["", "x y after=z"]}),
+        "result-at-1e308": _json(
+            "/result", lambda _, payload: payload | {"sim_time_s": 1e308, "milestones": {"a": 1e308}}
+        ),
         "end-that-is-a-list": _json("/result", lambda *_: [], "/end"),
         "end-without-words": _json("/result", lambda *_: {"reason": [1]}, "/end"),
         "run-that-is-a-list": _json("/run", lambda *_: [1]),
-        "run-of-a-later-format": _json("/run", lambda _, told: told | {"format": "\x1b[2J"}),
-        "rate-0": _json("/run", lambda _, told: _requested(told, rate_hz=0)),
-        "rate-negative": _json("/run", lambda _, told: _requested(told, rate_hz=-1)),
-        "rate-1e300": _json("/run", lambda _, told: _requested(told, rate_hz=1e300)),
-        "rate-nan": _json("/run", lambda _, told: _requested(told, rate_hz="nan")),
-        "timeout-nan": _json("/run", lambda _, told: _requested(told, timeout_s="nan")),
-        "faults-of-nothing": _json("/run", lambda _, told: _requested(told, faults=["\x1b[2J"])),
+        "run-of-a-later-format": _json("/run", lambda _, payload: payload | {"format": "\x1b[2J"}),
+        "rate-0": _json("/run", lambda _, payload: _change_request(payload, rate_hz=0)),
+        "rate-negative": _json("/run", lambda _, payload: _change_request(payload, rate_hz=-1)),
+        "rate-1e300": _json("/run", lambda _, payload: _change_request(payload, rate_hz=1e300)),
+        "rate-nan": _json("/run", lambda _, payload: _change_request(payload, rate_hz="nan")),
+        "timeout-nan": _json("/run", lambda _, payload: _change_request(payload, timeout_s="nan")),
+        "faults-of-nothing": _json("/run", lambda _, payload: _change_request(payload, faults=["\x1b[2J"])),
     }
 
 
@@ -106,11 +108,11 @@ def _forged_times() -> dict[str, Make]:
         **{f"time-{name}": _json("/ticks", _tick(time=time)) for name, time in times.items()},
         **{f"times-all-{name}": _json("/ticks", _ticks(time=time)) for name, time in times.items()},
         "time-of-a-long-pause": _json(
-            "/ticks", lambda number, told: told | {"time": told["time"] + 1e8 * (number > 9)}
+            "/ticks", lambda number, payload: payload | {"time": payload["time"] + 1e8 * (number > 9)}
         ),
         "times-that-stand": _json("/ticks", _ticks(time=1e-300)),
-        "tick-number-huge": _json("/ticks", lambda number, told: told | {"number": 10**300 + number}),
-        "tick-number-negative": _json("/ticks", lambda number, told: told | {"number": number - 5}),
+        "tick-number-huge": _json("/ticks", lambda number, payload: payload | {"number": 10**300 + number}),
+        "tick-number-negative": _json("/ticks", lambda number, payload: payload | {"number": number - 5}),
         "angles-inf": _json("/ticks", _ticks(turned=[{"angles": {"left": "inf", "right": 0.0}}])),
         "angles-1e308": _json("/ticks", _ticks(turned=[{"angles": {"left": 1e308, "right": -1e308}}])),
         "encoder-inf": _json("/left_encoder", _ticks(angle="inf")),
@@ -138,17 +140,17 @@ def _forged_pictures() -> dict[str, Make]:
 
 def _forged_texts() -> dict[str, Make]:
     return {
-        "escapes-in-run": _json("/run", _with_escapes),
-        "escapes-in-result": _json("/result", _with_escapes),
-        "escapes-in-ticks": _json("/ticks", lambda _, told: told | {"state": ESCAPES, "warnings": [ESCAPES]}),
+        "escapes-in-run": _json("/run", _add_escapes),
+        "escapes-in-result": _json("/result", _add_escapes),
+        "escapes-in-ticks": _json("/ticks", lambda _, payload: payload | {"state": ESCAPES, "warnings": [ESCAPES]}),
         "app-of-an-absolute-path": lambda base, file: _name_app(base, file, str(file.with_name(EVIL))),
         "app-of-a-path-above": lambda base, file: _name_app(base, file, f"../{EVIL}"),
-        "app-of-no-file": _json("/run", lambda _, told: _requested(told, app=f"{ESCAPES}.py")),
-        "app-that-is-not-installed": _json("/run", lambda _, told: _requested(told, app=ESCAPES)),
+        "app-of-no-file": _json("/run", lambda _, payload: _change_request(payload, app=f"{ESCAPES}.py")),
+        "app-that-is-not-installed": _json("/run", lambda _, payload: _change_request(payload, app=ESCAPES)),
         "many-milestones": _json(
-            "/result", lambda _, told: told | {"milestones": {f"m{number}": 0.5 for number in range(20_000)}}
+            "/result", lambda _, payload: payload | {"milestones": {f"m{number}": 0.5 for number in range(20_000)}}
         ),
-        "a-state-a-tick": _json("/ticks", lambda number, told: told | {"state": f"state {number}" * 100}),
+        "a-state-a-tick": _json("/ticks", lambda number, payload: payload | {"state": f"state {number}" * 100}),
     }
 
 
@@ -197,7 +199,7 @@ def _renamed(records: list[Raw], topic: str, renamed: str) -> Iterator[Raw]:
 
 def _name_app(base: Path, file: Path, app: str) -> None:
     file.with_name(EVIL).write_text(f"open({str(file.with_name(PROOF))!r}, 'w')\n")
-    _json("/run", lambda _, told: _requested(told, app=app, settings={}) | {"source": "pass"})(base, file)
+    _json("/run", lambda _, payload: _change_request(payload, app=app, settings={}) | {"source": "pass"})(base, file)
 
 
 def _picture(topic: str, change: Callable[[bytes], bytes]) -> Make:
@@ -255,38 +257,38 @@ def _make_sparse(base: Path, file: Path, opcode: int) -> None:
         stream.truncate(61 * GIB)
 
 
-def _without(told: Any, key: str) -> Any:
-    return {name: value for name, value in told.items() if name != key}
+def _remove_key(payload: Any, key: str) -> Any:
+    return {name: value for name, value in payload.items() if name != key}
 
 
-def _requested(told: Any, **request: Any) -> Any:
-    return told | {"request": told["request"] | request}
+def _change_request(payload: Any, **request: Any) -> Any:
+    return payload | {"request": payload["request"] | request}
 
 
 def _ticks(**what: Any) -> Callable[[int, Any], Any]:
-    return lambda _, told: told | what
+    return lambda _, payload: payload | what
 
 
 def _tick(**what: Any) -> Callable[[int, Any], Any]:
-    return lambda number, told: told | what if number == 10 else told
+    return lambda number, payload: payload | what if number == 10 else payload
 
 
 def _failing(where: str, error: Any) -> Callable[[int, Any], Any]:
-    def change(number: int, told: Any) -> Any:
+    def change(number: int, payload: Any) -> Any:
         if number != 10:
-            return told
-        failed = {**told["reads"][0], "error": error}
-        return told | ({"error": error} if where == "tick" else {"reads": [failed]})
+            return payload
+        failed = {**payload["reads"][0], "error": error}
+        return payload | ({"error": error} if where == "tick" else {"reads": [failed]})
 
     return change
 
 
-def _with_escapes(_: int, told: Any) -> Any:
+def _add_escapes(_: int, payload: Any) -> Any:
     """Return a run or a result with escape sequences in each of its texts."""
-    if "request" in told:
-        told = _requested(told, settings={ESCAPES: ESCAPES})
-        return told | {"started": ESCAPES, "platform": {ESCAPES: ESCAPES}, "milestones": [ESCAPES]}
-    return told | {"app": ESCAPES, "reason": ESCAPES, "notes": [ESCAPES], "milestones": {ESCAPES: 0.5}}
+    if "request" in payload:
+        payload = _change_request(payload, settings={ESCAPES: ESCAPES})
+        return payload | {"started": ESCAPES, "platform": {ESCAPES: ESCAPES}, "milestones": [ESCAPES]}
+    return payload | {"app": ESCAPES, "reason": ESCAPES, "notes": [ESCAPES], "milestones": {ESCAPES: 0.5}}
 
 
 def _field(number: int, content: bytes) -> bytes:

@@ -27,10 +27,10 @@ DAMAGE = (
 )
 """The errors that bytes cause which are not what robotcore has written."""
 
-MOST_BYTES = 2**26
+MAX_RECORD_BYTES = 2**26
 """Of one record, packed or unpacked. A chunk of robotcore has 1 MiB and one message: a picture of 60 MB at most."""
 
-_FAULT_LENGTH = 160
+_PROBLEM_LENGTH = 160
 
 RECORD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")
@@ -48,7 +48,7 @@ Record = Schema | Channel | Message
 
 
 @dataclass(frozen=True)
-class Place:
+class ChunkLocation:
     """Where a chunk's packed data stands in the file; ``size`` and ``crc`` are those of what it holds."""
 
     offset: int
@@ -94,21 +94,21 @@ class Lz4Error(ValueError):
 
 def damage_at(offset: int, error: BaseException) -> str:
     """Return where a file is damaged and how, in a line."""
-    fault = str(error)
+    problem = str(error)
     if isinstance(error, ValidationError):
         first = error.errors(include_url=False, include_context=False, include_input=False)[0]
-        fault = ": ".join(filter(None, (".".join(map(str, first["loc"])), first["msg"])))
+        problem = ": ".join(filter(None, (".".join(map(str, first["loc"])), first["msg"])))
     elif isinstance(error, MemoryError):
-        fault = "there is not enough memory for it"
-    elif not fault or isinstance(error, LookupError):
-        fault = f"{type(error).__name__} {fault}".strip()
-    return f"byte {offset}, {escape(fault[:_FAULT_LENGTH])}"
+        problem = "there is not enough memory for it"
+    elif not problem or isinstance(error, LookupError):
+        problem = f"{type(error).__name__} {problem}".strip()
+    return f"byte {offset}, {escape(problem[:_PROBLEM_LENGTH])}"
 
 
-def unpack(place: Place, packed: bytes | memoryview) -> bytes | memoryview:
-    """Return what is in a chunk; ValueError or ZstdError if that is not what it claims, or more than `MOST_BYTES`."""
-    if place.size > MOST_BYTES:
-        raise ValueError(f"a chunk claims {place.size} bytes, more than {MOST_BYTES}")
+def unpack(place: ChunkLocation, packed: bytes | memoryview) -> bytes | memoryview:
+    """Return the content of a chunk; ValueError or ZstdError if it is too large or not what the chunk claims."""
+    if place.size > MAX_RECORD_BYTES:
+        raise ValueError(f"a chunk claims {place.size} bytes, more than {MAX_RECORD_BYTES}")
     if place.compression == "zstd":
         packed = _unpack_zstd(packed, place.size)
     elif place.compression == "lz4":

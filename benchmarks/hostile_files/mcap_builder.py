@@ -13,7 +13,7 @@ import zstandard
 from mcap.records import Channel
 
 from robotcore.recording.chunks import MAGIC, ChunkedFile
-from robotcore.recording.packed import read_records, unpack
+from robotcore.recording.records import read_records, unpack
 
 HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x0F
 

@@ -9,10 +9,10 @@ from collections.abc import Iterable, Iterator
 
 from robotcore.text import escape
 
-LOOK_S = 0.5
+POLL_S = 0.5
 """A caller that waits for output gets a turn after this time."""
 
-MOST_KEPT = 1 << 13
+EXCERPT_BYTES = 1 << 13
 """Bytes that are kept of the beginning and of the end of stderr."""
 
 LONGEST_LINE = 1 << 23
@@ -28,8 +28,8 @@ class MalformedError(ValueError):
     """What came of a robot is not as it has to be: what is wrong with it, as the end of a sentence."""
 
 
-class Output:
-    """The output of a process with pipes: `pieces` of stdout, and an excerpt of stderr, `said`.
+class ProcessOutput:
+    """The output of a process with pipes: `pieces` of stdout, and an excerpt of stderr, `stderr_excerpt`.
 
     Both are read at once, so that neither fills the memory or the disk of the desk, and neither stops the process.
     """
@@ -39,12 +39,12 @@ class Output:
         self._errors = b""
 
     @property
-    def said(self) -> str:
+    def stderr_excerpt(self) -> str:
         """The beginning and the end of stderr, escaped but for its line breaks."""
-        return readable(self._errors)
+        return decode_output(self._errors)
 
     def pieces(self) -> Iterator[bytes]:
-        """Yield stdout as it comes until both pipes have ended; an empty piece where nothing came for `LOOK_S`."""
+        """Yield stdout as it comes until both pipes have ended; an empty piece where nothing came for `POLL_S`."""
         stdout, stderr = self._process.stdout, self._process.stderr
         assert stdout
         assert stderr
@@ -52,7 +52,7 @@ class Output:
             for pipe in (stdout, stderr):
                 selector.register(pipe, selectors.EVENT_READ)
             while selector.get_map():
-                ready = selector.select(LOOK_S)
+                ready = selector.select(POLL_S)
                 for key, _ in ready:
                     if not (piece := os.read(key.fd, _PIECE)):
                         selector.unregister(key.fileobj)
@@ -67,15 +67,15 @@ class Output:
 
 def excerpt(text: bytes) -> bytes:
     """Return a text, or its beginning and its end if it is long."""
-    return text if len(text) <= 2 * MOST_KEPT else text[:MOST_KEPT] + b"\n" + text[1 - MOST_KEPT :]
+    return text if len(text) <= 2 * EXCERPT_BYTES else text[:EXCERPT_BYTES] + b"\n" + text[1 - EXCERPT_BYTES :]
 
 
-def readable(text: bytes) -> str:
+def decode_output(text: bytes) -> str:
     """Return what a program wrote as lines that a terminal can show."""
     return escape(text.decode(errors="replace").replace("\r\n", "\n"), keep="\n")
 
 
-def lines_of(pieces: Iterable[bytes], most: int | None) -> Iterator[bytes]:
+def split_lines(pieces: Iterable[bytes], most: int | None) -> Iterator[bytes]:
     """Yield the lines in pieces, without their ends; raises MalformedError for one that is too long.
 
     It raises MalformedError too where all of them are longer than ``most`` bytes; None sets no limit.
