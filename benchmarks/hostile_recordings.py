@@ -4,10 +4,10 @@
 
 The catalogue of `benchmarks.hostile_files.files` goes through `robotcore info` with all its outputs, `replay`,
 `replay --set` and `compare`, each in a process of its own. Then files that a seed changes at random go through
-`info --csv`, each tenth through `replay` and `info --picture --video` too, 500 in a process. Memory is the most that a process had
-resident, the interpreter and its libraries included, less the file's own size; time is the processor's. Exit status 1
-if a bound is broken, a traceback is printed, a control character reaches the output, or an app is run that a recording
-names.
+`info --csv`, each tenth through `replay` and `info --picture --video` too, 500 in a process. Memory is the most that
+a process had resident, the interpreter and its libraries included, less the file's own size; time is the processor's.
+Exit status 1 if a bound is broken, a traceback is printed, a control character reaches the output, or an app is run
+that a recording names.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A file that a command makes: whole or not at all, in its own place and through no link."""
+"""Write an output file completely or not at all."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from secrets import token_hex
 
 @contextmanager
 def replace_file(file: Path) -> Iterator[Path]:
-    """Give the name of an empty file beside ``file``; it takes the place of ``file`` at the end of the block.
+    """Yield the path of a new empty file beside ``file``. The block writes it; at its end it replaces ``file``.
 
-    Leaves nothing behind if the block raises. Raises OSError where no file can be made, and if ``file`` is no regular
-    file: a link could lead to any file, and a FIFO or a device would be replaced or wait for its other end.
+    If the block raises, the new file is deleted and ``file`` keeps its content. Raises OSError if no file can be made,
+    and if ``file`` is no regular file: a link could lead to any file, a FIFO or a device would be replaced or block.
     """
     part = _make_part(file)
     try:
@@ -34,7 +34,7 @@ def require_replaceable(file: Path) -> None:
 
 
 def _make_part(file: Path) -> Path:
-    """Make an empty file beside another one; its ending is the same, by which some libraries choose a format."""
+    """Make an empty file beside another one, with the same suffix: some libraries choose the format by it."""
     require_regular(file)
     part = file.with_name(f".{token_hex(8)}{file.suffix}")
     try:

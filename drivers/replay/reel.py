@@ -28,7 +28,7 @@ class Reel(Generic[RecordedT]):
         self._tick, self._count = -1, 0
 
     def __call__(self) -> RecordedT:
-        """Return the sample of this read; DeviceError where there was none yet, or where it is damaged."""
+        """Return the sample of this read; DeviceError if there was none yet, or if it is damaged."""
         read = self._next()
         if read and read.error:
             raise read.error.again()

@@ -88,7 +88,7 @@ def write(renderable: RenderableType) -> None:
 
 
 class _EscapedRenderable:
-    """What rich can draw, with the control characters of its texts escaped; rich's own colours stay."""
+    """A renderable of rich that escapes the control characters of its texts. Rich's own colours stay."""
 
     def __init__(self, renderable: RenderableType) -> None:
         self._renderable = renderable

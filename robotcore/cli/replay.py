@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 @click.option(
     "--app",
     metavar="APP",
-    help="The app's own file, which may have changed; or another app, to decide on the samples.",
+    help="The recorded app's own file, also if it has changed; or another app, which then decides on the recorded "
+    "samples.",
 )
 @click.option("--set", "settings", metavar="KEY=VALUE", type=pair, multiple=True, help="Another setting of the app.")
 @click.option("--picture", metavar="FILE", type=click.Path(path_type=Path), help="Draw the replay as a PNG.")
@@ -30,12 +31,11 @@ if TYPE_CHECKING:
 def command(
     file: Path, app: str | None, settings: tuple[tuple[str, str], ...], picture: Path | None, *, as_json: bool
 ) -> int:
-    """Hold the app of a recording FILE to each decision.
+    """Replay a recording FILE, and stop at the first decision that differs.
 
-    The app gets the recorded samples, and the first decision that differs is printed. A file that holds another text
-    than the recorded one runs only if --app names it.
+    An app's file that has changed since runs only if --app names it.
 
-    With another --app, or with --set, the command prints what that app would have decided on the recorded samples.
+    With another app, or with --set, print what it would have decided on the recorded samples.
 
     Exit status: 0 all is equal, or another app came to its end; 1 something differs; else as `robotcore run`.
     """

@@ -79,7 +79,7 @@ def _compare(files: Sequence[RemoteFile], folder: Path) -> Fetched:
 
 
 def _size_of(path: Path) -> int | None:
-    """Return the bytes of a plain file; None for a link, and whatever else is not one."""
+    """Return the bytes of a plain file, or None for anything else, such as a link."""
     status = path.lstat()
     return status.st_size if stat.S_ISREG(status.st_mode) else None
 
@@ -96,13 +96,13 @@ def _bring(link: Link, folder: Path, sizes: dict[str, int], step: Step) -> None:
         )
     if incoming.missing:
         raise DeployError(
-            f"{link.host}: {list_names(incoming.missing)} did not come as the robot stated: as plain files of those "
-            "sizes. What else there was is here. Is it the right robot?"
+            f"{link.host}: {list_names(incoming.missing)} did not come as plain files of the stated sizes. The other "
+            f"recordings are in {escape(str(folder))}. Check that this is the right robot"
         )
 
 
 def _erase(link: Link, found: Fetched, step: Step) -> Fetched:
-    """Delete there what is here with the same content; what is not is left alone on both sides."""
+    """Delete on the robot every recording whose SHA-256 equals that of the file here."""
     names = (*found.brought, *found.here)
     if not names:
         return found
@@ -120,10 +120,11 @@ def _erase(link: Link, found: Fetched, step: Step) -> Fetched:
 def _notes(found: Fetched) -> list[str]:
     notes = [f"{name} is being written, and was left there" for name in found.written]
     notes += [
-        f"{name} is here with other content; neither was touched. Take another folder: -o" for name in found.different
+        f"{name} differs from the file of that name here. Both were kept. To fetch it, name another folder: -o DIR"
+        for name in found.different
     ]
     if again := {*found.erased} & {*found.here}:
         notes.append(f"{counted(len(again), 'recording')} of those that were here already: deleted there")
     if found.left:
-        notes.append(f"no recordings, and left there: {list_names(found.left)}")
+        notes.append(f"left on the robot because they are no recordings: {list_names(found.left)}")
     return notes

@@ -1,4 +1,4 @@
-"""Where recordings arrive: a folder of their own, until each is known to be a whole plain file."""
+"""Incoming recordings of a robot, kept in a separate folder until each is a whole plain file."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from robotcore.errors import DeployError, UsageError
 from robotcore.text import escape
 
 RESERVED_DISK_BYTES = 500_000_000
-"""What stays free at the desk, whatever a robot sends."""
+"""The bytes that stay free on the disk of the desk."""
 
 SLACK_BYTES = 1 << 20
-"""What folders and the blocks of a disk take besides the recordings."""
+"""The most bytes that folders and blocks of a disk take besides the recordings."""
 
 PARTIAL = ".partial"
-"""Beside the recordings: what came in part when a connection broke."""
+"""The folder beside the recordings that keeps an incomplete file when a connection breaks."""
 
 
 class IncomingFiles:
-    """A new folder in that of the recordings, into which the robot's files come while this is entered.
+    """A temporary folder for incoming files.
 
-    ``sizes`` are the bytes of each recording that is wanted, as the robot states them. On the way out, also by an
-    error, those that arrived as stated move into ``folder``; everything else that came is deleted.
+    On exit, files of the stated size move into ``folder``, and all others are deleted. An error is such an exit too.
+    ``sizes`` has the bytes of each requested recording, as the robot states them.
     """
 
     def __init__(self, folder: Path, sizes: Mapping[str, int]) -> None:
@@ -61,20 +61,20 @@ class IncomingFiles:
 
     @property
     def partial(self) -> Path:
-        """The folder for what came in part."""
+        """The folder for incomplete files."""
         return self._folder / PARTIAL
 
     @property
     def missing(self) -> list[str]:
-        """The recordings that did not arrive as the robot stated them, once all is over."""
+        """The recordings that did not come as plain files of the stated size. It is complete after the exit."""
         return sorted(self._sizes.keys() - {*self.received})
 
     def check_limits(self) -> None:
-        """Raise DeployError where more came than the robot stated, or the disk of this machine is nearly full."""
+        """Raise DeployError if more bytes came than the robot stated, or if this machine's disk is nearly full."""
         stated = sum(self._sizes.values())
         if size_of(self.path) > stated + SLACK_BYTES:
             raise DeployError(
-                f"the robot sends more than the {in_words(stated)} that it stated. Is it the right robot?"
+                f"the robot sends more than the {in_words(stated)} that it stated. Check that this is the right robot"
             )
         self._require_room(0)
 
@@ -87,7 +87,7 @@ class IncomingFiles:
             )
 
     def _remove_leftovers(self) -> None:
-        """Delete from the folder for parts what is no part of a recording: nothing is written through a link."""
+        """Delete links and foreign files from the folder of incomplete files: rsync would write through a link."""
         if self.partial.is_symlink():
             self.partial.unlink()
         for path in self.partial.iterdir() if self.partial.is_dir() else ():
@@ -99,7 +99,7 @@ class IncomingFiles:
                 path.unlink()
 
     def _accept(self, name: str) -> bool:
-        """Move a file into the folder if it is the one that was stated; return whether it was."""
+        """Move a plain file of the stated size into the folder; return whether it moved."""
         file, target = self.path / name, self._folder / name
         if not _is_plain(file) or file.lstat().st_size != self._sizes[name] or os.path.lexists(target):
             return False
@@ -110,7 +110,7 @@ class IncomingFiles:
 
 
 def _is_plain(path: Path) -> bool:
-    """Return whether there is a file that is no link, no folder and no device."""
+    """Return whether the path is a regular file: no link, no folder and no device."""
     try:
         return stat.S_ISREG(path.lstat().st_mode)
     except OSError:

@@ -90,7 +90,7 @@ Metres = Annotated[float, Field(ge=0.001, le=100)]
 """A length of something, from a millimetre to a hundred metres."""
 
 Angle = Annotated[float, Field(ge=-100, le=100)]
-"""In radians: more than a dozen turns are no angle."""
+"""An angle in radians, at most 100 rad (about 16 turns) either way."""
 
 Place = Annotated[float, Field(ge=-100, le=100)]
 """A coordinate, in metres."""

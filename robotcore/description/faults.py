@@ -22,10 +22,10 @@ LONGEST = 40
 """Of a value or key from a file, in a message."""
 
 MAX_LIBRARY_MESSAGE = 200
-"""Of what a library says of a file, in a message."""
+"""The most characters of a library's own message about a file."""
 
 MAX_FILE_ERRORS = 50
-"""More of them in one file have one cause."""
+"""The most errors of one file that are reported: more of them usually have one cause."""
 
 _UNITS = {
     "_kg": "kg",
@@ -89,9 +89,9 @@ def faults_of(
 
 
 def limit_errors(faults: Iterable[tuple[str, str, str]]) -> list[Fault]:
-    """Return at most `MAX_FILE_ERRORS`, and then one that says that there are more."""
+    """Return at most `MAX_FILE_ERRORS` errors, and then one that says that there are more."""
     told = [Fault(*fault) for fault in islice(faults, MAX_FILE_ERRORS + 1)]
-    more = Fault("", f"more than {MAX_FILE_ERRORS} faults; the others are left out", "Correct these first")
+    more = Fault("", f"more than {MAX_FILE_ERRORS} errors; only the first are shown", "Correct these first")
     return [*told[:MAX_FILE_ERRORS], *[more] * (len(told) > MAX_FILE_ERRORS)]
 
 

@@ -34,10 +34,10 @@ ModelT = TypeVar("ModelT", bound=Described)
 Table = dict[str, Any]
 
 MAX_FILE_BYTES = 2**20
-"""Of a file. A robot of a thousand devices needs a third of it, and TOML of this size is parsed within two seconds."""
+"""The most bytes of a file. A robot of a thousand devices needs a third; TOML of this size is parsed in two seconds."""
 
 MOST_ENTRIES = 1000
-"""Of a list or a table in a file: devices, obstacles, faults."""
+"""The most entries of a list or a table in a file, such as devices, obstacles or faults."""
 
 KINDS: dict[str, type[Described]] = {"robot": RobotDescription, "world": WorldDescription}
 """What a file can describe. Those that are shipped are in a folder named after it: robots, worlds."""
@@ -172,7 +172,7 @@ def _content(path: Path) -> bytes:
 
 
 def _find_read_problem(path: Path) -> str | None:
-    """Return why not to read a file, or None."""
+    """Return why a file cannot be read, or None."""
     status = path.stat()
     if not (S_ISREG(status.st_mode) or S_ISDIR(status.st_mode)):  # the system tells of a folder
         return "it is a device or a pipe. Name a file that can be read"

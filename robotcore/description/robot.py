@@ -34,15 +34,15 @@ MISTAKEN = 10
 
 
 Mass = Annotated[float, Field(ge=1e-4, le=1e4)]
-"""Of a part, from a tenth of a gram to ten tonnes."""
+"""The mass of a part, from a tenth of a gram to ten tonnes."""
 
 Range = Annotated[float, Field(ge=1e-4, le=1000)]
-"""Of a range sensor, in metres."""
+"""A distance that a range sensor measures, in metres."""
 
 
 def _require_measurable_lag(lag: float) -> float:
     if 0 < lag < LEAST_LAG_S:
-        raise ValueError(f"is {lag:g} s; take 0, or at least {LEAST_LAG_S:g} s")
+        raise ValueError(f"is {lag:g} s, shorter than any simulator's step; use 0, or at least {LEAST_LAG_S:g} s")
     return lag
 
 

@@ -16,7 +16,7 @@ SUFFIX = ".toml"
 LARGEST = 1e300
 
 MAX_INJECTED_FAULTS = 100
-"""Faults of a run: each is a layer over a device."""
+"""The most faults of a run. Each fault is a layer over a device."""
 
 
 def _word(value: Any) -> str:

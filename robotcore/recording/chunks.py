@@ -34,17 +34,16 @@ MAGIC = b"\x89MCAP0\r\n"
 
 _PIECE = 2**20
 _NO_KIND = 0
-"""What a record never is."""
+"""No record has this opcode."""
 _CHUNK = struct.Struct("<QQQII")
 """Times of the first and the last message, size and checksum of what is in it, length of the compression's name."""
 _LENGTH = struct.Struct("<Q")
 
 
 class ChunkedFile:
-    """Goes through a file; ``is_whole`` tells, after that, whether its end was reached and nothing was amiss.
+    """The chunks of a file. After `chunks`, ``is_whole`` says whether its end was reached without damage.
 
-    ``damage`` says where something is not what was written, and what: more than an end that is not there. It is empty
-    if nothing is damaged.
+    ``damage`` is the place and the kind of the first damage, empty if there is none. A missing end is no damage.
     """
 
     def __init__(self, path: Path) -> None:
@@ -56,8 +55,8 @@ class ChunkedFile:
     def chunks(self) -> Iterator[tuple[ChunkLocation, Iterator[Record]]]:
         """Yield each chunk and what is in it, until the end or the first that is damaged.
 
-        Reading what is in it raises one of `DAMAGE` if that is no sequence of records. Raises RecordingError where the
-        file cannot be read, or is no MCAP file.
+        Reading its records raises one of `DAMAGE` if they are malformed. Raises RecordingError if the file cannot be
+        read, or is no MCAP file.
         """
         with _open_regular(self._path) as file:
             if file.read(len(MAGIC)) != MAGIC:
@@ -65,7 +64,7 @@ class ChunkedFile:
             yield from self._chunks(file)
 
     def again(self, place: ChunkLocation) -> Iterator[Record]:
-        """Return what is in a chunk. Raises RecordingError where it is no longer what it was."""
+        """Return the records of a chunk. Raises RecordingError if the file has changed."""
         try:
             with _open_regular(self._path) as file:
                 file.seek(place.offset)
@@ -145,7 +144,7 @@ def _open_at_once(path: str, flags: int) -> int:
 
 
 def _skip_record(file: BinaryIO, length: int, crc: int | None) -> int | None:
-    """Go to the end of a record; return the checksum with it, None where it is too long to be read."""
+    """Go to the end of a record; return the checksum with it, or None if the record is too long to be read."""
     if crc is None or length > MAX_RECORD_BYTES:
         file.seek(length, os.SEEK_CUR)
         return None

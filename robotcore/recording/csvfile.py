@@ -25,8 +25,8 @@ _UNITS = {"range_sensor": "m", "encoder": "rad", "battery": "v"}
 def write_csv(recording: Recording, where: Path, name: str) -> Path:
     """Write the table to a file, or into a folder under ``name``; return the file.
 
-    What a tick has none of is empty. A text that a spreadsheet would take for a formula begins with an apostrophe.
-    Raises RecordingError where it cannot be written.
+    A cell without a value is empty. A text that a spreadsheet would take for a formula begins with an apostrophe.
+    Raises RecordingError if the file cannot be written.
     """
     file = where / f"{name}.csv" if where.is_dir() else where
     try:

@@ -20,7 +20,7 @@ _JPEG = 2
 _CHANNELS = {b"bgr8": 3, b"mono8": 1}
 
 _MOST_PIXELS = 2**24
-"""Of a JPEG: it unpacks to what it claims, however few bytes it has. No camera's picture in a recording has more."""
+"""The most pixels of a JPEG. A JPEG of few bytes can claim any size; no picture of a camera has more pixels."""
 
 _JPEG_BEGIN = b"\xff\xd8"
 _SEGMENT = struct.Struct(">BBH")

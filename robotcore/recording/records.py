@@ -1,6 +1,6 @@
-"""What is in a chunk of an MCAP file: unpacked within limits, and read record by record.
+"""The records in a chunk of an MCAP file: unpacked within limits, and read one by one.
 
-A file is hostile until it is read: lengths in it are claims. The format: https://mcap.dev/spec.
+A file may be hostile: each length in it is only a claim. The format: https://mcap.dev/spec.
 """
 
 from __future__ import annotations
@@ -25,10 +25,13 @@ DAMAGE = (
     *(McapError, ZstdError, struct.error, ValueError, LookupError, OverflowError),
     *(RecursionError, MemoryError),
 )
-"""The errors that bytes cause which are not what robotcore has written."""
+"""The errors that malformed bytes can raise while a chunk is read."""
 
 MAX_RECORD_BYTES = 2**26
-"""Of one record, packed or unpacked. A chunk of robotcore has 1 MiB and one message: a picture of 60 MB at most."""
+"""The most bytes of one record, packed or unpacked.
+
+A chunk of robotcore has 1 MiB and one message more: a picture of at most 60 MB.
+"""
 
 _PROBLEM_LENGTH = 160
 
@@ -49,7 +52,7 @@ Record = Schema | Channel | Message
 
 @dataclass(frozen=True)
 class ChunkLocation:
-    """Where a chunk's packed data stands in the file; ``size`` and ``crc`` are those of what it holds."""
+    """The place of a chunk's packed data in the file; ``size`` and ``crc`` are those of the unpacked data."""
 
     offset: int
     length: int
@@ -59,10 +62,10 @@ class ChunkLocation:
 
 
 class Allowance:
-    """How much may be unpacked that costs memory or time, by the bytes that were read; ValueError once it is used up.
+    """How many records and how much text may still be read, in proportion to the bytes read so far.
 
-    A recording of robotcore has an index entry of 16 bytes for each record, and packs text to a quarter at best: each
-    limit leaves room for several times as much.
+    Raises ValueError when either runs out. A recording of robotcore has an index entry of 16 bytes for each record,
+    and packs text to a quarter at best. Each limit leaves room for several times as much.
     """
 
     MESSAGE_TEXT = 2**22
@@ -89,7 +92,7 @@ class Allowance:
 
 
 class Lz4Error(ValueError):
-    """A chunk is packed with lz4, which has no limit for what it unpacks. robotcore never writes it."""
+    """A chunk is packed with lz4. The lz4 library cannot limit what it unpacks, and robotcore never writes lz4."""
 
 
 def damage_at(offset: int, error: BaseException) -> str:

@@ -45,10 +45,10 @@ def parse_metadata(content: bytes) -> Metadata:
     payload = json.loads(content)
     written = payload.get("format", FORMAT) if isinstance(payload, dict) else FORMAT
     if written != FORMAT:
-        raise UnknownFormatError(f"it is of format {written!r}, known is {FORMAT}")
+        raise UnknownFormatError(f"its format is {written!r}; this version reads {FORMAT}")
     about = from_json(Metadata, content)
     if not MIN_RATE_HZ <= about.request.rate_hz <= MAX_RATE_HZ:
-        raise ValueError(f"rate_hz is {about.request.rate_hz:g}")
+        raise ValueError(f"rate_hz is {about.request.rate_hz:g}, outside of {MIN_RATE_HZ:g} to {MAX_RATE_HZ:g}")
     _require_seconds("timeout_s", about.request.timeout_s)
     _require_faults(about.request.faults)
     _require_few("devices", about.description.devices)
@@ -69,7 +69,7 @@ def parse_tick(content: bytes, before: Tick | None) -> Tick:
     if odd := {error.kind for error in _device_errors(tick)} & _NEVER_OF_DEVICES:
         raise ValueError(f"a device raised {', '.join(sorted(odd))} in tick {tick.number}")
     if tick.error and tick.error.kind == Interrupted.__name__ and not _is_signal(tick.error):
-        raise ValueError(f"tick {tick.number} was interrupted by no signal")
+        raise ValueError(f"tick {tick.number} has an interruption without a signal number")
     return tick
 
 
@@ -142,4 +142,4 @@ def _require_few(what: str, named: Sized) -> None:
 def _require_faults(faults: Any) -> None:
     for text in faults:
         if not math.isfinite(Spec.parse(text).after_s):
-            raise ValueError(f"{text!r} has no time")
+            raise ValueError(f"the fault {text!r} has no finite start time")

@@ -30,8 +30,8 @@ def replay(
     """Run the recorded app on what it was given then, and hold each tick to the recorded one.
 
     ``file`` is what messages call the recording. ``app`` names the app's file, which then may have changed; without it
-    a file is run only if it holds the recorded text. Raises RecordingError where the recording does not hold all that
-    steered its run, and what keeps the app from being run at all.
+    a file is run only if it holds the recorded text. Raises RecordingError if the recording does not hold all that
+    steered its run, and the app's own error if the app cannot be run at all.
     """
     require_ticks(recording, file)
     if not recording.is_replayable:
@@ -57,7 +57,7 @@ def replay(
 
 
 def require_ticks(recording: Recording, file: Path | str) -> None:
-    """Raise RecordingError where a recording has no tick to be replayed."""
+    """Raise RecordingError if a recording has no tick to be replayed."""
     if not recording.ticks:
         raise RecordingError(file or "the recording", "it ends before the first tick", "Record a run that begins")
 
@@ -76,9 +76,9 @@ def require_recorded_app(recording: Recording, file: Path | str) -> None:
         raise RecordingError(called, f"its app, {shown}, is not here", remedy)
     if _has_changed(recording, app) is not False:
         is_known = recording.metadata.source is not None
-        problem = "holds another text than was recorded" if is_known else "was recorded without its text"
+        problem = "has changed since it was recorded" if is_known else "was recorded without its text"
         remedy = f"To run it, name it: --app {shlex.quote(shown)}"
-        raise RecordingError(called, f"its app, {shown}, {problem}, so it was not run", remedy)
+        raise RecordingError(called, f"its app, {shown}, {problem}, so replay did not run it", remedy)
 
 
 def is_recorded_file(recording: Recording, app: str) -> bool:
@@ -124,6 +124,6 @@ def _build_replayed(
 
 
 def _has_changed(recording: Recording, app: str) -> bool | None:
-    """Return whether a file holds another text than the recorded app; None where no text was recorded."""
+    """Return whether a file holds another text than the recorded app; None if no text was recorded."""
     recorded = recording.metadata.source
     return None if recorded is None else source_of(app) != recorded

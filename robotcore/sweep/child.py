@@ -31,11 +31,11 @@ _LONGEST_S = 2e6
 """What the system can wait for at a time, and a bit less: 23 days."""
 
 _CHUNK_BYTES = 2**16
-_GARBLED = "Look whether the app writes to file descriptors that it did not open"
+_GARBLED = "Check whether the app writes to a file descriptor that it did not open"
 
 
 class ChildDiedError(Exception):
-    """The process ended in the middle of a call, or had to be ended, for its answer cannot be read."""
+    """The process ended in the middle of a call, or was ended because its answer cannot be read."""
 
 
 class ChildHungError(Exception):
@@ -58,7 +58,7 @@ class Child:
         """Return what the function returns over there within ``limit_s`` seconds of wall time, as JSON has it.
 
         Raises the RobotcoreError that it raises (any other exception comes as one), ChildDiedError, ChildHungError, and
-        BackendError where no process can be had.
+        BackendError if no process can be started.
         """
         process = self._ready()
         try:
@@ -164,7 +164,7 @@ class _Process:
                 os.killpg(self._popen.pid, signal.SIGKILL)
 
     def end(self, farewell_s: float) -> int:
-        """End the process where it does not in this time, and what it has started; return its status."""
+        """End the process if it does not end in this time, and all that it has started; return its status."""
         with suppress(TimeoutExpired):
             self._popen.wait(farewell_s)
         if self._popen.returncode is None or not supervisor.IS_AVAILABLE:

@@ -98,7 +98,7 @@ def _knock(door: tuple[str, int]) -> None:
 
 
 def _require_scheduler(address: str) -> None:
-    """Raise where something else answers, or nothing; a Dask client would wait for long, and end in a traceback."""
+    """Raise an error if no scheduler answers; a Dask client would wait for long, and end in a traceback."""
     with ThreadPoolExecutor(1) as thread:  # this thread may have an event loop of its own
         kind = thread.submit(asyncio.run, _kind_at(address)).result()
     if kind != "Scheduler":

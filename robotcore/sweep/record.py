@@ -14,7 +14,7 @@ from robotcore.description import first_fault
 from robotcore.running.outcome import Outcome, RunResult
 
 MAX_RESULT_TEXT = 2000
-"""Characters of a reason and of a note in the results of a sweep: an app's exception may hold a picture in words."""
+"""The most characters of a reason or a note in the results of a sweep: an exception may print a whole picture."""
 
 MOST_NOTES = 100
 

@@ -1,4 +1,4 @@
-"""What a worker process answers to a call, as a line of JSON.
+"""The answer of a worker process to a call, as a line of JSON.
 
 An app runs in the worker with all its rights, and may write to its pipe. Reading JSON runs no code, unlike a pickle.
 """
@@ -12,7 +12,7 @@ from robotcore import errors
 from robotcore.errors import RobotcoreError
 
 MAX_REPLY_BYTES = 64 * 2**20
-"""Of a reply. The path of a run of a day and its picture are far below it."""
+"""The most bytes of a reply. The path of a run of a day and its picture are far below it."""
 
 _ERROR = "robotcore.errors"
 """The key that tells an error from a mapping."""

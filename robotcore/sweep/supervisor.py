@@ -33,10 +33,10 @@ _SIGNALS = (signal.SIGTERM, signal.SIGCHLD)
 
 
 def supervise(handle: int) -> None:
-    """Fork: this process becomes the supervisor, and the new one, the worker, returns. Do nothing outside of Linux.
+    """Fork. The parent becomes the supervisor and never returns; the child returns as the worker.
 
-    The supervisor closes its copy of ``handle``, ends the worker on SIGTERM, and exits as the worker did. The worker
-    does not outlive it.
+    Do nothing outside of Linux. The supervisor closes its copy of ``handle``, ends the worker on SIGTERM, and exits as
+    the worker did. The worker does not outlive it.
     """
     if not IS_AVAILABLE:
         return

@@ -79,7 +79,7 @@ def last_seen(robot: Robot) -> Image | None:
 
 
 def require_writable(file: Path) -> None:
-    """Raise UsageError where a picture could not be written; what is in the file stays."""
+    """Raise UsageError if a picture could not be written; the content of the file stays."""
     if file.suffix.lower() != ".png":
         raise UsageError(f"--picture {file}: a picture is a .png file; give it that ending")
     try:

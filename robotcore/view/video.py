@@ -20,7 +20,7 @@ from robotcore.view.palette import INK, PAPER
 WIDTH = 640
 _MOST_HEIGHT = 1280
 _MOST_REPEATED = 100
-"""So many pictures of a film a tick has at most, on average: times are data of the file, and may be years apart."""
+"""The most pictures of a film for each tick, on average: times are data of the file, and may be years apart."""
 _STRIP = 36
 
 

@@ -34,8 +34,8 @@ RECORDINGS = Path("recordings")
 def command(host: Host, ssh_config: Path | None, out: Path | None, *, moves: bool, as_json: bool) -> int:
     """Bring the recordings of HOST here: those that are not here yet.
 
-    Only plain files with names of recordings come. No file here is overwritten by another one; a recording that is
-    being written stays there. Exit status 1 where something here has a recording's name and another content.
+    Fetches plain files with the names of recordings. Overwrites no file here, and leaves a recording that is still
+    being written. Exit status 1 if a file here has the name of a recording but other content.
     """
     from robotcore.deploy.fetch import fetch
 
@@ -51,13 +51,13 @@ def command(host: Host, ssh_config: Path | None, out: Path | None, *, moves: boo
 
 
 def _default_folder(host: Host) -> Path:
-    """Return ``recordings/HOST``; raises UsageError where a link would lead what a robot sends elsewhere."""
+    """Return ``recordings/HOST``; raises UsageError if either of its folders is a symbolic link."""
     folder = RECORDINGS / host.name
     for path in (RECORDINGS, folder):
         if path.is_symlink():
             raise UsageError(
-                f"{path} is a symbolic link, and what a robot sends follows none. If you mean where it leads to, name "
-                f"that folder: -o {shlex.quote(str(path.resolve()))}"
+                f"{path} is a symbolic link, and fetch writes through no link. To use its target, name that folder: "
+                f"-o {shlex.quote(str(path.resolve()))}"
             )
     return folder
 

@@ -18,7 +18,7 @@ LINE_BYTES = 1 << 16
 """A line takes less: journald parts those of an app after 48 kB. Source: journald.conf(5), LineMax."""
 
 OVERHEAD_BYTES = 1 << 20
-"""For what systemd and journalctl say in between."""
+"""The most bytes that systemd and journalctl add between the lines of the app."""
 
 
 @click.command("logs", cls=DeployCommand)

@@ -1,7 +1,7 @@
-"""What a robot may answer: a model for each action, and how a line of a robot becomes one.
+"""The answers of a robot: a model for each action, and the functions that parse and validate a line.
 
-A robot is not trusted: it may be broken into, or another machine under its name. Each answer is checked here, and
-every string in it is escaped, before any other code of the desk uses it.
+The desk does not trust a robot: it may be broken into, or another machine may use its name. Each answer is validated
+here, and every string in it is escaped, before any other code of the desk uses it.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from robotcore.deploy.connection.process_output import MalformedError
 from robotcore.text import escape
 
 REMOTE_FOLDER = re.compile(r"\w[\w.-]*(?:/\w[\w.-]*)*", re.ASCII)
-"""A folder on the robot: a shell sees a plain name in it, and it leads nowhere else."""
+"""A folder below the robot's own: a shell sees a plain name in it, and it leads nowhere else."""
 
 MOST_ITEMS = 100_000
-"""A list of a robot is not longer."""
+"""The most items of a list that a robot sends."""
 
 AnswerT = TypeVar("AnswerT", bound="Answer")
 
@@ -48,7 +48,7 @@ Machine = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_.-]{0,40}$")]
 
 
 class Answer(BaseModel):
-    """What a robot says; a key that is unknown here is ignored."""
+    """A message of a robot. A key that is unknown here is ignored."""
 
     model_config = ConfigDict(strict=True, frozen=True, extra="ignore", allow_inf_nan=False)
 
@@ -73,7 +73,7 @@ class Nothing(Answer):
 
 
 class ProbeAnswer(Answer):
-    """Of ``probe``: what the desk has to know of a robot before it sends a release."""
+    """The answer of ``probe``: what the desk has to know of a robot before it sends a release."""
 
     host: str
     machine: Machine
@@ -86,7 +86,7 @@ class ProbeAnswer(Answer):
 
 
 class BeginAnswer(Answer):
-    """Of ``begin``: the name of the release, the folder to send to, and the folder to copy from."""
+    """The answer of ``begin``: the name of the release, the folder to send to, and the folder to copy from."""
 
     release: ReleaseName
     to: RemoteFolder
@@ -103,14 +103,14 @@ class Finding(Answer):
 
 
 class InstallAnswer(Answer):
-    """Of ``install``: whether the environment was kept or made, and what the doctor found."""
+    """The answer of ``install``: whether the environment was kept or made, and what the doctor found."""
 
     environment: str
     findings: Annotated[list[Finding], Field(max_length=MOST_ITEMS)]
 
 
 class Judgement(Answer):
-    """Of ``activate`` and ``rollback``: how a release did on trial, and what runs now."""
+    """The answer of ``activate`` and ``rollback``: how a release did on trial, and what runs now."""
 
     release: ReleaseName
     outcome: str
@@ -137,7 +137,7 @@ class RecordingsSummary(Answer):
 
 
 class State(Answer):
-    """Of ``status``, ``start`` and ``stop``: which release runs, and how."""
+    """The answer of ``status``, ``start`` and ``stop``: which release runs, and how."""
 
     release: ReleaseName | None
     verdict: str | None
@@ -185,7 +185,7 @@ class ListedRelease(Answer):
 
 
 class Releases(Answer):
-    """Of ``releases``: those on the robot, the newest first."""
+    """The answer of ``releases``: the releases on the robot, the newest first."""
 
     releases: Annotated[list[UnreadableRelease | ListedRelease], Field(max_length=MOST_ITEMS)]
     current: ReleaseName | None
@@ -193,7 +193,7 @@ class Releases(Answer):
 
 
 class RemoveAnswer(Answer):
-    """Of ``remove``: whether recordings are still on the robot."""
+    """The answer of ``remove``: whether recordings are still on the robot."""
 
     kept: bool
 
@@ -208,13 +208,13 @@ class RemoteFile(Answer):
 
 
 class Recordings(Answer):
-    """Of ``recordings``: what is in the robot's folder of recordings."""
+    """The answer of ``recordings``: what is in the robot's folder of recordings."""
 
     recordings: Annotated[list[RemoteFile], Field(max_length=MOST_ITEMS)]
 
 
 class EraseAnswer(Answer):
-    """Of ``erase``: the recordings that were deleted, and those that have other content on the robot."""
+    """The answer of ``erase``: the recordings that it deleted, and those that have other content on the robot."""
 
     erased: Texts
     different: Texts
@@ -234,13 +234,13 @@ def parse(line: bytes) -> dict[str, Any]:
 
 
 def validate(model: type[AnswerT], data: Any, where: str) -> AnswerT:
-    """Return the model of what a robot said; raises MalformedError with the first fault and its key."""
+    """Return the model of a robot's data; raises MalformedError with the first problem and its key."""
     try:
         return model.model_validate(data)
     except ValidationError as error:
         problem = error.errors(include_url=False, include_context=False, include_input=False)[0]
         key = ".".join(map(str, (where, *problem["loc"])))
-        raise MalformedError(f"has a fault at {key}: {problem['msg']}") from error
+        raise MalformedError(f"has an error at {key}: {problem['msg']}") from error
 
 
 def _escape_strings(value: Any) -> Any:

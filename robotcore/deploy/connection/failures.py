@@ -182,8 +182,8 @@ def unanswered(host: Host, status: int, said: str) -> DeployError:
 def damaged(host: Host, action: str, problem: str) -> DeployError:
     """Return the error for an answer that is not as it has to be."""
     return DeployError(
-        f"{host}: its answer to {action!r} is damaged: it {problem}. Is it the right robot, and is its system intact? "
-        f"Look at it there: ssh {_login(host)}",
+        f"{host}: its answer to {action!r} is damaged: it {problem}. Check that it is the right robot and that its "
+        f"system is intact: ssh {_login(host)}",
         DAMAGED,
     )
 

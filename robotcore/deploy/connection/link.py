@@ -29,10 +29,10 @@ OnLine = Callable[[str], object]
 """Is called with each line that an action lets through, escaped and without its end."""
 
 MAX_ANSWER_BYTES = 1 << 24
-"""All that a robot writes in answer to one call is not longer."""
+"""The most bytes that a robot may write in answer to one call."""
 
 SILENCE_S = 900.0
-"""A call in which nothing comes for so long has failed: pip builds, and large recordings are read, in less."""
+"""A call has failed if nothing comes for this time. Building by pip and reading large recordings take less."""
 
 
 def unheard(*arguments: object, **more: object) -> None:
@@ -60,10 +60,10 @@ class Link:
         self._connection.__exit__(kind, error, traceback)
 
     def call(self, action: str, answer: type[AnswerT], /, on_say: OnSay = unheard, **arguments: Any) -> AnswerT:
-        """Let the robot do an action with what it is told by name, and return its answer, checked.
+        """Let the robot do an action with these arguments, and return its validated answer.
 
-        Raises DeployError with the robot's ``kind`` where it refuses, and of the kind `DAMAGED` where its answer is
-        not such a model, is too long, or does not come.
+        Raises DeployError with the robot's ``kind`` if the robot refuses, and with the kind `DAMAGED` if its answer
+        does not fit the model, is too long, or does not come.
         """
         return self._ask(Call(action, answer, on_say), arguments)
 
@@ -130,7 +130,7 @@ class Link:
 
 @dataclass
 class Call(Generic[AnswerT]):
-    """One call while it is answered: what is expected, and who is called with what comes before the answer."""
+    """One call: the model of its answer, and the callbacks for the output before the answer."""
 
     action: str
     answer: type[AnswerT]
@@ -139,7 +139,7 @@ class Call(Generic[AnswerT]):
     most: int | None = MAX_ANSWER_BYTES
 
     def parse_answer(self, pieces: Iterable[bytes]) -> AnswerT | Refusal | None:
-        """Return the answer in what a robot writes, None where there is none; raises MalformedError for a damaged one.
+        """Return the answer in the output of a robot, or None if there is none; MalformedError if it is damaged.
 
         What a login shell prints comes before the first line with a mark, and is dropped.
         """
@@ -154,7 +154,7 @@ class Call(Generic[AnswerT]):
         return answer
 
     def _read(self, message: Mapping[str, Any]) -> AnswerT | Refusal | None:
-        """Return the answer in a message; None where it is about progress."""
+        """Return the answer in a message, or None if the message is about progress."""
         if "say" in message:
             self.on_say(validate(Notice, message, "progress"))
         elif "refused" in message:
@@ -166,10 +166,10 @@ class Call(Generic[AnswerT]):
         return None
 
     def _limit_silence(self, pieces: Iterable[bytes]) -> Iterator[bytes]:
-        """Yield pieces; raises MalformedError where none comes for too long, unless the stream has no end."""
+        """Yield pieces; raises MalformedError if none comes for `SILENCE_S`, unless the stream has no end."""
         idle_s = 0.0
         for piece in pieces:
             idle_s = 0.0 if piece else idle_s + POLL_S
             if idle_s > SILENCE_S and self.most is not None:
-                raise MalformedError(f"has not come: {SILENCE_S:g} s passed without a word")
+                raise MalformedError(f"has not come: the robot sent nothing for {SILENCE_S:g} s")
             yield piece

@@ -1,4 +1,4 @@
-"""What a process writes while it runs, within limits: a robot chooses how much comes, and when."""
+"""The output of a running process, within limits: a robot decides how much comes, and when."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ from collections.abc import Iterable, Iterator
 from robotcore.text import escape
 
 POLL_S = 0.5
-"""A caller that waits for output gets a turn after this time."""
+"""`ProcessOutput.pieces` yields an empty piece if no output comes for this time."""
 
 EXCERPT_BYTES = 1 << 13
-"""Bytes that are kept of the beginning and of the end of stderr."""
+"""The bytes of stderr that are kept of its beginning, and as many of its end."""
 
 LONGEST_LINE = 1 << 23
-"""Bytes of a line: an answer that lists 80 000 recordings is shorter."""
+"""The most bytes of one line. It limits a list of recordings to about 80 000, below answers.MOST_ITEMS."""
 
 LINE_COST = 1 << 7
-"""A line counts for so many bytes more: to read a million empty ones takes long."""
+"""Each line counts as this many bytes more, because a million empty lines take long to read."""
 
 _PIECE = 1 << 16
 
 
 class MalformedError(ValueError):
-    """What came of a robot is not as it has to be: what is wrong with it, as the end of a sentence."""
+    """The output of a robot is damaged. The message says how, as the end of a sentence."""
 
 
 class ProcessOutput:
-    """The output of a process with pipes: `pieces` of stdout, and an excerpt of stderr, `stderr_excerpt`.
+    """The output of a process with pipes: `pieces` of stdout, and an excerpt of stderr.
 
-    Both are read at once, so that neither fills the memory or the disk of the desk, and neither stops the process.
+    Both pipes are read at once. So neither fills memory or disk of the desk, and neither blocks the process.
     """
 
     def __init__(self, process: subprocess.Popen[bytes]) -> None:
@@ -44,7 +44,7 @@ class ProcessOutput:
         return decode_output(self._errors)
 
     def pieces(self) -> Iterator[bytes]:
-        """Yield stdout as it comes until both pipes have ended; an empty piece where nothing came for `POLL_S`."""
+        """Yield stdout as it comes until both pipes have ended; an empty piece if none came for `POLL_S`."""
         stdout, stderr = self._process.stdout, self._process.stderr
         assert stdout
         assert stderr
@@ -71,14 +71,15 @@ def excerpt(text: bytes) -> bytes:
 
 
 def decode_output(text: bytes) -> str:
-    """Return what a program wrote as lines that a terminal can show."""
+    """Return the output of a program as text, with its control characters escaped and its line breaks kept."""
     return escape(text.decode(errors="replace").replace("\r\n", "\n"), keep="\n")
 
 
 def split_lines(pieces: Iterable[bytes], most: int | None) -> Iterator[bytes]:
-    """Yield the lines in pieces, without their ends; raises MalformedError for one that is too long.
+    """Yield the lines in pieces, without their ends.
 
-    It raises MalformedError too where all of them are longer than ``most`` bytes; None sets no limit.
+    Raises MalformedError if a line is longer than `LONGEST_LINE`, or if all lines together are longer than ``most``
+    bytes. None sets no limit for all.
     """
     rest, total = b"", 0
     for piece in pieces:

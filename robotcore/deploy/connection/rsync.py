@@ -26,7 +26,7 @@ OnProgress = Callable[[int, float], object]
 """Hears how many bytes are done with, and which part of all they are, 0 to 1."""
 
 OnPoll = Callable[[], object]
-"""Looks at a transfer while it goes on, and ends it by what it raises."""
+"""Is called while a transfer goes on. An exception that it raises ends the transfer."""
 
 TIMEOUT_S = 60
 """A transfer in which nothing moves for so long has failed."""
@@ -46,7 +46,7 @@ BRINGING = ("--no-links", "--no-devices", "--no-specials", "--chmod=F644", "--no
 """Plain files alone come over, by name, and none can be executed."""
 
 RECORDING = re.compile(r"\w[\w.-]{0,94}\.mcap", re.ASCII)
-"""The name of a recording: at most 100 letters, digits, dots and dashes. No other file of a robot is brought."""
+"""The name of a recording: at most 100 ASCII letters, digits, underscores, dots and dashes, ending in .mcap."""
 
 MAX_OUTPUT_CHARACTERS = 1 << 16
 """Characters that are kept of what rsync prints: its statistics are the last of it."""

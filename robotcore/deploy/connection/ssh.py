@@ -155,7 +155,8 @@ class Connection:
                 raise refused_by(self._host, status, said)
             heard += more
             if len(heard) > MOST_HEARD:
-                raise damaged(self._host, "login", f"its login shell prints more than {MOST_HEARD} bytes")
+                problem = f"has more than {MOST_HEARD} bytes from the login shell before the greeting"
+                raise damaged(self._host, "login", problem)
 
     def _log(self) -> str:
         with suppress(FileNotFoundError), (self._folder / "log").open("rb") as log:

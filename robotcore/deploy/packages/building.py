@@ -28,8 +28,8 @@ def build(source: Path, site: Path) -> tuple[str, ...]:
     """Install a package, a folder or an archive, into ``site`` without what it depends on.
 
     A folder is built from a copy of what would be sent of it, so that nothing is left in it. Returns its files that
-    may hold a secret, which are not in that copy, with the name of the folder before them. Raises DeployError where
-    it cannot be built, UsageError where it has compiled code: that is for this machine, and the robot is another.
+    may hold a secret, which are not in that copy, with the name of the folder before them. Raises DeployError if it
+    cannot be built, UsageError if it has compiled code: that is for this machine, and the robot is another.
     """
     with TemporaryDirectory(prefix="robotcore-") as scratch:
         tree, built = Path(scratch, "source"), Path(scratch, "built")

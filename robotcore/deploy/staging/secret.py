@@ -11,23 +11,23 @@ _FILES = re.compile(
     |wpa_supplicant\.conf|.*\.nmconnection""",
     re.VERBOSE | re.DOTALL | re.IGNORECASE,
 )
-"""The whole name of a file."""
+"""A file is secret if its whole name matches this."""
 
 _WORDS = re.compile(
     r"secret|credential|passw|token(?!i[sz])|api[_-]?key|kubeconfig|service[_-]?account|deploy[_-]?key", re.IGNORECASE
 )
-"""Anywhere in the name of a file, but not of Python's: those hold code that the app may import."""
+"""A file is secret if its name contains one of these words. Python files are exempt: the app may import them."""
 
 _MODULES = re.compile(r"_*(?:secrets?|credentials?|passwords?|passwd|api_?keys?)\.pyi?", re.IGNORECASE)
-"""The whole name of a module that is made to hold secrets."""
+"""A Python module is secret if its whole name matches this."""
 
 _BACKUP = re.compile(r"(?:\.(?:bak|backup|old|orig|save|copy|tmp|\d+)|~)+", re.IGNORECASE)
 _EXAMPLE = re.compile(r"\.(?:example|sample|template)(?:\.\w+)?|\.pub", re.IGNORECASE)
-"""The end of a name: a copy is as secret as its original, an example and a public key are not secret."""
+"""The ends of names. A backup is as secret as its original; an example and a public key are not secret."""
 
 _FOLDERS = {".ssh", ".gnupg", ".aws", ".kube", ".secrets"}
 _PLACES = {(".docker", "config.json")}
-"""Folders, and files by the folder that they are in."""
+"""All files in these folders are secret, and these files in these folders."""
 
 _PRIVATE_KEY = re.compile(
     rb"""^[\ \t]*-----BEGIN\ [A-Z0-9\ ]*PRIVATE\ KEY          # at the beginning of a line
@@ -36,6 +36,7 @@ _PRIVATE_KEY = re.compile(
     re.VERBOSE | re.MULTILINE,
 )
 _BEGINNING = 1 << 13
+"""The bytes of a file that are searched for a private key."""
 
 
 def is_secret(folder: Path, name: str) -> bool:

@@ -65,4 +65,4 @@ def _with_files(project: Project, target: Path) -> Listing:
 def _notes(secrets: Sequence[str]) -> tuple[str, ...]:
     if not secrets:
         return ()
-    return (f"left out, for there may be a secret in it: {list_names(secrets, MOST_SECRETS)}",)
+    return (f"left out because they may hold a secret: {list_names(secrets, MOST_SECRETS)}",)

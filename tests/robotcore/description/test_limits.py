@@ -59,7 +59,7 @@ def test_only_the_first_of_many_faults_are_told(tmp_path: Path) -> None:
     found = errors(tmp_path, OPEN + "".join(BALL.format(number, 0, 0) for number in range(MOST_ENTRIES)))
     assert clock.now() < SOON_S
     assert len(found) == MAX_FILE_ERRORS + 1
-    assert f"more than {MAX_FILE_ERRORS} faults" in found[-1].fault
+    assert f"more than {MAX_FILE_ERRORS} errors" in found[-1].fault
 
 
 def test_faults_of_a_run_are_so_few_that_their_layers_can_be_put_over_a_device(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Recordings that are safe at the desk go."""
+"""Delete recordings on the robot that the desk already has, compared by SHA-256."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def act(layout: Layout, *, recordings: Mapping[str, str]) -> dict[str, Any]:
             or str(path.resolve()) in written
         ):
             continue
-        say(f"{name} is compared")
+        say(f"comparing {name}")
         if sha256(path) == digest:
             path.unlink()
             erased.append(name)

@@ -93,7 +93,7 @@ def test_what_is_staged_runs_alone_and_tells_nothing_of_this_machine(
     }
     assert not [each for each in staged.requirements if each.startswith(("robotcore", "lidar", "my-rover"))]
     assert any(each.startswith("adafruit-circuitpython-vl53l0x") for each in staged.requirements)
-    assert staged.notes == ("left out, for there may be a secret in it: .env, lidar/.env",)
+    assert staged.notes == ("left out because they may hold a secret: .env, lidar/.env",)
     assert _runs(staged)
 
 
