@@ -70,16 +70,16 @@ def test_json_holds_every_control_character_as_an_escape(capsys: pytest.CaptureF
 
 
 def test_an_error_of_an_app_forges_no_line(cli: Cli, app_file: AppFile) -> None:
-    told = cli("run", app_file(f"raise ValueError({HOSTILE!r})"))
-    assert told.status == 5
-    require_harmless(told.err)
-    assert all(each.isprintable() or each == "\n" for each in told.out)
+    result = cli("run", app_file(f"raise ValueError({HOSTILE!r})"))
+    assert result.status == 5
+    require_harmless(result.err)
+    assert all(each.isprintable() or each == "\n" for each in result.out)
 
 
 def test_the_reasons_of_a_sweep_forge_no_line(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
     app = app_file(f"raise ValueError({HOSTILE!r})")
-    told = cli("sweep", app, "--world", "open", "--seeds", "1-2", "--jobs", "1", "--out", str(tmp_path / "out"))
-    require_harmless(told.out)
+    result = cli("sweep", app, "--world", "open", "--seeds", "1-2", "--jobs", "1", "--out", str(tmp_path / "out"))
+    require_harmless(result.out)
 
 
 def test_every_command_writes_through_one_place() -> None:

@@ -154,7 +154,7 @@ def test_own_app_that_was_moved_is_held_where_it_is_named(cli: Cli, app_file: Ap
     assert (answer["bit_equal"], answer["app_changed"]) == (True, False)
 
 
-def test_another_file_that_is_named_only_rehearses(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
+def test_another_named_file_rehearses(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
     app, file = Path(app_file("return Status.SUCCESS")), str(tmp_path / "own.mcap")
     cli("run", str(app), "--record", file)
     other = tmp_path / "other.py"

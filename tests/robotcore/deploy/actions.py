@@ -15,6 +15,17 @@ def act(layout, **told):
     return {"told": told}
 """
 
+WAIT = """
+import os, subprocess
+from robotcore.deploy.aboard.telling import say
+
+def act(layout):
+    child = subprocess.Popen(["sleep", "600"])
+    say(f"{os.getpid()} {child.pid}")
+    child.wait()
+    return {}
+"""
+
 
 @pytest.fixture
 def aboard(monkeypatch: pytest.MonkeyPatch) -> Aboard:

@@ -40,13 +40,13 @@ def test_a_file_that_is_larger_than_any_description_is_not_read(tmp_path: Path) 
         (OPEN + "".join(BALL.format(number, number, 0) for number in range(MOST_ENTRIES + 1)), "targets"),
     ],
 )
-def test_a_list_or_table_that_is_too_long_is_told_by_its_key(tmp_path: Path, content: str, key: str) -> None:
+def test_too_long_list_is_reported_by_its_key(tmp_path: Path, content: str, key: str) -> None:
     (error,) = errors(tmp_path, content)
     assert error.key == key
     assert f"at most {MOST_ENTRIES} are read" in error.fault
 
 
-def test_as_many_things_as_may_be_have_room_soon(tmp_path: Path) -> None:
+def test_largest_world_is_checked_quickly(tmp_path: Path) -> None:
     clock, file = MonotonicClock(), tmp_path / "my.toml"
     balls = (BALL.format(number, number % 32 * 0.1, number // 32 * 0.1) for number in range(MOST_ENTRIES))
     file.write_text(OPEN + "".join(balls))
@@ -54,7 +54,7 @@ def test_as_many_things_as_may_be_have_room_soon(tmp_path: Path) -> None:
     assert clock.now() < SOON_S
 
 
-def test_only_the_first_of_many_faults_are_told(tmp_path: Path) -> None:
+def test_only_the_first_errors_are_reported(tmp_path: Path) -> None:
     clock = MonotonicClock()
     found = errors(tmp_path, OPEN + "".join(BALL.format(number, 0, 0) for number in range(MOST_ENTRIES)))
     assert clock.now() < SOON_S
@@ -101,6 +101,6 @@ def test_words_of_a_file_are_cut_in_a_fault(tmp_path: Path) -> None:
         assert all(len(str(error)) < 1000 for error in errors(tmp_path, content))
 
 
-def test_what_is_shipped_keeps_to_every_bound() -> None:
+def test_shipped_files_keep_the_bounds() -> None:
     assert all(map(load_robot, robot_names()))
     assert all(map(load_world, world_names()))

