@@ -34,6 +34,10 @@ _CHUNK_BYTES = 2**16
 _GARBLED = "Check whether the app writes to a file descriptor that it did not open"
 
 
+class NoChildError(BackendError):
+    """No process can be started. A process cannot send this class: an error that comes from one is of `robotcore.errors`."""
+
+
 class ChildDiedError(Exception):
     """The process ended in the middle of a call, or was ended because its answer cannot be read."""
 
@@ -58,7 +62,7 @@ class Child:
         """Return what the function returns over there within ``limit_s`` seconds of wall time, as JSON has it.
 
         Raises the RobotcoreError that it raises (any other exception comes as one), ChildDiedError, ChildHungError, and
-        BackendError if no process can be started.
+        NoChildError if no process can be started.
         """
         process = self._ready()
         try:
@@ -103,12 +107,12 @@ class Child:
             process.read_line(_START_S)
         except TimeoutError as error:
             self._end()
-            raise BackendError(
+            raise NoChildError(
                 f"the worker processes do not start within {_START_S:g} s. Does python -c 'import cv2' end?"
             ) from error
         except (EOFError, OSError) as error:
             how = _how(self._end(_FAREWELL_S))
-            raise BackendError(f"the worker processes die before they run anything: {how}") from error
+            raise NoChildError(f"the worker processes die before they run anything: {how}") from error
         return process
 
     def _started(self) -> _Process:
@@ -118,7 +122,7 @@ class Child:
             try:
                 self._process = process = _Process()
             except OSError as error:
-                raise BackendError(f"no worker process can be started: {error.strerror}. Take fewer --jobs") from error
+                raise NoChildError(f"no worker process can be started: {error.strerror}. Take fewer --jobs") from error
         return process
 
 

@@ -17,6 +17,10 @@ MAX_REPLY_BYTES = 64 * 2**20
 _ERROR = "robotcore.errors"
 """The key that tells an error from a mapping."""
 
+_OWN = {"_told_traceback"}
+"""The attributes of an error that its class gives a default. No other one replaces what the class defines, such as an
+exit status."""
+
 
 def write_reply(result: Any = None, error: RobotcoreError | None = None) -> bytes:
     """Return a line for what a call returned or raised; TypeError or ValueError if JSON cannot hold it."""
@@ -50,5 +54,5 @@ def _decode_error(read: dict[str, Any]) -> Any:
         raise TypeError(f"{name} is no error of robotcore")
     error = kind.__new__(kind)
     error.args = tuple(arguments)
-    error.__dict__.update(state)
+    error.__dict__.update((key, value) for key, value in state.items() if key in _OWN or not hasattr(kind, key))
     return error

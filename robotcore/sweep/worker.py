@@ -63,24 +63,26 @@ def perform(request: RunRequest) -> Ended:
 
 
 def attempt(child: Child, request: RunRequest, limit_s: float) -> Ended:
-    """Run in a child process; one that dies over it or hangs ends as an error.
+    """Run in a child process. The run is an error if the process dies, hangs, or answers with anything but this run.
 
-    Raises BackendError where no process can be had.
+    Raises NoChildError if no process can be started. An error that the process sends is never raised: an app may have
+    written it.
     """
     from robotcore.clock import MonotonicClock
     from robotcore.errors import BackendError, RobotcoreError
-    from robotcore.sweep.child import ChildDiedError, ChildHungError
+    from robotcore.sweep.child import ChildDiedError, ChildHungError, NoChildError
 
     wall = MonotonicClock()
     try:
-        return _unpack(child.call(_perform_and_pack, request, limit_s=limit_s))
+        return _unpack(child.call(_perform_and_pack, request, limit_s=limit_s), request)
     except ChildDiedError as error:
         return unfinished(request, BackendError(f"the worker process died: {error}"), wall.now())
     except ChildHungError as error:
         return unfinished(request, BackendError(f"hung: {error}"), wall.now())
-    except BackendError:
+    except NoChildError:
         raise
     except (RobotcoreError, TypeError, ValueError) as error:
+        child.close()  # what it sends next may be the answer to this call
         problem = RobotcoreError(f"the worker process gave no result: {error}")
         return unfinished(request, problem, wall.now())
 
@@ -91,12 +93,32 @@ def _perform_and_pack(request: RunRequest) -> list[str]:
     return [ended.record.to_json(), b64encode(ended.picture or b"").decode("ascii")]
 
 
-def _unpack(packed: list[str]) -> Ended:
-    """Return what `_perform_and_pack` packed; TypeError or ValueError if it is something else."""
+def _unpack(packed: list[str], request: RunRequest) -> Ended:
+    """Return what `_perform_and_pack` packed for a request; TypeError or ValueError if it is something else."""
+    from robotcore.sweep.command import command_of
     from robotcore.sweep.record import Record
 
     line, picture = packed
-    return Ended(Record.from_json(line), b64decode(picture, validate=True) or None)
+    record = Record.from_json(line)
+    _require_answer_to(request, record.result)
+    return Ended(replace(record, command=command_of(request), picture=None), b64decode(picture, validate=True) or None)
+
+
+def _require_answer_to(request: RunRequest, result: RunResult) -> None:
+    """Raise ValueError if a result is that of another run."""
+    from robotcore.catalogue import app_name
+    from robotcore.description import load_robot, load_world
+
+    asked = {
+        "app": app_name(request.app),
+        "backend": request.backend,
+        "robot": load_robot(request.robot).name,
+        "world": load_world(request.world).name if request.world else result.world,
+        "seed": request.seed,
+    }
+    for key, value in asked.items():
+        if (received := getattr(result, key)) != value:
+            raise ValueError(f"its record has {key} {received!r}, not {value!r}. Check what the app writes, and where")
 
 
 def _perform_or_end(request: RunRequest) -> Ended:

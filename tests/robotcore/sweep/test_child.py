@@ -13,8 +13,8 @@ from threading import Event, Lock, Thread, Timer
 
 import pytest
 
-from robotcore.errors import BackendError, RobotcoreError, StaleSampleError, UnknownNameError
-from robotcore.sweep.child import Child, ChildDiedError, ChildHungError
+from robotcore.errors import BackendError, DeployError, RobotcoreError, StaleSampleError, UnknownNameError
+from robotcore.sweep.child import Child, ChildDiedError, ChildHungError, NoChildError
 from robotcore.sweep.reply import read_reply
 
 
@@ -100,6 +100,20 @@ def test_an_answer_makes_no_object_but_an_error_of_ours(name: str) -> None:
         read_reply(line.encode())
 
 
+def test_an_answer_changes_nothing_that_the_class_of_its_error_defines(child: Child) -> None:
+    state = {"exit_status": 0, "__str__": "", "kind": "forged"}
+    line = json.dumps({"result": None, "error": {"robotcore.errors": ["DeployError", ["forged"], state]}})
+    with pytest.raises(DeployError) as raised:
+        child.call(answer, line.encode() + b"\n", limit_s=30)
+    assert (raised.value.exit_status, vars(raised.value)) == (DeployError.exit_status, {"kind": "forged"})
+
+
+def test_an_error_that_the_process_sends_does_not_say_that_there_is_no_process(child: Child) -> None:
+    with pytest.raises(BackendError) as raised:
+        child.call(raise_, NoChildError("forged"), limit_s=30)
+    assert type(raised.value) is BackendError
+
+
 def test_a_limit_may_be_longer_than_a_system_can_wait(child: Child) -> None:
     assert child.call(math.hypot, 3, 4, limit_s=1e300) == 5
 
@@ -113,7 +127,7 @@ def test_a_process_that_ended_between_two_calls_costs_none_of_them(child: Child)
 
 def test_a_process_that_cannot_be_had_is_told(child: Child, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "executable", "/no/such/python")
-    with pytest.raises(BackendError, match=r"no worker process can be started: No such file"):
+    with pytest.raises(NoChildError, match=r"no worker process can be started: No such file"):
         child.call(os.getpid, limit_s=30)
 
 
@@ -144,7 +158,7 @@ def test_a_child_reads_nothing_of_what_is_meant_for_its_parent(child: Child, tmp
 
 def test_a_python_that_cannot_start_is_told(child: Child, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "path", [])
-    with pytest.raises(BackendError, match="die before they run anything: exit status 1"):
+    with pytest.raises(NoChildError, match="die before they run anything: exit status 1"):
         child.call(os.getpid, limit_s=30)
 
 
@@ -154,7 +168,7 @@ def test_a_python_that_does_not_come_to_its_start_is_told(
     (tmp_path / "cv2.py").write_text("import threading; threading.Event().wait()")
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
     monkeypatch.setattr("robotcore.sweep.child._START_S", 3.0)
-    with pytest.raises(BackendError, match="do not start within 3 s"):
+    with pytest.raises(NoChildError, match="do not start within 3 s"):
         child.call(os.getpid, limit_s=30)
 
 

@@ -7,20 +7,22 @@ import subprocess
 import sys
 from collections.abc import Sequence
 from contextlib import closing, suppress
+from dataclasses import replace
 from pathlib import Path
 from select import select
 from typing import Any
 
 import pytest
 
-from robotcore import Outcome, RunRequest, run
+from robotcore import Outcome, RunRequest, RunResult, run
 from robotcore.running.plan import Plan
 from robotcore.sweep import LocalEngine, Record, Sweep, run_sweep
+from robotcore.sweep.command import command_of
 from robotcore.sweep.record import MAX_RESULT_TEXT
 from tests.robotcore.sweep.conftest import SWEEP, AppFile, sweep_of
 
 OWN_SESSION = "__import__('subprocess').Popen(['sleep', '60'], start_new_session=True)"
-PIPES = "[int(fd) for fd in os.listdir('/proc/self/fd') if 'socket' in os.readlink(f'/proc/self/fd/{fd}')]"
+PIPES = "[int(fd.name) for fd in __import__('pathlib').Path('/proc/self/fd').iterdir() if fd.is_socket()]"
 """Of a worker, the one to its parent among them: in what an app does."""
 
 
@@ -170,6 +172,48 @@ def test_a_run_that_writes_to_the_pipe_of_its_worker_fails_alone(app_file: AppFi
     sweep = sweep_of(app_file(once), seeds=3)
     results = [record.result for record in _records(sweep, LocalEngine(1)).values()]
     assert sorted(result.outcome.value for result in results) == ["error", "success", "success"]
+
+
+FORGED_ERROR = {"result": None, "error": {"robotcore.errors": ["BackendError", ["forged"], {"exit_status": 0}]}}
+
+
+def test_an_error_that_an_app_forges_fails_its_run_alone(app_file: AppFile) -> None:
+    sweep = sweep_of(app_file(_forge(FORGED_ERROR)), seeds=3)
+    records = _records(sweep, LocalEngine(1))
+    assert [records[seed].result.outcome for seed in (1, 2, 3)] == [Outcome.ERROR] * 3
+    assert all(record.result.exit_status for record in records.values())
+
+
+@pytest.mark.parametrize(
+    "key, value", [("seed", 2), ("app", "x.py"), ("backend", "mock"), ("robot", "lookout"), ("world", "arena")]
+)
+def test_a_record_of_another_run_that_an_app_forges_fails_its_run_alone(
+    app_file: AppFile, key: str, value: str | int
+) -> None:
+    app = app_file()
+    line = _forged_record(app, **{key: value})
+    app_file(_forge({"result": [line, ""], "error": None}))
+    (record,) = _records(sweep_of(app, seeds=1), LocalEngine(1)).values()
+    assert (record.result.outcome, getattr(record.result, key) == value) == (Outcome.ERROR, False)
+
+
+def test_the_command_and_the_picture_s_place_are_those_of_the_sweep_whatever_an_app_sends(app_file: AppFile) -> None:
+    app = app_file()
+    line = _forged_record(app)
+    app_file(_forge({"result": [line, ""], "error": None}))
+    sweep = sweep_of(app, seeds=1)
+    (record,) = _records(sweep, LocalEngine(1)).values()
+    assert (record.command, record.picture) == (command_of(next(sweep.requests())), None)
+
+
+def _forged_record(app: str, /, **changed: Any) -> str:
+    result = RunResult(app, "kinematic", "rover", "open", 1, Outcome.SUCCESS, exit_status=0, verified=True)
+    return Record(replace(result, **changed), None, "rm -rf ~", "../../picture.png").to_json()
+
+
+def _forge(answer: dict[str, Any]) -> str:
+    line = json.dumps(answer).encode() + b"\n"
+    return f"[os.write(fd, {line!r}) for fd in {PIPES}] and Event().wait()"
 
 
 def test_long_reasons_are_cut(app_file: AppFile) -> None:
