@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Iterator, Sequence
 from importlib import resources
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pydantic import ValidationError
 
 from robotcore.description.base import Described, frozen
-from robotcore.description.faults import BACKENDS, MAX_LIBRARY_MESSAGE, Fault, dotted_key, faults_of
+from robotcore.description.faults import BACKENDS, LONGEST, MAX_LIBRARY_MESSAGE, Fault, dotted_key, faults_of
 from robotcore.description.placement import require_room
 from robotcore.description.robot import RobotDescription
 from robotcore.description.world import WorldDescription
@@ -38,6 +39,21 @@ MAX_FILE_BYTES = 2**20
 
 MOST_ENTRIES = 1000
 """The most entries of a list or a table in a file, such as devices, obstacles or faults."""
+
+MOST_DOTS = 32
+"""The most dots of a key in a file. The time and the memory that TOML takes grow with the square of their number."""
+
+MOST_BITS = 64
+"""The most bits of a whole number in a file, as TOML defines it."""
+
+_STRING = re.compile(
+    r"""\"{3}(?:[^"\\]|\\.|"(?!""))*(?:\"{3})?|'{3}(?:[^']|'(?!''))*(?:'{3})?
+    |"(?:[^"\\\n]|\\.)*"?|'[^'\n]*'?|\#[^\n]*""",
+    re.VERBOSE | re.DOTALL,
+)
+"""A string or a comment of TOML; one without its end too, so that a search takes no longer."""
+
+_LONG_KEY = re.compile(rf"(?<![\w-])(?:[\w-]+[ \t]*\.[ \t]*){{{MOST_DOTS + 1}}}")
 
 KINDS: dict[str, type[Described]] = {"robot": RobotDescription, "world": WorldDescription}
 """What a file can describe. Those that are shipped are in a folder named after it: robots, worlds."""
@@ -183,12 +199,14 @@ def _find_read_problem(path: Path) -> str | None:
 
 def _parsed(file: str, content: bytes) -> Table:
     try:
-        table = tomllib.loads(content.decode("utf-8-sig"))
-        problem = next(_find_long_lists(table, table), None)
+        text = content.decode("utf-8-sig")
+        problem = _find_long_key(text)
+        table = {} if problem else tomllib.loads(text)
+        problem = problem or next(_find_oversized(table, table), None)
         read = {} if problem else {key: frozen(value) for key, value in table.items()}
     except UnicodeDecodeError as error:
         raise DescriptionError(file, "", "it is not text", "A description is a TOML file in UTF-8") from error
-    except RecursionError as error:
+    except (RecursionError, MemoryError) as error:
         raise DescriptionError(file, "", "it is nested too deep", "Take the nesting out") from error
     except ValueError as error:
         raise DescriptionError(
@@ -199,12 +217,23 @@ def _parsed(file: str, content: bytes) -> Table:
     return read
 
 
-def _find_long_lists(table: Table, value: Any, place: tuple[str | int, ...] = ()) -> Iterator[Fault]:
-    """Yield a fault for each list or table in ``value`` that has more than `MOST_ENTRIES`."""
+def _find_long_key(text: str) -> Fault | None:
+    """Return the fault of a key that has more than `MOST_DOTS` dots outside of quotes, if there is one."""
+    if found := _LONG_KEY.search(_STRING.sub("_", text)):
+        problem = f"it is nested too deep: the key {found[0][:LONGEST]}… has more than {MOST_DOTS} dots"
+        return Fault("", problem, "Take the nesting out")
+    return None
+
+
+def _find_oversized(table: Table, value: Any, place: tuple[str | int, ...] = ()) -> Iterator[Fault]:
+    """Yield a fault for each list or table in ``value`` of more than `MOST_ENTRIES`, and each longer whole number."""
+    if isinstance(value, int) and value.bit_length() > MOST_BITS:
+        problem = f"has {value.bit_length()} bits, at most {MOST_BITS} are read"
+        yield Fault(dotted_key(place, table), problem, "Take a smaller number")
     if not isinstance(value, (dict, list)):
         return
     if len(value) > MOST_ENTRIES:
         problem = f"has {len(value)} entries, at most {MOST_ENTRIES} are read"
         yield Fault(dotted_key(place, table), problem, "Leave some out")
     for key, item in value.items() if isinstance(value, dict) else enumerate(value):
-        yield from _find_long_lists(table, item, (*place, key))
+        yield from _find_oversized(table, item, (*place, key))

@@ -35,7 +35,7 @@ _GARBLED = "Check whether the app writes to a file descriptor that it did not op
 
 
 class NoChildError(BackendError):
-    """No process can be started. A process cannot send this class: an error that comes from one is of `robotcore.errors`."""
+    """No process can be started. No process can send this class: it is none of `robotcore.errors`."""
 
 
 class ChildDiedError(Exception):

@@ -45,7 +45,7 @@ COLOUR = "[red, green, blue] from 0 to 255, or the name of a colour"
         (
             "width_m = 0.185",
             f"width_m = 0x{'f' * 5000}",
-            "body.width_m: should be a valid number, got a number of 20000 bits. Correct it",
+            "body.width_m: has 20000 bits, at most 64 are read. Take a smaller number",
         ),
         ("[60, 65, 75]", "[60, 65, 256]", "body.colour[#3]: should be at most 255, got 256. Correct it"),
         ("[60, 65, 75]", "7", f"body.colour: should be {COLOUR}, got 7. Correct it"),

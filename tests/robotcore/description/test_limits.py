@@ -11,7 +11,7 @@ import pytest
 from robotcore.clock import MonotonicClock
 from robotcore.description import load_any, load_robot, load_world, robot_names, world_names
 from robotcore.description.faults import MAX_FILE_ERRORS
-from robotcore.description.loading import MAX_FILE_BYTES, MOST_ENTRIES
+from robotcore.description.loading import MAX_FILE_BYTES, MOST_DOTS, MOST_ENTRIES, read_table
 from robotcore.errors import UsageError
 from robotcore.faults.file import MAX_INJECTED_FAULTS, specs_in
 from tests.robotcore.description.files import ARENA, ROVER, changed, errors
@@ -44,6 +44,59 @@ def test_too_long_list_is_reported_by_its_key(tmp_path: Path, content: str, key:
     (error,) = errors(tmp_path, content)
     assert error.key == key
     assert f"at most {MOST_ENTRIES} are read" in error.fault
+
+
+LONG_KEY = ".".join("a" * 5_000)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        f"{LONG_KEY} = 1",
+        f"[{LONG_KEY}]",
+        f"[[ {LONG_KEY} ]]",
+        f"x = {{ {LONG_KEY} = 1 }}",
+        LONG_KEY.replace(".", " . ") + " = 1",
+        LONG_KEY.replace("a", '"."') + " = 1",
+    ],
+)
+def test_key_of_many_dots_is_not_parsed(tmp_path: Path, content: str) -> None:
+    clock = MonotonicClock()
+    (error,) = errors(tmp_path, content)
+    assert clock.now() < SOON_S / 10
+    assert f"more than {MOST_DOTS} dots" in error.fault
+
+
+def test_dots_in_strings_comments_and_numbers_are_no_dots_of_a_key(tmp_path: Path) -> None:
+    dots = "a." * (MOST_DOTS + 1)
+    numbers = "0.1, " * (MOST_DOTS + 1)
+    file = tmp_path / "my.toml"
+    strings = f"one = '{dots}'\ntwo = \"{dots}\" # {dots}\nthree = '''\n{dots}'''\n"
+    file.write_text(f"# {dots}\n{strings}four = [{numbers}]\n")
+    assert read_table(str(file)).keys() == {"one", "two", "three", "four"}
+
+
+@pytest.mark.parametrize("text", ["x" * 2**19, '"' * 2**19, '\\"' * 2**18, "a" + " " * 2**19, "x='''" + "''a" * 2**17])
+def test_search_for_long_keys_takes_no_longer_in_a_file_that_is_no_toml(tmp_path: Path, text: str) -> None:
+    clock = MonotonicClock()
+    assert "it is not TOML" in errors(tmp_path, text)[0].fault
+    assert clock.now() < SOON_S
+
+
+def test_number_of_many_digits_is_reported_without_its_digits(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (error,) = errors(tmp_path, f"[[devices]]\nkind = 0x{'F' * 20_000}\n")
+    assert (error.key, "80000 bits" in error.fault) == ("devices[#1].kind", True)
+    assert capsys.readouterr().err == ""
+
+
+def test_file_that_takes_all_memory_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(text: str) -> None:
+        raise MemoryError(text)
+
+    monkeypatch.setattr("robotcore.description.loading.tomllib.loads", refuse)
+    assert "nested too deep" in errors(tmp_path, "x = 1")[0].fault
 
 
 def test_largest_world_is_checked_quickly(tmp_path: Path) -> None:
