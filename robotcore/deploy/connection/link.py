@@ -11,12 +11,13 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Any, Generic
 
+from robotcore.clock import MonotonicClock
 from robotcore.deploy.aboard.telling import MARK
 from robotcore.deploy.connection import boot, rsync
 from robotcore.deploy.connection.answers import AnswerT, Nothing, Notice, Refusal, parse, validate
 from robotcore.deploy.connection.failures import damaged, unanswered
 from robotcore.deploy.connection.host import Host
-from robotcore.deploy.connection.process_output import POLL_S, MalformedError, ProcessOutput, split_lines
+from robotcore.deploy.connection.process_output import MalformedError, ProcessOutput, split_lines
 from robotcore.deploy.connection.rsync import OnPoll, OnProgress, Transfer
 from robotcore.deploy.connection.ssh import Connection
 from robotcore.errors import DeployError
@@ -167,9 +168,10 @@ class Call(Generic[AnswerT]):
 
     def _limit_silence(self, pieces: Iterable[bytes]) -> Iterator[bytes]:
         """Yield pieces; raises MalformedError if none comes for `SILENCE_S`, unless the stream has no end."""
-        idle_s = 0.0
+        clock, heard_s = MonotonicClock(), 0.0
         for piece in pieces:
-            idle_s = 0.0 if piece else idle_s + POLL_S
-            if idle_s > SILENCE_S and self.most is not None:
+            if piece:
+                heard_s = clock.now()
+            elif clock.now() - heard_s > SILENCE_S and self.most is not None:
                 raise MalformedError(f"has not come: the robot sent nothing for {SILENCE_S:g} s")
             yield piece

@@ -44,7 +44,10 @@ class ProcessOutput:
         return decode_output(self._errors)
 
     def pieces(self) -> Iterator[bytes]:
-        """Yield stdout as it comes until both pipes have ended; an empty piece if none came for `POLL_S`."""
+        """Yield stdout as it comes until both pipes have ended; an empty piece if none came for `POLL_S`.
+
+        An empty piece comes after each piece of stderr too.
+        """
         stdout, stderr = self._process.stdout, self._process.stderr
         assert stdout
         assert stderr

@@ -11,7 +11,7 @@ from robotcore.deploy.connection import link as link_module
 from robotcore.deploy.connection.answers import Answer, Nothing, Notice
 from robotcore.deploy.connection.failures import DAMAGED
 from robotcore.deploy.connection.host import Host
-from robotcore.deploy.connection.link import Link
+from robotcore.deploy.connection.link import Call, Link
 from robotcore.errors import DeployError
 from tests.robotcore.deploy.actions import ECHO, WAIT, Aboard
 from tests.robotcore.deploy.sshd import serving
@@ -73,6 +73,11 @@ def test_a_robot_that_says_nothing_is_not_waited_for_without_an_end(
     aboard("wait", WAIT)
     with pytest.raises(DeployError, match="damaged: it has not come: the robot sent nothing for 1 s"):
         link.call("wait", Nothing)
+
+
+def test_many_short_pieces_of_stderr_are_no_silence() -> None:
+    answer = Call("raw", Home).parse_answer([*[b""] * 3000, b'\x1e{"done": {"home": "/home/pi"}}\n'])
+    assert answer == Home(home="/home/pi")
 
 
 def test_what_a_robot_writes_on_stderr_fills_neither_memory_nor_disk(link: Link, aboard: Aboard) -> None:
