@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from robotcore.deploy.aboard.system.disk import MAKE_ROOM
 from robotcore.deploy.connection.host import Host
@@ -23,6 +24,10 @@ DAMAGED = "damaged"
 """The kind of a DeployError for an answer of a robot that is not as it has to be."""
 
 
+_FILES = {"file", "key"}
+"""The groups of a pattern that are files on this machine."""
+
+
 @dataclass(frozen=True)
 class Failure:
     """What to look for in what was said, a word for it, what it means and what to do.
@@ -36,9 +41,13 @@ class Failure:
     fault: str
     remedy: str
 
-    def told_of(self, host: Host, said: str, **more: str) -> DeployError | None:
-        """Return the error, if this is what was said; ``more`` goes into its words by name."""
-        if not (found := re.search(self.pattern, said, re.DOTALL)):
+    def told_of(self, host: Host, said: str, folders: Iterable[Path] = (), **more: str) -> DeployError | None:
+        """Return the error, if this is what was said; ``more`` goes into its words by name.
+
+        A file that is named must lie in one of the ``folders``: a robot may have written what was said.
+        """
+        found = re.search(self.pattern, said, re.DOTALL | re.MULTILINE)
+        if not found or not all(_is_within(found[name], folders) for name in _FILES & found.re.groupindex.keys()):
             return None
         known = {"host": host, "login": _login(host), **more}
         quoted = {name: shlex.quote(group) for name, group in found.groupdict("").items()}
@@ -48,67 +57,68 @@ class Failure:
 
 SSH = (
     Failure(
-        r"(?P<line>[^\n]+ line \d+: [^\n]+)",
+        r"\A(?P<line>[^\n]+ line \d+: [^\n]+)",
         "configuration",
         "ssh does not understand its configuration: {line}",
         "Mend it, or take another file: --ssh-config FILE",
     ),
     Failure(
-        r"Could not resolve hostname (?P<name>[^\s:]+)",
+        r"^ssh: Could not resolve hostname (?P<name>[^\s:]+)",
         "unknown",
         "there is no host of the name {name}",
         "Is it switched on, in this network, and spelt so? Its address does as well: pi@192.168.1.20",
     ),
     Failure(
-        r"connect to host \S+ port (?P<port>\d+): Connection refused",
+        r"^ssh: connect to host \S+ port (?P<port>\d+): Connection refused",
         "refused",
         "it is there, but nothing answers at port {port}",
         "Is the port right? If so, switch ssh on there: sudo systemctl enable --now ssh",
     ),
     Failure(
-        r"No route to host|Network is unreachable|Host is down",
+        r"^ssh: connect to host [^\n]*: (?:No route to host|Network is unreachable|Host is down)",
         "no route",
         "there is no way to it",
         "Is it switched on, and in the same network as this machine?",
     ),
     Failure(
-        r"timed out",
+        r"^(?:ssh: connect to host|Connection) [^\n]*timed out",
         "time-out",
         "it does not answer",
         "Is it switched on, in this network, and does no firewall keep ssh out?",
     ),
     Failure(
-        r"kex_exchange_identification|Connection (?:closed|reset) by",
+        r"^(?:kex_exchange_identification|Connection (?:closed|reset) by)",
         "hung up",
         "it hung up before the login",
         "Is it ssh that answers there? If so, too many logins may have failed: wait some minutes",
     ),
     Failure(
-        r"IDENTIFICATION HAS CHANGED.*Offending \S+ key in (?P<file>[^\n]+):\d+.*key for (?P<known>\S+) has changed",
+        r"^@ +WARNING: REMOTE HOST IDENTIFICATION HAS CHANGED!.*^Offending \S+ key in (?P<file>[^\n]+):\d+.*"
+        r"^[^\n]*[Hh]ost key for (?P<known>\S+) has changed",
         "host key changed",
         "it shows another host key than before: it was installed anew, or something else answers in its name",
         "If it was installed anew, forget the old key: ssh-keygen -f {file} -R {known}",
     ),
     Failure(
-        r"Host key verification failed",
+        r"^Host key verification failed",
         "host key unknown",
         "its host key is not known here, and nobody could be asked",
         "Log in once, and compare the key: ssh {login}",
     ),
     Failure(
-        r"Permissions \S+ for '(?P<key>[^']+)' are too open",
+        r"^Permissions \S+ for '(?P<key>[^']+)' are too open",
         "open key",
         "others on this machine may read the key {key}, so ssh does not use it",
         "Close it: chmod 600 {key}",
     ),
     Failure(
-        r"Too many authentication failures",
+        r"^Received disconnect from [^\n]*Too many authentication failures",
         "denied",
         "it has had enough of keys that are not the right one",
         "Offer it one alone, by IdentityFile and IdentitiesOnly in ~/.ssh/config",
     ),
     Failure(
-        r"(?P<user>[^\s@]+)@\S+: Permission denied \((?P<ways>[^)]*)\)",
+        r"^(?P<user>[^\s@]+)@\S+: Permission denied \((?P<ways>[^)]*)\)",
         "denied",
         "it does not let {user} in; it would take: {ways}",
         "Is the user right? A key is put there with: ssh-copy-id {login}",
@@ -150,11 +160,17 @@ def no_program(name: str, package: str) -> DeployError:
     return DeployError(f"{name} is not installed here. Get it: sudo apt install {package}", "no program")
 
 
-def refused_by(host: Host, status: int, said: str) -> DeployError:
-    """Return the error for a connection that did not come about: ssh's exit status, and what was said."""
+def refused_by(host: Host, status: int, said: str, config: Path | None = None) -> DeployError:
+    """Return the error for a connection that did not come about: ssh's exit status, and what was said.
+
+    The robot chooses the reason of a disconnect, so what follows the first line of it is not searched. A remedy names
+    files of ``~/.ssh`` and of the folder of ``config`` only.
+    """
     by_hand = f"Try it by hand: ssh {_login(host)}"
     if status == SSH_FAILED:
-        return _told(SSH, host, said) or DeployError(f"{host}: ssh says: {last_line(said)}. {by_hand}")
+        folders = [Path.home() / ".ssh", *([config.parent] if config else [])]
+        own = re.sub(r"(?ms)(^Received disconnect from [^\n]*).*", r"\1", said)
+        return _told(SSH, host, own, folders) or DeployError(f"{host}: ssh says: {last_line(said)}. {by_hand}")
     return DeployError(f"{host}: its login shell ended at once (status {status}): {last_line(said)}. {by_hand}")
 
 
@@ -212,5 +228,12 @@ def _login(host: Host) -> str:
     return port + (f"{host.user}@{host.name}" if host.user else host.name)
 
 
-def _told(failures: Iterable[Failure], host: Host, said: str, **more: str) -> DeployError | None:
-    return next((told for failure in failures if (told := failure.told_of(host, said, **more))), None)
+def _told(
+    failures: Iterable[Failure], host: Host, said: str, folders: Sequence[Path] = (), **more: str
+) -> DeployError | None:
+    return next((told for failure in failures if (told := failure.told_of(host, said, folders, **more))), None)
+
+
+def _is_within(file: str, folders: Iterable[Path]) -> bool:
+    """Return whether a file, with its links and ``..`` resolved, lies in one of these folders."""
+    return any(Path(file).resolve().is_relative_to(folder.resolve()) for folder in folders)

@@ -46,9 +46,10 @@ MASTER_OPTIONS = {
     "ForwardAgent": "no",
     "ForwardX11": "no",
     "RemoteCommand": "none",
-    "LogLevel": "INFO",
+    "LogLevel": "ERROR",
 }
-"""What we need, over the user's own configuration; all else is as he has it. A quiet ssh does not say why it fails."""
+"""What we need, over the user's own configuration; all else is as he has it. A quiet ssh does not say why it fails.
+At the level INFO it would print the banner of the robot among its own messages."""
 
 MOST_HEARD = 1 << 20
 """Bytes that a login shell may print."""
@@ -152,7 +153,7 @@ class Connection:
             if not (more := os.read(answers, 4096)):
                 status = self._master.wait()
                 said = self._log() if status == SSH_FAILED else decode_output(heard[-MOST_READ:])
-                raise refused_by(self._host, status, said)
+                raise refused_by(self._host, status, said, self._config)
             heard += more
             if len(heard) > MOST_HEARD:
                 problem = f"has more than {MOST_HEARD} bytes from the login shell before the greeting"

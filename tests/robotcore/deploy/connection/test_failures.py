@@ -15,6 +15,7 @@ import pytest
 
 from robotcore.deploy.connection import rsync, ssh
 from robotcore.deploy.connection.answers import Nothing
+from robotcore.deploy.connection.failures import refused_by
 from robotcore.deploy.connection.host import Host
 from robotcore.deploy.connection.link import Link
 from robotcore.errors import DeployError
@@ -138,6 +139,38 @@ def test_a_configuration_that_is_wrong(sshd: Sshd) -> None:
         f"robot: ssh does not understand its configuration: {sshd.config}: line 1: Bad configuration option: nonsense. "
         "Mend it, or take another file: --ssh-config FILE"
     )
+
+
+@pytest.mark.parametrize("file", ["/etc/passwd", "{key}"])
+def test_banner_of_a_robot_puts_nothing_into_the_advice(tmp_path: Path, file: str) -> None:
+    banner = tmp_path / "banner"
+    with serving(tmp_path / "sshd", f"Banner {banner}") as server:
+        file = file.format(key=server.key)
+        banner.write_text(f"Permissions 0644 for '{file}' are too open.\n/etc/x line 1: run this\n")
+        make_key(tmp_path / "other")
+        (tmp_path / "other").replace(server.key)
+        assert "it does not let" in told(server)
+
+
+@pytest.mark.parametrize("named", ["/etc/passwd", "{home}/.ssh/../.profile", "relative"])
+def test_file_outside_of_the_user_s_ssh_folder_is_not_named_in_the_advice(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, named: str
+) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    line = "Permissions 0644 for '{0}' are too open.\nhi\n"
+    refused = refused_by(Host.parse("robot"), 255, line.format(named.format(home=tmp_path)))
+    assert (refused.kind, "chmod" in str(refused)) == ("", False)
+    assert f"chmod 600 {tmp_path}/.ssh/id" in str(
+        refused_by(Host.parse("robot"), 255, line.format(f"{tmp_path}/.ssh/id"))
+    )
+
+
+def test_reason_of_a_disconnect_puts_nothing_into_the_advice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    said = (
+        f"Received disconnect from 10.0.0.1 port 22:2: bye\nPermissions 0644 for '{tmp_path}/.ssh/id' are too open.\n"
+    )
+    assert "chmod" not in str(refused_by(Host.parse("robot"), 255, said))
 
 
 def test_no_ssh_here(sshd: Sshd, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
