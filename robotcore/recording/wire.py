@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from functools import cache, singledispatch
@@ -17,6 +18,8 @@ from pydantic import BaseModel, TypeAdapter
 
 T = TypeVar("T")
 
+_SURROGATE = re.compile(rb"\\u[dD][89a-fA-F]")
+
 
 def to_json(event: Any) -> bytes:
     """Return an event as JSON. Python writes the shortest digits that read back as the same double."""
@@ -26,7 +29,15 @@ def to_json(event: Any) -> bytes:
 def from_json(kind: type[T], content: bytes) -> T:
     """Return the event that `to_json` wrote; ValueError where it is none of this kind."""
     adapter: TypeAdapter[T] = _adapter(cast("Any", kind))
-    return adapter.validate_python(json.loads(content))
+    return adapter.validate_python(parse_json(content))
+
+
+def parse_json(content: bytes) -> Any:
+    """Return what a JSON text holds; ValueError if a text in it has a lone surrogate, which no library can print."""
+    payload = json.loads(content.decode())
+    if _SURROGATE.search(content):
+        json.dumps(payload, ensure_ascii=False).encode()
+    return payload
 
 
 @singledispatch
@@ -34,7 +45,7 @@ def plain(value: Any) -> Any:
     """Return a value in what JSON knows: the fields of an object or a named tuple by their names, else its words."""
     if is_dataclass(value):
         return _told({field.name: getattr(value, field.name) for field in fields(value)})
-    return str(value)
+    return _words(str(value))
 
 
 @plain.register(bool)
@@ -45,7 +56,8 @@ def _itself(value: Any) -> Any:
 
 @plain.register
 def _words(value: str) -> str:
-    return str.__str__(value)  # no member of an app's own enumeration
+    """Return a text without its class, such as an app's own enumeration; a lone surrogate becomes an escape."""
+    return str.encode(value, errors="backslashreplace").decode()
 
 
 @plain.register
@@ -61,7 +73,7 @@ def _number(value: Real) -> float | str:
 
 @plain.register
 def _named(value: Mapping) -> dict[str, Any]:  # type: ignore[type-arg]
-    return {str(key): plain(each) for key, each in value.items()}
+    return {_words(str(key)): plain(each) for key, each in value.items()}
 
 
 @plain.register

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.devices import Image
+from robotcore.text import escape
 
 Colour = tuple[int, int, int]
 Point = tuple[float, float]
@@ -57,10 +58,13 @@ class Canvas:
         self._mix(np.asarray(mask, np.uint8), (20, 22, 30), opacity)
 
     def text(self, place: Point, words: str, colour: Colour, height: float, *, bold: bool = False) -> float:
-        """Write with the baseline's left end at ``place``, capitals ``height`` pixels high; return the width."""
+        """Write with the baseline's left end at ``place``, capitals ``height`` pixels high; return the width.
+
+        A character that cannot be shown is written as an escape. A lone surrogate would end the process in OpenCV.
+        """
         scale, thickness = _type_size(height, bold=bold)
         at = (round(place[0] * FINENESS), round(place[1] * FINENESS))
-        cv2.putText(self._sheet, words, at, _FACE, scale, colour[::-1], thickness, cv2.LINE_AA)
+        cv2.putText(self._sheet, escape(words), at, _FACE, scale, colour[::-1], thickness, cv2.LINE_AA)
         return text_width(words, height, bold=bold)
 
     def _mask(self, shapes: Iterable[Sequence[Point]]) -> NDArray[np.uint8]:
@@ -86,7 +90,7 @@ _HAS_OUTLINES = int(cv2.__version__.partition(".")[0]) >= 5
 
 def text_width(words: str, height: float, *, bold: bool = False) -> float:
     """Return how wide words are, in pixels."""
-    (width, _), _ = cv2.getTextSize(words, _FACE, *_type_size(height, bold=bold))
+    (width, _), _ = cv2.getTextSize(escape(words), _FACE, *_type_size(height, bold=bold))
     return float(width) / FINENESS
 
 

@@ -6,6 +6,7 @@ import random
 import resource
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from subprocess import run as run_process
@@ -29,7 +30,7 @@ from tests.robotcore.recording.conftest import record
 FILES = name_files(is_small=True)
 REFUSED = {
     *("lz4-bomb", "fifo", "folder", "device", "loop-of-links", "run-that-is-a-list", "run-of-a-later-format"),
-    *("rate-0", "rate-negative", "rate-1e300", "rate-nan", "timeout-nan", "faults-of-nothing"),
+    *("rate-0", "rate-negative", "rate-1e300", "rate-nan", "timeout-nan", "faults-of-nothing", "surrogate-in-run"),
 }
 HARMLESS = (
     *("poses-", "truth-", "commands-", "picture-", "jpeg-", "escapes-", "app-", "error-", "a-state", "many-milestones"),
@@ -161,3 +162,10 @@ def test_recorded_attribute_does_not_replace_what_an_error_defines() -> None:
     error = Raised("WatchdogError", "late", {"exit_status": 0, "cause": "none", "device": "nose"}).again()
     assert isinstance(error, WatchdogError)
     assert (error.exit_status, error.cause) == (4, "watchdog")
+
+
+def test_lone_surrogate_in_memory_is_an_escape_in_the_table(base: Path, tmp_path: Path) -> None:
+    recording = read(base)
+    ticks = [replace(tick, state="\ud800") for tick in recording.ticks]
+    file = write_csv(replace(recording, ticks=ticks), tmp_path / "t.csv", "")
+    assert file.read_text().splitlines()[1].split(",")[2] == "\\ud800"

@@ -92,3 +92,18 @@ def test_numpy_numbers_and_members_of_enumerations_are_told_as_what_they_are() -
 def test_what_is_no_tick_is_refused(content: bytes) -> None:
     with pytest.raises(ValueError):  # noqa: PT011  pydantic's, or json's
         from_json(Tick, content)
+
+
+@pytest.mark.parametrize("text", [rb"\ud800", rb"a\uDC80b", rb"\ud83d \ude00", b"\xed\xa0\x80"])
+def test_lone_surrogate_is_refused_wherever_it_is(text: bytes) -> None:
+    for content in (b'{"kind":"%s","message":""}', b'{"kind":"","message":"","attributes":{"%s":1}}'):
+        with pytest.raises(ValueError, match="utf-8"):
+            from_json(Raised, content % text)
+
+
+def test_character_that_json_writes_as_two_surrogates_comes_back() -> None:
+    assert from_json(Raised, to_json(Raised("\U0001f600", ""))) == Raised("\U0001f600", "")
+
+
+def test_lone_surrogate_of_a_run_is_recorded_as_an_escape() -> None:
+    assert from_json(Raised, to_json(Raised("a\udc80", "", {"\udc80": 1}))) == Raised("a\\udc80", "", {"\\udc80": 1})
