@@ -63,6 +63,7 @@ def _bombs(bomb: int, flood: int) -> dict[str, Make]:
         "long-number": _content(lambda: _run_of(b"1" * 5000)),
         "long-text": _content(lambda: _run_of(b'"' + b"a" * (20 * flood) + b'"')),
         "many-ticks": lambda base, file: _append(base, file, _many_ticks(flood // 3)),
+        "many-asks": lambda base, file: _append(base, file, _many_asks(flood // 8)),
         "sparse-record": lambda base, file: _make_sparse(base, file, 0x99),
         "sparse-chunk": lambda base, file: _make_sparse(base, file, CHUNK),
     }
@@ -135,7 +136,9 @@ def _forged_pictures() -> dict[str, Make]:
         "picture-20000x1": _picture("/eye", lambda _: _raw_picture(20_000, 1, bytes(60_000))),
         "picture-1x1": _picture("/eye", lambda _: _raw_picture(1, 1, bytes(3))),
         "picture-without-fields": _picture("/eye", lambda _: b""),
+        "picture-of-empty-fields": _picture("/eye", lambda _: bytes((8, 0)) * 2**16),
         "jpeg-bomb": _picture("/screen", _swollen_jpeg),
+        "jpeg-bomb-behind-a-fill-byte": _picture("/screen", _filled_jpeg),
         "jpeg-that-is-a-png": _picture("/screen", lambda _: _field(2, _png_bomb())),
         "jpeg-of-nothing": _picture("/screen", lambda _: _field(2, b"")),
     }
@@ -258,6 +261,11 @@ def _many_ticks(count: int) -> bytes:
     return build_chunk(build_channel(9999, "/ticks") + messages)
 
 
+def _many_asks(count: int) -> bytes:
+    tick = b'{"number":0,"time":0,"state":"","asks":[' + b",".join([b"{}"] * count) + b"]}"
+    return build_chunk(build_channel(9999, "/ticks") + build_message(9999, tick))
+
+
 def _make_sparse(base: Path, file: Path, opcode: int) -> None:
     _append(base, file, build_record(opcode, b"", 60 * GIB))
     with file.open("r+b") as stream:
@@ -319,6 +327,18 @@ def _raw_picture(width: int, height: int, content: bytes) -> bytes:
 def _swollen_jpeg(message: bytes) -> bytes:
     at = message.index(b"\xff\xc0")
     return message[: at + 5] + struct.pack(">HH", 65500, 65500) + message[at + 9 :]
+
+
+def _filled_jpeg(message: bytes) -> bytes:
+    """Return a JPEG with two sizes: the true one where a reader is led that takes a fill byte for a segment."""
+    jpeg = message[message.index(b"\xff\xd8") :]
+    at = jpeg.index(b"\xff\xc0")
+    end = at + 2 + int.from_bytes(jpeg[at + 2 : at + 4], "big")
+    size = jpeg[at:end]
+    swollen = b"\xff" + size[:5] + struct.pack(">HH", 30_000, 30_000) + size[9:]
+    comment = bytes(0xC000 + 2 - len(swollen) - 4) + size
+    comment = b"\xff\xfe" + struct.pack(">H", len(comment) + 2) + comment
+    return _field(2, jpeg[:at] + swollen + comment + jpeg[end:])
 
 
 def _png_bomb() -> bytes:

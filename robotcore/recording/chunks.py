@@ -95,6 +95,8 @@ class ChunkedFile:
                 crc = None if crc is None else zlib.crc32(body, crc)
                 yield place, read_records(data, self.allowance)
             else:
+                if opcode == Opcode.MESSAGE_INDEX and length <= MAX_RECORD_BYTES:
+                    self.allowance.grow(length)
                 crc = _skip_record(file, length, crc)
         if size > len(MAGIC) and _has_end_magic(file):
             self._set_damage(size + RECORD.size, "the end of its data is missing")

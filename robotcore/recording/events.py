@@ -6,7 +6,9 @@ Times are seconds on the robot's clock, velocities rad/s, angles rad. Every numb
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Annotated, NamedTuple, TypeVar
+
+from pydantic import Field
 
 from robotcore import errors
 from robotcore.devices import Angle, Frame, Range, Voltage
@@ -22,6 +24,11 @@ GUARD, ODOMETRY = "guard", "odometry"
 """Who reads sensors besides the app."""
 
 Value = float | int | str | bool | None
+
+_T = TypeVar("_T")
+
+Events = Annotated[tuple[_T, ...], Field(max_length=10_000)]
+"""The events of one kind in a tick. An app that polls a sensor in a loop has thousands."""
 
 
 class SampleKey(NamedTuple):
@@ -142,19 +149,19 @@ class Tick:
     number: int
     time: float
     state: str
-    reads: tuple[Read, ...] = ()
-    asks: tuple[Ask, ...] = ()
-    motor_asks: tuple[MotorAsk, ...] = ()
-    turned: tuple[Turned, ...] = ()
-    standing: tuple[Wheels, ...] = ()
+    reads: Events[Read] = ()
+    asks: Events[Ask] = ()
+    motor_asks: Events[MotorAsk] = ()
+    turned: Events[Turned] = ()
+    standing: Events[Wheels] = ()
     pose: Pose | None = None
     asked: Wheels | None = None
     sent: Wheels | None = None
-    interventions: tuple[Intervention, ...] = ()
+    interventions: Events[Intervention] = ()
     commit_error: Raised | None = None
-    shown: tuple[Shown, ...] = ()
+    shown: Events[Shown] = ()
     error: Raised | None = None
-    warnings: tuple[str, ...] = ()
+    warnings: Events[str] = ()
 
 
 @dataclass(frozen=True, slots=True)

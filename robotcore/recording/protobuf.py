@@ -19,13 +19,19 @@ _WIDTH, _HEIGHT, _ENCODING, _DATA = 2, 3, 4, 6
 _JPEG = 2
 _CHANNELS = {b"bgr8": 3, b"mono8": 1}
 
+_MOST_FIELDS = 64
+"""Of a message: a picture has seven."""
+
 _MOST_PIXELS = 2**24
 """The most pixels of a JPEG. A JPEG of few bytes can claim any size; no picture of a camera has more pixels."""
 
 _JPEG_BEGIN = b"\xff\xd8"
 _SEGMENT = struct.Struct(">BBH")
 _SIZE = struct.Struct(">HH")
-_BASELINE, _SCAN = 0xC0, 0xDA
+_LENGTH_BYTES = 2
+_BASELINE = 0xC0
+_BEFORE_SIZE = {0xC4, 0xDB, 0xDD, 0xFE, *range(0xE0, 0xF0)}
+"""Tables, restart interval, comment, application data: the segments that may come before the size."""
 
 
 def raw_image(message: bytes | memoryview) -> Image:
@@ -63,32 +69,40 @@ def _require_pixels(width: int, height: int) -> None:
 def _jpeg_size(content: memoryview) -> tuple[int, int]:
     """Return the width and height in the header of a baseline JPEG, which is what robotcore writes.
 
-    The segments: ITU-T T.81, annex B.
+    A decoder must find the same size. So anything between two segments is refused, fill bytes included, which a decoder
+    passes over. The segments: ITU-T T.81, annex B.
     """
     if content[:2] != _JPEG_BEGIN:
         raise ValueError("it holds no JPEG")
     at = len(_JPEG_BEGIN)
     while at + _SEGMENT.size <= len(content):
         marker, kind, length = _SEGMENT.unpack_from(content, at)
-        if marker != 0xFF or kind == _SCAN:
-            break
-        if kind == _BASELINE:
+        if marker == 0xFF and kind == _BASELINE:
             height, width = _SIZE.unpack_from(content, at + _SEGMENT.size + 1)
             return width, height
+        if marker != 0xFF or kind not in _BEFORE_SIZE or length < _LENGTH_BYTES:
+            break
         at += 2 + length
     raise ValueError("it holds no baseline JPEG")
 
 
 def fields(message: bytes | memoryview) -> Iterator[tuple[int, memoryview]]:
-    """Yield the number and the bytes of each field, whatever its type; ValueError where the message is cut."""
+    """Yield the number and the bytes of each field, whatever its type.
+
+    Raises ValueError where the message is cut, or has more fields than a picture.
+    """
     left = memoryview(message)
-    while left:
+    for _ in range(_MOST_FIELDS):
+        if not left:
+            return
         tag, left = _varint(left)
         length, left = _length(tag & 7, left)
         if length > len(left):
             raise ValueError("a message ends too early")
         yield tag >> 3, left[:length]
         left = left[length:]
+    if left:
+        raise ValueError(f"a message has more than {_MOST_FIELDS} fields")
 
 
 def _length(kind: int, left: memoryview) -> tuple[int, memoryview]:

@@ -108,7 +108,9 @@ class _Found:
             self._pictures[key] = _Where(place, message.channel_id, message.sequence, _PICTURES[channel.schema])
         elif channel.device is not None or channel.topic in _TOPICS:
             allowance.take_text(len(message.data))
-            self._take_text(channel, message.sequence, bytes(message.data))
+            content = bytes(message.data)
+            allowance.take_values(content)
+            self._take_text(channel, message.sequence, content)
 
     def _take_text(self, channel: _Channel, sequence: int, content: bytes) -> None:
         if channel.device is not None:

@@ -62,21 +62,23 @@ class ChunkLocation:
 
 
 class Allowance:
-    """How many records and how much text may still be read, in proportion to the bytes read so far.
+    """How many records, how much text and how many JSON values may be read, in proportion to the bytes read so far.
 
-    Raises ValueError when either runs out. A recording of robotcore has an index entry of 16 bytes for each record,
-    and packs text to a quarter at best. Each limit leaves room for several times as much.
+    Raises ValueError when one runs out. A recording of robotcore has an index entry of 16 bytes for each record. With
+    its index, a run that stands still has 4 bytes of text and 0.3 values for each byte. Each limit leaves room for
+    about three times as much.
     """
 
     MESSAGE_TEXT = 2**22
 
     def __init__(self) -> None:
-        self._records, self._text = 2**16, 2**22
+        self._records, self._text, self._values = 2**16, 2**22, 2**16
 
     def grow(self, read_bytes: int) -> None:
         """Allow more for bytes that were read."""
         self._records += read_bytes // 8
-        self._text += 24 * read_bytes
+        self._text += 12 * read_bytes
+        self._values += read_bytes
 
     def take_record(self) -> None:
         """Count a record."""
@@ -89,6 +91,12 @@ class Allowance:
         self._text -= length
         if self._text < 0 or length > self.MESSAGE_TEXT:
             raise ValueError("more text than a file of this size can have")
+
+    def take_values(self, json_text: bytes) -> None:
+        """Count the values of a JSON text: never fewer than it has, as its separators and brackets tell."""
+        self._values -= sum(map(json_text.count, (b",", b"[", b"{")))
+        if self._values < 0:
+            raise ValueError("more values than a file of this size can have")
 
 
 class Lz4Error(ValueError):

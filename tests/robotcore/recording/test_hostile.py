@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import random
-import resource
 import sys
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -15,15 +16,19 @@ from typing import NamedTuple
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from mcap.opcode import Opcode
 
 from benchmarks.hostile_files.files import name_files
-from benchmarks.hostile_files.mcap_builder import build_chunk, change_json, join_raw, read_raw
+from benchmarks.hostile_files.mcap_builder import build_chunk, build_file, build_record, change_json, join_raw, read_raw
 from benchmarks.hostile_files.mutations import Seed, mutate
 from robotcore.errors import RecordingError, RobotcoreError, WatchdogError
-from robotcore.recording import Raised, Recording, read
+from robotcore.recording import Raised, Recording, SampleKey, protobuf, read
+from robotcore.recording.chunks import ChunkedFile
 from robotcore.recording.contents import contents_of
 from robotcore.recording.csvfile import write_csv
 from robotcore.recording.path import odometry_path, true_path
+from robotcore.recording.records import Allowance
+from robotcore.recording.validation import parse_tick
 from robotcore.view.contents import contents
 from tests.robotcore.recording.conftest import record
 
@@ -38,7 +43,14 @@ HARMLESS = (
 )
 DAMAGED = {name for name in FILES if not name.startswith(HARMLESS)} - REFUSED
 DAMAGED |= {"error-read-of-Interrupted", "error-read-of-BehaviourError", "error-tick-of-Interrupted", "many-milestones"}
-BOMBS = ("zstd-bomb-of-known-size", "zstd-frame-that-claims-2^62", "a-million-channels", "list-of-lists", "many-ticks")
+BOMBS = (
+    "zstd-bomb-of-known-size",
+    "zstd-frame-that-claims-2^62",
+    "a-million-channels",
+    "list-of-lists",
+    "many-ticks",
+    "many-asks",
+)
 MEMORY_BYTES = 300 * 10**6
 
 
@@ -115,7 +127,8 @@ def main(*files: str) -> None:
     """Read files; fail where that takes more memory than the bound."""
     for file in files:
         read_all(Path(file))
-    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    status = Path("/proc/self/status").read_text()  # resource's ru_maxrss begins with that of the parent process
+    most = int(status.partition("VmHWM:")[2].split()[0]) * 1024
     assert most < MEMORY_BYTES, f"{most} bytes"
 
 
@@ -169,3 +182,44 @@ def test_lone_surrogate_in_memory_is_an_escape_in_the_table(base: Path, tmp_path
     ticks = [replace(tick, state="\ud800") for tick in recording.ticks]
     file = write_csv(replace(recording, ticks=ticks), tmp_path / "t.csv", "")
     assert file.read_text().splitlines()[1].split(",")[2] == "\\ud800"
+
+
+@pytest.mark.parametrize("kind", ["reads", "asks", "motor_asks", "turned", "standing", "interventions", "shown"])
+def test_tick_with_more_events_than_a_run_can_have_is_refused(kind: str) -> None:
+    events: dict[str, object] = {"reads": {"device": "e"}, "motor_asks": {"device": "m"}, "shown": {"device": "s"}}
+    wheels = {"left": 0, "right": 0}
+    events |= {"standing": wheels, "interventions": {"time": 0, "cause": "", "asked": wheels, "sent": wheels}}
+    tick: dict[str, object] = {"number": 0, "time": 0, "state": ""}
+    for count, is_refused in ((10_000, False), (10_001, True)):
+        content = json.dumps({**tick, kind: [events.get(kind, {})] * count}).encode()
+        with pytest.raises(ValueError, match=kind) if is_refused else nullcontext():
+            parse_tick(content, None)
+
+
+def test_values_are_limited_by_the_bytes_read() -> None:
+    allowance = Allowance()
+    allowance.take_values(b"," * 2**16)
+    with pytest.raises(ValueError, match="values"):
+        allowance.take_values(b"{")
+    allowance.grow(2)
+    allowance.take_values(b"[")
+
+
+def test_index_of_a_chunk_counts_as_bytes_read(file: Path) -> None:
+    file.write_bytes(build_file(build_chunk(b""), build_record(Opcode.MESSAGE_INDEX, bytes(10_000))))
+    chunked = ChunkedFile(file)
+    assert len(list(chunked.chunks())) == 1
+    chunked.allowance.take_values(b"," * (2**16 + 10_000))
+
+
+@pytest.mark.parametrize("name", ["picture-of-empty-fields", "jpeg-bomb", "jpeg-bomb-behind-a-fill-byte"])
+def test_forged_picture_is_refused_before_it_is_decoded(
+    base: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    file = tmp_path / "hostile.mcap"
+    FILES[name](base, file)
+    samples = read(file).samples
+    monkeypatch.setattr(protobuf.cv2, "imdecode", lambda *_: pytest.fail("it is decoded"))
+    device = "screen" if name.startswith("jpeg") else "eye"
+    with pytest.raises(RecordingError, match="fields" if device == "eye" else "JPEG"):
+        samples[SampleKey(device, 0)]
