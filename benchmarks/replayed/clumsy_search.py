@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 from apps.green_search import GreenSearch
 from robotcore.behaviour import Status
@@ -15,7 +16,7 @@ class ClumsySearch(GreenSearch):
     """Searches as green-search does, until tick ``at``."""
 
     at: int = 50
-    by: str = "raise"
+    by: Literal["raise", "nan"] = "raise"
 
     def step(self, robot: Robot) -> Status:
         self._left = getattr(self, "_left", self.at) - 1

@@ -18,8 +18,9 @@ from robotcore.recording import MotorAsk, Recording, Tick
 from robotcore.recording.tap import Tap
 from robotcore.replay.cues import Cues
 from robotcore.replay.deviation import motor_told, wheels_told
+from robotcore.replay.gate import require_recorded_app
 from robotcore.replay.likeness import Likeness
-from robotcore.replay.replaying import request_for, require_recorded_app, require_ticks
+from robotcore.replay.replaying import request_for, require_ticks
 from robotcore.running.outcome import RunResult
 from robotcore.running.session import Observer, Run, run
 from robotcore.running.trace import TickRecord
@@ -105,7 +106,7 @@ def rehearse(
     """
     require_ticks(recording, file)
     if app is None:
-        require_recorded_app(recording, file)
+        require_recorded_app(recording, file, settings or {})
     request = request_for(recording)
     name = app or request.app
     kept = request.settings if app_name(name) == app_name(request.app) else {}

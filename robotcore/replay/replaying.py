@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from robotcore.appfile import app_path, is_app_file
 from robotcore.errors import Interrupted, RecordingError
 from robotcore.recording import Recording
-from robotcore.recording.about import source_of
 from robotcore.replay.ending import hold_end
+from robotcore.replay.gate import has_changed, require_recorded_app
 from robotcore.replay.likeness import ACROSS_PLATFORMS, Likeness
 from robotcore.replay.platforms import differences
 from robotcore.replay.replayer import Replayer
@@ -19,7 +17,6 @@ from robotcore.replay.verdict import Replayed
 from robotcore.running.outcome import RunResult
 from robotcore.running.plan import RunRequest
 from robotcore.running.session import Observer, run
-from robotcore.text import escape
 
 BACKEND = "replay"
 
@@ -53,40 +50,13 @@ def replay(
     if not isinstance(result.error, Interrupted):
         hold_end(replayer.script, result)
     result = replace(result, backend=recording.metadata.request.backend)
-    return _build_replayed(replayer, likeness, result, platform, has_changed=_has_changed(recording, request.app))
+    return _build_replayed(replayer, likeness, result, platform, has_changed=has_changed(recording, request.app))
 
 
 def require_ticks(recording: Recording, file: Path | str) -> None:
     """Raise RecordingError if a recording has no tick to be replayed."""
     if not recording.ticks:
         raise RecordingError(file or "the recording", "it ends before the first tick", "Record a run that begins")
-
-
-def require_recorded_app(recording: Recording, file: Path | str) -> None:
-    """Raise RecordingError if the app is a file that is not there, or that holds another text than the recorded one.
-
-    A recording is data: the path in it decides on nothing that runs. An installed app is the user's own.
-    """
-    app = recording.metadata.request.app
-    if not is_app_file(app):
-        return
-    called, shown = file or "the recording", escape(app)
-    if not app_path(app).is_file():
-        remedy = "Replay it from the folder that it was run in, or name the app's file: --app FILE.py"
-        raise RecordingError(called, f"its app, {shown}, is not here", remedy)
-    if _has_changed(recording, app) is not False:
-        is_known = recording.metadata.source is not None
-        problem = "has changed since it was recorded" if is_known else "was recorded without its text"
-        remedy = f"To run it, name it: --app {shlex.quote(shown)}"
-        raise RecordingError(called, f"its app, {shown}, {problem}, so replay did not run it", remedy)
-
-
-def is_recorded_file(recording: Recording, app: str) -> bool:
-    """Return whether ``app`` names the file of the recorded app: by its name, or by the recorded text."""
-    recorded = recording.metadata.request.app
-    if not (is_app_file(app) and is_app_file(recorded)):
-        return False
-    return app_path(app).name == app_path(recorded).name or _has_changed(recording, app) is False
 
 
 def request_for(recording: Recording, *, is_held: bool = False) -> RunRequest:
@@ -121,9 +91,3 @@ def _build_replayed(
         platform=tuple(platform),
         has_app_changed=has_changed,
     )
-
-
-def _has_changed(recording: Recording, app: str) -> bool | None:
-    """Return whether a file holds another text than the recorded app; None if no text was recorded."""
-    recorded = recording.metadata.source
-    return None if recorded is None else source_of(app) != recorded

@@ -10,6 +10,61 @@ import pytest
 from benchmarks.hostile_files.mcap_builder import change_json
 from tests.robotcore.cli.conftest import AppFile, Cli
 
+CHOOSING = """
+from __future__ import annotations
+import sys
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, Any, Literal, Optional
+from robotcore import Behaviour, Role, Status
+
+class Colour(Enum):
+    RED = "red"
+
+print("imported", file=sys.stderr)
+
+@dataclass
+class Choosing(Behaviour):
+    log: str = "run.log"
+    place: Optional[Path] = None
+    thing: Any = None
+    speed: Annotated[float, "m/s"] = 0.1
+    count: int | None = 3
+    is_quick: bool = False
+    colour: Colour | Literal["blue"] = Colour.RED
+    needs = frozenset({Role.DRIVE})
+
+    def step(self, robot):
+        Path(self.log).write_text("written")
+        return Status.SUCCESS
+"""
+
+
+@pytest.fixture(autouse=True)
+def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder that commands run in, with the apps."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def chosen(cli: Cli, project: Path) -> Path:
+    """A recording of an app with settings of many types, in the same folder."""
+    app, file = project / "choosing.py", project / "chosen.mcap"
+    app.write_text(CHOOSING)
+    assert cli("run", "choosing.py", "--record", str(file)).status in (0, 1)
+    (project / "run.log").unlink()
+    return file
+
+
+def set_in(file: Path, settings: dict[str, object], app: str = "choosing.py") -> str:
+    """Write the recording with other settings or another app beside it."""
+    forged = file.with_name("forged.mcap")
+    request = {"settings": settings, "app": app}
+    forged.write_bytes(change_json(file, "/run", lambda _, event: event | {"request": event["request"] | request}))
+    return str(forged)
+
 
 def test_own_app_that_has_changed_since_is_told_where(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
     app, file = app_file("pass"), str(tmp_path / "own.mcap")
@@ -160,3 +215,78 @@ def test_another_named_file_rehearses(cli: Cli, app_file: AppFile, tmp_path: Pat
     other = tmp_path / "other.py"
     other.write_text(app.read_text().replace("SUCCESS", "FAILURE"))
     assert "recorded_app" in cli("replay", file, "--app", str(other), "--json").json
+
+
+@pytest.mark.parametrize(
+    "settings", [{"log": "evil"}, {"place": "evil"}, {"thing": "1"}, {"thing": [1]}, {"speed": 0.1, "log": ""}], ids=str
+)
+@pytest.mark.parametrize("arguments", [(), ("--set", "speed=1")], ids=["held", "rehearsed"])
+def test_text_that_a_recording_sets_reaches_no_app_that_the_user_has_not_named(
+    cli: Cli, project: Path, chosen: Path, settings: dict[str, object], arguments: tuple[str, ...]
+) -> None:
+    file = set_in(chosen, settings)
+    before = sorted(project.iterdir())
+    answer = cli("replay", file, *arguments)
+    assert (answer.status, answer.out) == (2, "")
+    assert repr(list(settings)[-1]) in answer.err
+    assert "--app choosing.py" in answer.err
+    assert sorted(each for each in project.iterdir() if each.name != "__pycache__") == before
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"speed": "0.25", "count": "4", "is_quick": "yes"},
+        {"speed": 0.25, "count": None, "is_quick": True, "colour": "red"},
+        {"colour": "blue", "log": "run.log", "place": None},
+    ],
+    ids=str,
+)
+def test_numbers_choices_and_defaults_of_a_recording_are_set(
+    cli: Cli, chosen: Path, settings: dict[str, object]
+) -> None:
+    assert cli("replay", set_in(chosen, settings)).status == 0
+
+
+def test_text_of_a_recording_is_set_where_the_user_names_the_app(cli: Cli, project: Path, chosen: Path) -> None:
+    assert cli("replay", set_in(chosen, {"log": "other.log"}), "--app", "choosing.py").status == 0
+    assert (project / "other.log").exists()
+
+
+def test_text_that_the_user_sets_takes_the_place_of_the_recorded_one(cli: Cli, project: Path, chosen: Path) -> None:
+    assert cli("replay", set_in(chosen, {"log": "evil"}), "--set", "log=mine.log").status == 0
+    assert (project / "mine.log").exists()
+    assert not (project / "evil").exists()
+
+
+@pytest.mark.parametrize("place", ["outside", "above", "link", "site-packages", "environment"])
+def test_recorded_text_is_not_run_outside_of_the_project(
+    cli: Cli, project: Path, chosen: Path, monkeypatch: pytest.MonkeyPatch, place: str
+) -> None:
+    elsewhere, work = project / "elsewhere.py", project / "work"
+    (work / "site-packages").mkdir(parents=True)
+    (work / "environment").mkdir()
+    elsewhere.write_text(CHOOSING)
+    for folder in ("site-packages", "environment"):
+        (work / folder / "app.py").write_text(CHOOSING)
+    (work / "link.py").symlink_to(elsewhere)
+    monkeypatch.chdir(work)
+    monkeypatch.setattr("sys.prefix", str(work / "environment"))
+    apps = {"outside": str(elsewhere), "above": "../elsewhere.py", "link": "link.py"}
+    app = apps.get(place, f"{place}/app.py")
+    answer = cli("replay", set_in(chosen, {}, app))
+    assert (answer.status, answer.out) == (2, "")
+    assert "imported" not in answer.err
+    assert f"--app {app}" in answer.err
+    assert cli("replay", set_in(chosen, {}, app), "--app", app).status == 0
+
+
+@pytest.mark.parametrize("folder", ["", "apps"])
+def test_recorded_text_below_the_current_folder_runs_by_an_absolute_path_too(
+    cli: Cli, project: Path, chosen: Path, folder: str
+) -> None:
+    (project / folder).mkdir(exist_ok=True)
+    app = project / folder / "choosing.py"
+    app.write_text(CHOOSING)
+    assert cli("replay", set_in(chosen, {}, str(app))).status == 0
+    assert cli("replay", set_in(chosen, {}, str(app.relative_to(project)))).status == 0

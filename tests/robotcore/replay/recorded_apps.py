@@ -4,12 +4,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 from robotcore.behaviour import Behaviour, Status
 from robotcore.devices import Image, Motor
 from robotcore.drive import Wheels
 from robotcore.errors import DeviceError, SafetyStop
 from robotcore.robot import Robot, Role
+
+Deed = Literal[
+    "succeed",
+    "fail",
+    "go_on",
+    "divide",
+    "command_nan",
+    "swallow_nan",
+    "rename_nan",
+    "stop_and_go",
+    "command_one_wheel",
+    "rest",
+]
 
 
 @dataclass
@@ -18,7 +32,7 @@ class Ending(Behaviour):
 
     ticks: int = 5
     speed: float = 0.1
-    deed: str = "succeed"
+    deed: Deed = "succeed"
     needs = frozenset({Role.DRIVE, Role.RANGE})
     count = 0
 
@@ -105,7 +119,7 @@ class Seldom(Behaviour):
 class Gripping(Behaviour):
     """Moves a gripper, which belongs to no drive, by what it answers; ``speed`` is its own."""
 
-    deed: str = "succeed"
+    deed: Deed = "succeed"
     speed: float = 1.5
     needs = frozenset({Role.DRIVE})
     count = 0
