@@ -34,26 +34,31 @@ def require_replaceable(file: Path) -> None:
 
 
 def _make_part(file: Path) -> Path:
-    """Make an empty file beside another one, with the same suffix: some libraries choose the format by it."""
-    require_regular(file)
+    """Make an empty file beside another one, with the same suffix and, if it exists, the same permissions.
+
+    Some libraries choose the format by the suffix.
+    """
+    mode = _regular_mode(file)
     part = file.with_name(f".{token_hex(8)}{file.suffix}")
+    opened = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666 if mode is None else 0o600)
     try:
-        os.close(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
-    except OSError as error:
-        error.filename = str(file)
-        raise
+        if mode is not None:
+            os.fchmod(opened, mode)
+    finally:
+        os.close(opened)
     return part
 
 
-def require_regular(file: Path) -> None:
-    """Raise OSError if there is something of this name that is no regular file, such as a link."""
+def _regular_mode(file: Path) -> int | None:
+    """Return the permissions of a file, None if there is none; OSError if it is no regular file."""
     try:
         mode = file.lstat().st_mode
     except FileNotFoundError:
-        return
+        return None
     if stat.S_ISLNK(mode):
         raise OSError(errno.ELOOP, "it is a symbolic link")
     if stat.S_ISDIR(mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
     if not stat.S_ISREG(mode):
         raise OSError(errno.EINVAL, "it is no regular file")
+    return mode & 0o777

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -49,16 +49,23 @@ def interventions_of(recording: Recording) -> dict[str, int]:
 
 def devices_of(recording: Recording) -> Iterator[DeviceContents]:
     """Yield what there is of each device that was open, in the order of the robot's description."""
-    duration = duration_of(recording)
+    duration, opened = duration_of(recording), set(recording.metadata.devices)
+    sequences: defaultdict[str, set[int | None]] = defaultdict(set)
+    reads, shown, errors = Counter[str](), Counter[str](), Counter[str]()
+    for tick in recording.ticks:
+        for each in tick.shown:
+            (errors if each.error else shown)[each.device] += 1
+        for read in tick.reads:
+            if read.error:
+                errors[read.device] += 1
+            else:
+                reads[read.device] += 1
+                sequences[read.device].add(read.sequence)
     for device in recording.metadata.description.devices:
-        if device.name in recording.metadata.devices:
-            reads = [read for tick in recording.ticks for read in tick.reads if read.device == device.name]
-            shown = [each for tick in recording.ticks for each in tick.shown if each.device == device.name]
-            samples = len({read.sequence for read in reads if not read.error}) + sum(not each.error for each in shown)
-            errors = sum(read.error is not None for read in reads) + sum(each.error is not None for each in shown)
+        if (name := device.name) in opened:
+            samples = len(sequences[name]) + shown[name]
             rate = (samples - 1) / duration if samples and duration > _SHORTEST_S else None
-            good = sum(not read.error for read in reads)
-            yield DeviceContents(device.name, device.kind, samples, good, errors, rate)
+            yield DeviceContents(name, device.kind, samples, reads[name], errors[name], rate)
 
 
 def contents_of(recording: Recording) -> dict[str, Any]:

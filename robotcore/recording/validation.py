@@ -14,14 +14,14 @@ from typing import Any, get_type_hints
 
 from pydantic import BaseModel, create_model
 
-from robotcore.devices import Angle, Range, Voltage
-from robotcore.errors import BehaviourError, Interrupted
+from robotcore.errors import BackendError, DeviceError, Interrupted, RobotcoreError, SafetyStop, UsageError
 from robotcore.faults.spec import Spec
 from robotcore.recording.events import Raised, Tick
 from robotcore.recording.recording import FORMAT, Metadata
 from robotcore.recording.wire import from_json, parse_json
 from robotcore.running.outcome import RunResult
 from robotcore.running.plan import MAX_RATE_HZ, MIN_RATE_HZ
+from robotcore.text import escape
 
 MOST_SECONDS = 1e9
 """Thirty years: no run is longer."""
@@ -30,7 +30,13 @@ _MOST_TICKS = 2**53
 _MOST_ANGLE = 1e12
 _MOST_NAMES = 1000
 """Of milestones or devices: each is a row of a table."""
-_NEVER_OF_DEVICES = {Interrupted.__name__, BehaviourError.__name__}
+_OF_DEVICES = (BackendError, DeviceError, SafetyStop, UsageError)
+"""What can be raised where a device is read or commanded, besides a RobotcoreError of a kind that is not known here.
+
+A scripted device raises UsageError for a script that does not fit.
+"""
+_MOST_SHOWN = 40
+"""The most characters of a format that a message shows."""
 _SIGNALS = range(129, 193)
 _BATTERY_KEYS = {"lowest_v", "last_v"}
 
@@ -44,7 +50,7 @@ def parse_metadata(content: bytes) -> Metadata:
     payload = parse_json(content)
     written = payload.get("format", FORMAT) if isinstance(payload, dict) else FORMAT
     if written != FORMAT:
-        raise UnknownFormatError(f"its format is {written!r}; this version reads {FORMAT}")
+        raise UnknownFormatError(f"its format is {escape(repr(written)[:_MOST_SHOWN])}; this version reads {FORMAT}")
     about = from_json(Metadata, content)
     if not MIN_RATE_HZ <= about.request.rate_hz <= MAX_RATE_HZ:
         raise ValueError(f"rate_hz is {about.request.rate_hz:g}, outside of {MIN_RATE_HZ:g} to {MAX_RATE_HZ:g}")
@@ -62,10 +68,7 @@ def parse_tick(content: bytes, before: Tick | None) -> Tick:
     _require_seconds(f"the time of tick {tick.number}", tick.time)
     if before and tick.time < before.time:
         raise ValueError(f"tick {tick.number} is at {tick.time:g} s, before tick {before.number}")
-    for turned in tick.turned:
-        for angle in turned.angles or ():
-            _require_angle(angle)
-    if odd := {error.kind for error in _device_errors(tick)} & _NEVER_OF_DEVICES:
+    if odd := {error.kind for error in _device_errors(tick) if not _is_of_device(error)}:
         raise ValueError(f"a device raised {', '.join(sorted(odd))} in tick {tick.number}")
     if tick.error and tick.error.kind == Interrupted.__name__ and not _is_signal(tick.error):
         raise ValueError(f"tick {tick.number} has an interruption without a signal number")
@@ -116,6 +119,11 @@ def _device_errors(tick: Tick) -> Iterator[Raised]:
         yield from (event.error for event in events if event.error)
     if tick.commit_error:
         yield tick.commit_error
+
+
+def _is_of_device(error: Raised) -> bool:
+    kind = type(error.again())
+    return kind is RobotcoreError or issubclass(kind, _OF_DEVICES)
 
 
 def _is_signal(error: Raised) -> bool:

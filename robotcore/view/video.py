@@ -21,6 +21,8 @@ WIDTH = 640
 _MOST_HEIGHT = 1280
 _MOST_REPEATED = 100
 """The most pictures of a film for each tick, on average: times are data of the file, and may be years apart."""
+_MOST_PICTURES = 100_000
+"""Of a film: 83 minutes at 20 Hz. A small recording can repeat one picture through millions of ticks."""
 _STRIP = 36
 
 
@@ -42,7 +44,7 @@ def write_video(recording: Recording, file: Path, device: str | None = None) -> 
         raise UsageError(f"--video: the recording has no picture of {name}. robotcore info FILE tells what it has")
     rate = recording.metadata.request.rate_hz
     count = round((scenes[-1][0] - scenes[0][0]) * rate) + 1
-    if count > _MOST_REPEATED * len(scenes):
+    if count > min(_MOST_PICTURES, _MOST_REPEATED * len(scenes)):
         problem = f"its {counted(len(scenes), 'tick')} last {scenes[-1][0] - scenes[0][0]:.0f} s, too long for a film"
         raise RecordingError("--video", problem, "Draw it with --picture, or write it as a table with --csv")
     try:

@@ -160,6 +160,30 @@ def test_output_takes_the_place_of_the_one_before_and_leaves_nothing_beside_it(
     assert sorted(tmp_path.iterdir()) == sorted((output, other))
 
 
+@pytest.mark.parametrize("mode", [0o600, 0o664])
+@pytest.mark.parametrize("option, name", OUTPUTS)
+def test_output_keeps_the_permissions_of_the_file_that_it_replaces(
+    cli: Cli, brief: Path, tmp_path: Path, option: str, name: str, mode: int
+) -> None:
+    output = tmp_path / name
+    output.touch()
+    output.chmod(mode)
+    assert cli("info", str(brief), option, str(output)).status == 0
+    assert output.stat().st_mode & 0o777 == mode
+
+
+def test_film_of_more_pictures_than_a_film_can_have_is_refused(
+    cli: Cli, brief: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file, film = tmp_path / "long.mcap", tmp_path / "v.mp4"
+    monkeypatch.setattr("robotcore.view.video._MOST_PICTURES", 50)
+    file.write_bytes(change_json(brief, "/ticks", lambda number, event: event | {"time": 0.05 * number * 60}))
+    answer = cli("info", str(file), "--video", str(film), "--device", "eye")
+    assert answer.status == 2
+    assert "--video" in answer.err
+    assert not film.exists()
+
+
 @pytest.mark.parametrize("name", ["time-of-a-long-pause", "picture-0x0", "jpeg-bomb"])
 def test_film_of_a_hostile_recording_is_refused_and_leaves_no_half(
     cli: Cli, brief: Path, tmp_path: Path, name: str

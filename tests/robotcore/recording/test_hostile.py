@@ -18,11 +18,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.opcode import Opcode
 
-from benchmarks.hostile_files.files import name_files
+from benchmarks.hostile_files.files import ESCAPES, name_files
 from benchmarks.hostile_files.mcap_builder import build_chunk, build_file, build_record, change_json, join_raw, read_raw
 from benchmarks.hostile_files.mutations import Seed, mutate
 from robotcore.errors import RecordingError, RobotcoreError, WatchdogError
-from robotcore.recording import Raised, Recording, SampleKey, protobuf, read
+from robotcore.recording import Raised, Recording, SampleKey, read
 from robotcore.recording.chunks import ChunkedFile
 from robotcore.recording.contents import contents_of
 from robotcore.recording.csvfile import write_csv
@@ -43,6 +43,7 @@ HARMLESS = (
 )
 DAMAGED = {name for name in FILES if not name.startswith(HARMLESS)} - REFUSED
 DAMAGED |= {"error-read-of-Interrupted", "error-read-of-BehaviourError", "error-tick-of-Interrupted", "many-milestones"}
+DAMAGED |= {"error-read-of-DeviationError"}
 BOMBS = (
     "zstd-bomb-of-known-size",
     "zstd-frame-that-claims-2^62",
@@ -219,7 +220,14 @@ def test_forged_picture_is_refused_before_it_is_decoded(
     file = tmp_path / "hostile.mcap"
     FILES[name](base, file)
     samples = read(file).samples
-    monkeypatch.setattr(protobuf.cv2, "imdecode", lambda *_: pytest.fail("it is decoded"))
+    monkeypatch.setattr("cv2.imdecode", lambda *_: pytest.fail("it is decoded"))
     device = "screen" if name.startswith("jpeg") else "eye"
     with pytest.raises(RecordingError, match="fields" if device == "eye" else "JPEG"):
         samples[SampleKey(device, 0)]
+
+
+def test_format_of_a_recording_is_shown_in_a_line(base: Path, file: Path) -> None:
+    file.write_bytes(change_json(base, "/run", lambda _, event: event | {"format": ESCAPES * 1000}))
+    fault = fault_of(lambda: read(file))
+    assert fault.isprintable()
+    assert len(fault) < len(str(file)) + 300
