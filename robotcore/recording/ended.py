@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
+
 from robotcore.catalogue import app_name
 from robotcore.description import BatteryDescription
 from robotcore.devices import Voltage
@@ -50,21 +52,21 @@ def why_no_end(recording: Recording) -> str:
 
 def _trace_of(recording: Recording) -> Trace:
     trace = Trace(tuple(recording.metadata.milestones))
+    batteries = {battery.name for battery in recording.metadata.description.all_of(BatteryDescription)}
     for tick in recording.ticks:
         decided = tick.asked, tick.sent, tick.interventions
         trace.add(
             TickRecord(
                 *(tick.number, tick.time, tick.state, *decided),
-                voltages=_voltages_in(tick, recording),
+                voltages=_voltages_in(tick, recording, batteries),
                 warnings=tick.warnings,
             )
         )
     return trace
 
 
-def _voltages_in(tick: Tick, recording: Recording) -> dict[str, float]:
+def _voltages_in(tick: Tick, recording: Recording, batteries: Container[str]) -> dict[str, float]:
     """Return what was read of batteries in a tick, in volts; no picture is read for it."""
-    batteries = {battery.name for battery in recording.metadata.description.all_of(BatteryDescription)}
     keys = [read.key for read in tick.reads if read.key and read.device in batteries]
     samples = {key.device: recording.samples.get(key) for key in keys}
     return {device: sample.voltage for device, sample in samples.items() if isinstance(sample, Voltage)}
