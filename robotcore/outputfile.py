@@ -38,9 +38,13 @@ def _make_part(file: Path) -> Path:
 
     Some libraries choose the format by the suffix.
     """
-    mode = _regular_mode(file)
+    mode = require_regular(file)
     part = file.with_name(f".{token_hex(8)}{file.suffix}")
-    opened = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666 if mode is None else 0o600)
+    try:
+        opened = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666 if mode is None else 0o600)
+    except OSError as error:
+        error.filename = str(file)
+        raise
     try:
         if mode is not None:
             os.fchmod(opened, mode)
@@ -49,7 +53,7 @@ def _make_part(file: Path) -> Path:
     return part
 
 
-def _regular_mode(file: Path) -> int | None:
+def require_regular(file: Path) -> int | None:
     """Return the permissions of a file, None if there is none; OSError if it is no regular file."""
     try:
         mode = file.lstat().st_mode

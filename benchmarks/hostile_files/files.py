@@ -165,8 +165,8 @@ def _forged_texts() -> dict[str, Make]:
 
 
 def _forged_errors() -> dict[str, Make]:
-    kinds = ("signal", "Sequence", "_Portable", "Interrupted", "BehaviourError", "RobotcoreError", "DeviceGroupError")
-    kinds += ("UsageError", "DeviationError")
+    kinds = ["signal", "Sequence", "_Portable", "Interrupted", "BehaviourError", "RobotcoreError", "DeviceGroupError"]
+    kinds += ["UsageError", "DeviationError"]
     kept = {"exit_status": "none", "failures": "text", "args": "text", "__class__": "text", "cause": 5}
     return {
         f"error-{where}-of-{kind}": _json(

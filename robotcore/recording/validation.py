@@ -14,6 +14,7 @@ from typing import Any, get_type_hints
 
 from pydantic import BaseModel, create_model
 
+from robotcore.devices import Angle, Range, Voltage
 from robotcore.errors import BackendError, DeviceError, Interrupted, RobotcoreError, SafetyStop, UsageError
 from robotcore.faults.spec import Spec
 from robotcore.recording.events import Raised, Tick
@@ -68,6 +69,9 @@ def parse_tick(content: bytes, before: Tick | None) -> Tick:
     _require_seconds(f"the time of tick {tick.number}", tick.time)
     if before and tick.time < before.time:
         raise ValueError(f"tick {tick.number} is at {tick.time:g} s, before tick {before.number}")
+    for turned in tick.turned:
+        for angle in turned.angles or ():
+            _require_angle(angle)
     if odd := {error.kind for error in _device_errors(tick) if not _is_of_device(error)}:
         raise ValueError(f"a device raised {', '.join(sorted(odd))} in tick {tick.number}")
     if tick.error and tick.error.kind == Interrupted.__name__ and not _is_signal(tick.error):
