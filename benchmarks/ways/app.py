@@ -28,13 +28,17 @@ def use_up(what: Literal["nothing", "threads", "memory"]) -> None:
 
 def leak(what: Literal["threads", "memory"]) -> None:
     """Start threads, or keep ever smaller blocks, until the system refuses."""
-    with suppress(RuntimeError, MemoryError):
+    try:
         while what == "threads":
             Thread(target=Event().wait, daemon=True).start()
+    except (RuntimeError, MemoryError):
+        return
     for size in (1 << 20, 1 << 14, 1 << 8, 1):
-        with suppress(MemoryError):
-            while what == "memory":
+        try:  # no `suppress`: making one takes memory
+            while True:
                 HOARD.append(bytearray(size))
+        except MemoryError:  # noqa: PERF203
+            continue
 
 
 @dataclass
@@ -51,6 +55,7 @@ class GoWrong(Behaviour):
     needs = frozenset({Role.DRIVE, Role.CAMERA, Role.RANGE})
     _first_s = float("inf")
     _is_wrong = False
+    _ticks_left = 5
 
     def step(self, robot: Robot) -> Status:
         robot.camera.read()
@@ -64,6 +69,9 @@ class GoWrong(Behaviour):
                 use_up(self.leaks)
             if self.way != "goes on":
                 self._go_wrong()
+            self._ticks_left -= self.leaks != "nothing"
+            if not self._ticks_left:
+                return Status.SUCCESS
         return Status.RUNNING
 
     def _go_wrong(self) -> None:

@@ -85,7 +85,7 @@ def run_exhausted(directory: Path, random: Random, way: str, leaks: str) -> Ende
     way = random.choice(["waits", "burns", "leaks on", "is deaf"]) if way == "hangs" else way
     options = ["--option", f"log={log}", "--option", f"is_guarded={random.choice(['true', 'false'])}"]
     settings = [f"log={log}", f"way={way}", f"leaks={leaks}", f"after_s={after}"]
-    arguments = [APP, "--backend", "witness", "--timeout", "2", "--json", *options]
+    arguments = [APP, "--backend", "witness", "--json", *options]
     arguments += [part for setting in settings for part in ("--set", setting)]
     with running(directory, arguments) as process:
         ended = _ended(process, log, _last_command if way == "goes on" else _event)

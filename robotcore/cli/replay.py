@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 def command(
     file: Path, app: str | None, settings: tuple[tuple[str, str], ...], picture: Path | None, *, as_json: bool
 ) -> int:
-    """Replay a recording FILE, and stop at the first decision that differs.
+    """Replay a recording, up to the first decision that differs.
 
     An app's file that has changed since runs only if --app names it.
 
