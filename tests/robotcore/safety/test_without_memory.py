@@ -16,6 +16,9 @@ from robotcore.safety import Brakes, Deadman, Latch, SafetyStage
 from robotcore.threads import Reserve, is_out_of_memory
 from tests.robotcore.fakes import NullMotor
 
+pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+"""The one allocation may be that of an iterator or a context that Python itself tidies up."""
+
 testcapi = pytest.importorskip("_testcapi", reason="this Python comes without what can refuse an allocation")
 
 POINTS = 100

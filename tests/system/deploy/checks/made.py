@@ -66,7 +66,9 @@ def test_recordings_come_home_and_are_replayed(made: Rover) -> None:
     recordings = sorted(made.project.rglob("*.mcap"))
     assert recordings
     command = made.desk.command("replay", str(recordings[-1]))
-    subprocess.run(command, cwd=made.project, env=made.desk.environment, check=True)
+    refused = subprocess.run(command, cwd=made.project, env=made.desk.environment, check=False)
+    assert refused.returncode == 2, "the app has changed at the desk since"
+    subprocess.run([*command, "--app", APP], cwd=made.project, env=made.desk.environment, check=True)
 
 
 def test_nothing_is_left_when_it_is_removed_but_the_recordings(made: Rover) -> None:
