@@ -84,15 +84,15 @@ def faults_of(
     all_found = error.errors(include_url=False)
     lists = {found["loc"][:-1] for found in all_found}
     causes = [found for found in all_found if found["type"] != "too_short" or found["loc"] not in lists]
-    told = dict.fromkeys(_fault(found, model, data, sections) for found in causes[: MAX_FILE_ERRORS + 1])
-    return limit_errors(fault for fault in told if not _is_misspelt(fault, told))
+    found_faults = dict.fromkeys(_fault(found, model, data, sections) for found in causes[: MAX_FILE_ERRORS + 1])
+    return limit_errors(fault for fault in found_faults if not _is_misspelt(fault, found_faults))
 
 
 def limit_errors(faults: Iterable[tuple[str, str, str]]) -> list[Fault]:
     """Return at most `MAX_FILE_ERRORS` errors, and then one that says that there are more."""
-    told = [Fault(*fault) for fault in islice(faults, MAX_FILE_ERRORS + 1)]
+    found_faults = [Fault(*fault) for fault in islice(faults, MAX_FILE_ERRORS + 1)]
     more = Fault("", f"more than {MAX_FILE_ERRORS} errors; only the first are shown", "Correct these first")
-    return [*told[:MAX_FILE_ERRORS], *[more] * (len(told) > MAX_FILE_ERRORS)]
+    return [*found_faults[:MAX_FILE_ERRORS], *[more] * (len(found_faults) > MAX_FILE_ERRORS)]
 
 
 def _is_misspelt(missing: Fault, told: Iterable[Fault]) -> bool:
