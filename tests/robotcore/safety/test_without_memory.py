@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -54,6 +55,17 @@ class Robot:
 
     def close(self) -> None:
         self.reserve.close()
+
+
+@pytest.fixture(autouse=True)
+def _untraced() -> Iterator[None]:
+    """Suspend tracing, as that of coverage: a tracer allocates at each line, and would be refused the allocation."""
+    trace, thread_trace = sys.gettrace(), threading.gettrace()
+    sys.settrace(None)
+    threading.settrace(None)
+    yield
+    sys.settrace(trace)
+    threading.settrace(thread_trace)
 
 
 @pytest.fixture
