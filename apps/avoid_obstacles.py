@@ -7,8 +7,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from robotcore.behaviour import Behaviour, Status
-from robotcore.robot import Robot, Role
+from robotcore.hal.robot import Robot, Role
+from robotcore.runtime.behaviour import Behaviour, Status
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 

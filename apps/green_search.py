@@ -7,12 +7,12 @@ from typing import Annotated
 
 from pydantic import Field
 
-from robotcore.behaviour import Behaviour, Status, Stopping
+from robotcore.autonomy.navigation import BallTracker, Navigator, Target
+from robotcore.autonomy.vision import Blob
 from robotcore.geometry import Pose, Twist
-from robotcore.navigation import BallTracker, Navigator, Target
-from robotcore.robot import Robot, Role
-from robotcore.truth import Truth
-from robotcore.vision import Blob
+from robotcore.hal.robot import Robot, Role
+from robotcore.hal.truth import Truth
+from robotcore.runtime.behaviour import Behaviour, Status, Stopping
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 

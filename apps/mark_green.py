@@ -7,9 +7,9 @@ from typing import Annotated
 
 from pydantic import Field
 
-from robotcore.behaviour import Behaviour, Status
-from robotcore.robot import Robot, Role
-from robotcore.vision import ColourDetector, marked
+from robotcore.autonomy.vision import ColourDetector, marked
+from robotcore.hal.robot import Robot, Role
+from robotcore.runtime.behaviour import Behaviour, Status
 
 
 @dataclass

@@ -17,8 +17,8 @@ from drivers.mujoco.model.groups import SEEN, flags
 from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
 from drivers.pybullet.scene import Scene
+from robotcore.autonomy.vision import ColourDetector
 from robotcore.description import CameraDescription, RobotDescription, WorldDescription
-from robotcore.vision import ColourDetector
 
 os.environ.setdefault("MUJOCO_GL", "egl")  # looked at when MuJoCo is first imported; else its renderer wants a screen
 

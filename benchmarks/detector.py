@@ -22,9 +22,10 @@ from benchmarks.eyes.rivals import BallTracking, ChromaTable, Classical, FindBlo
 from benchmarks.eyes.scoring import Finder, Score, Verdict, judged
 from benchmarks.eyes.timing import copies
 from benchmarks.report import at_least_one, machine, print_table
-from robotcore.devices import Image, Intrinsics
-from robotcore.navigation.ball import KEPT_PX
-from robotcore.vision import ColourDetector
+from robotcore.autonomy.navigation.ball import KEPT_PX
+from robotcore.autonomy.vision import ColourDetector
+from robotcore.hal.devices import Image
+from robotcore.optics import Intrinsics
 
 BOUND_COPIES = 15.0
 INTRINSICS = Intrinsics(320, 240, math.radians(62))

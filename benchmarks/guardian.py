@@ -22,11 +22,11 @@ from time import monotonic, sleep
 
 from benchmarks.report import at_least_one, machine, print_table
 from robotcore.description import load_robot
-from robotcore.running.plan import RunRequest
+from robotcore.runtime.plan import RunRequest
 from robotcore.safety.deadman import MIN_LEASE_S
 from robotcore.safety.patience import PATIENCE_S
-from tests.robotcore.guardian.diary import Note, notes
-from tests.robotcore.guardian.recording import MOTORS
+from tests.robotcore.safety.guardian.diary import Note, notes
+from tests.robotcore.safety.guardian.recording import MOTORS
 
 MOMENTS_S = 0.3
 """A process is killed within this time, some ticks, after its third tick."""
@@ -56,7 +56,7 @@ def main() -> int:
 def _killed(diary: Path, random: Random) -> float | None:
     """Return how long after the kill the last motor was stopped; None where one was not."""
     process = subprocess.Popen(  # noqa: S603
-        [sys.executable, "-m", "tests.robotcore.guardian.guarded_run", "drives", str(diary)],
+        [sys.executable, "-m", "tests.robotcore.safety.guardian.guarded_run", "drives", str(diary)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
     )

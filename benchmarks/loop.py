@@ -24,16 +24,15 @@ import cv2
 from benchmarks.by_hand import BY_HAND, RATE_HZ, WHEEL_RAD_S, Block
 from benchmarks.pairs import paired_ratios
 from benchmarks.report import at_least_one, machine, print_table
-from robotcore.backend import Setup
-from robotcore.behaviour import Behaviour, Status
-from robotcore.catalogue import load_backend
+from robotcore.autonomy.vision import ColourDetector
 from robotcore.description import RobotDescription, WorldDescription, draw_world, load_robot, load_world
-from robotcore.layers import assemble, needed_devices
-from robotcore.robot import Robot, Role
-from robotcore.running.loop import Loop
-from robotcore.running.plan import RunRequest
-from robotcore.running.session import run
-from robotcore.vision import ColourDetector
+from robotcore.hal.backend import Setup, load_backend
+from robotcore.hal.robot import Robot, Role
+from robotcore.runtime.behaviour import Behaviour, Status
+from robotcore.runtime.layers import assemble, needed_devices
+from robotcore.runtime.loop import Loop
+from robotcore.runtime.plan import RunRequest
+from robotcore.runtime.session import run
 
 SEED, SEARCH_S = 1, 8.0
 RAW_BOUND, KINEMATIC_BOUND, OTHER_BOUND = 0.98, 5.0, 3.0

@@ -25,12 +25,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.report import at_least_one, machine, print_table
-from drivers.kinematic.painter import Painter
 from drivers.kinematic.surroundings import Surroundings
 from drivers.mujoco.camera import MujocoCamera
 from drivers.pybullet.camera import BulletCamera
-from robotcore.backend import Setup
-from robotcore.catalogue import load_backend
 from robotcore.description import (
     Ball,
     CameraDescription,
@@ -41,9 +38,11 @@ from robotcore.description import (
     load_world,
     randomise,
 )
-from robotcore.devices import Image
 from robotcore.geometry import Pose
-from robotcore.projection import View
+from robotcore.hal.backend import Setup, load_backend
+from robotcore.hal.devices import Image
+from robotcore.optics import View
+from robotcore.simulation.painter import Painter
 
 MIN_PIXELS = 200
 MAX_SHIFT_PX, MAX_AREA, MAX_COLOUR = 1.0, 0.03, 3.0

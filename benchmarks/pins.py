@@ -20,10 +20,10 @@ from gpiozero.pins.mock import MockFactory, MockPWMPin
 
 from benchmarks.pairs import paired_ratios
 from benchmarks.report import at_least_one, machine, print_table
-from robotcore.clock import SteppedClock
 from robotcore.description import load_robot
-from robotcore.devices import Device, Encoder
-from robotcore.devices import Motor as OurMotor
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.devices import Device, Encoder
+from robotcore.hal.devices import Motor as OurMotor
 from robotcore.hardware import Host, fit, open_devices
 
 BOUND = 1.1

@@ -28,8 +28,8 @@ from benchmarks.report import at_least_one, machine, print_table
 from robotcore.errors import RecordingError
 from robotcore.recording import read
 from robotcore.recording.recorder import Recorder
-from robotcore.running.session import Run, RunRequest, RunResult, run
-from robotcore.running.trace import TickRecord
+from robotcore.runtime.session import Run, RunRequest, RunResult, run
+from robotcore.runtime.trace import TickRecord
 
 WATCHED_S = 4.0
 COST_BOUND, LOST_BOUND_S = 1.15, 1.0

@@ -29,8 +29,8 @@ from benchmarks.remote.cycles import DEVICES, Cycle, blocking_pictures, framed, 
 from benchmarks.remote.doubles import Double
 from benchmarks.remote.line import Line, calls_in, messages_in
 from benchmarks.report import at_least_one, machine, print_table
-from robotcore.backend import Setup
 from robotcore.description import draw_world, load_robot, load_world
+from robotcore.hal.backend import Setup
 
 RATE_HZ, SEED = 20.0, 1
 RATIO_BOUND, PICTURE_BOUND = 1.1, 4.0

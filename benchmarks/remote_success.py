@@ -18,7 +18,7 @@ import cv2
 
 from benchmarks.remote.doubles import Double
 from benchmarks.report import machine, print_table
-from robotcore.running.plan import RunRequest
+from robotcore.runtime.plan import RunRequest
 from robotcore.sweep import Record
 from robotcore.sweep.agreement import agreements_of
 from robotcore.sweep.seeds import seeds_of

@@ -25,12 +25,12 @@ from benchmarks.replayed.disturbances import (
     SignalInTick,
 )
 from benchmarks.report import at_least_one, machine, print_table
-from robotcore.clock import MonotonicClock
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.recording import read
 from robotcore.recording.recorder import Recorder
-from robotcore.replay import Replayed, replay
-from robotcore.running.plan import RunRequest
-from robotcore.running.session import run
+from robotcore.recording.replay import Replayed, replay
+from robotcore.runtime.plan import RunRequest
+from robotcore.runtime.session import run
 
 CLUMSY = str(Path(__file__).parent / "replayed" / "clumsy_search.py")
 FAULTS = (

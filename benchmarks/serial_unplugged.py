@@ -24,7 +24,7 @@ from tempfile import TemporaryDirectory
 
 from benchmarks.report import at_least_one, machine, print_table
 from benchmarks.unplugged.boards import KINDS, Kind, robot_with
-from robotcore.clock import MonotonicClock
+from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.serial.board import Powered
 from tests.doubles.serial.pty import Pty
 from tests.doubles.serial.wheels import Wheels

@@ -15,7 +15,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from benchmarks.report import machine, print_table
-from robotcore.running.plan import RunRequest
+from robotcore.runtime.plan import RunRequest
 from robotcore.sweep import LocalEngine, Record, Sweep, run_sweep
 from robotcore.sweep.agreement import agreements_of
 from robotcore.sweep.local import cores

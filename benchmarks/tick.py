@@ -19,14 +19,15 @@ import numpy as np
 
 from benchmarks.pairs import median_with_interval, paired_ratios
 from benchmarks.report import at_least_one, machine, print_table
-from robotcore.behaviour import Behaviour, Status
-from robotcore.clock import Clock, SteppedClock
 from robotcore.description import load_robot
-from robotcore.devices import Camera, Frame, Intrinsics, Motor, Range, RangeSensor
-from robotcore.layers import assemble
-from robotcore.robot import Robot
-from robotcore.running.loop import Loop
-from robotcore.running.outcome import Outcome
+from robotcore.hal.clock import Clock, SteppedClock
+from robotcore.hal.devices import Camera, Frame, Motor, Range, RangeSensor
+from robotcore.hal.robot import Robot
+from robotcore.optics import Intrinsics
+from robotcore.runtime.behaviour import Behaviour, Status
+from robotcore.runtime.layers import assemble
+from robotcore.runtime.loop import Loop
+from robotcore.runtime.outcome import Outcome
 
 BOUND = 10.0
 RATE_HZ = 20.0

@@ -14,7 +14,7 @@ import subprocess
 import sys
 
 from benchmarks.report import machine, print_table
-from robotcore.running.plan import RunRequest
+from robotcore.runtime.plan import RunRequest
 from robotcore.sweep import LocalEngine, Record, Sweep, run_sweep
 from robotcore.sweep.agreement import agreements_of
 from robotcore.sweep.local import cores

@@ -14,13 +14,11 @@ import math
 from typing import NamedTuple
 
 from benchmarks.report import machine, print_table
-from robotcore.backend import Setup
-from robotcore.catalogue import load_backend
 from robotcore.description import Drive, Floor, RobotDescription, Start, WorldDescription, load_robot
-from robotcore.devices import Motor
-from robotcore.drive import Wheels
-from robotcore.geometry import Pose, wrap_angle
-from robotcore.robot import Robot
+from robotcore.geometry import Pose, Wheels, wrap_angle
+from robotcore.hal.backend import Setup, load_backend
+from robotcore.hal.devices import Motor
+from robotcore.hal.robot import Robot
 
 COASTING_S = 1.0
 

@@ -9,28 +9,28 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from robotcore.behaviour import Behaviour as Behaviour
-    from robotcore.behaviour import Status as Status
-    from robotcore.behaviour import Stopping as Stopping
-    from robotcore.robot import Robot as Robot
-    from robotcore.robot import Role as Role
-    from robotcore.running.outcome import Outcome as Outcome
-    from robotcore.running.outcome import RunResult as RunResult
-    from robotcore.running.plan import RunRequest as RunRequest
-    from robotcore.running.session import run as run
-    from robotcore.truth import Truth as Truth
+    from robotcore.hal.robot import Robot as Robot
+    from robotcore.hal.robot import Role as Role
+    from robotcore.hal.truth import Truth as Truth
+    from robotcore.runtime.behaviour import Behaviour as Behaviour
+    from robotcore.runtime.behaviour import Status as Status
+    from robotcore.runtime.behaviour import Stopping as Stopping
+    from robotcore.runtime.outcome import Outcome as Outcome
+    from robotcore.runtime.outcome import RunResult as RunResult
+    from robotcore.runtime.plan import RunRequest as RunRequest
+    from robotcore.runtime.session import run as run
 
 _HOMES = {
-    "Behaviour": "behaviour",
-    "Outcome": "running.outcome",
-    "Robot": "robot",
-    "Role": "robot",
-    "RunRequest": "running.plan",
-    "RunResult": "running.outcome",
-    "Status": "behaviour",
-    "Stopping": "behaviour",
-    "Truth": "truth",
-    "run": "running.session",
+    "Behaviour": "runtime.behaviour",
+    "Outcome": "runtime.outcome",
+    "Robot": "hal.robot",
+    "Role": "hal.robot",
+    "RunRequest": "runtime.plan",
+    "RunResult": "runtime.outcome",
+    "Status": "runtime.behaviour",
+    "Stopping": "runtime.behaviour",
+    "Truth": "hal.truth",
+    "run": "runtime.session",
 }
 
 __all__ = [

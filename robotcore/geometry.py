@@ -6,6 +6,7 @@ Robot frame: x forward, y left, z up; a turn to the left is positive (REP 103).
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
 
@@ -77,3 +78,31 @@ def to_float(value: float) -> float:
     0.0
     """
     return math.ldexp(value, 0)
+
+
+class Wheels(NamedTuple):
+    """Something of both wheels: their velocities in rad/s, or their angles in rad."""
+
+    left: float
+    right: float
+
+
+@dataclass(frozen=True, slots=True)
+class DifferentialGeometry:
+    """The two lengths that relate wheels and body, in metres.
+
+    v = r(ω_r + ω_l)/2 and ω = r(ω_r − ω_l)/track: Siegwart, Introduction to Autonomous Mobile Robots, 3.2.
+    """
+
+    wheel_radius: float
+    track: float
+
+    def to_wheels(self, linear: float, angular: float) -> Wheels:
+        """Return the wheel velocities that make the body move so."""
+        turn = angular * self.track / 2
+        return Wheels((linear - turn) / self.wheel_radius, (linear + turn) / self.wheel_radius)
+
+    def to_twist(self, wheels: Wheels) -> Twist:
+        """Return how the body moves with these wheel velocities."""
+        left, right = wheels.left * self.wheel_radius, wheels.right * self.wheel_radius
+        return Twist((left + right) / 2, (right - left) / self.track)

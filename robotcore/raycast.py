@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.geometry import Pose
-from robotcore.projection import Mounted
+from robotcore.optics import Mounted
 
 Array = NDArray[np.float64]
 Outline = Sequence[tuple[float, float]]

@@ -12,8 +12,8 @@ from benchmarks.eyes.optics import taken, textured
 from benchmarks.eyes.palette import grass
 from benchmarks.eyes.rendering import Mask, by_bullet, painted
 from benchmarks.eyes.scenes import draw_scene
-from robotcore.devices import Image
-from robotcore.vision import HUES
+from robotcore.autonomy.vision import HUES
+from robotcore.hal.devices import Image
 
 MIN_VISIBLE_PX = 12
 """A ball counts when it shows this many pixels; a frame that shows fewer, but some, is drawn again."""

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from robotcore.devices import Image
+from robotcore.hal.devices import Image
 
 Place = tuple[float, float]
 """Column and row."""

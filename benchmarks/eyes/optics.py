@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from benchmarks.eyes.conditions import Conditions, Gains, drawn_gains
 from benchmarks.eyes.rendering import Mask
-from robotcore.devices import Image
+from robotcore.hal.devices import Image
 
 Light = NDArray[np.float32]
 

@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.eyes.scenes import Scene
-from drivers.kinematic.painter import Painter
 from drivers.pybullet.camera import BulletCamera
-from robotcore.backend import Setup
-from robotcore.catalogue import load_backend
 from robotcore.description import load_robot
-from robotcore.devices import Image
+from robotcore.hal.backend import Setup, load_backend
+from robotcore.hal.devices import Image
+from robotcore.simulation.painter import Painter
 
 Mask = NDArray[np.bool_]
 

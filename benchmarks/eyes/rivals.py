@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.eyes.masks import Place, hsv_mask, largest, middle_of, outlines, pure_chroma, pure_lab
-from robotcore.devices import Image
+from robotcore.hal.devices import Image
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from robotcore.description import (
 )
 from robotcore.description.gaps import gap_between
 from robotcore.geometry import Pose
-from robotcore.projection import View
+from robotcore.optics import View
 
 WORLDS = ("arena", "clutter", "occluded")
 DIAMETERS_PX = 4.0, 420.0

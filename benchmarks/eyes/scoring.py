@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from benchmarks.eyes.frames import Labelled
 from benchmarks.eyes.masks import Place
-from robotcore.devices import Image
+from robotcore.hal.devices import Image
 
 Finder = Callable[[Image, float], "Place | None"]
 """Takes a BGR picture and a hue in degrees; returns where the ball is, or None: one answer a frame."""

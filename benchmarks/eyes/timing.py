@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks.eyes.frames import Labelled
 from benchmarks.eyes.scoring import Finder
-from robotcore.devices import Image
+from robotcore.hal.devices import Image
 
 IN_CACHE = 5
 """How often each is called on a frame that is to be in the cache; the quickest call counts."""

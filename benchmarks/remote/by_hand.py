@@ -16,8 +16,7 @@ from benchmarks.remote.cycles import DEVICES, Cycle, speeds
 from drivers.vrep.wire import requests
 from drivers.vrep.wire.link import Link
 from drivers.vrep.wire.request import Request
-from robotcore.backend import Setup
-from robotcore.catalogue import load_backend
+from robotcore.hal.backend import Setup, load_backend
 
 LONG_S = 10.0
 

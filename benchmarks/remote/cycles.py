@@ -9,8 +9,7 @@ from functools import partial
 from itertools import cycle as endless
 
 from drivers.vrep import simx
-from robotcore.backend import Setup
-from robotcore.catalogue import load_backend
+from robotcore.hal.backend import Setup, load_backend
 
 Cycle = Callable[[], object]
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from apps.green_search import GreenSearch
-from robotcore.behaviour import Status
-from robotcore.robot import Robot
+from robotcore.hal.robot import Robot
+from robotcore.runtime.behaviour import Status
 
 
 @dataclass

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import signal
 
-from robotcore.devices import SampleT, Sensor
-from robotcore.layers.layer import Layer
-from robotcore.layers.readers import Reader
-from robotcore.running.outcome import RunResult
-from robotcore.running.session import Run
-from robotcore.running.trace import TickRecord
+from robotcore.hal.devices import SampleT, Sensor
+from robotcore.runtime.layers.layer import Layer
+from robotcore.runtime.layers.readers import Reader
+from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.session import Run
+from robotcore.runtime.trace import TickRecord
 
 
 class Disturbance(Layer):

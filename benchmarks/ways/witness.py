@@ -7,8 +7,6 @@ from time import monotonic
 
 import numpy as np
 
-from robotcore.backend import Backend, Setup
-from robotcore.clock import Clock, MonotonicClock
 from robotcore.description import (
     AnyDevice,
     CameraDescription,
@@ -17,11 +15,13 @@ from robotcore.description import (
     MotorDescription,
     RangeSensorDescription,
 )
-from robotcore.devices import Angle, Camera, Device, Encoder, Frame, Motor, Range, RangeSensor
-from robotcore.display import MemoryDisplay
 from robotcore.errors import DeviceError
-from robotcore.guardian import Cutoff, CutoffSpec
-from robotcore.robot import Robot
+from robotcore.hal.backend import Backend, Setup
+from robotcore.hal.clock import Clock
+from robotcore.hal.cutoff import Cutoff, CutoffSpec
+from robotcore.hal.devices import Angle, Camera, Device, Encoder, Frame, MemoryDisplay, Motor, Range, RangeSensor
+from robotcore.hal.robot import Robot
+from robotcore.hal.wall_clock import MonotonicClock
 
 FAR_M = 1.5
 

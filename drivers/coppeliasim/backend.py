@@ -16,13 +16,13 @@ from drivers.coppeliasim.opening import open_scene
 from drivers.coppeliasim.scene import CoppeliaSimScene
 from drivers.coppeliasim.simulation import Simulation
 from drivers.coppeliasim.workshop import Workshop
-from robotcore.backend import Backend, Setup, Vouch
 from robotcore.description import Described, RobotDescription, WorldDescription
-from robotcore.doctor import Finding
 from robotcore.errors import UsageError
-from robotcore.guardian import CutoffSpec
-from robotcore.robot import Robot
-from robotcore.scene import Whose, join, look, places
+from robotcore.hal.backend import Backend, Setup, Vouch
+from robotcore.hal.cutoff import CutoffSpec
+from robotcore.hal.finding import Finding
+from robotcore.hal.robot import Robot
+from robotcore.simulation.remote_scene import Whose, join, look, places
 from robotcore.text import counted
 
 SECTION = "coppeliasim"

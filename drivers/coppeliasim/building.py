@@ -15,7 +15,6 @@ from drivers.coppeliasim.scene import CoppeliaSimScene
 from drivers.coppeliasim.tidying import Undo, borrow, collected, finish, hand_over, require_empty, tidy
 from drivers.coppeliasim.workshop import Workshop
 from drivers.coppeliasim.world import BuiltWorld, build_world
-from robotcore.backend import Setup
 from robotcore.description import (
     AnyDevice,
     CameraDescription,
@@ -24,7 +23,8 @@ from robotcore.description import (
     WorldDescription,
 )
 from robotcore.errors import BackendError
-from robotcore.scene import State
+from robotcore.hal.backend import Setup
+from robotcore.simulation.remote_scene import State
 
 SCREEN = (320, 240)
 _SCREEN_FOV_RAD, _SCREEN_HEIGHT_M = 1.0, 3.0

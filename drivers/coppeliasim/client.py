@@ -17,7 +17,7 @@ import numpy as np
 import zmq
 from coppeliasim_zmqremoteapi_client import RemoteAPIClient, cbor
 
-from robotcore.clock import MonotonicClock
+from robotcore.hal.wall_clock import MonotonicClock
 
 _MISSING = object()
 _LOOK_S = 0.2

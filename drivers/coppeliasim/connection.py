@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from drivers.coppeliasim import failures
 from drivers.coppeliasim.address import ZEROMQ, Address, greeting, listens
 from robotcore.errors import BackendError
-from robotcore.uninterrupted import Uninterrupted
+from robotcore.simulation.executor import Uninterrupted
 
 if TYPE_CHECKING:
     from drivers.coppeliasim.client import Client

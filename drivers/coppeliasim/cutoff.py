@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 
-from robotcore.guardian import Cutoff, Unsure
+from robotcore.hal.cutoff import Cutoff, Unsure
 
 SHORT_S = 0.3
 """A guardian does not wait long; a server that is free answers in milliseconds."""

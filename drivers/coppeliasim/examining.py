@@ -10,9 +10,9 @@ from drivers.coppeliasim.connection import LOADING_S, Connection
 from drivers.coppeliasim.proximity import looks
 from drivers.coppeliasim.scene import CoppeliaSimScene
 from drivers.coppeliasim.workshop import Workshop
-from robotcore.doctor import Finding
 from robotcore.errors import BackendError
-from robotcore.scene import State
+from robotcore.hal.finding import Finding
+from robotcore.simulation.remote_scene import State
 
 _NAME = "coppeliasim"
 _ENGINES = {0: "Bullet", 1: "ODE", 2: "Vortex", 3: "Newton", 4: "MuJoCo", 5: "Drake"}

@@ -11,9 +11,9 @@ from contextlib import suppress
 from uuid import uuid4
 
 from drivers.coppeliasim.connection import Connection
-from robotcore.clock import MonotonicClock
 from robotcore.errors import BackendError
-from robotcore.polling import Polling
+from robotcore.hal.clock import Polling
+from robotcore.hal.wall_clock import MonotonicClock
 
 PARAMETER = "robotcore.lease"
 RENEWAL_S = 1.0

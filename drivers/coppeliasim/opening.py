@@ -8,7 +8,7 @@ from drivers.coppeliasim.address import Address
 from drivers.coppeliasim.connection import Connection
 from drivers.coppeliasim.lease import Lease
 from drivers.coppeliasim.scene import CoppeliaSimScene
-from robotcore.scene import State
+from robotcore.simulation.remote_scene import State
 
 
 def open_scene(address: Address, answer_s: float, *, may_stop: bool) -> CoppeliaSimScene:

@@ -11,11 +11,11 @@ from drivers.coppeliasim.placing import Placement, mounted
 from drivers.coppeliasim.probing import box_before
 from drivers.coppeliasim.scene import CoppeliaSimScene
 from drivers.coppeliasim.workshop import Workshop
-from robotcore.clock import Clock
 from robotcore.description import RangeSensorDescription
-from robotcore.devices import Range, RangeSensor
+from robotcore.hal.clock import Clock
+from robotcore.hal.devices import Range, RangeSensor
 from robotcore.raycast import FAN_SETBACK_M, Fan
-from robotcore.sampling import OnceAnInstant
+from robotcore.simulation.sampling import OnceAnInstant
 
 _PYRAMID, _EXPLICIT = 30, 1
 _ULTRASONIC = 16

@@ -13,12 +13,12 @@ from drivers.coppeliasim.eyes import Eye, add_eye
 from drivers.coppeliasim.placing import Placement, mounted
 from drivers.coppeliasim.probing import BOX_M, box_before
 from drivers.coppeliasim.workshop import Workshop
-from robotcore.clock import Clock
 from robotcore.description import RangeSensorDescription
-from robotcore.devices import Range, RangeSensor
 from robotcore.errors import BackendError
+from robotcore.hal.clock import Clock
+from robotcore.hal.devices import Range, RangeSensor
 from robotcore.raycast import FAN_RAYS, FAN_SETBACK_M, Fan
-from robotcore.sampling import OnceAnInstant
+from robotcore.simulation.sampling import OnceAnInstant
 
 _PROBED_M = 0.01
 

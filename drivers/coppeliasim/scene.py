@@ -11,9 +11,9 @@ from drivers.coppeliasim.connection import LOADING_S, Connection, RefusedError
 from drivers.coppeliasim.eyes import across
 from drivers.coppeliasim.lease import Lease
 from drivers.coppeliasim.workshop import Workshop
-from robotcore.clock import MonotonicClock
 from robotcore.errors import BackendError
-from robotcore.scene import Kind, Lens, Point, RawPicture, Scene, SceneObject, State
+from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.simulation.remote_scene import Kind, Lens, Point, RawPicture, Scene, SceneObject, State
 
 _SAME_S = 1e-6
 _PAUSED, _ADVANCING = 8, 16

@@ -11,8 +11,6 @@ from drivers.coppeliasim.ranging import FanRangeSensor
 from drivers.coppeliasim.scene import CoppeliaSimScene
 from drivers.coppeliasim.truth import CoppeliaSimTruth, Touches
 from drivers.coppeliasim.wheels import BuiltEncoder, BuiltMotor
-from robotcore.backend import Setup
-from robotcore.clock import SteppedClock
 from robotcore.description import (
     CameraDescription,
     DisplayDescription,
@@ -21,9 +19,11 @@ from robotcore.description import (
     RangeSensorDescription,
     SimulatedDevice,
 )
-from robotcore.devices import Device
 from robotcore.errors import DeviceError
-from robotcore.scene.pictures import SceneCamera, SceneDisplay
+from robotcore.hal.backend import Setup
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.devices import Device
+from robotcore.simulation.remote_scene.pictures import SceneCamera, SceneDisplay
 
 
 class Simulation:

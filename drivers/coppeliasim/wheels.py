@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from drivers.coppeliasim.scene import CoppeliaSimScene
-from robotcore.clock import Clock
 from robotcore.description import EncoderDescription, MotorDescription
-from robotcore.devices import Angle, Encoder, Motor
-from robotcore.sampling import OnceAnInstant
+from robotcore.hal.clock import Clock
+from robotcore.hal.devices import Angle, Encoder, Motor
+from robotcore.simulation.sampling import OnceAnInstant
 
 
 class BuiltMotor(Motor):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from drivers.kinematic.devices import KinematicCamera, KinematicEncoder, KinematicMotor, KinematicRangeSensor
 from drivers.kinematic.simulation import Simulation
-from robotcore.backend import Backend, Setup, Vouch
 from robotcore.description import (
     CameraDescription,
     Described,
@@ -14,10 +13,10 @@ from robotcore.description import (
     RangeSensorDescription,
     SimulatedDevice,
 )
-from robotcore.devices import Device
-from robotcore.display import MemoryDisplay
 from robotcore.errors import DeviceError, DeviceGroupError, UsageError
-from robotcore.robot import Robot
+from robotcore.hal.backend import Backend, Setup, Vouch
+from robotcore.hal.devices import Device, MemoryDisplay
+from robotcore.hal.robot import Robot
 
 
 class KinematicOptions(Described):

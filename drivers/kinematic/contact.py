@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.kinematic.planes import Array
 from drivers.kinematic.surroundings import Surroundings
 from robotcore.geometry import Pose
-from robotcore.truth import RELEASE_M
+from robotcore.hal.truth import RELEASE_M
+from robotcore.simulation.painter.planes import Array
 
 
 class Bumper:

@@ -5,16 +5,16 @@ from __future__ import annotations
 from drivers.kinematic.echo import Sonar
 from drivers.kinematic.motion import Wheel
 from drivers.kinematic.simulation import Simulation
-from robotcore.clock import Clock
 from robotcore.description import (
     CameraDescription,
     EncoderDescription,
     MotorDescription,
     RangeSensorDescription,
 )
-from robotcore.devices import Angle, Camera, Encoder, Frame, Image, Motor, Range, RangeSensor
-from robotcore.projection import View
-from robotcore.sampling import OnceAnInstant
+from robotcore.hal.clock import Clock
+from robotcore.hal.devices import Angle, Camera, Encoder, Frame, Image, Motor, Range, RangeSensor
+from robotcore.optics import View
+from robotcore.simulation.sampling import OnceAnInstant
 
 
 class KinematicMotor(Motor):

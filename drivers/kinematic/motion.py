@@ -13,8 +13,7 @@ from __future__ import annotations
 import math
 
 from drivers.kinematic.contact import Bumper
-from robotcore.drive import DifferentialGeometry, Wheels
-from robotcore.geometry import Pose, Twist
+from robotcore.geometry import DifferentialGeometry, Pose, Twist, Wheels
 
 
 class Wheel:

@@ -6,12 +6,12 @@ from functools import cached_property
 
 from drivers.kinematic.contact import Bumper
 from drivers.kinematic.motion import Chassis, Wheel
-from drivers.kinematic.painter import Painter
 from drivers.kinematic.surroundings import Surroundings
-from robotcore.backend import Setup
-from robotcore.clock import SteppedClock
 from robotcore.description import Drive, MotorDescription, WorldDescription
 from robotcore.geometry import Pose, Twist
+from robotcore.hal.backend import Setup
+from robotcore.hal.clock import SteppedClock
+from robotcore.simulation.painter import Painter
 
 
 class Simulation:

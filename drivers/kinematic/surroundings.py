@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from drivers.kinematic.planes import Array, half_planes, nearest_on, run_starts
 from robotcore.description import WorldDescription
 from robotcore.geometry import Pose
 from robotcore.raycast import Outline, edges_of
+from robotcore.simulation.painter.planes import Array, half_planes, nearest_on, run_starts
 
 
 class Surroundings:

@@ -16,8 +16,6 @@ from drivers.mock.devices import (
     grey_picture,
 )
 from drivers.mock.script import Script
-from robotcore.backend import Backend, Setup, Vouch
-from robotcore.clock import Clock, SteppedClock
 from robotcore.description import (
     BatteryDescription,
     CameraDescription,
@@ -29,9 +27,11 @@ from robotcore.description import (
     RangeSensorDescription,
     RobotDescription,
 )
-from robotcore.devices import Device
 from robotcore.errors import UnknownNameError
-from robotcore.robot import Robot
+from robotcore.hal.backend import Backend, Setup, Vouch
+from robotcore.hal.clock import Clock, SteppedClock
+from robotcore.hal.devices import Device
+from robotcore.hal.robot import Robot
 
 
 class MockOptions(Described):

@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drivers.mock.script import Playback, Script
-from robotcore.clock import Clock
 from robotcore.description import CameraDescription, MotorDescription, RangeSensorDescription
-from robotcore.devices import (
+from robotcore.errors import UsageError
+from robotcore.hal.clock import Clock
+from robotcore.hal.devices import (
     Angle,
     Battery,
     Camera,
@@ -18,13 +19,12 @@ from robotcore.devices import (
     Encoder,
     Frame,
     Image,
-    Intrinsics,
     Motor,
     Range,
     RangeSensor,
     Voltage,
 )
-from robotcore.errors import UsageError
+from robotcore.optics import Intrinsics
 
 GREY = 128
 

@@ -9,8 +9,6 @@ from functools import cached_property
 from drivers.mock.backend import MockBackend
 from drivers.mock.devices import Command, MockDisplay, MockMotor
 from drivers.mock.script import Script
-from robotcore.backend import Setup
-from robotcore.behaviour import Behaviour, Status
 from robotcore.description import (
     CameraDescription,
     Described,
@@ -18,14 +16,16 @@ from robotcore.description import (
     RobotDescription,
     load_robot,
 )
-from robotcore.devices import Image
-from robotcore.drive import Wheels
 from robotcore.errors import UnmetNeedError
-from robotcore.faults import plan_faults
-from robotcore.layers import Assembled, assemble, needed_devices
-from robotcore.robot import Robot
-from robotcore.running.loop import Loop
-from robotcore.running.trace import TickRecord
+from robotcore.geometry import Wheels
+from robotcore.hal.backend import Setup
+from robotcore.hal.devices import Image
+from robotcore.hal.robot import Robot
+from robotcore.runtime.behaviour import Behaviour, Status
+from robotcore.runtime.faults import plan_faults
+from robotcore.runtime.layers import Assembled, assemble, needed_devices
+from robotcore.runtime.loop import Loop
+from robotcore.runtime.trace import TickRecord
 
 
 class MockRobot:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Generic, TypeVar
 
-from robotcore.clock import Clock
 from robotcore.errors import DeviceError, UsageError
+from robotcore.hal.clock import Clock
 
 ValueT = TypeVar("ValueT")
 

@@ -6,11 +6,10 @@ import os
 from contextlib import ExitStack
 
 from drivers.mujoco.simulation import Simulation
-from robotcore.backend import Backend, Setup, Vouch
 from robotcore.description import Described, RobotDescription, WorldDescription
 from robotcore.errors import BackendMissingError, UsageError
-from robotcore.exporting import Exported
-from robotcore.robot import Robot
+from robotcore.hal.backend import Backend, Exported, Setup, Vouch
+from robotcore.hal.robot import Robot
 
 OLDEST = (3, 5)
 

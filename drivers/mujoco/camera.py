@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from drivers.mujoco.body import Body
 from drivers.mujoco.opengl import NoOpenGL
 from drivers.mujoco.rendering import Numbers, Renderer
-from robotcore.clock import Clock
 from robotcore.description import CameraDescription
-from robotcore.devices import Camera, Frame, Image
 from robotcore.errors import DeviceError
 from robotcore.geometry import Pose
-from robotcore.projection import View
-from robotcore.sampling import OnceAnInstant
+from robotcore.hal.clock import Clock
+from robotcore.hal.devices import Camera, Frame, Image
+from robotcore.optics import View
+from robotcore.simulation.sampling import OnceAnInstant
 
 
 class MujocoCamera(Camera):

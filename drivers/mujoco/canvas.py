@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.mujoco.opengl import Context, NoOpenGL, named_to_mujoco, open_context
-from robotcore.devices import Image
+from robotcore.hal.devices import Image
 
 if TYPE_CHECKING:
     from mujoco import MjModel, MjrContext, MjvScene

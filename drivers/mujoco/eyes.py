@@ -9,9 +9,9 @@ from drivers.mujoco.camera import MujocoCamera
 from drivers.mujoco.model.world import seen_name
 from drivers.mujoco.opengl import NoOpenGL
 from drivers.mujoco.rendering import Renderer
-from robotcore.clock import Clock
 from robotcore.description import CameraDescription, WorldDescription
 from robotcore.errors import DeviceError
+from robotcore.hal.clock import Clock
 
 if TYPE_CHECKING:
     from mujoco import MjData, MjModel

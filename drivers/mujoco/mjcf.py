@@ -11,7 +11,7 @@ from drivers.mujoco.model import build, compiled
 from drivers.mujoco.model.turned import mounted
 from robotcore.description import RobotDescription, WorldDescription
 from robotcore.description.parts import BASE, frame
-from robotcore.exporting import Exported
+from robotcore.hal.backend import Exported
 from robotcore.text import counted
 
 if TYPE_CHECKING:

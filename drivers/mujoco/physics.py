@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robotcore.clock import SteppedClock
 from robotcore.description.parts import BASE
 from robotcore.errors import BackendError
-from robotcore.truth import RELEASE_M
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.truth import RELEASE_M
 
 if TYPE_CHECKING:
     from mujoco import MjData, MjModel

@@ -9,11 +9,11 @@ import numpy as np
 
 from drivers.mujoco.body import Array, Body
 from drivers.mujoco.model.groups import HEARD, flags
-from robotcore.clock import Clock
 from robotcore.description import RangeSensorDescription
-from robotcore.devices import Range, RangeSensor
+from robotcore.hal.clock import Clock
+from robotcore.hal.devices import Range, RangeSensor
 from robotcore.raycast import FAN_RAYS, FAN_SETBACK_M, Fan
-from robotcore.sampling import OnceAnInstant
+from robotcore.simulation.sampling import OnceAnInstant
 
 if TYPE_CHECKING:
     from mujoco import MjData, MjModel

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from drivers.mujoco.canvas import Canvas, Depths
 from drivers.mujoco.model.building import FAR_M, NEAR_M
 from drivers.mujoco.model.groups import SEEN, flags
-from robotcore.devices import Image
-from robotcore.projection import View
+from robotcore.hal.devices import Image
+from robotcore.optics import View
 
 if TYPE_CHECKING:
     from mujoco import MjData, MjModel, MjvGLCamera, MjvOption, MjvScene

@@ -12,8 +12,6 @@ from drivers.mujoco.ranging import MujocoRangeSensor
 from drivers.mujoco.truth import MujocoTruth
 from drivers.mujoco.wheels import MujocoEncoder, MujocoMotor
 from drivers.mujoco.window import Window
-from robotcore.backend import Setup
-from robotcore.clock import SteppedClock
 from robotcore.description import (
     CameraDescription,
     DisplayDescription,
@@ -23,8 +21,9 @@ from robotcore.description import (
     SimulatedDevice,
     WorldDescription,
 )
-from robotcore.devices import Device
-from robotcore.display import MemoryDisplay
+from robotcore.hal.backend import Setup
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.devices import Device, MemoryDisplay
 
 
 class Simulation:

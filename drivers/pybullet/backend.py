@@ -10,10 +10,10 @@ from pydantic import PositiveInt
 
 from drivers.pybullet.bullet import Bullet, stdout_on_stderr
 from drivers.pybullet.simulation import Simulation
-from robotcore.backend import Backend, Setup, Vouch
 from robotcore.description import Described
 from robotcore.errors import UsageError
-from robotcore.robot import Robot
+from robotcore.hal.backend import Backend, Setup, Vouch
+from robotcore.hal.robot import Robot
 
 
 class PyBulletOptions(Described):

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
 from drivers.pybullet.scene import Scene
-from robotcore.clock import Clock
 from robotcore.description import CameraDescription
-from robotcore.devices import Camera, Frame, Image
 from robotcore.geometry import Pose
-from robotcore.projection import View
-from robotcore.sampling import OnceAnInstant
+from robotcore.hal.clock import Clock
+from robotcore.hal.devices import Camera, Frame, Image
+from robotcore.optics import View
+from robotcore.simulation.sampling import OnceAnInstant
 
 NEAR_M, FAR_M = 0.005, 500.0
 

@@ -7,10 +7,10 @@ from collections.abc import Collection
 
 from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
-from robotcore.clock import SteppedClock
 from robotcore.description import MotorDescription
-from robotcore.devices import Motor
-from robotcore.truth import RELEASE_M
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.devices import Motor
+from robotcore.hal.truth import RELEASE_M
 
 
 class Physics:

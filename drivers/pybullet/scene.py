@@ -7,8 +7,8 @@ from enum import IntFlag
 from drivers.pybullet.bullet import Bullet
 from drivers.pybullet.textures import Textures
 from robotcore.description import Ball, Floor, Texture, WorldDescription
+from robotcore.description.meshes import Mesh, ball_mesh, ground_mesh, prism_mesh
 from robotcore.description.world import Prism
-from robotcore.meshes import Mesh, ball_mesh, ground_mesh, prism_mesh
 
 GROUND_HALF_M = 200.0
 """The ground is drawn this far; its edge lies a pixel's fraction below the horizon."""

@@ -8,11 +8,11 @@ import numpy as np
 
 from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
-from robotcore.clock import Clock
 from robotcore.description import EncoderDescription, RangeSensorDescription
-from robotcore.devices import Angle, Encoder, Range, RangeSensor
+from robotcore.hal.clock import Clock
+from robotcore.hal.devices import Angle, Encoder, Range, RangeSensor
 from robotcore.raycast import FAN_SETBACK_M, Fan
-from robotcore.sampling import OnceAnInstant
+from robotcore.simulation.sampling import OnceAnInstant
 
 
 class BulletEncoder(Encoder):

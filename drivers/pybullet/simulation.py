@@ -9,8 +9,6 @@ from drivers.pybullet.physics import BulletMotor, Physics, Touches
 from drivers.pybullet.scene import Scene
 from drivers.pybullet.sensors import BulletEncoder, BulletRangeSensor
 from drivers.pybullet.truth import BulletTruth
-from robotcore.backend import Setup
-from robotcore.clock import SteppedClock
 from robotcore.description import (
     CameraDescription,
     DisplayDescription,
@@ -20,8 +18,9 @@ from robotcore.description import (
     SimulatedDevice,
     WorldDescription,
 )
-from robotcore.devices import Device
-from robotcore.display import MemoryDisplay
+from robotcore.hal.backend import Setup
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.devices import Device, MemoryDisplay
 
 
 class Simulation:

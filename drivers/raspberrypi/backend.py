@@ -11,16 +11,16 @@ from drivers.raspberrypi.chip import AT_THE_DESK
 from drivers.raspberrypi.gpio import on_header
 from drivers.raspberrypi.header import counted, wiring_of
 from drivers.raspberrypi.pins import open_pins
-from robotcore.backend import Backend, Setup
-from robotcore.clock import MonotonicClock
 from robotcore.description import Described, RobotDescription
-from robotcore.guardian import CutoffSpec
+from robotcore.hal.backend import Backend, Setup
+from robotcore.hal.cutoff import CutoffSpec
+from robotcore.hal.robot import Robot
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hardware import Fitting, batteries_in, fit, open_robot, unopened_cutoffs
-from robotcore.robot import Robot
 
 if TYPE_CHECKING:
-    from robotcore.doctor import Finding
-    from robotcore.hardware import Wiring
+    from robotcore.hal.finding import Finding
+    from robotcore.hal.wiring import Wiring
 
 SECTION = "raspberrypi"
 """Where a robot's file says how its devices are connected."""
@@ -64,8 +64,8 @@ class RaspberryPiBackend(Backend):
 
     def examine(self, robot: RobotDescription | None) -> Iterable[Finding]:
         from drivers.raspberrypi.doctor import examine
-        from robotcore.doctor import findings_of
-        from robotcore.doctor.batteries import batteries_of
+        from robotcore.hal.finding import findings_of
+        from robotcore.hardware.diagnosis import batteries_of
 
         if self.needs_world:
             return super().examine(robot)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from drivers.raspberrypi.chip import Chip, HeldError
 from drivers.raspberrypi.owner import Owner
-from robotcore.guardian import Cutoff
+from robotcore.hal.cutoff import Cutoff
 
 GOING_S = 0.3
 """A process that ends has let its lines go by then."""

@@ -10,7 +10,8 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
 from drivers.raspberrypi.uart import NOTE, is_header_port, lines_of
-from robotcore.hardware import Fitting, Pad, PadKind, Wire, Wiring
+from robotcore.hal.wiring import Pad, PadKind, Wire, Wiring
+from robotcore.hardware import Fitting
 
 _LAYOUT = """
     3.3V  5V

@@ -19,7 +19,6 @@ from drivers.replay.devices import (
     ReplayRangeSensor,
 )
 from drivers.replay.reel import Reel
-from robotcore.backend import Backend, Setup
 from robotcore.description import (
     BatteryDescription,
     CameraDescription,
@@ -30,11 +29,12 @@ from robotcore.description import (
     RangeSensorDescription,
     RobotDescription,
 )
-from robotcore.devices import Device
 from robotcore.errors import UnmetNeedError, UsageError
+from robotcore.hal.backend import Backend, Setup
+from robotcore.hal.devices import Device
+from robotcore.hal.robot import Robot
 from robotcore.recording import Recording, read
-from robotcore.robot import Robot
-from robotcore.running.plan import RunRequest
+from robotcore.runtime.plan import RunRequest
 
 
 class ReplayOptions(Described):

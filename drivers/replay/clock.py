@@ -6,8 +6,8 @@ import heapq
 import itertools
 from collections.abc import Sequence
 
-from robotcore.clock import Callback, Clock
 from robotcore.errors import RecordingEndedError
+from robotcore.hal.clock import Callback, Clock
 
 _SAME_S = 1e-9
 """What sums of periods make of one time."""

@@ -5,7 +5,19 @@ from __future__ import annotations
 from drivers.replay.clock import ReplayClock
 from drivers.replay.reel import Reel
 from robotcore.description import CameraDescription, RangeSensorDescription
-from robotcore.devices import Angle, Battery, Camera, Display, Encoder, Frame, Image, Motor, Range, RangeSensor, Voltage
+from robotcore.hal.devices import (
+    Angle,
+    Battery,
+    Camera,
+    Display,
+    Encoder,
+    Frame,
+    Image,
+    Motor,
+    Range,
+    RangeSensor,
+    Voltage,
+)
 from robotcore.recording import Recording
 
 

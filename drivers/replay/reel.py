@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import Generic, TypeVar, cast
 
 from drivers.replay.clock import ReplayClock
-from robotcore.devices import Angle, Frame, Range, Voltage
 from robotcore.errors import DeviceError, RecordingError
+from robotcore.hal.devices import Angle, Frame, Range, Voltage
 from robotcore.recording import Read, Recording, SampleKey
 
 RecordedT = TypeVar("RecordedT", Range, Frame, Angle, Voltage)

@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Any
 from drivers.serial.elsewhere import plugged_in_at
 from drivers.serial.ports.place import PortPlace
 from drivers.serial.wires import counted_on, ports_of, wiring_of
-from robotcore.backend import Backend, Setup
-from robotcore.clock import MonotonicClock
 from robotcore.description import Described, RobotDescription, load_robot
-from robotcore.guardian import CutoffSpec
+from robotcore.hal.backend import Backend, Setup
+from robotcore.hal.cutoff import CutoffSpec
+from robotcore.hal.robot import Robot
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hardware import Fitting, batteries_in, fit, open_robot, unopened_cutoffs
-from robotcore.robot import Robot
 
 if TYPE_CHECKING:
-    from robotcore.doctor import Finding
-    from robotcore.hardware import Wiring
+    from robotcore.hal.finding import Finding
+    from robotcore.hal.wiring import Wiring
 
 SECTION = "serial"
 """Where a robot's file says how its devices are connected."""

@@ -11,14 +11,13 @@ from drivers.serial.boards.settings import PortSettings
 from drivers.serial.ports.finding import also_open, those_there
 from drivers.serial.ports.port import Port, PortError
 from drivers.serial.wires import counted_on
-from robotcore.backend import Backend, Setup
 from robotcore.description import RobotDescription
-from robotcore.devices import Angle, Device, Frame, Range, Sensor, Voltage
-from robotcore.doctor import Check, Finding, Level, findings_of
-from robotcore.doctor.batteries import charges
-from robotcore.doctor.described import described
 from robotcore.errors import DeviceError, DeviceGroupError
+from robotcore.hal.backend import Backend, Setup
+from robotcore.hal.devices import Angle, Device, Frame, Range, Sensor, Voltage
+from robotcore.hal.finding import Check, Finding, Level, findings_of
 from robotcore.hardware import Fitting, fit
+from robotcore.hardware.diagnosis import charges, described
 
 MUTE = "Let them turn for a moment, with the wheels in the air"
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from robotcore.hardware import Fitting, Wire, Wiring
+from robotcore.hal.wiring import Wire, Wiring
+from robotcore.hardware import Fitting
 from robotcore.text import counted
 
 

@@ -8,12 +8,12 @@ from functools import partial
 
 from pydantic import Field
 
-from robotcore.backend import Backend, Setup, Vouch
 from robotcore.description import Described, RobotDescription
-from robotcore.doctor import Finding
-from robotcore.guardian import CutoffSpec
-from robotcore.robot import Robot
-from robotcore.scene import Scene, Whose, join, look, places
+from robotcore.hal.backend import Backend, Setup, Vouch
+from robotcore.hal.cutoff import CutoffSpec
+from robotcore.hal.finding import Finding
+from robotcore.hal.robot import Robot
+from robotcore.simulation.remote_scene import Scene, Whose, join, look, places
 from robotcore.text import counted
 
 SECTION = "vrep"

@@ -15,7 +15,7 @@ from drivers.vrep.wire.errors import RemoteApiError, ServerHangsError, ServerLos
 from drivers.vrep.wire.link import PATIENCE_S, RETRY_S, TIMEOUT_S, Link
 from drivers.vrep.wire.messages import NOTHING_DONE, Header
 from drivers.vrep.wire.request import Identity, Request
-from robotcore.clock import MonotonicClock
+from robotcore.hal.wall_clock import MonotonicClock
 
 T = TypeVar("T")
 

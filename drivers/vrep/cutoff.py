@@ -8,8 +8,8 @@ from drivers.vrep.connection import Connection
 from drivers.vrep.wire import requests
 from drivers.vrep.wire.errors import NobodyListensError, RemoteApiError, ServerHangsError
 from drivers.vrep.wire.link import RETRY_S
-from robotcore.clock import MonotonicClock
-from robotcore.guardian import Cutoff, Unsure
+from robotcore.hal.cutoff import Cutoff, Unsure
+from robotcore.hal.wall_clock import MonotonicClock
 
 SHORT_S = 0.2
 """A guardian does not wait long; a server that listens and is free answers in milliseconds."""

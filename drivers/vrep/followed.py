@@ -11,9 +11,9 @@ from drivers.vrep.wire import requests
 from drivers.vrep.wire.errors import ServerHangsError
 from drivers.vrep.wire.messages import Header
 from drivers.vrep.wire.request import Identity, Request
-from robotcore.clock import MonotonicClock
 from robotcore.errors import BackendError
-from robotcore.scene import Point
+from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.simulation.remote_scene import Point
 
 T = TypeVar("T")
 

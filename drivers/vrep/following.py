@@ -14,7 +14,7 @@ from drivers.vrep.wire.errors import ServerHangsError, SimulationHaltedError
 from drivers.vrep.wire.link import PATIENCE_S, TIMEOUT_S, Link
 from drivers.vrep.wire.messages import Header
 from drivers.vrep.wire.request import BLOCKING, ONESHOT, STREAMING, Identity, Request
-from robotcore.clock import MonotonicClock
+from robotcore.hal.wall_clock import MonotonicClock
 
 T = TypeVar("T")
 

@@ -9,7 +9,7 @@ from drivers.vrep.wire.errors import NobodyListensError, RemoteApiError, ServerL
 from drivers.vrep.wire.link import RETRY_S, Link
 from drivers.vrep.wire.messages import NOTHING_DONE, Header, Piece
 from drivers.vrep.wire.request import DISCONTINUE, Identity, Request
-from robotcore.clock import MonotonicClock
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.threads import start_thread
 
 _ASKING_S = 0.0005

@@ -12,7 +12,7 @@ from drivers.vrep.wire import requests
 from drivers.vrep.wire.errors import RefusedError
 from drivers.vrep.wire.messages import Header
 from drivers.vrep.wire.request import Request
-from robotcore.scene import Kind, Lens, Point, RawPicture, Scene, SceneObject, State
+from robotcore.simulation.remote_scene import Kind, Lens, Point, RawPicture, Scene, SceneObject, State
 
 T = TypeVar("T")
 

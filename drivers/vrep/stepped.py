@@ -19,9 +19,9 @@ from drivers.vrep.wire.errors import (
 )
 from drivers.vrep.wire.messages import Header
 from drivers.vrep.wire.request import Identity, Request
-from robotcore.clock import MonotonicClock
-from robotcore.scene import Point, State
-from robotcore.uninterrupted import Uninterrupted
+from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.simulation.executor import Uninterrupted
+from robotcore.simulation.remote_scene import Point, State
 
 T = TypeVar("T")
 

@@ -9,14 +9,14 @@ import click
 from robotcore.cli.output import as_json, write_json, write_table
 
 if TYPE_CHECKING:
-    from robotcore.settings import Setting
+    from robotcore.runtime.settings import Setting
 
 
 @click.command("apps")
 @as_json
 def command(*, as_json: bool) -> None:
     """List the apps, their needs and settings."""
-    from robotcore.registry import app_names
+    from robotcore.plugins import app_names
 
     apps = [_told(name) for name in app_names()]
     if as_json:
@@ -26,9 +26,9 @@ def command(*, as_json: bool) -> None:
 
 
 def _told(name: str) -> dict[str, Any]:
-    from robotcore.catalogue import load_app
     from robotcore.errors import BackendMissingError
-    from robotcore.settings import settings_of
+    from robotcore.runtime.apps import load_app
+    from robotcore.runtime.settings import settings_of
 
     try:
         app = load_app(name)

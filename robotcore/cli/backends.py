@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 @as_json
 def command(*, as_json: bool) -> None:
     """List the backends, and which are installed."""
-    from robotcore.registry import backend_names
+    from robotcore.plugins import backend_names
 
     backends = [_told(name) for name in backend_names()]
     if as_json:
@@ -26,8 +26,8 @@ def command(*, as_json: bool) -> None:
 
 
 def _told(name: str) -> dict[str, Any]:
-    from robotcore.catalogue import load_backend
     from robotcore.errors import BackendMissingError
+    from robotcore.hal.backend import load_backend
 
     try:
         backend = load_backend(name)

@@ -65,9 +65,8 @@ def _check(file: str, robot: RobotDescription) -> int:
 
 def _look(file: str, robot: RobotDescription, name: str, options: Mapping[str, str]) -> int:
     """Tell what of a robot is there in the scene of a simulator that runs."""
-    from robotcore.backend import Setup
-    from robotcore.catalogue import load_backend
-    from robotcore.doctor import Level
+    from robotcore.hal.backend import Setup, load_backend
+    from robotcore.hal.finding import Level
 
     backend = load_backend(name)
     backend.require_installed()
@@ -82,8 +81,8 @@ def _look(file: str, robot: RobotDescription, name: str, options: Mapping[str, s
 
 def _checked(robot: RobotDescription, section: str) -> tuple[list[str], str]:
     """Return what a backend says of its own section, and why it cannot be asked; raises DescriptionError."""
-    from robotcore.catalogue import load_backend
     from robotcore.errors import BackendMissingError
+    from robotcore.hal.backend import load_backend
 
     try:
         backend = load_backend(section)

@@ -23,9 +23,9 @@ def command(first: Path, second: Path, picture: Path | None, *, as_json: bool) -
 
     Exit status: 0 the same milestones in the same order and the same outcome, 1 else.
     """
-    from robotcore.comparison import Comparison, Side
-    from robotcore.comparison.words import told
     from robotcore.recording import read
+    from robotcore.recording.comparison import Comparison, Side
+    from robotcore.recording.comparison.words import told
     from robotcore.view.picture import require_writable
 
     require_apart("--picture", picture, first, second)

@@ -11,7 +11,7 @@ import click
 from robotcore.text import escape
 
 if TYPE_CHECKING:
-    from robotcore.hardware import Pad, Wire, Wiring
+    from robotcore.hal.wiring import Pad, Wire, Wiring
 
 USES, NAME = 32, 7
 """How wide what goes to a pad, and what the pad carries, may be: a row has 95 columns."""

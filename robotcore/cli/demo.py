@@ -10,7 +10,7 @@ import click
 from robotcore.cli.output import write_line
 
 if TYPE_CHECKING:
-    from robotcore.backend import Backend
+    from robotcore.hal.backend import Backend
 
 FIRST = "pybullet"
 """Its camera needs no OpenGL: where it is installed it works."""
@@ -37,7 +37,7 @@ def command(seed: int, picture: Path, *, gui: bool) -> int:
 
 def chosen_backend() -> tuple[str, str]:
     """Return the first physics simulator that works here, else the built-in backend; and why."""
-    from robotcore.catalogue import loadable_backends
+    from robotcore.hal.backend import loadable_backends
 
     physical = [backend for backend in loadable_backends() if backend.brings_physics]
     faults: list[str] = []
@@ -52,7 +52,7 @@ def _fault_of(backend: Backend) -> str:
     """Return why a simulator cannot be taken, and what to do; nothing where a robot opens, moves and sees in it."""
     if not backend.is_installed:
         return f"{backend.name} is not installed. {backend.remedy}."
-    from robotcore.doctor import Level
+    from robotcore.hal.finding import Level
 
     broken = (finding for finding in backend.examine(None) if finding.level is Level.ERROR)
     return next((f"{backend.name}: {finding.said}." for finding in broken), "")

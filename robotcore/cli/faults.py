@@ -13,14 +13,14 @@ Every fault takes after=SECONDS, from when, and lasts=SECONDS, for how long, on 
 Beside every=SECONDS, lasts is for how long it may come again."""
 
 if TYPE_CHECKING:
-    from robotcore.faults.form import Parameter
+    from robotcore.runtime.faults.form import Parameter
 
 
 @click.command("faults")
 @as_json
 def command(*, as_json: bool) -> None:
     """List the faults that --fault knows, and what each is on."""
-    from robotcore.registry import fault_names
+    from robotcore.plugins import fault_names
 
     faults = [_told(name) for name in fault_names()]
     if as_json:
@@ -32,9 +32,9 @@ def command(*, as_json: bool) -> None:
 
 def _told(name: str) -> dict[str, Any]:
     from robotcore.errors import BackendMissingError
-    from robotcore.faults.catalogue import effect_of, load_fault
-    from robotcore.faults.form import parameters_of
-    from robotcore.faults.targets import ROLES
+    from robotcore.runtime.faults.catalogue import effect_of, load_fault
+    from robotcore.runtime.faults.form import parameters_of
+    from robotcore.runtime.faults.targets import ROLES
 
     effect = effect_of(name)
     try:

@@ -11,7 +11,7 @@ from robotcore.cli.output import write_line
 from robotcore.text import escape
 
 if TYPE_CHECKING:
-    from robotcore.doctor import Finding
+    from robotcore.hal.finding import Finding
 
 STYLES = {"ok": "green", "warning": "yellow", "error": "red"}
 NEWLINE, INDENT, PIPED_WIDTH = "\n", 23, 1000

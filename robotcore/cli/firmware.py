@@ -11,8 +11,8 @@ import click
 from robotcore.cli.output import write_line
 
 if TYPE_CHECKING:
-    from robotcore.firmware.boards import Board
-    from robotcore.firmware.building import Built
+    from robotcore.hardware.firmware.boards import Board
+    from robotcore.hardware.firmware.building import Built
 
 _BOARDS = ("uno", "nano", "nano-old")
 
@@ -42,7 +42,7 @@ def command() -> None:
 @click.argument("into", metavar="DIR", type=click.Path(path_type=Path, file_okay=False))
 def copy(into: Path) -> None:
     """Copy the sketch into DIR, to write your robot's pins into its config.h."""
-    from robotcore.firmware import sketch
+    from robotcore.hardware.firmware import sketch
 
     target = sketch.copy(into)
     write_line(f"{target / 'config.h'}: say there how your robot is wired")
@@ -57,8 +57,8 @@ def copy(into: Path) -> None:
 )
 def build(name: str, folder: Path | None, into: Path) -> None:
     """Compile the sketch, with arduino-cli, or with avr-gcc and Debian's Arduino core."""
-    from robotcore.firmware.boards import BOARDS
-    from robotcore.firmware.sketch import chosen
+    from robotcore.hardware.firmware.boards import BOARDS
+    from robotcore.hardware.firmware.sketch import chosen
 
     write_line(str(_built(chosen(folder), BOARDS[name], into).image))
 
@@ -69,8 +69,8 @@ def build(name: str, folder: Path | None, into: Path) -> None:
 @click.option("--port", help="Where the board is, such as /dev/ttyUSB0; not needed where one alone is plugged in.")
 def flash(name: str, folder: Path | None, port: str | None) -> None:
     """Compile the sketch, put it on the board, and ask the board what it runs."""
-    from robotcore.firmware import flashing, greeting, ports, sketch
-    from robotcore.firmware.boards import BOARDS
+    from robotcore.hardware.firmware import flashing, greeting, ports, sketch
+    from robotcore.hardware.firmware.boards import BOARDS
 
     port = port or ports.only_port()
     ports.require_free(port)
@@ -84,7 +84,7 @@ def flash(name: str, folder: Path | None, port: str | None) -> None:
 
 
 def _built(folder: Path, board: Board, into: Path) -> Built:
-    from robotcore.firmware import building
+    from robotcore.hardware.firmware import building
 
     built = building.build(folder, board, into.absolute())
     write_line(f"built {built.image.name} with {built.tool}: {built.size_bytes} of {board.flash_bytes} bytes")

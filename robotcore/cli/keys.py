@@ -11,9 +11,9 @@ from select import select
 from threading import Event, RLock, Thread, main_thread
 from typing import Any
 
-from robotcore.running.observer import Run
-from robotcore.running.outcome import RunResult
-from robotcore.running.trace import TickRecord
+from robotcore.runtime.observer import Run
+from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.trace import TickRecord
 from robotcore.threads import start_thread
 
 KEY = b" "

@@ -11,7 +11,7 @@ import click
 from robotcore.cli.output import write_line
 
 if TYPE_CHECKING:
-    from robotcore.scaffold import Template
+    from robotcore.cli.scaffold import Template
 
 
 @click.command("new")
@@ -22,8 +22,8 @@ def command(folder: Path, *, is_driver: bool) -> None:
 
     It runs, passes its tests and deploys as it is. NAME may be a path, whose last part is the project's name.
     """
-    from robotcore.running.interrupts import Interrupts
-    from robotcore.scaffold import DRIVER, PROJECT, make
+    from robotcore.cli.scaffold import DRIVER, PROJECT, make
+    from robotcore.runtime.interrupts import Interrupts
 
     template = DRIVER if is_driver else PROJECT
     with Interrupts():

@@ -11,8 +11,8 @@ from robotcore.cli.values import pair
 from robotcore.errors import UnknownNameError
 
 if TYPE_CHECKING:
-    from robotcore.backend import Backend
     from robotcore.description import RobotDescription
+    from robotcore.hal.backend import Backend
 
 Command = Callable[..., Any]
 

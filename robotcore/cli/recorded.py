@@ -13,7 +13,7 @@ from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
     from robotcore.recording.recorder import Recorder
-    from robotcore.running.outcome import RunResult
+    from robotcore.runtime.outcome import RunResult
 
 
 def recorder_for(

@@ -14,7 +14,7 @@ from robotcore.cli.values import pair
 
 if TYPE_CHECKING:
     from robotcore.recording import Recording
-    from robotcore.replay import Rehearsed, Replayed
+    from robotcore.recording.replay import Rehearsed, Replayed
 
 
 @click.command("replay", cls=AnsweringCommand)
@@ -59,7 +59,7 @@ def command(
 
 
 def _run(recording: Recording, file: Path, app: str | None, settings: dict[str, str]) -> Replayed | Rehearsed:
-    from robotcore.replay import is_recorded_file, rehearse, replay
+    from robotcore.recording.replay import is_recorded_file, rehearse, replay
 
     is_held = not app or (recording.is_replayable and is_recorded_file(recording, app))
     if settings or not is_held:
@@ -71,7 +71,7 @@ def _tell(came_out: Replayed | Rehearsed) -> None:
     from robotcore.cli.failure import tell_error
     from robotcore.cli.output import write
     from robotcore.errors import DeviationError, Interrupted, RecordingEndedError, RobotcoreError
-    from robotcore.replay.words import told
+    from robotcore.recording.replay.words import told
 
     write(told(came_out))
     error = came_out.result.error
@@ -81,7 +81,7 @@ def _tell(came_out: Replayed | Rehearsed) -> None:
 
 
 def _draw(recording: Recording, came_out: Replayed | Rehearsed, picture: Path) -> None:
-    from robotcore.replay import Rehearsed
+    from robotcore.recording.replay import Rehearsed
     from robotcore.view.picture import png_of, save_png
     from robotcore.view.recorded import story_of
 

@@ -22,10 +22,10 @@ from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
     from robotcore.recording.recorder import Recorder
-    from robotcore.running.interrupts import Interrupts
-    from robotcore.running.notify import Notifier
-    from robotcore.running.outcome import RunResult
-    from robotcore.running.session import Observer
+    from robotcore.runtime.interrupts import Interrupts
+    from robotcore.runtime.notify import Notifier
+    from robotcore.runtime.outcome import RunResult
+    from robotcore.runtime.session import Observer
     from robotcore.view.picture import PictureRecorder
     from robotcore.view.progress import Progress
 
@@ -70,8 +70,8 @@ def command(
     Exit status: 0 success, 1 failure, timeout or a success that the simulator does not see, 2 wrong usage, 3 a device
     or backend failed, 4 the safety stage stopped it, 5 the app raised, 128 + the signal's number when interrupted.
     """
-    from robotcore.running.interrupts import Interrupts
-    from robotcore.running.notify import Notifier
+    from robotcore.runtime.interrupts import Interrupts
+    from robotcore.runtime.notify import Notifier
 
     with Interrupts() as interrupts:
         drawer = _drawer(picture)
@@ -138,7 +138,7 @@ def _run(
     last_words: Callable[[RunResult], None],
 ) -> RunResult:
     from robotcore.cli.keys import SpaceBar, can_listen
-    from robotcore.running.session import RunRequest, run
+    from robotcore.runtime.session import RunRequest, run
 
     with ExitStack() as stack:
         in_terminal: list[SpaceBar | Progress] = []

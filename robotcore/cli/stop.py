@@ -10,7 +10,7 @@ from robotcore.cli.output import write_line
 from robotcore.cli.placed import options_of, placed
 
 if TYPE_CHECKING:
-    from robotcore.backend import Backend, Setup
+    from robotcore.hal.backend import Backend, Setup
 
 
 @click.command("stop")
@@ -23,7 +23,7 @@ def command(name: str, robot: str, port: str | None, options: tuple[tuple[str, s
     Nothing is opened but what stops them. No program is ended for it: what one that lives still holds is named, and the
     exit status is 3. A backend whose motors turn no longer than their run has nothing to stop.
     """
-    from robotcore.catalogue import load_backend
+    from robotcore.hal.backend import load_backend
 
     backend = load_backend(name)
     backend.require_installed()
@@ -32,8 +32,8 @@ def command(name: str, robot: str, port: str | None, options: tuple[tuple[str, s
 
 def _setup(backend: Backend, robot: str, options: dict[str, str]) -> Setup:
     """Return the robot with its motors alone: nothing else of it is asked how it stops."""
-    from robotcore.backend import Setup
     from robotcore.description import MotorDescription
+    from robotcore.hal.backend import Setup
 
     described = backend.described(robot, options)
     motors = frozenset(device.name for device in described.devices if isinstance(device, MotorDescription))
@@ -42,7 +42,7 @@ def _setup(backend: Backend, robot: str, options: dict[str, str]) -> Setup:
 
 def _stop(backend: Backend, setup: Setup) -> int:
     from robotcore.errors import BackendError
-    from robotcore.guardian.standing import make_stand
+    from robotcore.safety.guardian.standing import make_stand
 
     cutoffs = backend.cutoffs(setup)
     if not cutoffs:

@@ -16,7 +16,7 @@ from robotcore.cli.values import Folder, count, names
 from robotcore.errors import BackendError, Interrupted, UsageError
 
 if TYPE_CHECKING:
-    from robotcore.running.plan import RunRequest
+    from robotcore.runtime.plan import RunRequest
     from robotcore.sweep import Results
     from robotcore.sweep.engine import Engine
     from robotcore.sweep.requirements import Requirement
@@ -107,7 +107,7 @@ def command(
 
 
 def _request(settings: tuple[tuple[str, str], ...], options: tuple[tuple[str, str], ...], **asked: Any) -> RunRequest:
-    from robotcore.running.plan import RunRequest
+    from robotcore.runtime.plan import RunRequest
 
     return RunRequest(**asked, settings=dict(settings), options=dict(options))
 
@@ -128,7 +128,7 @@ def _engine(cluster: str | None, jobs: int | None, wall_timeout_s: float | None,
 
 
 def _at_a_time(jobs: int | None, backends: tuple[str, ...]) -> int | None:
-    from robotcore.catalogue import load_backend
+    from robotcore.hal.backend import load_backend
 
     alone = [name for name in backends if load_backend(name).serves_one]
     if alone and jobs and jobs > 1:
@@ -138,7 +138,7 @@ def _at_a_time(jobs: int | None, backends: tuple[str, ...]) -> int | None:
 
 def _run(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | BackendError | None:
     """Run what is missing; return what kept it from its end, if anything did."""
-    from robotcore.running.interrupts import Interrupts
+    from robotcore.runtime.interrupts import Interrupts
     from robotcore.sweep.execution import execute
     from robotcore.sweep.progress import SweepProgress
 

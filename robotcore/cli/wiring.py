@@ -16,7 +16,7 @@ from robotcore.cli.output import as_json, write_json, write_line, write_lines, w
 from robotcore.cli.placed import options_of, placed, placed_robot
 
 if TYPE_CHECKING:
-    from robotcore.hardware import Wire, Wiring
+    from robotcore.hal.wiring import Wire, Wiring
 
 
 @click.command("wiring")
@@ -47,8 +47,8 @@ def command(robot: str, backend: str, port: str | None, options: tuple[tuple[str
 
 
 def _wiring(robot: str, name: str, options: Mapping[str, str]) -> Wiring:
-    from robotcore.catalogue import load_backend
     from robotcore.errors import UsageError
+    from robotcore.hal.backend import load_backend
 
     backend = load_backend(name)
     wiring = backend.wiring(placed_robot(backend, robot, options))

@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 
-from robotcore.deploy.aboard.releases.release import WHEELS, Release
-from robotcore.deploy.aboard.system.disk import in_words, size_of
+from robotcore.deploy.agent.releases.release import WHEELS, Release
+from robotcore.deploy.agent.system.disk import in_words, size_of
 from robotcore.deploy.connection.answers import BeginAnswer, Finding, InstallAnswer, Nothing, ProbeAnswer
 from robotcore.deploy.connection.link import Link
 from robotcore.deploy.packages.target import Target

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from robotcore.deploy.aboard.system.digest import sha256
-from robotcore.deploy.aboard.system.disk import in_words
+from robotcore.deploy.agent.system.digest import sha256
+from robotcore.deploy.agent.system.disk import in_words
 from robotcore.deploy.connection.answers import EraseAnswer, Recordings, RemoteFile
 from robotcore.deploy.connection.link import Link
 from robotcore.deploy.connection.rsync import RECORDING

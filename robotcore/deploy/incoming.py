@@ -11,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 
-from robotcore.deploy.aboard.system.disk import free_bytes, in_words, size_of
+from robotcore.deploy.agent.system.disk import free_bytes, in_words, size_of
 from robotcore.errors import DeployError, UsageError
 from robotcore.text import escape
 

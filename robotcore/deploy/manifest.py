@@ -9,11 +9,11 @@ from datetime import datetime, timezone
 from importlib.metadata import version
 from pathlib import Path
 
-from robotcore.catalogue import load_backend
-from robotcore.deploy.aboard.releases.release import TIME, Release
+from robotcore.deploy.agent.releases.release import TIME, Release
 from robotcore.deploy.project import Project
 from robotcore.deploy.staging.files import git_environment
-from robotcore.running.plan import DEFAULT_WORLD, RunRequest
+from robotcore.hal.backend import load_backend
+from robotcore.runtime.plan import DEFAULT_WORLD, RunRequest
 from robotcore.sweep.command import words_of
 from robotcore.sweep.seeds import seeds_of
 

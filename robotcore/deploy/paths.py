@@ -6,8 +6,8 @@ import os
 from collections.abc import Collection
 from pathlib import Path
 
-from robotcore.appfile import is_app_file
 from robotcore.errors import UsageError
+from robotcore.runtime.apps import is_app_file
 from robotcore.text import escape
 
 MOST_NAMED = 5

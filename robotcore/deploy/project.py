@@ -7,15 +7,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from robotcore.appfile import is_app_file
-from robotcore.catalogue import app_name, load_app, load_backend
 from robotcore.deploy.paths import inside, require_sendable
 from robotcore.deploy.table import FILE, ProjectTable, RobotcoreTable, Tables, tables_of
 from robotcore.description import RobotDescription, is_own, load_robot, load_world
 from robotcore.errors import UnknownNameError, UsageError
-from robotcore.registry import app_names
-from robotcore.running.plan import require_rate
-from robotcore.settings import configure
+from robotcore.hal.backend import load_backend
+from robotcore.plugins import app_names
+from robotcore.runtime.apps import app_name, is_app_file, load_app
+from robotcore.runtime.plan import require_rate
+from robotcore.runtime.settings import configure
 from robotcore.sweep.requirements import Requirement
 from robotcore.sweep.seeds import seeds_of
 

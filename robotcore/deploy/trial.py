@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from robotcore.clock import MonotonicClock
 from robotcore.deploy.connection.answers import Judgement, Notice
 from robotcore.deploy.connection.failures import BROKEN
 from robotcore.deploy.connection.host import Host
@@ -15,6 +14,7 @@ from robotcore.deploy.connection.link import Link
 from robotcore.deploy.connection.typed import typed
 from robotcore.deploy.progress import Step, Tell, begin
 from robotcore.errors import DeployError, UnhealthyError, UsageError
+from robotcore.hal.wall_clock import MonotonicClock
 
 STEP = "release"
 HEALTHY_WITHIN_S = 60.0

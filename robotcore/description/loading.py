@@ -18,7 +18,7 @@ from robotcore.description.placement import require_room
 from robotcore.description.robot import RobotDescription
 from robotcore.description.world import WorldDescription
 from robotcore.errors import DescriptionError, UnknownNameError, UsageError
-from robotcore.registry import backend_names
+from robotcore.plugins import backend_names
 
 if sys.version_info >= (3, 11):
     import tomllib

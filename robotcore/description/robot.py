@@ -21,8 +21,8 @@ from pydantic import (
 
 from robotcore.description.base import Angle, Colour, Described, Metres, Name, Place, frozen, require_unique
 from robotcore.description.conditions import Conditions
-from robotcore.devices import Intrinsics
-from robotcore.drive import DifferentialGeometry
+from robotcore.geometry import DifferentialGeometry
+from robotcore.optics import Intrinsics
 
 AHEAD_RAD = math.pi / 4
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from robotcore.description.robot import CameraDescription, RobotDescription
 from robotcore.description.world import Ball, WorldDescription
-from robotcore.projection import View
+from robotcore.optics import View
 from robotcore.raycast import cast, edges_of
 
 Array = NDArray[np.float64]

@@ -1,5 +1,6 @@
 """Real robots: devices opened one by one, each by the driver that its robot's description names."""
 
+from robotcore.hal.wiring import Pad, PadKind, Wire, Wiring
 from robotcore.hardware.connections import Connection
 from robotcore.hardware.driver import DeviceDriver, Host
 from robotcore.hardware.fitting import Fitting
@@ -8,7 +9,6 @@ from robotcore.hardware.opening import open_devices, open_robot, unopened_cutoff
 from robotcore.hardware.pairing import encoder_of, motor_of
 from robotcore.hardware.section import batteries_in, fit
 from robotcore.hardware.shared import Shared
-from robotcore.hardware.wiring import Pad, PadKind, Wire, Wiring
 
 __all__ = [
     "Connection",

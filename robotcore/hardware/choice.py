@@ -8,7 +8,7 @@ from typing import Any
 from robotcore.description import AnyDevice
 from robotcore.errors import BackendMissingError, suggestion
 from robotcore.hardware.driver import DeviceDriver
-from robotcore.registry import DEVICES, device_driver_names, load_registered
+from robotcore.plugins import DEVICES, device_driver_names, load_registered
 
 
 def choice(told: AnyDevice) -> str:

@@ -8,10 +8,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Generic, TypeVar
 
-from robotcore.clock import Clock
 from robotcore.description import Described, RobotDescription
-from robotcore.devices import Device
-from robotcore.guardian import CutoffSpec
+from robotcore.hal.clock import Clock
+from robotcore.hal.cutoff import CutoffSpec
+from robotcore.hal.devices import Device
 from robotcore.hardware.connections import Connection
 from robotcore.hardware.shared import Shared
 

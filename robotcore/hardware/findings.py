@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from robotcore.description import RangeSensorDescription, RobotDescription
-from robotcore.devices import Range
 from robotcore.errors import DeviceError
+from robotcore.hal.devices import Range
 from robotcore.hardware.newest import Newest
 
 NOTHING_YET = (

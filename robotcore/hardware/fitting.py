@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from robotcore.description import AnyDevice, Described
-from robotcore.devices import Device
 from robotcore.errors import DeviceError, RobotcoreError
-from robotcore.guardian import CutoffSpec
+from robotcore.hal.cutoff import CutoffSpec
+from robotcore.hal.devices import Device
 from robotcore.hardware.connections import Connection
 from robotcore.hardware.driver import DeviceDriver, Host
 

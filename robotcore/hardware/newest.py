@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Generic
 
-from robotcore.devices import SampleT
 from robotcore.errors import DeviceError
+from robotcore.hal.devices import SampleT
 
 
 class Newest(Generic[SampleT]):
@@ -13,7 +13,7 @@ class Newest(Generic[SampleT]):
 
     One thread puts, others get.
 
-    >>> from robotcore.devices import Range
+    >>> from robotcore.hal.devices import Range
     >>> newest = Newest("nose", Range(0.5, time=0.0, sequence=0))
     >>> newest.fail(OSError("unplugged"))
     >>> newest.put(Range(0.4, time=0.2, sequence=1))

@@ -7,8 +7,6 @@ from contextlib import ExitStack
 from types import MappingProxyType
 from typing import Any
 
-from robotcore.backend import Setup
-from robotcore.clock import Clock, MonotonicClock
 from robotcore.description import (
     BatteryDescription,
     CameraDescription,
@@ -17,15 +15,17 @@ from robotcore.description import (
     RangeSensorDescription,
     RobotDescription,
 )
-from robotcore.devices import Device
-from robotcore.display import MemoryDisplay
 from robotcore.errors import DeviceError, DeviceGroupError
-from robotcore.guardian import CutoffSpec
+from robotcore.hal.backend import Setup
+from robotcore.hal.clock import Clock
+from robotcore.hal.cutoff import CutoffSpec
+from robotcore.hal.devices import Device, MemoryDisplay
+from robotcore.hal.robot import Robot
+from robotcore.hal.truth import TruthSource
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hardware.driver import Host
 from robotcore.hardware.fitting import Fitting
 from robotcore.hardware.section import fit
-from robotcore.robot import Robot
-from robotcore.truth import TruthSource
 
 _ORDER = (EncoderDescription, RangeSensorDescription, CameraDescription, DisplayDescription, BatteryDescription)
 

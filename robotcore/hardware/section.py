@@ -16,7 +16,7 @@ from robotcore.hardware.driver import DeviceDriver
 from robotcore.hardware.fitting import Fitting
 from robotcore.hardware.refusal import refused
 from robotcore.hardware.together import at_odds, clashes, misplaced
-from robotcore.registry import DEVICES, load_registered
+from robotcore.plugins import DEVICES, load_registered
 
 _OPTIONAL = (BatteryDescription, DisplayDescription)
 

@@ -9,11 +9,11 @@ from datetime import datetime, timezone
 from importlib.metadata import version
 from typing import Any
 
-from robotcore.appfile import app_path, is_app_file
-from robotcore.behaviour import Behaviour
 from robotcore.recording.recording import Metadata
-from robotcore.running.session import Run
-from robotcore.versions import libraries
+from robotcore.runtime.apps import app_path, is_app_file
+from robotcore.runtime.behaviour import Behaviour
+from robotcore.runtime.session import Run
+from robotcore.runtime.versions import libraries
 
 
 def metadata_of(run: Run) -> Metadata:

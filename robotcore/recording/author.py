@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 from robotcore.description import CameraDescription, RangeSensorDescription
-from robotcore.devices import Frame
 from robotcore.geometry import Pose
+from robotcore.hal.devices import Frame
 from robotcore.recording import channels
 from robotcore.recording.channels import writer_for
 from robotcore.recording.events import Glimpse, Raised
@@ -31,9 +31,9 @@ from robotcore.recording.schemas import END, RESULT, RUN, TICK, TRUTH
 from robotcore.recording.story import Level, Line, Story, last_line
 from robotcore.recording.ticks import Ticks
 from robotcore.recording.wire import plain, to_json
-from robotcore.running.outcome import RunResult
-from robotcore.running.session import Run
-from robotcore.running.trace import TickRecord
+from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.session import Run
+from robotcore.runtime.trace import TickRecord
 
 if TYPE_CHECKING:
     from foxglove.messages import FrameTransform

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import cv2
 
-from robotcore.devices import (
+from robotcore.hal.devices import (
     Angle,
     Battery,
     Camera,
@@ -17,11 +17,11 @@ from robotcore.devices import (
     Encoder,
     Frame,
     Image,
-    Intrinsics,
     Range,
     RangeSensor,
     Voltage,
 )
+from robotcore.optics import Intrinsics
 from robotcore.recording.frames import ORIGIN, nanoseconds, optical_name, planar, timestamp
 from robotcore.recording.mcapfile import McapFile
 from robotcore.recording.schemas import ANGLE, RANGE, VOLTAGE, Schema

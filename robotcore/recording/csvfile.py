@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from robotcore.devices import Angle, Range, Voltage
 from robotcore.errors import RecordingError
-from robotcore.outputfile import replace_file
+from robotcore.files import replace_file
+from robotcore.hal.devices import Angle, Range, Voltage
 from robotcore.recording.contents import last_reads
 from robotcore.recording.events import Read, Tick
 from robotcore.recording.recording import Recording

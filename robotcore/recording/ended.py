@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Container
 
-from robotcore.catalogue import app_name
 from robotcore.description import BatteryDescription
-from robotcore.devices import Voltage
+from robotcore.hal.devices import Voltage
 from robotcore.recording.events import Tick
 from robotcore.recording.recording import Recording
-from robotcore.running.outcome import Outcome, RunResult
-from robotcore.running.trace import TickRecord, Trace
+from robotcore.runtime.apps import app_name
+from robotcore.runtime.outcome import Outcome, RunResult
+from robotcore.runtime.trace import TickRecord, Trace
 
 
 def result_of(recording: Recording) -> RunResult:

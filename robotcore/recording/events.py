@@ -11,10 +11,9 @@ from typing import Annotated, NamedTuple, TypeVar
 from pydantic import Field
 
 from robotcore import errors
-from robotcore.devices import Angle, Frame, Range, Voltage
-from robotcore.drive import Wheels
 from robotcore.errors import Interrupted, RobotcoreError
-from robotcore.geometry import Pose
+from robotcore.geometry import Pose, Wheels
+from robotcore.hal.devices import Angle, Frame, Range, Voltage
 from robotcore.safety import Intervention
 
 Recorded = Range | Angle | Voltage | Frame

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from robotcore.errors import RecordingError
-from robotcore.outputfile import require_regular
+from robotcore.files import require_regular
 from robotcore.recording.extra import require_extra
 
 CHUNK_BYTES = 2**20

@@ -6,14 +6,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Generic
 
-from robotcore.devices import Display, Frame, Image, Motor, SampleT
-from robotcore.drive import Wheels
 from robotcore.errors import RobotcoreError
-from robotcore.geometry import to_float
-from robotcore.layers.over import MotorOver
-from robotcore.layers.readers import Reader
+from robotcore.geometry import Wheels, to_float
+from robotcore.hal.devices import Display, Frame, Image, Motor, SampleT
 from robotcore.recording.events import GUARD, Ask, MotorAsk, Raised, Read, SampleKey, Shown
 from robotcore.recording.notes import Notebook
+from robotcore.runtime.layers.over import MotorOver
+from robotcore.runtime.layers.readers import Reader
 from robotcore.safety import Commit, Stage
 
 

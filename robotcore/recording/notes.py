@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-from robotcore.devices import Frame, Sample
-from robotcore.drive import Wheels
+from robotcore.geometry import Wheels
+from robotcore.hal.devices import Frame, Sample
 from robotcore.recording.events import Ask, MotorAsk, Raised, Read, SampleKey, Shown, Turned
 from robotcore.safety import Latch
 

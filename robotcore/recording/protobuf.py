@@ -12,7 +12,7 @@ from collections.abc import Iterator
 import cv2
 import numpy as np
 
-from robotcore.devices import Image
+from robotcore.hal.devices import Image
 
 VARINT, FIXED64, BYTES, FIXED32 = 0, 1, 2, 5
 _WIDTH, _HEIGHT, _ENCODING, _DATA = 2, 3, 4, 6

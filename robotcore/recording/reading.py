@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 from mcap.records import Channel, Schema
 
-from robotcore.devices import Angle, Range, Voltage
 from robotcore.errors import RecordingError
+from robotcore.hal.devices import Angle, Range, Voltage
 from robotcore.recording import channels
 from robotcore.recording.channels import DEVICE
 from robotcore.recording.chunks import ChunkedFile
@@ -20,7 +20,7 @@ from robotcore.recording.records import DAMAGE, Allowance, ChunkLocation, Messag
 from robotcore.recording.samples import FileSamples, Picture, Unpack
 from robotcore.recording.validation import UnknownFormatError, parse_metadata, parse_number, parse_result, parse_tick
 from robotcore.recording.wire import from_json
-from robotcore.running.outcome import RunResult
+from robotcore.runtime.outcome import RunResult
 
 _NUMBERS: dict[str, type[Range | Angle | Voltage]] = {
     "robotcore.Range": Range,

@@ -9,8 +9,8 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from robotcore.clock import MonotonicClock
 from robotcore.errors import Interrupted, RecordingError, RobotcoreError
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.recording.about import metadata_of
 from robotcore.recording.author import Author, Entry
 from robotcore.recording.backlog import ROOM_BYTES, Backlog
@@ -18,9 +18,9 @@ from robotcore.recording.events import Glimpse, Raised
 from robotcore.recording.mcapfile import McapFile
 from robotcore.recording.recording import Metadata
 from robotcore.recording.tap import Tap
-from robotcore.running.outcome import RunResult
-from robotcore.running.session import Run
-from robotcore.running.trace import TickRecord
+from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.session import Run
+from robotcore.runtime.trace import TickRecord
 from robotcore.threads import start_thread
 
 FLUSH_S = 0.5

@@ -8,8 +8,8 @@ from typing import Any
 
 from robotcore.description import RobotDescription, WorldDescription
 from robotcore.recording.events import Glimpse, Recorded, SampleKey, Tick
-from robotcore.running.outcome import RunResult
-from robotcore.running.plan import RunRequest
+from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.plan import RunRequest
 
 FORMAT = 1
 """Of the files that this version writes; it reads those up to it."""

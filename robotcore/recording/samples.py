@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from robotcore.devices import Frame, Image
 from robotcore.errors import RecordingError
+from robotcore.hal.devices import Frame, Image
 from robotcore.recording.chunks import ChunkedFile
 from robotcore.recording.events import Recorded, SampleKey
 from robotcore.recording.records import DAMAGE, ChunkLocation, Message, damage_at

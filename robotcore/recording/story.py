@@ -6,9 +6,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
 from typing import NamedTuple
 
-from robotcore.faults import PlannedFault
 from robotcore.recording.events import Raised, Tick
-from robotcore.running.outcome import RunResult
+from robotcore.runtime.faults import PlannedFault
+from robotcore.runtime.outcome import RunResult
 
 
 class Level(Enum):

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from robotcore.devices import Display, Motor, SampleT, Sensor
-from robotcore.drive import Wheels
 from robotcore.errors import RobotcoreError
-from robotcore.layers.layer import Layer
-from robotcore.layers.readers import Reader
+from robotcore.geometry import Wheels
+from robotcore.hal.devices import Display, Motor, SampleT, Sensor
 from robotcore.recording.events import ODOMETRY, Raised, Turned
 from robotcore.recording.noted import NotedDisplay, NotedMotor, NotedReads, NotedStage
 from robotcore.recording.notes import Notebook, Notes
+from robotcore.runtime.layers.layer import Layer
+from robotcore.runtime.layers.readers import Reader
 from robotcore.safety import Intervention, Latch, Stage
 
 

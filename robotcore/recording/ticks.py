@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from robotcore.description import RobotDescription
-from robotcore.drive import DifferentialGeometry, Odometry, Wheels
-from robotcore.geometry import Pose
+from robotcore.geometry import DifferentialGeometry, Pose, Wheels
+from robotcore.hal.drive import Odometry
 from robotcore.recording.events import Raised, Tick, Turned
 from robotcore.recording.notes import Notes
-from robotcore.running.trace import TickRecord
+from robotcore.runtime.trace import TickRecord
 
 
 class Ticks:

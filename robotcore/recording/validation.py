@@ -14,14 +14,14 @@ from typing import Any, get_type_hints
 
 from pydantic import BaseModel, create_model
 
-from robotcore.devices import Angle, Range, Voltage
 from robotcore.errors import BackendError, DeviceError, Interrupted, RobotcoreError, SafetyStop, UsageError
-from robotcore.faults.spec import Spec
+from robotcore.hal.devices import Angle, Range, Voltage
 from robotcore.recording.events import Raised, Tick
 from robotcore.recording.recording import FORMAT, Metadata
 from robotcore.recording.wire import from_json, parse_json
-from robotcore.running.outcome import RunResult
-from robotcore.running.plan import MAX_RATE_HZ, MIN_RATE_HZ
+from robotcore.runtime.faults.spec import Spec
+from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.plan import MAX_RATE_HZ, MIN_RATE_HZ
 from robotcore.text import escape
 
 MOST_SECONDS = 1e9

@@ -7,10 +7,11 @@ from functools import partial
 from threading import get_ident
 from typing import TypeVar
 
-from robotcore.clock import MonotonicClock
-from robotcore.devices import Motor
 from robotcore.errors import DeviceError, DeviceLostError
-from robotcore.threads import BackgroundCall, Reserve, is_out_of_memory
+from robotcore.hal.devices import Motor
+from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.safety.reserve import BackgroundCall, Reserve
+from robotcore.threads import is_out_of_memory
 
 T = TypeVar("T")
 

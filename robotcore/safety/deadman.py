@@ -6,9 +6,10 @@ from collections.abc import Callable
 from functools import partial
 from threading import RLock
 
-from robotcore.clock import Clock
+from robotcore.hal.clock import Clock
 from robotcore.safety.patience import Patiently
-from robotcore.threads import Reserve, is_out_of_memory
+from robotcore.safety.reserve import Reserve
+from robotcore.threads import is_out_of_memory
 
 MIN_LEASE_S = 0.1
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import suppress
 from pathlib import Path
 
-from robotcore.clock import MonotonicClock
+from robotcore.hal.wall_clock import MonotonicClock
 
 LATE = 2.0
 """Whoever looks this many times later than he meant to was held up himself: what is over that does not count."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import copysign
 
-from robotcore.clock import Clock
-from robotcore.drive import Wheels
 from robotcore.errors import WheelFaultError
+from robotcore.geometry import Wheels
+from robotcore.hal.clock import Clock
 from robotcore.safety.latch import Latch
 
 FOLLOWING = 0.25

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from robotcore.drive import Wheels
+from robotcore.geometry import Wheels
 
 REST = Wheels(0.0, 0.0)
 

@@ -7,10 +7,11 @@ from contextlib import suppress
 from threading import RLock
 from typing import NoReturn
 
-from robotcore.clock import MonotonicClock
 from robotcore.errors import RobotcoreError, SafetyStop
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.safety.intervention import REST, Intervention
-from robotcore.threads import Reserve, is_out_of_memory
+from robotcore.safety.reserve import Reserve
+from robotcore.threads import is_out_of_memory
 
 
 class Latch:

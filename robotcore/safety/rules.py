@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from robotcore.clock import Clock
-from robotcore.devices import RangeSensor
-from robotcore.drive import DifferentialGeometry, Wheels
+from robotcore.geometry import DifferentialGeometry, Wheels
+from robotcore.hal.clock import Clock
+from robotcore.hal.devices import RangeSensor
 
 
 class Rule(Protocol):

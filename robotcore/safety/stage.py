@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 from threading import RLock
 from typing import NamedTuple, Protocol
 
-from robotcore.clock import Clock
-from robotcore.devices import Motor, invalid_velocity
-from robotcore.drive import Wheels
 from robotcore.errors import DeviceLostError
+from robotcore.geometry import Wheels
+from robotcore.hal.clock import Clock
+from robotcore.hal.devices import Motor, invalid_velocity
 from robotcore.safety.brakes import Brakes
 from robotcore.safety.deadman import Deadman
 from robotcore.safety.intervention import REST, Intervention

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from math import degrees
 
-from robotcore.devices import Range, RangeSensor
-from robotcore.drive import Wheels
 from robotcore.errors import RangeFaultError
-from robotcore.geometry import Pose, wrap_angle
+from robotcore.geometry import Pose, Wheels, wrap_angle
+from robotcore.hal.devices import Range, RangeSensor
 from robotcore.safety.latch import Latch
 
 SAME_M = 0.001

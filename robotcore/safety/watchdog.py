@@ -12,8 +12,9 @@ from types import FrameType
 
 from robotcore.errors import RobotcoreError
 from robotcore.safety.fairness import FairTime
+from robotcore.safety.reserve import Reserve
 from robotcore.safety.whereabouts import Stay, Whereabouts
-from robotcore.threads import Reserve, start_thread
+from robotcore.threads import start_thread
 
 PERIOD_S = 0.05
 FIRST_TICK_S = 30.0

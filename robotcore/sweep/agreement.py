@@ -6,7 +6,7 @@ from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from robotcore.running.outcome import RunResult
+from robotcore.runtime.outcome import RunResult
 from robotcore.sweep.record import Record
 
 Pair = tuple[RunResult, RunResult]

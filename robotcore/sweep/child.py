@@ -12,8 +12,8 @@ from subprocess import DEVNULL, Popen, TimeoutExpired
 from threading import Lock
 from typing import Any
 
-from robotcore.clock import MonotonicClock
 from robotcore.errors import BackendError
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.sweep import supervisor
 from robotcore.sweep.reply import MAX_REPLY_BYTES, read_reply
 

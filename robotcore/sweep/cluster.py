@@ -10,9 +10,9 @@ from concurrent.futures import CancelledError, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
-from robotcore.clock import MonotonicClock
 from robotcore.errors import BackendError, RobotcoreError
-from robotcore.running.plan import RunRequest
+from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.runtime.plan import RunRequest
 from robotcore.sweep.engine import imported, patience
 from robotcore.sweep.kit import Kit
 from robotcore.sweep.remote import perform_there, refusal

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, fields
 from typing import Any
 
-from robotcore.running.plan import RunRequest
+from robotcore.runtime.plan import RunRequest
 
 _OPTIONS = {
     "rate_hz": "--rate",

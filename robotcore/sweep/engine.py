@@ -7,7 +7,7 @@ from importlib import import_module
 from typing import Any, Protocol
 
 from robotcore.errors import BackendMissingError
-from robotcore.running.plan import RunRequest
+from robotcore.runtime.plan import RunRequest
 from robotcore.sweep.spec import Sweep
 from robotcore.sweep.worker import Ended
 

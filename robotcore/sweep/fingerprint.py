@@ -11,12 +11,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from robotcore.appfile import is_app_file
-from robotcore.catalogue import load_app, load_backend
-from robotcore.faults.catalogue import modules_of
+from robotcore.hal.backend import load_backend
+from robotcore.runtime.apps import is_app_file, load_app
+from robotcore.runtime.faults.catalogue import modules_of
+from robotcore.runtime.versions import libraries
 from robotcore.sweep.ownfiles import own_files
 from robotcore.sweep.spec import Sweep
-from robotcore.versions import libraries
 
 Parts = dict[str, dict[str, Any]]
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from robotcore.description import load_world
 from robotcore.errors import UsageError
-from robotcore.running.plan import RunRequest
+from robotcore.runtime.plan import RunRequest
 from robotcore.sweep.record import Record
 from robotcore.sweep.spec import Sweep
 

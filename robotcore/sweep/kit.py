@@ -10,13 +10,13 @@ from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from robotcore.appfile import is_app_file
 from robotcore.description import is_own
 from robotcore.errors import RobotcoreError
+from robotcore.runtime.apps import is_app_file
+from robotcore.runtime.versions import PYTHON, libraries
 from robotcore.sweep.fingerprint import code_digest
 from robotcore.sweep.ownfiles import own_files
 from robotcore.sweep.spec import Sweep
-from robotcore.versions import PYTHON, libraries
 
 
 @dataclass(frozen=True)

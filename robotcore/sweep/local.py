@@ -9,7 +9,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from queue import SimpleQueue
 
-from robotcore.running.plan import RunRequest
+from robotcore.runtime.plan import RunRequest
 from robotcore.sweep.child import Child
 from robotcore.sweep.engine import patience
 from robotcore.sweep.spec import Sweep

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from robotcore.appfile import app_path, is_app_file
 from robotcore.description import is_own
 from robotcore.errors import UsageError
+from robotcore.runtime.apps import app_path, is_app_file
 from robotcore.sweep.spec import Sweep
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from robotcore.running.outcome import RunResult
-from robotcore.running.session import Run
-from robotcore.running.trace import TickRecord
+from robotcore.hal.truth import Truth
+from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.session import Run
+from robotcore.runtime.trace import TickRecord
 from robotcore.sweep.record import TruePath
-from robotcore.truth import Truth
 
 INTERVAL_S = 0.5
 _EARLY_S = 1e-6

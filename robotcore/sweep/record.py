@@ -11,7 +11,7 @@ from typing import Any, get_type_hints
 from pydantic import ConfigDict, ValidationError, create_model
 
 from robotcore.description import first_fault
-from robotcore.running.outcome import Outcome, RunResult
+from robotcore.runtime.outcome import Outcome, RunResult
 
 MAX_RESULT_TEXT = 2000
 """The most characters of a reason or a note in the results of a sweep: an exception may print a whole picture."""

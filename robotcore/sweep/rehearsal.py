@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import closing
 
-from robotcore.appfile import INSTEAD, app_path, is_app_file
-from robotcore.catalogue import load_app, load_backend
 from robotcore.errors import BackendError, UsageError
-from robotcore.running.plan import RunRequest
-from robotcore.settings import configure
+from robotcore.hal.backend import load_backend
+from robotcore.runtime.apps import INSTEAD, app_path, is_app_file, load_app
+from robotcore.runtime.plan import RunRequest
+from robotcore.runtime.settings import configure
 from robotcore.sweep.child import Child, ChildDiedError, ChildHungError
 from robotcore.sweep.spec import Sweep
 

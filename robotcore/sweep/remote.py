@@ -8,10 +8,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import Lock
 
-from robotcore.appfile import app_path
-from robotcore.catalogue import app_name
 from robotcore.errors import BackendError, RobotcoreError
-from robotcore.running.plan import RunRequest
+from robotcore.runtime.apps import app_name, app_path
+from robotcore.runtime.plan import RunRequest
 from robotcore.sweep.child import Child
 from robotcore.sweep.command import command_of
 from robotcore.sweep.kit import Kit

@@ -11,10 +11,9 @@ from functools import cached_property
 from pathlib import Path
 from types import TracebackType
 
-from robotcore.appfile import app_path
-from robotcore.catalogue import app_name
 from robotcore.errors import UsageError
-from robotcore.running.plan import RunRequest
+from robotcore.runtime.apps import app_name, app_path
+from robotcore.runtime.plan import RunRequest
 from robotcore.sweep.fingerprint import Parts, digest, parts
 from robotcore.sweep.journal import Journal
 from robotcore.sweep.kept import Run, Wanted, kept

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 from robotcore.errors import UsageError
-from robotcore.running.plan import Plan, RunRequest
+from robotcore.runtime.plan import Plan, RunRequest
 
 
 @dataclass(frozen=True)

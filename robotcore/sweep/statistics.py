@@ -7,7 +7,7 @@ import statistics
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from robotcore.running.outcome import Outcome
+from robotcore.runtime.outcome import Outcome
 from robotcore.sweep.place import Place
 from robotcore.sweep.record import Record
 

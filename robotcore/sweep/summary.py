@@ -12,8 +12,8 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from robotcore.appfile import is_app_file
-from robotcore.running.plan import RunRequest
+from robotcore.runtime.apps import is_app_file
+from robotcore.runtime.plan import RunRequest
 from robotcore.sweep.place import Place
 from robotcore.sweep.record import Record
 from robotcore.sweep.statistics import Group

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from robotcore.running.outcome import Outcome, RunResult
+from robotcore.runtime.outcome import Outcome, RunResult
 from robotcore.sweep.record import Record
 from robotcore.sweep.statistics import Group
 

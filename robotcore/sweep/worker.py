@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from robotcore.errors import RobotcoreError
-    from robotcore.running.outcome import RunResult
-    from robotcore.running.plan import RunRequest
+    from robotcore.runtime.outcome import RunResult
+    from robotcore.runtime.plan import RunRequest
     from robotcore.sweep.child import Child
     from robotcore.sweep.record import Record
 
@@ -37,7 +37,7 @@ def prepare() -> None:
     os.environ.update(dict.fromkeys(_THREADS, "1"))
     import cv2
 
-    import robotcore.running.session
+    import robotcore.runtime.session
     import robotcore.view.picture  # noqa: F401
 
     cv2.setNumThreads(1)
@@ -46,7 +46,7 @@ def prepare() -> None:
 def perform(request: RunRequest) -> Ended:
     """Run, and tell how it ended, whatever that was."""
     from robotcore.errors import RobotcoreError
-    from robotcore.running.session import run
+    from robotcore.runtime.session import run
     from robotcore.sweep.command import command_of
     from robotcore.sweep.path import PathRecorder
     from robotcore.sweep.record import Record, shorten
@@ -68,8 +68,8 @@ def attempt(child: Child, request: RunRequest, limit_s: float) -> Ended:
     Raises NoChildError if no process can be started. An error that the process sends is never raised: an app may have
     written it.
     """
-    from robotcore.clock import MonotonicClock
     from robotcore.errors import BackendError, RobotcoreError
+    from robotcore.hal.wall_clock import MonotonicClock
     from robotcore.sweep.child import ChildDiedError, ChildHungError, NoChildError
 
     wall = MonotonicClock()
@@ -106,8 +106,8 @@ def _unpack(packed: list[str], request: RunRequest) -> Ended:
 
 def _require_answer_to(request: RunRequest, result: RunResult) -> None:
     """Raise ValueError if a result is that of another run."""
-    from robotcore.catalogue import app_name
     from robotcore.description import load_robot, load_world
+    from robotcore.runtime.apps import app_name
 
     asked = {
         "app": app_name(request.app),
@@ -123,9 +123,9 @@ def _require_answer_to(request: RunRequest, result: RunResult) -> None:
 
 def _perform_or_end(request: RunRequest) -> Ended:
     """Run; a process that was told to end in the middle of it does so. What a library raises costs this run alone."""
-    from robotcore.clock import MonotonicClock
     from robotcore.errors import RobotcoreError
-    from robotcore.running.outcome import Outcome
+    from robotcore.hal.wall_clock import MonotonicClock
+    from robotcore.runtime.outcome import Outcome
 
     wall = MonotonicClock()
     try:
@@ -150,9 +150,9 @@ def unfinished(request: RunRequest, error: RobotcoreError, wall_time_s: float = 
 
 
 def _unstarted(request: RunRequest, error: RobotcoreError) -> RunResult:
-    from robotcore.catalogue import app_name
     from robotcore.description import load_robot, load_world
-    from robotcore.running.outcome import Outcome, RunResult
+    from robotcore.runtime.apps import app_name
+    from robotcore.runtime.outcome import Outcome, RunResult
 
     return RunResult(
         app=app_name(request.app),
@@ -173,7 +173,7 @@ def _unstarted(request: RunRequest, error: RobotcoreError) -> RunResult:
 def _drawn(request: RunRequest) -> dict[str, float | str]:
     """Return the conditions that the run was to be under; none where no such world can be drawn."""
     from robotcore.errors import RobotcoreError
-    from robotcore.running.plan import drawn_for
+    from robotcore.runtime.plan import drawn_for
 
     with suppress(RobotcoreError):
         return dict(drawn_for(request))

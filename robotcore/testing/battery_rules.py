@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from robotcore.devices import Battery
-from robotcore.robot import Robot
+from robotcore.hal.devices import Battery
+from robotcore.hal.robot import Robot
 from robotcore.testing.bench import Bench, let_pass
 
 FRESH_S = 5.0

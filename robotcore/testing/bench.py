@@ -9,14 +9,14 @@ from typing import Any, ClassVar, NamedTuple, NoReturn
 
 import pytest
 
-from robotcore.backend import Backend, Setup, Vouch
 from robotcore.description import Drive, RobotDescription, WorldDescription, load_robot
-from robotcore.devices import Encoder, Motor, Sensor
-from robotcore.drive import Odometry, Wheels
 from robotcore.errors import UnmetNeedError
-from robotcore.geometry import Pose, wrap_angle
-from robotcore.layers import needed_devices
-from robotcore.robot import Robot, Role
+from robotcore.geometry import Pose, Wheels, wrap_angle
+from robotcore.hal.backend import Backend, Setup, Vouch
+from robotcore.hal.devices import Encoder, Motor, Sensor
+from robotcore.hal.drive import Odometry
+from robotcore.hal.robot import Robot, Role
+from robotcore.runtime.layers import needed_devices
 from robotcore.testing import scenes
 from robotcore.testing.gate import Gate
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from robotcore.description import CameraDescription, WorldDescription
-from robotcore.devices import Frame
 from robotcore.geometry import Pose
-from robotcore.projection import View
-from robotcore.robot import Role
+from robotcore.hal.devices import Frame
+from robotcore.hal.robot import Role
+from robotcore.optics import View
 from robotcore.testing import scenes
 from robotcore.testing.bench import Bench, Capability, let_pass
 

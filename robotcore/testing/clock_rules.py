@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from robotcore.backend import Vouch
 from robotcore.errors import UsageError
+from robotcore.hal.backend import Vouch
 from robotcore.testing.bench import Bench
 
 RATES_HZ = (10.0, 20.0, 30.0, 50.0)

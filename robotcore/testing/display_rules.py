@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robotcore.robot import Role
+from robotcore.hal.robot import Role
 from robotcore.testing.bench import Bench
 
 SHAPES = {"colour": (48, 64, 3), "grey": (48, 64)}

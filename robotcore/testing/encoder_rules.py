@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from robotcore.robot import Role
+from robotcore.hal.robot import Role
 from robotcore.testing.bench import Bench, Capability, let_pass
 
 SPEED_RAD_S = 4.0

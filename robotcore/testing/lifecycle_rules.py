@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from robotcore.description import RobotDescription
-from robotcore.devices import Device, Display, Motor, Sensor
 from robotcore.errors import DeviceClosedError, DeviceError, UsageError
-from robotcore.robot import Robot, Role
+from robotcore.hal.devices import Device, Display, Motor, Sensor
+from robotcore.hal.robot import Robot, Role
 from robotcore.testing.bench import Bench
 from robotcore.testing.spies import MotorSpy, cut_wire
 

@@ -8,7 +8,7 @@ import pytest
 
 from robotcore.description import MotorDescription
 from robotcore.errors import InvalidCommandError
-from robotcore.robot import Role
+from robotcore.hal.robot import Role
 from robotcore.testing.bench import SETTLING_S, Bench, Capability
 from robotcore.testing.spies import MotorSpy
 

@@ -7,8 +7,8 @@ import math
 import pytest
 
 from robotcore.description import RangeSensorDescription, WorldDescription
-from robotcore.devices import Range
-from robotcore.robot import Role
+from robotcore.hal.devices import Range
+from robotcore.hal.robot import Role
 from robotcore.testing import scenes
 from robotcore.testing.bench import Bench, Capability, let_pass
 

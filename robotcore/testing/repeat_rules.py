@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from robotcore.backend import Vouch
 from robotcore.description import CameraDescription, WorldDescription
-from robotcore.devices import Frame
-from robotcore.robot import Robot
+from robotcore.hal.backend import Vouch
+from robotcore.hal.devices import Frame
+from robotcore.hal.robot import Robot
 from robotcore.testing import scenes
 from robotcore.testing.bench import RATE_HZ, Bench, Capability, sensors_of
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from robotcore.backend import Vouch
-from robotcore.devices import Battery
+from robotcore.hal.backend import Vouch
+from robotcore.hal.devices import Battery
 from robotcore.testing.bench import RATE_HZ, Bench, let_pass, sensors_of
 from robotcore.testing.gate import Gate
 

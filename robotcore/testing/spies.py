@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from robotcore.devices import Motor
 from robotcore.errors import DeviceError
+from robotcore.hal.devices import Motor
 
 
 class MotorSpy:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robotcore.layers import assemble
+from robotcore.runtime.layers import assemble
 from robotcore.testing.bench import RATE_HZ, Bench, sensors_of
 
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from robotcore.backend import Vouch
 from robotcore.description import Mount, Start, WorldDescription
-from robotcore.drive import Wheels
-from robotcore.geometry import Pose, wrap_angle
-from robotcore.robot import Robot, Role
+from robotcore.geometry import Pose, Wheels, wrap_angle
+from robotcore.hal.backend import Vouch
+from robotcore.hal.robot import Robot, Role
+from robotcore.hal.truth import TruthSource
 from robotcore.testing import scenes
 from robotcore.testing.bench import Bench, Capability, let_pass, motion_between
-from robotcore.truth import TruthSource
 
 ARC = (3.0, 5.0)
 """Wheel velocities, rad/s, of a bend to the left."""

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from robotcore.comparison import Comparison
-from robotcore.comparison.words import rows, titles
-from robotcore.devices import Image
+from robotcore.hal.devices import Image
+from robotcore.recording.comparison import Comparison
+from robotcore.recording.comparison.words import rows, titles
 from robotcore.view import overhead
 from robotcore.view.canvas import Canvas, Colour, text_width
 from robotcore.view.palette import BAD, FADED, GOOD, INK, PAPER, RULE

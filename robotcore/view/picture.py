@@ -6,14 +6,14 @@ from pathlib import Path
 
 import cv2
 
-from robotcore.devices import Image
 from robotcore.errors import UsageError
-from robotcore.layers.devices import LayeredCamera, LayeredDisplay
-from robotcore.outputfile import replace_file, require_replaceable
-from robotcore.robot import Robot
-from robotcore.running.outcome import RunResult
-from robotcore.running.session import Run
-from robotcore.running.trace import TickRecord
+from robotcore.files import replace_file, require_replaceable
+from robotcore.hal.devices import Image
+from robotcore.hal.robot import Robot
+from robotcore.runtime.layers.devices import LayeredCamera, LayeredDisplay
+from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.session import Run
+from robotcore.runtime.trace import TickRecord
 from robotcore.view.sheet import Story, draw
 from robotcore.view.track import Footstep, Track
 

@@ -11,11 +11,11 @@ from rich.spinner import Spinner
 from rich.table import Table
 from rich.text import Text
 
-from robotcore.clock import MonotonicClock
-from robotcore.layers.devices import LayeredRangeSensor
-from robotcore.running.outcome import RunResult
-from robotcore.running.session import Run
-from robotcore.running.trace import TickRecord, voltages_told
+from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.runtime.layers.devices import LayeredRangeSensor
+from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.session import Run
+from robotcore.runtime.trace import TickRecord, voltages_told
 from robotcore.text import escape
 
 REFRESH_HZ = 10

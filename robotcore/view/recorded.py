@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from robotcore.description import Floor, WorldDescription
-from robotcore.devices import Frame, Image
+from robotcore.hal.devices import Frame, Image
 from robotcore.recording import Recording, SampleKey, Tick
 from robotcore.recording.ended import result_of
 from robotcore.recording.path import odometry_path, true_path
-from robotcore.running.outcome import RunResult
+from robotcore.runtime.outcome import RunResult
 from robotcore.view.sheet import Story
 from robotcore.view.track import Footstep, Track
 

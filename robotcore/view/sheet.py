@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 
 from robotcore.description import RobotDescription, WorldDescription
-from robotcore.devices import Image
-from robotcore.running.outcome import Outcome, RunResult
+from robotcore.hal.devices import Image
+from robotcore.runtime.outcome import Outcome, RunResult
 from robotcore.view import overhead
 from robotcore.view.canvas import Canvas, Colour, text_width
 from robotcore.view.palette import BAD, FADED, FAIR, GOOD, INK, PAPER, RULE, state_colours

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from rich.text import Text
 
 from robotcore.errors import RobotcoreError
-from robotcore.faults.spec import Spec
-from robotcore.running.outcome import Outcome, RunResult
+from robotcore.runtime.faults.spec import Spec
+from robotcore.runtime.outcome import Outcome, RunResult
 from robotcore.text import counted, escape
 
 _STYLES = {Outcome.SUCCESS: "bold green", Outcome.INTERRUPTED: "bold yellow", Outcome.TIMEOUT: "bold yellow"}

@@ -9,9 +9,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from robotcore.devices import Frame, Image
 from robotcore.errors import RecordingError, UnknownNameError, UsageError
-from robotcore.outputfile import replace_file
+from robotcore.files import replace_file
+from robotcore.hal.devices import Frame, Image
 from robotcore.recording import Recording, SampleKey
 from robotcore.text import counted
 from robotcore.view.canvas import Canvas

@@ -3,9 +3,9 @@ from __future__ import annotations
 import pytest
 
 from robotcore import Outcome, RunRequest, RunResult, run
-from robotcore.running.session import Run
-from robotcore.running.trace import TickRecord
-from robotcore.vision.marks import YELLOW
+from robotcore.autonomy.vision.marks import YELLOW
+from robotcore.runtime.session import Run
+from robotcore.runtime.trace import TickRecord
 
 SEED = 6
 """Both robots have the ball before them."""

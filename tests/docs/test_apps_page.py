@@ -10,11 +10,12 @@ import pytest
 
 from drivers.mock import MockRobot
 from robotcore import Robot, Role
+from robotcore.autonomy.vision import Blob
 from robotcore.cli.main import execute
-from robotcore.devices import Camera, Frame, Intrinsics, Range, RangeSensor
-from robotcore.drive import DifferentialDrive
-from robotcore.truth import Truth
-from robotcore.vision import Blob
+from robotcore.hal.devices import Camera, Frame, Range, RangeSensor
+from robotcore.hal.drive import DifferentialDrive
+from robotcore.hal.truth import Truth
+from robotcore.optics import Intrinsics
 from tests.docs.listings import Exchange, code_in, exchanges, listings, rows
 
 PAGE = (Path(__file__).parents[2] / "docs" / "apps.md").read_text()

@@ -10,20 +10,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robotcore import Outcome, registry
+from robotcore import Outcome
+from robotcore import plugins as registry
 from robotcore.cli.main import execute
 from robotcore.description import load_robot
 from robotcore.errors import DeviceLostError
-from robotcore.faults import Kind, plan_faults
-from robotcore.faults.catalogue import load_fault
-from robotcore.faults.file import specs_in
-from robotcore.faults.form import parameters_of
-from robotcore.faults.targets import ROLES
-from robotcore.registry import fault_names
+from robotcore.plugins import fault_names
+from robotcore.runtime.faults import Kind, plan_faults
+from robotcore.runtime.faults.catalogue import load_fault
+from robotcore.runtime.faults.file import specs_in
+from robotcore.runtime.faults.form import parameters_of
+from robotcore.runtime.faults.targets import ROLES
 from tests.docs.listings import Exchange, code_in, exchanges, listings, rows
 from tests.robotcore.fakes import picture
-from tests.robotcore.faults.rigs import faulty
-from tests.robotcore.running.test_outages import Board, Line
+from tests.robotcore.runtime.faults.rigs import faulty
+from tests.robotcore.runtime.test_outages import Board, Line
 
 if sys.version_info >= (3, 11):
     import tomllib

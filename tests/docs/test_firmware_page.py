@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.firmware.sketch import shipped
+from robotcore.hardware.firmware.sketch import shipped
 
 PAGE = (Path(__file__).parents[2] / "docs" / "firmware.md").read_text()
 CONFIG = dict(re.findall(r"(?m)^#define (\w+) (\S+)", (shipped() / "config.h").read_text()))

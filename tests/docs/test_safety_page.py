@@ -5,7 +5,7 @@ import pty
 from pathlib import Path
 from typing import Any
 
-from robotcore.guardian import Cutoff
+from robotcore.hal.cutoff import Cutoff
 from tests.docs.listings import listings
 
 PAGE = (Path(__file__).parents[2] / "docs" / "safety.md").read_text()

@@ -6,8 +6,8 @@ from typing import Any
 
 from robotcore.description import load_robot
 from robotcore.errors import EmergencyStopError
-from robotcore.running.outcome import Outcome
-from robotcore.running.trace import TickRecord
+from robotcore.runtime.outcome import Outcome
+from robotcore.runtime.trace import TickRecord
 from tests.docs.listings import listings
 
 PAGE = (Path(__file__).parents[2] / "docs" / "safety.md").read_text()

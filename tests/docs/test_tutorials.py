@@ -14,7 +14,7 @@ import click
 import pytest
 
 from robotcore.cli.main import execute, robotcore
-from robotcore.clock import MonotonicClock
+from robotcore.hal.wall_clock import MonotonicClock
 from tests.docs.listings import Exchange, exchanges, listings
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.scene import Simulator

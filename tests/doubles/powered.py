@@ -13,10 +13,10 @@ import pytest
 from drivers.kinematic.backend import KinematicBackend
 from drivers.mock.devices import MockBattery
 from drivers.mock.script import Script
-from robotcore import registry
-from robotcore.backend import Setup
+from robotcore import plugins as registry
 from robotcore.description import BatteryDescription, RobotDescription, load_robot
-from robotcore.robot import Robot
+from robotcore.hal.backend import Setup
+from robotcore.hal.robot import Robot
 
 CELLS = '\n[[devices]]\nkind = "battery"\nname = "cells"\nwarn_below_v = 6.6\n'
 """What a file says of the battery, and nothing else of any backend."""
@@ -53,6 +53,6 @@ def install(monkeypatch: pytest.MonkeyPatch, volts: Script = 7.4) -> None:
     points["powered"] = EntryPoint("powered", f"{__name__}:PoweredBackend", registry.BACKENDS)
     others = registry._points
     monkeypatch.setattr(
-        "robotcore.registry._points", lambda group: points if group == registry.BACKENDS else others(group)
+        "robotcore.plugins._points", lambda group: points if group == registry.BACKENDS else others(group)
     )
     monkeypatch.setattr(PoweredBackend, "volts", staticmethod(volts) if callable(volts) else volts)

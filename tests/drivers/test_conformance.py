@@ -12,17 +12,17 @@ from drivers.mock.backend import MockBackend
 from drivers.mujoco.backend import MujocoBackend
 from drivers.pybullet.backend import PyBulletBackend
 from drivers.replay.backend import ReplayBackend
-from robotcore.backend import Setup
+from robotcore.hal.backend import Setup
+from robotcore.hal.robot import Robot
+from robotcore.plugins import backend_names
 from robotcore.recording import Recording
-from robotcore.registry import backend_names
-from robotcore.robot import Robot
 from robotcore.testing import Capability, ConformanceSuite
 from tests.drivers.coppeliasim import test_conformance as over_zeromq
 from tests.drivers.raspberrypi import test_conformance as on_a_pi
 from tests.drivers.raspberrypi.virtual import test_conformance as on_virtual_pins
 from tests.drivers.serial.boards.rosarduino import test_conformance as on_a_line
 from tests.drivers.vrep import test_conformance as over_the_legacy_api
-from tests.robotcore.replay.memory import recorded
+from tests.robotcore.recording.replay.memory import recorded
 
 EVERY_ECHO = "every ray that is cast is answered"
 NO_HARDWARE = "there is no hardware to wait for"

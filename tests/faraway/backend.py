@@ -7,8 +7,6 @@ from pathlib import Path
 from threading import Lock
 from typing import Any
 
-from robotcore.backend import Backend, Setup, Vouch
-from robotcore.clock import SteppedClock
 from robotcore.description import (
     AnyDevice,
     CameraDescription,
@@ -17,10 +15,11 @@ from robotcore.description import (
     MotorDescription,
     RangeSensorDescription,
 )
-from robotcore.devices import Angle, Camera, Device, Encoder, Frame, Motor, Range, RangeSensor
-from robotcore.display import MemoryDisplay
 from robotcore.geometry import Pose, Twist
-from robotcore.robot import Robot
+from robotcore.hal.backend import Backend, Setup, Vouch
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.devices import Angle, Camera, Device, Encoder, Frame, MemoryDisplay, Motor, Range, RangeSensor
+from robotcore.hal.robot import Robot
 
 
 class FarawayOptions(Described):

@@ -13,10 +13,10 @@ from multiprocessing.connection import Connection, Listener
 from typing import Any
 
 from drivers.kinematic.backend import KinematicBackend
-from robotcore.backend import Setup
-from robotcore.clock import SteppedClock
-from robotcore.devices import Motor, Sensor
-from robotcore.robot import Robot
+from robotcore.hal.backend import Setup
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.devices import Motor, Sensor
+from robotcore.hal.robot import Robot
 
 
 def main() -> None:

@@ -12,11 +12,11 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.behaviour import Status
-from robotcore.robot import Robot
-from robotcore.running.outcome import Outcome, RunResult
-from robotcore.running.plan import RunRequest
-from robotcore.running.session import run
+from robotcore.hal.robot import Robot
+from robotcore.runtime.behaviour import Status
+from robotcore.runtime.outcome import Outcome, RunResult
+from robotcore.runtime.plan import RunRequest
+from robotcore.runtime.session import run
 from tests.faraway.backend import FarawayBackend, register
 from tests.robotcore.fakes import Deed
 
@@ -40,7 +40,7 @@ def port_of(server: subprocess.Popen[str]) -> str:
 @pytest.fixture
 def backend(monkeypatch: pytest.MonkeyPatch) -> FarawayBackend:
     faraway = FarawayBackend()
-    monkeypatch.setattr("robotcore.running.plan.load_backend", lambda _: faraway)
+    monkeypatch.setattr("robotcore.runtime.plan.load_backend", lambda _: faraway)
     return faraway
 
 
@@ -55,8 +55,8 @@ def lost(server: subprocess.Popen[str], monkeypatch: pytest.MonkeyPatch, number:
             server.send_signal(number)
         return Status.RUNNING
 
-    monkeypatch.setattr("robotcore.running.plan.load_app", type)
-    monkeypatch.setattr("robotcore.running.plan.configure", lambda *_: Deed(drive))
+    monkeypatch.setattr("robotcore.runtime.plan.load_app", type)
+    monkeypatch.setattr("robotcore.runtime.plan.configure", lambda *_: Deed(drive))
     return run(RunRequest("an_app", options={"port": port_of(server)}))
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.firmware.sketch import shipped
+from robotcore.hardware.firmware.sketch import shipped
 from tests.firmware.host import Firmware
 
 FLAGS = ("-std=gnu++11", "-O1", "-shared", "-fPIC", "-Wall", "-Wextra", "-Werror", "-fsanitize=undefined")

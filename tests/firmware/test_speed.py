@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotcore.firmware.sketch import shipped
+from robotcore.hardware.firmware.sketch import shipped
 from tests.firmware.host import Firmware
 from tests.firmware.motor import Motor, driven
 

@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from robotcore.behaviour import Behaviour
-from robotcore.running.session import RunRequest, RunResult, run
+from robotcore.runtime.behaviour import Behaviour
+from robotcore.runtime.session import RunRequest, RunResult, run
 from tests.robotcore.fakes import RigBackend
 from tests.robotcore.runs import Runner
 
@@ -20,9 +20,9 @@ def perform(backend: RigBackend, monkeypatch: pytest.MonkeyPatch) -> Runner:
     """Run an app that is given on null devices."""
 
     def perform(app: Behaviour, request: RunRequest | None = None, **parts: Any) -> RunResult:
-        monkeypatch.setattr("robotcore.running.plan.load_backend", lambda _: backend)
-        monkeypatch.setattr("robotcore.running.plan.load_app", type)
-        monkeypatch.setattr("robotcore.running.plan.configure", lambda *_: app)
+        monkeypatch.setattr("robotcore.runtime.plan.load_backend", lambda _: backend)
+        monkeypatch.setattr("robotcore.runtime.plan.load_app", type)
+        monkeypatch.setattr("robotcore.runtime.plan.configure", lambda *_: app)
         return run(request or RunRequest("an_app"), **parts)
 
     return perform

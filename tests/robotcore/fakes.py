@@ -8,17 +8,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from robotcore.backend import Backend, Setup, Vouch
-from robotcore.behaviour import Behaviour, Status
-from robotcore.clock import Clock, SteppedClock
 from robotcore.description import RobotDescription, load_robot
-from robotcore.devices import Angle, Camera, Device, Encoder, Frame, Image, Intrinsics, Motor, Range, RangeSensor
-from robotcore.display import MemoryDisplay
 from robotcore.errors import DeviceError
 from robotcore.geometry import Pose, Twist
-from robotcore.layers import Assembled, assemble
-from robotcore.robot import Robot, Role
-from robotcore.truth import TruthSource
+from robotcore.hal.backend import Backend, Setup, Vouch
+from robotcore.hal.clock import Clock, SteppedClock
+from robotcore.hal.devices import Angle, Camera, Device, Encoder, Frame, Image, MemoryDisplay, Motor, Range, RangeSensor
+from robotcore.hal.robot import Robot, Role
+from robotcore.hal.truth import TruthSource
+from robotcore.optics import Intrinsics
+from robotcore.runtime.behaviour import Behaviour, Status
+from robotcore.runtime.layers import Assembled, assemble
 
 ROVER = load_robot("rover")
 assert ROVER.drive

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from robotcore.behaviour import Status
-from robotcore.robot import Robot
-from robotcore.running.session import Run, RunResult
-from robotcore.running.trace import TickRecord
+from robotcore.hal.robot import Robot
+from robotcore.runtime.behaviour import Status
+from robotcore.runtime.session import Run, RunResult
+from robotcore.runtime.trace import TickRecord
 from robotcore.safety import REST
 from tests.robotcore.fakes import Deed
 

@@ -9,7 +9,7 @@ import pytest
 
 from robotcore.description import load_robot
 from robotcore.geometry import Pose
-from robotcore.robot import Robot
+from robotcore.hal.robot import Robot
 
 MOTORS = ("left_motor", "right_motor")
 RATE_HZ = 20

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 from drivers.mujoco.model.robot import add_robot
 from drivers.mujoco.model.world import add_world
-from robotcore.clock import MIN_PHYSICS_RATE_HZ
 from robotcore.description import RobotDescription, WorldDescription
 from robotcore.errors import BackendError
+from robotcore.hal.clock import MIN_PHYSICS_RATE_HZ
 
 if TYPE_CHECKING:
     from mujoco import MjModel, MjSpec

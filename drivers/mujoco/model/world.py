@@ -8,8 +8,8 @@ from drivers.mujoco.model.groups import Meets, Shown
 from drivers.mujoco.model.looks import Looks
 from drivers.mujoco.model.turned import about_z
 from robotcore.description import Ball, Box, Floor, Light, WorldDescription
+from robotcore.description.meshes import Mesh, ground_mesh, prism_mesh
 from robotcore.description.world import Prism
-from robotcore.meshes import Mesh, ground_mesh, prism_mesh
 
 if TYPE_CHECKING:
     from mujoco import MjSpec

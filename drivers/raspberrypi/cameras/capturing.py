@@ -9,10 +9,10 @@ from drivers.raspberrypi.cameras.framing import Framing
 from drivers.raspberrypi.cameras.settings import CameraSettings
 from drivers.raspberrypi.cameras.settling import Settling
 from drivers.raspberrypi.cameras.source import Source
-from robotcore.clock import Clock
 from robotcore.description import CameraDescription
-from robotcore.devices import Camera, Frame
 from robotcore.errors import ResourceError
+from robotcore.hal.clock import Clock
+from robotcore.hal.devices import Camera, Frame
 from robotcore.hardware import Newest
 from robotcore.threads import start_thread
 

@@ -16,9 +16,9 @@ from drivers.raspberrypi.cameras.modes import widest
 from drivers.raspberrypi.cameras.settings import PiCameraSettings
 from drivers.raspberrypi.cameras.source import Light, Shot, Source
 from drivers.raspberrypi.cameras.stamps import Stamps
-from robotcore.clock import Clock
 from robotcore.description import CameraDescription
 from robotcore.errors import DeviceError
+from robotcore.hal.clock import Clock
 
 BGR = "RGB888"
 """picamera2 names a format by its bytes from the last to the first: in an array, this one is blue, green, red.

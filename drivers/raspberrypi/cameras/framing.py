@@ -7,8 +7,8 @@ import numpy as np
 from drivers.raspberrypi.cameras.settings import CameraSettings
 from drivers.raspberrypi.cameras.source import Shot
 from robotcore.description import CameraDescription
-from robotcore.devices import Frame, Image
 from robotcore.errors import DeviceError
+from robotcore.hal.devices import Frame, Image
 
 
 class Framing:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from drivers.raspberrypi.cameras.settings import CameraSettings
 from drivers.raspberrypi.cameras.source import Light, Shot, Source
-from robotcore.clock import Clock
+from robotcore.hal.clock import Clock
 
 STEADY_SHOTS = 10
 """Settled is what has not moved for as many pictures: a third of a second, longer than a camera takes to react."""

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from robotcore.devices import Image
+from robotcore.hal.devices import Image
 
 
 class Shot(NamedTuple):

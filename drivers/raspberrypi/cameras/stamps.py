@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robotcore.clock import Clock
+from robotcore.hal.clock import Clock
 
 FRESH_S = 1.0
 """A camera's first stamp is not older, where it counts on the kernel's clock."""

@@ -10,9 +10,9 @@ from drivers.raspberrypi.cameras.settings import UsbCameraSettings
 from drivers.raspberrypi.cameras.source import Light, Shot, Source
 from drivers.raspberrypi.cameras.stamps import Stamps
 from drivers.raspberrypi.cameras.usbcontrols import UsbControls
-from robotcore.clock import Clock
 from robotcore.description import CameraDescription
 from robotcore.errors import DeviceError, DeviceLostError
+from robotcore.hal.clock import Clock
 
 BUFFERS = 2
 """One is being filled, one waits to be taken: nothing older is in between."""

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from drivers.raspberrypi.doctor.files import told
-from robotcore.doctor import Finding
+from robotcore.hal.finding import Finding
 
 MODEL = "proc/device-tree/model"
 BITS = {1: 32, 2: 64}

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from robotcore.doctor import Finding
+from robotcore.hal.finding import Finding
 from robotcore.hardware import Fitting
 
 WHAT = "I2C"

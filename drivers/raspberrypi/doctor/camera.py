@@ -8,7 +8,7 @@ from pathlib import Path
 
 from drivers.raspberrypi.cameras.csicameras import OTHER_NUMPY
 from drivers.raspberrypi.doctor.files import told
-from robotcore.doctor import Finding
+from robotcore.hal.finding import Finding
 from robotcore.hardware import Fitting
 
 WHAT = "camera"

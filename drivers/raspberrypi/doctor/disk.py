@@ -6,7 +6,7 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
-from robotcore.doctor import Finding
+from robotcore.hal.finding import Finding
 
 WHAT = "disk"
 ENOUGH_GB, LEAST_GB = 2.0, 0.2

@@ -21,9 +21,9 @@ from drivers.raspberrypi.doctor.serial import serial
 from drivers.raspberrypi.gpio import on_header
 from drivers.raspberrypi.header import counted
 from robotcore.description import RobotDescription
-from robotcore.doctor import Check, Finding, findings_of
-from robotcore.doctor.described import described
+from robotcore.hal.finding import Check, Finding, findings_of
 from robotcore.hardware import Fitting, fit
+from robotcore.hardware.diagnosis import described
 
 ROOT = Path("/")
 

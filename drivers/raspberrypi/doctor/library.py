@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, version
 
 from drivers.raspberrypi.pins import open_pins
-from robotcore.doctor import Finding
 from robotcore.errors import BackendError, UsageError
+from robotcore.hal.finding import Finding
 
 WHAT = "pin factory"
 EMPTY_STUB = "0.0.0.2"

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from drivers.raspberrypi.doctor.files import told
-from robotcore.doctor import Finding
+from robotcore.hal.finding import Finding
 
 WHAT = "permissions"
 KINDS = {"gpio": ("gpiochip*", "GPIO pins"), "i2c": ("i2c-1", "the I2C bus"), "video": ("video*", "cameras")}

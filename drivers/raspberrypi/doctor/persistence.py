@@ -11,7 +11,7 @@ from pathlib import Path
 
 from drivers.raspberrypi.doctor.files import told
 from drivers.raspberrypi.lg import header_driver
-from robotcore.doctor import Finding
+from robotcore.hal.finding import Finding
 
 WHAT = "killed runs"
 PARAMETERS = "sys/module/{module}/parameters/persist_gpio_outputs"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 
-from robotcore.doctor import Finding
+from robotcore.hal.finding import Finding
 from robotcore.hardware import Connection, Fitting
 
 WHAT = "pins"

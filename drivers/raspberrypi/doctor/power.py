@@ -6,7 +6,7 @@ import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from robotcore.doctor import Finding
+from robotcore.hal.finding import Finding
 
 WHAT = "power"
 VCGENCMD = "usr/bin/vcgencmd"

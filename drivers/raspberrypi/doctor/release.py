@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from drivers.raspberrypi.doctor.files import told
-from robotcore.doctor import Finding
+from robotcore.hal.finding import Finding
 
 TESTED = ("bookworm", "trixie")
 """Releases whose lgpio and picamera2 are known to fit."""

@@ -13,7 +13,7 @@ from drivers.raspberrypi.doctor.board import model
 from drivers.raspberrypi.doctor.files import told
 from drivers.raspberrypi.doctor.permissions import may_open, remedy_for
 from drivers.raspberrypi.uart import NAMES
-from robotcore.doctor import Finding
+from robotcore.hal.finding import Finding
 from robotcore.hardware import Fitting
 
 WHAT = "serial"

@@ -12,10 +12,10 @@ from pydantic import Field
 
 from drivers.raspberrypi.claiming import claiming
 from drivers.raspberrypi.edges import hear_no_more
-from robotcore.clock import Clock
 from robotcore.description import Described, EncoderDescription
-from robotcore.devices import Angle, Encoder
-from robotcore.sampling import OnceAnInstant
+from robotcore.hal.clock import Clock
+from robotcore.hal.devices import Angle, Encoder
+from robotcore.simulation.sampling import OnceAnInstant
 
 if TYPE_CHECKING:
     from gpiozero import Factory, Pin

@@ -9,8 +9,8 @@ from typing import Any, ClassVar
 from drivers.raspberrypi.encoders.encoder import LEVELS, EncoderSettings, PinEncoder, open_input, watch
 from drivers.raspberrypi.gpio import Gpio, gpio
 from robotcore.description import EncoderDescription, RobotDescription
-from robotcore.devices import Device, Encoder
 from robotcore.errors import DeviceError
+from robotcore.hal.devices import Device, Encoder
 from robotcore.hardware import Connection, DeviceDriver, Host, motor_of
 
 

@@ -9,7 +9,7 @@ from typing import ClassVar
 from drivers.raspberrypi.encoders.encoder import LEVELS, EncoderSettings, PinEncoder, open_input, watch
 from drivers.raspberrypi.gpio import Gpio, gpio
 from robotcore.description import EncoderDescription
-from robotcore.devices import Encoder
+from robotcore.hal.devices import Encoder
 from robotcore.hardware import Connection, DeviceDriver, Host
 
 

@@ -12,8 +12,8 @@ from pydantic import Field
 from drivers.raspberrypi.gpio import HELD_UP, PULLED_UP, Gpio, gpio
 from drivers.raspberrypi.motors.bridge import Bridge
 from robotcore.description import Described, MotorDescription, RobotDescription
-from robotcore.devices import Motor
-from robotcore.guardian import CutoffSpec
+from robotcore.hal.cutoff import CutoffSpec
+from robotcore.hal.devices import Motor
 from robotcore.hardware import Connection, DeviceDriver, Host
 from robotcore.hardware.motors import Control, Model, open_motor, require_drivable
 

@@ -9,10 +9,10 @@ from contextlib import ExitStack
 
 from drivers.raspberrypi.ranging.i2c import I2CChip
 from drivers.raspberrypi.ranging.lightchips import Measurement, Seen
-from robotcore.clock import Clock
 from robotcore.description import RangeSensorDescription
-from robotcore.devices import Range, RangeSensor
 from robotcore.errors import DeviceError
+from robotcore.hal.clock import Clock
+from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hardware.findings import Findings
 
 STALLED_S = 1.0

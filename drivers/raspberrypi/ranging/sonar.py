@@ -7,9 +7,9 @@ from contextlib import ExitStack
 from drivers.raspberrypi.ranging.echopins import EchoPins
 from drivers.raspberrypi.ranging.hearing import Hearing
 from drivers.raspberrypi.ranging.turns import Turns
-from robotcore.clock import Clock
 from robotcore.description import RangeSensorDescription
-from robotcore.devices import Range, RangeSensor
+from robotcore.hal.clock import Clock
+from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hardware.findings import Findings
 
 

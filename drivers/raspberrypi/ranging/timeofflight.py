@@ -14,7 +14,7 @@ from drivers.raspberrypi.ranging.i2c import I2CChip, Place
 from drivers.raspberrypi.ranging.lidar import Lidar
 from drivers.raspberrypi.ranging.lightchips import LightChip, VL53L0XChip, VL53L1XChip
 from robotcore.description import Described, RangeSensorDescription, RobotDescription
-from robotcore.devices import RangeSensor
+from robotcore.hal.devices import RangeSensor
 from robotcore.hardware import Connection, DeviceDriver, Host
 from robotcore.hardware.findings import Findings, require_timely
 

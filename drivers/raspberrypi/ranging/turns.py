@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from robotcore.clock import Clock
-from robotcore.polling import Polling
+from robotcore.hal.clock import Clock, Polling
 
 Cycle = Callable[[], object]
 """Triggers one module."""

@@ -15,7 +15,7 @@ from drivers.raspberrypi.ranging.sonar import Sonar
 from drivers.raspberrypi.ranging.sound import speed_of_sound
 from drivers.raspberrypi.ranging.turns import Turns
 from robotcore.description import Described, RangeSensorDescription, RobotDescription
-from robotcore.devices import RangeSensor
+from robotcore.hal.devices import RangeSensor
 from robotcore.hardware import Connection, DeviceDriver, Host
 from robotcore.hardware.findings import Findings, require_timely
 

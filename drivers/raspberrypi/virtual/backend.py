@@ -11,13 +11,12 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from drivers.raspberrypi.backend import SECTION, RaspberryPiBackend
-from robotcore.backend import Backend, Setup, Vouch
-from robotcore.catalogue import load_backend
 from robotcore.description import AnyDevice, Described, RobotDescription
-from robotcore.doctor import Finding, Level
 from robotcore.errors import UsageError
+from robotcore.hal.backend import Backend, Setup, Vouch, load_backend
+from robotcore.hal.finding import Finding, Level
+from robotcore.hal.robot import Robot
 from robotcore.hardware import open_robot
-from robotcore.robot import Robot
 
 
 class VirtualPiOptions(Described):

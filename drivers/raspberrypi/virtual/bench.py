@@ -18,11 +18,11 @@ from drivers.raspberrypi.virtual.discs import Disc, QuadratureDisc, SlottedDisc
 from drivers.raspberrypi.virtual.echo import VirtualEcho
 from drivers.raspberrypi.virtual.pins import VirtualPins
 from drivers.raspberrypi.virtual.wheels import wire_phase_and_enable, wire_two_inputs
-from robotcore.clock import MIN_PHYSICS_RATE_HZ, SteppedClock
 from robotcore.description import AnyDevice, BatteryDescription, EncoderDescription
-from robotcore.devices import Encoder, Motor, RangeSensor
+from robotcore.hal.clock import MIN_PHYSICS_RATE_HZ, SteppedClock
+from robotcore.hal.devices import Encoder, Motor, RangeSensor
+from robotcore.hal.robot import Robot
 from robotcore.hardware import Fitting
-from robotcore.robot import Robot
 
 MODELLED = (HBridgeSettings, PhaseEnableSettings, QuadratureSettings, PulsesSettings, UltrasonicSettings)
 """What `Bench.connect` knows, by the settings of its driver."""

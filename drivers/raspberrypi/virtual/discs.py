@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 from drivers.raspberrypi.virtual.pins import VirtualPin
-from robotcore.devices import Encoder
+from robotcore.hal.devices import Encoder
 
 QUADRATURE = ((1, 1), (0, 1), (0, 0), (1, 0))
 """The levels of a and b, one edge after the other; forward, a leads."""

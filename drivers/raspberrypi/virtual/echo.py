@@ -7,8 +7,8 @@ from collections.abc import Callable
 from functools import partial
 
 from drivers.raspberrypi.virtual.pins import VirtualPin
-from robotcore.clock import Clock
-from robotcore.devices import RangeSensor
+from robotcore.hal.clock import Clock
+from robotcore.hal.devices import RangeSensor
 
 BURST_S = 450e-6
 """From the end of the trigger to the rise of the echo: the burst is sent, eight cycles at 40 kHz, and some more."""

@@ -7,7 +7,7 @@ from typing import Any
 
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
-from robotcore.clock import Clock
+from robotcore.hal.clock import Clock
 
 PI_4B = "c03115"
 """The revision code of the board that is made believe.
@@ -71,7 +71,7 @@ class VirtualPins(MockFactory):  # type: ignore[misc]  # gpiozero has no types
     """Makes virtual pins, one a GPIO; its ticks are simulated time in seconds.
 
     >>> from gpiozero import LED
-    >>> from robotcore.clock import SteppedClock
+    >>> from robotcore.hal.clock import SteppedClock
     >>> with VirtualPins(SteppedClock(20.0, lambda steps: None)) as pins, LED(17, pin_factory=pins) as led:
     ...     led.on()
     ...     pins.pin(17).state

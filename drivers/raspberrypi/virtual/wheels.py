@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from drivers.raspberrypi.virtual.pins import VirtualPin
-from robotcore.devices import Motor
+from robotcore.hal.devices import Motor
 
 Velocity = Callable[[float], float]
 """What a motor turns at, in rad/s, at a duty from -1 to 1."""

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING
 from drivers.serial.ports.finding import PortMissingError, holders, path_of
 from drivers.serial.ports.port import FAILURES
 from drivers.serial.ports.refusal import why_closed
-from robotcore.clock import MonotonicClock
 from robotcore.errors import BackendError, ResourceError
-from robotcore.guardian import Cutoff, CutoffSpec, Unsure
+from robotcore.hal.cutoff import Cutoff, CutoffSpec, Unsure
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.threads import start_thread
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ from drivers.serial.boards.settings import Side
 from drivers.serial.boards.turning import Turning
 from drivers.serial.ports.line import Line
 from robotcore.description import MotorDescription
-from robotcore.devices import Angle, Battery, Encoder, Motor, SampleT, Sensor, Voltage
 from robotcore.errors import DeviceError
+from robotcore.hal.devices import Angle, Battery, Encoder, Motor, SampleT, Sensor, Voltage
 from robotcore.hardware.motors import Output
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robotcore.devices import Angle
+from robotcore.hal.devices import Angle
 
 
 class Turning:

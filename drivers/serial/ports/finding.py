@@ -101,7 +101,7 @@ def _is_link_to(real: str, file: Path) -> bool:
 def _name(number: int) -> str:
     process = _PROC / str(number)
     try:
-        is_guardian = b"robotcore.guardian." in (process / "cmdline").read_bytes()
+        is_guardian = b"robotcore.safety.guardian." in (process / "cmdline").read_bytes()
         return " (the guardian of a run)" if is_guardian else f" ({(process / 'comm').read_text().strip()})"
     except OSError:
         return ""

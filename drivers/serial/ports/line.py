@@ -8,9 +8,8 @@ from collections.abc import Callable
 from drivers.serial.ports.port import Port, PortError
 from drivers.serial.ports.talk import Talk
 from drivers.serial.ports.waker import Waker
-from robotcore.clock import Clock
 from robotcore.errors import DeviceError, DeviceLostError
-from robotcore.polling import Polling
+from robotcore.hal.clock import Clock, Polling
 
 BITS_A_BYTE = 10
 """8N1: a start bit, eight, a stop bit."""

@@ -13,7 +13,7 @@ from drivers.serial.boards.settings import PortSettings
 from drivers.serial.ports.line import Line
 from drivers.serial.ranging.listening import Listening
 from robotcore.description import RangeSensorDescription, RobotDescription
-from robotcore.devices import Range, RangeSensor
+from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hardware import Connection, Host
 from robotcore.hardware.findings import NOTHING_YET, Findings, require_timely
 

@@ -12,8 +12,8 @@ from drivers.vrep.listing import EVERYTHING, NAMES_OF, RESOLUTION_X, RESOLUTION_
 from drivers.vrep.official.calls import Calls
 from drivers.vrep.scene import KINDS, STARTS, TIME_STEP, across, moved
 from drivers.vrep.wire.errors import RefusedError, RemoteApiError, ServerHangsError, SimulationHaltedError
-from robotcore.clock import MonotonicClock
-from robotcore.scene import Kind, Lens, Point, RawPicture, Scene, SceneObject, State
+from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.simulation.remote_scene import Kind, Lens, Point, RawPicture, Scene, SceneObject, State
 
 _RUNNING, _PAUSED = 1, 2
 _NAP_S = 0.005

@@ -9,7 +9,7 @@ from drivers.vrep.simx.clients import CLIENTS, REPLY_TIMEOUT_S, Terms
 from drivers.vrep.wire import requests
 from drivers.vrep.wire.messages import VERSION, Header
 from drivers.vrep.wire.values import read_nothing
-from robotcore.clock import MonotonicClock
+from robotcore.hal.wall_clock import MonotonicClock
 
 _CLOCK = MonotonicClock()
 _CONNECT_TIMEOUT_MS = 5000

@@ -11,7 +11,7 @@ from drivers.vrep.wire.errors import NobodyListensError, ServerHangsError, Serve
 from drivers.vrep.wire.messages import Header, Piece, decoded, encoded
 from drivers.vrep.wire.packets import Unpacker, packed
 from drivers.vrep.wire.pieces import Assembly
-from robotcore.clock import MonotonicClock
+from robotcore.hal.wall_clock import MonotonicClock
 
 TIMEOUT_S = 1.5
 """A server that takes longer over a message is taken for dead: an app is to stop within two seconds."""

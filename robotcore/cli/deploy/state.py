@@ -29,7 +29,7 @@ def tell_state(host: Host, ssh_config: Path | None, state: State) -> None:
 
 def lines_of(host: Host, ssh_config: Path | None, state: State) -> Iterator[str]:
     """Yield what a robot tells of itself, in lines: what runs, then what its user should know."""
-    from robotcore.deploy.aboard.system.disk import in_words
+    from robotcore.deploy.agent.system.disk import in_words
     from robotcore.deploy.connection.typed import typed
 
     if state.release is None:

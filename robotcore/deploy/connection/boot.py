@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 COMMAND = "python3 -I -"
 """All that a shell on the robot is ever given for a call."""
 
-PACKAGE = "robotcore.deploy.aboard"
+PACKAGE = "robotcore.deploy.agent"
 OUTSIDE = ("robotcore/__init__.py", "robotcore/deploy/__init__.py")
 """The packages around it, which are empty on the robot."""
 

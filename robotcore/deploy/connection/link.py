@@ -11,8 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Any, Generic
 
-from robotcore.clock import MonotonicClock
-from robotcore.deploy.aboard.telling import MARK
+from robotcore.deploy.agent.telling import MARK
 from robotcore.deploy.connection import boot, rsync
 from robotcore.deploy.connection.answers import AnswerT, Nothing, Notice, Refusal, parse, validate
 from robotcore.deploy.connection.failures import damaged, unanswered
@@ -21,6 +20,7 @@ from robotcore.deploy.connection.process_output import MalformedError, ProcessOu
 from robotcore.deploy.connection.rsync import OnPoll, OnProgress, Transfer
 from robotcore.deploy.connection.ssh import Connection
 from robotcore.errors import DeployError
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.text import escape
 
 OnSay = Callable[[Notice], object]

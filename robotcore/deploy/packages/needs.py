@@ -8,11 +8,11 @@ from contextlib import suppress
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
-from robotcore.appfile import is_app_file
-from robotcore.catalogue import app_name, load_backend
 from robotcore.deploy.project import Project
 from robotcore.errors import BackendMissingError
-from robotcore.registry import APPS, BACKENDS, DEVICES, load_registered
+from robotcore.hal.backend import load_backend
+from robotcore.plugins import APPS, BACKENDS, DEVICES, load_registered
+from robotcore.runtime.apps import app_name, is_app_file
 
 RECORD = "record"
 """The extra that recordings need."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 import shlex
 from collections.abc import Iterator
 
-from robotcore.catalogue import load_backend
 from robotcore.deploy.project import Project
 from robotcore.deploy.proof.proof import Proof, Say, command_line
 from robotcore.description import RobotDescription, load_world
 from robotcore.errors import BackendMissingError, DescriptionError, UnprovenError
+from robotcore.hal.backend import load_backend
 from robotcore.text import escape
 
 

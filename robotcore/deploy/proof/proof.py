@@ -11,8 +11,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from robotcore.clock import MonotonicClock
 from robotcore.deploy.project import Project
+from robotcore.hal.wall_clock import MonotonicClock
 
 Say = Callable[[str], object]
 """Is told in words what goes on."""

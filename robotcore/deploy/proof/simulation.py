@@ -12,15 +12,15 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from robotcore.catalogue import load_backend
-from robotcore.deploy.aboard.releases.release import PROJECT, SITE
-from robotcore.deploy.aboard.service import launch
+from robotcore.deploy.agent.releases.release import PROJECT, SITE
+from robotcore.deploy.agent.service import launch
 from robotcore.deploy.project import Project
 from robotcore.deploy.proof.proof import Proof, Say, ask, command_line, told_error
 from robotcore.deploy.staging.staging import Staged
 from robotcore.errors import UnprovenError, UsageError
-from robotcore.running.outcome import Outcome
-from robotcore.running.plan import DEFAULT_WORLD, RunRequest
+from robotcore.hal.backend import load_backend
+from robotcore.runtime.outcome import Outcome
+from robotcore.runtime.plan import DEFAULT_WORLD, RunRequest
 from robotcore.sweep.command import words_of
 from robotcore.sweep.record import Record
 from robotcore.sweep.seeds import seeds_of

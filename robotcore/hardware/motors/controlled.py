@@ -5,14 +5,13 @@ from __future__ import annotations
 from contextlib import suppress
 from threading import RLock
 
-from robotcore.clock import Clock
 from robotcore.description import MotorDescription
-from robotcore.devices import Encoder
 from robotcore.errors import DeviceError, DeviceLostError
+from robotcore.hal.clock import Clock, Polling
+from robotcore.hal.devices import Encoder
 from robotcore.hardware.motors.control import VelocityControl
 from robotcore.hardware.motors.duty import DutyMotor, Output
 from robotcore.hardware.motors.model import MotorModel
-from robotcore.polling import Polling
 
 
 class ControlledMotor(DutyMotor):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 from robotcore.description import MotorDescription
-from robotcore.devices import Motor
+from robotcore.hal.devices import Motor
 from robotcore.hardware.motors.model import MotorModel
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from robotcore.description import EncoderDescription, MotorDescription, RobotDescription
-from robotcore.devices import Encoder, Motor
 from robotcore.errors import DeviceError
+from robotcore.hal.devices import Encoder, Motor
 from robotcore.hardware.driver import Host
 from robotcore.hardware.motors.control import Control, VelocityControl
 from robotcore.hardware.motors.controlled import ControlledMotor

@@ -9,7 +9,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import NamedTuple
 
-from robotcore.running.outcome import RunResult
+from robotcore.runtime.outcome import RunResult
 from robotcore.sweep.explain import Finding
 from robotcore.sweep.place import Place
 from robotcore.sweep.record import Record

@@ -9,7 +9,7 @@ from datetime import datetime, timezone
 from importlib.metadata import version
 from pathlib import Path
 
-from robotcore.running.outcome import RunResult
+from robotcore.runtime.outcome import RunResult
 from robotcore.sweep.record import Record
 from robotcore.sweep.seeds import seeds_told
 from robotcore.sweep.words import kind

@@ -9,7 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from robotcore.devices import Image
+from robotcore.hal.devices import Image
 
 MAX_WIDTH = 480
 QUALITY = 80

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from drivers.kinematic.painter import Painter
 from robotcore.description import CameraDescription, draw_world, load_robot, load_world
-from robotcore.projection import View
+from robotcore.optics import View
+from robotcore.simulation.painter import Painter
 from tests.doubles.coppeliasim.scene import Simulator
 from tests.doubles.coppeliasim.scene.drives import drives_of
 from tests.doubles.coppeliasim.scene.objects import Joint, ProximitySensor, Shape, VisionSensor

@@ -11,8 +11,8 @@ import pytest
 
 from drivers.serial import backend as module
 from drivers.serial.backend import SECTION, SerialBackend
-from robotcore.clock import Clock, SteppedClock
 from robotcore.description import RobotDescription, load_robot
+from robotcore.hal.clock import Clock, SteppedClock
 from robotcore.testing import Capability
 from robotcore.testing.bench import RATE_HZ, Bench
 from tests.doubles.serial.board import PERIOD_S, BoardDouble, Powered

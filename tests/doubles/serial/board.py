@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 
-from robotcore.clock import Clock
-from robotcore.polling import Polling
+from robotcore.hal.clock import Clock, Polling
 from tests.doubles.serial.pty import Pty
 
 PERIOD_S = 0.002

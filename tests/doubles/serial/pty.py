@@ -13,7 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 from threading import RLock
 
-from robotcore.clock import MonotonicClock
+from robotcore.hal.wall_clock import MonotonicClock
 
 WAITING_S = 20.0
 """The kernel hands bytes over some microseconds later, by a worker of its own; a busy machine took over a second."""

@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from drivers.serial.backend import SECTION
-from robotcore.backend import Setup
-from robotcore.clock import SteppedClock
 from robotcore.description import load_robot
-from robotcore.devices import Encoder, Motor
+from robotcore.hal.backend import Setup
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.devices import Encoder, Motor
+from robotcore.hal.robot import Robot
 from robotcore.hardware import open_robot
-from robotcore.robot import Robot
 from robotcore.testing import scenes
 from robotcore.testing.bench import RATE_HZ
 from tests.doubles.serial.bench import wired

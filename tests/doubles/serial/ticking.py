@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from contextlib import suppress
 
-from robotcore.backend import Setup
-from robotcore.devices import Motor
 from robotcore.errors import DeviceError
-from robotcore.robot import Robot
+from robotcore.hal.backend import Setup
+from robotcore.hal.devices import Motor
+from robotcore.hal.robot import Robot
 from robotcore.testing.bench import RATE_HZ
 from robotcore.testing.spies import MotorSpy
 from tests.doubles.serial.bench import SerialBench

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from robotcore.running.outcome import Outcome, RunResult
-from robotcore.running.plan import RunRequest
-from robotcore.running.session import run
+from robotcore.runtime.outcome import Outcome, RunResult
+from robotcore.runtime.plan import RunRequest
+from robotcore.runtime.session import run
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.scene import Simulator
 from tests.doubles.coppeliasim.scene.objects import ProximitySensor

@@ -16,9 +16,9 @@ from drivers.coppeliasim.connection import Connection
 from drivers.coppeliasim.placing import Placement
 from drivers.coppeliasim.tidying import begin
 from drivers.coppeliasim.workshop import NOTHING, Mask, Workshop
-from robotcore.backend import Setup
 from robotcore.description import load_robot, load_world
 from robotcore.errors import BackendError, DeviceGroupError, UsageError
+from robotcore.hal.backend import Setup
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.scene import Simulator
 from tests.doubles.coppeliasim.scene.objects import Lamp, Shape, VisionSensor

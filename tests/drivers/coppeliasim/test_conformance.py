@@ -10,9 +10,9 @@ from typing import ClassVar
 import pytest
 
 from drivers.coppeliasim.backend import CoppeliaSimBackend
-from robotcore.backend import Setup, Vouch
 from robotcore.description import RobotDescription
-from robotcore.robot import Robot
+from robotcore.hal.backend import Setup, Vouch
+from robotcore.hal.robot import Robot
 from robotcore.testing import Capability, ConformanceSuite, scenes
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.scenes import default_scene, described_scene

@@ -20,8 +20,8 @@ from drivers.coppeliasim.address import Address
 from drivers.coppeliasim.client import Client
 from drivers.coppeliasim.connection import Connection, RefusedError
 from drivers.coppeliasim.examining import examine
-from robotcore.clock import MonotonicClock
 from robotcore.errors import BackendError
+from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.scenes import default_scene
 from tests.drivers.coppeliasim.babbling import Babbling

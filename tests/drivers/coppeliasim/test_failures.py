@@ -15,10 +15,10 @@ from drivers.coppeliasim import lease
 from drivers.coppeliasim.address import Address
 from drivers.coppeliasim.connection import Connection
 from drivers.coppeliasim.scene import CoppeliaSimScene
-from robotcore.clock import MonotonicClock
-from robotcore.running.outcome import Outcome, RunResult
-from robotcore.running.plan import RunRequest
-from robotcore.running.session import run
+from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.runtime.outcome import Outcome, RunResult
+from robotcore.runtime.plan import RunRequest
+from robotcore.runtime.session import run
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.scene import Simulator
 from tests.doubles.coppeliasim.scene.objects import Joint, ProximitySensor

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from drivers.kinematic.backend import KinematicBackend
-from robotcore.backend import Setup
 from robotcore.description import (
     COLOURS,
     Ball,
@@ -19,9 +18,10 @@ from robotcore.description import (
     WorldDescription,
     load_robot,
 )
-from robotcore.drive import Wheels
-from robotcore.robot import Robot
-from robotcore.truth import TruthSource
+from robotcore.geometry import Wheels
+from robotcore.hal.backend import Setup
+from robotcore.hal.robot import Robot
+from robotcore.hal.truth import TruthSource
 
 ROVER = load_robot("rover")
 

@@ -3,11 +3,10 @@ from __future__ import annotations
 import pytest
 
 from drivers.kinematic.backend import KinematicBackend
-from robotcore.backend import Setup, Vouch
-from robotcore.catalogue import load_backend
 from robotcore.description import MotorDescription, Start, load_robot, load_world, world_names
-from robotcore.display import MemoryDisplay
 from robotcore.errors import DeviceClosedError, DeviceGroupError, UnknownNameError, UsageError
+from robotcore.hal.backend import Setup, Vouch, load_backend
+from robotcore.hal.devices import MemoryDisplay
 from tests.drivers.kinematic.rooms import ROVER, ball, let_pass, opened, room, truth_of
 
 

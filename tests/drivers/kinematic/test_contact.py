@@ -8,7 +8,7 @@ from drivers.kinematic.surroundings import Surroundings
 from robotcore.description import Box, Cylinder, Start, Walls
 from robotcore.description.gaps import gap_between
 from robotcore.geometry import Pose
-from robotcore.robot import Robot
+from robotcore.hal.robot import Robot
 from tests.drivers.kinematic.rooms import (
     ROVER,
     ball,

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from drivers.kinematic.painter import Painter
-from robotcore.devices import Camera, Encoder, Image, RangeSensor
-from robotcore.projection import View
-from robotcore.robot import Robot
+from robotcore.hal.devices import Camera, Encoder, Image, RangeSensor
+from robotcore.hal.robot import Robot
+from robotcore.optics import View
+from robotcore.simulation.painter import Painter
 from tests.drivers.kinematic.rooms import ball, box, drive, let_pass, opened, room, truth_of, wheel_angles
 
 COUNT = math.tau / 960

@@ -8,8 +8,6 @@ import pytest
 
 from apps.avoid_obstacles import AvoidObstacles
 from drivers.mock import LOST, MockRobot
-from robotcore.behaviour import Behaviour, Status
-from robotcore.drive import Wheels
 from robotcore.errors import (
     BehaviourError,
     DeviceError,
@@ -19,8 +17,10 @@ from robotcore.errors import (
     UnmetNeedError,
     UsageError,
 )
-from robotcore.robot import Robot, Role
-from robotcore.running.session import RunRequest, run
+from robotcore.geometry import Wheels
+from robotcore.hal.robot import Robot, Role
+from robotcore.runtime.behaviour import Behaviour, Status
+from robotcore.runtime.session import RunRequest, run
 
 
 @dataclass

@@ -9,8 +9,8 @@ import pytest
 
 from drivers.mujoco.backend import MujocoBackend
 from drivers.mujoco.simulation import Simulation
-from robotcore.devices import Motor
 from robotcore.errors import BackendError, DeviceClosedError, DeviceGroupError, UnknownNameError, UsageError
+from robotcore.hal.devices import Motor
 from tests.drivers.physics.worlds import ROVER, ball, box, drive, setup, truth_of, world
 
 BLIND = ("left_motor", "right_motor", "left_encoder", "right_encoder", "nose")

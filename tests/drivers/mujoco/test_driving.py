@@ -7,7 +7,7 @@ import pytest
 from drivers.mujoco.backend import MujocoBackend
 from drivers.mujoco.simulation import Simulation
 from robotcore.description import MotorDescription
-from robotcore.devices import Motor
+from robotcore.hal.devices import Motor
 from tests.drivers.physics import driving
 from tests.drivers.physics.worlds import ROVER, Thing, ball, box, drive, post, setup, truth_of, world
 

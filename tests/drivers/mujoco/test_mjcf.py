@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from robotcore.cli.export import exported, placed
 from robotcore.description import RobotDescription, Texture, WorldDescription, load_robot, load_world
-from robotcore.exporting import Exported, exported, placed
+from robotcore.hal.backend import Exported
 
 mujoco = pytest.importorskip("mujoco")
 

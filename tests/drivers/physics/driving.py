@@ -5,9 +5,8 @@ import math
 import pytest
 
 from robotcore.description import Start
-from robotcore.devices import Encoder
-from robotcore.drive import Wheels
-from robotcore.geometry import wrap_angle
+from robotcore.geometry import Wheels, wrap_angle
+from robotcore.hal.devices import Encoder
 from tests.drivers.physics.worlds import (
     LOOKOUT,
     ROVER,

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from robotcore.description import CameraDescription, Light, Mount, RobotDescription, Start
-from robotcore.devices import Image
 from robotcore.geometry import Pose
-from robotcore.projection import View
+from robotcore.hal.devices import Image
+from robotcore.optics import View
 from tests.drivers.physics.worlds import LOOKOUT, ROVER, OnAnEngine, ball, box, drive, eye, world
 
 EYE = Mount(x_m=0.14, z_m=0.10)

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from drivers.kinematic.painter import Painter
 from robotcore.description import Light, Start, Texture, WorldDescription, draw_world, load_world, randomise
 from robotcore.description.texture import PATTERNS, Pattern
 from robotcore.geometry import Pose
-from robotcore.projection import View
+from robotcore.optics import View
+from robotcore.simulation.painter import Painter
 from tests.drivers.physics.seeing import EYE
 from tests.drivers.physics.worlds import ROVER, OnAnEngine, ball, box, eye, post, world
 

@@ -7,7 +7,6 @@ from typing import Any, ClassVar
 
 from drivers.mujoco.camera import MujocoCamera
 from drivers.pybullet.camera import BulletCamera
-from robotcore.backend import Backend, Setup
 from robotcore.description import (
     COLOURS,
     Ball,
@@ -22,8 +21,9 @@ from robotcore.description import (
     WorldDescription,
     load_robot,
 )
-from robotcore.robot import Robot
-from robotcore.truth import TruthSource
+from robotcore.hal.backend import Backend, Setup
+from robotcore.hal.robot import Robot
+from robotcore.hal.truth import TruthSource
 
 Thing = Box | Cylinder | Ball
 

@@ -8,7 +8,6 @@ import pytest
 from drivers.pybullet import simulation
 from drivers.pybullet.backend import PyBulletBackend
 from drivers.pybullet.bullet import Bullet
-from robotcore.devices import Encoder
 from robotcore.errors import (
     BackendError,
     DeviceClosedError,
@@ -17,6 +16,7 @@ from robotcore.errors import (
     UnknownNameError,
     UsageError,
 )
+from robotcore.hal.devices import Encoder
 from tests.drivers.physics.worlds import ROVER, drive, setup, truth_of, world
 from tests.drivers.pybullet.worlds import opened
 

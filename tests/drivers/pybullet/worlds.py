@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from drivers.pybullet.backend import PyBulletBackend
 from robotcore.description import RobotDescription, Start
-from robotcore.robot import Robot
+from robotcore.hal.robot import Robot
 from tests.drivers.physics.worlds import ROVER, Thing, setup, world
 
 

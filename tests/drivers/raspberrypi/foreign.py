@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from robotcore import registry
+from robotcore import plugins as registry
 from robotcore.description import Described, MotorDescription, RangeSensorDescription, RobotDescription, load_robot
-from robotcore.devices import Device
+from robotcore.hal.devices import Device
 from robotcore.hardware import Connection, DeviceDriver, Host
 
 
@@ -58,7 +58,7 @@ def install(monkeypatch: pytest.MonkeyPatch) -> None:
         kind.name: EntryPoint(kind.name, f"{__name__}:{kind.__name__}", registry.DEVICES) for kind in (IrSwitch, Hat)
     }
     before = registry._points
-    monkeypatch.setattr("robotcore.registry._points", lambda group: points.get(group) or before(group))
+    monkeypatch.setattr("robotcore.plugins._points", lambda group: points.get(group) or before(group))
 
 
 def rover(**sections: dict[str, Any]) -> RobotDescription:

@@ -11,11 +11,11 @@ import pytest
 from drivers.raspberrypi import backend
 from drivers.raspberrypi.backend import RaspberryPiBackend
 from drivers.raspberrypi.virtual.backend import VirtualPiBackend
-from robotcore.backend import Setup
-from robotcore.clock import MonotonicClock
 from robotcore.description import RobotDescription, load_robot
-from robotcore.devices import Encoder, Motor, RangeSensor
 from robotcore.errors import DescriptionError
+from robotcore.hal.backend import Setup
+from robotcore.hal.devices import Encoder, Motor, RangeSensor
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.testing import Gate, scenes
 from tests.doubles.serial.board import Powered
 from tests.doubles.serial.pty import Pty

@@ -11,10 +11,10 @@ from drivers.raspberrypi.backend import RaspberryPiBackend
 from drivers.raspberrypi.ranging.sound import speed_of_sound
 from drivers.raspberrypi.virtual.echo import VirtualEcho
 from drivers.raspberrypi.virtual.pins import VirtualPin, VirtualPins
-from robotcore.backend import Setup
-from robotcore.clock import MonotonicClock
 from robotcore.description import RobotDescription, load_robot
-from robotcore.robot import Robot
+from robotcore.hal.backend import Setup
+from robotcore.hal.robot import Robot
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.testing import Capability, ConformanceSuite, Gate
 from tests.drivers.raspberrypi.virtual.fakes import FakeRange
 

@@ -6,8 +6,8 @@ import pytest
 
 from drivers.raspberrypi.backend import RaspberryPiBackend
 from drivers.raspberrypi.virtual.backend import VirtualPiBackend
-from robotcore.backend import Backend
 from robotcore.errors import DescriptionError
+from robotcore.hal.backend import Backend
 from tests.drivers.raspberrypi import foreign
 from tests.drivers.raspberrypi.foreign import rover
 

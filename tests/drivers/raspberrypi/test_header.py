@@ -5,7 +5,8 @@ from gpiozero import PiBoardInfo
 
 from drivers.raspberrypi.gpio import gpio
 from drivers.raspberrypi.header import HEADER, pads_of, wiring_of
-from robotcore.hardware import Connection, PadKind, Wire
+from robotcore.hal.wiring import PadKind, Wire
+from robotcore.hardware import Connection
 from tests.drivers.raspberrypi.doctor.fittings import Fed, fitting
 
 PI_4 = 0xC03111

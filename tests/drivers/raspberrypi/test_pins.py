@@ -12,8 +12,8 @@ import pytest
 from drivers.raspberrypi.chip import Chip, HeldError
 from drivers.raspberrypi.claiming import claiming
 from drivers.raspberrypi.pins import open_pins
-from robotcore.catalogue import load_backend
 from robotcore.errors import BackendError, BackendMissingError, DeviceError, UnknownNameError, UsageError
+from robotcore.hal.backend import load_backend
 from tests.drivers.raspberrypi.lines import Lines
 from tests.drivers.raspberrypi.lines import lgpio as ours
 

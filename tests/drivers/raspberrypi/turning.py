@@ -11,8 +11,8 @@ from contextlib import suppress
 from select import select
 
 from drivers.raspberrypi import lg
-from robotcore.guardian import CutoffSpec
-from robotcore.guardian.guardian import Guardian
+from robotcore.hal.cutoff import CutoffSpec
+from robotcore.safety.guardian.guardian import Guardian
 
 FORWARD, BACKWARD, STANDBY = 17, 27, 22
 DUTY = 60

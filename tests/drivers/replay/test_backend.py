@@ -6,15 +6,15 @@ from typing import Any
 import pytest
 
 from drivers.replay.backend import ReplayBackend
-from robotcore.backend import Setup
 from robotcore.description import load_robot
-from robotcore.devices import Range, RangeSensor
 from robotcore.errors import DeviceError, UnmetNeedError, UsageError
+from robotcore.hal.backend import Setup
+from robotcore.hal.devices import Range, RangeSensor
+from robotcore.hal.robot import Robot
 from robotcore.recording import Metadata, Raised, Read, Recording, SampleKey, Tick
-from robotcore.robot import Robot
-from robotcore.running.outcome import Outcome
-from robotcore.running.plan import RunRequest
-from robotcore.running.session import run
+from robotcore.runtime.outcome import Outcome
+from robotcore.runtime.plan import RunRequest
+from robotcore.runtime.session import run
 
 ROVER = load_robot("rover")
 EVERY = tuple(device.name for device in ROVER.devices)

@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 
 from drivers.serial.backend import SECTION, SerialBackend
-from robotcore.backend import Setup
-from robotcore.clock import MonotonicClock
 from robotcore.description import RobotDescription, load_robot
-from robotcore.doctor import Level
 from robotcore.errors import DescriptionError, DeviceError, UsageError
+from robotcore.hal.backend import Setup
+from robotcore.hal.finding import Level
+from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.serial.bench import wired
 from tests.doubles.serial.board import Powered
 from tests.doubles.serial.pty import Pty

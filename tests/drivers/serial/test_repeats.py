@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from drivers.serial.backend import SerialBackend
-from robotcore.backend import Vouch
+from robotcore.hal.backend import Vouch
 from robotcore.testing.repeat_rules import RepeatRules
 from tests.doubles.serial.bench import SerialBench
 from tests.doubles.serial.rosarduino import OurDouble

@@ -9,8 +9,8 @@ from dataclasses import replace
 import pytest
 
 from drivers.vrep.backend import VrepBackend
-from robotcore.backend import Setup
-from robotcore.robot import Robot
+from robotcore.hal.backend import Setup
+from robotcore.hal.robot import Robot
 from robotcore.testing import ConformanceSuite, scenes
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.simulator import Simulator

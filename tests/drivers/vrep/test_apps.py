@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from robotcore.description import draw_world, load_robot, load_world
-from robotcore.running.outcome import Outcome, RunResult
-from robotcore.running.plan import RunRequest
-from robotcore.running.session import run
+from robotcore.runtime.outcome import Outcome, RunResult
+from robotcore.runtime.plan import RunRequest
+from robotcore.runtime.session import run
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.objects import Joint
 from tests.doubles.coppeliasim.scene.simulator import Simulator

@@ -7,7 +7,7 @@ from typing import ClassVar
 import pytest
 
 from drivers.vrep.backend import VrepBackend
-from robotcore.backend import Vouch
+from robotcore.hal.backend import Vouch
 from robotcore.testing import Capability
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.pacing import Pacer

@@ -14,10 +14,10 @@ from pathlib import Path
 import pytest
 
 import robotcore.description
-from robotcore.clock import MonotonicClock
-from robotcore.running.outcome import Outcome, RunResult
-from robotcore.running.plan import RunRequest
-from robotcore.running.session import run
+from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.runtime.outcome import Outcome, RunResult
+from robotcore.runtime.plan import RunRequest
+from robotcore.runtime.session import run
 from tests.doubles.coppeliasim.legacy.faults import Babbles, Cuts, Dies, Fault, Hangs
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.objects import Joint

@@ -15,7 +15,7 @@ from drivers.vrep.wire.errors import (
     ServerLostError,
     SimulationHaltedError,
 )
-from robotcore.clock import MonotonicClock
+from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.coppeliasim.legacy.faults import Hangs
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.simulator import Simulator

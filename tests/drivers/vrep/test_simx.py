@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from drivers.vrep import simx
-from robotcore.clock import MonotonicClock
+from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.coppeliasim.legacy.faults import Babbles, Hangs
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.graph import Graph

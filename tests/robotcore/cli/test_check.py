@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import pytest
 
-from robotcore.backend import Setup
-from robotcore.doctor import Finding
 from robotcore.errors import BackendError
+from robotcore.hal.backend import Setup
+from robotcore.hal.finding import Finding
 from tests.robotcore.cli.conftest import Cli
-from tests.robotcore.scene.memory import MemoryBackend
+from tests.robotcore.simulation.remote_scene.memory import MemoryBackend
 
 JOINT = Finding.ok("left_motor", "/rover/leftMotor, a joint")
 LOST = Finding.error("nose", "the scene has no object '/nose'", "Did you mean '/rover/nose'?")
@@ -27,7 +27,7 @@ class Looking(MemoryBackend):
 
 @pytest.fixture(autouse=True)
 def _registered(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("robotcore.catalogue.load_backend", lambda _name: Looking())
+    monkeypatch.setattr("robotcore.hal.backend.load_backend", lambda _name: Looking())
 
 
 def test_what_is_there_is_told_device_by_device(cli: Cli) -> None:

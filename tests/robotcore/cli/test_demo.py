@@ -6,10 +6,10 @@ import pytest
 
 from drivers.mujoco.backend import MujocoBackend
 from drivers.pybullet.backend import PyBulletBackend
-from robotcore.backend import Backend
 from robotcore.cli.demo import chosen_backend
 from robotcore.cli.main import execute
-from robotcore.doctor import Finding
+from robotcore.hal.backend import Backend
+from robotcore.hal.finding import Finding
 
 Simulator = type[Backend]
 

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.backend import Backend
-from robotcore.exporting import Exported
+from robotcore.hal.backend import Backend, Exported
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.description import files
 

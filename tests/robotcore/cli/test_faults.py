@@ -7,7 +7,7 @@ import pytest
 from robotcore import RunRequest
 from robotcore.description import load_robot
 from robotcore.errors import BackendError
-from robotcore.faults import plan_faults
+from robotcore.runtime.faults import plan_faults
 from robotcore.sweep.worker import unfinished
 from tests.robotcore.cli.conftest import Cli
 

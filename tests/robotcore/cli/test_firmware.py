@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.firmware import avr_gcc, greeting
+from robotcore.hardware.firmware import avr_gcc, greeting
 from tests.doubles.serial.pty import Pty
 from tests.robotcore.cli.conftest import Cli
-from tests.robotcore.firmware.tools import COMPILES, LISTS_CORE, Tools
+from tests.robotcore.hardware.firmware.tools import COMPILES, LISTS_CORE, Tools
 
 
 class AnsweringBoard:

@@ -5,7 +5,7 @@ from importlib.metadata import EntryPoint
 
 import pytest
 
-from robotcore import registry
+from robotcore import plugins as registry
 from tests.robotcore.cli.conftest import Cli
 
 
@@ -29,7 +29,7 @@ def test_a_missing_backend_is_listed_with_the_command_that_installs_it(
 def test_a_broken_plugin_does_not_hide_the_others(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
     broken = EntryPoint("broken", "no_such_package:Thing", "")
     points = {group: {**registry._points(group), "broken": broken} for group in (registry.BACKENDS, registry.APPS)}
-    monkeypatch.setattr("robotcore.registry._points", points.get)
+    monkeypatch.setattr("robotcore.plugins._points", points.get)
     for name, other in (("backends", "kinematic"), ("apps", "green-search")):
         told = cli(name)
         assert told.status == 0

@@ -73,7 +73,7 @@ def test_interrupted_outside_a_run_is_128_plus_sigint(cli: Cli, monkeypatch: pyt
     def interrupted() -> list[str]:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("robotcore.registry.backend_names", interrupted)
+    monkeypatch.setattr("robotcore.plugins.backend_names", interrupted)
     assert cli("backends").status == 130
 
 

@@ -9,8 +9,8 @@ from socket import AF_UNIX, SOCK_DGRAM, socket
 
 import pytest
 
-from robotcore.deploy.aboard.service.units import SERVICE, TEXTS
-from robotcore.running.notify import FAILED
+from robotcore.deploy.agent.service.units import SERVICE, TEXTS
+from robotcore.runtime.notify import FAILED
 from tests.robotcore.cli.conftest import AppFile, Cli
 
 

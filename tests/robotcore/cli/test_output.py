@@ -11,7 +11,7 @@ import robotcore.cli
 from robotcore.cli.failure import tell
 from robotcore.cli.findings import write_finding
 from robotcore.cli.output import write, write_json, write_line, write_table
-from robotcore.doctor import Finding
+from robotcore.hal.finding import Finding
 from tests.robotcore.cli.conftest import AppFile, Cli
 
 HOSTILE = "\x1b]0;title\x07\x1b[2J\x9b31m\u202e\nerror: forged"

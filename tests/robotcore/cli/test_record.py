@@ -44,7 +44,7 @@ def test_with_json_the_file_is_named_apart(cli: Cli, tmp_path: Path) -> None:
 
 
 def test_pictures_that_were_dropped_are_counted(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("robotcore.clock.SteppedClock.is_lockstep", False)
+    monkeypatch.setattr("robotcore.hal.clock.SteppedClock.is_lockstep", False)
     monkeypatch.setattr("robotcore.recording.backlog.Backlog.has_room", lambda _: False)
     file = tmp_path / "run.mcap"
     command = ("run", "mark-green", "--robot", "lookout", "--world", "open", "--timeout", "0.3")

@@ -151,7 +151,7 @@ def test_a_signal_ends_the_run_with_its_line(cli: Cli, app_file: AppFile, number
 
 
 def test_a_signal_before_the_run_has_its_line_too(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("robotcore.running.session.run", lambda *_, **__: signal.raise_signal(signal.SIGTERM))
+    monkeypatch.setattr("robotcore.runtime.session.run", lambda *_, **__: signal.raise_signal(signal.SIGTERM))
     told = cli(*SHORT, "--json")
     assert told.status == 143
     assert (told.json["outcome"], told.json["app"]) == ("interrupted", "avoid-obstacles")
@@ -225,5 +225,5 @@ def _requests(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
         requests.append(request)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("robotcore.running.session.run", keep)
+    monkeypatch.setattr("robotcore.runtime.session.run", keep)
     return requests

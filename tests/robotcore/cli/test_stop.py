@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.backend import Setup
-from robotcore.guardian import CutoffSpec
+from robotcore.hal.backend import Setup
+from robotcore.hal.cutoff import CutoffSpec
 from tests.robotcore.cli.conftest import Cli
-from tests.robotcore.guardian.diary import notes
-from tests.robotcore.guardian.recording import RecordingBackend, cutoff
+from tests.robotcore.safety.guardian.diary import notes
+from tests.robotcore.safety.guardian.recording import RecordingBackend, cutoff
 
 
 class Unopened(RecordingBackend):
@@ -32,7 +32,7 @@ def diary(tmp_path: Path) -> Path:
 
 
 def given(monkeypatch: pytest.MonkeyPatch, backend: Unopened) -> Unopened:
-    monkeypatch.setattr("robotcore.catalogue.load_backend", lambda _: backend)
+    monkeypatch.setattr("robotcore.hal.backend.load_backend", lambda _: backend)
     return backend
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from robotcore.cli.connector import FREE, USED, drawing
-from robotcore.hardware import Pad, PadKind, Wire, Wiring
+from robotcore.hal.wiring import Pad, PadKind, Wire, Wiring
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.hardware.plugs import EYE, NECK, register, robot_file
 

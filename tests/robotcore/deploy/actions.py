@@ -17,7 +17,7 @@ def act(layout, **told):
 
 WAIT = """
 import os, subprocess
-from robotcore.deploy.aboard.telling import say
+from robotcore.deploy.agent.telling import say
 
 def act(layout):
     child = subprocess.Popen(["sleep", "600"])
@@ -33,7 +33,7 @@ def aboard(monkeypatch: pytest.MonkeyPatch) -> Aboard:
     added = boot.sources()
 
     def put(name: str, source: str) -> None:
-        added[f"robotcore/deploy/aboard/actions/{name}.py"] = source
+        added[f"robotcore/deploy/agent/actions/{name}.py"] = source
 
     monkeypatch.setattr(boot, "sources", lambda: added)
     return put

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from robotcore.deploy import delivery
-from robotcore.deploy.aboard.releases.release import Release
+from robotcore.deploy.agent.releases.release import Release
 from robotcore.deploy.connection.host import Host
 from robotcore.deploy.packages.target import Target
 from robotcore.deploy.progress import Progress
@@ -43,7 +43,7 @@ def act(layout, requirements, is_push):
 """
 
 INSTALL = """
-from robotcore.deploy.aboard.telling import say
+from robotcore.deploy.agent.telling import say
 
 def act(layout, release, is_offline):
     (layout.incoming / release).rename(layout.releases / release)
@@ -54,7 +54,7 @@ def act(layout, release, is_offline):
 """
 
 FAIL = """
-from robotcore.deploy.aboard.telling import RefusalError
+from robotcore.deploy.agent.telling import RefusalError
 
 def act(layout, **told):
     raise RefusalError("pip cannot reach its index", "Push with --offline", "network")

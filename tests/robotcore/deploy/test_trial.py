@@ -25,7 +25,7 @@ def act(layout, release, **told):
 
 GOES_ON = """
 import time
-from robotcore.deploy.aboard.telling import say
+from robotcore.deploy.agent.telling import say
 
 def act(layout, release, healthy_within_s):
     release = release or "2026-11-21T22-40-03Z"
@@ -171,7 +171,7 @@ def test_refusal_is_no_reason_to_look_again(link: Link, robot: Sshd, aboard: Abo
     aboard(
         "activate",
         """
-from robotcore.deploy.aboard.telling import RefusalError
+from robotcore.deploy.agent.telling import RefusalError
 
 def act(layout, **told):
     raise RefusalError("somebody else is at it", "Wait for it")

@@ -18,9 +18,9 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from robotcore.catalogue import load_backend
 from robotcore.description import RobotDescription, load_any, load_robot, load_world
 from robotcore.errors import DescriptionError, UsageError
+from robotcore.hal.backend import load_backend
 
 if sys.version_info >= (3, 11):
     import tomllib

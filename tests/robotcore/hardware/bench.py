@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from robotcore.clock import SteppedClock
 from robotcore.description import AnyDevice, Described, RobotDescription, load_robot
-from robotcore.devices import Device
 from robotcore.errors import DeviceError
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.devices import Device
 from robotcore.hardware import DeviceDriver, Fitting, Host
 
 

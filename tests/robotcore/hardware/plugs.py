@@ -9,12 +9,13 @@ from typing import Annotated, Any, ClassVar
 import pytest
 from pydantic import Field
 
-from robotcore import registry
-from robotcore.backend import Backend, Setup
+from robotcore import plugins as registry
 from robotcore.description import Described, MotorDescription, RobotDescription
-from robotcore.devices import Device
-from robotcore.hardware import Connection, DeviceDriver, Host, Pad, PadKind, Wire, Wiring, fit
-from robotcore.robot import Robot
+from robotcore.hal.backend import Backend, Setup
+from robotcore.hal.devices import Device
+from robotcore.hal.robot import Robot
+from robotcore.hal.wiring import Pad, PadKind, Wire, Wiring
+from robotcore.hardware import Connection, DeviceDriver, Host, fit
 
 
 class PlugSettings(Described):
@@ -88,7 +89,7 @@ def register(monkeypatch: pytest.MonkeyPatch, **broken: str) -> None:
     points = {group: dict(registry._points(group)) for group in groups}
     points[registry.DEVICES] = {name: EntryPoint(name, value, registry.DEVICES) for name, value in drivers.items()}
     points[registry.BACKENDS]["plugboard"] = EntryPoint("plugboard", f"{__name__}:PlugBoard", registry.BACKENDS)
-    monkeypatch.setattr("robotcore.registry._points", points.get)
+    monkeypatch.setattr("robotcore.plugins._points", points.get)
 
 
 def robot_file(section: str) -> str:

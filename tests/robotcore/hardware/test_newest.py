@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from robotcore.devices import Range
 from robotcore.errors import DeviceError
+from robotcore.hal.devices import Range
 from robotcore.hardware import Newest
 
 FIRST, SECOND = Range(1.0, time=0.0, sequence=0), Range(0.9, time=0.1, sequence=1)

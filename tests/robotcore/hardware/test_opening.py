@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from robotcore.backend import Setup
-from robotcore.clock import SteppedClock
 from robotcore.description import AnyDevice, BatteryDescription, load_robot
-from robotcore.devices import Device
 from robotcore.errors import DeviceError, DeviceGroupError
+from robotcore.hal.backend import Setup
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.devices import Device
+from robotcore.hal.robot import Robot
 from robotcore.hardware import Host, open_devices, open_robot
-from robotcore.robot import Robot
 from tests.robotcore.hardware.bench import NoSettings, Noted, NotingDriver, fitted, host
 
 ROVER = load_robot("rover")

@@ -5,18 +5,18 @@ from typing import Any
 
 import pytest
 
-from robotcore.devices import Camera, Frame
 from robotcore.errors import DeviceError
 from robotcore.geometry import Pose
-from robotcore.layers.layer import Layer
-from robotcore.layers.readers import Reader
+from robotcore.hal.devices import Camera, Frame
 from robotcore.recording import Recording, read
 from robotcore.recording.notes import Notes
 from robotcore.recording.recorder import Recorder
 from robotcore.recording.tap import Tap
-from robotcore.running.outcome import RunResult
-from robotcore.running.session import Run, RunRequest, run
-from robotcore.running.trace import TickRecord
+from robotcore.runtime.layers.layer import Layer
+from robotcore.runtime.layers.readers import Reader
+from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.session import Run, RunRequest, run
+from robotcore.runtime.trace import TickRecord
 from tests.robotcore.recording import unruly
 
 UNRULY = str(Path(unruly.__file__))

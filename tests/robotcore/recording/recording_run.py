@@ -10,8 +10,8 @@ import sys
 from pathlib import Path
 
 from robotcore.recording.recorder import Recorder
-from robotcore.running.session import Run, RunRequest, RunResult, run
-from robotcore.running.trace import TickRecord
+from robotcore.runtime.session import Run, RunRequest, RunResult, run
+from robotcore.runtime.trace import TickRecord
 
 
 class Teller:

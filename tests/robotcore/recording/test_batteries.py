@@ -9,20 +9,20 @@ from pathlib import Path
 import pytest
 
 from drivers.mock.script import Script
-from robotcore.comparison import Comparison, Side
-from robotcore.comparison.words import rows
-from robotcore.devices import Voltage
 from robotcore.errors import DeviceError
+from robotcore.hal.devices import Voltage
 from robotcore.recording import Recording, read
+from robotcore.recording.comparison import Comparison, Side
+from robotcore.recording.comparison.words import rows
 from robotcore.recording.contents import contents_of, devices_of
 from robotcore.recording.csvfile import write_csv
 from robotcore.recording.ended import result_of
 from robotcore.recording.recorder import Recorder
+from robotcore.recording.replay import replay
+from robotcore.recording.replay.rehearsal import rehearse
 from robotcore.recording.story import Level, Line, Story
-from robotcore.replay import replay
-from robotcore.replay.rehearsal import rehearse
-from robotcore.running import gauges
-from robotcore.running.session import RunRequest, run
+from robotcore.runtime import gauges
+from robotcore.runtime.session import RunRequest, run
 from tests.doubles import powered
 
 

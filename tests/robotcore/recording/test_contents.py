@@ -12,7 +12,7 @@ from robotcore.recording import Raised, Read, Recording
 from robotcore.recording.contents import contents_of, devices_of
 from robotcore.recording.csvfile import write_csv
 from robotcore.view.video import write_video
-from tests.robotcore.replay.memory import changed, recorded
+from tests.robotcore.recording.replay.memory import changed, recorded
 
 
 @pytest.fixture(scope="module")

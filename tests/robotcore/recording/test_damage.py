@@ -7,8 +7,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from robotcore.devices import Frame
 from robotcore.errors import RecordingError
+from robotcore.hal.devices import Frame
 from robotcore.recording import Recording, read
 from robotcore.recording.chunks import MAGIC, ChunkedFile
 from tests.robotcore.recording.conftest import Recorded, record

@@ -16,9 +16,9 @@ from robotcore.errors import BackendMissingError, Interrupted, RecordingError
 from robotcore.recording import read
 from robotcore.recording.mcapfile import McapFile, require_recordable
 from robotcore.recording.recorder import Recorder
-from robotcore.running.outcome import Outcome
-from robotcore.running.session import RunRequest, run
-from robotcore.running.trace import TickRecord
+from robotcore.runtime.outcome import Outcome
+from robotcore.runtime.session import RunRequest, run
+from robotcore.runtime.trace import TickRecord
 from tests.robotcore.recording.conftest import UNRULY, record
 from tests.robotcore.runs import Watcher
 
@@ -112,7 +112,7 @@ def test_a_full_disk_ends_the_recording_in_one_line_and_not_the_run(file: Path, 
 def test_a_recording_that_has_its_limit_ends_whole_and_the_run_goes_on(
     file: Path, monkeypatch: pytest.MonkeyPatch, is_lockstep: bool
 ) -> None:
-    monkeypatch.setattr("robotcore.clock.SteppedClock.is_lockstep", is_lockstep)
+    monkeypatch.setattr("robotcore.hal.clock.SteppedClock.is_lockstep", is_lockstep)
     recorder, limit = Recorder(file, limit=200_000), 200_000
     result = run(RunRequest(UNRULY, settings={"ticks": 400}), [recorder], [recorder.tap])
     assert (result.ticks, recorder.fault, recorder.dropped) == (400, None, 0)
@@ -160,7 +160,7 @@ def test_simulated_time_waits_for_a_disk_that_is_too_slow(file: Path) -> None:
 
 
 def test_a_real_robot_does_not_wait_but_loses_pictures_and_says_so(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("robotcore.clock.SteppedClock.is_lockstep", False)
+    monkeypatch.setattr("robotcore.hal.clock.SteppedClock.is_lockstep", False)
     recorder = Recorder(file, room=0)
     result = run(RunRequest(UNRULY), [recorder], [recorder.tap])
     recording = read(file)

@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robotcore.devices import Frame
-from robotcore.drive import Wheels
 from robotcore.errors import DeviceError, InvalidCommandError
+from robotcore.geometry import Wheels
+from robotcore.hal.devices import Frame
 from robotcore.recording import Raised, SampleKey, read
 from robotcore.recording.recorder import Recorder
-from robotcore.running.outcome import Outcome, RunResult
-from robotcore.running.session import Run, RunRequest, run
-from robotcore.running.trace import TickRecord
+from robotcore.runtime.outcome import Outcome, RunResult
+from robotcore.runtime.session import Run, RunRequest, run
+from robotcore.runtime.trace import TickRecord
 from tests.robotcore.recording.conftest import UNRULY, Recorded, record
 from tests.robotcore.recording.test_wire import bits
 

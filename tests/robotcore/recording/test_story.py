@@ -1,10 +1,10 @@
 from __future__ import annotations
 
-from robotcore.drive import Wheels
-from robotcore.faults import plan_faults
+from robotcore.geometry import Wheels
 from robotcore.recording import Raised, Read, Tick
 from robotcore.recording.story import Level, Story, last_line
-from robotcore.running.outcome import Outcome, RunResult
+from robotcore.runtime.faults import plan_faults
+from robotcore.runtime.outcome import Outcome, RunResult
 from robotcore.safety import Intervention
 from tests.robotcore.fakes import ROVER
 

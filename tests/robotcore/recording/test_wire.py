@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotcore.devices import Angle, Range
-from robotcore.drive import Wheels
-from robotcore.geometry import Pose
+from robotcore.geometry import Pose, Wheels
+from robotcore.hal.devices import Angle, Range
 from robotcore.recording import Ask, Glimpse, MotorAsk, Raised, Read, Shown, Tick, Turned
 from robotcore.recording.wire import from_json, plain, to_json
 from robotcore.safety import Intervention

@@ -7,8 +7,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from robotcore import Behaviour, Robot, Role, Status
-from robotcore.devices import Motor
 from robotcore.errors import DeviceError
+from robotcore.hal.devices import Motor
 
 
 @dataclass

@@ -5,11 +5,11 @@ from collections.abc import Iterator
 
 import pytest
 
-from robotcore.clock import MonotonicClock
 from robotcore.errors import DeviceError
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.safety import Brakes
 from robotcore.safety.brakes import Brake
-from robotcore.threads import Reserve
+from robotcore.safety.reserve import Reserve
 from tests.robotcore.fakes import NullMotor
 
 

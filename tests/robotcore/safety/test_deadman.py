@@ -4,9 +4,9 @@ from threading import RLock
 
 import pytest
 
-from robotcore.clock import SteppedClock
+from robotcore.hal.clock import SteppedClock
 from robotcore.safety import Deadman
-from robotcore.threads import Reserve
+from robotcore.safety.reserve import Reserve
 
 
 class Bench:

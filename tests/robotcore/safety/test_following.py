@@ -5,9 +5,9 @@ from collections.abc import Callable
 
 import pytest
 
-from robotcore.clock import SteppedClock
-from robotcore.drive import Wheels
 from robotcore.errors import WheelFaultError
+from robotcore.geometry import Wheels
+from robotcore.hal.clock import SteppedClock
 from robotcore.safety import Latch, WheelsFollow
 
 TICK_S = 0.05

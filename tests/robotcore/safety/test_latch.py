@@ -4,8 +4,8 @@ import threading
 
 import pytest
 
-from robotcore.drive import Wheels
 from robotcore.errors import BackendError, DeviceError, EmergencyStopError, InvalidCommandError, SafetyStop
+from robotcore.geometry import Wheels
 from robotcore.safety import REST, EmergencyStop, Latch
 from tests.robotcore.fakes import Rig
 

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotcore.clock import SteppedClock
-from robotcore.drive import DifferentialGeometry, Wheels
+from robotcore.geometry import DifferentialGeometry, Wheels
+from robotcore.hal.clock import SteppedClock
 from robotcore.safety import AccelerationLimit, DistanceAhead, RangeGuard, VelocityLimit, stopping_distance
 from tests.robotcore.fakes import NullRange
 

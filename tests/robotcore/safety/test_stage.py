@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 import pytest
 
-from robotcore.clock import SteppedClock, TickClock
-from robotcore.drive import Wheels
 from robotcore.errors import DeviceError, InvalidCommandError
+from robotcore.geometry import Wheels
+from robotcore.hal.clock import SteppedClock, TickClock
 from robotcore.safety import AccelerationLimit, SafetyStage, VelocityLimit
 from robotcore.safety.rules import Rule
 from tests.robotcore.fakes import NullMotor

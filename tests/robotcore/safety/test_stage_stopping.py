@@ -8,11 +8,12 @@ from contextlib import suppress
 
 import pytest
 
-from robotcore.clock import MonotonicClock, SteppedClock, TickClock
-from robotcore.drive import Wheels
 from robotcore.errors import DeviceError, EmergencyStopError
+from robotcore.geometry import Wheels
+from robotcore.hal.clock import SteppedClock, TickClock
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.safety import Brakes, Latch, SafetyStage
-from robotcore.threads import Reserve
+from robotcore.safety.reserve import Reserve
 from tests.robotcore.fakes import NullMotor
 
 

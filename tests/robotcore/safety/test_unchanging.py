@@ -4,10 +4,9 @@ import math
 
 import pytest
 
-from robotcore.clock import SteppedClock
-from robotcore.drive import Wheels
 from robotcore.errors import DeviceError, RangeFaultError
-from robotcore.geometry import Pose
+from robotcore.geometry import Pose, Wheels
+from robotcore.hal.clock import SteppedClock
 from robotcore.safety import Latch, RangesChange
 from tests.robotcore.fakes import NullRange
 

@@ -7,11 +7,11 @@ from typing import Any
 
 import pytest
 
-from robotcore.clock import MonotonicClock
 from robotcore.errors import DeviceError, RobotcoreError, WatchdogError
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.safety import Stay, Watchdog, Whereabouts
+from robotcore.safety.reserve import Reserve
 from robotcore.safety.watchdog import FIRST_TICK_S, is_debugged
-from robotcore.threads import Reserve
 
 STEP = Stay(3.0, lambda seconds, _: WatchdogError(f"the app, {seconds:.1f} s"), 1.0)
 EYE = Stay(1.0, lambda seconds, _: DeviceError("eye", f"{seconds:.1f} s"), 0.3)

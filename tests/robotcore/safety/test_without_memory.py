@@ -9,12 +9,14 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from robotcore.clock import MonotonicClock, SteppedClock, TickClock
-from robotcore.drive import Wheels
 from robotcore.errors import EmergencyStopError
-from robotcore.layers.lone import LoneMotor
+from robotcore.geometry import Wheels
+from robotcore.hal.clock import SteppedClock, TickClock
+from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.runtime.layers.lone import LoneMotor
 from robotcore.safety import Brakes, Deadman, Latch, SafetyStage
-from robotcore.threads import Reserve, is_out_of_memory
+from robotcore.safety.reserve import Reserve
+from robotcore.threads import is_out_of_memory
 from tests.robotcore.fakes import NullMotor
 
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")

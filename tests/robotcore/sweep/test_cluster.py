@@ -193,7 +193,7 @@ def test_a_file_that_a_run_misses_costs_that_run_alone(lab: str, app_file: AppFi
 
 
 def test_workers_with_another_library_are_told_how_to_get_ours(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("robotcore.versions.version", lambda name: "1.2.3")
+    monkeypatch.setattr("robotcore.runtime.versions.version", lambda name: "1.2.3")
     refused = (
         r"the worker tcp://.* cannot run this: numpy: it has .*, here is 1\.2\.3\. pip install numpy==1\.2\.3 there"
     )

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from robotcore import Outcome, RunRequest, RunResult, run
-from robotcore.running.plan import Plan
+from robotcore.runtime.plan import Plan
 from robotcore.sweep import LocalEngine, Record, Sweep, run_sweep
 from robotcore.sweep.command import command_of
 from robotcore.sweep.record import MAX_RESULT_TEXT

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from drivers.kinematic.backend import KinematicBackend
-from robotcore.backend import Setup
-from robotcore.robot import Robot
+from robotcore.hal.backend import Setup
+from robotcore.hal.robot import Robot
 from robotcore.testing import ConformanceSuite
 
 

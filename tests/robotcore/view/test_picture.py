@@ -7,8 +7,8 @@ import pytest
 
 from robotcore import RunRequest, run
 from robotcore.errors import UsageError
-from robotcore.layers.devices import LayeredCamera, LayeredDisplay
-from robotcore.running.session import Run
+from robotcore.runtime.layers.devices import LayeredCamera, LayeredDisplay
+from robotcore.runtime.session import Run
 from robotcore.view.picture import PictureRecorder, last_seen, require_writable
 
 REQUEST = RunRequest("avoid-obstacles", world="open", settings={"duration_s": 1})

@@ -9,10 +9,10 @@ import pytest
 from rich.console import Console
 
 from robotcore import RunRequest, run
-from robotcore.clock import MonotonicClock
-from robotcore.devices import Range
-from robotcore.running.session import Run
-from robotcore.running.trace import TickRecord
+from robotcore.hal.devices import Range
+from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.runtime.session import Run
+from robotcore.runtime.trace import TickRecord
 from robotcore.view.progress import Progress
 
 REQUEST = RunRequest("avoid-obstacles", world="open", settings={"duration_s": 0.5})
@@ -69,7 +69,7 @@ def test_on_a_robot_no_pace_is_told_for_it_has_none_but_its_own() -> None:
 
 @pytest.mark.parametrize("distance, words", [(0.84, "0.84 m ahead"), (math.inf, "nothing ahead")])
 def test_the_line_tells_the_range_that_was_read(monkeypatch: pytest.MonkeyPatch, distance: float, words: str) -> None:
-    monkeypatch.setattr("robotcore.layers.devices.LayeredRangeSensor.latest", Range(distance, 0.0, 0))
+    monkeypatch.setattr("robotcore.runtime.layers.devices.LayeredRangeSensor.latest", Range(distance, 0.0, 0))
     progress = Painted()
     run(REQUEST, [progress])
     assert words in progress.lines[-1]

@@ -1,8 +1,8 @@
 from __future__ import annotations
 
-from robotcore.devices import Frame
+from robotcore.hal.devices import Frame
 from robotcore.view.recorded import story_of
-from tests.robotcore.replay.memory import recorded
+from tests.robotcore.recording.replay.memory import recorded
 
 
 def test_a_replay_that_ends_early_has_seen_no_more_than_what_came_by_then() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robotcore.description import load_world
-from robotcore.devices import Image
+from robotcore.hal.devices import Image
 from robotcore.view.overhead import Chart
 from robotcore.view.palette import BAD, FAIR, GOOD, state_colours
 from robotcore.view.sheet import _EDGE, _MAP, _SIDE, _TOP, Story, draw

@@ -9,9 +9,9 @@ from typing import Any
 from drivers.coppeliasim.address import Address
 from drivers.coppeliasim.backend import CoppeliaSimBackend
 from drivers.coppeliasim.connection import Connection
-from robotcore.backend import Setup
 from robotcore.description import RobotDescription, WorldDescription, load_robot
-from robotcore.robot import Robot
+from robotcore.hal.backend import Setup
+from robotcore.hal.robot import Robot
 from tests.system.checking import address_in
 from tests.system.speed import scaled
 

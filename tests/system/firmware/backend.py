@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from drivers.serial.backend import SECTION
-from robotcore.backend import Backend, Setup, Vouch
-from robotcore.clock import FollowingClock
 from robotcore.description import BatteryDescription, CameraDescription, Described, RobotDescription
-from robotcore.devices import Device
+from robotcore.hal.backend import Backend, Setup, Vouch
+from robotcore.hal.devices import Device
+from robotcore.hal.robot import Robot
+from robotcore.hal.wall_clock import FollowingClock
 from robotcore.hardware import open_robot
-from robotcore.robot import Robot
 from tests.system.firmware.bench import joined
 from tests.system.firmware.board import Board
 from tests.system.firmware.clock import AskedClock

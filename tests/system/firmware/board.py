@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 from types import TracebackType
 from typing import NamedTuple
 
-from robotcore.clock import MonotonicClock
+from robotcore.hal.wall_clock import MonotonicClock
 from tests.system.firmware.bench import HZ, MEMORY, made
 from tests.system.firmware.simulated import SimulatedRobot
 from tests.system.firmware.wiring import Wiring

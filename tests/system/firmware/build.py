@@ -7,9 +7,9 @@ import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
-from robotcore.firmware import avr_gcc
-from robotcore.firmware.boards import BOARDS
-from robotcore.firmware.sketch import shipped
+from robotcore.hardware.firmware import avr_gcc
+from robotcore.hardware.firmware.boards import BOARDS
+from robotcore.hardware.firmware.sketch import shipped
 
 STRICT = ("-Wall", "-Wextra", "-Werror")
 """Our own sketch gives no warning."""

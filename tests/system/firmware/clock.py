@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robotcore.clock import FollowingClock
+from robotcore.hal.wall_clock import FollowingClock
 from tests.system.firmware.simulated import SimulatedRobot
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from drivers.serial import backend
 from robotcore.cli.main import main
-from robotcore.clock import FollowingClock
+from robotcore.hal.wall_clock import FollowingClock
 from tests.system.firmware.bench import joined
 from tests.system.firmware.simulated import SimulatedRobot
 

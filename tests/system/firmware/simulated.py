@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from robotcore.drive import Wheels
+from robotcore.geometry import Wheels
 from tests.system.firmware.bench import HZ, Bench
 from tests.system.firmware.wiring import SILENCE_S, SOUND_M_S
 

@@ -9,14 +9,13 @@ from threading import RLock
 
 from drivers.kinematic.echo import Sonar
 from drivers.kinematic.simulation import Simulation
-from robotcore.backend import Setup
-from robotcore.clock import Clock
 from robotcore.description import CameraDescription, MotorDescription, RangeSensorDescription, RobotDescription
-from robotcore.devices import Camera, Frame, Image
-from robotcore.drive import Wheels
-from robotcore.geometry import Pose, Twist
-from robotcore.projection import View
-from robotcore.sampling import OnceAnInstant
+from robotcore.geometry import Pose, Twist, Wheels
+from robotcore.hal.backend import Setup
+from robotcore.hal.clock import Clock
+from robotcore.hal.devices import Camera, Frame, Image
+from robotcore.optics import View
+from robotcore.simulation.sampling import OnceAnInstant
 from tests.system.firmware.simulated import SimulatedRobot
 
 STEPS_S = 240

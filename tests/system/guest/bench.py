@@ -10,9 +10,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from robotcore.clock import MonotonicClock
 from robotcore.description import load_robot
-from robotcore.devices import Device
+from robotcore.hal.devices import Device
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hardware import Host, fit
 
 GUEST = Path(__file__).parent

@@ -12,10 +12,10 @@ import pytest
 
 from drivers.raspberrypi.cameras.settings import UsbCameraSettings
 from drivers.raspberrypi.cameras.v4l2 import UsbCamera
-from robotcore.clock import MonotonicClock
 from robotcore.description import CameraDescription, load_robot
-from robotcore.devices import Camera
 from robotcore.errors import DeviceError
+from robotcore.hal.devices import Camera
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hardware import Host
 from tests.system.guest.waiting import settled
 

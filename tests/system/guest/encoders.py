@@ -6,7 +6,7 @@ from typing import Any, cast
 
 import pytest
 
-from robotcore.devices import Encoder
+from robotcore.hal.devices import Encoder
 from tests.system.guest.bench import open_device
 from tests.system.guest.chip import Chip
 from tests.system.guest.waiting import settled

@@ -5,7 +5,7 @@ from typing import Any, cast
 
 import pytest
 
-from robotcore.devices import Motor
+from robotcore.hal.devices import Motor
 from tests.system.guest.bench import open_device
 from tests.system.guest.chip import Chip
 from tests.system.guest.waiting import settled

@@ -5,8 +5,8 @@ from typing import Any, cast
 
 import pytest
 
-from robotcore.devices import RangeSensor
 from robotcore.errors import DeviceError
+from robotcore.hal.devices import RangeSensor
 from tests.system.guest.bench import open_device
 from tests.system.guest.chip import Chip
 from tests.system.guest.sonar import ECHO, answering

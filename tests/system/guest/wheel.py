@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from types import TracebackType
 
-from robotcore.clock import MonotonicClock
+from robotcore.hal.wall_clock import MonotonicClock
 from tests.system.guest.chip import Chip
 
 PHASES = ((1, 1), (0, 1), (0, 0), (1, 0))

@@ -9,12 +9,12 @@ from typing import Any
 from drivers.coppeliasim.address import Address
 from drivers.vrep import simx
 from drivers.vrep.backend import VrepBackend
-from robotcore.backend import Setup
 from robotcore.description import load_robot
-from robotcore.robot import Robot
-from robotcore.running.outcome import RunResult
-from robotcore.running.plan import RunRequest
-from robotcore.running.session import Observer, run
+from robotcore.hal.backend import Setup
+from robotcore.hal.robot import Robot
+from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.plan import RunRequest
+from robotcore.runtime.session import Observer, run
 from tests.system.checking import address_in
 from tests.system.speed import scaled
 

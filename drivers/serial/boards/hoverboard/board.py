@@ -10,7 +10,7 @@ from drivers.serial.boards.hoverboard.mixer import Mixed, Mixer
 from drivers.serial.boards.hoverboard.protocol import Feedback, Parser, command
 from drivers.serial.boards.talk import BoardTalk
 from drivers.serial.boards.turning import Turning
-from robotcore.devices import Voltage
+from robotcore.hal.devices import Voltage
 
 PAUSE_S = 0.005
 """Commands are this far apart: the board takes 8 bytes and a pause for one, 16 bytes for none."""

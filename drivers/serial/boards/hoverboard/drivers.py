@@ -17,8 +17,8 @@ from drivers.serial.boards.hoverboard.settings import HoverboardMotorSettings, H
 from drivers.serial.boards.settings import Side
 from drivers.serial.ports.line import Line
 from robotcore.description import BatteryDescription, EncoderDescription, MotorDescription, RobotDescription
-from robotcore.devices import Battery, Encoder, Motor
-from robotcore.guardian import CutoffSpec
+from robotcore.hal.cutoff import CutoffSpec
+from robotcore.hal.devices import Battery, Encoder, Motor
 from robotcore.hardware import Connection, Host
 from robotcore.hardware.motors import open_motor
 

@@ -7,7 +7,7 @@ import math
 from drivers.serial.boards.devices import BoardMotor, BoardOutput, BoardSensor
 from drivers.serial.ports.line import Line
 from robotcore.description import MotorDescription, RangeSensorDescription
-from robotcore.devices import Range, RangeSensor
+from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hardware.findings import Findings
 
 

@@ -46,8 +46,8 @@ from robotcore.description import (
     RangeSensorDescription,
     RobotDescription,
 )
-from robotcore.devices import Battery, Encoder, Motor, RangeSensor
-from robotcore.guardian import CutoffSpec
+from robotcore.hal.cutoff import CutoffSpec
+from robotcore.hal.devices import Battery, Encoder, Motor, RangeSensor
 from robotcore.hardware import Connection, Host
 from robotcore.hardware.findings import Findings, require_timely
 from robotcore.hardware.motors import open_motor, require_drivable

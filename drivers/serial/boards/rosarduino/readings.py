@@ -10,8 +10,8 @@ import math
 from drivers.serial.boards.rosarduino.protocol import Answer
 from drivers.serial.boards.turning import Turning
 from robotcore.description import RangeSensorDescription
-from robotcore.devices import Voltage
 from robotcore.errors import DeviceError
+from robotcore.hal.devices import Voltage
 from robotcore.hardware.findings import Findings
 
 FASTEST_HZ = 50_000

@@ -16,8 +16,8 @@ from drivers.serial.boards.sabertooth.board import SETTLING_S, SabertoothTalk
 from drivers.serial.boards.sabertooth.protocol import HIGHEST_ADDRESS, LOWEST_ADDRESS, MotorNumber, stop
 from drivers.serial.boards.settings import Side, TimeoutSettings
 from robotcore.description import MotorDescription, RobotDescription
-from robotcore.devices import Motor
-from robotcore.guardian import CutoffSpec
+from robotcore.hal.cutoff import CutoffSpec
+from robotcore.hal.devices import Motor
 from robotcore.hardware import Connection, Host
 from robotcore.hardware.motors import Control, Model, open_motor, require_drivable
 

@@ -8,7 +8,7 @@ from drivers.serial.boards.settings import Side
 from drivers.serial.boards.talk import BoardTalk
 from drivers.serial.boards.waveshare.odometer import Odometer
 from drivers.serial.boards.waveshare.protocol import Feedback, Parser, greeting, heartbeat, speeds
-from robotcore.devices import Voltage
+from robotcore.hal.devices import Voltage
 
 SILENCE_S = 0.3
 """A board that has told nothing for so long is gone, or was reset: until then its ROM runs, and loses what is said."""

@@ -19,8 +19,8 @@ from robotcore.description import (
     MotorDescription,
     RobotDescription,
 )
-from robotcore.devices import Battery, Encoder, Motor
-from robotcore.guardian import CutoffSpec
+from robotcore.hal.cutoff import CutoffSpec
+from robotcore.hal.devices import Battery, Encoder, Motor
 from robotcore.hardware import Host
 
 ANSWER_S = 20.0

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from drivers.vrep import simx
-from robotcore.clock import MonotonicClock
+from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.coppeliasim.legacy.comparing import JOINT_RAD, ORIENTATION_RAD, PIXELS_MEAN, POSITION_M
 from tests.doubles.coppeliasim.legacy.recorded import FOLDER
 from tests.doubles.coppeliasim.legacy.test_recorded import SESSIONS

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from drivers.kinematic.contact import Bumper
-from drivers.kinematic.planes import Array, nearest_on
 from drivers.kinematic.surroundings import Surroundings
 from robotcore.geometry import Pose
 from robotcore.raycast import edges_of
+from robotcore.simulation.painter.planes import Array, nearest_on
 from tests.doubles.coppeliasim.scene.poses import Vector
 
 Outline = Sequence[tuple[float, float]]

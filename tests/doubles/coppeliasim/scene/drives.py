@@ -6,8 +6,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from robotcore.drive import DifferentialGeometry
-from robotcore.geometry import Pose
+from robotcore.geometry import DifferentialGeometry, Pose
 from tests.doubles.coppeliasim.scene.graph import Graph
 from tests.doubles.coppeliasim.scene.objects import Joint, JointMode, Primitive, Shape, Thing
 from tests.doubles.coppeliasim.scene.poses import Vector

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 
-from robotcore.clock import MonotonicClock
+from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.coppeliasim.scene.simulator import Simulator
 from tests.doubles.coppeliasim.scene.states import State
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable
 
-from drivers.kinematic.painter import Painter
 from robotcore.description import Ball, Floor, Light, WorldDescription
+from robotcore.simulation.painter import Painter
 from tests.doubles.coppeliasim.scene.graph import Graph
 from tests.doubles.coppeliasim.scene.objects import Shape, Thing
 from tests.doubles.coppeliasim.scene.rays import Solids

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.description import Light
-from robotcore.devices import Intrinsics
-from robotcore.projection import View
+from robotcore.optics import Intrinsics, View
 from tests.doubles.coppeliasim.scene.objects import Depths, Pixels, VisionSensor
 from tests.doubles.coppeliasim.scene.poses import Transform
 from tests.doubles.coppeliasim.scene.rays import Hits

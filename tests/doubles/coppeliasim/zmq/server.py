@@ -10,7 +10,7 @@ import threading
 from dataclasses import dataclass, field
 from typing import Any
 
-from robotcore.clock import MonotonicClock
+from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.coppeliasim.scene import Simulator
 from tests.doubles.coppeliasim.zmq.calls import answer, ret
 from tests.doubles.coppeliasim.zmq.session import Session, Shared, Waiting

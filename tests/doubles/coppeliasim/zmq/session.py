@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from robotcore.clock import MonotonicClock
+from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.coppeliasim.scene import Simulator, State, Ticket
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from robotcore.clock import MonotonicClock
+from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.coppeliasim.zmq.wire import dumps, loads
 
 PATIENCE_MS = 5000

@@ -10,10 +10,10 @@ import numpy as np
 from drivers.raspberrypi.cameras.capturing import CapturingCamera
 from drivers.raspberrypi.cameras.settings import CameraSettings
 from drivers.raspberrypi.cameras.source import Light, Shot, Source
-from robotcore.clock import Clock, SteppedClock
 from robotcore.description import CameraDescription, load_robot
-from robotcore.devices import Image
 from robotcore.errors import DeviceError
+from robotcore.hal.clock import Clock, SteppedClock
+from robotcore.hal.devices import Image
 
 BOOTED_S = 5000.0
 """What CLOCK_MONOTONIC says when the clock begins."""

@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from robotcore.devices import Image
+from robotcore.hal.devices import Image
 from tests.drivers.raspberrypi.cameras.bench import RED_BGR, LabClock
 
 MANUAL, APERTURE_PRIORITY = 1, 3

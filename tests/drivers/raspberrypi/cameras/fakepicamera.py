@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from robotcore.devices import Image
+from robotcore.hal.devices import Image
 from tests.drivers.raspberrypi.cameras.bench import RED_RGB, LabClock
 
 STREAM_KEYS = {"format", "size", "stride", "preserve_ar"}

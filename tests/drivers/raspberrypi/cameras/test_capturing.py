@@ -9,8 +9,8 @@ from collections.abc import Iterator
 import pytest
 
 from drivers.raspberrypi.cameras.capturing import LONGEST_RETRY_S
-from robotcore.clock import MonotonicClock
 from robotcore.errors import DeviceClosedError, DeviceError
+from robotcore.hal.wall_clock import MonotonicClock
 from tests.drivers.raspberrypi.cameras.bench import FakeSource, LabClock, gone, opened, plain
 
 AT_LEAST_S = 30.0
@@ -179,7 +179,7 @@ def test_work_that_was_due_as_the_camera_was_closed_does_not_open_it_again(clock
 @pytest.fixture
 def _impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("drivers.raspberrypi.cameras.capturing.CLOSING_S", 0.1)
-    monkeypatch.setattr("robotcore.polling.STOPPING_S", 0.1)
+    monkeypatch.setattr("robotcore.hal.wall_clock.STOPPING_S", 0.1)
 
 
 @pytest.mark.usefixtures("_impatient")

@@ -10,8 +10,8 @@ import pytest
 from drivers.raspberrypi.cameras.framing import Framing
 from drivers.raspberrypi.cameras.settings import CameraSettings
 from drivers.raspberrypi.cameras.source import Shot
-from robotcore.devices import Frame, Image
 from robotcore.errors import DeviceError
+from robotcore.hal.devices import Frame, Image
 from tests.drivers.raspberrypi.cameras.bench import EYE, plain
 
 CORNERS: Image = plain(0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from robotcore.description import AnyDevice, Described, load_robot
-from robotcore.devices import Device
+from robotcore.hal.devices import Device
 from robotcore.hardware import Connection, DeviceDriver, Fitting, Host
 
 

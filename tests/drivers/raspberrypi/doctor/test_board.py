@@ -4,7 +4,7 @@ from pathlib import Path
 
 from drivers.raspberrypi.doctor.board import board, is_raspberry_pi
 from drivers.raspberrypi.doctor.release import fields, release
-from robotcore.doctor import Finding, Level
+from robotcore.hal.finding import Finding, Level
 from tests.drivers.raspberrypi.doctor.trees import grown
 
 

@@ -13,7 +13,7 @@ from drivers.raspberrypi.doctor.bus import bus
 from drivers.raspberrypi.doctor.camera import camera, picamera2
 from drivers.raspberrypi.doctor.pins import pins, users
 from drivers.raspberrypi.gpio import gpio
-from robotcore.doctor import Finding, Level
+from robotcore.hal.finding import Finding, Level
 from robotcore.hardware import Connection
 from tests.drivers.raspberrypi.doctor.fittings import fitting
 

@@ -7,8 +7,8 @@ import pytest
 
 from drivers.raspberrypi.doctor import examine
 from robotcore.description import load_robot
-from robotcore.doctor import Finding, Level
 from robotcore.errors import DescriptionError
+from robotcore.hal.finding import Finding, Level
 from tests.drivers.raspberrypi.doctor.test_devices import EYE, NOSE
 
 

@@ -7,8 +7,8 @@ import pytest
 from drivers.raspberrypi.doctor import library as module
 from drivers.raspberrypi.doctor.library import installed, library
 from drivers.raspberrypi.pins import open_pins
-from robotcore.doctor import Finding, Level
 from robotcore.errors import BackendMissingError
+from robotcore.hal.finding import Finding, Level
 
 Versions = Callable[..., None]
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from drivers.raspberrypi.doctor.permissions import may_open, permissions
-from robotcore.doctor import Finding, Level
+from robotcore.hal.finding import Finding, Level
 
 
 @pytest.fixture(autouse=True)

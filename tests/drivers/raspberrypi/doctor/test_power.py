@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from drivers.raspberrypi.doctor.power import COOLER, STRONGER, power
-from robotcore.doctor import Level
+from robotcore.hal.finding import Level
 
 
 def found(word: str) -> list[tuple[Level, str, str]]:

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from drivers.raspberrypi.doctor.serial import serial
-from robotcore.doctor import Finding, Level
+from robotcore.hal.finding import Finding, Level
 from robotcore.hardware import Connection
 from tests.drivers.raspberrypi.doctor.fittings import fitting
 

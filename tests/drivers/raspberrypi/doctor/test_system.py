@@ -10,7 +10,7 @@ import pytest
 from drivers.raspberrypi.doctor.clock import clock
 from drivers.raspberrypi.doctor.disk import disk
 from drivers.raspberrypi.doctor.persistence import persistence
-from robotcore.doctor import Level
+from robotcore.hal.finding import Level
 from tests.drivers.raspberrypi.doctor.trees import grow_chip, grown
 
 Usage = namedtuple("Usage", "total used free")  # noqa: PYI024  as shutil has it

@@ -6,8 +6,8 @@ import threading
 from contextlib import ExitStack
 
 from drivers.raspberrypi.encoders.encoder import PinEncoder
-from robotcore.clock import MonotonicClock
-from robotcore.devices import Angle
+from robotcore.hal.devices import Angle
+from robotcore.hal.wall_clock import MonotonicClock
 
 AGES_S = 10.0
 """A thread that has not come by then never will."""

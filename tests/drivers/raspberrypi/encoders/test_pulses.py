@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from robotcore.devices import Device, Motor
 from robotcore.errors import DescriptionError, DeviceError
+from robotcore.hal.devices import Device, Motor
 from robotcore.hardware import fit
 from tests.drivers.raspberrypi.encoders.wires import TURN, Wires
 from tests.drivers.raspberrypi.motors.rig import Rig, rover

@@ -7,8 +7,8 @@ from typing import Any
 
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
-from robotcore.clock import SteppedClock
-from robotcore.devices import Device, Encoder
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.devices import Device, Encoder
 from robotcore.hardware import Host, fit, open_devices
 from tests.drivers.raspberrypi.motors.rig import rover
 

@@ -8,9 +8,9 @@ from typing import Any
 
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
-from robotcore.clock import SteppedClock
 from robotcore.description import RobotDescription, load_robot
-from robotcore.devices import Device, Encoder, Motor
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.devices import Device, Encoder, Motor
 from robotcore.hardware import Host, fit, open_devices
 from robotcore.hardware.motors.model import MotorModel
 

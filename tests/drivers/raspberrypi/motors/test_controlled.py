@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from robotcore.devices import Angle
 from robotcore.errors import DescriptionError, DeviceError, DeviceLostError
+from robotcore.hal.devices import Angle
 from robotcore.hardware import fit
 from robotcore.hardware.motors.controlled import ControlledMotor
 from tests.drivers.raspberrypi.motors.rig import H_BRIDGE, QUADRATURE, Rig, rover

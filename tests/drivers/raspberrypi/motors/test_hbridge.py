@@ -11,8 +11,8 @@ from gpiozero.pins.mock import MockFactory, MockPWMPin
 
 from drivers.raspberrypi.motors.hbridge import HBridge
 from drivers.raspberrypi.motors.outputs import pwm_output
-from robotcore.devices import Motor
 from robotcore.errors import DescriptionError, DeviceError
+from robotcore.hal.devices import Motor
 from robotcore.hardware import Host, fit, unopened_cutoffs
 from tests.drivers.raspberrypi.motors.rig import BACKWARD, FORWARD, H_BRIDGE, MODEL, Rig, rover
 

@@ -13,9 +13,9 @@ from gpiozero.pins.pi import PiPin
 
 from drivers.raspberrypi.ranging.sound import speed_of_sound
 from drivers.raspberrypi.ranging.ultrasonic import Ultrasonic, UltrasonicSettings
-from robotcore.clock import Clock, SteppedClock
 from robotcore.description import RangeSensorDescription, load_robot
-from robotcore.devices import RangeSensor
+from robotcore.hal.clock import Clock, SteppedClock
+from robotcore.hal.devices import RangeSensor
 from robotcore.hardware import Host
 
 TRIGGER, ECHO = 16, 26

@@ -9,8 +9,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from drivers.raspberrypi.ranging.hearing import LONGEST_ECHO_S, SILENCE_S, STUCK_S, Hearing
-from robotcore.devices import Range
 from robotcore.errors import DeviceError
+from robotcore.hal.devices import Range
 from robotcore.hardware.findings import Findings
 from tests.drivers.raspberrypi.ranging.modules import NOSE
 

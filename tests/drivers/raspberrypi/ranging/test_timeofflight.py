@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 
 from drivers.raspberrypi.ranging.timeofflight import VL53L0X, VL53L1X, TimeOfFlight, TimeOfFlightSettings
-from robotcore.clock import SteppedClock
 from robotcore.description import load_robot
-from robotcore.devices import RangeSensor
 from robotcore.errors import DescriptionError, DeviceClosedError, DeviceError
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.devices import RangeSensor
 from robotcore.hardware import Host, fit
 from tests.drivers.raspberrypi.ranging.lightbus import FakeBus, FakeChip, FakeVL53L0X, FakeVL53L1X
 from tests.drivers.raspberrypi.ranging.modules import NOSE

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from drivers.raspberrypi.ranging.ultrasonic import Ultrasonic, UltrasonicSettings
-from robotcore.clock import SteppedClock
 from robotcore.description import load_robot
-from robotcore.devices import RangeSensor
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.devices import RangeSensor
 from robotcore.hardware import Host
 from tests.drivers.raspberrypi.ranging.modules import NOSE, Edges, Module, TimedFactory, echo_at
 

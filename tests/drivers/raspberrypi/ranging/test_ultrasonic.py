@@ -8,9 +8,9 @@ from gpiozero.pins.mock import MockFactory, MockPin, MockTriggerPin
 
 from drivers.raspberrypi.ranging.sound import speed_of_sound
 from drivers.raspberrypi.ranging.ultrasonic import Ultrasonic, UltrasonicSettings
-from robotcore.clock import MonotonicClock
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError, DeviceClosedError, DeviceError
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hardware import Host, fit
 from tests.drivers.raspberrypi.ranging.modules import (
     ECHO,

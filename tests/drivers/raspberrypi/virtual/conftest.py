@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from robotcore.catalogue import load_backend
+from robotcore.hal.backend import load_backend
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robotcore.devices import Angle, Encoder, Motor, Range, RangeSensor
+from robotcore.hal.devices import Angle, Encoder, Motor, Range, RangeSensor
 
 
 class FakeMotor(Motor):

@@ -16,13 +16,12 @@ from drivers.raspberrypi.ranging.sonar import Sonar
 from drivers.raspberrypi.ranging.ultrasonic import Ultrasonic
 from drivers.raspberrypi.virtual.backend import VirtualPiBackend
 from drivers.raspberrypi.virtual.pins import VirtualPins
-from robotcore.backend import Backend, Setup
-from robotcore.catalogue import load_backend
 from robotcore.description import RangeSensorDescription, RobotDescription, WorldDescription, load_robot
-from robotcore.devices import RangeSensor
 from robotcore.errors import BackendMissingError, DescriptionError, DeviceClosedError, DeviceError, UsageError
+from robotcore.hal.backend import Backend, Setup, load_backend
+from robotcore.hal.devices import RangeSensor
+from robotcore.hal.robot import Robot
 from robotcore.hardware.motors import DutyMotor
-from robotcore.robot import Robot
 from robotcore.testing import scenes
 
 ROVER = load_robot("rover")

@@ -7,9 +7,9 @@ from typing import ClassVar
 import pytest
 
 from drivers.raspberrypi.virtual.backend import VirtualPiBackend
-from robotcore.backend import Setup
 from robotcore.description import RobotDescription
-from robotcore.robot import Robot
+from robotcore.hal.backend import Setup
+from robotcore.hal.robot import Robot
 from robotcore.testing import Capability, ConformanceSuite
 from tests.drivers.raspberrypi.virtual.rewired import rewired
 

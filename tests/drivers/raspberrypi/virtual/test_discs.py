@@ -7,7 +7,7 @@ from gpiozero import DigitalInputDevice, RotaryEncoder
 
 from drivers.raspberrypi.virtual.discs import QuadratureDisc, SlottedDisc
 from drivers.raspberrypi.virtual.pins import VirtualPins
-from robotcore.clock import SteppedClock
+from robotcore.hal.clock import SteppedClock
 from tests.drivers.raspberrypi.virtual.fakes import FakeEncoder
 
 EDGE = 0.01

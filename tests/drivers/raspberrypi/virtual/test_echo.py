@@ -9,7 +9,7 @@ from gpiozero import DigitalInputDevice, OutputDevice
 
 from drivers.raspberrypi.virtual.echo import SILENCE_S, VirtualEcho
 from drivers.raspberrypi.virtual.pins import VirtualPins
-from robotcore.clock import SteppedClock
+from robotcore.hal.clock import SteppedClock
 from tests.drivers.raspberrypi.virtual.fakes import FakeRange
 
 SPEED = 343.0

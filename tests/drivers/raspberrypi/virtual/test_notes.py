@@ -10,11 +10,11 @@ import pytest
 from drivers.raspberrypi.virtual.backend import VirtualPiBackend
 from drivers.raspberrypi.virtual.bench import MODELLED, SIMULATED
 from robotcore import RunRequest
-from robotcore.backend import Setup
 from robotcore.cli.main import execute
 from robotcore.description import DisplayDescription, RobotDescription, load_robot
-from robotcore.registry import DEVICES, device_driver_names, load_registered
-from robotcore.running.plan import Plan
+from robotcore.hal.backend import Setup
+from robotcore.plugins import DEVICES, device_driver_names, load_registered
+from robotcore.runtime.plan import Plan
 from tests.drivers.raspberrypi import foreign
 
 IR = {"driver": "ir-switch", "out": 16}
@@ -52,7 +52,7 @@ def test_a_driver_of_another_package_is_told_where_its_device_is_opened() -> Non
 def test_a_run_has_the_note_in_its_result_and_on_standard_error(
     capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("robotcore.backend.load_robot", lambda _: foreign.rover(nose=IR))
+    monkeypatch.setattr("robotcore.hal.backend.load_robot", lambda _: foreign.rover(nose=IR))
     assert Plan.of(RunRequest("avoid-obstacles", "virtualpi")).notes == (NOTE,)
     assert execute(["run", "avoid-obstacles", "--backend", "virtualpi", "--set", "duration_s=0.5", "--json"]) == 0
     said = capfd.readouterr()

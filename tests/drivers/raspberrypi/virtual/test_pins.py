@@ -6,7 +6,7 @@ import pytest
 from gpiozero import DigitalInputDevice, GPIOPinInUse, OutputDevice, PWMOutputDevice
 
 from drivers.raspberrypi.virtual.pins import VirtualPins
-from robotcore.clock import SteppedClock
+from robotcore.hal.clock import SteppedClock
 
 
 @pytest.fixture

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from robotcore import RunRequest, RunResult, run
-from robotcore.replay.replaying import replay
+from robotcore.recording.replay.replaying import replay
 from robotcore.sweep import LocalEngine, Sweep, run_sweep
-from tests.robotcore.replay.memory import recorded
+from tests.robotcore.recording.replay.memory import recorded
 
 
 @cache

@@ -7,7 +7,7 @@ from gpiozero import Motor, OutputDevice, PhaseEnableMotor
 
 from drivers.raspberrypi.virtual.pins import VirtualPins
 from drivers.raspberrypi.virtual.wheels import wire_phase_and_enable, wire_two_inputs
-from robotcore.clock import SteppedClock
+from robotcore.hal.clock import SteppedClock
 from tests.drivers.raspberrypi.virtual.fakes import FakeMotor
 
 

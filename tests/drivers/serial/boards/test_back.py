@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from robotcore.description import BatteryDescription
-from robotcore.devices import Motor, Sensor
 from robotcore.errors import DeviceLostError
+from robotcore.hal.devices import Motor, Sensor
 from tests.doubles.serial.board import BoardDouble
 from tests.doubles.serial.hoverboard import Hoverboard
 from tests.doubles.serial.rig import Rig

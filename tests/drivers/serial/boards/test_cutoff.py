@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 
 from drivers.serial.boards.cutoff import APART_S, StopFrame
-from robotcore.clock import MonotonicClock
 from robotcore.errors import BackendError
-from robotcore.guardian import Unsure
+from robotcore.hal.cutoff import Unsure
+from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.serial.board import Powered
 from tests.doubles.serial.pty import Pty
 from tests.drivers.serial.boards.turning import STOP, TURN

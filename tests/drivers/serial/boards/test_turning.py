@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from drivers.serial.boards.turning import Turning
-from robotcore.devices import Angle
+from robotcore.hal.devices import Angle
 
 
 def _counted(turning: Turning, *counts: float) -> float:

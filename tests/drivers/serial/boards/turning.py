@@ -7,10 +7,10 @@ from select import select
 
 from drivers.serial.boards.cutoff import stop_frame
 from drivers.serial.ports.line import Line
-from robotcore.clock import MonotonicClock
 from robotcore.description import load_robot
-from robotcore.guardian.guardian import Guardian
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hardware import Host
+from robotcore.safety.guardian.guardian import Guardian
 from tests.drivers.serial.ports.talking import Asking
 
 LEASE_S = 0.3

@@ -13,8 +13,9 @@ from serial.tools import list_ports
 from drivers.serial.ports import line as line_module
 from drivers.serial.ports.line import FIRST_S, HEARING_S, SUSPENDED_S, Line
 from drivers.serial.ports.waker import Waker
-from robotcore.clock import MonotonicClock, SteppedClock
 from robotcore.errors import DeviceError, DeviceLostError
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.serial.board import PERIOD_S, Powered
 from tests.doubles.serial.pty import Pty
 from tests.drivers.serial.ports.talking import Answering, Asking

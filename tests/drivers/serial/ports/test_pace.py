@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from drivers.serial.ports.line import BITS_A_BYTE, PERIOD_S, Line
-from robotcore.clock import SteppedClock
+from robotcore.hal.clock import SteppedClock
 from tests.doubles.serial.board import Powered
 from tests.doubles.serial.pty import Pty
 from tests.doubles.serial.wire import Heard, Numbering, Wire

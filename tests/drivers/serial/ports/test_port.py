@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from drivers.serial.ports.port import WRITING_S, Port
-from robotcore.clock import MonotonicClock
+from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.serial.pty import Pty
 
 

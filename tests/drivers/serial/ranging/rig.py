@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from drivers.serial.ranging.tfmini import TFmini, TFminiSettings
-from robotcore.clock import SteppedClock
 from robotcore.description import RangeSensorDescription, RobotDescription, load_robot
-from robotcore.devices import RangeSensor
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.devices import RangeSensor
 from robotcore.hardware import Host
 from tests.doubles.serial.board import Powered
 from tests.doubles.serial.pty import Pty

@@ -12,11 +12,11 @@ from typing import ClassVar
 import pytest
 
 from drivers.kinematic.backend import KinematicBackend
-from robotcore.backend import Setup
 from robotcore.description import RobotDescription
-from robotcore.devices import RangeSensor
+from robotcore.hal.backend import Setup
+from robotcore.hal.devices import RangeSensor
+from robotcore.hal.robot import Robot
 from robotcore.hardware import open_robot
-from robotcore.robot import Robot
 from robotcore.testing import Capability
 from robotcore.testing.lifecycle_rules import LifecycleRules
 from robotcore.testing.range_rules import RangeRules

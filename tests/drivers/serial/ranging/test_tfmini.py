@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from drivers.serial.ranging.tfmini import TFmini, TFminiSettings
-from robotcore.clock import MonotonicClock
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError, DeviceError, DeviceLostError
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hardware import Host, fit
 from tests.doubles.serial.pty import Pty
 from tests.doubles.serial.tfmini import DAZZLED_CM, PERIOD_S, WEAK, WEAK_CM, frame

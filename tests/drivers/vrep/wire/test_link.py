@@ -25,8 +25,8 @@ from drivers.vrep.wire.errors import (
 from drivers.vrep.wire.link import Link
 from drivers.vrep.wire.messages import encoded
 from drivers.vrep.wire.packets import packed
-from robotcore.clock import MonotonicClock
 from robotcore.errors import BackendError
+from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.legacy.faults import Babbles, Cuts, Dies, Fault, Hangs
 from tests.doubles.coppeliasim.legacy.server import LegacyServer

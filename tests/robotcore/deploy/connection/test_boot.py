@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from robotcore.deploy.aboard.telling import MARK
+from robotcore.deploy.agent.telling import MARK
 from robotcore.deploy.connection import boot
 from tests.robotcore.deploy.actions import ECHO, Aboard
 

@@ -24,7 +24,7 @@ from tests.robotcore.deploy.sshd import Sshd, make_key, serving
 
 WAIT = """
 import time
-from robotcore.deploy.aboard.telling import say
+from robotcore.deploy.agent.telling import say
 
 def act(layout):
     say("waits")

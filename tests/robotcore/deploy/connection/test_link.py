@@ -23,7 +23,7 @@ GONE_S = 10
 LONG = 12 << 20
 
 TELL = """
-from robotcore.deploy.aboard.telling import RefusalError, say
+from robotcore.deploy.agent.telling import RefusalError, say
 
 def act(layout, refuses=False):
     say("half of it", part=0.5)

@@ -15,7 +15,7 @@ from robotcore.deploy.proof.simulation import passes, simulator_of
 from robotcore.deploy.staging.copying import copied
 from robotcore.deploy.staging.staging import Staged
 from robotcore.errors import UnprovenError, UsageError
-from robotcore.running.plan import RunRequest
+from robotcore.runtime.plan import RunRequest
 from tests.robotcore.deploy.projects import DRIVES_ON, TABLE, project_in, write
 from tests.robotcore.sweep.conftest import record_of
 

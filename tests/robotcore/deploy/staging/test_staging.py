@@ -13,7 +13,7 @@ from robotcore.deploy.packages.building import build
 from robotcore.deploy.project import Asked, project_of
 from robotcore.deploy.staging.staging import Staged, stage
 from robotcore.errors import DeployError, UnknownNameError, UsageError
-from robotcore.registry import _points
+from robotcore.plugins import _points
 from tests.robotcore.deploy.projects import TABLE, git, project_in, write
 
 BUILT = """
@@ -99,7 +99,7 @@ def test_what_is_staged_runs_alone_and_tells_nothing_of_this_machine(
 
 def _runs(staged: Staged) -> bool:
     """Return whether an interpreter that has no robotcore, but what it needs, finds the one in ``site``."""
-    lines = "import robotcore, sys; from robotcore.registry import app_names; print(robotcore.__file__, app_names())"
+    lines = "import robotcore, sys; from robotcore.plugins import app_names; print(robotcore.__file__, app_names())"
     answer = subprocess.run(
         [sys.executable, "-c", lines],
         cwd=staged.folder / "project",

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from robotcore.running.outcome import Outcome, RunResult
+from robotcore.runtime.outcome import Outcome, RunResult
 from robotcore.sweep.record import Record, TruePath
 
 PASSED = RunResult(

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from robotcore.running.outcome import Outcome
+from robotcore.runtime.outcome import Outcome
 from robotcore.sweep.agreement import agreements_of
 from robotcore.sweep.report.endings import MAX_ENDINGS, endings_of
 from robotcore.sweep.report.head import Head

@@ -4,10 +4,10 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
-from robotcore.backend import Setup
 from robotcore.description import BatteryDescription, RobotDescription, load_robot
-from robotcore.devices import Battery, Voltage
-from robotcore.robot import Robot
+from robotcore.hal.backend import Setup
+from robotcore.hal.devices import Battery, Voltage
+from robotcore.hal.robot import Robot
 from tests.doubles.powered import PoweredBackend
 from tests.robotcore.testing.broken.sensing import saying
 from tests.robotcore.testing.harness import Broken, Sound

@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from robotcore.backend import Setup
-from robotcore.devices import Camera, Device, Frame, Image, Intrinsics
-from robotcore.robot import Robot
+from robotcore.hal.backend import Setup
+from robotcore.hal.devices import Camera, Device, Frame, Image
+from robotcore.hal.robot import Robot
+from robotcore.optics import Intrinsics
 from tests.robotcore.testing.broken.sensing import Damage, described_otherwise, saying
 from tests.robotcore.testing.harness import Broken, Sound, broken, swap_in
 

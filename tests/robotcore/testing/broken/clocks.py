@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from robotcore.robot import Robot
+from robotcore.hal.robot import Robot
 from tests.robotcore.testing.harness import broken, swap_in
 
 

@@ -1,7 +1,7 @@
 from __future__ import annotations
 
-from robotcore.devices import Image
-from robotcore.robot import Robot
+from robotcore.hal.devices import Image
+from robotcore.hal.robot import Robot
 from tests.robotcore.testing.harness import broken, swap_in
 
 

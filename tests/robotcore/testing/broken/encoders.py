@@ -3,8 +3,8 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from robotcore.devices import Encoder
-from robotcore.robot import Robot
+from robotcore.hal.devices import Encoder
+from robotcore.hal.robot import Robot
 from tests.robotcore.testing.broken.sensing import Damage, saying
 from tests.robotcore.testing.harness import broken, swap_in
 

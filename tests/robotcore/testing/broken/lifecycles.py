@@ -3,9 +3,9 @@ from __future__ import annotations
 from dataclasses import replace
 from types import TracebackType
 
-from robotcore.backend import Setup
-from robotcore.devices import Display
-from robotcore.robot import Robot
+from robotcore.hal.backend import Setup
+from robotcore.hal.devices import Display
+from robotcore.hal.robot import Robot
 from tests.robotcore.testing.harness import Broken, Sound, broken, swap_in
 
 

@@ -4,8 +4,8 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from robotcore.devices import Motor, invalid_velocity
-from robotcore.robot import Robot
+from robotcore.hal.devices import Motor, invalid_velocity
+from robotcore.hal.robot import Robot
 from tests.robotcore.testing.harness import broken, swap_in
 
 Apply = Callable[[float], None]

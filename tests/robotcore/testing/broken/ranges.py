@@ -7,9 +7,9 @@ from typing import Any, ClassVar
 
 from drivers.mock import LOST
 from drivers.mock.backend import MockBackend
-from robotcore.backend import Setup
-from robotcore.devices import Range, RangeSensor
-from robotcore.robot import Robot
+from robotcore.hal.backend import Setup
+from robotcore.hal.devices import Range, RangeSensor
+from robotcore.hal.robot import Robot
 from robotcore.testing import Capability, ConformanceSuite
 from tests.robotcore.testing.broken.sensing import Damage, described_otherwise, saying, with_attributes
 from tests.robotcore.testing.harness import Broken, broken

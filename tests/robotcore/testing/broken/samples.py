@@ -3,9 +3,9 @@ from __future__ import annotations
 import itertools
 from dataclasses import replace
 
-from robotcore.backend import Setup
-from robotcore.devices import Range, RangeSensor, Sensor
-from robotcore.robot import Robot
+from robotcore.hal.backend import Setup
+from robotcore.hal.devices import Range, RangeSensor, Sensor
+from robotcore.hal.robot import Robot
 from robotcore.testing import Gate
 from tests.robotcore.testing.broken.sensing import saying
 from tests.robotcore.testing.harness import Broken, Sound, broken

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from robotcore.backend import Setup
-from robotcore.robot import Robot
+from robotcore.hal.backend import Setup
+from robotcore.hal.robot import Robot
 from tests.robotcore.testing.harness import swap_in
 
 Damage = Callable[[Robot], None]

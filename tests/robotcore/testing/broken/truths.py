@@ -5,11 +5,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from robotcore.backend import Setup
 from robotcore.description import Start
-from robotcore.devices import Encoder
 from robotcore.geometry import Twist
-from robotcore.robot import Robot
+from robotcore.hal.backend import Setup
+from robotcore.hal.devices import Encoder
+from robotcore.hal.robot import Robot
 from tests.robotcore.testing.broken.sensing import saying
 from tests.robotcore.testing.harness import broken, swap_in
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import ClassVar
 
 from drivers.coppeliasim.backend import CoppeliaSimBackend
-from robotcore.backend import Setup
-from robotcore.robot import Robot
+from robotcore.hal.backend import Setup
+from robotcore.hal.robot import Robot
 from robotcore.testing import Capability, ConformanceSuite
 from tests.system.coppeliasim.server import options
 

@@ -7,8 +7,8 @@ import pytest
 
 from robotcore.description import CameraDescription, RangeSensorDescription, load_robot
 from robotcore.geometry import Pose
-from robotcore.projection import View
-from robotcore.robot import Role
+from robotcore.hal.robot import Role
+from robotcore.optics import View
 from robotcore.testing import scenes
 from tests.system.coppeliasim.server import opened
 

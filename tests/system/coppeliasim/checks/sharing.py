@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from drivers.coppeliasim.connection import RefusedError
-from robotcore.clock import MonotonicClock
 from robotcore.description import load_robot
 from robotcore.errors import BackendError
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.testing import scenes
 from tests.system.coppeliasim.server import looking, opened, options
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.running.outcome import Outcome
-from robotcore.running.plan import RunRequest
-from robotcore.running.session import run
+from robotcore.runtime.outcome import Outcome
+from robotcore.runtime.plan import RunRequest
+from robotcore.runtime.session import run
 from tests.system.firmware.described import patient
 
 

@@ -7,7 +7,7 @@ from typing import ClassVar
 import pytest
 
 from robotcore.description import RobotDescription
-from robotcore.robot import Robot, Role
+from robotcore.hal.robot import Robot, Role
 from robotcore.testing import Capability, ConformanceSuite
 from robotcore.testing.bench import let_pass
 from robotcore.testing.encoder_rules import SPEED_RAD_S

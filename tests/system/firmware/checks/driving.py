@@ -8,10 +8,10 @@ from contextlib import suppress
 
 import pytest
 
-from robotcore.backend import Setup
-from robotcore.devices import Battery, Encoder
 from robotcore.errors import DeviceError, DeviceGroupError, DeviceLostError
-from robotcore.robot import Robot
+from robotcore.hal.backend import Setup
+from robotcore.hal.devices import Battery, Encoder
+from robotcore.hal.robot import Robot
 from robotcore.testing import scenes
 from tests.system.firmware.backend import SimavrBackend
 from tests.system.firmware.board import STANDS, Board

@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 import pytest
 
-from robotcore.running.outcome import Outcome, RunResult
-from robotcore.running.trace import TickRecord
+from robotcore.runtime.outcome import Outcome, RunResult
+from robotcore.runtime.trace import TickRecord
 from tests.system import rolling
 from tests.system.vrep import scenes
 from tests.system.vrep.checks.driving import angle

@@ -10,10 +10,10 @@ import pytest
 
 from drivers.serial import backend as module
 from drivers.serial.backend import SerialBackend
-from robotcore.backend import Setup
-from robotcore.clock import Clock, SteppedClock
 from robotcore.description import BatteryDescription, RobotDescription, load_robot
-from robotcore.robot import Robot
+from robotcore.hal.backend import Setup
+from robotcore.hal.clock import Clock, SteppedClock
+from robotcore.hal.robot import Robot
 from robotcore.testing import scenes
 from tests.doubles.serial.bench import wired
 from tests.doubles.serial.board import PERIOD_S, Powered

@@ -6,9 +6,9 @@ from typing import Any
 import pytest
 
 from robotcore.description import load_robot
-from robotcore.devices import Battery, Encoder, Motor, RangeSensor
 from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError, DeviceLostError
-from robotcore.robot import Robot
+from robotcore.hal.devices import Battery, Encoder, Motor, RangeSensor
+from robotcore.hal.robot import Robot
 from tests.doubles.serial.rosarduino import ArduinoDouble, OurDouble, TrueDouble
 from tests.drivers.serial.boards.rosarduino.rig import ENCODERS, MODEL, MOTORS, WHEELS, Rig, let_pass
 

@@ -7,8 +7,8 @@ import pytest
 from drivers.serial.boards.rosarduino.protocol import Answer
 from drivers.serial.boards.rosarduino.readings import Counts, Pings, Ranges
 from robotcore.description import RangeSensorDescription, load_robot
-from robotcore.devices import Range
 from robotcore.errors import DeviceError
+from robotcore.hal.devices import Range
 from robotcore.hardware.findings import Findings
 
 TOLD = load_robot("rover").first_of(RangeSensorDescription)

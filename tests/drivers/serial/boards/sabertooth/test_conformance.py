@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from robotcore.drive import Odometry, Wheels
-from robotcore.robot import Robot
+from robotcore.geometry import Wheels
+from robotcore.hal.drive import Odometry
+from robotcore.hal.robot import Robot
 from robotcore.testing import ConformanceSuite
 from robotcore.testing.bench import Motion, let_pass, motion_between
 from tests.doubles.serial.board import BoardDouble

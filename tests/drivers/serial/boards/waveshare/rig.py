@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from drivers.serial.backend import SECTION
-from robotcore.backend import Setup
-from robotcore.clock import SteppedClock
 from robotcore.description import BatteryDescription, RobotDescription, load_robot
-from robotcore.devices import Battery, Encoder, Motor
+from robotcore.hal.backend import Setup
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.devices import Battery, Encoder, Motor
+from robotcore.hal.robot import Robot
 from robotcore.hardware import open_robot
-from robotcore.robot import Robot
 from robotcore.testing import scenes
 from tests.doubles.serial.bench import wired
 from tests.doubles.serial.board import PERIOD_S, Powered

@@ -12,7 +12,7 @@ from drivers.serial.boards.waveshare import drivers
 from drivers.serial.boards.waveshare.board import SILENCE_S, WaveshareTalk
 from drivers.serial.boards.waveshare.protocol import speeds
 from robotcore.errors import DescriptionError, DeviceError, DeviceLostError
-from robotcore.guardian.cutoff import shared
+from robotcore.hal.cutoff import shared
 from tests.doubles.serial.waveshare import STARTING_S, WaveshareBoard
 from tests.drivers.serial.boards.waveshare.rig import RADIUS_M, Rig, rover
 from tests.drivers.serial.boards.waveshare.test_protocol import OLDER

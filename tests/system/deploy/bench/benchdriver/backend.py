@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from robotcore.backend import Backend, Setup
-from robotcore.clock import MonotonicClock
 from robotcore.description import MotorDescription
-from robotcore.devices import Motor
-from robotcore.guardian import CutoffSpec
-from robotcore.robot import Robot
+from robotcore.hal.backend import Backend, Setup
+from robotcore.hal.cutoff import CutoffSpec
+from robotcore.hal.devices import Motor
+from robotcore.hal.robot import Robot
+from robotcore.hal.wall_clock import MonotonicClock
 
 from .diary import note
 

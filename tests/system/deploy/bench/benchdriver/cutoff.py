@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robotcore.guardian import Cutoff
+from robotcore.hal.cutoff import Cutoff
 
 from .diary import note
 

@@ -1,5 +1,0 @@
-"""A camera's picture of a world, painted from back to front with NumPy and OpenCV."""
-
-from drivers.kinematic.painter.painter import Painter
-
-__all__ = ["Painter"]

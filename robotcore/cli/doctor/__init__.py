@@ -1,0 +1,1 @@
+"""`robotcore doctor`: what is right and wrong with this machine and its backends."""

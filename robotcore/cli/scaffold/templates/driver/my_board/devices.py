@@ -1,0 +1,80 @@
+"""The devices of a robot on the board. What begins with _ is robotcore's hook for it."""
+
+import math
+
+from robotcore.description import BatteryDescription, EncoderDescription, MotorDescription, RangeSensorDescription
+from robotcore.hal.clock import Clock
+from robotcore.hal.devices import Angle, Battery, Encoder, Motor, Range, RangeSensor, Voltage
+
+from my_board.board import Board
+from my_board.failures import in_words
+from my_board.polled import Polled
+
+
+class BoardMotor(Motor):
+    """Turns a wheel."""
+
+    def __init__(self, told: MotorDescription, board: Board, wheel: str) -> None:
+        super().__init__(told.name, told.max_velocity_rad_s)
+        self._board, self._wheel = board, wheel
+
+    def _apply(self, rad_s: float) -> None:
+        with in_words(self.name):
+            self._board.turn(self._wheel, rad_s)
+
+
+class BoardEncoder(Encoder):
+    """Counts from where the wheel stood when it was opened."""
+
+    def __init__(self, told: EncoderDescription, board: Board, wheel: str, clock: Clock) -> None:
+        super().__init__(told.name)
+        self._board, self._wheel = board, wheel
+        with in_words(self.name):
+            self._zero = board.angle(wheel)
+        self._polled = Polled(self.name, clock, self._take)
+
+    def _newest(self) -> Angle:
+        return self._polled.newest()
+
+    def _take(self, time: float, sequence: int) -> Angle:
+        return Angle(self._board.angle(self._wheel) - self._zero, time, sequence)
+
+    def _release(self) -> None:
+        self._polled.stop()
+
+
+class BoardRange(RangeSensor):
+    """Measures what is ahead."""
+
+    def __init__(self, told: RangeSensorDescription, board: Board, clock: Clock) -> None:
+        super().__init__(told.name, min_range=told.min_range_m, max_range=told.max_range_m, cone=told.cone_rad)
+        self._board, self._mount_x = board, told.mount.x_m
+        self._polled = Polled(self.name, clock, self._take)
+
+    def _newest(self) -> Range:
+        return self._polled.newest()
+
+    def _take(self, time: float, sequence: int) -> Range:
+        distance = max(self._board.distance() - self._mount_x, self.min_range)
+        return Range(distance if distance <= self.max_range else math.inf, time, sequence)
+
+    def _release(self) -> None:
+        self._polled.stop()
+
+
+class BoardBattery(Battery):
+    """Tells what feeds the board; no run ends where it cannot."""
+
+    def __init__(self, told: BatteryDescription, board: Board, clock: Clock) -> None:
+        super().__init__(told.name)
+        self._board = board
+        self._polled = Polled(self.name, clock, self._take)
+
+    def _newest(self) -> Voltage:
+        return self._polled.newest()
+
+    def _take(self, time: float, sequence: int) -> Voltage:
+        return Voltage(self._board.voltage(), time, sequence)
+
+    def _release(self) -> None:
+        self._polled.stop()

@@ -1,0 +1,49 @@
+"""What the kit does not know: the backend's name, and what its board can do wrong."""
+
+from pathlib import Path
+
+import pytest
+from robotcore import Outcome, RunRequest, run
+from robotcore.description import load_robot
+from robotcore.errors import DeviceError
+from robotcore.hal.backend import Setup
+from robotcore.plugins import backend_names
+
+from my_board.backend import MyBoardBackend
+from my_board.board import Board
+
+ROBOT = str(Path(__file__).parents[2] / "my_board.toml")
+
+
+class Unplugged(Board):
+    """A board that answers until it is unplugged."""
+
+    is_unplugged = False
+
+    def distance(self) -> float:
+        if self.is_unplugged:
+            raise ConnectionError
+        return super().distance()
+
+
+def test_an_app_runs_on_it_by_its_name() -> None:
+    assert "my-board" in backend_names(), "install it first: pip install -e ."
+    result = run(RunRequest("avoid-obstacles", backend="my-board", robot=ROBOT))
+    assert result.outcome is Outcome.SUCCESS
+    assert "avoid" in result.milestones
+
+
+def test_an_unplugged_board_is_told_by_the_devices_name() -> None:
+    board = Unplugged()
+    setup = Setup(load_robot(ROBOT), None, frozenset({"nose"}))
+    with MyBoardBackend(lambda: board).open(setup) as robot:
+        board.is_unplugged = True
+        robot.clock.sleep_until(0.1)
+        with pytest.raises(DeviceError, match="nose: the board does not answer"):
+            robot.range.read()
+
+
+def test_a_device_that_the_board_lacks_is_named() -> None:
+    setup = Setup(load_robot("rover"), None, frozenset({"nose", "eye"}))
+    with pytest.raises(DeviceError, match="eye: a camera is nothing that the board has"):
+        MyBoardBackend().open(setup)

@@ -1,0 +1,48 @@
+"""The backend keeps robotcore's rules, or says why one cannot be checked on it."""
+
+from pathlib import Path
+from typing import ClassVar
+
+from robotcore.hal.backend import Setup
+from robotcore.hal.clock import Clock
+from robotcore.hal.robot import Robot
+from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.testing import Capability, ConformanceSuite, Gate
+
+from my_board.backend import MyBoardBackend
+from my_board.board import Board
+
+
+class TestMyBoard(ConformanceSuite):
+    backend = MyBoardBackend
+    robot = str(Path(__file__).parents[2] / "my_board.toml")
+    lacks: ClassVar = {
+        Capability.WORLD: "there is one wall, and nothing else",
+        Capability.LOST_ECHO: "the wall is always heard",
+    }
+
+    def open_gated(self, setup: Setup, gate: Gate) -> Robot:
+        return MyBoardBackend(lambda: SlowBoard(gate)).open(setup)
+
+
+class SlowBoard(Board):
+    """A board in real time, whose every answer comes through a gate."""
+
+    def __init__(self, gate: Gate) -> None:
+        super().__init__()
+        self._gate = gate
+
+    def clock(self, rate_hz: float) -> Clock:
+        return MonotonicClock()
+
+    def angle(self, wheel: str) -> float:
+        self._gate.pass_through()
+        return super().angle(wheel)
+
+    def distance(self) -> float:
+        self._gate.pass_through()
+        return super().distance()
+
+    def voltage(self) -> float:
+        self._gate.pass_through()
+        return super().voltage()

@@ -1,0 +1,81 @@
+"""Turn until the camera sees the ball, drive up to it, and stand in front of it."""
+
+from dataclasses import dataclass
+from math import tau
+from typing import Annotated
+
+from pydantic import Field
+from robotcore import Behaviour, Robot, Role, Status, Stopping, Truth
+from robotcore.autonomy.vision import Blob, ColourDetector
+
+AHEAD_RAD = 0.2
+"""The ball is ahead: the robot may drive, and what it measures is the ball."""
+
+STANDING_S = 0.5
+"""How long it stands before it has arrived."""
+
+
+@dataclass
+class Search(Behaviour):
+    """Its fields are its settings: ``robotcore run search.py --set hue=blue``."""
+
+    hue: str = "green"
+    speed_m_s: Annotated[float, Field(gt=0, le=0.3)] = 0.2
+    turn_rad_s: Annotated[float, Field(gt=0, le=2.0)] = 1.0
+    stop_distance_m: Annotated[float, Field(ge=0.2, le=0.35)] = 0.28
+
+    needs = frozenset({Role.DRIVE, Role.CAMERA, Role.RANGE})
+    milestones = ("search", "approach", "arrived")
+
+    def __post_init__(self) -> None:
+        self._detector = ColourDetector(self.hue)
+        self._began_at_rad = 0.0
+        self._arrived_at_s = 0.0
+
+    def step(self, robot: Robot) -> Status:
+        """Decide what the wheels do until the next tick."""
+        if self.state == "arrived":
+            return self._stand(robot)
+        frame = robot.camera.read()
+        seen = self._detector.find(frame.image, robot.camera.intrinsics)
+        return self._approach(robot, seen[0]) if seen else self._search(robot)
+
+    def _search(self, robot: Robot) -> Status:
+        """Turn left on the spot, once round."""
+        heading = robot.drive.pose.heading
+        if self.state != "search":
+            self.state, self._began_at_rad = "search", heading
+        robot.drive.set_velocity(0.0, self.turn_rad_s)
+        if heading - self._began_at_rad < tau:
+            return Status.RUNNING
+        self.reason = f"turned round once and saw nothing {self.hue}"
+        return Status.FAILURE
+
+    def _approach(self, robot: Robot, ball: Blob) -> Status:
+        """Turn to the ball, drive at it, and stop where it is near."""
+        self.state = "approach"
+        is_ahead = abs(ball.bearing) < AHEAD_RAD
+        if is_ahead and robot.range.read().distance < self.stop_distance_m:
+            self.state, self._arrived_at_s = "arrived", robot.clock.now()
+            return self._stand(robot)
+        ahead_m_s = self.speed_m_s if is_ahead else 0.0
+        robot.drive.set_velocity(ahead_m_s, 2 * ball.bearing)
+        return Status.RUNNING
+
+    def _stand(self, robot: Robot) -> Status:
+        """Stand still for a moment: who is still rolling has not arrived."""
+        robot.drive.stop()
+        stood_s = robot.clock.now() - self._arrived_at_s
+        return Status.SUCCESS if stood_s > STANDING_S else Status.RUNNING
+
+    @property
+    def stopping(self) -> Stopping:
+        """Tell where it stops: the robot's range guard must not stop it before."""
+        return Stopping(self.stop_distance_m, self.speed_m_s)
+
+    def verify(self, truth: Truth) -> bool:
+        """Judge the end by what a simulator knows: at rest, the ball near and seen."""
+        distance = truth.distance_to_target
+        is_near = distance is not None and 0.15 <= distance <= 0.40
+        is_clean = truth.is_at_rest and not truth.contacts
+        return is_near and is_clean and truth.sees_target

@@ -1,0 +1,17 @@
+"""What becomes of it: runs in rooms that a seed draws, judged by the simulator."""
+
+from pathlib import Path
+
+import pytest
+from robotcore import RunRequest, run
+
+FOLDER = Path(__file__).parents[2]
+APP = str(FOLDER / "search.py")
+ROBOT = str(FOLDER / "my_robot.toml")
+WORLD = str(FOLDER / "room.toml")
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_finds_the_ball_wherever_it_lies(seed: int) -> None:
+    result = run(RunRequest(APP, robot=ROBOT, world=WORLD, seed=seed))
+    assert result.verified, f"{result.outcome.value}: {result.reason or result}"

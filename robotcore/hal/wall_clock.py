@@ -1,0 +1,190 @@
+"""Clocks that follow the machine's own time; no other module reads it."""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import math
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+
+from robotcore.errors import BackendError
+from robotcore.hal.clock import Callback, Clock, ClockOver, Polling
+from robotcore.threads import is_out_of_memory, start_thread
+
+STOPPING_S = 1.0
+"""Work that hangs does not keep a device from being closed for longer."""
+
+
+class Threaded(Polling):
+    """Done by a thread; work that takes longer than the period begins again at once, and nothing is made up for."""
+
+    def __init__(self, clock: Clock, period: float, work: Callable[[], object], name: str) -> None:
+        self._clock, self._period, self._work = clock, period, work
+        self._stopping = threading.Event()
+        self._thread = start_thread(self._run, name)
+
+    def stop(self) -> None:
+        self._stopping.set()
+        if self._thread is not threading.current_thread():
+            self._thread.join(STOPPING_S)
+
+    def _run(self) -> None:
+        with suppress(BackendError):  # a server's time that fails is told to whoever sleeps by it
+            due = self._clock.now() + self._period
+            while not self._stopping.wait(max(0.0, due - self._clock.now())):
+                self._work()
+                due = max(due + self._period, self._clock.now())
+
+
+LONGEST_WAIT_S = 0.1
+"""A call whose notice was lost, for want of memory, is late by no more than this."""
+
+WITHOUT_MEMORY_S = 0.005
+
+CLOSING_S = 1.0
+"""A call that hangs does not keep a clock from being closed for longer."""
+
+
+class MonotonicClock(Clock):
+    """The machine's own time, from zero. Calls are made by a thread of the clock's.
+
+    What a call or polled work raises there is raised again by the next `sleep_until`, or by `close`; later calls are
+    still made.
+    """
+
+    is_lockstep = False
+    _longest_nap = math.inf
+
+    def __init__(self) -> None:
+        self._start = time.monotonic()
+        self._calls: list[tuple[float, int, Callback]] = []
+        self._order = itertools.count()
+        self._wake = threading.Condition()
+        self._caller: threading.Thread | None = None
+        self._failure: Exception | None = None
+        self._is_closed = False
+
+    def now(self) -> float:
+        return time.monotonic() - self._start
+
+    def sleep_until(self, deadline: float) -> bool:
+        is_ahead = (left := deadline - self.now()) >= 0
+        while left > 0 and not self._failure:
+            time.sleep(min(left, self._longest_nap))
+            left = deadline - self.now()
+        self._raise_failure()
+        return is_ahead
+
+    def call_at(self, deadline: float, callback: Callback) -> None:
+        with self._wake:
+            heapq.heappush(self._calls, (deadline, next(self._order), callback))
+            self._start_caller()
+            self._wake.notify()
+
+    def prepare_calls(self) -> None:
+        with self._wake:
+            self._start_caller()
+
+    def every(self, period: float, work: Callable[[], object], name: str) -> Polling:
+        return Threaded(self, period, partial(self._attempt, work), name)
+
+    def time_of(self, monotonic_s: float) -> float:
+        return min(monotonic_s - self._start, self.now())
+
+    def close(self) -> None:
+        with self._wake:
+            self._is_closed = True
+            self._wake.notify()
+        if self._caller and self._caller is not threading.current_thread():
+            self._caller.join(CLOSING_S)
+        self._raise_failure()
+
+    def _raise_failure(self) -> None:
+        failure, self._failure = self._failure, None
+        if failure:
+            raise failure
+
+    def _start_caller(self) -> None:
+        if self._caller is None:
+            self._caller = start_thread(self._call, "clock")
+
+    def _call(self) -> None:
+        try:
+            while (callback := self._next_due()) is not None:
+                self._attempt(partial(self._insist, callback))
+        except Exception as failure:  # noqa: BLE001  a server's time may fail; raised where somebody listens
+            self._failure = failure
+
+    def _insist(self, callback: Callback) -> None:
+        """Make a call, again while memory runs out: it may be the one that stops the motors."""
+        is_made = False
+        while not (is_made or self._is_closed):
+            try:
+                callback()
+                is_made = True
+            except Exception as error:  # noqa: PERF203
+                if not is_out_of_memory(error):
+                    raise
+                time.sleep(WITHOUT_MEMORY_S)
+
+    def _attempt(self, callback: Callable[[], object]) -> None:
+        try:
+            callback()
+        except Exception as failure:  # noqa: BLE001  raised where somebody listens
+            self._failure = self._failure or failure
+
+    def _next_due(self) -> Callback | None:
+        """Wait for the next call, also if memory runs out: it may be the one that stops the motors."""
+        while True:
+            try:
+                return self._wait_for_next()
+            except Exception as error:
+                if not is_out_of_memory(error):
+                    raise
+            time.sleep(WITHOUT_MEMORY_S)
+
+    def _wait_for_next(self) -> Callback | None:
+        with self._wake:
+            while not self._is_closed:
+                left = self._calls[0][0] - self.now() if self._calls else LONGEST_WAIT_S
+                if left <= 0:
+                    return heapq.heappop(self._calls)[2]
+                self._wake.wait(min(left, self._longest_nap, LONGEST_WAIT_S))
+        return None
+
+
+class FollowingClock(MonotonicClock):
+    """The time of a server that runs by itself, from zero; ``source`` asks it."""
+
+    _longest_nap = 0.005
+
+    def __init__(self, source: Callable[[], float]) -> None:
+        super().__init__()
+        self._source = source
+        self._zero = source()
+
+    def now(self) -> float:
+        return self._source() - self._zero
+
+    def time_of(self, monotonic_s: float) -> float:
+        return self.now()
+
+
+class PacedClock(ClockOver):
+    """A stepped clock held back to real time; where the machine is too slow, it is delayed."""
+
+    def __init__(self, source: Clock) -> None:
+        super().__init__(source)
+        self._wall = MonotonicClock()
+        self._delay = 0.0
+
+    def sleep_until(self, deadline: float) -> bool:
+        self._source.sleep_until(deadline)
+        is_on_time = self._wall.sleep_until(deadline + self._delay)
+        if not is_on_time:
+            self._delay = self._wall.now() - deadline
+        return is_on_time

@@ -1,5 +1,0 @@
-"""What fits over any device, and the one place that says in which order."""
-
-from robotcore.layers.assembly import Assembled, assemble, needed_devices
-
-__all__ = ["Assembled", "assemble", "needed_devices"]

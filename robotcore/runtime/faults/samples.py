@@ -1,0 +1,123 @@
+"""Samples that never come, or come late; each keeps its own time and number, and so its age grows."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from math import inf
+from typing import Annotated, Generic
+
+from pydantic import Field
+
+from robotcore.hal.clock import Clock
+from robotcore.hal.devices import SampleT, Sensor
+from robotcore.runtime.faults.eager import EagerLayer
+from robotcore.runtime.faults.fault import ROUNDING_S, SENSORS, Fault, Kind, Probability
+from robotcore.runtime.faults.occasion import Occasion
+from robotcore.runtime.layers.readers import Reader
+
+Latency = Annotated[float, Field(gt=0, le=5, description="seconds")]
+
+
+class Drop(Fault):
+    """Loses each sample with this probability; the last one stays, and ages."""
+
+    on = SENSORS
+    example = "camera drop=0.2 after=5"
+
+    value: Probability
+
+    def layer(self, occasion: Occasion) -> LostSamples:
+        return LostSamples(self, occasion, self.value)
+
+
+class NoEcho(Drop):
+    """Loses each echo with this probability: no new sample, never inf."""
+
+    on = frozenset({Kind.RANGE})
+    example = "range no_echo=0.5"
+
+
+class Freeze(Fault):
+    """Gives no new sample; the last one stays, and ages."""
+
+    on = SENSORS
+    example = "camera freeze after=5 lasts=0.5"
+
+    def layer(self, occasion: Occasion) -> LostSamples:
+        return LostSamples(self, occasion, 1.0)
+
+
+class Delay(Fault):
+    """Gives each sample so late.
+
+    Time never runs backwards: what was given stays until something newer has come.
+    """
+
+    on = SENSORS
+    example = "camera delay=0.2"
+
+    value: Latency
+
+    def layer(self, occasion: Occasion) -> LateSamples:
+        return LateSamples(self, self.value, occasion.clock)
+
+
+class LostSamples(EagerLayer):
+    """Loses the samples that are captured while ``fault`` is there, each with a probability; never the first."""
+
+    def __init__(self, fault: Fault, occasion: Occasion, probability: float) -> None:
+        super().__init__()
+        self._fault, self._occasion, self._probability = fault, occasion, probability
+
+    def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
+        return self.polled(_Lossy(read, lambda time: self._is_lost(sensor.name, time)))
+
+    def _is_lost(self, device: str, time: float) -> bool:
+        return self._fault.is_on(time) and self._occasion.random_at(device, time).random() < self._probability
+
+
+class _Lossy(Generic[SampleT]):
+    """Reads the newest sample that was not lost."""
+
+    def __init__(self, read: Reader[SampleT], is_lost: Callable[[float], bool]) -> None:
+        self._read, self._is_lost = read, is_lost
+        self._last: SampleT | None = None
+
+    def __call__(self) -> SampleT:
+        newest = self._read()
+        if self._last is None or not self._is_lost(newest.time):
+            self._last = newest
+        return self._last
+
+
+class LateSamples(EagerLayer):
+    """Hands samples over ``latency`` seconds after their capture while ``fault`` is there."""
+
+    def __init__(self, fault: Fault, latency: float, clock: Clock) -> None:
+        super().__init__()
+        self._fault, self._latency, self._clock = fault, latency, clock
+
+    def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
+        return self.polled(_Late(read, self._last_due))
+
+    def _last_due(self) -> float:
+        """Return when the newest sample was captured that has come by now."""
+        now = self._clock.now()
+        return now - self._latency + ROUNDING_S if self._fault.is_on(now) else inf
+
+
+class _Late(Generic[SampleT]):
+    """Reads the newest sample that has come; the first one is there at once."""
+
+    def __init__(self, read: Reader[SampleT], last_due: Callable[[], float]) -> None:
+        self._read, self._last_due = read, last_due
+        self._coming: deque[SampleT] = deque()
+
+    def __call__(self) -> SampleT:
+        coming = self._coming
+        coming.append(self._read())
+        last_due = self._last_due()
+        while len(coming) > 1 and coming[1].time <= last_due:
+            coming.popleft()
+        return coming[0]

@@ -1,0 +1,166 @@
+"""The one place that puts the layers over a robot's devices, in this order.
+
+Sensors: driver → watched → conditions → faults → taps → age → one sample a tick → app. Motors: app → taps → safety →
+deadman → faults → conditions → guard → watched → driver. Clock: backend → watched → faults → one time a tick → app.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass
+
+from robotcore.description import (
+    BatteryDescription,
+    CameraDescription,
+    Conditions,
+    RangeSensorDescription,
+    RobotDescription,
+)
+from robotcore.errors import DeviceLostError, UnknownNameError, UnmetNeedError
+from robotcore.geometry import Pose
+from robotcore.hal.clock import AppClock, Clock, TickClock
+from robotcore.hal.devices import Battery, Camera, Device, Motor, RangeSensor
+from robotcore.hal.robot import Robot, Role
+from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.runtime.layers.age import Age
+from robotcore.runtime.layers.conditions import PERFECT, Conditioned
+from robotcore.runtime.layers.layer import Layer
+from robotcore.runtime.layers.lone import LoneMotor
+from robotcore.runtime.layers.stack import Stack, slept_by
+from robotcore.runtime.layers.watched import Watched
+from robotcore.runtime.layers.wheels import GuardedDrive
+from robotcore.safety import Brakes, Latch, Stage, Whereabouts
+from robotcore.safety.reserve import Reserve
+
+_KINDS = {Role.CAMERA: "camera", Role.RANGE: "range_sensor", Role.DISPLAY: "display"}
+_UNGUARDED = Layer()
+_MOUNTED = (CameraDescription, RangeSensorDescription)
+
+
+@dataclass(frozen=True)
+class Assembled:
+    """A robot as an app gets it, and what its run needs besides.
+
+    The clock that its loop ticks, the latch that ends its run, its drive's stage, the brakes on every motor, and what a
+    watchdog looks at. ``halts`` stop the drive and each lone motor between two ticks, for a cause.
+    """
+
+    robot: Robot
+    clock: TickClock
+    latch: Latch
+    stage: Stage | None
+    brakes: Brakes
+    where: Whereabouts
+    halts: tuple[Callable[[str], None], ...] = ()
+
+    def halt(self, cause: str) -> None:
+        """Stop what moves between two ticks, for a cause that is no command of the app's.
+
+        Every motor is tried. One that is lost does not hear it; raises what else is wrong.
+        """
+        with ExitStack() as each:
+            for halt in self.halts:
+                each.callback(_halted, halt, cause)
+
+
+def needed_devices(description: RobotDescription, needs: Iterable[Role], wants: Iterable[Role] = ()) -> frozenset[str]:
+    """Return the names of the devices to open; ``wants`` are opened where the robot has them.
+
+    A drive brings its motors, its encoders, and the range sensors that look ahead, for the guard. Raises
+    UnmetNeedError where a need cannot be met.
+    """
+    names: set[str] = set()
+    for role in sorted(map(_role, needs)):
+        if not (found := _names_for(description, role)):
+            raise UnmetNeedError(
+                f"the robot {description.name!r} has no {role.value}, which the app needs; "
+                "take another robot with --robot, or add it to the description"
+            )
+        names |= found
+    return frozenset(names.union(*(_names_for(description, _role(role)) for role in wants)))
+
+
+def assemble(
+    raw: Robot,
+    description: RobotDescription,
+    rate_hz: float,
+    clock: Clock | None = None,
+    conditions: Conditions = PERFECT,
+    seed: int = 0,
+    faults: Sequence[Layer] = (),
+    taps: Sequence[Layer] = (),
+    guard: Layer = _UNGUARDED,
+    where: Whereabouts | None = None,
+    reserve: Reserve | None = None,
+) -> Assembled:
+    """Put every layer over a robot that a backend opened; ``clock`` stands in for the backend's own.
+
+    The noise of the ``conditions`` belongs to the ``seed``. ``faults`` lie right above them; above these, ``taps`` see
+    each sample once, and each command as the app gives it. ``guard``, below them all, sees what motors are told.
+    ``where`` learns where the program is. ``reserve`` has threads and memory for stops.
+    """
+    reserve = reserve or Reserve(MonotonicClock())
+    safety, where, latch = description.safety, where or Whereabouts(), Latch(reserve)
+    for tap in taps:
+        tap.latch(latch)
+    watched = Watched(where, safety.answer_s, raw.name)
+    ticks = TickClock(slept_by(clock or raw.clock, (watched, *faults)))
+    conditioned = Conditioned(conditions, seed, description.drive)
+    stack = Stack(ticks, (watched, guard, conditioned, *faults, *taps, Age(ticks, safety.max_age_s, latch)))
+    devices = {device.name: stack.over(device) for device in raw.devices.values()}
+    _mount(devices, description)
+    _limit(devices, description)
+    motors = {name: device for name, device in devices.items() if isinstance(device, Motor)}
+    brakes = Brakes.on(*motors.values(), reserve=reserve)
+    latch.call(brakes.apply_apart)
+    guarded = None
+    drive = description.drive
+    if drive and drive.left in motors and drive.right in motors:
+        guarded = GuardedDrive.over(devices, description, drive, ticks, latch, rate_hz, stack.layers, brakes)
+        devices |= guarded.motors
+    alone = [motor for name, motor in motors.items() if guarded is None or name not in guarded.motors]
+    lease = safety.lease_ticks / rate_hz
+    lone = [LoneMotor(motor, ticks, lease, latch, brakes.of(motor)) for motor in alone]
+    devices |= {motor.name: stack.over_lone(motor) for motor in lone}
+    app_clock = AppClock(ticks)
+    robot = Robot(raw.name, app_clock, devices.values(), drive=guarded.drive if guarded else None, release=raw.close)
+    halts = (*([guarded.suspend] if guarded else []), *(motor.suspend for motor in lone))
+    return Assembled(robot, ticks, latch, guarded.stage if guarded else None, brakes, where, halts)
+
+
+def _halted(halt: Callable[[str], None], cause: str) -> None:
+    with suppress(DeviceLostError):
+        halt(cause)
+
+
+def _role(name: Role | str) -> Role:
+    try:
+        return Role(name)
+    except ValueError:
+        raise UnknownNameError("role in the app's needs", str(name), [role.value for role in Role]) from None
+
+
+def _names_for(description: RobotDescription, role: Role) -> set[str]:
+    if role is not Role.DRIVE:
+        return set([d.name for d in description.devices if d.kind == _KINDS[role]][:1])
+    if (drive := description.drive) is None:
+        return set()
+    wheels = (drive.left, drive.right, drive.left_encoder, drive.right_encoder)
+    return {name for name in wheels if name} | {sensor.name for sensor in description.range_sensors_ahead}
+
+
+def _mount(devices: Mapping[str, Device], description: RobotDescription) -> None:
+    """Tell cameras and range sensors where they sit."""
+    for sensor in description.devices:
+        device = devices.get(sensor.name)
+        if isinstance(sensor, _MOUNTED) and isinstance(device, (Camera, RangeSensor)):
+            device.mount = Pose(sensor.mount.x_m, sensor.mount.y_m, sensor.mount.yaw_rad)
+
+
+def _limit(devices: Mapping[str, Device], description: RobotDescription) -> None:
+    """Tell batteries below which voltage they are to be charged."""
+    for told in description.all_of(BatteryDescription):
+        device = devices.get(told.name)
+        if isinstance(device, Battery):
+            device.warn_below = told.warn_below_v

@@ -1,0 +1,97 @@
+"""What the app's process and its guardian say to each other, over a pair of sockets.
+
+From the app: one line, the `Assignment`, then single bytes. From the guardian: a line for whatever it has done, and an
+empty one for what it has heard. The end of the app's bytes without `BYE` is the end of the app.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from socket import socket
+
+from robotcore.hal.cutoff import CutoffSpec
+
+DRIVING = b"d"
+"""A motor is about to be told to turn: a lease begins."""
+
+RESTING = b"r"
+"""Every motor was told to stand: there is nothing to guard until the next command."""
+
+BYE = b"q"
+"""The robot is closed: the guardian may go."""
+
+_CHUNK = 4096
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """What the guardian is to guard: the motors of which process, and for how many seconds a command may live."""
+
+    app: int
+    lease: float
+    cutoffs: tuple[CutoffSpec, ...]
+
+    def to_line(self) -> bytes:
+        return _line(asdict(self))
+
+    @classmethod
+    def from_line(cls, line: bytes) -> Assignment:
+        told = json.loads(line)
+        return cls(told["app"], told["lease"], tuple(CutoffSpec(**spec) for spec in told["cutoffs"]))
+
+
+@dataclass(frozen=True)
+class Report:
+    """What the guardian did, a method of `Cutoff`: on which devices, and where it failed, each with its fault.
+
+    ``told`` is what it had to do besides, in words, and where it is `Unsure` of a device.
+    """
+
+    deed: str
+    done: tuple[str, ...]
+    failed: tuple[str, ...]
+    told: tuple[str, ...] = ()
+
+    def to_line(self) -> bytes:
+        return _line(asdict(self))
+
+    @classmethod
+    def from_line(cls, line: bytes) -> Report:
+        told = json.loads(line)
+        return cls(told["deed"], tuple(told["done"]), tuple(told["failed"]), tuple(told["told"]))
+
+
+def heard(link: socket, flags: int = 0) -> bytes:
+    """Return what has come; nothing once the other end is gone."""
+    with suppress(ConnectionError):  # what it was sent, it may have left unread
+        return link.recv(_CHUNK, flags)
+    return b""
+
+
+def first_line(link: socket) -> bytes:
+    """Return the first line, without its end; EOFError where the other end goes before it is whole."""
+    line = b""
+    while not line.endswith(b"\n"):
+        if not (more := heard(link)):
+            raise EOFError
+        line += more
+    return line
+
+
+class Lines:
+    """Puts lines together from what comes in pieces."""
+
+    def __init__(self) -> None:
+        self._begun = b""
+
+    def of(self, piece: bytes) -> Iterator[bytes]:
+        """Yield the lines that ``piece`` makes whole, without their ends."""
+        *whole, self._begun = (self._begun + piece).split(b"\n")
+        yield from whole
+
+
+def _line(told: dict[str, object]) -> bytes:
+    return json.dumps(told).encode() + b"\n"

@@ -1,0 +1,124 @@
+"""The faces of blocks, and how they appear in a picture."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotcore.description import Light
+from robotcore.optics import View
+from robotcore.simulation.painter.blocks import Block, clip
+from robotcore.simulation.painter.canvas import Canvas, Palette
+from robotcore.simulation.painter.planes import Array, run_starts
+from robotcore.simulation.painter.scanline import fill
+from robotcore.simulation.painter.shading import Inks, inks_of
+
+Polygon = list[list[float]]
+
+NEAR_M = 1e-9
+"""Nothing nearer than this is seen. Nearer than any robot comes, so that a wall it touches hides the rest."""
+
+BEHIND, LEFT, RIGHT, ABOVE, BELOW = (1 << bit for bit in range(5))
+
+
+@dataclass(frozen=True)
+class Facet:
+    """A face in the picture: its corners in pixels, clockwise; ``face`` numbers it, ``part`` its block."""
+
+    polygon: Polygon
+    face: int
+    part: int
+
+    @property
+    def columns(self) -> tuple[float, float]:
+        across = [u for u, _ in self.polygon]
+        return min(across), max(across)
+
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """Left, top, right and bottom of what it may touch, in pixels."""
+        (left, right), down = self.columns, [v for _, v in self.polygon]
+        return left, min(down), right, max(down)
+
+    def paint(self, canvas: Canvas, palette: Palette) -> None:
+        fill(canvas, self.polygon, palette.faces[self.face])
+
+
+class Faces:
+    """All sides and tops of blocks; ``owners``, (n,), tells for each face which block it is of.
+
+    A face lies in the plane where ``normals``, (n, 3), times a point are ``offsets``, (n,).
+    """
+
+    def __init__(self, blocks: Sequence[Block]) -> None:
+        faces = [(owner, corners) for owner, block in enumerate(blocks) for corners in _faces_of(block)]
+        loops = [corners for _, corners in faces]
+        self.owners = np.array([owner for owner, _ in faces], dtype=np.intp)
+        self._colours = np.array([block.colour for block in blocks], dtype=np.float64).reshape(-1, 3)
+        self._corners = np.concatenate((np.empty((0, 3)), *loops))
+        self._starts = run_starts(map(len, loops))
+        self._ends = self._starts + np.array([len(loop) for loop in loops], dtype=np.intp)
+        self.normals = np.array([_normal(loop) for loop in loops]).reshape(-1, 3)
+        self.offsets = np.array([_normal(loop) @ loop[0] for loop in loops])
+
+    @property
+    def colours(self) -> Array:
+        """Red, green and blue of each face, (n, 3)."""
+        return np.asarray(self._colours[self.owners])
+
+    def lit(self, light: Light) -> Inks:
+        """Return the ink of each face under a light, (n,)."""
+        return inks_of(self.colours, self.normals @ np.array(light.direction), light)
+
+    def facets(self, view: View) -> Iterator[Facet]:
+        """Yield the faces that are turned to the eye and not wholly outside the picture."""
+        if not len(self.owners):
+            return
+        corners = view.to_camera(self._corners)
+        pixels = view.to_pixels(np.maximum(corners, (-np.inf, -np.inf, NEAR_M)))
+        sides = _sides_outside(view, corners)
+        is_turned = self.normals @ view.eye > self.offsets
+        is_outside = np.bitwise_and.reduceat(sides, self._starts) != 0
+        is_cut = (np.bitwise_or.reduceat(sides, self._starts) & BEHIND) != 0
+        for face in np.flatnonzero(is_turned & ~is_outside).tolist():
+            span = slice(self._starts[face], self._ends[face])
+            polygon = _cut(view, corners[span]) if is_cut[face] else pixels[span].tolist()
+            yield Facet(polygon, face, int(self.owners[face]))
+
+
+def _faces_of(block: Block) -> Iterator[Array]:
+    """Yield the corners of each face, (n, 3), clockwise as seen from outside."""
+    outline, height = block.outline, block.height
+    for (ax, ay), (bx, by) in zip(outline, (*outline[1:], outline[0]), strict=True):
+        yield np.array(((ax, ay, height), (bx, by, height), (bx, by, 0.0), (ax, ay, 0.0)))
+    yield np.array([(x, y, height) for x, y in reversed(outline)])
+
+
+def _normal(loop: Array) -> Array:
+    """Return the unit normal of a polygon, by Newell's method: no single corner decides it."""
+    normal = np.cross(np.roll(loop, -1, axis=0) - loop[0], loop - loop[0]).sum(axis=0)
+    return np.asarray(normal / np.linalg.norm(normal))
+
+
+def _sides_outside(view: View, corners: Array) -> NDArray[np.uint8]:
+    """Return for each corner in camera coordinates, (n, 3), which planes of the picture it is beyond, as bits."""
+    i = view.intrinsics
+    right, down, forward = corners.T
+    half_width = i.width / 2 / i.focal_length * forward
+    half_height = i.height / 2 / i.focal_length * forward
+    bits = (forward < NEAR_M) * BEHIND
+    bits |= (right < -half_width) * LEFT
+    bits |= (right > half_width) * RIGHT
+    bits |= (down < -half_height) * ABOVE
+    bits |= (down > half_height) * BELOW
+    return np.asarray(bits, dtype=np.uint8)
+
+
+def _cut(view: View, corners: Array) -> Polygon:
+    """Return in pixels what of a face in camera coordinates, (n, 3), lies ahead of the near plane."""
+    ahead = np.array(clip(list(corners), (corners[:, 2] - NEAR_M).tolist()))
+    polygon: Polygon = view.to_pixels(ahead).tolist()
+    return polygon

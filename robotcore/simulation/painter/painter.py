@@ -1,0 +1,120 @@
+"""The painter: sky and ground, then the things of a world from the farthest to the nearest."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotcore.description import WorldDescription
+from robotcore.hal.devices import Image
+from robotcore.optics import View
+from robotcore.simulation.painter.blocks import Block, blocks_of
+from robotcore.simulation.painter.canvas import Canvas, Palette, Stroke
+from robotcore.simulation.painter.faces import Faces, Facet
+from robotcore.simulation.painter.order import Partitions, back_to_front, side_by_side
+from robotcore.simulation.painter.shading import inks_of, packed, ramp_of
+from robotcore.simulation.painter.spheres import Sphere
+from robotcore.simulation.painter.texturing import Texturing
+
+Labels = NDArray[np.uint32]
+
+
+class Painter:
+    """Paints what a camera sees of a world: exact at pixel centres, without smoothing, without shadows.
+
+    ``things`` are the names of what it paints: prisms, then targets.
+
+    >>> from robotcore.description import Mount, load_world
+    >>> from robotcore.optics import Intrinsics
+    >>> from robotcore.geometry import Pose
+    >>> painter = Painter(load_world("open"))
+    >>> view = View.of(Intrinsics(64, 48, 1.0), Mount(z_m=0.1), Pose(1.3, -0.6, 0.0))
+    >>> painter.picture(view).shape, painter.things[painter.labels(view)[24, 32] - 1]
+    ((48, 64, 3), 'ball')
+    """
+
+    def __init__(self, world: WorldDescription) -> None:
+        self.things = tuple(thing.name for thing in (*world.prisms, *world.targets))
+        blocks = blocks_of(world)
+        self._faces = Faces(blocks)
+        self._balls = dict(enumerate(world.targets, start=len(blocks)))
+        self._lamp = np.array(world.light.direction)
+        discs = np.array([(ball.x_m, ball.y_m, ball.radius_m) for ball in world.targets]).reshape(-1, 3)
+        self._partitions = Partitions([block.outline for block in blocks], discs)
+        self._colours = self._lit(world)
+        self._numbers = self._numbered(blocks)
+        self._texturing = Texturing(world, blocks, self._faces)
+        self._surfaces = self._surfaced(self._texturing.numbers)
+
+    def picture(self, view: View) -> Image:
+        """Return the picture, (height, width, 3), BGR."""
+        import cv2
+
+        order = list(self._back_to_front(view))
+        canvas = _painted(view, order, self._colours)
+        if self._texturing.is_needed:
+            facets = [stroke for stroke in order if isinstance(stroke, Facet)]
+            self._texturing.paint(canvas, _painted(view, order, self._surfaces), view, facets)
+        pixels = canvas.view(np.uint8).reshape(*canvas.shape, 4)
+        return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGRA2BGR), dtype=np.uint8)
+
+    def labels(self, view: View) -> Labels:
+        """Return for each pixel, (height, width), what it shows: its place in ``things`` plus 1; 0 is none."""
+        return _painted(view, self._back_to_front(view), self._numbers)
+
+    def _back_to_front(self, view: View) -> Iterator[Stroke]:
+        """Yield what shows, so that whatever hides another comes after it."""
+        shown: dict[int, list[Stroke]] = defaultdict(list)
+        for stroke in self._strokes(view):
+            shown[stroke.part].append(stroke)
+        parts = list(shown)
+        hidden_by = self._partitions.hidden_by(view.eye)[np.ix_(parts, parts)]
+        are_apart = side_by_side([[stroke.columns for stroke in shown[part]] for part in parts])
+        for place in back_to_front(hidden_by & ~are_apart):
+            yield from shown[parts[place]]
+
+    def _strokes(self, view: View) -> Iterator[Stroke]:
+        yield from self._faces.facets(view)
+        for part, ball in self._balls.items():
+            yield from Sphere.of(ball, view, self._lamp, part).bands(view.intrinsics)
+
+    def _lit(self, world: WorldDescription) -> Palette:
+        light = world.light
+        return Palette(
+            sky=int(packed(np.array([light.sky_colour]))[0]),
+            ground=int(inks_of(np.array([world.floor.colour]), self._lamp[2:], light)[0]),
+            faces=self._faces.lit(light).tolist(),
+            balls={part: ramp_of(ball.colour, light) for part, ball in self._balls.items()},
+        )
+
+    def _numbered(self, blocks: Sequence[Block]) -> Palette:
+        first_ball = len(self.things) - len(self._balls) + 1
+        return Palette(
+            sky=0,
+            ground=0,
+            faces=[blocks[owner].thing + 1 for owner in self._faces.owners],
+            balls={part: np.array([n], np.uint32) for n, part in enumerate(self._balls, start=first_ball)},
+        )
+
+    def _surfaced(self, numbers: Sequence[int]) -> Palette:
+        ground, *faces = numbers
+        return Palette(sky=0, ground=ground, faces=faces, balls=dict.fromkeys(self._balls, np.zeros(1, np.uint32)))
+
+
+def _painted(view: View, strokes: Iterable[Stroke], palette: Palette) -> Canvas:
+    canvas = _primed(view, palette)
+    for stroke in strokes:
+        stroke.paint(canvas, palette)
+    return canvas
+
+
+def _primed(view: View, palette: Palette) -> Canvas:
+    """Return a canvas with ground below the horizon and sky above; cameras have no roll."""
+    i = view.intrinsics
+    rises = (np.arange(i.height) - i.cy) * view.rotation[1, 2] + i.focal_length * view.rotation[2, 2]
+    canvas = np.empty((i.height, i.width), dtype=np.uint32)
+    canvas[:] = np.where(rises < 0, palette.ground, palette.sky)[:, None]
+    return canvas

@@ -1,0 +1,117 @@
+"""Patterns on the ground and on faces: every pixel asks where on a tile its ray meets their plane."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import count
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotcore.description import WorldDescription
+from robotcore.description.texture import TILE_PX
+from robotcore.description.wraps import face_wrap, floor_wrap
+from robotcore.optics import View
+from robotcore.simulation.painter.blocks import Block
+from robotcore.simulation.painter.canvas import Canvas
+from robotcore.simulation.painter.faces import Faces, Facet
+from robotcore.simulation.painter.shading import shades_of
+
+UP = (0.0, 0.0, 1.0)
+
+VANISHED_PX, FADING_PX = 2.0, 6.0
+"""A tile that takes fewer pixels shows its mean only; one that takes so many more, all of its contrast."""
+
+EDGE_ON = -1e-3
+"""What is seen more edge-on shows in no pixel; this keeps the division within bounds."""
+
+WINDOW_PX = 8192
+"""What is reckoned for each pixel stays in the processor's cache."""
+
+Singles = NDArray[np.float32]
+Window = tuple[slice, slice]
+
+
+class Texturing:
+    """Paints the patterns of the ground and of faces, where they have one.
+
+    ``numbers`` are those of the surfaces that have a pattern, from 1, for the ground and then each face; 0 is none.
+    """
+
+    def __init__(self, world: WorldDescription, blocks: Sequence[Block], faces: Faces) -> None:
+        things = [world.prisms[blocks[owner].thing] for owner in faces.owners]
+        every = [floor_wrap(world.floor), *map(face_wrap, things, faces.normals)]
+        wraps = [wrap for wrap in every if wrap]
+        number = count(1)
+        self.numbers = [next(number) if wrap else 0 for wrap in every]
+        surfaces = np.flatnonzero(self.numbers)
+        self._normals = np.vstack((UP, faces.normals))[surfaces]
+        self._offsets = np.array((0.0, *faces.offsets))[surfaces]
+        colours = np.vstack((world.floor.colour, faces.colours))[surfaces]
+        self._shades = shades_of(colours, self._normals @ np.array(world.light.direction), world.light)
+        self._axes = TILE_PX * np.array([wrap.axes for wrap in wraps]).reshape(-1, 2, 3)
+        self._shifts = TILE_PX * np.array([wrap.shift for wrap in wraps]).reshape(-1, 2)
+        self._scales = np.array([wrap.texture.scale_m for wrap in wraps])
+        tiles = {wrap.texture: wrap.texture.tile.reshape(-1).astype(np.float32) for wrap in wraps}
+        self._tiles = [tiles[wrap.texture] for wrap in wraps]
+
+    @property
+    def is_needed(self) -> bool:
+        return any(self.numbers)
+
+    def paint(self, canvas: Canvas, numbers: Canvas, view: View, facets: Iterable[Facet]) -> None:
+        """Paint the patterns of the ground and of these facets.
+
+        ``numbers`` has for each pixel of the canvas the number of the surface that it shows, or 0.
+        """
+        maps, sharpness = self._seen_from(view)
+        for number, window in self._windows(facets, canvas.shape):
+            is_shown = numbers[window] == number
+            if is_shown.any():
+                at = number - 1
+                levels = _levels(maps[at], sharpness[at], self._tiles[at], window)
+                np.copyto(canvas[window], self._shades[at].take(levels), where=is_shown)
+
+    def _windows(self, facets: Iterable[Facet], size: tuple[int, ...]) -> Iterator[tuple[int, Window]]:
+        """Yield the numbers of surfaces that may show, and where."""
+        height, width = size
+        ground, *faces = self.numbers
+        boxes = [(ground, (0.0, 0.0, width, height)), *((faces[facet.face], facet.box) for facet in facets)]
+        for number, (left, top, right, bottom) in boxes:
+            columns = slice(max(math.ceil(left), 0), min(math.floor(right) + 1, width))
+            rows = range(max(math.ceil(top), 0), min(math.floor(bottom) + 1, height))
+            if number and columns.stop > columns.start:
+                step = max(WINDOW_PX // (columns.stop - columns.start), 1)
+                for first in rows[::step]:
+                    yield number, (slice(first, min(first + step, rows.stop)), columns)
+
+    def _seen_from(self, view: View) -> tuple[Singles, Singles]:
+        """Return for each surface how pixels (u, v) map to texels, (n, 3, 3), and how sharp they are, (n,).
+
+        A ray e + t·d meets the plane n·p = o at t = k / n·d where k = o - n·e. Its place there, a·p + s, is
+        ((a·e + s) n·d + k a·d) / n·d, of which all parts are linear in the pixel. From one pixel to the next it moves
+        by up to k f / (n·d)², f being the focal length.
+        """
+        i = view.intrinsics
+        from_pixel = np.array(((1, 0, -i.cx), (0, 1, -i.cy), (0, 0, i.focal_length)))
+        slopes = (self._normals @ view.rotation.T @ from_pixel)[:, None]
+        gaps = self._offsets - self._normals @ view.eye
+        places = self._axes @ view.eye + self._shifts
+        ways = places[..., None] * slopes + gaps[:, None, None] * (self._axes @ view.rotation.T @ from_pixel)
+        pixels = self._scales / np.maximum(-gaps, 1e-9) / i.focal_length
+        return np.concatenate((ways, slopes), axis=1).astype(np.float32), (pixels / FADING_PX).astype(np.float32)
+
+
+def _levels(maps: Singles, sharpness: np.float32, tile: Singles, window: Window) -> NDArray[np.intp]:
+    """Return what a pattern leaves of its colour, in 255ths, at the pixels of a window."""
+    rows, columns = window
+    u = np.arange(columns.start, columns.stop, dtype=np.float32)
+    v = np.arange(rows.start, rows.stop, dtype=np.float32)[:, None]
+    along, up, slope = (a * u + (b * v + c) for a, b, c in maps)
+    np.minimum(slope, EDGE_ON, out=slope)
+    column, row = (np.floor(way / slope).astype(np.intp) & (TILE_PX - 1) for way in (along, up))
+    texels = tile.take(row * TILE_PX + column)
+    contrast = np.clip(slope * slope * sharpness - VANISHED_PX / FADING_PX, 0.0, 1.0)
+    mean = tile.mean()
+    return np.asarray(mean + contrast * (texels - mean), dtype=np.intp)

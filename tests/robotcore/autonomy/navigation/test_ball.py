@@ -1,0 +1,115 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from robotcore.autonomy.navigation import BallTracker
+from robotcore.geometry import Pose
+from robotcore.hal.devices import Frame, Image
+from tests.robotcore.fakes import EYE, Rig, picture
+
+RADIUS = 0.1
+GREEN = (60, 170, 40)
+POSE = Pose(1.0, -2.0, math.pi / 2)
+"""Of the robot; its camera and its range sensor sit 0.14 m ahead of the axle."""
+
+
+@pytest.fixture
+def rig() -> Rig:
+    return Rig()
+
+
+@pytest.fixture
+def tracker() -> BallTracker:
+    return BallTracker("green", RADIUS)
+
+
+def ball(left: int, top: int, size: int) -> Image:
+    """Return a picture of a green square."""
+    image = picture().copy()
+    image[top : top + size, left : left + size] = GREEN
+    return image
+
+
+def place_of(tracker: BallTracker) -> tuple[float, float]:
+    """Return the place as distance from the camera and bearing."""
+    assert tracker.place
+    eye = POSE.moved(Pose(0.14, 0.0, 0.0))
+    return eye.distance_to(*tracker.place), eye.bearing_to(*tracker.place)
+
+
+def test_what_is_not_seen_is_lost_for_longer_and_longer(rig: Rig, tracker: BallTracker) -> None:
+    for passed in (0.0, 0.05, 0.1):
+        assert tracker.look(rig.robot, POSE) is None
+        assert tracker.lost_for == pytest.approx(passed)
+        rig.sleep(0.05)
+    assert tracker.place is None
+    assert not tracker.is_in_sight
+
+
+def test_size_and_column_tell_where_it_lies(rig: Rig, tracker: BallTracker) -> None:
+    rig.eye.image = ball(4, 8, 6)
+    blob = tracker.look(rig.robot, POSE)
+    assert blob
+    assert place_of(tracker) == pytest.approx((RADIUS * EYE.focal_length / 3, EYE.bearing(6.5)))
+    assert tracker.lost_for == 0
+
+
+@pytest.mark.parametrize("error, is_believed", [(0.1, True), (-0.1, True), (0.2, False), (-0.2, False)])
+def test_an_echo_that_agrees_is_believed(rig: Rig, tracker: BallTracker, error: float, is_believed: bool) -> None:
+    rig.eye.image = ball(13, 8, 6)
+    by_size = RADIUS * EYE.focal_length / 3
+    rig.nose.distance = by_size - RADIUS + error
+    tracker.look(rig.robot, POSE)
+    assert place_of(tracker)[0] == pytest.approx(by_size + error if is_believed else by_size)
+
+
+def test_an_echo_from_beside_the_ball_is_not(rig: Rig, tracker: BallTracker) -> None:
+    rig.eye.image = ball(1, 8, 6)
+    by_size = RADIUS * EYE.focal_length / 3
+    rig.nose.distance = by_size - RADIUS + 0.1
+    tracker.look(rig.robot, POSE)
+    assert place_of(tracker)[0] == pytest.approx(by_size)
+
+
+def test_where_the_ball_fills_the_picture_only_the_echo_tells(rig: Rig, tracker: BallTracker) -> None:
+    rig.eye.image = picture(GREEN)
+    rig.nose.distance = 0.5
+    tracker.look(rig.robot, POSE)
+    assert place_of(tracker)[0] == pytest.approx(0.6)
+
+
+def test_a_speck_moves_no_place_that_was_seen_well(rig: Rig, tracker: BallTracker) -> None:
+    rig.eye.image = ball(13, 8, 6)
+    tracker.look(rig.robot, POSE)
+    seen_well = tracker.place
+    rig.sleep(0.05)
+    rig.eye.image = ball(2, 2, 4)
+    assert tracker.look(rig.robot, POSE)
+    assert tracker.place == seen_well
+    assert not tracker.is_in_sight
+    tracker.forget()
+    tracker.look(rig.robot, POSE)
+    assert tracker.place not in {seen_well, None}
+
+
+def test_what_was_found_is_shown_with_its_mark(rig: Rig, tracker: BallTracker) -> None:
+    rig.eye.image = ball(13, 8, 6)
+    tracker.look(rig.robot, POSE)
+    assert rig.screen.picture is not None
+    assert np.any(np.all(rig.screen.picture == (0, 255, 255), axis=2))
+
+
+def test_a_robot_without_a_display_can_track_too(tracker: BallTracker) -> None:
+    rig = Rig(names=("nose", "eye"))
+    assert tracker.look(rig.robot, POSE) is None
+
+
+def test_a_picture_that_comes_late_shows_it_from_where_it_was_taken(rig: Rig, tracker: BallTracker) -> None:
+    tracker.look(rig.robot, POSE)
+    rig.sleep(0.1)
+    rig.eye._newest = lambda: Frame(ball(4, 8, 6), 0.0, 1)  # type: ignore[method-assign]
+    tracker.look(rig.robot, Pose(3.0, 3.0, 0.0))
+    assert place_of(tracker) == pytest.approx((RADIUS * EYE.focal_length / 3, EYE.bearing(6.5)))

@@ -1,0 +1,179 @@
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import pytest
+
+from robotcore.autonomy.navigation import Navigator, Target
+from robotcore.autonomy.navigation.mapping import Map
+from robotcore.geometry import Pose, Twist
+from tests.robotcore.autonomy.navigation.places import HERE, take, veil
+from tests.robotcore.fakes import Rig
+
+SPEED, TURN = 0.25, 1.5
+BALL = Target(1.4, 0.0, 0.5)
+
+
+@pytest.fixture
+def way(field: Map) -> Navigator:
+    """A navigator in an open field."""
+    navigator = Navigator(SPEED, TURN)
+    navigator.forget(HERE)
+    navigator.map.ground.reach = field.ground.reach
+    navigator.map.grid.evidence[:] = field.grid.evidence
+    navigator.map.coverage.looked_at[:] = True
+    return navigator
+
+
+def go(move: Callable[[Pose], Twist | None], pose: Pose) -> list[Pose]:
+    """Move until there is nothing more to do, as an ideal robot would."""
+    poses = [pose]
+    while (twist := move(poses[-1])) and len(poses) < 2000:
+        poses.append(poses[-1].advanced(twist.linear / 20, twist.angular / 20))
+    return poses
+
+
+def test_without_a_plan_a_look_or_a_survey_there_is_nothing_to_do(way: Navigator) -> None:
+    assert way.follow(HERE) is way.look(HERE) is way.survey(HERE) is None
+
+
+class TestLook:
+    def test_turns_to_all_that_was_not_looked_at(self, way: Navigator) -> None:
+        way.map.coverage.looked_at[way.map.grid.disc(-1.0, 0.2, 0.4)] = False
+        way.begin_look(HERE)
+        assert way.look(HERE) == (0.0, TURN)
+
+    def test_ends_when_the_camera_has_seen_it(self, way: Navigator) -> None:
+        way.map.coverage.looked_at[way.map.grid.disc(-1.0, 0.2, 0.4)] = False
+        way.begin_look(HERE)
+
+        def look(pose: Pose) -> Twist | None:
+            way.map.coverage.add_view(pose, 1.0)
+            return way.look(pose)
+
+        assert 2.0 < go(look, HERE)[-1].heading < 3.2
+
+
+class TestView:
+    def test_where_all_was_looked_at_there_is_none(self, way: Navigator) -> None:
+        assert not way.plan_to_view(HERE)
+
+    def test_goes_where_it_sees_what_was_not_looked_at(self, way: Navigator) -> None:
+        take(way.map.grid, 0.5, 0.6, -1.0, 1.0)
+        hidden = way.map.grid.disc(1.2, 0.0, 0.4)
+        way.map.coverage.looked_at[hidden] = False
+        assert way.plan_to_view(HERE)
+        end = go(way.follow, HERE)[-1]
+        way.map.coverage.add_view(end, 6.3)
+        assert way.map.coverage.looked_at[hidden].mean() > 0.5
+        assert not way.is_at_frontier
+
+    def test_turns_round_when_it_has_been_seen_on_the_way(self, way: Navigator) -> None:
+        take(way.map.grid, 0.5, 0.6, -1.0, 1.0)
+        way.map.coverage.looked_at[way.map.grid.disc(1.2, 0.0, 0.4)] = False
+        assert way.plan_to_view(HERE)
+        assert way.follow(HERE)
+        way.map.coverage.looked_at[:] = True
+        assert way.follow(HERE) is None
+
+    def test_what_was_looked_at_does_not_end_the_way_to_a_target(self, way: Navigator) -> None:
+        take(way.map.grid, -0.6, -0.5, -1.0, 1.0)
+        way.map.coverage.looked_at[way.map.grid.disc(-1.2, 0.0, 0.4)] = False
+        assert way.plan_to_view(HERE)
+        way.map.coverage.looked_at[:] = True
+        assert way.plan_to(HERE, BALL)
+        assert way.follow(HERE)
+
+    def test_what_was_not_seen_from_here_is_not_to_be_seen_from_here(self, way: Navigator) -> None:
+        way.map.coverage.looked_at[way.map.grid.disc(0.0, 0.9, 0.3)] = False
+        assert not way.plan_to_view(HERE)
+
+
+class TestWayToTarget:
+    def test_leads_round_what_stands_in_the_way(self, way: Navigator) -> None:
+        take(way.map.grid, 0.5, 0.6, -0.4, 0.4)
+        assert not way.is_straight(HERE, BALL)
+        assert way.plan_to(HERE, BALL)
+        assert way.is_straight(go(way.follow, HERE)[-1], BALL)
+
+    def test_leads_to_somewhere_else(self, way: Navigator) -> None:
+        here = Pose(0.7, 0.0, 0.0)
+        assert way.plan_to(here, BALL)
+        assert go(way.follow, here)[-1].distance_to(*here[:2]) > 0.1
+
+    def test_ends_at_the_frontier_of_what_is_known(self, way: Navigator) -> None:
+        veil(way.map.grid, 0.7, 2.0, -2.0, 2.0)
+        assert way.plan_to(HERE, BALL)
+        assert 0.2 < go(way.follow, HERE)[-1].x < 0.7
+        assert way.is_at_frontier
+        way.plan_to_view(HERE)
+        assert not way.is_at_frontier
+
+    def test_is_none_where_nothing_leads_there(self, way: Navigator) -> None:
+        take(way.map.grid, 0.5, 0.6, -5.99, 5.99)
+        assert not way.plan_to(HERE, BALL)
+
+
+class TestSurvey:
+    def test_turns_to_and_fro_over_where_the_plan_goes_on(self, way: Navigator) -> None:
+        veil(way.map.grid, -0.5, 0.5, 0.7, 2.0)
+        way.plan_to(HERE, Target(0.0, 1.6, 0.5))
+        end = go(way.follow, HERE)[-1]
+        way.survey_ahead(end)
+        headings = [pose.heading for pose in go(way.survey, end)]
+        assert max(headings) - min(headings) > 1.2
+        assert (max(headings) + min(headings)) / 2 == pytest.approx(math.pi / 2, abs=0.5)
+
+    def test_goes_on_all_round_and_then_no_more(self, way: Navigator) -> None:
+        assert way.survey_more(HERE)
+        assert abs(go(way.survey, HERE)[-1].heading) < 1.0
+        assert way.survey_more(HERE)
+        assert go(way.survey, HERE)[-1].heading > 6.0
+        assert not way.survey_more(HERE)
+
+    def test_begins_anew_elsewhere(self, way: Navigator) -> None:
+        assert way.survey_more(HERE)
+        assert way.survey_more(HERE)
+        assert way.survey_more(Pose(1.0, 0.0, 0.0))
+
+    def test_what_is_unknown_beside_the_robot_asks_for_one(self, way: Navigator) -> None:
+        veil(way.map.grid, 0.25, 0.35, 0.05, 0.2)
+        assert not way.is_straight(HERE, BALL)
+        way.survey_ahead(HERE)
+        assert way.is_straight(HERE, BALL)
+        assert not way.is_known_straight(HERE, BALL)
+
+
+class TestDriveAt:
+    def test_drives_on_where_there_is_room(self, way: Navigator) -> None:
+        assert way.drive_at(HERE, BALL) == (SPEED, 0.0)
+
+    def test_backs_off_from_what_is_too_near_unless_something_is_behind(self, way: Navigator) -> None:
+        near = Pose(1.0, 0.0, 0.0)
+        twist = way.drive_at(near, BALL)
+        assert twist
+        assert twist.linear < 0
+        take(way.map.grid, 0.75, 0.8, -0.2, 0.2)
+        assert way.drive_at(near, BALL) is None
+
+
+class TestMap:
+    def test_begins_anew_where_the_robot_is_when_it_forgets(self, way: Navigator) -> None:
+        assert way.plan_to(HERE, BALL)
+        way.survey_ahead(HERE)
+        way.forget(Pose(4.0, 0.0, 0.0))
+        assert way.follow(HERE) is way.survey(HERE) is None
+        assert not way.map.grid.free.any()
+        assert way.map.grid.is_within(9.0, 0.0, 0.5)
+
+    def test_goes_with_a_robot_that_leaves_it(self, way: Navigator) -> None:
+        far = Pose(20.0, -20.0, 1.0)
+        way.observe(Rig().robot, far)
+        assert way.map.grid.free[way.map.grid.cell_of(far.x, far.y)]
+
+    def test_a_small_drive_keeps_it(self, way: Navigator) -> None:
+        known = way.map
+        way.observe(Rig().robot, Pose(1.0, 0.0, 0.0))
+        assert way.map is known
+        assert way.map.ground.reach == Rig().robot.drive.reach

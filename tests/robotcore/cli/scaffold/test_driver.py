@@ -1,0 +1,61 @@
+"""A new driver package works as it is made, on a board that is made up."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from robotcore.cli.main import execute
+from tests.robotcore.cli.scaffold.conftest import Typed
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+TESTS = ("pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist")
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    """A driver package, in a folder with a space."""
+    folder = tmp_path / "all my boards" / "tiny-board"
+    folder.parent.mkdir()
+    assert execute(["new", "--driver", str(folder)]) == 0
+    return folder
+
+
+def installed(package: Path) -> str:
+    """Let whoever has the package's folder on the path find its entry points; return the folder."""
+    points = tomllib.loads((package / "pyproject.toml").read_text())["project"]["entry-points"]
+    lines = [
+        f"[{group}]\n" + "".join(f"{key} = {value}\n" for key, value in named.items())
+        for group, named in points.items()
+    ]
+    about = package / "tiny_board-0.1.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: tiny-board\nVersion: 0.1\n")
+    (about / "entry_points.txt").write_text("".join(lines))
+    return str(package)
+
+
+def test_passes_the_conformance_kit_and_runs_an_app(package: Path, typed: Typed) -> None:
+    told = typed(package, *TESTS, path=installed(package)).stdout
+    assert "48 passed" in told
+    assert "failed" not in told
+
+
+def test_its_tests_say_what_is_filled_in_wrong_and_how_to_install_it(package: Path, typed: Typed) -> None:
+    devices = package / "tiny_board" / "devices.py"
+    devices.write_text(devices.read_text().replace("turn(self._wheel, rad_s)", "turn(self._wheel, -rad_s)"))
+    told = typed(package, *TESTS).stdout
+    assert "positive must drive it forward, on both sides" in told
+    assert "install it first: pip install -e ." in told
+
+
+def test_its_backend_is_found_and_runs_with_the_shipped_robot(package: Path, typed: Typed) -> None:
+    ran = typed(package, "robotcore", "run", "avoid-obstacles", "--backend", "tiny-board", path=installed(package))
+    assert ran.returncode == 0, ran.stderr
+    assert "success  avoid-obstacles on tiny-board" in ran.stdout

@@ -1,0 +1,92 @@
+"""A new project works as it is made: what its user types is typed here."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from robotcore import RunRequest, run
+from robotcore.cli.main import execute
+from robotcore.deploy.project import Asked, project_of
+from robotcore.deploy.table import DeployTable
+from tests.robotcore.cli.scaffold.conftest import Typed
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+TESTS = ("pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist")
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    """A project in a folder with a space."""
+    folder = tmp_path / "all my robots" / "scout"
+    folder.parent.mkdir()
+    assert execute(["new", str(folder)]) == 0
+    return folder
+
+
+def told_in(project: Path) -> dict[str, Any]:
+    """Return what the project's file says of its app, robot and world."""
+    told: dict[str, Any] = tomllib.loads((project / "pyproject.toml").read_text())["tool"]["robotcore"]
+    return told
+
+
+def test_says_what_to_type_now(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "all my robots"
+    folder.mkdir()
+    assert execute(["new", str(folder / "scout")]) == 0
+    assert capfd.readouterr().out.splitlines() == [
+        f"{folder / 'scout'} is made. Begin with",
+        f"  cd '{folder / 'scout'}'",
+        "  robotcore run search.py --robot scout.toml --world room.toml --seed 7",
+        "  python -m pytest",
+        "  robotcore deploy push pi@rover.local",
+        "README.md goes on from there.",
+    ]
+
+
+def test_passes_its_own_tests(project: Path, typed: Typed) -> None:
+    assert "6 passed" in typed(project, *TESTS).stdout
+
+
+def test_its_tests_fail_where_the_app_is_wrong(project: Path, typed: Typed) -> None:
+    app = project / "search.py"
+    app.write_text(app.read_text().replace("< self.stop_distance_m", "< 2 * self.stop_distance_m"))
+    assert "4 failed, 2 passed" in typed(project, *TESTS).stdout
+
+
+def test_is_a_project_that_can_be_deployed(project: Path) -> None:
+    found = project_of(Asked(), here=project)
+    assert found.files == ("search.py", "scout.toml", "room.toml")
+    assert (found.name, found.described().name, found.is_package) == ("scout", "scout", False)
+
+
+def test_what_it_says_of_deploying_can_be_taken_in(project: Path) -> None:
+    file = project / "pyproject.toml"
+    file.write_text(re.sub(r"^# (?=\w+ = )", "", file.read_text(), flags=re.MULTILINE))
+    deploy = told_in(project)["deploy"]
+    assert deploy.keys() == DeployTable.model_fields.keys()
+    assert project_of(Asked(), here=project).settings == {"speed_m_s": "0.15"}
+
+
+def test_its_robot_and_its_room_are_described_right(project: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    capfd.readouterr()
+    assert execute(["check", str(project / "scout.toml")]) == 0
+    assert execute(["check", str(project / "room.toml")]) == 0
+    assert execute(["wiring", str(project / "scout.toml")]) == 0
+    told = capfd.readouterr().out
+    assert "[raspberrypi] OK, 6 devices" in told
+    assert "warning" not in told
+
+
+@pytest.mark.parametrize("backend", ["kinematic", "virtualpi"])
+def test_its_app_finds_the_ball_on_the_desk_and_on_the_robots_own_drivers(project: Path, backend: str) -> None:
+    told: dict[str, Any] = {key: str(project / name) for key, name in told_in(project).items() if key != "deploy"}
+    assert run(RunRequest(**told, backend=backend, seed=7)).verified

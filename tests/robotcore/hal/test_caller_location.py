@@ -1,0 +1,42 @@
+"""test_caller_location."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from robotcore.errors import InvalidCommandError
+from robotcore.geometry import Wheels
+from robotcore.hal.devices import asking_line
+from robotcore.hal.robot import Robot
+from robotcore.runtime.outcome import Outcome
+from robotcore.safety.rules import VelocityLimit
+from tests.robotcore.runs import Runner, driving, then
+
+
+def test_whoever_calls_the_framework_is_told_by_line() -> None:
+    file, line = asking_line().split(":")
+    assert (file, line.isdigit()) == (Path(__file__).name, True)
+
+
+@pytest.mark.parametrize("is_swallowed", [False, True])
+def test_an_app_that_asks_for_no_number_is_told_where(perform: Runner, *, is_swallowed: bool) -> None:
+    def ask(robot: Robot) -> None:
+        try:
+            driving(robot, math.nan)
+        except InvalidCommandError:
+            if not is_swallowed:
+                raise
+
+    result = perform(then(ask))
+    assert result.outcome is Outcome.STOPPED
+    assert "left_motor: a velocity of nan rad/s was asked for, at runs.py:" in result.reason
+
+
+def test_what_the_framework_asks_of_itself_has_no_line_of_an_app(
+    monkeypatch: pytest.MonkeyPatch, perform: Runner
+) -> None:
+    monkeypatch.setattr(VelocityLimit, "__call__", lambda *_: Wheels(math.nan, math.nan))
+    assert "left_motor: a velocity of nan rad/s was asked for; it must be" in perform(then(driving)).reason

@@ -1,0 +1,382 @@
+"""test_clock."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Iterator
+
+import pytest
+
+from robotcore.errors import UsageError
+from robotcore.hal.clock import Clock, SteppedClock, TickClock
+from robotcore.hal.wall_clock import FollowingClock, MonotonicClock, PacedClock
+
+
+class FakeTime:
+    """Stands in for the module ``time``: only sleeping lets it pass, and takes a trifle too long, as it does."""
+
+    def __init__(self) -> None:
+        self.t = 1000.0
+        self.naps: list[float] = []
+
+    def monotonic(self) -> float:
+        return self.t
+
+    def sleep(self, seconds: float) -> None:
+        self.naps.append(seconds)
+        self.t += seconds + 1e-9
+
+
+@pytest.fixture
+def fake_time(monkeypatch: pytest.MonkeyPatch) -> FakeTime:
+    fake = FakeTime()
+    monkeypatch.setattr("robotcore.hal.clock.time", fake)
+    return fake
+
+
+@pytest.fixture
+def monotonic() -> Iterator[MonotonicClock]:
+    clock = MonotonicClock()
+    yield clock
+    clock.close()
+
+
+class TestSteppedClock:
+    @pytest.mark.parametrize("rate_hz", [0.3, 7, 20, 25, 30, 100, 239, 240, 241, 1000])
+    def test_step_is_the_longest_that_divides_the_tick_and_is_no_coarser_than_240_hz(self, rate_hz: float) -> None:
+        clock = SteppedClock(rate_hz, lambda _: None)
+        assert clock.step == pytest.approx(1 / (rate_hz * math.ceil(240 / rate_hz)))
+        assert clock.step <= 1 / 240
+
+    @pytest.mark.parametrize("rate_hz", [7, 20, 30, 1000])
+    def test_every_tick_takes_the_same_whole_number_of_steps(self, rate_hz: float) -> None:
+        taken: list[int] = []
+        clock = SteppedClock(rate_hz, taken.append)
+        deadline = 0.0
+        for _ in range(5000):
+            deadline += 1 / rate_hz
+            clock.sleep_until(deadline)
+        assert set(taken) == {math.ceil(240 / rate_hz)}
+        assert clock.now() == sum(taken) / (rate_hz * taken[0])
+
+    @pytest.mark.parametrize("rate_hz, step_s, steps", [(20, 0.05, 1), (10, 0.05, 2), (20, 0.0250000004, 2)])
+    def test_a_simulators_own_step_is_taken_where_it_divides_the_tick(
+        self, rate_hz: float, step_s: float, steps: int
+    ) -> None:
+        taken: list[int] = []
+        clock = SteppedClock(rate_hz, taken.append, step_s)
+        clock.sleep_until(1.0)
+        assert taken == [steps * rate_hz]
+        assert clock.now() == 1.0
+
+    @pytest.mark.parametrize(
+        "rate_hz, step_s, fitting", [(30, 0.05, "--rate 20"), (12, 0.05, "--rate 10"), (9, 0.05, "--rate 10")]
+    )
+    def test_a_simulators_own_step_that_does_not_fit_is_refused_with_a_rate_that_does(
+        self, rate_hz: float, step_s: float, fitting: str
+    ) -> None:
+        with pytest.raises(
+            UsageError, match=f"no whole number of the simulator's steps of 0.05 s. Take {fitting}, or set"
+        ):
+            SteppedClock(rate_hz, lambda _: None, step_s)
+
+    def test_looking_at_it_lets_no_time_pass(self) -> None:
+        clock = SteppedClock(20, _refuse)
+        assert clock.now() == clock.now() == 0.0
+
+    def test_call_cuts_the_sleep_at_the_first_step_that_is_not_too_early(self) -> None:
+        taken: list[int] = []
+        clock = SteppedClock(20, taken.append)
+        called_at: list[float] = []
+        clock.call_at(0.07, lambda: called_at.append(clock.now()))
+        clock.sleep_until(0.2)
+        assert taken == [17, 31]
+        assert called_at == [17 / 240]
+
+    @pytest.mark.parametrize("steps", range(1, 240))
+    def test_call_at_a_whole_step_is_not_put_off_by_rounding(self, steps: int) -> None:
+        taken: list[int] = []
+        clock = SteppedClock(20, taken.append)
+        clock.call_at(steps * clock.step, lambda: None)
+        clock.sleep_until(1.0)
+        assert taken == [steps, 240 - steps]
+
+    def test_call_at_the_end_of_a_sleep_is_made_in_it(self) -> None:
+        clock, calls = SteppedClock(20, lambda _: None), list[str]()
+        clock.call_at(0.05, lambda: calls.append("made"))
+        clock.sleep_until(0.05)
+        assert calls == ["made"]
+
+    def test_calls_come_in_the_order_of_their_times_then_of_asking(self) -> None:
+        clock, calls = SteppedClock(20, lambda _: None), list[str]()
+        for name, deadline in (("c", 0.03), ("a", 0.01), ("b1", 0.02), ("b2", 0.02)):
+            clock.call_at(deadline, lambda name=name: calls.append(name))  # type: ignore[misc]
+        clock.sleep_until(0.05)
+        assert calls == ["a", "b1", "b2", "c"]
+
+    def test_a_call_may_ask_for_the_next_within_one_sleep(self) -> None:
+        clock, called_at = SteppedClock(20, lambda _: None), list[float]()
+
+        def again() -> None:
+            called_at.append(clock.now())
+            clock.call_at(clock.now() + 0.025, again)
+
+        clock.call_at(0.0, again)
+        clock.sleep_until(0.1)
+        assert called_at == pytest.approx([0.0, 0.025, 0.05, 0.075, 0.1])
+
+    def test_a_call_that_is_overdue_is_made_first_and_turns_nothing_back(self) -> None:
+        clock, called_at = SteppedClock(20, lambda _: None), list[float]()
+        clock.sleep_until(0.1)
+        clock.call_at(0.05, lambda: called_at.append(clock.now()))
+        clock.sleep_until(0.15)
+        assert called_at == [0.1]
+
+    def test_what_a_call_raises_ends_the_sleep_there(self) -> None:
+        clock = SteppedClock(20, lambda _: None)
+        clock.call_at(0.025, _fail)
+        with pytest.raises(ZeroDivisionError):
+            clock.sleep_until(1.0)
+        assert clock.now() == 0.025
+
+    def test_a_deadline_that_has_passed_takes_no_step(self) -> None:
+        clock = SteppedClock(20, lambda _: None)
+        assert clock.sleep_until(0.1)
+        assert clock.sleep_until(0.1)
+        assert not clock.sleep_until(0.05)
+        assert clock.now() == 0.1
+
+    def test_closing_forgets_the_calls_to_come(self) -> None:
+        clock = SteppedClock(20, lambda _: None)
+        clock.call_at(0.01, _fail)
+        clock.close()
+        clock.sleep_until(1.0)
+
+    @pytest.mark.parametrize("rate_hz", [0, -20, math.nan, math.inf])
+    def test_a_rate_that_is_none_is_refused(self, rate_hz: float) -> None:
+        with pytest.raises(UsageError, match="rate"):
+            SteppedClock(rate_hz, lambda _: None)
+
+
+class TestMomentsOfTheKernel:
+    def test_are_told_in_the_time_of_a_clock_that_runs_with_the_machine(self, fake_time: FakeTime) -> None:
+        fake_time.t = 1000.0
+        clock = MonotonicClock()
+        fake_time.t = 1003.0
+        assert clock.time_of(1002.5) == 2.5
+        assert TickClock(clock).time_of(1002.5) == 2.5
+
+    def test_are_never_in_the_future(self, fake_time: FakeTime) -> None:
+        clock = MonotonicClock()
+        fake_time.t += 3.0
+        assert clock.time_of(fake_time.t + 0.001) == clock.now() == 3.0
+
+    def test_are_now_where_time_is_a_simulators(self) -> None:
+        stepped = SteppedClock(20, lambda _: None)
+        stepped.sleep_until(1.0)
+        assert stepped.time_of(123_456.0) == PacedClock(stepped).time_of(123_456.0) == 1.0
+        assert FollowingClock(iter([5.0, 7.0]).__next__).time_of(123_456.0) == 2.0
+
+
+class TestMonotonicClock:
+    def test_begins_at_zero_and_sleeps_to_the_deadline(self, fake_time: FakeTime) -> None:
+        clock = MonotonicClock()
+        assert clock.now() == 0.0
+        assert clock.sleep_until(0.25)
+        assert clock.now() == pytest.approx(0.25)
+
+    def test_says_when_the_deadline_has_passed_and_does_not_sleep(self, fake_time: FakeTime) -> None:
+        clock = MonotonicClock()
+        fake_time.t += 1.0
+        assert clock.sleep_until(1.0)
+        assert not clock.sleep_until(0.5)
+        assert fake_time.naps == []
+
+    def test_calls_are_made_in_its_own_thread_whoever_sleeps(self, monotonic: MonotonicClock) -> None:
+        called = threading.Event()
+        caller: list[threading.Thread] = []
+
+        def call() -> None:
+            caller.append(threading.current_thread())
+            called.set()
+
+        monotonic.call_at(0.0, call)
+        assert called.wait(10)
+        assert caller[0] is not threading.current_thread()
+
+    def test_an_earlier_call_overtakes_one_that_is_awaited(self, monotonic: MonotonicClock) -> None:
+        called = threading.Event()
+        monotonic.call_at(3600.0, _fail)
+        monotonic.call_at(0.0, called.set)
+        assert called.wait(10)
+
+    def test_closing_ends_the_thread_and_forgets_the_calls(self) -> None:
+        clock, before = MonotonicClock(), threading.active_count()
+        clock.call_at(3600.0, _fail)
+        assert threading.active_count() == before + 1
+        clock.close()
+        clock.close()
+        assert threading.active_count() == before
+
+    def test_may_be_closed_by_one_of_its_calls(self) -> None:
+        clock, closed = MonotonicClock(), threading.Event()
+
+        def close() -> None:
+            clock.close()
+            closed.set()
+
+        clock.call_at(0.0, close)
+        assert closed.wait(10)
+        clock.close()
+
+    def test_what_a_call_raised_is_raised_by_the_next_sleep_once(self, monotonic: MonotonicClock) -> None:
+        _call_and_fail(monotonic)
+        with pytest.raises(ZeroDivisionError):
+            monotonic.sleep_until(3600.0)
+        assert monotonic.sleep_until(monotonic.now() + 0.001)
+
+    def test_a_failed_call_keeps_no_later_one_from_being_made(self, monotonic: MonotonicClock) -> None:
+        _call_and_fail(monotonic)
+        with pytest.raises(ZeroDivisionError):
+            monotonic.sleep_until(0.0)
+        called = threading.Event()
+        monotonic.call_at(0.0, called.set)
+        assert called.wait(10)
+
+    def test_what_a_call_raised_after_the_last_sleep_is_raised_by_closing(self) -> None:
+        clock, before = MonotonicClock(), threading.active_count()
+        _call_and_fail(clock)
+        with pytest.raises(ZeroDivisionError):
+            clock.close()
+        assert threading.active_count() == before
+        clock.close()
+
+
+class TestFollowingClock:
+    def test_follows_the_servers_time_however_fast_it_runs(self, fake_time: FakeTime) -> None:
+        clock = FollowingClock(lambda: (fake_time.t - 1000.0) / 2)
+        assert clock.sleep_until(0.1)
+        assert fake_time.t == pytest.approx(1000.2, abs=0.006)
+        assert max(fake_time.naps) <= 0.005
+
+    def test_a_server_that_fails_while_a_call_is_awaited_is_told_to_the_sleeper(self) -> None:
+        asked_by_thread = threading.Event()
+
+        def source() -> float:
+            if threading.current_thread() is threading.main_thread():
+                return 0.0
+            asked_by_thread.set()
+            raise ConnectionError("the server has gone")
+
+        clock = FollowingClock(source)
+        clock.call_at(1.0, _fail)
+        assert asked_by_thread.wait(10)
+        with pytest.raises(ConnectionError, match="gone"):
+            clock.sleep_until(1.0)
+        clock.close()
+
+
+class TestPacedClock:
+    def test_is_held_back_to_real_time(self, fake_time: FakeTime) -> None:
+        clock = PacedClock(SteppedClock(20, lambda _: None))
+        assert clock.sleep_until(0.05)
+        assert clock.sleep_until(0.1)
+        assert clock.now() == 0.1
+        assert fake_time.naps == pytest.approx([0.05, 0.05])
+
+    def test_a_machine_that_is_too_slow_is_told_and_delays_the_clock(self, fake_time: FakeTime) -> None:
+        clock = PacedClock(SteppedClock(20, lambda _: fake_time.sleep(0.08)))
+        assert not clock.sleep_until(0.05)
+        fake_time.naps.clear()
+        assert not clock.sleep_until(0.1)
+        assert fake_time.naps == [pytest.approx(0.08)]
+
+    def test_after_a_delay_it_runs_at_the_pace_of_real_time_again(self, fake_time: FakeTime) -> None:
+        slowness = [0.2, 0.0, 0.0]
+        clock = PacedClock(SteppedClock(20, lambda _: fake_time.sleep(slowness.pop(0))))
+        on_time = [clock.sleep_until(deadline) for deadline in (0.05, 0.1, 0.15)]
+        assert on_time == [False, True, True]
+        assert fake_time.t - 1000.0 == pytest.approx(0.2 + 0.05 + 0.05)
+
+    def test_calls_and_closing_reach_the_simulation(self, fake_time: FakeTime) -> None:
+        clock, calls = PacedClock(SteppedClock(20, lambda _: None)), list[str]()
+        clock.call_at(0.01, lambda: calls.append("made"))
+        clock.sleep_until(0.05)
+        clock.call_at(0.06, _fail)
+        clock.close()
+        clock.sleep_until(0.1)
+        assert calls == ["made"]
+
+
+class TestTickClock:
+    def test_stands_still_within_a_tick(self, fake_time: FakeTime) -> None:
+        clock = TickClock(MonotonicClock())
+        fake_time.t += 0.3
+        assert clock.now() == 0.0
+
+    def test_a_sleep_begins_the_next_tick_with_the_time_that_it_then_is(self, fake_time: FakeTime) -> None:
+        source = MonotonicClock()
+        clock = TickClock(source)
+        fake_time.t += 0.3
+        assert not clock.sleep_until(0.05)
+        assert clock.tick == 1
+        assert clock.now() == pytest.approx(0.3)
+        assert clock.sleep_until(0.4)
+        assert clock.tick == 2
+        assert clock.now() == pytest.approx(0.4)
+
+    def test_calls_and_closing_reach_the_clock_beneath(self) -> None:
+        clock, calls = TickClock(SteppedClock(20, lambda _: None)), list[str]()
+        clock.call_at(0.01, lambda: calls.append("made"))
+        clock.sleep_until(0.05)
+        clock.call_at(0.06, _fail)
+        clock.close()
+        clock.sleep_until(0.1)
+        assert calls == ["made"]
+
+
+def _call_and_fail(clock: Clock) -> None:
+    """Let a call fail; return when its failure has been kept."""
+    reached = threading.Event()
+    clock.call_at(0.0, _fail)
+    clock.call_at(0.0, reached.set)
+    assert reached.wait(10)
+
+
+def _fail() -> None:
+    raise ZeroDivisionError
+
+
+def _refuse(steps: int) -> None:
+    raise AssertionError(f"{steps} steps were taken")
+
+
+def test_a_call_of_a_real_clock_that_runs_out_of_memory_is_made_again() -> None:
+    clock, made = MonotonicClock(), threading.Event()
+    tries: list[int] = []
+
+    def call() -> None:
+        tries.append(1)
+        if len(tries) < 3:
+            raise MemoryError
+        made.set()
+
+    clock.call_at(0.0, call)
+    assert made.wait(10)
+    clock.close()
+
+
+def test_a_real_clock_whose_waiting_runs_out_of_memory_calls_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock, made = MonotonicClock(), threading.Event()
+    refusals, really_wait = iter([MemoryError(), RuntimeError("can't allocate lock")]), clock._wake.wait
+
+    def wait(timeout: float) -> None:
+        for refusal in refusals:
+            raise refusal
+        really_wait(timeout)
+
+    monkeypatch.setattr(clock._wake, "wait", wait)
+    clock.call_at(0.05, made.set)
+    assert made.wait(10)
+    clock.close()

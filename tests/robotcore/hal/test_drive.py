@@ -1,0 +1,152 @@
+"""test_drive."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from robotcore.geometry import DifferentialGeometry, Pose, Twist, Wheels
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.drive import CommandedWheels, DifferentialDrive, Odometry
+
+GEOMETRY = DifferentialGeometry(wheel_radius=0.05, track=0.2)
+velocities = st.floats(-50, 50)
+
+
+class KeepingStage:
+    """Sends half of what is asked."""
+
+    def __init__(self) -> None:
+        self.asked: list[Wheels] = []
+        self.stops = 0
+
+    def ask(self, wheels: Wheels) -> Wheels:
+        self.asked.append(wheels)
+        return Wheels(wheels.left / 2, wheels.right / 2)
+
+    def stop(self) -> None:
+        self.stops += 1
+
+
+def test_straight_ahead_turns_both_wheels_forward() -> None:
+    assert GEOMETRY.to_wheels(0.5, 0.0) == pytest.approx((10.0, 10.0))
+
+
+def test_a_turn_to_the_left_turns_the_right_wheel_forward() -> None:
+    assert GEOMETRY.to_wheels(0.0, 1.0) == pytest.approx((-2.0, 2.0))
+
+
+@given(velocities, velocities)
+def test_twist_and_wheels_are_two_ways_to_say_one_thing(left: float, right: float) -> None:
+    assert GEOMETRY.to_wheels(*GEOMETRY.to_twist(Wheels(left, right))) == pytest.approx((left, right), abs=1e-9)
+
+
+class TestDifferentialDrive:
+    def test_a_twist_is_asked_of_the_wheels_and_what_is_sent_comes_back_as_a_twist(self) -> None:
+        stage = KeepingStage()
+        assert _drive(stage).set_velocity(0.4, 1.0) == pytest.approx((0.2, 0.5))
+        assert stage.asked == [pytest.approx((6.0, 10.0))]
+
+    def test_wheels_are_asked_as_they_are(self) -> None:
+        stage = KeepingStage()
+        assert _drive(stage).set_wheels(3.0, -4.0) == (1.5, -2.0)
+        assert stage.asked == [(3.0, -4.0)]
+
+    def test_numbers_of_an_array_that_changes_later_are_asked_as_they_were(self) -> None:
+        stage, speeds = KeepingStage(), cast("Any", np.array([3.0, -4.0]))
+        _drive(stage).set_wheels(speeds[0, ...], speeds[1, ...])
+        _drive(stage).set_velocity(speeds[0, ...], cast("Any", np.where(True, 0.0, 0.2)))
+        speeds *= 500
+        assert stage.asked == [(3.0, -4.0), pytest.approx((60.0, 60.0))]
+        assert {type(velocity) for wheels in stage.asked for velocity in wheels} == {float}
+
+    def test_a_text_is_no_velocity(self) -> None:
+        with pytest.raises(TypeError):
+            _drive(KeepingStage()).set_wheels("3.0", 1.0)  # type: ignore[arg-type]
+
+    def test_a_stop_does_not_go_the_way_of_commands(self) -> None:
+        stage = KeepingStage()
+        _drive(stage).stop()
+        assert (stage.stops, stage.asked) == (1, [])
+
+    def test_says_how_fast_the_robot_can_go_and_turn(self) -> None:
+        drive = _drive(KeepingStage())
+        assert drive.max_linear == pytest.approx(0.5)
+        assert GEOMETRY.to_wheels(0.0, drive.max_angular) == pytest.approx((-10.0, 10.0))
+
+
+class TestOdometry:
+    def test_is_exact_on_an_arc_however_seldom_it_is_read(self) -> None:
+        angles = iter([Wheels(4.0, 6.0)])
+        pose = Odometry(GEOMETRY, lambda: next(angles)).pose()
+        turn = (6.0 - 4.0) * 0.05 / 0.2
+        radius = 5.0 * 0.05 / turn
+        assert pose == pytest.approx((radius * math.sin(turn), radius * (1 - math.cos(turn)), turn))
+
+    def test_adds_arcs_up(self) -> None:
+        quarter = 0.1 * (math.pi / 2) / 0.05
+        turn_left, ahead = Wheels(-quarter, quarter), Wheels(20 - quarter, 20 + quarter)
+        readings = iter([Wheels(0.0, 0.0), turn_left, ahead])
+        odometry = Odometry(GEOMETRY, lambda: next(readings))
+        poses = [odometry.pose() for _ in range(3)]
+        assert poses[0] == Pose(0.0, 0.0, 0.0)
+        assert poses[1] == pytest.approx((0.0, 0.0, math.pi / 2))
+        assert poses[2] == pytest.approx((0.0, 1.0, math.pi / 2))
+
+    def test_what_was_rolled_before_the_first_look_counts(self) -> None:
+        assert Odometry(GEOMETRY, lambda: Wheels(20.0, 20.0)).pose() == pytest.approx((1.0, 0.0, 0.0))
+
+    def test_wheels_that_stand_keep_the_pose(self) -> None:
+        odometry = Odometry(GEOMETRY, lambda: Wheels(2.0, 3.0))
+        assert odometry.pose() == odometry.pose()
+
+
+class TestCommandedWheels:
+    def test_angles_are_those_of_wheels_that_do_as_they_are_told(self) -> None:
+        clock = SteppedClock(20, lambda _: None)
+        wheels = CommandedWheels(clock)
+        wheels.turn_at(Wheels(2.0, 4.0), clock.now())
+        clock.sleep_until(0.5)
+        wheels.turn_at(Wheels(-1.0, 0.0), clock.now())
+        clock.sleep_until(1.5)
+        assert wheels.angles() == pytest.approx((0.0, 2.0))
+        assert wheels.angles() == pytest.approx((0.0, 2.0))
+
+    def test_a_change_that_the_clock_does_not_show_yet_counts_from_its_own_time(self) -> None:
+        clock = SteppedClock(20, lambda _: None)
+        wheels = CommandedWheels(clock)
+        wheels.turn_at(Wheels(2.0, 2.0), 0.0)
+        wheels.turn_at(Wheels(0.0, 0.0), 0.25)
+        clock.sleep_until(1.0)
+        assert wheels.angles() == pytest.approx((0.5, 0.5))
+
+    @pytest.mark.parametrize(
+        "time, turned",
+        [(1.5, (0.0, 0.0)), (2.0, (0.0, 0.0)), (1.0, (-0.5, 0.0)), (0.25, (-0.5, 1.0)), (-1.0, (0.0, 2.0))],
+    )
+    def test_what_was_turned_since_a_time_follows_every_command_since(self, time: float, turned: Wheels) -> None:
+        clock = SteppedClock(20, lambda _: None)
+        wheels = CommandedWheels(clock)
+        wheels.turn_at(Wheels(2.0, 4.0), 0.0)
+        clock.sleep_until(0.5)
+        wheels.turn_at(Wheels(-1.0, 0.0), 0.5)
+        clock.sleep_until(1.5)
+        wheels.turn_at(Wheels(8.0, 8.0), 1.6)  # the clock does not show it yet
+        assert wheels.turned_since(time) == pytest.approx(turned)
+
+
+def _drive(stage: KeepingStage) -> DifferentialDrive:
+    odometry = Odometry(GEOMETRY, lambda: Wheels(0.0, 0.0))
+    return DifferentialDrive(GEOMETRY, stage, odometry, max_wheel_velocity=10.0)
+
+
+def test_a_pose_of_the_drive_is_that_of_its_odometry() -> None:
+    odometry = Odometry(GEOMETRY, lambda: Wheels(20.0, 20.0))
+    drive = DifferentialDrive(GEOMETRY, KeepingStage(), odometry, 10.0)
+    assert drive.pose == pytest.approx((1.0, 0.0, 0.0))
+    assert Twist(*GEOMETRY.to_twist(Wheels(1.0, 1.0))) == pytest.approx((0.05, 0.0))

@@ -1,0 +1,126 @@
+"""test_robot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from robotcore.errors import DeviceError, DeviceGroupError, UnknownNameError, UnmetNeedError
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.robot import Robot, Role
+from tests.robotcore.fakes import NullCamera, NullMotor, NullRange, Rig
+
+
+def make(*names: str, release: Callable[[], None] | None = None) -> tuple[Robot, list[NullMotor]]:
+    motors = [NullMotor(name) for name in names]
+    for motor in motors:
+        motor.set_velocity(1.0)
+    return Robot("rover", SteppedClock(20, lambda _: None), motors, release=release), motors
+
+
+class TestClosing:
+    def test_stops_every_motor_before_any_is_let_go(self) -> None:
+        order: list[str] = []
+
+        class Motor(NullMotor):
+            def _apply(self, rad_s: float) -> None:
+                order.append(f"stop {self.name}")
+
+            def _release(self) -> None:
+                order.append(f"release {self.name}")
+
+        robot = Robot("rover", SteppedClock(20, lambda _: None), [Motor("left"), Motor("right")])
+        robot.close()
+        assert order[:2] == ["stop left", "stop right"]
+        assert sorted(order[2:]) == sorted([*order[:2], "release left", "release right"])
+
+    @pytest.mark.parametrize("broken", [0, 1, 2])
+    def test_one_motor_that_fails_keeps_no_other_from_stopping(self, broken: int) -> None:
+        robot, motors = make("left", "right", "arm")
+        motors[broken].is_broken = True
+        with pytest.raises(DeviceGroupError):
+            robot.close()
+        assert all(motor.sent[-1] == 0.0 for motor in motors if not motor.is_broken)
+        assert [motor.releases for motor in motors] == [1, 1, 1]
+
+    def test_every_failure_is_told_once(self) -> None:
+        robot, motors = make("left", "right", "arm")
+        motors[0].is_broken = motors[2].is_broken = True
+        with pytest.raises(DeviceGroupError) as raised:
+            robot.close()
+        assert str(raised.value) == "closing rover: 2 device(s) failed\n  - left: no current\n  - arm: no current"
+
+    def test_the_backend_is_let_go_last_and_even_where_a_device_failed(self) -> None:
+        released_after: list[int] = []
+        robot, motors = make("left", release=lambda: released_after.append(motors[0].releases))
+        motors[0].is_broken = True
+        with pytest.raises(DeviceGroupError):
+            robot.close()
+        assert released_after == [1]
+
+    def test_a_release_that_fails_is_told_with_the_devices(self) -> None:
+        def release() -> None:
+            raise DeviceError("simulator", "has gone")
+
+        robot, _ = make("left", release=release)
+        with pytest.raises(DeviceGroupError, match="simulator: has gone"):
+            robot.close()
+
+    def test_a_robot_beneath_that_fails_in_the_same_way_is_not_told_of_again(self) -> None:
+        beneath, motors = make("left", "right")
+        motors[0].is_broken = motors[1].is_broken = True
+        robot = Robot("rover", SteppedClock(20, lambda _: None), [motors[0]], release=beneath.close)
+        with pytest.raises(DeviceGroupError) as raised:
+            robot.close()
+        assert str(raised.value) == "closing rover: 2 device(s) failed\n  - left: no current\n  - right: no current"
+
+    def test_calls_that_are_still_to_come_are_forgotten(self) -> None:
+        robot, _ = make("left")
+        robot.clock.call_at(0.01, lambda: pytest.fail("called after closing"))
+        robot.close()
+        robot.clock.sleep_until(1.0)
+
+    def test_may_be_asked_for_twice(self) -> None:
+        releases: list[str] = []
+        robot, motors = make("left", release=lambda: releases.append("once"))
+        robot.close()
+        robot.close()
+        assert (releases, motors[0].releases) == (["once"], 1)
+
+    def test_leaving_it_by_an_error_closes_it_and_passes_the_error_on(self) -> None:
+        robot, motors = make("left")
+        with pytest.raises(KeyError), robot:
+            raise KeyError
+        assert motors[0].sent[:2] == [1.0, 0.0]
+
+
+class TestRoles:
+    def test_the_first_device_of_a_kind_fills_its_role(self) -> None:
+        clock = SteppedClock(20, lambda _: None)
+        noses, eye = [NullRange(clock, "front"), NullRange(clock, "back")], NullCamera(clock)
+        robot = Robot("rover", clock, [*noses, eye])
+        assert robot.range is noses[0]
+        assert robot.camera is eye
+        assert robot["back"] is noses[1]
+
+    @pytest.mark.parametrize("role", Role)
+    def test_a_role_that_nothing_fills_is_told_by_name(self, role: Role) -> None:
+        robot = Robot("pole", SteppedClock(20, lambda _: None), [])
+        assert not robot.has(role)
+        with pytest.raises(UnmetNeedError, match=f"pole has no {role.value} open"):
+            getattr(robot, role.value)
+
+    @pytest.mark.parametrize("role", Role)
+    def test_a_role_that_is_filled_is_there(self, role: Role) -> None:
+        robot = Rig().robot
+        assert robot.has(role)
+        assert getattr(robot, role.value)
+
+    def test_a_device_of_another_name_is_offered(self) -> None:
+        robot, _ = make("left", "right")
+        with pytest.raises(UnknownNameError, match="Did you mean 'left'"):
+            robot["lef"]
+
+    def test_motors_are_found_by_name(self) -> None:
+        assert list(Rig().robot.motors) == ["left_motor", "right_motor"]

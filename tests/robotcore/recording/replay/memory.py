@@ -1,0 +1,66 @@
+"""A run recorded in memory: what a replay is given, without a file."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from typing import Any
+
+from robotcore.errors import Interrupted, RobotcoreError
+from robotcore.recording import Glimpse, Metadata, Raised, Recorded, Recording, SampleKey, Tick
+from robotcore.recording.about import metadata_of
+from robotcore.recording.tap import Tap
+from robotcore.recording.ticks import Ticks
+from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.session import Run, RunRequest, run
+from robotcore.runtime.trace import TickRecord
+
+
+class Memory:
+    """An observer that keeps what its tap notes."""
+
+    def __init__(self) -> None:
+        self.tap = Tap(lambda: True)
+        self.ticks: list[Tick] = []
+        self.samples: dict[SampleKey, Recorded] = {}
+        self.truth: list[Glimpse] = []
+        self.about: Metadata | None = None
+        self.result: RunResult | None = None
+        self._run: Run | None = None
+        self._ticks: Ticks | None = None
+
+    def begin(self, run: Run) -> None:
+        self._run, self.about = run, metadata_of(run)
+        self._ticks = Ticks(run.description)
+
+    def tick(self, record: TickRecord) -> None:
+        notes, error = self.tap.take(), self.tap.latched(record.interventions) or sys.exc_info()[1]
+        self.samples |= dict(notes.samples)  # type: ignore[arg-type]  # samples of ours are recorded ones
+        assert self._ticks, "a run has begun"
+        raised = Raised.of(error) if isinstance(error, (RobotcoreError, Interrupted)) else None
+        self.ticks.append(self._ticks.made_of(record, notes, raised))
+        if self._run and self._run.truth:
+            truth = self._run.truth
+            self.truth.append(Glimpse(record.tick, record.time, truth.pose, truth.contacts))
+
+    def end(self, result: RunResult) -> None:
+        self.result = result
+
+    @property
+    def recording(self) -> Recording:
+        assert self.about, "a run has begun"
+        return Recording(self.about, self.ticks, self.samples, self.result, self.truth)
+
+
+def recorded(app: str = "green-search", *, disturbed_by: Any = None, **asked: Any) -> Recording:
+    """Run an app, and return its recording; what disturbs the run is an observer and a tap below the recording one."""
+    memory = Memory()
+    others = [disturbed_by] if disturbed_by else []
+    run(RunRequest(app, **asked), [memory, *others], [*others, memory.tap])
+    return memory.recording
+
+
+def changed(recording: Recording, number: int, **what: Any) -> Recording:
+    """Return the recording with one tick of it changed."""
+    ticks = [replace(tick, **what) if tick.number == number else tick for tick in recording.ticks]
+    return replace(recording, ticks=ticks)

@@ -1,0 +1,193 @@
+"""Apps that do what a recording must give back: each ends or is answered in a way of its own."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from robotcore.errors import DeviceError, SafetyStop
+from robotcore.geometry import Wheels
+from robotcore.hal.devices import Image, Motor
+from robotcore.hal.robot import Robot, Role
+from robotcore.runtime.behaviour import Behaviour, Status
+
+Deed = Literal[
+    "succeed",
+    "fail",
+    "go_on",
+    "divide",
+    "command_nan",
+    "swallow_nan",
+    "rename_nan",
+    "stop_and_go",
+    "command_one_wheel",
+    "rest",
+]
+
+
+@dataclass
+class Ending(Behaviour):
+    """Drives at ``speed`` for some ticks, then does ``deed``; counts its ticks in its state."""
+
+    ticks: int = 5
+    speed: float = 0.1
+    deed: Deed = "succeed"
+    needs = frozenset({Role.DRIVE, Role.RANGE})
+    count = 0
+
+    def step(self, robot: Robot) -> Status:
+        self.count += 1
+        self.state = f"tick {self.count}"
+        distance = robot.range.read().distance
+        sent = robot.drive.set_velocity(self.speed, 0.0 if distance > 1 else 0.1)
+        if sent.linear != self.speed:
+            self.state += " held back"
+        return getattr(self, self.deed)(robot) if self.count >= self.ticks else Status.RUNNING
+
+    def succeed(self, robot: Robot) -> Status:
+        return Status.SUCCESS
+
+    def fail(self, robot: Robot) -> Status:
+        self.reason = f"at {robot.clock.now():.2f} s"
+        return Status.FAILURE
+
+    def go_on(self, robot: Robot) -> Status:
+        return Status.RUNNING
+
+    def divide(self, robot: Robot) -> Status:
+        raise ZeroDivisionError(f"in tick {self.count}")
+
+    def command_nan(self, robot: Robot) -> Status:
+        robot.drive.set_wheels(math.nan, 0.0)
+        return Status.RUNNING
+
+    def swallow_nan(self, robot: Robot) -> Status:
+        try:
+            robot.drive.set_wheels(math.inf, 0.0)
+        except SafetyStop:
+            self.state = "swallowed"
+        return Status.RUNNING
+
+    def rename_nan(self, robot: Robot) -> Status:
+        try:
+            robot.drive.set_wheels(math.nan, 0.0)
+        except SafetyStop:
+            raise KeyError("renamed") from None
+        return Status.RUNNING
+
+    def stop_and_go(self, robot: Robot) -> Status:
+        robot.drive.stop()
+        robot.drive.set_wheels(3, 4)
+        if self.count % 2:
+            robot.drive.stop()
+        return Status.SUCCESS if self.count == 20 else Status.RUNNING
+
+    def command_one_wheel(self, robot: Robot) -> Status:
+        left = robot["left_motor"]
+        assert isinstance(left, Motor)
+        left.set_velocity(self.count / 3)
+        self.state += f" {robot.drive.pose.heading!r}"
+        return Status.SUCCESS if self.count == 20 else Status.RUNNING
+
+    def rest(self, robot: Robot) -> Status:
+        """Give no command: see `Resting`."""
+        return Status.RUNNING
+
+
+@dataclass
+class Seldom(Behaviour):
+    """Looks every third tick, and commands every fourth, so that leases end; both kinds of device may fail."""
+
+    count = 0
+    needs = frozenset({Role.DRIVE, Role.RANGE, Role.CAMERA})
+
+    def step(self, robot: Robot) -> Status:
+        self.count += 1
+        if self.count % 3 == 0:
+            try:
+                self.state = f"sees {robot.camera.read().sequence}, hears {robot.range.read().distance!r}"
+            except DeviceError as error:
+                self.state = f"lost {error.device}"
+        if self.count % 4 == 0:
+            sent = robot.drive.set_wheels(*Wheels(2.0 + self.count / 7, 1.0))
+            self.state += f" {sent.left!r}"
+        return Status.SUCCESS if self.count == 40 else Status.RUNNING
+
+
+@dataclass
+class Gripping(Behaviour):
+    """Moves a gripper, which belongs to no drive, by what it answers; ``speed`` is its own."""
+
+    deed: Deed = "succeed"
+    speed: float = 1.5
+    needs = frozenset({Role.DRIVE})
+    count = 0
+
+    def step(self, robot: Robot) -> Status:
+        self.count += 1
+        gripper = robot["gripper"]
+        assert isinstance(gripper, Motor)
+        robot.drive.set_wheels(1.0, 1.0)
+        try:
+            self.state = f"at {gripper.set_velocity(self.speed * self.count)!r}"
+        except DeviceError as error:
+            self.state = str(error)
+        if self.count % 3 == 0:
+            gripper.stop()
+        if self.count == 12 and self.deed == "command_nan":
+            gripper.set_velocity(math.nan)
+        return Status.SUCCESS if self.count == 12 else Status.RUNNING
+
+
+class GuardFirst(Behaviour):
+    """Drives, then asks the sensor that the guard has asked before it."""
+
+    needs = frozenset({Role.DRIVE, Role.RANGE})
+    count = 0
+
+    def step(self, robot: Robot) -> Status:
+        self.count += 1
+        self.state = "drives"
+        try:
+            robot.drive.set_wheels(1.0, 1.0)
+        except DeviceError as error:
+            self.state = str(error)
+        self.state += f" {robot.range.read().distance!r}"
+        return Status.SUCCESS if self.count == 12 else Status.RUNNING
+
+
+class Showing(Behaviour):
+    """Shows what it sees, where there is somebody to look."""
+
+    needs = frozenset({Role.CAMERA, Role.DISPLAY})
+    count = 0
+
+    def step(self, robot: Robot) -> Status:
+        self.count += 1
+        image = robot.camera.read().image
+        self.state = " ".join(self._shown(robot, image) for _ in range(2))
+        return Status.SUCCESS if self.count == 12 else Status.RUNNING
+
+    def _shown(self, robot: Robot, image: Image) -> str:
+        try:
+            robot.display.show(image)
+        except DeviceError as error:
+            return str(error)
+        return "shown"
+
+
+class Watching(Behaviour):
+    """Looks, and drives nothing; shows what it saw."""
+
+    needs = frozenset({Role.CAMERA})
+    wants = frozenset({Role.DISPLAY})
+    count = 0
+
+    def step(self, robot: Robot) -> Status:
+        self.count += 1
+        image = robot.camera.read().image
+        self.state = f"mean {image.mean()!r}"
+        if self.count == 7:
+            raise RuntimeError(f"seen enough: {object()!r}")
+        return Status.RUNNING

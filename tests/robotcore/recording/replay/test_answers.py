@@ -1,0 +1,218 @@
+"""What steers an app besides samples of its own: a motor outside the drive, a display that fails, others who read."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from benchmarks.replayed.disturbances import Disturbance, EmergencyStop
+from drivers.kinematic.backend import KinematicBackend
+from robotcore.errors import DeviceError
+from robotcore.hal.backend import Setup
+from robotcore.hal.devices import Display, Image, Range, RangeSensor
+from robotcore.hal.robot import Robot
+from robotcore.recording import Recording
+from robotcore.recording.replay import rehearse, replay
+from robotcore.runtime.layers.layer import Layer
+from robotcore.runtime.layers.readers import Reader
+from robotcore.runtime.outcome import Outcome
+from robotcore.runtime.trace import TickRecord
+from tests.robotcore.fakes import NullMotor
+from tests.robotcore.recording.replay.memory import changed, recorded
+from tests.robotcore.recording.replay.test_replaying import require_equal
+
+APPS = str(Path(__file__).parent / "recorded_apps.py")
+GRIPPING = f"{APPS}:Gripping"
+
+
+class Weary(NullMotor):
+    """A gripper that fails at every fifth command."""
+
+    commands = 0
+
+    def _apply(self, rad_s: float) -> None:
+        self.commands += bool(rad_s)
+        if rad_s and self.commands % 5 == 0:
+            raise DeviceError(self.name, "it is tired")
+
+
+@pytest.fixture
+def gripper(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Give the kinematic rover a gripper, of which no description tells."""
+    open_bare = KinematicBackend.open
+
+    def open_with_gripper(backend: KinematicBackend, setup: Setup) -> Robot:
+        robot = open_bare(backend, setup)
+        robot.devices["gripper"] = Weary("gripper", 9.0)
+        return robot
+
+    monkeypatch.setattr(KinematicBackend, "open", open_with_gripper)
+
+
+def gripping(**asked: Any) -> Recording:
+    return recorded(GRIPPING, seed=3, **asked)
+
+
+@pytest.mark.usefixtures("gripper")
+class TestMotorOutsideTheDrive:
+    @pytest.mark.parametrize("deed", ["succeed", "command_nan"])
+    def test_is_answered_as_it_was(self, deed: str) -> None:
+        recording = gripping(settings={"deed": deed})
+        assert recording.ticks[4].state == "gripper: it is tired"
+        assert recording.ticks[8].state == "at 9.0"
+        require_equal(recording)
+
+    def test_is_stopped_by_an_e_stop_where_it_was(self) -> None:
+        recording = gripping(disturbed_by=EmergencyStop(6))
+        assert recording.result
+        assert recording.result.outcome is Outcome.STOPPED
+        require_equal(recording)
+
+    def test_is_told_by_name_where_it_is_commanded_otherwise(self) -> None:
+        recording = gripping()
+        first, *others = recording.ticks[7].motor_asks
+        slower = type(first)(first.device, 0.25, 0.25)
+        deviation = replay(changed(recording, 7, motor_asks=(slower, *others))).deviation
+        assert deviation
+        assert (deviation.tick, deviation.what) == (7, "the command")
+        assert (deviation.recorded, deviation.replayed) == ("gripper 0.25 rad/s", "gripper 12.0 rad/s")
+
+    @pytest.mark.parametrize("tick", [6, 8])
+    def test_is_told_where_it_was_commanded_more_or_less_often(self, tick: int) -> None:
+        recording = gripping()
+        asks = recording.ticks[8].motor_asks[:1] * (1 if tick == 8 else 2)
+        asks = (recording.ticks[tick].motor_asks[0], *asks[1:])
+        deviation = replay(changed(recording, tick, motor_asks=asks)).deviation
+        assert deviation
+        assert "no command" in (deviation.recorded, deviation.replayed)
+
+    def test_parts_a_rehearsal_too(self) -> None:
+        rehearsed = rehearse(gripping(), settings={"speed": 1.25})
+        assert rehearsed.parting
+        assert rehearsed.parting.tick == 0
+
+
+class Deaf(Layer):
+    """A range sensor whose first read in each third tick fails; whoever asks again is answered."""
+
+    def __init__(self) -> None:
+        self._ticks = self._reads = 0
+
+    def range_sensor(self, sensor: RangeSensor, read: Reader[Range]) -> Reader[Range]:
+        def reader() -> Range:
+            self._reads += 1
+            if self._ticks % 3 == 0 and self._reads == 1:
+                raise DeviceError(sensor.name, "no echo")
+            return read()
+
+        return reader
+
+    def begin(self, run: object) -> None: ...
+
+    def tick(self, record: TickRecord) -> None:
+        self._ticks, self._reads = self._ticks + 1, 0
+
+    def end(self, result: object) -> None: ...
+
+
+def test_app_is_not_given_the_error_that_the_guard_was_given() -> None:
+    recording = recorded(f"{APPS}:GuardFirst", seed=3, disturbed_by=Deaf())
+    first = recording.ticks[0]
+    assert [(read.by, bool(read.error)) for read in first.reads if read.device == "nose"] == [
+        ("guard", True),
+        (None, False),
+    ]
+    assert "no echo" in first.state
+    require_equal(recording)
+
+
+class Dark(Layer):
+    """A display that fails to show every fifth picture."""
+
+    def display(self, display: Display) -> Display:
+        return Flickering(display)
+
+    def begin(self, run: object) -> None: ...
+    def tick(self, record: TickRecord) -> None: ...
+    def end(self, result: object) -> None: ...
+
+
+class Flickering(Display):
+    def __init__(self, inner: Display) -> None:
+        super().__init__(inner.name)
+        self._inner, self._count = inner, 0
+
+    def _show(self, image: Image) -> None:
+        self._count += 1
+        if self._count % 5 == 0:
+            raise DeviceError(self.name, "it is dark")
+        self._inner.show(image)
+
+    def _release(self) -> None:
+        self._inner.close()
+
+
+def test_display_that_failed_fails_again_at_the_same_picture() -> None:
+    recording = recorded(f"{APPS}:Showing", robot="lookout", world="open", seed=3, disturbed_by=Dark())
+    states = [tick.state for tick in recording.ticks]
+    assert "shown screen: it is dark" in states
+    assert "screen: it is dark shown" in states
+    assert sum(each.error is not None for tick in recording.ticks for each in tick.shown) == 4
+    require_equal(recording)
+
+
+class Suspended(Disturbance):
+    """Somebody presses Ctrl-Z between two ticks, and lets the program go on."""
+
+    def tick(self, record: TickRecord) -> None:
+        super().tick(record)
+        if self.now == self.at:
+            signal.raise_signal(signal.SIGTSTP)
+
+
+@pytest.fixture
+def shell() -> Iterator[None]:
+    """Let the program go on at once."""
+    before = signal.signal(signal.SIGTSTP, lambda *_: None)
+    yield
+    signal.signal(signal.SIGTSTP, before)
+
+
+@pytest.mark.usefixtures("shell")
+@pytest.mark.parametrize("app", ["avoid-obstacles", f"{APPS}:Seldom"])
+def test_suspension_is_no_command_of_the_app_and_is_told(app: str) -> None:
+    recording = recorded(app, disturbed_by=Suspended(5), seed=2, timeout_s=2.0)
+    causes = [each.cause for tick in recording.ticks for each in tick.interventions]
+    assert causes.count("suspension") == 1
+    require_equal(recording)
+
+
+@pytest.mark.usefixtures("shell", "gripper")
+def test_suspension_stops_a_motor_outside_the_drive_and_is_no_command_to_it() -> None:
+    recording = gripping(disturbed_by=Suspended(5))
+    assert [len(tick.motor_asks) for tick in recording.ticks] == [1, 1, 2] * 4
+    require_equal(recording)
+
+
+def test_wheel_fault_that_latched_is_replayed() -> None:
+    recording = recorded("avoid-obstacles", seed=2, timeout_s=6.0, faults=("left_motor dead after=0.5",))
+    assert recording.result
+    assert (recording.result.outcome, recording.result.exit_status) == (Outcome.STOPPED, 4)
+    require_equal(recording)
+
+
+def test_quit_signal_ends_the_replay_where_it_ended_the_run() -> None:
+    class Quit(Disturbance):
+        def tick(self, record: TickRecord) -> None:
+            super().tick(record)
+            if self.now == self.at:
+                signal.raise_signal(signal.SIGQUIT)
+
+    recording = recorded("avoid-obstacles", disturbed_by=Quit(6), seed=2, timeout_s=2.0)
+    replayed = replay(recording)
+    assert (replayed.deviation, replayed.ended_by) == (None, "interrupted by SIGQUIT")
+    assert replayed.ticks == len(recording.ticks)

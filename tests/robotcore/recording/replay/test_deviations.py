@@ -1,0 +1,181 @@
+"""Each kind of difference is found in its tick, whatever the app catches."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import pytest
+
+from robotcore.geometry import Wheels
+from robotcore.hal.robot import Robot, Role
+from robotcore.recording import Ask, Read, Recording
+from robotcore.recording.replay import Deviation, replay
+from robotcore.runtime.behaviour import Behaviour, Status
+from robotcore.runtime.session import RunRequest, run
+from tests.robotcore.recording.replay.memory import Memory, changed
+
+AT = 4
+
+
+@dataclass
+class Doing(Behaviour):
+    """Drives, and in tick ``AT`` does what a test says; ``swallows`` whatever is raised there."""
+
+    deed: Any = None
+    swallows: bool = False
+    count: int = field(default=-1, init=False)
+    needs = frozenset({Role.DRIVE, Role.RANGE, Role.CAMERA})
+
+    def step(self, robot: Robot) -> Status:
+        self.count += 1
+        self.state = f"{self.count}"
+        robot.range.read()
+        try:
+            if self.count == AT and self.deed:
+                return self.deed(self, robot) or Status.RUNNING
+            robot.drive.set_wheels(1.0, 2.0)
+        except Exception:
+            if not self.swallows:
+                raise
+        return Status.SUCCESS if self.count == 9 else Status.RUNNING
+
+
+@pytest.fixture
+def app(monkeypatch: pytest.MonkeyPatch) -> Doing:
+    """What is run and replayed; the recording is of an app that only drives."""
+    doing = Doing()
+    monkeypatch.setattr("robotcore.runtime.plan.load_app", lambda _: Doing)
+    monkeypatch.setattr("robotcore.runtime.plan.configure", lambda *_: doing)
+    return doing
+
+
+@pytest.fixture
+def recording(app: Doing) -> Recording:
+    memory = Memory()
+    run(RunRequest("doing", seed=1), [memory], [memory.tap])
+    app.count = -1
+    return memory.recording
+
+
+def deviation_of(recording: Recording) -> Deviation:
+    replayed = replay(recording)
+    assert replayed.exit_status == 1
+    assert replayed.deviation
+    assert replayed.ticks == replayed.deviation.tick
+    return replayed.deviation
+
+
+def another_state(app: Doing, robot: Robot) -> None:
+    app.state = "elsewhere"
+    robot.drive.set_wheels(1.0, 2.0)
+
+
+def another_command(app: Doing, robot: Robot) -> None:
+    robot.drive.set_wheels(1.0, 2.0000000000000004)
+
+
+def a_stop(app: Doing, robot: Robot) -> None:
+    robot.drive.stop()
+
+
+def a_command_more(app: Doing, robot: Robot) -> None:
+    robot.drive.set_wheels(1.0, 2.0)
+    robot.drive.set_wheels(1.0, 2.0)
+
+
+def no_command(app: Doing, robot: Robot) -> None:
+    """Only look."""
+
+
+def a_look(app: Doing, robot: Robot) -> None:
+    robot.camera.read()
+    robot.drive.set_wheels(1.0, 2.0)
+
+
+def an_end(app: Doing, robot: Robot) -> Status:
+    robot.drive.set_wheels(1.0, 2.0)
+    return Status.SUCCESS
+
+
+def an_error(app: Doing, robot: Robot) -> None:
+    raise ValueError("odd")
+
+
+DIFFERENT = {
+    another_state: ("the state", "'4'", "'elsewhere'"),
+    another_command: ("the command", "right 2.0 rad/s", "right 2.0000000000000004 rad/s"),
+    a_stop: ("the command", "left 1.0", "stop"),
+    a_command_more: ("the command", "no command", "left 1.0"),
+    no_command: ("the command", "left 1.0", "no command"),
+    a_look: ("what is read of eye", "not read", "read"),
+}
+
+
+@pytest.mark.parametrize("swallows", [False, True])
+@pytest.mark.parametrize("deed", DIFFERENT)
+def test_first_difference_is_told_with_both_values(app: Doing, recording: Recording, deed: Any, swallows: bool) -> None:
+    app.deed, app.swallows = deed, swallows
+    deviation = deviation_of(recording)
+    what, recorded, replayed = DIFFERENT[deed]
+    assert (deviation.tick, deviation.time) == (AT, recording.ticks[AT].time)
+    assert deviation.what.startswith(what)
+    assert recorded in deviation.recorded
+    assert replayed in deviation.replayed
+    assert any(read.startswith("nose ") and " m of " in read for read in deviation.reads)
+
+
+def test_app_that_ends_earlier_deviates(app: Doing, recording: Recording) -> None:
+    app.deed = an_end
+    replayed = replay(recording)
+    assert replayed.deviation
+    assert (replayed.deviation.recorded, replayed.deviation.replayed) == ("the app goes on", "success")
+
+
+def test_app_that_raises_deviates_by_its_error(app: Doing, recording: Recording) -> None:
+    app.deed = an_error
+    deviation = deviation_of(recording)
+    assert (deviation.tick, deviation.what) == (AT, "the end")
+    assert "Doing raised ValueError: odd" in deviation.replayed
+
+
+def test_app_that_raises_no_more_deviates(app: Doing, recording: Recording) -> None:
+    app.deed = an_error
+    memory = Memory()
+    run(RunRequest("doing", seed=1), [memory], [memory.tap])
+    app.count, app.deed = -1, no_command
+    deviation = deviation_of(memory.recording)
+    assert deviation.tick == AT
+    assert "ValueError: odd" in deviation.recorded
+
+
+def test_app_that_goes_on_where_the_recorded_one_ended_deviates(app: Doing, recording: Recording) -> None:
+    replayed = replay(replace(recording, ticks=recording.ticks[:8]))
+    assert replayed.deviation
+    assert (replayed.deviation.recorded, replayed.deviation.replayed) == ("success", "the app goes on")
+
+
+def test_reading_a_device_more_often_is_no_difference(app: Doing, recording: Recording) -> None:
+    def look_twice(app: Doing, robot: Robot) -> None:
+        assert robot.range.read() is robot.range.read()
+        robot.drive.set_wheels(1.0, 2.0)
+
+    app.deed = look_twice
+    assert replay(recording).exit_status == 0
+
+
+def test_reading_a_device_less_often_is_no_difference(app: Doing, recording: Recording) -> None:
+    reads = (*recording.ticks[AT].reads, Read("eye", 0, 0.0, 0))
+    assert replay(changed(recording, AT, reads=reads)).exit_status == 0
+
+
+def test_answer_of_the_stage_is_given_back(app: Doing, recording: Recording) -> None:
+    heard = []
+
+    def listen(app: Doing, robot: Robot) -> None:
+        heard.append(robot.drive.set_wheels(1.0, 2.0))
+
+    app.deed = listen
+    asks = (Ask(Wheels(1.0, 2.0), Wheels(0.25, 0.5)),)
+    assert replay(changed(recording, AT, asks=asks)).exit_status == 0
+    assert heard == [Wheels(0.25, 0.5)]

@@ -1,0 +1,58 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from robotcore.hal.clock import Clock, SteppedClock
+from robotcore.hal.devices import Camera, Encoder, Motor, RangeSensor, SampleT, Sensor
+from robotcore.runtime.faults.distances import Stuck
+from robotcore.runtime.faults.selected import Selected
+from robotcore.runtime.layers.layer import Layer
+from robotcore.runtime.layers.readers import Reader
+from tests.robotcore.fakes import NullCamera, NullEncoder, NullMotor, NullRange
+
+Failing = Camera | RangeSensor | Encoder | Motor
+
+
+class Noting(Layer):
+    """Notes which devices it was put over."""
+
+    def __init__(self) -> None:
+        self.names: list[str] = []
+
+    def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
+        self.names.append(sensor.name)
+        return read
+
+    def motor(self, motor: Motor) -> Motor:
+        self.names.append(motor.name)
+        return motor
+
+
+def put_over(layer: Layer, device: Failing) -> None:
+    match device:
+        case Camera():
+            layer.camera(device, device.read)
+        case RangeSensor():
+            layer.range_sensor(device, device.read)
+        case Encoder():
+            layer.encoder(device, device.read)
+        case Motor():
+            layer.motor(device)
+
+
+@pytest.mark.parametrize("made", [NullCamera, NullRange, NullEncoder, lambda _, name: NullMotor(name)])
+def test_a_layer_is_put_over_the_devices_of_its_target_only(made: Callable[[Clock, str], Failing]) -> None:
+    clock, noting = SteppedClock(20, lambda _: None), Noting()
+    layer = Selected(noting, {"mine"})
+    for name in ("mine", "other"):
+        put_over(layer, made(clock, name))
+    assert noting.names == ["mine"]
+
+
+@pytest.mark.parametrize("after, lasts", [(5.0, 0.3), (0.3, 0.1), (0.1, 0.2)])
+def test_a_fault_is_there_from_its_first_tick_and_not_at_its_last(after: float, lasts: float) -> None:
+    fault = Stuck(value=1.0, after=after, lasts=lasts)
+    ticks = [tick for tick in range(120) if fault.is_on(tick / 20)]
+    assert ticks == list(range(round(20 * after), round(20 * (after + lasts))))

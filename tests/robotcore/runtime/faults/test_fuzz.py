@@ -1,0 +1,114 @@
+"""Whatever is written: it is a fault, or is refused with a UsageError in one or two lines."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from robotcore.errors import RobotcoreError, UsageError
+from robotcore.runtime.faults import plan_faults
+from robotcore.runtime.faults.catalogue import effects
+from robotcore.runtime.faults.file import specs_in
+from robotcore.runtime.faults.targets import targets_of
+from tests.robotcore.fakes import ROVER
+from tests.robotcore.runtime.faults.rigs import TICK_S, faulty
+from tests.robotcore.runtime.faults.test_file import FILE
+
+NAMES = [device.name for device in ROVER.devices]
+TARGETS = [*targets_of(ROVER, NAMES), "screen", "x"]
+VALUES = ["0", "1", "0.5", "0.001", "-1", "1e999", "1e-320", "60", "100000", "nan", "inf", "x", "'", "٣", "\\", "0x1"]
+TOML_VALUES = [*VALUES, "[]", "{}", "true", '""', "9" * 400, "0x" + "f" * 5000, "1979-05-27"]
+TOML_KEYS = ["x", "target", '"a b"', '""', "model_config", "__pydantic_extra__"]
+WORDS = st.one_of(st.sampled_from(VALUES), st.text(max_size=8), st.floats().map(str))
+KEYS = st.sampled_from(["after", "lasts", "every", "value", "model_config", "on", "x"])
+QUICK = settings(
+    max_examples=200,
+    deadline=None,
+    derandomize=True,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
+
+specs = st.builds(
+    lambda target, effect, value, rest: " ".join([target, effect + value, *(f"{key}={word}" for key, word in rest)]),
+    st.sampled_from(TARGETS),
+    st.sampled_from([*effects(), "noise.camera", "x"]),
+    st.one_of(st.just(""), WORDS.map(lambda word: f"={word}")),
+    st.lists(st.tuples(KEYS, WORDS), max_size=3),
+)
+
+
+def check(*texts: str) -> None:
+    try:
+        plan_faults(specs_in(texts), ROVER, NAMES)
+    except UsageError as error:
+        lines = str(error).splitlines()  # a file has a line for each of its faults
+        assert lines
+        assert all(map(str.strip, lines))
+
+
+@QUICK
+@given(st.text(max_size=60))
+def test_any_text(text: str) -> None:
+    check(text)
+
+
+@QUICK
+@given(specs)
+def test_anything_that_looks_like_a_spec(text: str) -> None:
+    check(text)
+
+
+@QUICK
+@given(
+    st.sampled_from(TARGETS),
+    st.sampled_from(effects()),
+    st.sampled_from(["", *(f"={value}" for value in VALUES)]),
+    st.lists(st.tuples(st.sampled_from(["after", "lasts", "every"]), st.sampled_from(VALUES)), max_size=2),
+)
+def test_whatever_is_a_fault_can_be_lived_with(
+    target: str, effect: str, value: str, rest: list[tuple[str, str]]
+) -> None:
+    try:
+        rig = faulty(" ".join([target, effect + value, *(f"{key}={word}" for key, word in rest)]))
+    except UsageError:
+        return
+    for _ in range(3):
+        with suppress(RobotcoreError):
+            rig.robot.camera.read()
+            rig.robot.drive.set_velocity(0.1, 0.0)
+            rig.commit()
+        rig.sleep(TICK_S)
+    rig.robot.close()
+    assert rig.wheels == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("source", [st.binary(max_size=100), st.none()], ids=["bytes", "mangled"])
+@QUICK
+@given(data=st.data())
+def test_any_file(tmp_path: Path, source: st.SearchStrategy[bytes | None], data: st.DataObject) -> None:
+    file = tmp_path / "faults.toml"
+    file.write_bytes(data.draw(source) or data.draw(_mangled()).encode())
+    check(str(file))
+
+
+@st.composite
+def _mangled(draw: st.DrawFn) -> str:
+    """Return a file with some lines taken out, doubled or given another value."""
+    lines = FILE.splitlines()
+    for _ in range(draw(st.integers(1, 4))):
+        index = draw(st.integers(0, len(lines) - 1))
+        key, _, value = lines[index].partition("=")
+        change = draw(st.sampled_from(["delete", "double", "value", "key"]))
+        if change == "delete" and len(lines) > 1:
+            del lines[index]
+        elif change == "double":
+            lines.insert(draw(st.integers(0, len(lines))), lines[index])
+        elif change == "value" and value:
+            lines[index] = f"{key}= {draw(st.sampled_from(TOML_VALUES))}"
+        elif value:
+            lines[index] = f"{draw(st.sampled_from(TOML_KEYS))} ={value}"
+    return "\n".join(lines)

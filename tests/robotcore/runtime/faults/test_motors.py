@@ -1,0 +1,121 @@
+from __future__ import annotations
+
+import math
+from threading import Thread
+
+import pytest
+
+from robotcore.errors import DeviceClosedError, DeviceError, InvalidCommandError
+from robotcore.runtime.faults.motors import FaultyMotor
+from robotcore.safety.patience import PATIENCE_S
+from tests.robotcore.fakes import NullMotor
+from tests.robotcore.runtime.faults.rigs import TICK_S, faulty
+
+
+@pytest.mark.parametrize(
+    "spec, turned",
+    [
+        ("left_motor dead", (0.0, 4.0)),
+        ("left_motor weak=0.5", (2.0, 4.0)),
+        ("right_motor reversed", (4.0, -4.0)),
+        ("drive weak=0.25", (1.0, 1.0)),
+    ],
+)
+def test_a_motor_turns_otherwise_than_it_is_told_and_does_not_know(spec: str, turned: tuple[float, float]) -> None:
+    rig = faulty(spec)
+    assert rig.robot.drive.set_wheels(4.0, 4.0) == (4.0, 4.0)
+    rig.commit()
+    assert rig.wheels == turned
+
+
+def test_it_comes_and_goes_while_a_command_lives() -> None:
+    rig = faulty("left_motor dead after=0.05 lasts=0.05")
+    rig.robot.drive.set_wheels(4.0, 4.0)
+    rig.commit()
+    rig.commit()
+    rig.sleep(0.02)
+    assert rig.left.sent == [4.0, 0.0, 4.0]
+    assert rig.right.sent == [4.0]
+
+
+def test_one_that_was_stopped_is_not_told_anew() -> None:
+    rig = faulty("left_motor dead lasts=0.1")
+    rig.robot.drive.set_wheels(4.0, 4.0)
+    rig.commit()
+    rig.robot.stop()
+    sent = len(rig.left.sent)
+    rig.sleep(TICK_S)
+    rig.sleep(TICK_S)
+    assert rig.left.sent[-1] == 0.0
+    assert len(rig.left.sent) == sent
+
+
+@pytest.mark.parametrize("effect", ["dead", "weak=0.5", "reversed"])
+def test_the_deadman_stops_it(effect: str) -> None:
+    rig = faulty(f"drive {effect}")
+    rig.robot.drive.set_wheels(4.0, 4.0)
+    rig.commit()
+    rig.sleep(0.2)
+    assert rig.wheels == (0.0, 0.0)
+
+
+def test_what_is_no_number_stops_it() -> None:
+    motor = NullMotor("left_motor")
+    with pytest.raises(InvalidCommandError):
+        FaultyMotor(motor, lambda: 0.5).set_velocity(math.nan)
+    assert motor.sent == [0.0]
+
+
+def test_closing_stops_and_closes_the_motor_once() -> None:
+    motor = NullMotor("left_motor")
+    faulty_one = FaultyMotor(motor, lambda: 0.5)
+    faulty_one.close()
+    faulty_one.close()
+    faulty_one.stop()
+    assert (motor.sent[-1], motor.releases) == (0.0, 1)
+    with pytest.raises(DeviceClosedError):
+        faulty_one.set_velocity(1.0)
+
+
+def test_a_motor_that_breaks_when_its_fault_begins_is_told() -> None:
+    rig = faulty("left_motor weak=0.5 after=0.05")
+    rig.robot.drive.set_wheels(4.0, 4.0)
+    rig.commit()
+    rig.left.is_broken = True
+    with pytest.raises(DeviceError, match="left_motor: no current"):
+        rig.sleep(TICK_S)
+
+
+def test_a_stop_that_could_not_wait_for_a_call_that_hangs_is_sent_again_after_it() -> None:
+    motor, gains = NullMotor("left_motor"), iter((1.0, 0.5, 0.5))
+    weak = FaultyMotor(motor, lambda: next(gains))
+    weak.set_velocity(4.0)
+    stopping = Thread(target=weak.stop)
+
+    def hang_until_stopped(rad_s: float) -> None:
+        if rad_s == 2.0:
+            stopping.start()
+            stopping.join()
+
+    motor.on_command = hang_until_stopped
+    weak.renew()
+    assert motor.told == [4.0, 2.0, 0.0, 0.0]
+    assert motor.sent[-1] == 0.0
+
+
+def test_a_stop_from_another_thread_counts_where_the_motor_is_just_being_told_anew() -> None:
+    """A deadman on a real clock stops from a thread of its own."""
+    motor, gains = NullMotor("left_motor"), iter((1.0, 0.5, 0.5))
+    weak = FaultyMotor(motor, lambda: next(gains))
+    weak.set_velocity(4.0)
+    stopping = Thread(target=weak.stop)
+
+    def stop_meanwhile(rad_s: float) -> None:
+        if rad_s == 2.0:
+            stopping.start()
+            stopping.join(PATIENCE_S / 2)
+
+    motor.on_command = stop_meanwhile
+    weak.renew()
+    stopping.join()
+    assert motor.sent == [4.0, 2.0, 0.0]

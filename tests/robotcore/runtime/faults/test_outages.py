@@ -1,0 +1,149 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from robotcore.errors import DeviceError
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.robot import Robot
+from robotcore.hal.wall_clock import MonotonicClock, PacedClock
+from robotcore.runtime.behaviour import Status
+from robotcore.runtime.faults.clocks import Stalling
+from robotcore.runtime.faults.outages import Lost
+from robotcore.runtime.loop import Loop
+from tests.robotcore.fakes import Deed, picture
+from tests.robotcore.runtime.faults.rigs import TICK_S, faulty
+
+NEVER = float("inf")
+
+
+class TestStall:
+    def test_no_tick_comes_while_time_goes_on(self) -> None:
+        assert _tick_times("loop stall=0.3 after=0.1", 5) == pytest.approx([0.0, 0.05, 0.1, 0.4, 0.45])
+
+    def test_again_and_again_until_it_ends(self) -> None:
+        times = _tick_times("loop stall=0.1 after=0.1 every=0.2 lasts=0.4", 10)
+        assert times == pytest.approx([0.0, 0.05, 0.1, 0.2, 0.25, 0.3, 0.4, 0.45, 0.5, 0.55])
+
+    def test_a_stall_is_not_missed_between_two_ticks(self) -> None:
+        assert _tick_times("loop stall=0.1 after=0.06", 4) == pytest.approx([0.0, 0.05, 0.1, 0.2])
+
+    def test_one_that_is_shorter_than_a_tick_costs_nothing(self) -> None:
+        assert _tick_times("loop stall=0.03 after=0.1", 4) == pytest.approx([0.0, 0.05, 0.1, 0.15])
+
+    def test_it_counts_as_one_overrun(self) -> None:
+        loop = _loop("loop stall=0.3 after=0.1", 1.0)
+        loop.run()
+        assert loop.overruns == 1
+
+    def test_the_deadman_cuts_at_its_expiry(self) -> None:
+        rig = faulty("loop stall=0.3 after=0.05")
+        cuts: list[float] = []
+        rig.left.on_command = lambda rad_s: cuts.append(rig.clock.now()) if rad_s == 0.0 else None
+        rig.robot.drive.set_wheels(4.0, 4.0)
+        rig.commit()
+        rig.robot.drive.set_wheels(4.0, 4.0)
+        rig.commit()
+        assert cuts == pytest.approx([0.05 + 0.125])
+        assert rig.clock.now() == pytest.approx(0.35)
+
+    def test_a_clock_that_is_held_to_real_time_is_not_held_longer_afterwards(
+        self, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        paced = PacedClock(SteppedClock(20, lambda _: None))
+        monkeypatch.setattr(paced, "_wall", SteppedClock(20, lambda _: None))
+        clock = Stalling(paced, stall=0.02, first=0.0, every=NEVER, end=NEVER)
+        assert not clock.sleep_until(0.01)
+        assert clock.now() == pytest.approx(0.02, abs=0.005)
+        assert paced._delay == 0.0
+
+    def test_on_the_machines_own_time_the_loop_is_late(self) -> None:
+        clock = Stalling(MonotonicClock(), stall=0.02, first=0.0, every=NEVER, end=NEVER)
+        assert not clock.sleep_until(0.005)
+        assert clock.now() >= 0.02
+
+
+class TestLost:
+    def test_every_device_fails_by_its_name_and_works_again(self) -> None:
+        rig = faulty("connection lost=0.1 after=0.05")
+        robot = rig.robot
+        robot.camera.read()
+        rig.sleep(TICK_S)
+        uses: dict[str, Callable[[], object]] = {
+            "eye": robot.camera.read,
+            "nose": robot.range.read,
+            "screen": lambda: robot.display.show(picture()),
+        }
+        for device, use in uses.items():
+            fault = 'by the fault "connection lost=0.1 after=0.05"'
+            with pytest.raises(DeviceError, match=f"{device}: the connection is lost, {fault}"):
+                use()
+        robot.drive.set_velocity(-0.1, 0.0)
+        with pytest.raises(DeviceError, match="left_motor: the connection is lost"):
+            rig.commit()
+        rig.sleep(0.1)
+        assert robot.range.read().time == robot.camera.read().time == pytest.approx(0.15)
+        robot.display.show(picture())
+        assert rig.screen.picture is not None
+        robot.drive.set_velocity(-0.1, 0.0)
+        rig.commit()
+        assert rig.wheels[0] < 0
+
+    def test_a_stop_is_tried_all_the_same(self) -> None:
+        rig = faulty("connection lost=1 after=0.05")
+        rig.robot.drive.set_velocity(-0.1, 0.0)
+        rig.commit()
+        assert rig.wheels[0] < 0
+        rig.robot.stop()
+        assert rig.wheels == (0.0, 0.0)
+        rig.robot.close()
+        assert (rig.left.releases, rig.right.releases) == (1, 1)
+
+    @pytest.mark.parametrize("lasts", [0.3, 0.4])
+    def test_again_and_again_until_it_ends(self, lasts: float) -> None:
+        rig = faulty(f"connection lost=0.1 after=0.05 every=0.2 lasts={lasts}")
+        lost = []
+        for _ in range(12):
+            try:
+                rig.robot.range.read()
+                lost.append(0)
+            except DeviceError:
+                lost.append(1)
+            rig.sleep(TICK_S)
+        assert lost == [0, 1, 1, 0, 0, 1, 1, 0, 0, 0, 0, 0]
+
+    @pytest.mark.parametrize("after, every, times", [(0.1, 0.3, 7), (0.05, 0.7, 3), (0.05, 0.7, 100)])
+    def test_each_outage_is_as_long_as_the_first(self, after: float, every: float, times: int) -> None:
+        fault = Lost(value=0.1, after=after, every=every, lasts=round(times * every, 6))
+        on = [tick for tick in range(3000) if fault.is_on(tick / 20)]
+        begun = [round(20 * (after + turn * every)) for turn in range(times)]
+        assert on == [tick for first in begun for tick in (first, first + 1)]
+
+    def test_a_single_device_can_be_cut_off(self) -> None:
+        robot = faulty("camera lost=1").robot
+        with pytest.raises(DeviceError, match='eye: the connection is lost, by the fault "camera lost=1"'):
+            robot.camera.read()
+        assert robot.range.read()
+
+    def test_a_device_that_is_read_in_every_tick_comes_back_too(self) -> None:
+        rig = faulty("connection lost=0.1 after=0.05", "range drop=0")
+        for _ in range(3):
+            rig.sleep(TICK_S)
+        assert rig.robot.range.read().time == pytest.approx(0.15)
+
+
+def _loop(spec: str, timeout: float) -> Loop:
+    rig = faulty(spec)
+    return Loop(rig.assembled, Deed(lambda _: Status.RUNNING), 20, timeout)
+
+
+def _tick_times(spec: str, ticks: int) -> list[float]:
+    times: list[float] = []
+
+    def note(robot: Robot) -> Status:
+        times.append(robot.clock.now())
+        return Status.RUNNING if len(times) < ticks else Status.SUCCESS
+
+    Loop(faulty(spec).assembled, Deed(note), 20, 10.0).run()
+    return times

@@ -1,0 +1,123 @@
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from robotcore.errors import DeviceError, StaleSampleError
+from robotcore.hal.devices import Range
+from tests.robotcore.fakes import Rig
+from tests.robotcore.runtime.faults.rigs import TICK_S, faulty
+
+
+def times(rig: Rig, ticks: int) -> list[int]:
+    """Return when the readings of the next ticks were taken, in ticks."""
+    found = []
+    for _ in range(ticks):
+        found.append(round(rig.robot.range.read().time / TICK_S))
+        rig.sleep(TICK_S)
+    return found
+
+
+class TestDrop:
+    def test_a_lost_sample_is_no_new_one(self) -> None:
+        rig = faulty("range drop=1 after=0.1 lasts=0.1")
+        rig.nose.distance = 1.0
+        samples = []
+        for _ in range(6):
+            samples.append(rig.robot.range.read())
+            rig.sleep(TICK_S)
+        assert samples[1] is samples[2] is samples[3]
+        assert [round(sample.time / TICK_S) for sample in samples] == [0, 1, 1, 1, 4, 5]
+
+    def test_its_age_grows_until_it_is_too_old(self) -> None:
+        rig = faulty("range drop=1")
+        rig.robot.range.read()
+        rig.sleep(1.0)
+        assert rig.robot.range.read().time == 0.0
+        rig.sleep(TICK_S)
+        with pytest.raises(StaleSampleError, match=r"nose: the newest sample is 1\.050 s old"):
+            rig.robot.range.read()
+
+    @pytest.mark.parametrize("probability", [0.0, 0.2, 0.7])
+    def test_so_many_are_lost(self, probability: float) -> None:
+        found = times(faulty(f"range drop={probability}"), 1000)
+        assert len(set(found)) == pytest.approx(1000 * (1 - probability), abs=45)
+
+    def test_the_same_are_lost_whether_or_not_somebody_reads(self) -> None:
+        read, unread = faulty("range drop=0.5"), faulty("range drop=0.5")
+        for ticks in (3, 4, 5, 6, 7):
+            expected = times(read, ticks)[-1]
+            unread.sleep(TICK_S)
+            for _ in range(ticks - 2):
+                unread.sleep(TICK_S)
+            assert times(unread, 1) == [expected]
+
+    def test_seed_device_and_place_among_the_faults_draw_for_themselves(self) -> None:
+        base = times(faulty("range drop=0.5"), 30)
+        assert times(faulty("range drop=0.5"), 30) == base
+        assert times(faulty("range drop=0.5", seed=2), 30) != base
+        assert times(faulty("eye drop=0.5", "range drop=0.5"), 30) != base
+
+    def test_two_on_one_device_read_it_once_a_tick(self) -> None:
+        rig = faulty("range delay=0.1", "range drop=0.5")
+        for ticks in range(1, 6):
+            rig.robot.range.read()
+            rig.sleep(TICK_S)
+            assert rig.nose.reads == ticks
+        rig.sleep(TICK_S)
+        assert rig.nose.reads == 6
+
+
+class TestEagerness:
+    def test_a_device_that_may_fail_is_read_though_nobody_asks_and_no_other(self) -> None:
+        rig, other = faulty("range drop=0.5"), faulty("eye drop=0.5")
+        for each in (rig, other):
+            each.sleep(TICK_S)
+            each.sleep(TICK_S)
+        assert (rig.nose.reads, other.nose.reads) == (2, 0)
+
+    def test_a_device_that_breaks_is_told_to_those_who_ask(self) -> None:
+        rig = faulty("range drop=0.5")
+        rig.nose._newest = _broken  # type: ignore[method-assign]
+        rig.sleep(TICK_S)
+        with pytest.raises(DeviceError, match="nose: no echo board"):
+            rig.robot.range.read()
+
+
+class TestFreeze:
+    def test_the_last_sample_before_it_stays_though_nobody_had_read_it(self) -> None:
+        rig = faulty("range freeze after=0.2 lasts=0.3")
+        for _ in range(6):
+            rig.sleep(TICK_S)
+        assert times(rig, 6) == [3, 3, 3, 3, 10, 11]
+
+    def test_there_is_always_a_first_one(self) -> None:
+        assert times(faulty("range freeze"), 3) == [0, 0, 0]
+
+
+class TestNoEcho:
+    def test_it_is_an_old_reading_and_never_inf(self) -> None:
+        rig = faulty("range no_echo=1 after=0.05")
+        rig.nose.distance = 0.7
+        first = rig.robot.range.read()
+        rig.sleep(TICK_S)
+        rig.nose.distance = math.inf
+        assert rig.robot.range.read() is first
+
+
+class TestDelay:
+    def test_a_sample_is_that_of_so_long_ago(self) -> None:
+        assert times(faulty("range delay=0.15"), 7) == [0, 0, 0, 0, 1, 2, 3]
+
+    def test_time_never_runs_backwards_where_it_begins_and_none_is_late_where_it_ends(self) -> None:
+        assert times(faulty("range delay=0.1 after=0.2 lasts=0.2"), 10) == [0, 1, 2, 3, 3, 3, 4, 5, 8, 9]
+
+    def test_a_sensor_that_is_slow_itself_keeps_its_samples(self) -> None:
+        rig = faulty("range delay=0.1")
+        rig.nose._newest = lambda: Range(1.0, 0.1 * (rig.clock.now() // 0.0999), 0)  # type: ignore[method-assign]
+        assert times(rig, 8) == [0, 0, 0, 0, 2, 2, 4, 4]
+
+
+def _broken() -> Range:
+    raise DeviceError("nose", "no echo board")

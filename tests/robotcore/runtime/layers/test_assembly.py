@@ -1,0 +1,304 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from robotcore.description import Conditions, load_robot
+from robotcore.errors import DeviceClosedError, DeviceGroupError, StaleSampleError, UnmetNeedError
+from robotcore.geometry import Wheels
+from robotcore.hal.devices import Camera, Device, Display, Range, RangeSensor
+from robotcore.hal.robot import Robot, Role
+from robotcore.hal.wall_clock import PacedClock
+from robotcore.runtime.faults import plan_faults
+from robotcore.runtime.layers import assemble, needed_devices
+from robotcore.runtime.layers.layer import Layer
+from robotcore.runtime.layers.readers import Reader
+from robotcore.safety import Stage
+from tests.robotcore.fakes import ROVER, UNHURRIED, NullEncoder, NullMotor, Rig, picture
+
+WHEELS = {"left_motor", "right_motor", "left_encoder", "right_encoder"}
+
+
+class TestNeededDevices:
+    @pytest.mark.parametrize(
+        "role, names",
+        [
+            (Role.DRIVE, WHEELS | {"nose"}),
+            (Role.CAMERA, {"eye"}),
+            (Role.RANGE, {"nose"}),
+            (Role.DISPLAY, {"screen"}),
+        ],
+    )
+    def test_a_role_brings_its_devices_and_a_drive_the_range_sensor_of_its_guard(
+        self, role: Role, names: set[str]
+    ) -> None:
+        assert needed_devices(ROVER, {role}) == names
+
+    def test_an_app_that_needs_nothing_opens_nothing(self) -> None:
+        assert needed_devices(ROVER, ()) == frozenset()
+
+    def test_a_need_that_cannot_be_met_is_refused(self) -> None:
+        with pytest.raises(UnmetNeedError, match="'lookout' has no drive"):
+            needed_devices(load_robot("lookout"), {Role.CAMERA, Role.DRIVE})
+
+    def test_what_is_only_wanted_is_left_out_where_it_is_missing(self) -> None:
+        camera = needed_devices(load_robot("lookout"), {Role.CAMERA})
+        assert needed_devices(load_robot("lookout"), {Role.CAMERA}, {Role.DRIVE}) == camera
+        assert needed_devices(ROVER, {Role.CAMERA}, {Role.DISPLAY}) == {"eye", "screen"}
+
+
+class TestSensors:
+    def test_a_device_gives_one_sample_a_tick(self) -> None:
+        rig = Rig()
+        first = rig.robot.range.read()
+        assert rig.robot.range.read() is first
+        assert rig.nose.reads == 1
+        rig.sleep(0.05)
+        assert rig.robot.range.read() is not first
+
+    def test_the_guard_and_the_app_share_the_ticks_sample(self) -> None:
+        rig = Rig()
+        rig.robot.drive.set_velocity(0.1, 0.0)
+        rig.robot.range.read()
+        assert rig.nose.reads == 1
+
+    def test_a_device_that_nobody_reads_is_not_read(self) -> None:
+        rig = Rig()
+        rig.robot.drive.set_velocity(-0.1, 0.0)
+        rig.commit()
+        assert rig.nose.reads == 0
+
+    def test_a_stale_sample_is_refused(self) -> None:
+        rig = Rig()
+        rig.nose.age = ROVER.safety.max_age_s + 0.01
+        with pytest.raises(StaleSampleError, match="nose"):
+            rig.robot.range.read()
+
+    def test_mounts_are_those_of_the_description(self) -> None:
+        rig = Rig()
+        assert rig.robot.range.mount == rig.robot.camera.mount == (0.14, 0.0, 0.0)
+
+    def test_limits_and_intrinsics_are_the_drivers(self) -> None:
+        rig = Rig()
+        sensor = rig.robot.range
+        assert (sensor.min_range, sensor.max_range, sensor.cone) == (0.02, 2.0, 0.5)
+        assert rig.robot.camera.intrinsics is rig.eye.intrinsics
+
+    def test_a_camera_is_read_through_the_layers_too(self) -> None:
+        rig = Rig()
+        assert rig.robot.camera.read() is rig.robot.camera.read()
+
+
+class TestConditions:
+    def test_without_any_nothing_stands_between(self) -> None:
+        rig = Rig()
+        assert rig.robot.camera.read().image is rig.eye.image
+        rig.robot.drive.set_wheels(2.0, 2.0)
+        rig.commit()
+        assert rig.wheels == (2.0, 2.0)
+
+    def test_sensors_and_wheels_are_under_them_and_the_guard_and_the_robot_know_only_that(self) -> None:
+        rig = Rig(description=UNHURRIED)
+        rig.nose.distance = 1.0
+        conditions = Conditions(wheel_gain_left=0.5, range_bias_m=-0.89, camera_noise=3.0)
+        robot = assemble(rig.raw, UNHURRIED, 20, conditions=conditions, seed=1).robot
+        assert robot.camera.read().image.any()
+        assert robot.range.read() is robot.range.read()
+        assert robot.range.read().distance == pytest.approx(0.11)
+        assert robot.drive.set_velocity(0.2, 0.0).linear == pytest.approx(0.0)
+
+    def test_a_gain_is_past_the_stage_and_short_of_the_driver(self) -> None:
+        rig = Rig(description=UNHURRIED)
+        assembled = assemble(rig.raw, UNHURRIED, 20, conditions=Conditions(wheel_gain_left=0.5, wheel_gain_right=1.5))
+        assert assembled.stage
+        assert assembled.robot.drive.set_wheels(4.0, 4.0) == (4.0, 4.0)
+        assembled.stage.commit()
+        assert rig.wheels == (2.0, 6.0)
+        assembled.clock.sleep_until(0.125)
+        assert rig.wheels == (0.0, 0.0)
+        assembled.robot.close()
+        assert (rig.left.releases, rig.right.releases) == (1, 1)
+
+
+class TestDisplay:
+    def test_shows_on_the_drivers_display_and_keeps_the_newest(self) -> None:
+        rig = Rig()
+        image = picture((1, 2, 3))
+        rig.robot.display.show(image)
+        assert rig.screen.picture is not None
+        assert (rig.screen.picture == image).all()
+        assert getattr(rig.robot.display, "latest") is image  # noqa: B009  a layer's own
+
+
+class TestDrive:
+    def test_a_robot_whose_motors_are_not_open_has_no_drive(self) -> None:
+        rig = Rig(names=("eye",))
+        assert rig.assembled.stage is None
+        assert not rig.robot.has(Role.DRIVE)
+
+    def test_the_guard_takes_forward_motion_away(self) -> None:
+        rig = Rig(description=UNHURRIED)
+        rig.nose.distance = 0.11
+        assert rig.robot.drive.set_velocity(0.2, 0.5) == pytest.approx((0.0, 0.5))
+
+    def test_a_drive_without_a_range_sensor_goes_unguarded(self) -> None:
+        rig = Rig(names=("left_motor", "right_motor"))
+        assert rig.robot.drive.set_velocity(0.05, 0.0).linear == pytest.approx(0.05)
+
+    def test_a_lease_is_that_of_the_description_at_this_rate(self) -> None:
+        rig = Rig(rate_hz=10)
+        rig.robot.drive.set_velocity(0.05, 0.0)
+        assert rig.assembled.stage
+        rig.assembled.stage.commit()
+        rig.sleep(0.24)
+        assert rig.wheels != (0.0, 0.0)
+        rig.sleep(0.02)
+        assert rig.wheels == (0.0, 0.0)
+
+    def test_acceleration_is_limited_by_the_tick(self) -> None:
+        rig = Rig()
+        assert rig.robot.drive.set_wheels(12.0, 6.0) == (3.0, 1.5)
+        rig.commit()
+        assert rig.robot.drive.set_wheels(12.0, 6.0) == (6.0, 3.0)
+
+    def test_the_slower_motor_limits_both(self) -> None:
+        rig = Rig(description=UNHURRIED)
+        rig.right = NullMotor("right_motor", 4.0)
+        assert rig.robot.drive.set_wheels(12.0, 8.0) == pytest.approx((4.0, 8.0 / 3))
+
+    def test_without_encoders_the_pose_is_that_of_the_commands_until_the_deadman_cut(self) -> None:
+        rig = Rig(description=UNHURRIED)
+        rig.robot.drive.set_velocity(0.2, 0.0)
+        rig.commit()
+        assert rig.robot.drive.pose == pytest.approx((0.01, 0.0, 0.0))
+        rig.sleep(1.0)
+        assert rig.robot.drive.pose == pytest.approx((0.2 * 0.125, 0.0, 0.0))
+
+
+class TestEncoders:
+    def test_they_tell_the_pose_and_are_read_once_a_tick(self) -> None:
+        rig = Rig()
+        encoders = NullEncoder(rig.clock, "left_encoder"), NullEncoder(rig.clock, "right_encoder")
+        raw = Robot("rig", rig.clock, [rig.left, rig.right, *encoders])
+        robot = assemble(raw, ROVER, 20).robot
+        for encoder in encoders:
+            encoder.angle = 1.0
+        assert robot.drive.pose == robot.drive.pose == pytest.approx((0.0325, 0.0, 0.0))
+        assert [encoder.reads for encoder in encoders] == [1, 1]
+
+    def test_what_a_late_one_has_not_counted_yet_the_wheel_did_as_it_was_told(self) -> None:
+        rig = Rig(description=UNHURRIED)
+        encoders = NullEncoder(rig.clock, "left_encoder"), NullEncoder(rig.clock, "right_encoder")
+        raw = Robot("rig", rig.clock, [rig.left, rig.right, *encoders])
+        faults = [fault.layer(rig.clock, 1) for fault in plan_faults(["encoders delay=0.1"], ROVER, list(raw.devices))]
+        assembled = assemble(raw, UNHURRIED, 20, faults=faults)
+        drive, poses = assembled.robot.drive, []
+        for _ in range(6):
+            drive.set_velocity(0.2, 0.0)
+            poses.append(drive.pose.x)
+            assert assembled.stage
+            assembled.stage.commit()
+            assembled.clock.sleep_until(assembled.clock.now() + 0.05)
+            for encoder in encoders:
+                encoder.angle += 0.01 / 0.0325
+        assert poses == pytest.approx([0.01 * tick for tick in range(6)])
+
+
+class TestClosing:
+    def test_stops_and_lets_go_of_every_device_once(self) -> None:
+        rig = Rig()
+        rig.robot.drive.set_velocity(0.1, 0.0)
+        rig.commit()
+        rig.robot.close()
+        assert rig.wheels == (0.0, 0.0)
+        assert (rig.left.releases, rig.right.releases) == (1, 1)
+        for device in rig.made:
+            assert _is_closed(device)
+
+    def test_one_broken_motor_is_told_once_and_keeps_nothing_from_being_closed(self) -> None:
+        rig = Rig()
+        rig.robot.drive.set_velocity(0.1, 0.0)
+        rig.commit()
+        rig.left.is_broken = True
+        with pytest.raises(DeviceGroupError) as raised:
+            rig.robot.close()
+        assert [str(failure) for failure in raised.value.failures] == ["left_motor: no current"]
+        assert rig.right.sent[-1] == 0.0
+        assert all(_is_closed(device) for device in rig.made)
+
+    def test_the_backend_is_let_go_with_the_robot(self) -> None:
+        rig, released = Rig(), list[str]()
+        raw = Robot("rig", rig.clock, rig.made, release=lambda: released.append("once"))
+        robot = assemble(raw, ROVER, 20).robot
+        robot.close()
+        robot.close()
+        assert released == ["once"]
+
+    def test_nothing_can_be_used_afterwards(self) -> None:
+        robot = Rig().robot
+        robot.close()
+        for device in (robot.range, robot.camera):
+            assert isinstance(device, RangeSensor | Camera)
+            with pytest.raises(DeviceClosedError):
+                device.read()
+
+
+def test_another_clock_may_stand_in_for_the_backends() -> None:
+    rig = Rig()
+    assembled = assemble(rig.raw, ROVER, 20, paced := PacedClock(rig.clock))
+    assembled.clock.sleep_until(0.05)
+    assert paced._wall.now() >= 0.05
+
+
+class Spy(Layer):
+    """Notes what passes it."""
+
+    def __init__(self) -> None:
+        self.seen: list[object] = []
+
+    def range_sensor(self, sensor: RangeSensor, read: Reader[Range]) -> Reader[Range]:
+        def noting() -> Range:
+            self.seen.append(sensor.name)
+            return read()
+
+        return noting
+
+    def display(self, display: Display) -> Display:
+        self.seen.append(display.name)
+        return display
+
+    def stage(self, stage: Stage) -> Stage:
+        ask = stage.ask
+        stage.ask = lambda wheels: self.seen.append(wheels) or ask(wheels)  # type: ignore[method-assign,func-returns-value]
+        return stage
+
+    def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
+        return lambda: Wheels(2.0, 2.0)
+
+
+class TestTaps:
+    def test_sees_what_the_app_asks_for_before_any_rule(self) -> None:
+        rig, spy = Rig(), Spy()
+        robot = assemble(rig.raw, ROVER, 20, taps=[spy]).robot
+        assert robot.drive.set_wheels(12.0, 6.0) == (3.0, 1.5)
+        assert spy.seen == ["screen", (12.0, 6.0), "nose"]
+
+    def test_sees_a_sample_that_is_then_refused_for_its_age(self) -> None:
+        rig, spy = Rig(), Spy()
+        rig.nose.age = 5.0
+        with pytest.raises(StaleSampleError):
+            assemble(rig.raw, ROVER, 20, taps=[spy]).robot.range.read()
+        assert "nose" in spy.seen
+
+    def test_may_stand_in_for_the_angles_of_the_wheels(self) -> None:
+        robot = assemble(Rig().raw, ROVER, 20, taps=[Spy()]).robot
+        assert robot.drive.pose == pytest.approx((0.065, 0.0, 0.0))
+
+
+def test_the_app_does_not_get_the_truth() -> None:
+    assert Rig().robot.truth is None
+
+
+def _is_closed(device: Device) -> bool:
+    return device._is_closed

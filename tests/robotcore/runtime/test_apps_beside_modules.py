@@ -1,0 +1,97 @@
+"""test_apps_beside_modules."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from robotcore.runtime import apps as siblings
+from robotcore.runtime.apps import import_beside
+
+
+@pytest.fixture(autouse=True)
+def _as_before(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Leave no folder of a test to import from."""
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.setattr(siblings, "_folders", {})
+    modules = set(sys.modules)
+    yield
+    for name in set(sys.modules) - modules:
+        del sys.modules[name]
+
+
+@pytest.fixture
+def folders(tmp_path: Path) -> tuple[Path, Path]:
+    """Two apps, each with modules beside it that are called the same."""
+    for name in ("a", "b"):
+        (tmp_path / name / "parts").mkdir(parents=True)
+        (tmp_path / name / "bare").mkdir()
+        for file in ("cog", "parts/__init__", "parts/wheel", "bare/wheel"):
+            (tmp_path / name / f"{file}.py").write_text(f"FROM = {name!r}")
+    return tmp_path / "a" / "robot.py", tmp_path / "b" / "robot.py"
+
+
+@pytest.mark.parametrize("name", ["cog", "parts", "parts.wheel", "bare.wheel"])
+def test_modules_of_one_name_are_not_mixed_up(folders: tuple[Path, Path], name: str) -> None:
+    for app, told in zip(folders * 2, "abab", strict=True):
+        import_beside(app)
+        assert told == import_module(name).FROM
+
+
+def test_a_module_is_the_same_one_when_its_turn_comes_again(folders: tuple[Path, Path]) -> None:
+    one, other = folders
+    import_beside(one)
+    cog = import_module("cog")
+    import_beside(other)
+    import_beside(one)
+    assert import_module("cog") is cog
+
+
+def test_what_only_the_other_folder_has_is_not_found(folders: tuple[Path, Path]) -> None:
+    one, other = folders
+    one.with_name("extra.py").touch()
+    import_beside(one)
+    import_module("extra")
+    import_beside(other)
+    with pytest.raises(ModuleNotFoundError):
+        import_module("extra")
+
+
+def test_a_folder_is_looked_into_once_however_often_it_is_named(folders: tuple[Path, Path]) -> None:
+    one, other = folders
+    before = list(sys.path)
+    for app in (one, one, other, one):
+        import_beside(app)
+    assert sys.path == [str(one.parent), *before]
+
+
+def test_a_folder_that_was_on_the_path_anyway_stays_there(
+    folders: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one, other = folders
+    monkeypatch.syspath_prepend(one.parent)
+    before = list(sys.path)
+    import_beside(one)
+    import_beside(other)
+    assert sys.path == [str(other.parent), *before]
+
+
+def test_a_library_below_the_folder_and_what_was_there_before_stay(
+    folders: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one, other = folders
+    libraries = one.parent / "venv" / "site-packages"
+    libraries.mkdir(parents=True)
+    (libraries / "library.py").touch()
+    monkeypatch.syspath_prepend(libraries)
+    monkeypatch.syspath_prepend(one.parent)
+    early = import_module("cog")
+    import_beside(one)
+    library = import_module("library")
+    import_beside(other)
+    assert sys.modules["library"] is library
+    assert sys.modules["cog"] is early

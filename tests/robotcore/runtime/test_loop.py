@@ -1,0 +1,148 @@
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from robotcore.errors import BehaviourError, DeviceError, SafetyStop
+from robotcore.geometry import Wheels
+from robotcore.hal.robot import Robot
+from robotcore.runtime.behaviour import Status
+from robotcore.runtime.loop import Loop
+from robotcore.runtime.outcome import Outcome
+from robotcore.runtime.trace import TickRecord
+from tests.robotcore.fakes import Deed, Rig
+
+
+def loop_of(
+    rig: Rig,
+    deed: Callable[[Robot], Status | None],
+    timeout: float = 10.0,
+    observer: Callable[[TickRecord], None] = lambda _: None,
+) -> Loop:
+    return Loop(rig.assembled, Deed(deed), rig.rate_hz, timeout, [observer])
+
+
+def saying(*statuses: Status) -> Callable[[Robot], Status]:
+    """Return a deed that drives slowly and says these, one a tick."""
+    told: Iterator[Status] = iter(statuses)
+
+    def drive(robot: Robot) -> Status:
+        robot.drive.set_wheels(2.0, 2.0)
+        return next(told)
+
+    return drive
+
+
+def forever(robot: Robot) -> Status:
+    robot.drive.set_wheels(2.0, 2.0)
+    return Status.RUNNING
+
+
+class TestOutcome:
+    @pytest.mark.parametrize("status, outcome", [(Status.SUCCESS, Outcome.SUCCESS), (Status.FAILURE, Outcome.FAILURE)])
+    def test_is_what_the_app_says_and_the_robot_then_stands(self, status: Status, outcome: Outcome) -> None:
+        rig = Rig()
+        loop = loop_of(rig, saying(Status.RUNNING, Status.RUNNING, status))
+        assert loop.run() is outcome
+        assert loop.trace.ticks == 3
+        assert rig.wheels == (0.0, 0.0)
+
+    def test_is_a_timeout_at_the_robots_own_time_and_the_robot_then_stands(self) -> None:
+        rig = Rig()
+        loop = loop_of(rig, forever, timeout=0.5)
+        assert loop.run() is Outcome.TIMEOUT
+        assert rig.clock.now() == 0.5
+        assert loop.trace.ticks == 11
+        assert rig.wheels == (0.0, 0.0)
+
+    def test_a_success_at_the_last_moment_is_one(self) -> None:
+        loop = loop_of(Rig(), lambda robot: Status.SUCCESS if robot.clock.now() >= 0.5 else Status.RUNNING, 0.5)
+        assert loop.run() is Outcome.SUCCESS
+
+    def test_a_robot_without_a_drive_ends_too(self) -> None:
+        assert loop_of(Rig(names=("eye",)), lambda _: Status.SUCCESS).run() is Outcome.SUCCESS
+
+
+class TestTick:
+    def test_a_period_of_the_robots_time_passes_between_two(self) -> None:
+        rig, records = Rig(rate_hz=7), list[TickRecord]()
+        loop_of(rig, saying(*[Status.RUNNING] * 3, Status.SUCCESS), observer=records.append).run()
+        assert [record.time * 245 for record in records] == [0, 35, 70, 105]
+        assert sum(rig.steps) == 105
+
+    def test_time_stands_still_while_the_app_decides(self) -> None:
+        times: list[float] = []
+
+        def look(robot: Robot) -> Status:
+            times.extend([robot.clock.now(), robot.clock.now()])
+            return Status.RUNNING
+
+        loop_of(Rig(), look, timeout=0.1).run()
+        assert times == [0.0, 0.0, 0.05, 0.05, 0.1, 0.1]
+
+    def test_the_command_is_sent_after_the_app_has_decided(self) -> None:
+        rig = Rig()
+        sent_by_then: list[int] = []
+
+        def drive(robot: Robot) -> Status:
+            robot.drive.set_wheels(9.0, 9.0)
+            robot.drive.set_wheels(2.0, 1.0)
+            sent_by_then.append(len(rig.left.sent))
+            return Status.RUNNING
+
+        loop_of(rig, drive).tick()
+        assert sent_by_then == [0]
+        assert (rig.left.sent, rig.right.sent) == ([2.0], [1.0])
+
+    def test_observers_hear_state_command_and_what_became_of_it(self) -> None:
+        rig, records = Rig(), list[TickRecord]()
+        rig.nose.distance = 0.05
+        loop_of(rig, forever, observer=records.append).tick()
+        (record,) = records
+        assert (record.tick, record.time, record.state) == (0, 0.0, "start")
+        assert (record.asked, record.sent) == (Wheels(2.0, 2.0), Wheels(0.0, 0.0))
+        assert [each.cause for each in record.interventions] == ["range guard"]
+
+    def test_a_tick_without_a_command_says_so(self) -> None:
+        records: list[TickRecord] = []
+        loop_of(Rig(), lambda _: Status.RUNNING, observer=records.append).tick()
+        assert (records[0].asked, records[0].sent) == (None, None)
+
+    def test_overruns_are_counted_and_late_ticks_are_not_made_up_for(self) -> None:
+        rig = Rig()
+
+        def stall(robot: Robot) -> Status:
+            if rig.assembled.clock.tick == 2:
+                rig.clock.sleep_until(rig.clock.now() + 0.12)
+            return Status.RUNNING
+
+        times: list[float] = []
+        loop = loop_of(rig, stall, timeout=0.4, observer=lambda record: times.append(record.time))
+        loop.run()
+        assert loop.overruns == 1
+        assert times == pytest.approx([0.0, 0.05, 0.1, 0.22, 0.27, 0.32, 0.37, 0.42], abs=1 / 240)
+
+
+class TestApp:
+    def test_what_it_raises_is_the_cause_of_a_behaviour_error(self) -> None:
+        with pytest.raises(BehaviourError, match=r"^Deed raised ZeroDivisionError: division by zero$") as raised:
+            loop_of(Rig(), lambda _: 1 / 0).run()  # type: ignore[arg-type,return-value]
+        assert isinstance(raised.value.__cause__, ZeroDivisionError)
+
+    @pytest.mark.parametrize("said", [None, True, "success"])
+    def test_it_must_say_how_it_stands(self, said: object) -> None:
+        with pytest.raises(BehaviourError, match=r"Deed.step returned .* Status.RUNNING"):
+            loop_of(Rig(), lambda _: said).run()  # type: ignore[arg-type,return-value]
+
+    def test_a_device_that_fails_is_not_the_apps_fault(self) -> None:
+        rig = Rig()
+        rig.left.is_broken = True
+        with pytest.raises(DeviceError, match="left_motor: no current"):
+            loop_of(rig, forever).run()
+
+    def test_a_safety_stop_is_not_the_apps_fault(self) -> None:
+        rig = Rig()
+        rig.nose.age = 2.0
+        with pytest.raises(SafetyStop):
+            loop_of(rig, forever).run()

@@ -1,0 +1,236 @@
+"""Devices that are lost and come back: the robot stands meanwhile, and the run goes on, where it may."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import resources
+from pathlib import Path
+
+import pytest
+
+from robotcore import Outcome, RunRequest, RunResult
+from robotcore.errors import DeviceError, DeviceLostError
+from robotcore.geometry import Pose, Wheels
+from robotcore.hal.devices import Range
+from robotcore.hal.robot import Robot
+from robotcore.recording.replay import replay
+from robotcore.runtime.behaviour import Status
+from robotcore.runtime.loop import Loop
+from robotcore.runtime.session import Run, run
+from robotcore.runtime.trace import TickRecord
+from tests.robotcore.fakes import Deed, NullMotor, Rig
+from tests.robotcore.recording.replay.memory import Memory
+
+
+class Watching:
+    """Where the robot was, and for what it waited, at each tick."""
+
+    def __init__(self) -> None:
+        self.lost: list[str | None] = []
+        self.poses: list[Pose] = []
+        self._run: Run | None = None
+
+    def begin(self, run: Run) -> None:
+        self._run = run
+
+    def tick(self, record: TickRecord) -> None:
+        assert self._run
+        assert self._run.truth
+        self.lost.append(record.lost)
+        self.poses.append(self._run.truth.pose)
+
+    def end(self, result: RunResult) -> None:
+        """Nothing more is seen."""
+
+
+@pytest.fixture
+def patient(tmp_path: Path) -> str:
+    """A rover that waits a second for what is lost."""
+    file = tmp_path / "rover.toml"
+    rover = (resources.files("robotcore.description") / "robots/rover.toml").read_text()
+    file.write_text(rover.replace("[safety]", "[safety]\noutage_s = 1.0"))
+    return str(file)
+
+
+def search(robot: str, *faults: str, watching: Watching | None = None, timeout_s: float = 2.5) -> RunResult:
+    request = RunRequest("green-search", robot=robot, seed=7, timeout_s=timeout_s, faults=faults)
+    return run(request, [watching] if watching else [])
+
+
+@pytest.mark.parametrize("target", ["range", "drive", "encoders", "camera", "connection"])
+def test_a_run_goes_on_when_what_was_lost_is_back(patient: str, target: str) -> None:
+    result = search(patient, f"{target} lost=0.5 after=1")
+    assert (result.outcome, result.sim_time_s) == (Outcome.TIMEOUT, 2.5)
+    [note] = result.notes
+    assert "was lost once, 0.5 s in all, and came back; the robot stood meanwhile" in note
+
+
+def test_the_robot_stands_until_it_is_back(patient: str) -> None:
+    watching = Watching()
+    search(patient, "range lost=0.8 after=1", watching=watching)
+    waiting = [pose for pose, lost in zip(watching.poses, watching.lost, strict=True) if lost == "nose"]
+    assert len(waiting) == 16
+    assert waiting[10].heading == pytest.approx(waiting[-1].heading, abs=1e-3)
+    assert watching.poses[-1].heading != pytest.approx(waiting[-1].heading, abs=0.1)
+
+
+def test_each_loss_has_the_whole_time_again(patient: str) -> None:
+    result = search(patient, "range lost=0.6 after=0.5 every=1", timeout_s=4.0)
+    assert result.outcome is Outcome.TIMEOUT
+    assert result.notes == [
+        "nose was lost 3 times, 1.8 s in all, and came back; the robot stood meanwhile",
+        "nose was lost for the last 0.5 s; the robot stood",
+    ]
+
+
+def test_what_stays_away_for_too_long_ends_the_run_by_its_name(patient: str) -> None:
+    result = search(patient, "range lost=2 after=1")
+    assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
+    assert result.reason.startswith("nose: the connection is lost")
+    assert result.sim_time_s == pytest.approx(2.0)
+
+
+def test_without_a_word_of_it_a_loss_ends_the_run_at_once() -> None:
+    result = search("rover", "range lost=0.1 after=1")
+    assert result.exit_status == 3
+    assert result.sim_time_s == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("lost", ["connection lost=0.5", "right_motor lost=0.5", "range lost=2", "camera lost=0.3"])
+def test_a_recorded_loss_is_replayed_with_the_same_decisions(patient: str, lost: str) -> None:
+    memory = Memory()
+    request = RunRequest("green-search", robot=patient, seed=7, timeout_s=3.0, faults=(f"{lost} after=1",))
+    run(request, [memory], [memory.tap])
+    verdict = replay(memory.recording)
+    assert verdict.exit_status == 0
+    assert verdict.result.ticks == len(memory.ticks)
+
+
+class Line:
+    """What motors or sensors are behind: they fail while it is lost, and so does a stop."""
+
+    def __init__(self, rig: Rig, *motors: NullMotor, until: float = 0.8) -> None:
+        self._clock, self._until = rig.clock, until
+        self.motors = motors
+        for motor in motors:
+            motor.on_command = lambda _, name=motor.name: self.require(name)  # type: ignore[misc]  # mypy #15459
+
+    def require(self, name: str) -> None:
+        if 0.4 <= self._clock.now() < self._until:
+            raise DeviceLostError(name, "unplugged")
+
+
+class Board:
+    """A rover in a loop that bears a loss of a second, or as long as it is told; it keeps the record of each tick."""
+
+    def __init__(self, rate_hz: float = 20.0, *, outage: float = 1.0) -> None:
+        self.rig, self._outage = Rig(rate_hz), outage
+        self.records: list[TickRecord] = []
+
+    def run(self, deed: Callable[[Robot], Status | None], timeout: float = 1.5) -> Outcome:
+        self.loop = Loop(
+            self.rig.assembled, Deed(deed), self.rig.rate_hz, timeout, [self.records.append], outage=self._outage
+        )
+        return self.loop.run()
+
+    @property
+    def ticks(self) -> list[TickRecord]:
+        """Those while something is lost."""
+        return [record for record in self.records if 0.4 < record.time + 1e-6 < 0.8]
+
+
+def turning(robot: Robot) -> Status:
+    robot.drive.set_wheels(2.0, 2.0)
+    return Status.RUNNING
+
+
+@pytest.mark.parametrize("lost", ["left", "right"])
+def test_the_wheel_that_is_not_lost_stands_and_does_not_twitch(lost: str) -> None:
+    board = Board()
+    lost_motor, other = (board.rig.left, board.rig.right)[:: 1 if lost == "left" else -1]
+    Line(board.rig, lost_motor)
+    told: list[tuple[float, float]] = []
+    other.on_command = lambda rad_s: told.append((board.rig.clock.now(), rad_s))
+    assert board.run(turning) is Outcome.TIMEOUT
+    assert {rad_s for time, rad_s in told if 0.41 < time < 0.79} == {0.0}
+    assert min(time for time, rad_s in told if rad_s and time > 0.41) == pytest.approx(0.8)
+
+
+def test_what_a_tick_that_was_broken_off_had_asked_for_is_never_sent() -> None:
+    board = Board()
+    asked: list[Wheels] = []
+    line = Line(board.rig)
+
+    def once(robot: Robot) -> Status:
+        if not asked and robot.clock.now() > 0.35:
+            asked.append(robot.drive.set_wheels(2.0, 2.0))
+            line.require("eye")
+        return Status.RUNNING
+
+    board.run(once)
+    assert asked
+    assert not any(board.rig.left.sent)
+    assert board.records[-1].asked is None
+
+
+def test_an_app_is_not_asked_until_all_that_was_lost_is_back() -> None:
+    """One that looks at what is lost in every second tick would turn the wheels in the others, for ever."""
+    board, steps = Board(), []
+    line = Line(board.rig)
+    board.rig.nose._newest = lambda: _read(line, board.rig)  # type: ignore[method-assign]
+
+    def now_and_then(robot: Robot) -> Status:
+        steps.append(robot.clock.now())
+        if len(steps) % 2:
+            robot.range.read()
+        return turning(robot)
+
+    board.run(now_and_then)
+    assert {record.lost for record in board.ticks} == {"nose"}
+    assert not [time for time in steps if 0.46 < time < 0.79]
+    assert board.loop.outages.notes(1.5) == (
+        "nose was lost once, 0.4 s in all, and came back; the robot stood meanwhile",
+    )
+
+
+def test_a_motor_that_the_deadman_cannot_reach_breaks_no_tick_off() -> None:
+    """The app has not commanded it any more when it is lost: nothing of a run's needs it."""
+    board = Board()
+    Line(board.rig, board.rig.left, board.rig.right)
+    board.run(lambda robot: turning(robot) if robot.clock.now() < 0.33 else Status.RUNNING)
+    assert [record.tick for record in board.records] == list(range(31))
+    assert [cause for record in board.records for cause in _causes(record)] == ["deadman"]
+    assert board.loop.outages.notes(1.5) == ()
+
+
+@pytest.mark.parametrize("end", [Status.RUNNING, Status.SUCCESS])
+def test_a_run_that_ends_while_a_motor_is_lost_does_not_tell_that_it_stands(end: Status) -> None:
+    """By its time-out, or by an app that is not kept from ending by a motor that it has not commanded for long."""
+    board = Board()
+    Line(board.rig, board.rig.left)
+    with pytest.raises(DeviceLostError, match="left_motor: unplugged"):
+        board.run(lambda robot: Status.RUNNING if robot.clock.now() < 0.55 else end, timeout=0.6)
+    assert board.loop.time == pytest.approx(0.55 if end is Status.SUCCESS else 0.6)
+
+
+def test_a_lost_motor_hides_no_other_that_does_not_stop() -> None:
+    board = Board()
+    Line(board.rig, board.rig.left)
+
+    def stuck(rad_s: float) -> None:
+        if not rad_s and board.rig.clock.now() > 0.39:
+            raise DeviceError("right_motor", "no current")
+
+    board.rig.right.on_command = stuck
+    with pytest.raises(DeviceError, match="right_motor: no current"):
+        board.run(turning)
+    assert board.loop.time == pytest.approx(0.4)
+
+
+def _causes(record: TickRecord) -> list[str]:
+    return [each.cause for each in record.interventions]
+
+
+def _read(line: Line, rig: Rig) -> Range:
+    line.require("nose")
+    return Range(1.0, rig.clock.now(), round(rig.clock.now() * 1000))

@@ -1,0 +1,166 @@
+from __future__ import annotations
+
+import signal
+from contextlib import suppress
+from typing import Any
+
+import pytest
+
+from robotcore.errors import (
+    BackendError,
+    BehaviourError,
+    DeviceError,
+    Interrupted,
+    InvalidCommandError,
+    StaleSampleError,
+    UnmetNeedError,
+    UsageError,
+)
+from robotcore.hal.clock import Clock
+from robotcore.hal.robot import Robot, Role
+from robotcore.hal.wall_clock import PacedClock
+from robotcore.runtime import execution
+from robotcore.runtime.behaviour import Status
+from robotcore.runtime.outcome import Outcome
+from robotcore.runtime.session import RunRequest
+from tests.robotcore.fakes import Deed, RigBackend
+from tests.robotcore.runs import Runner, driving, raising, then
+
+
+@pytest.mark.parametrize(
+    "status, outcome, exit_status",
+    [(Status.SUCCESS, Outcome.SUCCESS, 0), (Status.FAILURE, Outcome.FAILURE, 1)],
+)
+def test_what_the_app_says(
+    perform: Runner, backend: RigBackend, status: Status, outcome: Outcome, exit_status: int
+) -> None:
+    result = perform(then(lambda _: status))
+    assert (result.outcome, result.exit_status, result.ticks) == (outcome, exit_status, 3)
+    assert result.error is None
+    assert backend.rig.wheels == (0.0, 0.0)
+
+
+def test_a_timeout_is_a_failure_that_says_where_the_app_was(perform: Runner) -> None:
+    result = perform(then(lambda _: None), RunRequest("app", timeout_s=0.5))
+    assert (result.outcome, result.exit_status) == (Outcome.TIMEOUT, 1)
+    assert result.reason == "not done after 0.5 s, in 'start'"
+    assert (result.sim_time_s, result.ticks) == (0.5, 11)
+
+
+@pytest.mark.parametrize(
+    "error, outcome, exit_status",
+    [
+        (BackendError("the simulator has gone"), Outcome.ERROR, 3),
+        (DeviceError("eye", "no picture"), Outcome.ERROR, 3),
+        (InvalidCommandError("nan"), Outcome.STOPPED, 4),
+        (StaleSampleError("nose", 2.0, 1.0), Outcome.STOPPED, 4),
+        (BehaviourError("lost"), Outcome.ERROR, 5),
+        (Interrupted(signal.SIGINT), Outcome.INTERRUPTED, 130),
+        (Interrupted(signal.SIGTERM), Outcome.INTERRUPTED, 143),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_an_error_has_its_outcome_and_status_and_stops_every_motor(
+    perform: Runner, backend: RigBackend, error: BaseException, outcome: Outcome, exit_status: int
+) -> None:
+    result = perform(raising(error))
+    assert (result.outcome, result.exit_status) == (outcome, exit_status)
+    assert result.error is error
+    assert result.reason == str(error)
+    assert backend.rig.wheels == (0.0, 0.0)
+    assert (backend.rig.left.releases, backend.rig.right.releases) == (1, 1)
+
+
+def test_what_the_app_raises_is_kept_with_its_cause(perform: Runner, backend: RigBackend) -> None:
+    result = perform(raising(KeyError("left")))
+    assert (result.outcome, result.exit_status) == (Outcome.ERROR, 5)
+    assert result.error
+    assert isinstance(result.error.__cause__, KeyError)
+    assert backend.rig.wheels == (0.0, 0.0)
+
+
+def test_a_velocity_that_is_no_number_is_a_safety_stop(perform: Runner, backend: RigBackend) -> None:
+    result = perform(then(lambda robot: driving(robot, float("nan"))))
+    assert (result.outcome, result.exit_status) == (Outcome.STOPPED, 4)
+    assert backend.rig.wheels == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("error", [SystemExit(0), UsageError("no such corner"), UnmetNeedError("no arm")])
+def test_an_app_that_gives_up_in_its_own_way_has_raised(
+    perform: Runner, backend: RigBackend, error: BaseException
+) -> None:
+    result = perform(raising(error))
+    assert (result.outcome, result.exit_status) == (Outcome.ERROR, 5)
+    assert backend.rig.wheels == (0.0, 0.0)
+    assert backend.rig.left.releases == 1
+
+
+def test_a_velocity_that_is_no_number_ends_the_run_though_the_app_swallows_it(perform: Runner) -> None:
+    def swallow(robot: Robot) -> Status:
+        with suppress(Exception):
+            driving(robot, float("nan"))
+        return Status.RUNNING
+
+    result = perform(then(swallow))
+    assert (result.outcome, result.exit_status) == (Outcome.STOPPED, 4)
+
+
+def test_a_driver_that_raises_what_it_did_not_translate_has_failed(perform: Runner, backend: RigBackend) -> None:
+    def unplug(robot: Robot) -> Status:
+        backend.rig.nose._newest = _reset  # type: ignore[method-assign]
+        robot.range.read()
+        return Status.RUNNING
+
+    result = perform(then(unplug))
+    assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
+    assert result.reason == "nose: ConnectionResetError: gone"
+
+
+def test_an_apps_reason_is_told(perform: Runner) -> None:
+    app = then(lambda _: Status.FAILURE)
+    app.reason = "no ball"
+    assert perform(app).reason == "no ball"
+
+
+@pytest.mark.parametrize(
+    "needs, wants, opened",
+    [
+        ({Role.CAMERA}, (), {"eye"}),
+        ({Role.RANGE}, {Role.DISPLAY}, {"nose", "screen"}),
+        ({Role.DRIVE}, (), {"left_motor", "right_motor", "left_encoder", "right_encoder", "nose"}),
+    ],
+)
+def test_only_what_the_app_needs_and_wants_is_opened(
+    perform: Runner, backend: RigBackend, needs: set[Role], wants: set[Role], opened: set[str]
+) -> None:
+    app = Deed(lambda _: Status.SUCCESS)
+    app.needs, app.wants = frozenset(needs), frozenset(wants)  # type: ignore[misc]
+    perform(app)
+    assert backend.rig.names == opened
+
+
+def test_a_need_that_cannot_be_met_is_refused_before_anything_is_opened(perform: Runner, backend: RigBackend) -> None:
+    with pytest.raises(UnmetNeedError):
+        perform(then(lambda _: Status.SUCCESS), RunRequest("app", robot="lookout"))
+    assert backend.rigs == []
+
+
+def test_simulated_time_is_held_to_real_time_only_where_it_is_asked_for(
+    perform: Runner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    paced: list[Clock] = []
+
+    class Noting(PacedClock):
+        def __init__(self, source: Clock) -> None:
+            super().__init__(source)
+            paced.append(source)
+
+    monkeypatch.setattr(execution, "PacedClock", Noting)
+    perform(then(lambda _: Status.SUCCESS))
+    assert paced == []
+    perform(then(lambda _: Status.SUCCESS), RunRequest("app", realtime=True))
+    assert len(paced) == 1
+
+
+def _reset() -> Any:
+    raise ConnectionResetError("gone")

@@ -1,0 +1,86 @@
+from __future__ import annotations
+
+import hashlib
+import math
+import struct
+
+import pytest
+
+from robotcore.geometry import Wheels
+from robotcore.runtime.trace import TickRecord, Trace
+from robotcore.safety import Intervention
+
+
+def record(state: str, asked: Wheels | None = None, *, tick: int = 0, interventions: int = 0) -> TickRecord:
+    changed = Intervention(0.0, "range guard", Wheels(1.0, 1.0), Wheels(0.0, 0.0))
+    return TickRecord(tick, tick / 20, state, asked, asked, (changed,) * interventions)
+
+
+def digest(*records: TickRecord) -> str:
+    trace = Trace(())
+    for each in records:
+        trace.add(each)
+    return trace.sha256
+
+
+def test_digest_is_the_one_that_is_documented() -> None:
+    told = digest(record("search", Wheels(1.5, -0.25)), record("zurück"), record("seen", Wheels(0.0, -0.0)))
+    by_hand = b"".join(
+        [
+            b"search\x00\x02",
+            struct.pack("<d", 1.5),
+            struct.pack("<d", -0.25),
+            "zurück".encode(),
+            b"\x00\x00",
+            b"seen\x00\x02",
+            bytes(8),
+            b"\x00" * 7 + b"\x80",
+        ]
+    )
+    assert told == hashlib.sha256(by_hand).hexdigest()
+
+
+def test_digest_of_no_tick_is_that_of_nothing() -> None:
+    assert digest() == hashlib.sha256(b"").hexdigest()
+
+
+@pytest.mark.parametrize(
+    "one, other",
+    [
+        (record("a", Wheels(1.0, 2.0)), record("a", Wheels(2.0, 1.0))),
+        (record("a", Wheels(1.0, 2.0)), record("b", Wheels(1.0, 2.0))),
+        (record("a", Wheels(1.0, 2.0)), record("a", Wheels(1.0, math.nextafter(2.0, 3.0)))),
+        (record("a", Wheels(0.0, 0.0)), record("a")),
+    ],
+)
+def test_digest_tells_decisions_apart(one: TickRecord, other: TickRecord) -> None:
+    assert digest(one) != digest(other)
+
+
+def test_digest_is_of_what_was_asked_not_of_what_was_sent_or_when() -> None:
+    asked = record("a", Wheels(1.0, 2.0))
+    guarded = asked._replace(
+        sent=Wheels(0.0, 0.0), time=7.0, tick=9, interventions=record("", interventions=1).interventions
+    )
+    assert digest(asked) == digest(guarded)
+
+
+def test_a_milestone_is_reached_once_when_its_state_is_first_entered() -> None:
+    trace = Trace(("search", "seen", "arrived"))
+    for tick, state in enumerate(["start", "search", "seen", "search", "seen"]):
+        trace.add(record(state, tick=tick))
+    assert trace.milestones == {"search": 0.05, "seen": 0.1}
+
+
+def test_ticks_and_interventions_are_counted() -> None:
+    trace = Trace(())
+    for interventions in (0, 2, 1):
+        trace.add(record("a", interventions=interventions))
+    assert (trace.ticks, trace.interventions) == (3, 3)
+
+
+def test_milestones_are_told_without_what_a_sum_of_steps_adds_to_them() -> None:
+    trace = Trace(("seen",))
+    trace.add(record("seen")._replace(time=sum([0.05] * 529)))
+    assert sum([0.05] * 529) != 26.45
+    assert trace.milestones == {"seen": 26.45}

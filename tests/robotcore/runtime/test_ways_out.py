@@ -1,0 +1,264 @@
+"""Whatever ends a run, every motor is stopped, each on its own, and the end has a name."""
+
+from __future__ import annotations
+
+import math
+import signal
+import threading
+from contextlib import suppress
+from typing import Any
+
+import pytest
+
+from robotcore.errors import BehaviourError, DeviceClosedError, DeviceError, Interrupted, WatchdogError
+from robotcore.hal.devices import Motor
+from robotcore.hal.robot import Robot
+from robotcore.runtime.behaviour import Status
+from robotcore.runtime.interrupts import Interrupts
+from robotcore.runtime.layers import Assembled, assemble
+from robotcore.runtime.outcome import Outcome, RunResult
+from robotcore.runtime.plan import RunRequest
+from robotcore.runtime.session import Run
+from robotcore.runtime.trace import TickRecord
+from tests.robotcore.fakes import Deed, Rig, RigBackend
+from tests.robotcore.runs import Runner, Watcher, driving, ended_by, raising, then
+
+
+def test_from_the_third_signal_on_every_command_is_refused(
+    perform: Runner, backend: RigBackend, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robots: list[Robot] = []
+    died: list[tuple[float, float]] = []
+
+    def die_of(number: int) -> None:
+        with pytest.raises(DeviceClosedError):
+            driving(robots[0])
+        died.append(backend.rig.wheels)
+
+    def press(robot: Robot) -> None:
+        robots.append(robot)
+        for _ in range(3):
+            with suppress(Interrupted):
+                signal.raise_signal(signal.SIGTERM)
+
+    monkeypatch.setattr("robotcore.runtime.interrupts.die_of", die_of)
+    perform(then(press))
+    assert died == [(0.0, 0.0)]
+
+
+def test_a_recall_in_the_last_moment_ends_the_run_by_what_was_latched(
+    perform: Runner, backend: RigBackend, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hold, last_moment = Interrupts.hold, iter([WatchdogError("not back")])
+
+    def hold_too_late(interrupts: Interrupts) -> None:
+        for error in last_moment:
+            runs[0].latch.set(error)
+            interrupts.recall()
+        hold(interrupts)
+
+    runs: list[Assembled] = []
+
+    def keep(*parts: Any) -> Assembled:
+        runs.append(assemble(*parts))
+        return runs[0]
+
+    monkeypatch.setattr("robotcore.runtime.execution.assemble", keep)
+    monkeypatch.setattr(Interrupts, "hold", hold_too_late)
+    result = perform(then(lambda _: Status.SUCCESS))
+    assert (result.outcome, result.reason) == (Outcome.STOPPED, "not back")
+    assert backend.rig.left.releases == 1
+
+
+class TestEmergencyStop:
+    class Button(Watcher):
+        """Presses at the third tick, as somebody in another room would."""
+
+        def begin(self, run: Run) -> None:
+            self.run = run
+
+        def tick(self, record: TickRecord) -> None:
+            super().tick(record)
+            if record.tick == 3:
+                thread = threading.Thread(target=self.run.emergency.press, args=("the button was pressed",))
+                thread.start()
+                thread.join()
+
+    def test_ends_the_run_as_stopped(self, perform: Runner, backend: RigBackend) -> None:
+        button = self.Button()
+        result = perform(then(driving), observers=[button])
+        assert (result.outcome, result.exit_status) == (Outcome.STOPPED, 4)
+        assert result.reason == "e-stop: the button was pressed"
+        assert ended_by(button) == "e-stop"
+        assert backend.rig.wheels == (0.0, 0.0)
+        assert result.ticks == 5
+
+    def test_no_app_gets_on_by_swallowing_it(self, perform: Runner, backend: RigBackend) -> None:
+        def deaf(robot: Robot) -> None:
+            try:
+                driving(robot)
+            except BaseException:  # noqa: BLE001  some apps do
+                return
+
+        assert perform(then(deaf), observers=[self.Button()]).outcome is Outcome.STOPPED
+        assert backend.rig.wheels == (0.0, 0.0)
+
+
+class TestLatches:
+    def test_no_number_is_an_intervention(self, perform: Runner) -> None:
+        watcher = Watcher()
+        result = perform(then(lambda robot: driving(robot, math.nan)), observers=[watcher])
+        assert (result.outcome, ended_by(watcher)) == (Outcome.STOPPED, "invalid command")
+
+    def test_a_stale_sample_is_an_intervention_and_stops_at_once(self, perform: Runner, backend: RigBackend) -> None:
+        stood: list[Any] = []
+
+        def age(robot: Robot) -> Status:
+            if robot.clock.now() < 0.1:
+                driving(robot)
+                return Status.RUNNING
+            backend.rig.nose.age = 2.0
+            try:
+                robot.range.read()
+            finally:
+                stood.append(backend.rig.wheels)
+            return Status.SUCCESS
+
+        watcher = Watcher()
+        result = perform(Deed(age), observers=[watcher])
+        assert (result.outcome, ended_by(watcher)) == (Outcome.STOPPED, "stale sample")
+        assert stood == [(0.0, 0.0)]
+
+
+@pytest.mark.parametrize("kind", [SystemExit, KeyboardInterrupt, GeneratorExit, RecursionError, MemoryError])
+def test_whatever_an_app_raises_ends_its_run(perform: Runner, backend: RigBackend, kind: type[BaseException]) -> None:
+    result = perform(raising(kind("so")))
+    assert isinstance(result.error, BehaviourError)
+    assert result.exit_status == 5
+    assert backend.rig.wheels == (0.0, 0.0)
+
+
+def test_an_apps_threads_move_nothing_from_the_end_of_the_run_on(perform: Runner, backend: RigBackend) -> None:
+    refused: list[str] = []
+
+    def command(robot: Robot) -> None:
+        motor = robot["left_motor"]
+        assert isinstance(motor, Motor)
+        for drive in (robot.drive.set_velocity, robot.drive.set_wheels):
+            with pytest.raises(DeviceClosedError):
+                drive(-0.1, -0.1)
+        with pytest.raises(DeviceClosedError):
+            motor.set_velocity(-1.0)
+        refused.append("all")
+
+    def end(robot: Robot) -> Status:
+        backend.rig.right._release = lambda: command(robot)  # type: ignore[method-assign]
+        kept.append(robot)
+        return Status.SUCCESS
+
+    kept: list[Robot] = []
+    assert perform(then(end)).outcome is Outcome.SUCCESS
+    command(kept[0])
+    kept[0].drive.stop()
+    assert refused == ["all", "all"]
+    assert backend.rig.wheels == (0.0, 0.0)
+
+
+class TestObservers:
+    def test_one_that_raises_stops_the_motors_and_keeps_the_others_from_nothing(
+        self, perform: Runner, backend: RigBackend
+    ) -> None:
+        class Broken(Watcher):
+            def tick(self, record: TickRecord) -> None:
+                if record.tick == 2:
+                    raise ZeroDivisionError
+
+        watcher = Watcher()
+        with pytest.raises(ZeroDivisionError):
+            perform(then(driving), observers=[Broken(), watcher])
+        assert backend.rig.wheels == (0.0, 0.0)
+        assert backend.rig.left.releases == 1
+        (result,) = [told for what, told in watcher.heard if what == "end"]
+        assert result.reason == "ZeroDivisionError: "
+
+    def test_one_that_raises_at_the_end_keeps_the_others_from_hearing_nothing(self, perform: Runner) -> None:
+        class Broken(Watcher):
+            def end(self, result: RunResult) -> None:
+                raise ZeroDivisionError
+
+        watcher = Watcher()
+        with pytest.raises(ZeroDivisionError):
+            perform(then(lambda _: Status.SUCCESS), observers=[Broken(), watcher])
+        assert [what for what, _ in watcher.heard][-1] == "end"
+
+    def test_a_signal_cuts_no_beginning_short(self, perform: Runner) -> None:
+        class Beginning(Watcher):
+            def begin(self, run: Run) -> None:
+                signal.raise_signal(signal.SIGINT)
+                super().begin(run)
+
+        observers = [Beginning(), Watcher()]
+        result = perform(then(driving), observers=observers)
+        assert (result.outcome, result.ticks) == (Outcome.INTERRUPTED, 0)
+        assert [[what for what, _ in each.heard] for each in observers] == [["begin", "end"]] * 2
+
+
+def test_the_motors_stand_before_the_program_is_suspended(perform: Runner, backend: RigBackend) -> None:
+    stood: list[Any] = []
+    held: list[int] = []
+    before = signal.signal(signal.SIGTSTP, lambda *_: stood.append(backend.rig.wheels))
+
+    def press(robot: Robot) -> None:
+        signal.raise_signal(signal.SIGTSTP)
+        held.append(len(stood))
+
+    try:
+        result = perform(then(press), RunRequest("an_app", timeout_s=0.2))
+    finally:
+        signal.signal(signal.SIGTSTP, before)
+    assert set(stood) == {(0.0, 0.0)}
+    assert held == list(range(len(stood))), "it waits for the end of the tick"
+    assert result.outcome is Outcome.TIMEOUT
+
+
+def test_what_is_read_after_a_suspension_is_not_from_before_it(perform: Runner, backend: RigBackend) -> None:
+    waking: list[threading.Timer] = []
+
+    def suspend(*_: object) -> None:
+        backend.rig.nose.age = 3600.0
+        waking.append(threading.Timer(0.05, setattr, (backend.rig.nose, "age", 0.0)))
+        waking[-1].start()
+
+    ticks = iter([signal.SIGTSTP, None, None])
+
+    def press(robot: Robot) -> Status:
+        robot.range.read()
+        number = next(ticks)
+        if number:
+            signal.raise_signal(number)
+        return Status.RUNNING if number else Status.SUCCESS
+
+    before = signal.signal(signal.SIGTSTP, suspend)
+    try:
+        result = perform(then(press))
+    finally:
+        signal.signal(signal.SIGTSTP, before)
+    waking[-1].join()
+    assert result.outcome is Outcome.SUCCESS
+
+
+def test_a_truth_that_has_died_has_no_word(perform: Runner, backend: RigBackend) -> None:
+    class Dead:
+        def __getattr__(self, name: str) -> Any:
+            raise ConnectionResetError
+
+    def kill(rig: Rig) -> None:
+        rig.truth = Dead()
+
+    backend._prepare = kill
+    result = perform(then(lambda _: Status.SUCCESS), RunRequest("an_app", world="open"))
+    assert (result.outcome, result.verified) == (Outcome.SUCCESS, None)
+
+
+def test_a_device_error_is_one(perform: Runner) -> None:
+    assert isinstance(perform(raising(DeviceError("eye", "gone"))).error, DeviceError)

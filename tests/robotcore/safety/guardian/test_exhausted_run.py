@@ -1,0 +1,69 @@
+"""Runs whose app uses up the threads or the memory that the system gives their process."""
+
+from __future__ import annotations
+
+import json
+import sys
+
+import pytest
+
+from tests.robotcore.safety.guardian.diary import notes
+from tests.robotcore.safety.guardian.processes import Running, Start
+from tests.robotcore.safety.guardian.recording import MOTORS, UNGUARDED
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the limit is one of Linux's address space")
+
+LATE_S = 0.5
+"""A stop is due after a lease of 0.125 s; a busy machine may take longer, but not until the watchdog's 3 s."""
+
+HANGS, RAISES, DRIVES_ON, ASKS_FOR_NAN = (4, "stopped"), (5, "error"), (0, "success"), (4, "stopped")
+
+
+@pytest.mark.parametrize("manner", ["good", UNGUARDED])
+@pytest.mark.parametrize(
+    "app, ending",
+    [
+        ("leaks_threads_and_hangs", HANGS),
+        ("leaks_threads_and_raises", RAISES),
+        ("leaks_threads_and_drives_on", DRIVES_ON),
+        ("leaks_threads_and_asks_for_nan", ASKS_FOR_NAN),
+        ("leaks_memory_and_hangs", HANGS),
+        ("leaks_memory_and_raises", RAISES),
+    ],
+)
+def test_stops_every_motor_and_ends_as_it_would_with_threads_and_memory_left(
+    start: Start, app: str, ending: tuple[int, str], manner: str
+) -> None:
+    running = start(app, manner)
+    out, err = running.end()
+    result = json.loads(out or f'"{err}"')
+    assert (result["exit_status"], result["outcome"]) == ending
+    assert running.process.returncode == ending[0]
+    assert _last_of_each_motor(running) == {"stand"}
+    assert _seconds_to_stop(running) < LATE_S
+
+
+def test_memory_that_runs_out_in_the_framework_ends_the_run_by_name(start: Start) -> None:
+    running = start("leaks_memory_and_drives_on", UNGUARDED)
+    out, err = running.end()
+    assert running.process.returncode in {3, 5}, err
+    assert '"outcome": "error"' in out
+    assert _last_of_each_motor(running) == {"stand"}
+
+
+def _last_of_each_motor(running: Running) -> set[str]:
+    """Return what the wheels did last."""
+    last: dict[str, str] = {}
+    for deed in running.deeds:
+        command, _, motor = deed.partition(" ")
+        if command in {"turn", "stand"}:
+            last[motor] = command
+    return {last[motor] for motor in MOTORS[:2]}
+
+
+def _seconds_to_stop(running: Running) -> float:
+    """Return how long after the last command that turned a wheel the last wheel was stopped."""
+    noted = notes(running.diary)
+    last_turn = max(index for index, note in enumerate(noted) if note.what.startswith("turn"))
+    stops = [next(n.time for n in noted[last_turn:] if n.what == f"stand {motor}") for motor in MOTORS[:2]]
+    return max(stops) - noted[last_turn].time

@@ -1,0 +1,150 @@
+"""test_reserve."""
+
+from __future__ import annotations
+
+import doctest
+import resource
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.safety import reserve as reserves
+from robotcore.safety.reserve import Reserve
+from robotcore.threads import start_thread
+
+NO_ROOM_FOR_A_STACK = """
+import resource, threading
+from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.errors import ResourceError
+from robotcore.safety.reserve import Reserve
+from robotcore.threads import start_thread
+
+clock = MonotonicClock()
+resource.setrlimit(resource.RLIMIT_AS, (1, resource.RLIM_INFINITY))
+for refused in (lambda: start_thread(print, "one"), clock.prepare_calls, lambda: Reserve(clock).hold(threads=1)):
+    try:
+        refused()
+    except ResourceError as error:
+        print(error.exit_status, error.refusal)
+"""
+
+
+@pytest.fixture
+def reserve() -> Iterator[Reserve]:
+    reserve = Reserve(MonotonicClock())
+    yield reserve
+    reserve.close()
+
+
+def test_the_example_runs() -> None:
+    assert doctest.testmod(reserves) == doctest.TestResults(failed=0, attempted=6)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the limit is one of Linux's address space")
+def test_a_thread_or_memory_that_the_system_refuses_is_a_named_error() -> None:
+    out = subprocess.run([sys.executable, "-c", NO_ROOM_FOR_A_STACK], check=True, capture_output=True, text=True).stdout
+    assert out.splitlines() == [
+        "3 the system refuses the thread 'one'",
+        "3 the system refuses the thread 'clock'",
+        "3 the system refuses 32 MB of memory",
+    ]
+
+
+def test_a_call_is_made_in_a_thread_that_waits(reserve: Reserve) -> None:
+    reserve.hold(threads=1)
+    made_in: list[int] = []
+    assert reserve.call(lambda: made_in.append(threading.get_ident())).is_done_within(10)
+    assert made_in != [threading.get_ident()]
+
+
+def test_a_call_is_made_in_place_while_every_thread_is_busy(reserve: Reserve) -> None:
+    reserve.hold(threads=1)
+    let_go = threading.Event()
+    busy = reserve.call(let_go.wait)
+    made_in: list[int] = []
+    reserve.call(lambda: made_in.append(threading.get_ident()))
+    assert made_in == [threading.get_ident()]
+    assert busy.is_under_way
+    let_go.set()
+    assert busy.is_done_within(10)
+
+
+def test_a_thread_that_is_done_waits_for_the_next_call(reserve: Reserve) -> None:
+    reserve.hold(threads=1)
+    made_in: set[str] = set()
+    for _ in range(20):
+        call = reserve.call(lambda: made_in.add(threading.current_thread().name))
+        assert call.is_done_within(10)
+        while not reserve._idle:  # the thread has made the call, and is about to wait
+            pass
+    assert made_in == {reserves.THREAD}
+
+
+def test_a_call_keeps_what_it_raises(reserve: Reserve) -> None:
+    reserve.hold(threads=1)
+    call = reserve.call(dict[str, int]().popitem)
+    assert call.is_done_within(10)
+    assert isinstance(call.failure, KeyError)
+
+
+def test_a_call_that_runs_out_of_memory_is_made_again_with_what_was_held(reserve: Reserve) -> None:
+    reserve.hold(threads=0)
+    tries: list[bool] = []
+
+    def attempt() -> None:
+        tries.append(reserve._memory is not None)
+        if len(tries) == 1:
+            raise MemoryError
+
+    reserve.retry_on_memory_error(attempt)
+    assert tries == [True, False]
+
+
+def test_closing_ends_every_thread_also_one_that_is_busy(reserve: Reserve) -> None:
+    before = set(threading.enumerate())
+    reserve.hold(threads=2)
+    let_go = threading.Event()
+    reserve.call(let_go.wait)
+    started = set(threading.enumerate()) - before
+    reserve.close()
+    let_go.set()
+    for thread in started:
+        thread.join(10)
+    assert not any(thread.is_alive() for thread in started)
+
+
+def test_a_thread_that_starts_has_its_name() -> None:
+    end = threading.Event()
+    thread = start_thread(end.wait, "waits")
+    assert (thread.name, thread.daemon) == ("waits", True)
+    end.set()
+    thread.join()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="it reads /proc")
+def test_memory_that_is_held_is_address_space_alone(reserve: Reserve) -> None:
+    def resident() -> int:
+        return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
+
+    before = resident()
+    reserve.hold(threads=0)
+    assert resident() - before < reserves.MEMORY_BYTES / 8
+
+
+def test_a_call_that_raises_what_ends_programs_costs_no_thread(reserve: Reserve) -> None:
+    reserve.hold(threads=1)
+
+    def leave() -> None:
+        raise SystemExit
+
+    for _ in range(3):
+        call = reserve.call(leave)
+        assert call.is_done_within(10)
+        assert isinstance(call.failure, SystemExit)
+        while not reserve._idle:  # the thread has made the call, and is about to wait
+            pass

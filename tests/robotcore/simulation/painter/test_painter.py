@@ -1,0 +1,171 @@
+from __future__ import annotations
+
+import math
+from random import Random
+
+import numpy as np
+import pytest
+
+from robotcore.description import Ball, Box, Cylinder, Light, Mount, Walls, WorldDescription
+from robotcore.description.gaps import gap_between
+from robotcore.geometry import Pose
+from robotcore.optics import Intrinsics, View
+from robotcore.simulation.painter import Painter
+from tests.drivers.kinematic.rooms import ball, box, post, room
+from tests.robotcore.simulation.painter.tracer import rays_of, traced_depths, traced_labels
+
+LENS = Intrinsics(160, 120, 1.0821)
+ORIGIN = Pose(0.0, 0.0, 0.0)
+
+
+def view(pose: Pose = ORIGIN, z: float = 0.1, pitch: float = 0.0) -> View:
+    return View.of(LENS, Mount(z_m=z, pitch_rad=pitch), pose)
+
+
+def drawn_world(random: Random) -> WorldDescription:
+    """Return a crowded world; obstacles reach into each other and into walls."""
+    obstacles: list[Box | Cylinder] = []
+    for number in range(random.randrange(9)):
+        x, y, height = random.uniform(-1.9, 1.9), random.uniform(-1.9, 1.9), random.choice((0.2, 0.3, 0.45))
+        if random.random() < 0.6:
+            length, width, yaw = random.uniform(0.1, 1.6), random.uniform(0.05, 0.6), random.uniform(-3, 3)
+            obstacles.append(box(x, y, length, width, height=height, yaw=yaw, name=f"box-{number}"))
+        else:
+            obstacles.append(post(x, y, random.uniform(0.05, 0.35), height, name=f"post-{number}"))
+    balls: list[Ball] = []
+    for number in range(3):
+        drawn = ball(random.uniform(-1.7, 1.7), random.uniform(-1.7, 1.7), random.uniform(0.05, 0.2), f"ball-{number}")
+        if all(gap_between(drawn.outline, other.outline) > 0.004 for other in (*obstacles, *balls)):
+            balls.append(drawn)
+    return room(*obstacles, *balls, walls=Walls(height_m=0.35) if random.random() < 0.7 else None)
+
+
+def drawn_view(random: Random, world: WorldDescription, lens: Intrinsics = LENS) -> View:
+    """Return a view from somewhere that is not inside of anything."""
+    while True:
+        x, y = random.uniform(-1.95, 1.95), random.uniform(-1.95, 1.95)
+        around = ((x + 0.005, y), (x, y + 0.005), (x - 0.005, y), (x, y - 0.005))
+        if all(gap_between(around, thing.outline) > 0 for thing in (*world.prisms, *world.targets)):
+            pose = Pose(x, y, random.uniform(-math.pi, math.pi))
+            z, pitch = random.choice((0.1, 0.48, 0.9)), random.choice((0.0, 0.2, -0.3, 0.8))
+            return View.of(lens, Mount(z_m=z, pitch_rad=pitch), pose)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_every_pixel_shows_what_its_ray_meets_first(seed: int) -> None:
+    random = Random(seed)
+    world = drawn_world(random)
+    painter = Painter(world)
+    for _ in range(5):
+        seen = drawn_view(random, world)
+        assert np.array_equal(painter.labels(seen), traced_labels(world, seen))
+
+
+def drawn_screens(random: Random) -> WorldDescription:
+    """Return a world full of long thin screens that keep clear of each other."""
+    screens: list[Box] = []
+    for number in range(40):
+        x, y, length, yaw = (
+            random.uniform(-1.9, 1.9),
+            random.uniform(-1.9, 1.9),
+            random.uniform(0.3, 1.8),
+            random.uniform(-3, 3),
+        )
+        screen = box(x, y, length, 0.05, yaw=yaw, name=f"screen-{number}")
+        if all(gap_between(screen.outline, other.outline) > 0 for other in screens):
+            screens.append(screen)
+    return room(*screens)
+
+
+@pytest.mark.parametrize("seed", [14, 36, 47])
+def test_screens_all_around_a_wide_lens_hide_each_other_rightly(seed: int) -> None:
+    random = Random(seed)
+    world = drawn_screens(random)
+    painter = Painter(world)
+    for _ in range(8):
+        seen = drawn_view(random, world, Intrinsics(160, 120, 2.6))
+        assert np.array_equal(painter.labels(seen), traced_labels(world, seen))
+
+
+@pytest.mark.parametrize("place", [(-0.09, -0.11), (-0.09, 0.11), (-0.01, 0.13), (0.05, 0.12)])
+def test_a_ball_beside_the_lens_is_not_seen_the_other_way_round(place: tuple[float, float]) -> None:
+    world = room(ball(*place))
+    assert np.array_equal(Painter(world).labels(view()), traced_labels(world, view()))
+
+
+@pytest.mark.parametrize("gap", [1e-2, 1e-4, 1e-6])
+@pytest.mark.parametrize("heading", [0.0, 0.4, -0.4])
+def test_a_wall_in_front_of_the_lens_hides_everything(gap: float, heading: float) -> None:
+    painter = Painter(room(box(1.5, 0.0, 1.0, 3.0, height=2.0), walls=Walls(height_m=3.0)))
+    assert set(np.unique(painter.labels(view(Pose(1.0 - gap, 0.0, heading))))) == {5}
+
+
+def test_a_ball_against_the_lens_fills_the_picture() -> None:
+    painter = Painter(room(ball(0.5, 0.0), walls=Walls(height_m=0.3)))
+    assert set(np.unique(painter.labels(view(Pose(0.399, 0.0, 0.0))))) == {5}
+
+
+@pytest.mark.parametrize("heading", np.linspace(-0.5, 0.5, 11).tolist())
+def test_a_long_wall_with_a_nearer_middle_does_not_hide_the_ball_before_its_end(heading: float) -> None:
+    screen = box(0.8, 0.4, 3.6, 0.05, yaw=0.12, height=0.4)
+    world = room(screen, ball(2.2, 0.3, 0.1))
+    seen = view(Pose(0.0, 0.0, heading))
+    assert np.array_equal(Painter(world).labels(seen), traced_labels(world, seen))
+
+
+def test_tops_are_seen_from_above_only() -> None:
+    world = room(box(1.0, 0.0, 0.4, 0.4, height=0.3))
+    low, high = (Painter(world).picture(view(z=z, pitch=0.3)) for z in (0.2, 0.6))
+    reds = [set(image[image[..., 2] > image[..., 0].astype(int) + 40][:, 2].tolist()) for image in (low, high)]
+    assert (len(reds[0]), len(reds[1])) == (1, 2)
+
+
+@pytest.mark.parametrize("pitch", [-0.3, 0.0, 0.2])
+def test_the_horizon_is_where_the_pitch_puts_it(pitch: float) -> None:
+    world = room()
+    image = Painter(world).picture(view(pitch=pitch))
+    is_sky = (image == np.array(world.light.sky_colour[::-1])).all(axis=2)
+    horizon = LENS.cy - LENS.focal_length * math.tan(pitch)
+    assert is_sky.sum(axis=0).tolist() == [math.floor(horizon) + 1] * LENS.width
+
+
+def test_faces_are_as_bright_as_the_light_makes_them() -> None:
+    light = Light(azimuth_rad=math.pi, elevation_rad=math.pi / 4, ambient=0.5, diffuse=0.4, brightness=0.9)
+    world = room(box(1.0, 0.0, 0.2, 3.0, height=2.0)).model_copy(update={"light": light})
+    red, green, blue = world.obstacles[0].colour
+    shade = (0.5 + 0.4 * math.cos(math.pi / 4)) * 0.9
+    expected = [round(part * shade) for part in (blue, green, red)]
+    assert Painter(world).picture(view())[60, 80].tolist() == expected
+
+
+def test_light_saturates_and_never_wraps_around() -> None:
+    light = Light(ambient=1.0, diffuse=1.0, brightness=2.0)
+    world = room(ball(0.6, 0.0)).model_copy(update={"light": light})
+    assert Painter(world).picture(view())[60, 80].tolist() == [120, 255, 80]
+
+
+def test_a_ball_is_shaded_as_its_surface_faces_the_lamp() -> None:
+    light = Light(azimuth_rad=2.5, elevation_rad=0.4, ambient=0.3, diffuse=0.7)
+    world = room(ball(0.6, 0.05)).model_copy(update={"light": light})
+    seen, target = view(), world.targets[0]
+    is_ball = traced_labels(world, seen) == 1
+    surface = seen.eye + (traced_depths(world, seen)[1][..., None] * rays_of(seen))[is_ball]
+    normals = (surface - (target.x_m, target.y_m, target.radius_m)) / target.radius_m
+    shade = light.ambient + light.diffuse * np.maximum(normals @ light.direction, 0)
+    expected = np.array(target.colour[::-1]) * shade[:, None]
+    assert np.ptp(shade) > 0.5
+    assert np.abs(Painter(world).picture(seen)[is_ball] - expected).max() < 1
+
+
+def test_labels_are_numbered_as_the_things_are_named() -> None:
+    world = room(box(1.0, 0.4, 0.2, 0.2), post(1.0, -0.4, 0.1), ball(0.8, 0.0), walls=Walls(height_m=0.3))
+    painter = Painter(world)
+    labels = painter.labels(view())
+    middle = {
+        painter.things[n - 1]: columns.mean()
+        for n in np.unique(labels)
+        if n
+        for _, columns in [np.nonzero(labels == n)]
+    }
+    assert middle["box"] < middle["ball"] < middle["post"]
+    assert painter.things[:4] == ("wall-north", "wall-south", "wall-east", "wall-west")

@@ -1,0 +1,59 @@
+"""A second opinion on the painter: every pixel's ray against every thing, slow and without any order."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotcore.description import Ball, WorldDescription
+from robotcore.description.world import Prism
+from robotcore.optics import View
+
+Array = NDArray[np.float64]
+
+
+def traced_labels(world: WorldDescription, view: View) -> NDArray[np.intp]:
+    """Return for each pixel the number of what it shows: prisms from 1, then balls; 0 is none of them."""
+    return np.asarray(traced_depths(world, view).argmin(axis=0))
+
+
+def traced_depths(world: WorldDescription, view: View) -> Array:
+    """Return how far each pixel's ray goes to each thing, by its number; number 0 is beyond everything."""
+    rays = rays_of(view)
+    depths = [_to_prism(prism, view.eye, rays) for prism in world.prisms]
+    depths += [_to_ball(ball, view.eye, rays) for ball in world.targets]
+    return np.stack([np.full(rays.shape[:2], np.finfo(float).max), *depths])
+
+
+def rays_of(view: View) -> Array:
+    """Return the direction of each pixel in the world, (height, width, 3), one focal length forward."""
+    i = view.intrinsics
+    u, v = np.meshgrid(np.arange(i.width) - i.cx, np.arange(i.height) - i.cy)
+    return np.asarray(np.stack((u, v, np.full(u.shape, i.focal_length)), axis=-1) @ view.rotation)
+
+
+def _to_prism(prism: Prism, eye: Array, rays: Array) -> Array:
+    """Slabs: the ray is inside from the last half-space it enters to the first that it leaves."""
+    enters, leaves = np.full(rays.shape[:2], -math.inf), np.full(rays.shape[:2], math.inf)
+    outline = np.array(prism.outline)
+    ways = np.roll(outline, -1, axis=0) - outline
+    planes = [(np.array((w[1], -w[0], 0.0)), np.array((*p, 0.0))) for p, w in zip(outline, ways, strict=True)]
+    up = np.array((0.0, 0.0, 1.0))
+    planes += [(up, up * prism.height_m), (-up, np.zeros(3))]
+    for normal, point in planes:
+        slope, past = rays @ normal, float((eye - point) @ normal)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            at = -past / slope
+        enters = np.where(slope < 0, np.maximum(enters, at), enters)
+        leaves = np.where(slope > 0, np.minimum(leaves, at), leaves)
+        leaves = np.where((slope == 0) & (past > 0), -math.inf, leaves)
+    return np.where((enters <= leaves) & (enters > 0), enters, math.inf)
+
+
+def _to_ball(ball: Ball, eye: Array, rays: Array) -> Array:
+    centre = np.array((ball.x_m, ball.y_m, ball.radius_m)) - eye
+    squared, along = (rays * rays).sum(axis=2), rays @ centre
+    chord = along**2 - squared * float(centre @ centre - ball.radius_m**2)
+    return np.where((chord >= 0) & (along > 0), (along - np.sqrt(np.maximum(chord, 0))) / squared, math.inf)

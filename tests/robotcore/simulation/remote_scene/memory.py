@@ -1,0 +1,170 @@
+"""A scene without a server: the kinematic simulator's rover as joints, a proximity sensor and vision sensors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from drivers.kinematic.backend import KinematicBackend
+from robotcore.description import Described, RobotDescription, load_robot
+from robotcore.errors import BackendError
+from robotcore.hal.backend import Backend, Setup, Vouch
+from robotcore.hal.devices import Camera, Encoder, Motor, RangeSensor
+from robotcore.hal.robot import Robot
+from robotcore.simulation.remote_scene import Kind, Lens, Point, RawPicture, Scene, SceneObject, State, join
+from robotcore.testing import scenes
+
+STEP_S = 0.05
+SECTION: Mapping[str, Any] = {
+    "left_motor": {"path": "/rover/leftMotor"},
+    "right_motor": {"path": ("/gone", "/rover/rightMotor")},
+    "left_encoder": {"path": "/rover/leftMotor"},
+    "right_encoder": {"path": "/rover/rightMotor"},
+    "nose": {"path": "/rover/nose"},
+    "eye": {"path": "/rover/eye"},
+    "screen": {"path": "/v1"},
+}
+OBJECTS = (
+    SceneObject(15, "/rover", Kind.SHAPE),
+    SceneObject(16, "/rover/leftMotor", Kind.JOINT),
+    SceneObject(17, "/rover/rightMotor", Kind.JOINT),
+    SceneObject(18, "/rover/nose", Kind.PROXIMITY_SENSOR),
+    SceneObject(19, "/rover/eye", Kind.VISION_SENSOR),
+    SceneObject(20, "/v1", Kind.VISION_SENSOR),
+)
+DEVICES = {16: "left_motor", 17: "right_motor", 18: "nose", 19: "eye"}
+ENCODERS = {16: "left_encoder", 17: "right_encoder"}
+
+
+def rover(section: str = "memory", **changes: Any) -> RobotDescription:
+    """The shipped rover, and where it is in the scene."""
+    return load_robot("rover").model_copy(update={"backends": {section: {**SECTION, **changes}}})
+
+
+class MemoryScene(Scene):
+    """The rover, in a kinematic simulation that steps at 20 Hz, as a server would tell of it.
+
+    ``diary`` has what is done to it; ``state_found`` is what its simulation does when it is joined.
+    """
+
+    def __init__(self, setup: Setup, state_found: State = State.STOPPED) -> None:
+        everything = frozenset(device.name for device in setup.robot.devices)
+        world = setup.world or scenes.empty()
+        self.robot = KinematicBackend().open(
+            replace(setup, devices=everything, world=world, rate_hz=1 / STEP_S, options={})
+        )
+        self.diary: list[str] = []
+        self.objects_there = list(OBJECTS)
+        self.screen = Lens(64, 48, None)
+        self.eye: Lens | None = None
+        self.shown: RawPicture | None = None
+        self.blind: str | None = None
+        self._state = state_found
+        self._before: dict[int, Point] = {}
+
+    def find(self, path: str) -> SceneObject | None:
+        return next((thing for thing in self.objects_there if thing.path == path), None)
+
+    def objects(self) -> list[SceneObject]:
+        return self.objects_there
+
+    def state(self) -> State:
+        return self._state
+
+    def start(self) -> None:
+        self.diary.append("start")
+        self._state = State.RUNNING
+
+    def stop(self) -> None:
+        self.diary.append("stop")
+        self._state = State.STOPPED
+
+    def time_step(self) -> float:
+        return STEP_S
+
+    def time(self) -> float:
+        return self.robot.clock.now()
+
+    def advance(self, steps: int) -> None:
+        if self._state is not State.RUNNING:
+            raise BackendError("time does not pass")
+        for _ in range(steps):
+            self._before = {joint: self.position(joint) for joint in ENCODERS}
+            self.robot.clock.sleep_until(self.robot.clock.now() + STEP_S)
+
+    def set_joint_velocity(self, joint: int, rad_s: float) -> None:
+        assert type(rad_s) is float
+        self.diary.append(f"{DEVICES[joint]} {rad_s:g}")
+        motor = self.robot[DEVICES[joint]]
+        assert isinstance(motor, Motor)
+        motor.set_velocity(rad_s)
+
+    def joint_position(self, joint: int) -> float:
+        encoder = self.robot[ENCODERS[joint]]
+        assert isinstance(encoder, Encoder)
+        return math.remainder(encoder.read().angle + 3.0, math.tau)
+
+    def detected(self, sensor: int) -> Point | None:
+        nose = self.robot[DEVICES[sensor]]
+        assert isinstance(nose, RangeSensor)
+        distance = nose.read().distance
+        return None if math.isinf(distance) else (0.0, 0.0, distance)
+
+    def blindness(self, sensor: int) -> str | None:
+        return self.blind
+
+    def lens(self, sensor: int) -> Lens:
+        if sensor == 20:
+            return self.screen
+        seen = self.robot.camera.intrinsics
+        return self.eye or Lens(seen.width, seen.height, seen.horizontal_fov)
+
+    def picture(self, sensor: int) -> RawPicture:
+        camera = self.robot[DEVICES[sensor]]
+        assert isinstance(camera, Camera)
+        image = camera.read().image
+        return RawPicture(image[::-1, :, ::-1].tobytes(), image.shape[1], image.shape[0])
+
+    def show(self, sensor: int, picture: RawPicture) -> None:
+        self.shown = picture
+
+    def position(self, handle: int) -> Point:
+        assert self.robot.truth
+        side = 1 if handle == 16 else -1
+        return (*self.robot.truth.pose().to_world(0.0, side * 0.155 / 2), 0.0325)
+
+    def velocity(self, handle: int) -> Point:
+        there, before = self.position(handle), self._before[handle]
+        moved = np.subtract(there, before) / STEP_S
+        return (float(moved[0]), float(moved[1]), 0.0)
+
+    def close(self) -> None:
+        self.diary.append("leave")
+
+
+class MemoryBackend(Backend):
+    """Joins a scene that is made for it."""
+
+    name = "memory"
+    summary = "for tests"
+    vouches_for = frozenset({Vouch.POSE, Vouch.LOCKSTEP})
+
+    def __init__(self) -> None:
+        self.scene: MemoryScene | None = None
+
+    def open(self, setup: Setup) -> Robot:
+        setup.options_as(_NoOptions)
+
+        def connect() -> MemoryScene:
+            self.scene = MemoryScene(setup)
+            return self.scene
+
+        return join(setup, "memory", connect)
+
+
+class _NoOptions(Described):
+    """There are none."""

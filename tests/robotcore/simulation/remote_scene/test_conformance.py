@@ -1,0 +1,19 @@
+from __future__ import annotations
+
+from typing import ClassVar
+
+from robotcore.description import RobotDescription
+from robotcore.testing import Capability, ConformanceSuite
+from tests.robotcore.simulation.remote_scene.memory import MemoryBackend, rover
+
+
+class TestJoined(ConformanceSuite):
+    backend = MemoryBackend
+    lacks: ClassVar = {
+        Capability.LOST_ECHO: "every ray that is cast is answered",
+        Capability.SLOW_HARDWARE: "there is no hardware to wait for",
+    }
+
+    @property
+    def description(self) -> RobotDescription:
+        return rover()
