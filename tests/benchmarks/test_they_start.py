@@ -54,7 +54,7 @@ TABLELESS = {"eyes.tuning"}
 
 
 def names() -> list[str]:
-    """Return every benchmark that can be started; those with no size here need root and a target of their own."""
+    """Return every benchmark that can be started; those with no size here need root, or a folder of their own."""
     files = (file for file in FOLDER.rglob("*.py") if "__main__" in file.read_text())
     modules = (".".join(file.relative_to(ROOT).with_suffix("").parts) for file in files)
     return sorted(set(modules) - STARTED_BY_OTHERS)

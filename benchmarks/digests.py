@@ -1,0 +1,268 @@
+"""Whether runs end as they did before a change of the code, bit for bit.
+
+    python -m benchmarks.digests record FOLDER
+    python -m benchmarks.digests compare FOLDER
+
+`record` keeps what the present code does: of each run the digest of its trace, its exit status and its outcome, in
+FOLDER/digests.json. Some runs are recorded to FOLDER/recordings, and a digest of each channel is kept too. `compare`
+does the same runs again, replays every recording, and prints what differs. Exit status 1 if anything differs or is
+missing. Only the command line is used, so a folder from before a change can be compared after it. The machine and the
+installed libraries must be the same.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import shlex
+import subprocess
+import sys
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
+from hashlib import sha256
+from itertools import cycle
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from mcap.exceptions import McapError
+from mcap.reader import make_reader
+
+from benchmarks.report import at_least_one, machine, print_table
+
+SIMULATORS = ("kinematic", "mujoco", "pybullet", "virtualpi")
+WORLDS = ("arena", "clutter", "occluded", "open")
+LONG = {"kinematic": (8, 40), "mujoco": (4, 30), "pybullet": (2, 15), "virtualpi": (5, 40)}
+"""How many seeds of a whole search a simulator runs, and for how many simulated seconds."""
+
+FAULTS = (
+    "green-search --fault 'camera delay=0.2'",
+    "green-search --fault 'camera drop=0.4'",
+    "green-search --fault 'camera freeze after=0.5 lasts=0.8'",
+    "green-search --fault 'camera noise=40'",
+    "green-search --fault 'connection lost=1 after=2'",
+    "green-search --fault 'encoders slip=0.1'",
+    "green-search --fault 'loop stall=0.3 after=1 every=2'",
+    "green-search --fault 'left_motor weak=0.6' --fault 'range noise=0.05'",
+    "avoid-obstacles --fault 'range no_echo=0.5'",
+    "avoid-obstacles --fault 'range noise=0.05'",
+    "avoid-obstacles --fault 'range spikes=0.1'",
+    "avoid-obstacles --fault 'range stuck=1.5 after=1'",
+    "avoid-obstacles --fault 'range delay=0.2'",
+    "avoid-obstacles --fault 'right_motor weak=0.5'",
+)
+STOPS = (
+    "green-search --fault 'right_motor dead after=1'",
+    "green-search --fault 'camera freeze after=1'",
+    "avoid-obstacles --fault 'left_motor reversed after=1'",
+    "avoid-obstacles --fault 'range freeze after=1'",
+    "avoid-obstacles --fault 'encoders freeze after=1'",
+)
+"""Faults that the safety stage stops."""
+
+EVERY = 19
+"""Which commands a quick look takes: a prime, so that all backends and kinds are among them."""
+
+LIMIT_S = 900
+"""How long a command may take; more is a hang."""
+
+STOPPED = 4
+"""The exit status of a run that the safety stage stopped."""
+
+FIELDS = (
+    *("backend", "trace_sha256", "exit_status", "outcome", "verified", "sim_time_s", "ticks", "contacts"),
+    *("distance_to_target_m", "interventions", "milestones", "conditions"),
+)
+"""The fields of ``--json`` that are kept; the others hold words, or times of this machine."""
+
+WORDS = {"/run", "/result", "/log"}
+"""The channels of a recording that hold words, or times of this machine."""
+
+Digest = dict[str, Any]
+
+
+def main() -> int:
+    """Record or compare, and print the counts."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("action", choices=("record", "compare"))
+    parser.add_argument("folder", type=Path, help="where the digests and the recordings are kept")
+    parser.add_argument("--jobs", type=at_least_one, default=2, help="how many commands run at a time")
+    parser.add_argument("--quick", action="store_true", help="only a twentieth of the commands")
+    parser.add_argument("--only", metavar="WORDS", default="", help="only the commands with these words, in this order")
+    asked = parser.parse_args()
+    file, recordings = asked.folder / "digests.json", asked.folder / "recordings"
+    if file.exists() != (asked.action == "compare"):
+        parser.error(f"{file} is {'already' if file.exists() else 'not'} there; name another folder")
+    known: dict[str, Digest] = json.loads(file.read_text()) if file.exists() else {}
+    every = dict.fromkeys(map(_command, known)) if known else _commands()
+    commands = [command for command in every if asked.only in command][2 * asked.quick :: EVERY if asked.quick else 1]
+    if not commands:
+        parser.error(f"no command has the words {asked.only!r}")
+    print(machine())
+    with ThreadPoolExecutor(asked.jobs) as pool:
+        if known:
+            chosen = {key: digest for key, digest in known.items() if _command(key) in commands}
+            return int(not _is_equal(chosen, commands, recordings, pool))
+        recordings.mkdir(parents=True, exist_ok=True)
+        tables = list(pool.map(lambda command: _digests(command, recordings), commands))
+    digests = {key: digest for table in tables for key, digest in table.items()}
+    file.write_text(json.dumps(digests, indent=1))
+    _print_kinds(digests)
+    return int(not all(tables))
+
+
+def _commands() -> Iterator[str]:
+    """Yield the commands, the longest first; each `run` is recorded."""
+    yield from _sweeps()
+    for backend in (*SIMULATORS, "mock"):
+        for seed, world in enumerate((*WORLDS, "arena"), 1):
+            yield f"run avoid-obstacles --backend {backend} --world {world} --seed {seed} --timeout 6"
+        for seed, world in enumerate(WORLDS, 1):
+            yield f"run green-search --backend {backend} --world {world} --seed {seed} --timeout 6"
+            if backend != "mock":
+                yield f"run green-search --randomise --backend {backend} --world {world} --seed {seed} --timeout 6"
+        yield f"run mark-green --robot lookout --backend {backend} --world open --seed 1 --timeout 3"
+        if backend != "virtualpi":  # the bubblerob has no pins
+            yield f"run green-search --robot bubblerob --backend {backend} --world open --seed 1 --timeout 5"
+        if backend != "mock":
+            yield f"run avoid-obstacles --randomise --backend {backend} --world clutter --seed 5 --timeout 6"
+        for stop in STOPS:
+            yield f"run {stop} --backend {backend} --world open --seed 1 --timeout 6"
+    for fault, other in zip(FAULTS, cycle(SIMULATORS[1:])):
+        for backend in ("kinematic", other, "mock"):
+            yield f"run {fault} --backend {backend} --world open --seed 1 --timeout 6"
+
+
+def _sweeps() -> Iterator[str]:
+    everywhere = f"--world {','.join(WORLDS)}"
+    for backend, (seeds, timeout_s) in LONG.items():
+        yield f"sweep green-search --backend {backend} {everywhere} --seeds 1-{seeds} --timeout {timeout_s}"
+        randomised = f"{everywhere} --seeds 11,{10 + seeds} --randomise --timeout {timeout_s}"
+        yield f"sweep green-search --backend {backend} {randomised}"
+        yield f"sweep avoid-obstacles --backend {backend} {everywhere} --seeds 1-6 --timeout 12"
+        yield f"sweep mark-green --robot lookout --backend {backend} {everywhere} --seeds 1,2 --timeout 4"
+        yield f"sweep green-search --rate 10 --set speed_m_s=0.15 --backend {backend} --seeds 1,2 --timeout 12"
+        if backend != "virtualpi":
+            yield f"sweep avoid-obstacles --robot bubblerob --backend {backend} {everywhere} --seeds 1,2 --timeout 8"
+            yield f"sweep green-search --robot bubblerob --backend {backend} --world open --seeds 1-3 --timeout 12"
+    yield "sweep green-search --option lost_echoes=0.2 --backend virtualpi --seeds 1,2 --timeout 20"
+    yield "sweep avoid-obstacles --judge green-search --backend kinematic --seeds 1,2 --timeout 12"
+
+
+def _digests(command: str, recordings: Path) -> dict[str, Digest]:
+    """Return the digest of each run of a command; none, and print why, if it has no results."""
+    words, recording = shlex.split(command), recordings / _name(command)
+    with TemporaryDirectory() as folder:
+        if words[0] == "sweep":
+            answer = _robotcore(*words, "--jobs", "1", "--out", f"{folder}/sweep")
+            file = Path(folder, "sweep", "results.jsonl")
+            lines = file.read_text().splitlines() if file.exists() else ()
+            results: list[dict[str, Any]] = [json.loads(line) for line in lines]
+            digests = {
+                f"{command}: {each['world']}, seed {each['seed']}": {field: each.get(field) for field in FIELDS}
+                for each in results
+            }
+        else:
+            answer = _robotcore(*words, "--record", str(recording))
+            digests = (
+                {command: {field: answer.get(field) for field in FIELDS} | _channels(recording)}
+                if recording.exists()
+                else {}
+            )
+    digests = {key: digest for key, digest in digests.items() if digest["trace_sha256"]}
+    if not digests:
+        print(f"no results: robotcore {command}\n  {answer.get('error', answer)}")
+    return digests
+
+
+def _channels(recording: Path) -> Digest:
+    """Return a digest of all that a recording holds in each channel."""
+    digests: dict[str, Any] = defaultdict(sha256)
+    try:
+        with recording.open("rb") as stream:
+            for _, channel, message in make_reader(stream).iter_messages():
+                digests[channel.topic].update(b"%d %b" % (message.log_time, message.data))
+    except McapError as error:
+        return {"recording": str(error)}
+    return {topic: digest.hexdigest()[:16] for topic, digest in sorted(digests.items()) if topic not in WORDS}
+
+
+def _robotcore(*words: str) -> dict[str, Any]:
+    """Return the line of JSON that a command prints; without any, what it printed instead."""
+    command = [sys.executable, "-m", "robotcore", *words, "--json"]
+    try:
+        ran = subprocess.run(command, capture_output=True, text=True, check=False, timeout=LIMIT_S)  # noqa: S603  our own
+        result: dict[str, Any] = json.loads(ran.stdout)
+    except subprocess.TimeoutExpired:
+        return {"exit_status": None, "error": f"it takes longer than {LIMIT_S} s"}
+    except ValueError:
+        return {"exit_status": ran.returncode, "error": ran.stdout + ran.stderr}
+    return result | {"exit_status": ran.returncode}
+
+
+def _is_equal(known: dict[str, Digest], commands: Sequence[str], recordings: Path, pool: Executor) -> bool:
+    """Do the runs and the replays, print what differs and the counts, and return whether all is equal."""
+    with TemporaryDirectory() as folder:
+        tables = list(pool.map(lambda command: _digests(command, Path(folder)), commands))
+    now = {key: digest for table in tables for key, digest in table.items()}
+    counts: dict[str, Counter[str]] = defaultdict(Counter)
+    for key, digest in known.items():
+        other = now.get(key, {})
+        differing = [field for field in digest | other if digest.get(field) != other.get(field)]
+        verdict = "different" if other and differing else "equal" if other else "missing"
+        counts[digest["backend"]][verdict] += 1
+        if verdict != "equal":
+            print(f"{verdict}: robotcore {key}  # {', '.join(differing)}")
+    recorded = [key for key in known if key.startswith("run ")]
+    replays = pool.map(lambda key: _replayed(recordings / _name(key), known[key]["trace_sha256"]), recorded)
+    for key, verdict in zip(recorded, replays, strict=True):
+        counts[f"{known[key]['backend']}, replayed"][verdict] += 1
+        if verdict != "equal":
+            print(f"{verdict}: robotcore replay {recordings / _name(key)}")
+    verdicts = ("equal", "different", "missing")
+    rows = sorted((backend, *(str(count[verdict]) for verdict in verdicts)) for backend, count in counts.items())
+    print_table(("backend", *verdicts), rows)
+    return all(set(count) == {"equal"} for count in counts.values())
+
+
+def _replayed(recording: Path, trace: str) -> str:
+    """Return whether a whole recording is replayed bit for bit, as a word of the table."""
+    if not recording.exists():
+        return "missing"
+    answer = _robotcore("replay", str(recording))
+    is_equal = answer["exit_status"] == 0 and answer.get("bit_equal") and answer.get("trace_sha256") == trace
+    return "equal" if is_equal else "different"
+
+
+def _command(key: str) -> str:
+    """Return the command that a run belongs to; a sweep has many runs."""
+    return key.partition(": ")[0]
+
+
+def _name(command: str) -> str:
+    """Return the name of a command's recording."""
+    return re.sub(r"[^\w.]+", "-", command.removeprefix("run ")) + ".mcap"
+
+
+def _print_kinds(digests: dict[str, Digest]) -> None:
+    """Print how many runs and recordings there are of each backend and of each kind."""
+    runs, recordings = Counter[str](), Counter[str]()
+    for key, digest in digests.items():
+        kinds = {
+            "with pictures": " avoid-obstacles " not in key,
+            "with faults": "--fault" in key,
+            "randomised": "--randomise" in key,
+            "safety stop": digest["exit_status"] == STOPPED,
+        }
+        of_it = [kind for kind, is_so in kinds.items() if is_so] or ["plain"]
+        for kind in ("all", digest["backend"], *of_it):
+            runs[kind] += 1
+            recordings[kind] += key.startswith("run ")
+    rows = [(kind, str(runs[kind]), str(recordings[kind])) for kind in sorted(runs)]
+    print_table(("backend or kind", "runs", "recorded"), rows)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
