@@ -37,28 +37,19 @@ WORLDS = ("arena", "clutter", "occluded", "open")
 LONG = {"kinematic": (8, 40), "mujoco": (4, 30), "pybullet": (2, 15), "virtualpi": (5, 40)}
 """How many seeds of a whole search a simulator runs, and for how many simulated seconds."""
 
+SEEING, HEARING = "green-search --world open --seed 1", "avoid-obstacles --world arena --seed 3"
+"""Runs in which the ball is in sight, and obstacles are in range, soon enough for a fault to matter."""
+
 FAULTS = (
-    "green-search --fault 'camera delay=0.2'",
-    "green-search --fault 'camera drop=0.4'",
-    "green-search --fault 'camera freeze after=0.5 lasts=0.8'",
-    "green-search --fault 'camera noise=40'",
-    "green-search --fault 'connection lost=1 after=2'",
-    "green-search --fault 'encoders slip=0.1'",
-    "green-search --fault 'loop stall=0.3 after=1 every=2'",
-    "green-search --fault 'left_motor weak=0.6' --fault 'range noise=0.05'",
-    "avoid-obstacles --fault 'range no_echo=0.5'",
-    "avoid-obstacles --fault 'range noise=0.05'",
-    "avoid-obstacles --fault 'range spikes=0.1'",
-    "avoid-obstacles --fault 'range stuck=1.5 after=1'",
-    "avoid-obstacles --fault 'range delay=0.2'",
-    "avoid-obstacles --fault 'right_motor weak=0.5'",
+    *(f"{SEEING} --fault 'camera {fault}'" for fault in ("delay=0.2", "drop=0.4", "freeze after=0.5 lasts=0.8")),
+    *(f"{SEEING} --fault '{fault}'" for fault in ("camera noise=40", "connection lost=1 after=2", "encoders slip=0.1")),
+    *(f"{SEEING} --fault '{fault}'" for fault in ("left_motor weak=0.6", "loop stall=0.3 after=1 every=2")),
+    *(f"{HEARING} --fault 'range {fault}'" for fault in ("delay=0.2", "no_echo=0.5", "noise=0.05", "spikes=0.1")),
+    *(f"{HEARING} --fault '{fault}'" for fault in ("range stuck=1.5 after=1", "right_motor weak=0.5")),
 )
 STOPS = (
-    "green-search --fault 'right_motor dead after=1'",
-    "green-search --fault 'camera freeze after=1'",
-    "avoid-obstacles --fault 'left_motor reversed after=1'",
-    "avoid-obstacles --fault 'range freeze after=1'",
-    "avoid-obstacles --fault 'encoders freeze after=1'",
+    *(f"{SEEING} --fault '{fault}'" for fault in ("right_motor dead after=1", "camera freeze after=1")),
+    *(f"{HEARING} --fault '{fault} after=1'" for fault in ("left_motor reversed", "range freeze", "encoders freeze")),
 )
 """Faults that the safety stage stops."""
 
@@ -129,10 +120,10 @@ def _commands() -> Iterator[str]:
         if backend != "mock":
             yield f"run avoid-obstacles --randomise --backend {backend} --world clutter --seed 5 --timeout 6"
         for stop in STOPS:
-            yield f"run {stop} --backend {backend} --world open --seed 1 --timeout 6"
+            yield f"run {stop} --backend {backend} --timeout 6"
     for fault, other in zip(FAULTS, cycle(SIMULATORS[1:])):
         for backend in ("kinematic", other, "mock"):
-            yield f"run {fault} --backend {backend} --world open --seed 1 --timeout 6"
+            yield f"run {fault} --backend {backend} --timeout 6"
 
 
 def _sweeps() -> Iterator[str]:
@@ -144,6 +135,8 @@ def _sweeps() -> Iterator[str]:
         yield f"sweep avoid-obstacles --backend {backend} {everywhere} --seeds 1-6 --timeout 12"
         yield f"sweep mark-green --robot lookout --backend {backend} {everywhere} --seeds 1,2 --timeout 4"
         yield f"sweep green-search --rate 10 --set speed_m_s=0.15 --backend {backend} --seeds 1,2 --timeout 12"
+        stuck = "--fault 'range stuck=1.5 after=3' --set duration_s=20"  # it runs into things
+        yield f"sweep avoid-obstacles --backend {backend} {stuck} --seeds 1-4 --timeout 20"
         if backend != "virtualpi":
             yield f"sweep avoid-obstacles --robot bubblerob --backend {backend} {everywhere} --seeds 1,2 --timeout 8"
             yield f"sweep green-search --robot bubblerob --backend {backend} --world open --seeds 1-3 --timeout 12"
@@ -153,37 +146,32 @@ def _sweeps() -> Iterator[str]:
 
 def _digests(command: str, recordings: Path) -> dict[str, Digest]:
     """Return the digest of each run of a command; none, and print why, if it has no results."""
-    words, recording = shlex.split(command), recordings / _name(command)
+    words, recording, digests = shlex.split(command), recordings / _name(command), dict[str, Digest]()
     with TemporaryDirectory() as folder:
-        if words[0] == "sweep":
+        if is_sweep := words[0] == "sweep":
             answer = _robotcore(*words, "--jobs", "1", "--out", f"{folder}/sweep")
             file = Path(folder, "sweep", "results.jsonl")
-            lines = file.read_text().splitlines() if file.exists() else ()
-            results: list[dict[str, Any]] = [json.loads(line) for line in lines]
-            digests = {
-                f"{command}: {each['world']}, seed {each['seed']}": {field: each.get(field) for field in FIELDS}
-                for each in results
-            }
+            results = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
         else:
-            answer = _robotcore(*words, "--record", str(recording))
-            digests = (
-                {command: {field: answer.get(field) for field in FIELDS} | _channels(recording)}
-                if recording.exists()
-                else {}
-            )
-    digests = {key: digest for key, digest in digests.items() if digest["trace_sha256"]}
+            results = [answer := _robotcore(*words, "--record", str(recording))]
+    for result in results:
+        if result.get("trace_sha256"):
+            key = f"{command}: {result['world']}, seed {result['seed']}" if is_sweep else command
+            digests[key] = {field: result.get(field) for field in FIELDS} | _channels(recording)
     if not digests:
         print(f"no results: robotcore {command}\n  {answer.get('error', answer)}")
     return digests
 
 
 def _channels(recording: Path) -> Digest:
-    """Return a digest of all that a recording holds in each channel."""
+    """Return a digest of all that a recording holds in each channel; a sweep has none."""
     digests: dict[str, Any] = defaultdict(sha256)
     try:
         with recording.open("rb") as stream:
             for _, channel, message in make_reader(stream).iter_messages():
                 digests[channel.topic].update(b"%d %b" % (message.log_time, message.data))
+    except FileNotFoundError:
+        return {}
     except McapError as error:
         return {"recording": str(error)}
     return {topic: digest.hexdigest()[:16] for topic, digest in sorted(digests.items()) if topic not in WORDS}
