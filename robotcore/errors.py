@@ -36,10 +36,10 @@ Each also inherits the builtin that fits, so that ``except ValueError`` works.
 from __future__ import annotations
 
 import signal
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from traceback import format_exception
-from types import TracebackType
+from types import MappingProxyType, TracebackType
 from typing import Any, ClassVar
 
 _CALLERS = {"robotcore", "importlib", "_frozen_importlib", "_frozen_importlib_external"}
@@ -65,22 +65,45 @@ class _Portable(BaseException):
 
 
 class RobotcoreError(_Portable, Exception):
-    """The root of the tree; the message is meant for the user as it stands."""
+    """The root of the tree; the message is meant for the user as it stands.
+
+    kind: a stable identifier of what happened, in kebab-case. Each class has one; a raise may give a narrower one.
+    fields: the values that the message holds, by name.
+
+    >>> error = UsageError("a run takes at least 1 s, not 0 s", kind="duration-too-short", duration_s=0.0)
+    >>> error.kind, error.fields["duration_s"]
+    ('duration-too-short', 0.0)
+    """
 
     exit_status: ClassVar[int] = 1
+    kind: str = "error"
+    fields: Mapping[str, object] = MappingProxyType({})
+
+    def __init__(self, *args: object, kind: str = "", **fields: object) -> None:
+        super().__init__(*args)
+        if kind:
+            self.kind = kind
+        if fields:
+            self.fields = fields
 
 
 class UsageError(RobotcoreError, ValueError):
     """What was asked for cannot be done; nothing has moved."""
 
+    kind = "usage"
     exit_status = 2
 
 
 class UnknownNameError(UsageError, LookupError):
     """There is nothing of that name; what was ``meant`` is offered, or the nearest one that is known."""
 
+    kind = "unknown-name"
+
     def __init__(self, kind: str, name: str, known: Sequence[str], meant: str = "") -> None:
-        super().__init__(f"unknown {kind} {name!r}. {f'Did you mean {meant}?' if meant else suggestion(name, known)}")
+        super().__init__(
+            f"unknown {kind} {name!r}. {f'Did you mean {meant}?' if meant else suggestion(name, known)}",
+            kind=f"unknown-{kind.replace(' ', '-')}",
+        )
         self.name = name
 
 
@@ -89,6 +112,8 @@ class DescriptionError(UsageError):
 
     What else is wrong with it, ``others``, has a line each.
     """
+
+    kind = "description"
 
     def __init__(self, file: str, key: str, fault: str, remedy: str, others: Sequence[DescriptionError] = ()) -> None:
         where = f"{file}: {key}" if key else file
@@ -106,6 +131,8 @@ class DescriptionError(UsageError):
 class RecordingError(UsageError):
     """A recording cannot be written, read or replayed: the file, what is wrong with it, the remedy."""
 
+    kind = "recording"
+
     def __init__(self, file: object, fault: str, remedy: str) -> None:
         super().__init__(f"{file}: {fault}. {remedy}")
 
@@ -113,23 +140,32 @@ class RecordingError(UsageError):
 class UnmetNeedError(UsageError):
     """The app needs a role that the robot's description does not fill."""
 
+    kind = "unmet-need"
+
 
 class BackendError(RobotcoreError, RuntimeError):
     """A backend cannot do its work."""
 
+    kind = "backend"
     exit_status = 3
 
 
 class BackendMissingError(BackendError, ImportError):
     """A backend's own library is not installed; the message says how to get it."""
 
+    kind = "backend-missing"
+
 
 class GuardianError(BackendError):
     """The guardian process is gone, or cannot do its work; nothing moves without it."""
 
+    kind = "guardian"
+
 
 class ResourceError(BackendError):
     """The system refuses the program a thread or memory; ``refusal`` says which one."""
+
+    kind = "resource"
 
     def __init__(self, refusal: str) -> None:
         super().__init__(
@@ -142,6 +178,8 @@ class ResourceError(BackendError):
 class RecordingEndedError(BackendError, EOFError):
     """A replay came to the end of its recording, and the app would have gone on."""
 
+    kind = "recording-ended"
+
     def __init__(self, ticks: int, time: float) -> None:
         super().__init__(f"the recording ends here, after {ticks} ticks, at {time:g} s; the app would have gone on")
 
@@ -149,37 +187,39 @@ class RecordingEndedError(BackendError, EOFError):
 class DeviationError(RobotcoreError):
     """A replay does otherwise than its recording."""
 
+    kind = "deviation"
+
 
 class DeployError(RobotcoreError):
-    """A robot cannot be reached, or does not take what is sent; the release that runs there is as it was.
+    """A robot cannot be reached, or does not take what is sent; the release that runs there is as it was."""
 
-    ``kind`` is a word for whoever calls, where the fault is one that somebody may know more about.
-    """
-
+    kind = "deploy"
     exit_status = 3
-
-    def __init__(self, message: str, kind: str = "") -> None:
-        super().__init__(message)
-        self.kind = kind
 
 
 class FirmwareError(RobotcoreError):
     """A board's firmware cannot be built, or cannot be put on the board; with what the tool said."""
 
+    kind = "firmware"
     exit_status = 3
 
 
 class UnprovenError(RobotcoreError):
     """What was to be sent did not pass its tests, its checks or its simulation; nothing was sent."""
 
+    kind = "unproven"
+
 
 class UnhealthyError(RobotcoreError):
     """A release was not healthy within its time; the one before it runs again, where there was one."""
+
+    kind = "unhealthy"
 
 
 class DeviceError(RobotcoreError, OSError):
     """A device failed; says which one and why."""
 
+    kind = "device"
     exit_status = 3
 
     def __init__(self, device: str, fault: str) -> None:
@@ -190,6 +230,8 @@ class DeviceError(RobotcoreError, OSError):
 class DeviceClosedError(DeviceError):
     """A device was used after it was closed."""
 
+    kind = "device-closed"
+
     def __init__(self, device: str) -> None:
         super().__init__(device, "is closed; open the robot again to use it")
 
@@ -197,9 +239,13 @@ class DeviceClosedError(DeviceError):
 class DeviceLostError(DeviceError):
     """A device is gone, such as one that was unplugged; its driver goes on looking for it, and it may come back."""
 
+    kind = "device-lost"
+
 
 class DeviceGroupError(DeviceError):
     """Several devices failed at once; each is a branch of the message."""
+
+    kind = "device-group"
 
     def __init__(self, doing: str, failures: Sequence[Exception]) -> None:
         branches = "".join(f"\n  - {failure}" for failure in failures)
@@ -210,6 +256,7 @@ class DeviceGroupError(DeviceError):
 class SafetyStop(RobotcoreError):  # noqa: N818  the field's word: it ends a run, it is no bug
     """The safety stage ended the run; every motor is stopped. ``cause`` names the rule, as interventions do."""
 
+    kind = "safety-stop"
     exit_status = 4
     cause: ClassVar[str] = "safety stop"
 
@@ -217,12 +264,14 @@ class SafetyStop(RobotcoreError):  # noqa: N818  the field's word: it ends a run
 class InvalidCommandError(SafetyStop, ValueError):
     """A velocity that is NaN or infinite was asked for."""
 
+    kind = "invalid-command"
     cause = "invalid command"
 
 
 class StaleSampleError(SafetyStop, TimeoutError):
     """A sample that was needed is older than its limit."""
 
+    kind = "stale-sample"
     cause = "stale sample"
 
     def __init__(self, device: str, age: float, limit: float) -> None:
@@ -236,12 +285,14 @@ class StaleSampleError(SafetyStop, TimeoutError):
 class WatchdogError(SafetyStop, TimeoutError):
     """The app, or what watches its run, has not come back."""
 
+    kind = "watchdog"
     cause = "watchdog"
 
 
 class EmergencyStopError(SafetyStop):
     """Somebody pressed the e-stop."""
 
+    kind = "emergency-stop"
     cause = "e-stop"
 
     def __init__(self, how: str) -> None:
@@ -251,6 +302,7 @@ class EmergencyStopError(SafetyStop):
 class WheelFaultError(SafetyStop):
     """Wheels do not turn as they are told, by their encoders; each is told of in words."""
 
+    kind = "wheel-fault"
     cause = "wheel fault"
 
     def __init__(self, faults: Sequence[str]) -> None:
@@ -263,6 +315,7 @@ class WheelFaultError(SafetyStop):
 class RangeFaultError(SafetyStop):
     """Range sensors tell the same distance wherever the robot goes; each is told of in words."""
 
+    kind = "range-fault"
     cause = "range fault"
 
     def __init__(self, faults: Sequence[str]) -> None:
@@ -275,6 +328,7 @@ class RangeFaultError(SafetyStop):
 class BehaviourError(RobotcoreError):
     """The app's own code raised; the cause carries its traceback."""
 
+    kind = "behaviour"
     exit_status = 5
     _told_traceback = ""
 
@@ -308,6 +362,8 @@ class BehaviourError(RobotcoreError):
 
 class Interrupted(_Portable):
     """A signal asked the program to end. No ``except Exception`` of an app holds it up."""
+
+    kind = "interrupted"
 
     def __init__(self, signal_number: int) -> None:
         super().__init__(f"interrupted by {signal.Signals(signal_number).name}")

@@ -11,6 +11,10 @@ from pathlib import Path
 import coverage
 import pytest
 
+from tests.texts import check_text as check_text  # noqa: PLC0414  a fixture
+from tests.texts import pytest_addoption as pytest_addoption  # noqa: PLC0414  a hook
+from tests.texts import raises as raises  # noqa: PLC0414  a fixture
+
 GRACE_S = 2.0
 """A thread that was told to end may take this long."""
 

@@ -84,7 +84,7 @@ class Trial:
                     return link.call("activate", Judgement, on_say=self._hear, release=self.release, **told)
             except DeployError as error:
                 broken = error
-        raise DeployError(f"{broken}. {goes_on(self.host, self.ssh_config)}", broken.kind) from broken
+        raise DeployError(f"{broken}. {goes_on(self.host, self.ssh_config)}", kind=broken.kind) from broken
 
     def _judged(self, came: Judgement) -> str:
         if came.outcome != HEALTHY:

@@ -83,7 +83,7 @@ class CutoffSpec:
         module, _, name = self.cutoff.partition(":")
         made = getattr(import_module(module), name)(**self.parameters)
         if not isinstance(made, Cutoff):
-            raise TypeError(f"{self.cutoff} is no robotcore.safety.guardian.Cutoff")
+            raise TypeError(f"{self.cutoff} is no robotcore.hal.cutoff.Cutoff")
         return made
 
 

@@ -17,7 +17,9 @@ class Level(str, Enum):
 
 @dataclass(frozen=True)
 class Finding:
-    """What was looked at, in a word or two, what was found, and what to do where it is not ok.
+    """A result of `check` or `doctor`: its subject in a word or two, what was found, and the remedy if it is not ok.
+
+    kind: a stable identifier of the finding, in kebab-case.
 
     >>> Finding.warning("disk", "0.4 GB are free", "Delete old recordings").level.value
     'warning'
@@ -27,26 +29,27 @@ class Finding:
     what: str
     said: str
     remedy: str = ""
+    kind: str = ""
 
     @classmethod
-    def ok(cls, what: str, said: str) -> Finding:
+    def ok(cls, what: str, said: str, *, kind: str = "") -> Finding:
         """Return that it is as it should be."""
-        return cls(Level.OK, what, said)
+        return cls(Level.OK, what, said, kind=kind)
 
     @classmethod
-    def warning(cls, what: str, said: str, remedy: str) -> Finding:
+    def warning(cls, what: str, said: str, remedy: str, *, kind: str = "") -> Finding:
         """Return what may do harm."""
-        return cls(Level.WARNING, what, said, remedy)
+        return cls(Level.WARNING, what, said, remedy, kind)
 
     @classmethod
-    def error(cls, what: str, said: str, remedy: str) -> Finding:
+    def error(cls, what: str, said: str, remedy: str, *, kind: str = "") -> Finding:
         """Return what keeps a robot from running, or from running safely."""
-        return cls(Level.ERROR, what, said, remedy)
+        return cls(Level.ERROR, what, said, remedy, kind)
 
     @classmethod
-    def unchecked(cls, what: str, why: str, remedy: str = "") -> Finding:
+    def unchecked(cls, what: str, why: str, remedy: str = "", *, kind: str = "unchecked") -> Finding:
         """Return that nobody knows: never taken for ok."""
-        return cls(Level.WARNING, what, f"could not be checked: {why}", remedy)
+        return cls(Level.WARNING, what, f"could not be checked: {why}", remedy, kind)
 
 
 Check = Callable[[], Iterable[Finding]]

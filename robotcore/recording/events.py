@@ -54,7 +54,7 @@ class Raised:
     def of(cls, error: RobotcoreError | Interrupted) -> Raised:
         """Return an error in words; a kind that an app has made of ours is told as ours."""
         kind, _, state = error.__reduce__()[1]
-        told = {name: value for name, value in state.items() if isinstance(value, Value)}
+        told = {name: value for name, value in state.items() if isinstance(value, Value) and name != "kind"}
         return cls(kind.__name__, str(error), told)
 
     def again(self) -> RobotcoreError | Interrupted:

@@ -52,7 +52,7 @@ class Failure:
         known = {"host": host, "login": _login(host), **more}
         quoted = {name: shlex.quote(group) for name, group in found.groupdict("").items()}
         fault, remedy = self.fault.format(**found.groupdict(), **known), self.remedy.format(**quoted, **known)
-        return DeployError(f"{host}: {fault}. {remedy}", self.kind)
+        return DeployError(f"{host}: {fault}. {remedy}", kind=self.kind)
 
 
 SSH = (
@@ -157,7 +157,7 @@ RSYNC = (
 
 def no_program(name: str, package: str) -> DeployError:
     """Return the error for a program that is missing on this machine."""
-    return DeployError(f"{name} is not installed here. Get it: sudo apt install {package}", "no program")
+    return DeployError(f"{name} is not installed here. Get it: sudo apt install {package}", kind="no program")
 
 
 def refused_by(host: Host, status: int, said: str, config: Path | None = None) -> DeployError:
@@ -183,13 +183,15 @@ def silent(host: Host, seconds: float) -> DeployError:
 def broken_by(host: Host, said: str) -> DeployError:
     """Return the error for a connection that broke, by what ssh said of it."""
     words = f" ({last})" if (last := last_line(said)) else ""
-    return DeployError(f"{host}: the connection broke{words}. Is it still switched on, and near? Try again", BROKEN)
+    return DeployError(
+        f"{host}: the connection broke{words}. Is it still switched on, and near? Try again", kind=BROKEN
+    )
 
 
 def unanswered(host: Host, status: int, said: str) -> DeployError:
     """Return the error for a call that ended without an answer: its exit status, and what it wrote on stderr."""
     if status == NO_COMMAND:
-        return DeployError(f"{host}: there is no python3. Install it there: sudo apt install python3", "python")
+        return DeployError(f"{host}: there is no python3. Install it there: sudo apt install python3", kind="python")
     return DeployError(
         f"{host}: it failed there (status {status}): {last_line(said)}. Look at it there: ssh {_login(host)}"
     )
@@ -200,7 +202,7 @@ def damaged(host: Host, action: str, problem: str) -> DeployError:
     return DeployError(
         f"{host}: its answer to {action!r} is damaged: it {problem}. Check that it is the right robot and that its "
         f"system is intact: ssh {_login(host)}",
-        DAMAGED,
+        kind=DAMAGED,
     )
 
 

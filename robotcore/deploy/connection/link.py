@@ -111,7 +111,7 @@ class Link:
             if answer is None:
                 raise self._connection.blame(unanswered(self.host, process.returncode, output.stderr_excerpt))
         if isinstance(answer, Refusal):
-            raise DeployError(f"{self.host}: {answer.fault}. {answer.remedy}", answer.kind)
+            raise DeployError(f"{self.host}: {answer.fault}. {answer.remedy}", kind=answer.kind)
         return answer
 
     @contextmanager

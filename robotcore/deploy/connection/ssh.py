@@ -99,7 +99,7 @@ class Connection:
 
     def blame(self, error: DeployError) -> DeployError:
         """Return the error that tells why something over this connection failed: that it is gone, or the one given."""
-        if not error.kind:
+        if error.kind == DeployError.kind:
             with suppress(subprocess.TimeoutExpired):
                 self._master.wait(GOING_S)
                 return broken_by(self._host, self._log())

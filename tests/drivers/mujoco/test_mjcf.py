@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from robotcore.cli.export import exported, placed
 from robotcore.description import RobotDescription, Texture, WorldDescription, load_robot, load_world
 from robotcore.hal.backend import Exported
+from robotcore.simulation.export import exported, placed
 
 mujoco = pytest.importorskip("mujoco")
 

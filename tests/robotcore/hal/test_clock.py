@@ -31,7 +31,7 @@ class FakeTime:
 @pytest.fixture
 def fake_time(monkeypatch: pytest.MonkeyPatch) -> FakeTime:
     fake = FakeTime()
-    monkeypatch.setattr("robotcore.hal.clock.time", fake)
+    monkeypatch.setattr("robotcore.hal.wall_clock.time", fake)
     return fake
 
 

@@ -159,7 +159,7 @@ def test_file_outside_of_the_user_s_ssh_folder_is_not_named_in_the_advice(
     monkeypatch.setenv("HOME", str(tmp_path))
     line = "Permissions 0644 for '{0}' are too open.\nhi\n"
     refused = refused_by(Host.parse("robot"), 255, line.format(named.format(home=tmp_path)))
-    assert (refused.kind, "chmod" in str(refused)) == ("", False)
+    assert (refused.kind, "chmod" in str(refused)) == ("deploy", False)
     assert f"chmod 600 {tmp_path}/.ssh/id" in str(
         refused_by(Host.parse("robot"), 255, line.format(f"{tmp_path}/.ssh/id"))
     )

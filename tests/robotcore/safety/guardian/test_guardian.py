@@ -105,9 +105,9 @@ def test_two_in_one_process_do_not_hold_each_other_open(diary: Path, tmp_path: P
         (CutoffSpec("arm", "robotcore.safety.guardian:Missing"), "arm: AttributeError: .*'Missing'"),
         (
             CutoffSpec("arm", "robotcore.hal.wall_clock:MonotonicClock"),
-            "arm: TypeError: .* is no robotcore.safety.guardian.Cutoff",
+            "arm: TypeError: .* is no robotcore.hal.cutoff.Cutoff",
         ),
-        (CutoffSpec("arm", "robotcore.safety.guardian:CutoffSpec"), "arm: TypeError: .*missing.*"),
+        (CutoffSpec("arm", "robotcore.hal.cutoff:CutoffSpec"), "arm: TypeError: .*missing.*"),
         (cutoff(Path(os.devnull), "arm", "fails to open"), "arm: OSError: no open"),
     ],
 )
@@ -118,7 +118,7 @@ def test_a_cutoff_that_cannot_be_had_is_told_by_name_before_anything_moves(spec:
 
 def test_what_json_cannot_tell_is_refused() -> None:
     with pytest.raises(GuardianError, match=r"plain data alone: .*Path.* Mend the driver's cutoffs"):
-        Guardian([CutoffSpec("arm", "robotcore.safety.guardian:Cutoff", {"file": Path()})], LEASE_S)
+        Guardian([CutoffSpec("arm", "robotcore.hal.cutoff:Cutoff", {"file": Path()})], LEASE_S)
 
 
 def test_a_guardian_that_takes_too_long_is_not_waited_for(diary: Path, monkeypatch: pytest.MonkeyPatch) -> None:

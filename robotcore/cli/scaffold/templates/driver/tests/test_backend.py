@@ -12,7 +12,7 @@ from robotcore.plugins import backend_names
 from my_board.backend import MyBoardBackend
 from my_board.board import Board
 
-ROBOT = str(Path(__file__).parents[2] / "my_board.toml")
+ROBOT = str(Path(__file__).parents[1] / "my_board.toml")
 
 
 class Unplugged(Board):

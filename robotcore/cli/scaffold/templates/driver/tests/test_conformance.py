@@ -15,7 +15,7 @@ from my_board.board import Board
 
 class TestMyBoard(ConformanceSuite):
     backend = MyBoardBackend
-    robot = str(Path(__file__).parents[2] / "my_board.toml")
+    robot = str(Path(__file__).parents[1] / "my_board.toml")
     lacks: ClassVar = {
         Capability.WORLD: "there is one wall, and nothing else",
         Capability.LOST_ECHO: "the wall is always heard",

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from robotcore import RunRequest, run
 
-FOLDER = Path(__file__).parents[2]
+FOLDER = Path(__file__).parents[1]
 APP = str(FOLDER / "search.py")
 ROBOT = str(FOLDER / "my_robot.toml")
 WORLD = str(FOLDER / "room.toml")

@@ -10,7 +10,7 @@ from robotcore.hal.devices import Image
 
 from search import Search
 
-ROBOT = str(Path(__file__).parents[2] / "my_robot.toml")
+ROBOT = str(Path(__file__).parents[1] / "my_robot.toml")
 GREEN_BGR = (40, 160, 40)
 
 

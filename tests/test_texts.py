@@ -1,0 +1,42 @@
+"""The snapshots of texts belong to tests that exist, and errors are told apart by kind."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from robotcore.errors import UnknownNameError, UsageError
+from tests.texts import FILE, Raises
+
+FOLDER = Path(__file__).parent
+
+
+def test_a_kind_and_its_fields_are_those_of_the_raise(raises: Raises) -> None:
+    with raises(UsageError, "rate-too-low", rate_hz=0.5):
+        raise UsageError("a rate of 0.5 Hz is below 1 Hz", kind="rate-too-low", rate_hz=0.5)
+
+
+def test_an_error_without_a_kind_has_that_of_its_class(raises: Raises) -> None:
+    with raises(UsageError):
+        raise UsageError("a run needs an app")
+
+
+def test_an_unknown_name_has_the_kind_of_what_was_named(raises: Raises) -> None:
+    with raises(UnknownNameError, "unknown-backend", name="pibullet"):
+        raise UnknownNameError("backend", "pibullet", ["pybullet", "mock"])
+
+
+def test_another_kind_fails(raises: Raises) -> None:
+    with pytest.raises(AssertionError), raises(UsageError, "one"):
+        raise UsageError("a run needs an app", kind="another")
+
+
+@pytest.mark.parametrize("file", sorted(FOLDER.rglob(FILE)), ids=lambda file: str(file.relative_to(FOLDER)))
+def test_each_text_belongs_to_a_test(file: Path) -> None:
+    for key in json.loads(file.read_text(encoding="utf-8")):
+        module, _, test = key.partition("::")
+        name = re.split(r"[\[ ]", test)[0]
+        assert f"def {name}(" in (file.parent / f"{module}.py").read_text(encoding="utf-8"), key
