@@ -61,6 +61,7 @@ class CoppeliaSimBackend(Backend):
     """
 
     name = "coppeliasim"
+    is_smoke_tested = False
     summary = "CoppeliaSim 4.6 and newer, over its ZeroMQ remote API"
     vouches_for = frozenset({Vouch.CONTACTS, Vouch.POSE, Vouch.LOCKSTEP})
     needs_world = True

@@ -36,6 +36,7 @@ class RaspberryPiBackend(Backend):
     """Opens robots on the pins, buses and ports of the Pi that this runs on."""
 
     name = "raspberrypi"
+    is_smoke_tested = False
     summary = "the real robot: motors and sensors on a Pi's pins, its cameras, its buses and ports"
     modules = ("gpiozero",)
 
@@ -67,8 +68,6 @@ class RaspberryPiBackend(Backend):
         from robotcore.hal.finding import findings_of
         from robotcore.hardware.diagnosis import batteries_of
 
-        if self.needs_world:
-            return super().examine(robot)
         batteries = [("battery", partial(batteries_of, self, robot))] if robot and self.is_at_home else []
         return chain(examine(robot, SECTION), findings_of(batteries))
 

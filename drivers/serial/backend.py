@@ -34,6 +34,7 @@ class SerialBackend(Backend):
     """Opens robots on the serial ports of the computer that this runs on."""
 
     name = "serial"
+    is_smoke_tested = False
     summary = "a robot on serial lines and USB, from any computer: motor boards, range sensors, cameras"
     modules = ("serial",)
     placing = frozenset(SerialOptions.model_fields)

@@ -52,7 +52,8 @@ def _fault_of(backend: Backend) -> str:
     """Return why a simulator cannot be taken, and what to do; nothing where a robot opens, moves and sees in it."""
     if not backend.is_installed:
         return f"{backend.name} is not installed. {backend.remedy}."
+    from robotcore.cli.doctor.smoke_test import diagnose
     from robotcore.hal.finding import Level
 
-    broken = (finding for finding in backend.examine(None) if finding.level is Level.ERROR)
+    broken = (finding for finding in diagnose(backend) if finding.level is Level.ERROR)
     return next((f"{backend.name}: {finding.said}." for finding in broken), "")

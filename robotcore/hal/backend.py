@@ -103,25 +103,30 @@ class Setup:
 
 
 class Backend(ABC):
-    """Opens robots of one kind: in one simulator, or on one kind of board.
-
-    One that ``needs_world`` simulates the world that it is given; one that ``brings_physics`` is a physics
-    simulator that needs nothing else to be running. One that ``serves_one`` has one robot or simulator, which a
-    second program has to wait for. ``exports`` are the formats in which it writes its models. ``modules`` are the
-    libraries it works with, looked for without importing them; ``remedy`` is what to do where they are missing.
-    ``placing`` are the options with which `described` tells of a robot that is connected elsewhere than its file says.
-    """
+    """Opens robots of one kind: in one simulator, or on one kind of board."""
 
     name: ClassVar[str]
+    """The name that --backend takes."""
     summary: ClassVar[str]
+    """What it is, in a few words, for lists."""
     vouches_for: ClassVar[frozenset[Vouch]] = frozenset()
+    """What its simulator knows or does for certain."""
     placing: ClassVar[frozenset[str]] = frozenset()
+    """The options that override where the robot's file says that the robot is connected."""
     needs_world: ClassVar[bool] = False
+    """Whether it simulates the world that it is given."""
     has_gui: ClassVar[bool] = False
+    """Whether --gui opens a window."""
     brings_physics: ClassVar[bool] = False
+    """Whether it is a physics simulator in this process: no other program has to run."""
     serves_one: ClassVar[bool] = False
+    """Whether it has one robot or simulator, for which a second program has to wait."""
+    is_smoke_tested: ClassVar[bool] = True
+    """Whether `robotcore doctor` looks if it is installed and, if it simulates, opens a robot in it."""
     exports: ClassVar[tuple[str, ...]] = ()
+    """The formats in which it writes its models."""
     modules: ClassVar[tuple[str, ...]] = ()
+    """The libraries that it needs; they are looked for without an import."""
 
     @abstractmethod
     def open(self, setup: Setup) -> Robot:
@@ -175,13 +180,11 @@ class Backend(ABC):
         return ()
 
     def examine(self, robot: RobotDescription | None) -> Iterable[Finding]:
-        """Yield what is right and what is wrong with this machine for the backend, and with the robot if there is one.
+        """Yield findings about this machine for the backend, and about the robot if there is one; none by default.
 
-        By default: whether it is installed and, where it simulates, whether a robot opens, moves and sees.
+        `robotcore doctor` adds a smoke test of its own to them if the backend ``is_smoke_tested``.
         """
-        from robotcore.cli.doctor.smoke_test import trial_of
-
-        return trial_of(self, robot)
+        return ()
 
     def look(self, setup: Setup) -> Iterable[Finding]:
         """Yield which of a robot's devices are there in the scene that a simulator has open; nothing is moved.

@@ -14,7 +14,7 @@ from drivers.raspberrypi.backend import SECTION, RaspberryPiBackend
 from robotcore.description import AnyDevice, Described, RobotDescription
 from robotcore.errors import UsageError
 from robotcore.hal.backend import Backend, Setup, Vouch, load_backend
-from robotcore.hal.finding import Finding, Level
+from robotcore.hal.finding import Finding
 from robotcore.hal.robot import Robot
 from robotcore.hardware import open_robot
 
@@ -34,6 +34,7 @@ class VirtualPiBackend(RaspberryPiBackend):
     """
 
     name = "virtualpi"
+    is_smoke_tested = True
     summary = "the Pi's own drivers on virtual pins, with a simulator behind them"
     vouches_for = frozenset({Vouch.CONTACTS, Vouch.POSE, Vouch.LOCKSTEP})
     needs_world = True
@@ -61,16 +62,13 @@ class VirtualPiBackend(RaspberryPiBackend):
         ]
 
     def examine(self, robot: RobotDescription | None) -> Iterator[Finding]:
-        for finding in super().examine(robot):
-            stood_in = self._stood_in(robot) if robot and finding.level is Level.OK else ""
-            yield replace(finding, said=finding.said + stood_in)
-
-    def _stood_in(self, robot: RobotDescription) -> str:
-        """Return for which of a robot's devices the simulator's own stand in, to be added to what is told."""
+        """Yield for which devices of a robot the simulator's own devices stand in."""
         from drivers.raspberrypi.virtual.bench import stood_in_for
 
-        names = [f"{fitting.name} ({fitting.driver.name})" for fitting in stood_in_for(self.fittings(robot))]
-        return f"; the simulator's own device stands in for {', '.join(names)}" if names else ""
+        fittings = stood_in_for(self.fittings(robot)) if robot else ()
+        if names := [f"{fitting.name} ({fitting.driver.name})" for fitting in fittings]:
+            said = f"the simulator's own device stands in for {', '.join(names)}"
+            yield Finding.ok(self.name, said, kind="stand-ins")
 
     def cutoffs(self, setup: Setup) -> tuple[()]:
         """Return nothing: virtual pins are gone with their process."""

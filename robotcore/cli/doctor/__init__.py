@@ -94,6 +94,7 @@ def _chosen() -> list[str]:
 def _examined(name: str, robot: RobotDescription | None, *, is_asked: bool) -> Iterator[Finding]:
     from dataclasses import replace
 
+    from robotcore.cli.doctor.smoke_test import diagnose
     from robotcore.errors import BackendMissingError
     from robotcore.hal.backend import load_backend
     from robotcore.hal.finding import Finding, Level, findings_of
@@ -106,7 +107,7 @@ def _examined(name: str, robot: RobotDescription | None, *, is_asked: bool) -> I
         yield Finding.error(name, *_halves(str(error)))
         return
     is_wanting = is_asked and not backend.is_installed
-    for finding in findings_of([(name, lambda: backend.examine(robot))]):
+    for finding in findings_of([(name, lambda: diagnose(backend, robot))]):
         yield replace(finding, level=Level.ERROR) if is_wanting and finding.what == name else finding
 
 

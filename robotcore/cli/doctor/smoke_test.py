@@ -19,8 +19,15 @@ TRIAL_S = 0.25
 VELOCITY_RAD_S = 2.0
 
 
-def trial_of(backend: Backend, robot: RobotDescription | None) -> Iterator[Finding]:
-    """Yield whether a backend is installed and, where it simulates, whether it works, for this robot, if any."""
+def diagnose(backend: Backend, robot: RobotDescription | None = None) -> Iterator[Finding]:
+    """Yield a smoke test of the backend if it takes one, and then the backend's own findings."""
+    if backend.is_smoke_tested:
+        yield from smoke_test(backend, robot)
+    yield from backend.examine(robot)
+
+
+def smoke_test(backend: Backend, robot: RobotDescription | None) -> Iterator[Finding]:
+    """Yield whether a backend is installed and, if it simulates, whether this robot opens, moves and sees in it."""
     if not backend.is_installed:
         yield Finding.warning(backend.name, "is not installed", backend.remedy)
         return

@@ -23,6 +23,7 @@ class Ward(Backend):
     found: tuple[Finding, ...] = ()
     error: Exception | None = None
     is_here = False
+    is_smoke_tested = False
 
     def open(self, setup: Setup) -> Robot:
         raise NotImplementedError

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from robotcore.cli.doctor.smoke_test import diagnose
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError
 from robotcore.hal.backend import Backend, Setup, load_backend
@@ -26,7 +27,7 @@ class Dead(RigBackend):
 
 
 def examined(backend: Backend, robot: str | None = None) -> list[Finding]:
-    return list(backend.examine(load_robot(robot) if robot else None))
+    return list(diagnose(backend, load_robot(robot) if robot else None))
 
 
 def test_a_simulator_is_opened_driven_and_looked_through() -> None:
