@@ -12,8 +12,7 @@ from typing import Any
 import zstandard
 from mcap.records import Channel
 
-from robotcore.recording.chunks import MAGIC, ChunkedFile
-from robotcore.recording.records import read_records, unpack
+from robotcore.recording.chunks import MAGIC, ChunkedFile, read_records, unpack
 
 HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x0F
 

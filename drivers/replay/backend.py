@@ -9,16 +9,16 @@ from typing import Any
 
 from pydantic import InstanceOf
 
-from drivers.replay.clock import ReplayClock
 from drivers.replay.devices import (
+    Reel,
     ReplayBattery,
     ReplayCamera,
+    ReplayClock,
     ReplayDisplay,
     ReplayEncoder,
     ReplayMotor,
     ReplayRangeSensor,
 )
-from drivers.replay.reel import Reel
 from robotcore.description import (
     BatteryDescription,
     CameraDescription,

@@ -1,10 +1,16 @@
-"""The devices of a recording: sensors give back what they gave, motors and displays take all that they are told."""
+"""The time of a recording."""
 
 from __future__ import annotations
 
-from drivers.replay.clock import ReplayClock
-from drivers.replay.reel import Reel
+import heapq
+import itertools
+from bisect import bisect_right
+from collections.abc import Sequence
+from typing import Generic, TypeVar, cast
+
 from robotcore.description import CameraDescription, RangeSensorDescription
+from robotcore.errors import DeviceError, RecordingEndedError, RecordingError
+from robotcore.hal.clock import Callback, Clock
 from robotcore.hal.devices import (
     Angle,
     Battery,
@@ -18,7 +24,98 @@ from robotcore.hal.devices import (
     RangeSensor,
     Voltage,
 )
-from robotcore.recording import Recording
+from robotcore.recording import Read, Recording, SampleKey
+
+_SAME_S = 1e-9
+"""What sums of periods make of one time."""
+
+
+class ReplayClock(Clock):
+    """Stands at one of the ``times`` of a recording's ticks, in seconds; a sleep takes it to the next.
+
+    It goes on to where the deadline has come, so a loop at the recorded rate meets each tick. Past the last it raises
+    RecordingEndedError.
+    """
+
+    def __init__(self, times: Sequence[float]) -> None:
+        self._times = times
+        self._now = times[0]
+        self._calls: list[tuple[float, int, Callback]] = []
+        self._order = itertools.count()
+        self.tick = 0
+
+    def now(self) -> float:
+        return self._now
+
+    def sleep_until(self, deadline: float) -> bool:
+        is_ahead = deadline >= self._now
+        self._go_on()
+        while self.tick + 1 < len(self._times) and self._times[self.tick + 1] <= deadline + _SAME_S:
+            self._go_on()
+        return is_ahead
+
+    def call_at(self, deadline: float, callback: Callback) -> None:
+        heapq.heappush(self._calls, (deadline, next(self._order), callback))
+
+    def close(self) -> None:
+        self._calls.clear()
+
+    def _go_on(self) -> None:
+        """Go to the next tick, and make the calls that are due on the way."""
+        if self.tick + 1 == len(self._times):
+            raise RecordingEndedError(len(self._times), self._now)
+        self.tick += 1
+        while self._calls and self._calls[0][0] <= self._times[self.tick]:
+            self._now, _, callback = heapq.heappop(self._calls)
+            callback()
+        self._now = self._times[self.tick]
+
+
+RecordedT = TypeVar("RecordedT", Range, Frame, Angle, Voltage)
+
+
+class Reel(Generic[RecordedT]):
+    """Gives back what one sensor gave, or raises what it raised, read by read of a tick; the last read stays.
+
+    In a tick without a read of it, or whose sample was dropped, it gives the newest from before, which keeps its time.
+    """
+
+    def __init__(self, device: str, recording: Recording, clock: ReplayClock) -> None:
+        self._device, self._samples, self._clock = device, recording.samples, clock
+        self._reads = [_reads_of(device, tick.reads) for tick in recording.ticks]
+        keys = ((at, read.key) for at, reads in enumerate(self._reads) for read in reads if read.key)
+        self._given = [(at, key) for at, key in keys if key in self._samples]
+        self._tick, self._count = -1, 0
+
+    def __call__(self) -> RecordedT:
+        """Return the sample of this read; DeviceError if there was none yet, or if it is damaged."""
+        read = self._next()
+        if read and read.error:
+            raise read.error.again()
+        key = read.key if read else None
+        try:
+            return cast("RecordedT", self._samples[key if key and key in self._samples else self._newest_key()])
+        except RecordingError as error:
+            raise DeviceError(self._device, str(error)) from error
+
+    def _next(self) -> Read | None:
+        """Return the recorded read whose turn it is in this tick, if there is one."""
+        reads = self._reads[self._clock.tick]
+        self._count = self._count + 1 if self._tick == self._clock.tick else 0
+        self._tick = self._clock.tick
+        return reads[min(self._count, len(reads) - 1)] if reads else None
+
+    def _newest_key(self) -> SampleKey:
+        at = bisect_right(self._given, self._clock.tick, key=lambda given: given[0])
+        if not at:
+            raise DeviceError(
+                self._device, f"the recording has no sample of it by {self._clock.now():g} s: nobody had read it yet"
+            )
+        return self._given[at - 1][1]
+
+
+def _reads_of(device: str, reads: Sequence[Read]) -> tuple[Read, ...]:
+    return tuple(read for read in reads if read.device == device)
 
 
 class ReplayMotor(Motor):

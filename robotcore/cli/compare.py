@@ -25,7 +25,7 @@ def command(first: Path, second: Path, picture: Path | None, *, as_json: bool) -
     """
     from robotcore.recording import read
     from robotcore.recording.comparison import Comparison, Side
-    from robotcore.recording.comparison.words import told
+    from robotcore.view.comparison import format_comparison
     from robotcore.view.picture import require_writable
 
     require_apart("--picture", picture, first, second)
@@ -35,9 +35,9 @@ def command(first: Path, second: Path, picture: Path | None, *, as_json: bool) -
     if as_json:
         write_json(comparison.to_dict())
     else:
-        write(told(comparison))
+        write(format_comparison(comparison))
     if picture:
-        from robotcore.view.compared import draw_comparison
+        from robotcore.view.comparison import draw_comparison
         from robotcore.view.picture import encoded, save_png
 
         save_png(encoded(draw_comparison(comparison)), picture)

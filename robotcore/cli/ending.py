@@ -25,7 +25,7 @@ class RunCommand(AnsweringCommand):
 def prepare_telling(*, as_json: bool) -> None:
     """Import what `tell_result` needs: an app may leave no file descriptor, and no memory, for an import."""
     if not as_json:
-        import robotcore.view.summary  # noqa: F401
+        import robotcore.view.text  # noqa: F401
 
 
 def tell_result(result: RunResult, *, as_json: bool) -> None:
@@ -39,7 +39,7 @@ def tell_result(result: RunResult, *, as_json: bool) -> None:
     if as_json:
         write_content(f"{result.to_json()}\n")
     elif result.ticks:
-        from robotcore.view.summary import summary
+        from robotcore.view.text import summary
 
         write(summary(result))
 

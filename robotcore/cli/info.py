@@ -43,7 +43,7 @@ def command(
 
         write_json({"file": str(file), "bytes": file.stat().st_size, **contents_of(recording)})
     else:
-        from robotcore.view.contents import contents
+        from robotcore.view.text import contents
 
         write(contents(recording, file))
     if picture:
@@ -64,8 +64,7 @@ def _require_outputs(file: Path, picture: Path | None, table: Path | None, video
 
 
 def _draw(recording: Recording, picture: Path) -> Path:
-    from robotcore.view.picture import png_of, require_writable, save_png
-    from robotcore.view.recorded import story_of
+    from robotcore.view.picture import png_of, require_writable, save_png, story_of
 
     require_writable(picture)
     save_png(png_of(story_of(recording)), picture)
@@ -73,7 +72,7 @@ def _draw(recording: Recording, picture: Path) -> Path:
 
 
 def _tabulate(recording: Recording, where: Path, name: str) -> Path:
-    from robotcore.recording.csvfile import write_csv
+    from robotcore.recording.csv_table import write_csv
 
     return write_csv(recording, where, name)
 

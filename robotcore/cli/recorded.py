@@ -30,7 +30,7 @@ def recorder_for(
         return None
     if any(is_same(file, value) for value in options.values()):
         raise UsageError(f"--record {file}: the backend reads this file. Name another one")
-    from robotcore.recording.mcapfile import require_recordable
+    from robotcore.recording.mcap_file import require_recordable
     from robotcore.recording.recorder import Recorder
 
     require_recordable(file)

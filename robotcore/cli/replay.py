@@ -71,9 +71,9 @@ def _tell(came_out: Replayed | Rehearsed) -> None:
     from robotcore.cli.failure import tell_error
     from robotcore.cli.output import write
     from robotcore.errors import DeviationError, Interrupted, RecordingEndedError, RobotcoreError
-    from robotcore.recording.replay.words import told
+    from robotcore.view.text import format_replay
 
-    write(told(came_out))
+    write(format_replay(came_out))
     error = came_out.result.error
     is_told = isinstance(error, (DeviationError, RecordingEndedError)) or not came_out.exit_status
     if isinstance(error, (RobotcoreError, Interrupted)) and not is_told:
@@ -82,8 +82,7 @@ def _tell(came_out: Replayed | Rehearsed) -> None:
 
 def _draw(recording: Recording, came_out: Replayed | Rehearsed, picture: Path) -> None:
     from robotcore.recording.replay import Rehearsed
-    from robotcore.view.picture import png_of, save_png
-    from robotcore.view.recorded import story_of
+    from robotcore.view.picture import png_of, save_png, story_of
 
     is_rehearsal = isinstance(came_out, Rehearsed)
     save_png(png_of(story_of(recording, came_out.states, came_out.result, is_rehearsal=is_rehearsal)), picture)

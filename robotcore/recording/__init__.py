@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from robotcore.recording.events import Ask, Glimpse, MotorAsk, Raised, Read, Recorded, SampleKey, Shown, Tick, Turned
-from robotcore.recording.extra import require_extra
+from robotcore.recording.mcap_file import require_extra
 from robotcore.recording.recording import Metadata, Recording
 
 __all__ = [
@@ -31,6 +31,6 @@ def read(path: Path) -> Recording:
     Raises BackendMissingError where the extra is not installed, and RecordingError where there is no recording.
     """
     require_extra()
-    from robotcore.recording.reading import read_file
+    from robotcore.recording.reader import read_file
 
     return read_file(path)

@@ -16,9 +16,9 @@ from pydantic import BaseModel, create_model
 
 from robotcore.errors import BackendError, DeviceError, Interrupted, RobotcoreError, SafetyStop, UsageError
 from robotcore.hal.devices import Angle, Range, Voltage
+from robotcore.recording.codec import from_json, parse_json
 from robotcore.recording.events import Raised, Tick
 from robotcore.recording.recording import FORMAT, Metadata
-from robotcore.recording.wire import from_json, parse_json
 from robotcore.runtime.faults.spec import Spec
 from robotcore.runtime.outcome import RunResult
 from robotcore.runtime.plan import MAX_RATE_HZ, MIN_RATE_HZ

@@ -1,10 +1,12 @@
-"""A world from straight above, and what happened in it. North is up."""
+"""Where a robot went, and in which state it was there."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -12,9 +14,55 @@ import numpy as np
 from robotcore.description import Ball, Light, RobotDescription, WorldDescription
 from robotcore.description.world import Prism
 from robotcore.geometry import Pose
-from robotcore.view.canvas import Canvas, Colour, Point
-from robotcore.view.palette import INK, PAPER, darker, lighter
-from robotcore.view.track import Track
+from robotcore.view.canvas import INK, PAPER, Canvas, Colour, Point, darker, lighter
+
+
+class Footstep(NamedTuple):
+    """The true pose at a tick, and the state that was then decided."""
+
+    time: float
+    state: str
+    pose: Pose
+
+
+class Track:
+    """The footsteps of a run, in order."""
+
+    def __init__(self) -> None:
+        self.steps: list[Footstep] = []
+
+    @property
+    def states(self) -> list[str]:
+        """Every state that occurred, in the order of its first time."""
+        return list(dict.fromkeys(step.state for step in self.steps))
+
+    def stretches(self) -> Iterator[tuple[str, list[Footstep]]]:
+        """Yield the stretches of one state each; one begins where the one before it ends."""
+        last: list[Footstep] = []
+        for state, steps in groupby(self.steps, key=lambda step: step.state):
+            stretch = [*last, *steps]
+            yield state, stretch
+            last = stretch[-1:]
+
+    def spells(self) -> Iterator[tuple[str, float, float]]:
+        """Yield for each state when it was reached first and how long it lasted in all, in seconds."""
+        for state in self.states:
+            stretches = [steps for name, steps in self.stretches() if name == state]
+            first = next(step.time for step in stretches[0] if step.state == state)
+            yield state, first, sum(steps[-1].time - steps[0].time for steps in stretches)
+
+    def places(self, milestones: Mapping[str, float]) -> dict[str, Pose]:
+        """Return where the robot was when it reached each milestone, ``milestones`` being their times.
+
+        One that was no state of it is left out.
+        """
+        states = set(self.states)
+        return {
+            name: min(self.steps, key=lambda step: abs(step.time - time)).pose
+            for name, time in milestones.items()
+            if name in states
+        }
+
 
 MARGIN_M = 0.12
 ROBOT_ROOM_M = 0.2

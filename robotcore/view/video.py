@@ -14,8 +14,7 @@ from robotcore.files import replace_file
 from robotcore.hal.devices import Frame, Image
 from robotcore.recording import Recording, SampleKey
 from robotcore.text import counted
-from robotcore.view.canvas import Canvas
-from robotcore.view.palette import INK, PAPER
+from robotcore.view.canvas import INK, PAPER, Canvas
 
 WIDTH = 640
 _MOST_HEIGHT = 1280

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from robotcore.view.canvas import Colour
-from robotcore.view.palette import lighter, state_colours
+from robotcore.view.canvas import Colour, lighter, state_colours
 
 _FOR_DARK = 0.42
 """How far a colour goes to white on a dark page."""

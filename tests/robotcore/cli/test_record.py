@@ -45,7 +45,7 @@ def test_with_json_the_file_is_named_apart(cli: Cli, tmp_path: Path) -> None:
 
 def test_pictures_that_were_dropped_are_counted(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("robotcore.hal.clock.SteppedClock.is_lockstep", False)
-    monkeypatch.setattr("robotcore.recording.backlog.Backlog.has_room", lambda _: False)
+    monkeypatch.setattr("robotcore.recording.recorder.Backlog.has_room", lambda _: False)
     file = tmp_path / "run.mcap"
     command = ("run", "mark-green", "--robot", "lookout", "--world", "open", "--timeout", "0.3")
     told = cli(*command, "--record", str(file), "--json")
@@ -134,7 +134,7 @@ def test_a_recording_that_is_not_whole_is_a_failure_that_is_told(
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("robotcore.recording.mcapfile._Sink._write_all", full)
+    monkeypatch.setattr("robotcore.recording.mcap_file._Sink._write_all", full)
     told = cli(*SHORT, "--record", str(tmp_path / "run.mcap"), "--json")
     assert told.status == told.json["exit_status"] == 1
     assert told.json["outcome"] == "success"

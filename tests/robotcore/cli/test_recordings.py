@@ -10,9 +10,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from robotcore.recording.chunks import ChunkedFile
-from robotcore.recording.records import ChunkLocation
-from robotcore.view.palette import GOOD
+from robotcore.recording.chunks import ChunkedFile, ChunkLocation
+from robotcore.view.canvas import GOOD
 from tests.robotcore.cli.conftest import AppFile, Cli, Recorded
 
 COMMANDS = ("replay", "info", "compare")
@@ -112,7 +111,7 @@ def test_what_is_no_recording_is_told_by_its_file(cli: Cli, tmp_path: Path, comm
 def test_missing_extra_is_named_with_its_remedy(
     cli: Cli, search: Path, monkeypatch: pytest.MonkeyPatch, command: str
 ) -> None:
-    monkeypatch.setattr("robotcore.recording.extra.find_spec", lambda _: None)
+    monkeypatch.setattr("robotcore.recording.mcap_file.find_spec", lambda _: None)
     told = cli(command, *[str(search)] * (2 if command == "compare" else 1))
     assert told.status == 3
     assert "pip install 'robotcore[record]'" in told.err

@@ -9,9 +9,8 @@ from robotcore.errors import DeviceError
 from robotcore.geometry import Pose
 from robotcore.hal.devices import Camera, Frame
 from robotcore.recording import Recording, read
-from robotcore.recording.notes import Notes
+from robotcore.recording.layer import Notes, Tap
 from robotcore.recording.recorder import Recorder
-from robotcore.recording.tap import Tap
 from robotcore.runtime.layers.layer import Layer
 from robotcore.runtime.layers.readers import Reader
 from robotcore.runtime.outcome import RunResult

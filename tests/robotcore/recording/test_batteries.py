@@ -13,16 +13,15 @@ from robotcore.errors import DeviceError
 from robotcore.hal.devices import Voltage
 from robotcore.recording import Recording, read
 from robotcore.recording.comparison import Comparison, Side
-from robotcore.recording.comparison.words import rows
-from robotcore.recording.contents import contents_of, devices_of
-from robotcore.recording.csvfile import write_csv
-from robotcore.recording.ended import result_of
+from robotcore.recording.contents import contents_of, devices_of, result_of
+from robotcore.recording.csv_table import write_csv
+from robotcore.recording.log import Level, Line, Story
 from robotcore.recording.recorder import Recorder
 from robotcore.recording.replay import replay
-from robotcore.recording.replay.rehearsal import rehearse
-from robotcore.recording.story import Level, Line, Story
+from robotcore.recording.replay.evaluation import rehearse
 from robotcore.runtime import gauges
 from robotcore.runtime.session import RunRequest, run
+from robotcore.view.comparison import rows
 from tests.doubles import powered
 
 

@@ -1,3 +1,5 @@
+"""test_contents."""
+
 from __future__ import annotations
 
 import csv
@@ -10,7 +12,7 @@ import pytest
 from robotcore.errors import RecordingError, UsageError
 from robotcore.recording import Raised, Read, Recording
 from robotcore.recording.contents import contents_of, devices_of
-from robotcore.recording.csvfile import write_csv
+from robotcore.recording.csv_table import write_csv
 from robotcore.view.video import write_video
 from tests.robotcore.recording.replay.memory import changed, recorded
 

@@ -12,7 +12,7 @@ from robotcore.hal.devices import Frame
 from robotcore.recording import Recording, read
 from robotcore.recording.chunks import MAGIC, ChunkedFile
 from tests.robotcore.recording.conftest import Recorded, record
-from tests.robotcore.recording.test_wire import bits
+from tests.robotcore.recording.test_codec import bits
 
 HUGE = MAGIC + b"\x06" + (56).to_bytes(8, "little") + bytes(32) + b"\xff" * 8 + bytes(16)
 """A chunk that claims to hold more than any memory."""

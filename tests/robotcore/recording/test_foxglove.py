@@ -9,9 +9,18 @@ from collections import Counter
 import pytest
 from mcap.reader import make_reader
 
-from robotcore.recording.frames import nanoseconds, quaternion
-from robotcore.recording.protobuf import compressed_image, fields, raw_image
-from robotcore.recording.schemas import ANGLE, RANGE, RESULT, RUN, TICK, TRUTH, Schema
+from robotcore.recording.codec import compressed_image, message_fields, raw_image
+from robotcore.recording.foxglove import (
+    ANGLE_SCHEMA,
+    RANGE_SCHEMA,
+    RESULT_SCHEMA,
+    RUN_SCHEMA,
+    TICK_SCHEMA,
+    TRUTH_SCHEMA,
+    Schema,
+    nanoseconds,
+    quaternion,
+)
 from tests.robotcore.recording.conftest import Recorded
 
 SCHEMAS = {
@@ -59,7 +68,7 @@ def test_whoever_looks_at_any_time_is_given_every_frame_by_the_last_message_of_e
 
 def transforms_in(message: bytes) -> list[tuple[str, str]]:
     """Return parent and child of each (FrameTransforms.proto, FrameTransform.proto)."""
-    told = [dict(fields(bytes(each))) for _, each in fields(message)]
+    told = [dict(message_fields(bytes(each))) for _, each in message_fields(message)]
     return [(bytes(each[2]).decode(), bytes(each[3]).decode()) for each in told]
 
 
@@ -81,7 +90,11 @@ def test_descriptions_and_a_user_s_app_are_attached_and_the_request_is_in_the_me
     assert noted["robotcore.result"]["outcome"] == "success"
 
 
-@pytest.mark.parametrize("schema", [TICK, RANGE, ANGLE, TRUTH, RUN, RESULT], ids=lambda schema: schema["title"])
+@pytest.mark.parametrize(
+    "schema",
+    [TICK_SCHEMA, RANGE_SCHEMA, ANGLE_SCHEMA, TRUTH_SCHEMA, RUN_SCHEMA, RESULT_SCHEMA],
+    ids=lambda schema: schema["title"],
+)
 def test_a_schema_has_only_what_foxglove_knows_of_json_schema(schema: Schema) -> None:
     assert schema["type"] == "object"
     for each in schema["properties"].values():
@@ -96,7 +109,7 @@ def test_a_schema_has_only_what_foxglove_knows_of_json_schema(schema: Schema) ->
 def test_the_optical_frame_looks_ahead() -> None:
     """Its z is the camera's x: ahead; its x the camera's -y: to the right."""
     turn = quaternion(-math.pi / 2, 0.0, -math.pi / 2)
-    again = fields(turn.encode())
+    again = message_fields(turn.encode())
     x, y, z, w = (number_of(value) for _, value in again)
     ahead = (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y))
     right = (1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y))

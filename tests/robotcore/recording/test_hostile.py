@@ -23,13 +23,11 @@ from benchmarks.hostile_files.mcap_builder import build_chunk, build_file, build
 from benchmarks.hostile_files.mutations import Seed, mutate
 from robotcore.errors import RecordingError, RobotcoreError, WatchdogError
 from robotcore.recording import Raised, Recording, SampleKey, read
-from robotcore.recording.chunks import ChunkedFile
-from robotcore.recording.contents import contents_of
-from robotcore.recording.csvfile import write_csv
-from robotcore.recording.path import odometry_path, true_path
-from robotcore.recording.records import Allowance
+from robotcore.recording.chunks import Allowance, ChunkedFile
+from robotcore.recording.contents import contents_of, odometry_path, true_path
+from robotcore.recording.csv_table import write_csv
 from robotcore.recording.validation import parse_tick
-from robotcore.view.contents import contents
+from robotcore.view.text import contents
 from tests.robotcore.recording.conftest import record
 
 FILES = name_files(is_small=True)

@@ -16,7 +16,7 @@ from robotcore.runtime.outcome import Outcome, RunResult
 from robotcore.runtime.session import Run, RunRequest, run
 from robotcore.runtime.trace import TickRecord
 from tests.robotcore.recording.conftest import UNRULY, Recorded, record
-from tests.robotcore.recording.test_wire import bits
+from tests.robotcore.recording.test_codec import bits
 
 DRIVES_BY_AN_ARRAY = """
 import numpy as np

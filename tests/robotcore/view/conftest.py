@@ -4,8 +4,8 @@ import pytest
 
 from robotcore import Outcome, RunResult
 from robotcore.description import load_robot, load_world
-from robotcore.view.sheet import Story
-from robotcore.view.track import Footstep, Track
+from robotcore.view.overhead import Footstep, Track
+from robotcore.view.picture import Story
 
 STATES = ("search", "seen", "approach", "arrived")
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from robotcore import RunRequest, RunResult, run
-from robotcore.recording.replay.replaying import replay
+from robotcore.recording.replay.verification import replay
 from robotcore.sweep import LocalEngine, Sweep, run_sweep
 from tests.robotcore.recording.replay.memory import recorded
 

@@ -8,9 +8,9 @@ from typing import Any
 
 from robotcore.errors import Interrupted, RobotcoreError
 from robotcore.recording import Glimpse, Metadata, Raised, Recorded, Recording, SampleKey, Tick
-from robotcore.recording.about import metadata_of
-from robotcore.recording.tap import Tap
-from robotcore.recording.ticks import Ticks
+from robotcore.recording.layer import Tap
+from robotcore.recording.recording import metadata_of
+from robotcore.recording.writer import Ticks
 from robotcore.runtime.outcome import RunResult
 from robotcore.runtime.session import Run, RunRequest, run
 from robotcore.runtime.trace import TickRecord

@@ -23,7 +23,7 @@ from robotcore.runtime.outcome import Outcome
 from robotcore.runtime.trace import TickRecord
 from tests.robotcore.fakes import NullMotor
 from tests.robotcore.recording.replay.memory import changed, recorded
-from tests.robotcore.recording.replay.test_replaying import require_equal
+from tests.robotcore.recording.replay.test_verification import require_equal
 
 APPS = str(Path(__file__).parent / "recorded_apps.py")
 GRIPPING = f"{APPS}:Gripping"

@@ -1,0 +1,211 @@
+"""Events as JSON: every double comes back as the very double it was; ``inf`` and ``nan``, too, which travel as strings.
+
+What an event does not say (None, an empty tuple) is left out.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import struct
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, is_dataclass
+from functools import cache, singledispatch
+from numbers import Integral, Real
+from typing import Any, TypeVar, cast
+
+import cv2
+import numpy as np
+from pydantic import BaseModel, TypeAdapter
+
+from robotcore.hal.devices import Image
+
+T = TypeVar("T")
+
+_SURROGATE = re.compile(rb"\\u[dD][89a-fA-F]")
+
+
+def to_json(event: Any) -> bytes:
+    """Return an event as JSON. Python writes the shortest digits that read back as the same double."""
+    return json.dumps(plain(event), allow_nan=False, separators=(",", ":")).encode()
+
+
+def from_json(kind: type[T], content: bytes) -> T:
+    """Return the event that `to_json` wrote; ValueError where it is none of this kind."""
+    adapter: TypeAdapter[T] = _adapter(cast("Any", kind))
+    return adapter.validate_python(parse_json(content))
+
+
+def parse_json(content: bytes) -> Any:
+    """Return what a JSON text holds; ValueError if a text in it has a lone surrogate, which no library can print."""
+    payload = json.loads(content.decode())
+    if _SURROGATE.search(content):
+        json.dumps(payload, ensure_ascii=False).encode()
+    return payload
+
+
+@singledispatch
+def plain(value: Any) -> Any:
+    """Return a value in what JSON knows: the fields of an object or a named tuple by their names, else its words."""
+    if is_dataclass(value):
+        return _told({field.name: getattr(value, field.name) for field in fields(value)})
+    return _words(str(value))
+
+
+@plain.register(bool)
+@plain.register(type(None))
+def _itself(value: Any) -> Any:
+    return value
+
+
+@plain.register
+def _words(value: str) -> str:
+    """Return a text without its class, such as an app's own enumeration; a lone surrogate becomes an escape."""
+    return str.encode(value, errors="backslashreplace").decode()
+
+
+@plain.register
+def _whole(value: Integral) -> int:
+    return int(value)
+
+
+@plain.register
+def _number(value: Real) -> float | str:
+    number = float(value)
+    return number if math.isfinite(number) else repr(number)
+
+
+@plain.register
+def _named(value: Mapping) -> dict[str, Any]:  # type: ignore[type-arg]
+    return {_words(str(key)): plain(each) for key, each in value.items()}
+
+
+@plain.register
+def _described(value: BaseModel) -> dict[str, Any]:
+    return _named(value.model_dump())
+
+
+@plain.register(tuple)
+@plain.register(list)
+@plain.register(frozenset)
+def _many(value: Any) -> Any:
+    return _told(value._asdict()) if hasattr(value, "_asdict") else [plain(each) for each in value]
+
+
+def _told(named: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: plain(each) for name, each in named.items() if each is not None and each != ()}
+
+
+@cache
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)
+
+
+VARINT, FIXED64, BYTES, FIXED32 = 0, 1, 2, 5
+_WIDTH, _HEIGHT, _ENCODING, _DATA = 2, 3, 4, 6
+_JPEG = 2
+_CHANNELS = {b"bgr8": 3, b"mono8": 1}
+
+_MOST_FIELDS = 64
+"""Of a message: a picture has seven."""
+
+_MOST_PIXELS = 2**24
+"""The most pixels of a JPEG. A JPEG of few bytes can claim any size; no picture of a camera has more pixels."""
+
+_JPEG_BEGIN = b"\xff\xd8"
+_SEGMENT = struct.Struct(">BBH")
+_SIZE = struct.Struct(">HH")
+_LENGTH_BYTES = 2
+_BASELINE = 0xC0
+_BEFORE_SIZE = {0xC4, 0xDB, 0xDD, 0xFE, *range(0xE0, 0xF0)}
+"""Tables, restart interval, comment, application data: the segments that may come before the size."""
+
+
+def raw_image(message: bytes | memoryview) -> Image:
+    """Return the picture in a RawImage, read-only; ValueError where there is none."""
+    told = dict(message_fields(message))
+    width, height = (int.from_bytes(told[field], "little") for field in (_WIDTH, _HEIGHT))
+    _require_pixels(width, height)
+    channels = _CHANNELS[bytes(told[_ENCODING])]
+    shape = (height, width, channels) if channels > 1 else (height, width)
+    return np.frombuffer(told[_DATA], np.uint8).reshape(shape)
+
+
+def compressed_image(message: bytes | memoryview) -> Image:
+    """Return the picture in a CompressedImage, read-only; ValueError where there is none."""
+    content = dict(message_fields(message))[_JPEG]
+    width, height = _jpeg_size(content)
+    _require_pixels(width, height)
+    if width * height > _MOST_PIXELS:
+        raise ValueError(f"a JPEG claims {width} x {height} pixels")
+    try:
+        image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
+    except cv2.error as error:
+        raise ValueError("it holds no JPEG") from error
+    if image is None or image.shape[:2] != (height, width):
+        raise ValueError("it holds no JPEG")
+    image.flags.writeable = False
+    return np.asarray(image, np.uint8)
+
+
+def _require_pixels(width: int, height: int) -> None:
+    if not (width and height):
+        raise ValueError(f"a picture has {width} x {height} pixels")
+
+
+def _jpeg_size(content: memoryview) -> tuple[int, int]:
+    """Return the width and height in the header of a baseline JPEG, which is what robotcore writes.
+
+    A decoder must find the same size. So anything between two segments is refused, fill bytes included, which a decoder
+    passes over. The segments: ITU-T T.81, annex B.
+    """
+    if content[:2] != _JPEG_BEGIN:
+        raise ValueError("it holds no JPEG")
+    at = len(_JPEG_BEGIN)
+    while at + _SEGMENT.size <= len(content):
+        marker, kind, length = _SEGMENT.unpack_from(content, at)
+        if marker == 0xFF and kind == _BASELINE:
+            height, width = _SIZE.unpack_from(content, at + _SEGMENT.size + 1)
+            return width, height
+        if marker != 0xFF or kind not in _BEFORE_SIZE or length < _LENGTH_BYTES:
+            break
+        at += 2 + length
+    raise ValueError("it holds no baseline JPEG")
+
+
+def message_fields(message: bytes | memoryview) -> Iterator[tuple[int, memoryview]]:
+    """Yield the number and the bytes of each field, whatever its type.
+
+    Raises ValueError where the message is cut, or has more fields than a picture.
+    """
+    left = memoryview(message)
+    for _ in range(_MOST_FIELDS):
+        if not left:
+            return
+        tag, left = _varint(left)
+        length, left = _length(tag & 7, left)
+        if length > len(left):
+            raise ValueError("a message ends too early")
+        yield tag >> 3, left[:length]
+        left = left[length:]
+    if left:
+        raise ValueError(f"a message has more than {_MOST_FIELDS} fields")
+
+
+def _length(kind: int, left: memoryview) -> tuple[int, memoryview]:
+    """Return how many bytes a field of a kind has, and what they begin."""
+    if kind == BYTES:
+        return _varint(left)
+    if kind == VARINT:
+        return len(left) - len(_varint(left)[1]), left
+    return {FIXED32: 4, FIXED64: 8}[kind], left
+
+
+def _varint(left: memoryview) -> tuple[int, memoryview]:
+    value = 0
+    for at, byte in enumerate(left[:10]):
+        value |= (byte & 0x7F) << 7 * at
+        if byte < 0x80:
+            return value, left[at + 1 :]
+    raise ValueError("a message ends within a number")

@@ -1,0 +1,187 @@
+"""One of two recordings that are compared: what it is measured by."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from itertools import zip_longest
+from typing import Any
+
+from robotcore.geometry import Pose
+from robotcore.recording import Recording, Tick
+from robotcore.recording.contents import Path, interventions_of, length_of, odometry_path, rate_of, result_of, true_path
+from robotcore.runtime.outcome import RunResult
+
+Room = tuple[Sequence[object], ...]
+"""The sides of the floor, and the outline of each thing, in metres."""
+
+_DIGITS = 4
+"""A tenth of a millimetre."""
+
+
+@dataclass(frozen=True)
+class Side:
+    """A recording and what it is called; lengths in metres, poses in the world, rates in Hz."""
+
+    name: str
+    recording: Recording
+
+    @cached_property
+    def result(self) -> RunResult:
+        """How it ended; of a file that was cut, what is known."""
+        return result_of(self.recording)
+
+    @property
+    def outcome(self) -> str:
+        """What the run came to; of a file that was cut or damaged before that, so much."""
+        if self.recording.result:
+            return self.result.outcome.value
+        return "damaged" if self.recording.is_damaged else "cut"
+
+    @cached_property
+    def odometry(self) -> Path:
+        """Where the wheels took the robot."""
+        return odometry_path(self.recording)
+
+    @cached_property
+    def truth(self) -> Path:
+        """Where it was, where a simulator tells."""
+        return true_path(self.recording)
+
+    @property
+    def room(self) -> Room | None:
+        """What stands where, as seen from above; None where no world was described."""
+        world = self.recording.metadata.world
+        if world is None:
+            return None
+        return ((world.floor.length_m, world.floor.width_m), *(thing.outline for thing in world.things))
+
+    @property
+    def path(self) -> list[Pose]:
+        """The true path, else the odometry's."""
+        return list((self.truth or self.odometry).values())
+
+    @property
+    def rate_hz(self) -> float | None:
+        """How many ticks a second there were, on the robot's clock."""
+        return rate_of(self.recording)
+
+    @property
+    def interventions(self) -> int:
+        return sum(interventions_of(self.recording).values())
+
+    @property
+    def drift(self) -> float | None:
+        """How far the odometry is from the truth in the end."""
+        both = self.truth.keys() & self.odometry.keys()
+        if not both:
+            return None
+        last = max(both)
+        return self.truth[last].distance_to(*self.odometry[last][:2])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what JSON tells of it; null is what nobody knows."""
+        result = self.result
+        return {
+            "file": self.name,
+            "app": result.app,
+            "backend": result.backend,
+            "robot": result.robot,
+            "world": result.world,
+            "seed": result.seed,
+            "outcome": self.outcome,
+            "verified": result.verified,
+            "reason": result.reason,
+            "time_s": result.sim_time_s,
+            "ticks": len(self.recording.ticks),
+            "odometry_m": _length(self.odometry),
+            "truth_m": _length(self.truth),
+            "final_odometry": _last(self.odometry),
+            "final_truth": _last(self.truth),
+            "drift_m": None if self.drift is None else round(self.drift, _DIGITS),
+            "interventions": self.interventions,
+            "rate_hz": None if self.rate_hz is None else round(self.rate_hz, _DIGITS),
+            "overruns": result.overruns,
+            "batteries": result.batteries,
+        }
+
+
+def _length(path: Path) -> float | None:
+    return round(length_of(path.values()), _DIGITS) if path else None
+
+
+def _last(path: Path) -> list[float] | None:
+    return [round(number, _DIGITS) for number in path[max(path)]] if path else None
+
+
+DIFFERS = 1
+
+
+@dataclass(frozen=True)
+class Parting:
+    """The first tick in which two runs are in different states; None where a run was over by then."""
+
+    tick: int
+    time_s: float
+    first: str | None
+    second: str | None
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two recordings; they tell the same where they reach the same milestones in the same order, and the same end."""
+
+    first: Side
+    second: Side
+
+    @property
+    def milestones(self) -> tuple[dict[str, float], dict[str, float]]:
+        """When each of them reached what, in its order; times in seconds."""
+        return self.first.result.milestones, self.second.result.milestones
+
+    @property
+    def first_other_milestone(self) -> tuple[str | None, str | None] | None:
+        """The first two that are not the same, None in place of one that was not reached; None where all are."""
+        return next((pair for pair in zip_longest(*self.milestones) if pair[0] != pair[1]), None)
+
+    @property
+    def parting(self) -> Parting | None:
+        """Where their states part; None where all are the same."""
+        for one, other in zip_longest(self.first.recording.ticks, self.second.recording.ticks):
+            first, second = _state(one), _state(other)
+            if first != second:
+                tick = one or other
+                return Parting(tick.number, tick.time, first, second)
+        return None
+
+    @property
+    def do_rooms_differ(self) -> bool:
+        """Whether the two robots drove among other things, or the same elsewhere, as far as both worlds are known."""
+        rooms = self.first.room, self.second.room
+        return None not in rooms and rooms[0] != rooms[1]
+
+    @property
+    def is_alike(self) -> bool:
+        return self.first_other_milestone is None and self.first.outcome == self.second.outcome
+
+    @property
+    def exit_status(self) -> int:
+        return 0 if self.is_alike else DIFFERS
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what JSON tells of it."""
+        first, second = self.milestones
+        return {
+            "alike": self.is_alike,
+            "first_other_milestone": self.first_other_milestone,
+            "parting": asdict(self.parting) if self.parting else None,
+            "rooms_differ": self.do_rooms_differ,
+            "first": {**self.first.to_dict(), "milestones": first},
+            "second": {**self.second.to_dict(), "milestones": second},
+            "exit_status": self.exit_status,
+        }
+
+
+def _state(tick: Tick | None) -> str | None:
+    return tick.state if tick else None

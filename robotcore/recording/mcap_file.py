@@ -1,0 +1,151 @@
+"""An MCAP file that is being written: channels in it, and a flush after which a crash loses nothing that was before."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from robotcore.errors import BackendMissingError, RecordingError
+from robotcore.files import require_regular
+
+CHUNK_BYTES = 2**20
+"""Uncompressed; a reader unpacks a whole chunk for one picture in it."""
+
+ROOM = "Make room, or name a file elsewhere"
+
+
+class McapFile:
+    """Writes as foxglove-sdk does; each fault is a RecordingError, and the first one ends it.
+
+    Messages are compressed in chunks, each with its checksum. ``flush`` ends a chunk and hands it to the system.
+    """
+
+    def __init__(self, path: Path) -> None:
+        require_extra()
+        import foxglove
+        from foxglove.mcap import MCAPWriteOptions
+
+        self._path = path
+        self._sink = _Sink(path)
+        self.context = foxglove.Context()
+        options = MCAPWriteOptions(chunk_size=CHUNK_BYTES, compression_level=1, compression_threads=0)
+        self._writer = foxglove.open_mcap(self._sink, context=self.context, writer_options=options)
+
+    @property
+    def size(self) -> int:
+        """How many bytes of it there are by now, without what is held back for a whole chunk."""
+        return self._sink.size
+
+    def json(
+        self, topic: str, schema: Mapping[str, Any], metadata: Mapping[str, str] | None = None
+    ) -> Callable[[bytes, int], None]:
+        """Return what logs JSON on a new channel: the message, and its time in ns."""
+        from foxglove import Channel
+
+        told = dict(metadata or {})
+        channel = Channel(topic, schema=dict(schema), message_encoding="json", context=self.context, metadata=told)
+        return lambda content, at: channel.log(content, log_time=at)
+
+    def attach(self, name: str, media_type: str, content: bytes) -> None:
+        """Keep a file in the file."""
+        self._try(
+            lambda: self._writer.attach(log_time=0, create_time=0, name=name, media_type=media_type, data=content)
+        )
+
+    def note(self, name: str, told: Mapping[str, str]) -> None:
+        """Write a metadata record."""
+        self._try(lambda: self._writer.write_metadata(name, dict(told)))
+
+    def flush(self) -> None:
+        """Have all that was logged written by the system; raise what kept something from it."""
+        self._try(self._writer.flush)
+
+    def close(self) -> None:
+        """Write the index, and close. May be called again."""
+        try:
+            self._try(self._writer.close)
+        finally:
+            self._sink.close()
+
+    def _try(self, write: Callable[[], None]) -> None:
+        try:
+            write()
+        except Exception as error:
+            raise RecordingError(self._path, f"it cannot be written: {error}", ROOM) from error
+        if fault := self._sink.fault:
+            raise RecordingError(self._path, str(fault.strerror), ROOM) from fault
+
+
+class _Sink:
+    """The file as the library writes to it.
+
+    It keeps the first fault to itself, and takes no more: the library would tell of it on stderr, once a message.
+    """
+
+    def __init__(self, path: Path) -> None:
+        try:
+            require_regular(path)
+            self._file = path.open("wb", buffering=0)
+        except OSError as error:
+            raise unwritable(path, error) from error
+        self.fault: OSError | None = None
+        self._at = self.size = 0
+
+    def write(self, data: bytes | bytearray) -> int:
+        try:
+            self._write_all(memoryview(data))
+        except OSError as error:
+            self.fault = error
+        self._at += len(data)
+        self.size = max(self.size, self._at)
+        return len(data)
+
+    def _write_all(self, left: memoryview) -> None:
+        while left and not self.fault:
+            left = left[self._file.write(left) or 0 :]
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
+        """Go back to what was written, and return. After a fault the library is told where it would be."""
+        self._at = offset + {os.SEEK_SET: 0, os.SEEK_CUR: self._at, os.SEEK_END: self.size}[whence]
+        if not self.fault:
+            self._file.seek(self._at)
+        return self._at
+
+    def flush(self) -> None:
+        """Nothing is held back here."""
+
+    def close(self) -> None:
+        self._file.close()
+
+
+def require_recordable(path: Path) -> None:
+    """Raise what would keep a recording from being written there, by opening the file; what was in it stays."""
+    require_extra()
+    if path.suffix.lower() != ".mcap":
+        raise RecordingError(path, "a recording is an .mcap file", "Give it that ending")
+    existed = path.exists()
+    try:
+        require_regular(path)
+        with path.open("ab"):
+            pass
+        if not existed:
+            path.unlink()
+    except OSError as error:
+        raise unwritable(path, error) from error
+
+
+def unwritable(path: Path, error: OSError) -> RecordingError:
+    """Return the error for a file that cannot be written."""
+    return RecordingError(path, str(error.strerror), "Name a file that can be written, where there is room")
+
+
+REMEDY = "pip install 'robotcore[record]'"
+
+
+def require_extra() -> None:
+    """Raise BackendMissingError, with the remedy, where a library is missing; none is imported for it."""
+    if missing := [name for name in ("foxglove", "mcap") if find_spec(name) is None]:
+        raise BackendMissingError(f"recordings need {' and '.join(missing)}. {REMEDY}")

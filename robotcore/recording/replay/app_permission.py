@@ -1,0 +1,99 @@
+"""What of a recording decides on what runs: nothing, unless the user could have meant it.
+
+A recording is data. The user names an app's file to run it with whatever the recording holds.
+"""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from collections.abc import Container
+from enum import Enum
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from robotcore.errors import RecordingError
+from robotcore.recording import Recording
+from robotcore.recording.codec import plain
+from robotcore.recording.recording import source_of
+from robotcore.runtime.apps import app_path, is_app_file, load_app_file
+from robotcore.runtime.settings import Setting, settings_of
+from robotcore.text import escape
+
+_PACKAGES = {"site-packages", "dist-packages"}
+_HARMLESS = (int, float, Enum, NoneType)
+"""Types of settings whose values name no file, command or host."""
+
+
+def require_recorded_app(recording: Recording, file: Path | str, given: Container[str] = ()) -> None:
+    """Raise RecordingError unless the recorded app can run without the user naming it; an installed app can.
+
+    A file can if it lies below the current folder and not among installed packages, holds the recorded text, and gets
+    no text from the recording as a setting. Settings that the user has ``given`` are not the recording's.
+    """
+    app = recording.metadata.request.app
+    if not is_app_file(app):
+        return
+    called, shown = file or "the recording", escape(app)
+    if not app_path(app).is_file():
+        remedy = "Replay it from the folder that it was run in, or name the app's file: --app FILE.py"
+        raise RecordingError(called, f"its app, {shown}, is not here", remedy)
+    if problem := _problem(recording, given):
+        remedy = f"To run it, name it: --app {shlex.quote(shown)}"
+        raise RecordingError(called, f"its app, {shown}, {problem}, so replay did not run it", remedy)
+
+
+def is_recorded_file(recording: Recording, app: str) -> bool:
+    """Return whether ``app`` names the file of the recorded app: by its name, or by the recorded text."""
+    recorded = recording.metadata.request.app
+    if not (is_app_file(app) and is_app_file(recorded)):
+        return False
+    return app_path(app).name == app_path(recorded).name or has_changed(recording, app) is False
+
+
+def has_changed(recording: Recording, app: str) -> bool | None:
+    """Return whether a file holds another text than the recorded app; None if no text was recorded."""
+    recorded = recording.metadata.source
+    return None if recorded is None else source_of(app) != recorded
+
+
+def _problem(recording: Recording, given: Container[str]) -> str:
+    """Say why the recorded app's file must not run; empty if it may. The file is imported last."""
+    app = recording.metadata.request.app
+    path = app_path(app).resolve()
+    if not path.is_relative_to(Path.cwd().resolve()):
+        return "is outside of the current folder"
+    if path.is_relative_to(Path(sys.prefix).resolve()) or not _PACKAGES.isdisjoint(path.parts):
+        return "is among installed packages"
+    if has_changed(recording, app) is not False:
+        is_known = recording.metadata.source is not None
+        return "has changed since it was recorded" if is_known else "was recorded without its text"
+    if name := _open_setting(recording, given):
+        return f"would get the setting {escape(repr(name))} from the recording, which is no number and no fixed choice"
+    return ""
+
+
+def _open_setting(recording: Recording, given: Container[str]) -> str | None:
+    """Return the name of a recorded setting that can be any text, and that is not the app's default."""
+    request = recording.metadata.request
+    recorded = {name: value for name, value in request.settings.items() if name not in given}
+    if all(isinstance(value, (int, float, NoneType)) for value in recorded.values()):
+        return None
+    known = settings_of(load_app_file(request.app))
+    kept = ((known[name], value) for name, value in recorded.items() if name in known)
+    return next((setting.name for setting, value in kept if _is_open(setting, value)), None)
+
+
+def _is_open(setting: Setting, value: Any) -> bool:
+    return not _is_harmless(setting.type) and value != plain(setting.default)
+
+
+def _is_harmless(kind: Any) -> bool:
+    """Return whether every value of a type is a number, a boolean, None, or a member of a fixed choice."""
+    origin = get_origin(kind)
+    if origin is Annotated:
+        return _is_harmless(get_args(kind)[0])
+    if origin in (Union, UnionType):
+        return all(map(_is_harmless, get_args(kind)))
+    return origin is Literal or (isinstance(kind, type) and issubclass(kind, _HARMLESS))

@@ -1,0 +1,223 @@
+"""The first thing that a replay does otherwise than its recording, in words."""
+
+from __future__ import annotations
+
+from collections import defaultdict, deque
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, NoReturn, TypeVar
+
+from robotcore.errors import (
+    DeviationError,
+    EmergencyStopError,
+    Interrupted,
+    RecordingEndedError,
+    RecordingError,
+    RobotcoreError,
+    WatchdogError,
+)
+from robotcore.geometry import Wheels
+from robotcore.hal.devices import Angle, Frame, Range, Voltage
+from robotcore.recording import Ask, MotorAsk, Read, Recorded, Recording, SampleKey, Tick, Turned
+from robotcore.runtime.trace import TickRecord, Trace
+from robotcore.safety.intervention import REST
+from robotcore.text import escape
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """What differs, in which tick, and what was read in it; ``time`` in seconds on the robot's clock."""
+
+    tick: int
+    time: float
+    what: str
+    recorded: str
+    replayed: str
+    reads: tuple[str, ...]
+
+    @classmethod
+    def of(
+        cls, tick: Tick, what: str, recorded: str, replayed: str, samples: Mapping[SampleKey, Recorded]
+    ) -> Deviation:
+        """Return what differs in a tick, told with the samples that the recorded run read in it."""
+        reads = dict.fromkeys(_read_told(read, samples) for read in tick.reads)
+        return cls(tick.number, tick.time, what, recorded, replayed, tuple(reads))
+
+    def __str__(self) -> str:
+        return "\n".join(map(escape, self.lines()))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what JSON tells of it."""
+        told = asdict(self)
+        told["time_s"] = told.pop("time")
+        return told
+
+    def lines(self) -> Iterator[str]:
+        """Yield it in words, a fact each."""
+        yield f"tick {self.tick}, at {self.time:g} s, {self.what} differs"
+        yield f"  recorded: {self.recorded}"
+        yield f"  replayed: {self.replayed}"
+        yield f"  read in this tick: {'; '.join(self.reads) or 'nothing'}"
+
+
+def wheels_told(wheels: Wheels | None) -> str:
+    """Return a command with every digit that it has; None is a stop."""
+    return "stop" if wheels is None else f"left {wheels.left!r}, right {wheels.right!r} rad/s"
+
+
+def motor_told(ask: MotorAsk) -> str:
+    """Return a command to a motor outside the drive, with every digit that it has."""
+    return f"{ask.device} stop" if ask.asked is None else f"{ask.device} {ask.asked!r} rad/s"
+
+
+def _read_told(read: Read, samples: Mapping[SampleKey, Recorded]) -> str:
+    if read.error:
+        return f"{read.device} raised {read.error.kind}: {read.error.message}"
+    return f"{read.device} {_sample_told(read, samples)} of {read.time:g} s (number {read.sequence})"
+
+
+def _sample_told(read: Read, samples: Mapping[SampleKey, Recorded]) -> str:
+    try:
+        sample = samples[read.key] if read.key else None
+    except RecordingError as error:
+        return str(error)
+    match sample:
+        case Range():
+            return f"{sample.distance!r} m"
+        case Angle():
+            return f"{sample.angle!r} rad"
+        case Voltage():
+            return f"{sample.voltage!r} V"
+        case Frame():
+            height, width = sample.image.shape[:2]
+            return f"{width} x {height} picture"
+    return "dropped picture"
+
+
+CueT = TypeVar("CueT")
+
+
+class Cues:
+    """The asks, the reads, the angles and the standing commands of a tick. Of the last two, the last one stays."""
+
+    def __init__(self, tick: Tick) -> None:
+        self.tick = tick
+        self.asks = deque(tick.asks)
+        self._turned, self._standing = deque(tick.turned), deque(tick.standing)
+        self.motor_asks = deque(tick.motor_asks)
+        self._reads: dict[str, deque[Read]] = defaultdict(deque)
+        for read in tick.reads:
+            self._reads[read.device].append(read)
+        self._devices = frozenset(self._reads)
+
+    @property
+    def is_cut_short(self) -> bool:
+        """Whether a signal or a watchdog ended the run in this tick: what the recording lacks of it tells nothing."""
+        is_signalled = self.tick.error is not None and self.tick.error.kind == Interrupted.__name__
+        return is_signalled or any(each.cause == WatchdogError.cause for each in self.tick.interventions)
+
+    @property
+    def ended_before(self) -> RobotcoreError | None:
+        """What was latched between two ticks, an e-stop for one; this is then the tick that did not come."""
+        tick = self.tick
+        has_begun = tick.reads or tick.asks or tick.motor_asks or tick.turned or not tick.interventions
+        error = None if has_begun or tick.error is None else tick.error.again()
+        return error if isinstance(error, RobotcoreError) and not self.is_cut_short else None
+
+    @property
+    def pressed(self) -> RobotcoreError | None:
+        """The e-stop that was pressed before the end of this tick; nothing but the drive's answers tells when."""
+        error = self.tick.error.again() if self.tick.error and not self.was_committed else None
+        return error if isinstance(error, EmergencyStopError) else None
+
+    @property
+    def was_committed(self) -> bool:
+        """Whether a command was sent at the end of this tick; an error of it has come after that."""
+        return self.tick.asked is not None or self.tick.sent is not None
+
+    def was_read(self, device: str) -> bool:
+        """Return whether the recorded run read the device in this tick."""
+        return device in self._devices
+
+    def failed_others(self, device: str) -> int:
+        """Return how many reads before the app's next one failed the guard or the odometry: the app heard of none."""
+        left, failed = self._reads[device], 0
+        while left and left[0].by and left[0].error:
+            left.popleft()
+            failed += 1
+        if left:
+            left.popleft()
+        return failed
+
+    def next_ask(self) -> Ask | None:
+        """Return the next command that the recorded run gave, if there is one left."""
+        return self.asks.popleft() if self.asks else None
+
+    def next_turned(self) -> Turned | None:
+        """Return the angles of the wheels; None where the recorded run had no drive."""
+        return _next(self._turned)
+
+    def next_standing(self) -> Wheels:
+        """Return what was being asked of the wheels, for an app that commands one alone."""
+        return _next(self._standing) or REST
+
+
+def _next(left: deque[CueT]) -> CueT | None:
+    if len(left) > 1:
+        return left.popleft()
+    return left[0] if left else None
+
+
+class Script:
+    """The ticks of a recording, one after the other; ``compared`` of them were found equal, ``trace`` adds them up.
+
+    What ended the replay is raised at every `check` from then on, whatever an app catches.
+    """
+
+    def __init__(self, recording: Recording) -> None:
+        self.recording = recording
+        self.cues = Cues(recording.ticks[0])
+        self.deviation: Deviation | None = None
+        self.trace = Trace(())
+        self._ended_by: RobotcoreError | None = None
+
+    @property
+    def compared(self) -> int:
+        return self.trace.ticks
+
+    @property
+    def is_at_end(self) -> bool:
+        """Whether the recording was cut short in this tick, and the app asked for what it does not have."""
+        return isinstance(self._ended_by, RecordingEndedError)
+
+    def check(self) -> None:
+        """Raise what ended the replay, if something did."""
+        if self._ended_by:
+            raise self._ended_by
+
+    def deviate(self, what: str, recorded: str, replayed: str) -> NoReturn:
+        """Note what differs in this tick, and raise DeviationError; the first one stays."""
+        self.check()
+        self.deviation = Deviation.of(self.cues.tick, what, recorded, replayed, self.recording.samples)
+        self._end_by(DeviationError(str(self.deviation)))
+
+    def lack(self, what: str, recorded: str, replayed: str) -> NoReturn:
+        """Deviate by what the recording does not have; where it was cut short in this tick, it ends instead."""
+        if self.cues.is_cut_short:
+            self.end()
+        self.deviate(what, recorded, replayed)
+
+    def end(self) -> NoReturn:
+        """Raise RecordingEndedError: the recording was cut short in this tick."""
+        self.check()
+        self._end_by(RecordingEndedError(self.compared, self.cues.tick.time))
+
+    def go_on(self, record: TickRecord) -> None:
+        """Count this tick as equal, and turn to the next."""
+        self.trace.add(record)
+        if self.compared < len(self.recording.ticks):
+            self.cues = Cues(self.recording.ticks[self.compared])
+
+    def _end_by(self, error: RobotcoreError) -> NoReturn:
+        self._ended_by = error
+        raise error

@@ -1,0 +1,192 @@
+"""What another app, or the same one with other settings, would have decided on the samples of a recording."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from robotcore.errors import Interrupted, RecordingEndedError
+from robotcore.geometry import Wheels
+from robotcore.hal.devices import Battery, Motor, SampleT, Sensor, Voltage
+from robotcore.recording import MotorAsk, Recording, Tick
+from robotcore.recording.layer import Tap
+from robotcore.recording.replay.app_permission import require_recorded_app
+from robotcore.recording.replay.cursor import Cues, motor_told, wheels_told
+from robotcore.recording.replay.layer import Likeness
+from robotcore.recording.replay.verification import request_for, require_ticks
+from robotcore.runtime.apps import app_name
+from robotcore.runtime.layers.layer import Layer
+from robotcore.runtime.layers.readers import Reader
+from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.session import Observer, Run, run
+from robotcore.runtime.trace import TickRecord
+from robotcore.safety import Latch
+
+
+@dataclass(frozen=True)
+class Parting:
+    """The first tick in which the other app decides otherwise: what differs, in words; ``time`` in seconds."""
+
+    tick: int
+    time: float
+    what: str
+    recorded: str
+    rehearsed: str
+
+
+@dataclass(frozen=True)
+class Rehearsed:
+    """Another app on a recording: its ``states`` by tick; in ``differing`` ticks state or command is another one.
+
+    ``late_reads`` counts by device in how many ticks it read what the recorded run had not read then: it was given the
+    newest sample from before, with its old time. ``warning`` says what the recording lacks.
+    """
+
+    recording: Recording
+    result: RunResult
+    parting: Parting | None
+    differing: int
+    late_reads: Mapping[str, int]
+    states: Sequence[str]
+
+    @property
+    def ticks(self) -> int:
+        return len(self.states)
+
+    @property
+    def is_at_end(self) -> bool:
+        """Whether the recording ended before the app did."""
+        return isinstance(self.result.error, RecordingEndedError)
+
+    @property
+    def warning(self) -> str:
+        return self.recording.why_not
+
+    @property
+    def exit_status(self) -> int:
+        """0, whatever differs; where the app could not come to an end, the status of its error."""
+        return self.result.exit_status if self.result.error and not self.is_at_end else 0
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what JSON tells of it."""
+        recorded = self.recording.result
+        return {
+            "app": self.result.app,
+            "recorded_app": app_name(self.recording.metadata.request.app),
+            "ticks": self.ticks,
+            "recorded_ticks": len(self.recording.ticks),
+            "differing_ticks": self.differing,
+            "parting": None if self.parting is None else asdict(self.parting),
+            "outcome": None if self.is_at_end else self.result.outcome.value,
+            "recorded_outcome": recorded.outcome.value if recorded else None,
+            "milestones": self.result.milestones,
+            "recorded_milestones": recorded.milestones if recorded else None,
+            "late_reads": dict(self.late_reads),
+            "reason": self.result.reason,
+            "warning": self.warning or None,
+            "exit_status": self.exit_status,
+        }
+
+
+def rehearse(
+    recording: Recording,
+    app: str | None = None,
+    settings: Mapping[str, Any] | None = None,
+    *,
+    file: Path | str = "",
+    observers: Sequence[Observer] = (),
+) -> Rehearsed:
+    """Run an app on the samples of a recording, behind a safety stage of its own; a difference is no error.
+
+    Where it is the recorded app, it keeps its recorded settings but for those that are given here.
+    """
+    require_ticks(recording, file)
+    if app is None:
+        require_recorded_app(recording, file, settings or {})
+    request = request_for(recording)
+    name = app or request.app
+    kept = request.settings if app_name(name) == app_name(request.app) else {}
+    witness = Witness(recording)
+    request = replace(request, app=name, settings={**kept, **(settings or {})})
+    result = run(request, [witness, *observers], [witness])
+    if result.error and not isinstance(result.error, Interrupted) and not result.ticks:
+        raise result.error
+    return witness.rehearsed(result)
+
+
+class Witness(Layer):
+    """A tap and an observer in one: it lays what an app decides beside what was decided in the recording.
+
+    The drive knows its pose by the recorded angles: the robot went as it was driven then.
+    """
+
+    def __init__(self, recording: Recording) -> None:
+        self._recording = recording
+        self._is_alike = Likeness()
+        self._cues = Cues(recording.ticks[0])
+        self._tap = Tap(lambda: False)
+        self._differing = 0
+        self._parting: Parting | None = None
+        self._late: Counter[str] = Counter()
+        self._states: list[str] = []
+
+    def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
+        def reader() -> SampleT:
+            self._late[sensor.name] += not self._cues.was_read(sensor.name)
+            return read()
+
+        return reader
+
+    def battery(self, battery: Battery, read: Reader[Voltage]) -> Reader[Voltage]:
+        return read
+
+    def latch(self, latch: Latch) -> None:
+        self._tap.latch(latch)
+
+    def lone_motor(self, motor: Motor) -> Motor:
+        return self._tap.lone_motor(motor)
+
+    def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
+        def reader() -> Wheels:
+            turned = self._cues.next_turned()
+            return turned.angles if turned and turned.angles else read()
+
+        return reader
+
+    def begin(self, run: Run) -> None:
+        """Nothing is decided before the first tick."""
+
+    def tick(self, record: TickRecord) -> None:
+        tick, motor_asks = self._cues.tick, self._tap.take().motor_asks
+        self._states.append(record.state)
+        if record.state != tick.state:
+            self._part(tick, "the state", repr(tick.state), repr(record.state))
+        elif not self._is_alike(tick.asked, record.asked):
+            self._part(tick, "the command", _command(tick.asked), _command(record.asked))
+        elif _asked(tick.motor_asks) != _asked(motor_asks):
+            self._part(tick, "the command", _asked(tick.motor_asks), _asked(motor_asks))
+        if len(self._states) < len(self._recording.ticks):
+            self._cues = Cues(self._recording.ticks[len(self._states)])
+
+    def end(self, result: RunResult) -> None:
+        """`rehearsed` takes the result."""
+
+    def rehearsed(self, result: RunResult) -> Rehearsed:
+        """Return how it came out."""
+        late = {device: count for device, count in self._late.items() if count}
+        return Rehearsed(self._recording, result, self._parting, self._differing, late, self._states)
+
+    def _part(self, tick: Tick, what: str, recorded: str, rehearsed: str) -> None:
+        self._differing += 1
+        self._parting = self._parting or Parting(tick.number, tick.time, what, recorded, rehearsed)
+
+
+def _asked(asks: Iterable[MotorAsk]) -> str:
+    return ", ".join(map(motor_told, asks)) or "no command"
+
+
+def _command(asked: Wheels | None) -> str:
+    return "no command" if asked is None else wheels_told(asked)

@@ -1,0 +1,230 @@
+"""How a replay came out."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from robotcore.errors import DeviationError, Interrupted, RecordingEndedError, RecordingError
+from robotcore.recording import Recording
+from robotcore.recording.contents import why_no_end
+from robotcore.recording.recording import platform_of
+from robotcore.recording.replay.app_permission import has_changed, require_recorded_app
+from robotcore.recording.replay.cursor import Cues, Deviation, Script
+from robotcore.recording.replay.layer import ACROSS_PLATFORMS, Likeness, Replayer
+from robotcore.runtime.outcome import Outcome, RunResult
+from robotcore.runtime.plan import RunRequest
+from robotcore.runtime.session import Observer, run
+from robotcore.runtime.versions import libraries
+
+DIFFERS = 1
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """An app held to its recording: so many of its ``ticks`` were equal, to the bit where ``is_exact``.
+
+    ``largest_difference`` of a command, in rad/s, is what was let pass because the ``platform`` is another one.
+    ``has_app_changed`` tells whether the app's own file is another one now; None where it is no file of a user's.
+    """
+
+    recording: Recording
+    result: RunResult
+    ticks: int
+    deviation: Deviation | None
+    is_exact: bool
+    largest_difference: float
+    trace_sha256: str
+    platform: tuple[str, ...] = ()
+    has_app_changed: bool | None = None
+
+    @property
+    def ended_by(self) -> str:
+        """What ended the recording from outside, a signal, a cut; the replay then ends there too. Empty if nothing."""
+        return ended_from_outside(self.recording)
+
+    @property
+    def states(self) -> list[str]:
+        """The state of each tick that was equal."""
+        return [tick.state for tick in self.recording.ticks[: self.ticks]]
+
+    @property
+    def recorded_sha256(self) -> str | None:
+        """The digest in the file; None where the run ended in the middle of a tick, or unseen."""
+        told = self.recording.result
+        return told.trace_sha256 if told and self.ticks == told.ticks else None
+
+    @property
+    def is_equal(self) -> bool:
+        """Whether nothing differs: neither a decision nor, where all are equal to the bit, the digest."""
+        is_comparable = self.is_exact and self.recorded_sha256 is not None
+        return self.deviation is None and not (is_comparable and self.recorded_sha256 != self.trace_sha256)
+
+    @property
+    def exit_status(self) -> int:
+        """0 where all is equal; 1 where something differs."""
+        if isinstance(self.result.error, Interrupted):
+            return self.result.exit_status
+        return 0 if self.is_equal else DIFFERS
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what JSON tells of it."""
+        return {
+            "app": self.result.app,
+            "equal": self.is_equal,
+            "bit_equal": self.is_equal and self.is_exact,
+            "ticks": self.ticks,
+            "recorded_ticks": len(self.recording.ticks),
+            "largest_difference_rad_s": self.largest_difference,
+            "trace_sha256": self.trace_sha256,
+            "recorded_sha256": self.recorded_sha256,
+            "ended_by": self.ended_by or None,
+            "platform": list(self.platform),
+            "app_changed": self.has_app_changed,
+            "deviation": self.deviation.to_dict() if self.deviation else None,
+            "exit_status": self.exit_status,
+        }
+
+
+BACKEND = "replay"
+
+
+def replay(
+    recording: Recording, file: Path | str = "", observers: Sequence[Observer] = (), *, app: str | None = None
+) -> Replayed:
+    """Run the recorded app on what it was given then, and hold each tick to the recorded one.
+
+    ``file`` is what messages call the recording. ``app`` names the app's file, which then may have changed; without it
+    a file is run only if it holds the recorded text. Raises RecordingError if the recording does not hold all that
+    steered its run, and the app's own error if the app cannot be run at all.
+    """
+    require_ticks(recording, file)
+    if not recording.is_replayable:
+        raise RecordingError(
+            file or "the recording",
+            f"it cannot be replayed: {recording.why_not}",
+            "robotcore replay FILE --app APP runs an app on what it has",
+        )
+    if app is None:
+        require_recorded_app(recording, file)
+    platform = differences(recording.metadata.platform, BACKEND)
+    likeness = Likeness(ACROSS_PLATFORMS if platform else 0.0)
+    replayer = Replayer(recording, likeness)
+    request = request_for(recording, is_held=True)
+    request = replace(request, app=app or request.app)
+    result = run(request, [replayer, *observers], [replayer])
+    if result.error and not isinstance(result.error, Interrupted) and not result.ticks:
+        raise result.error
+    if not isinstance(result.error, Interrupted):
+        hold_end(replayer.script, result)
+    result = replace(result, backend=recording.metadata.request.backend)
+    return _build_replayed(replayer, likeness, result, platform, has_changed=has_changed(recording, request.app))
+
+
+def require_ticks(recording: Recording, file: Path | str) -> None:
+    """Raise RecordingError if a recording has no tick to be replayed."""
+    if not recording.ticks:
+        raise RecordingError(file or "the recording", "it ends before the first tick", "Record a run that begins")
+
+
+def request_for(recording: Recording, *, is_held: bool = False) -> RunRequest:
+    """Return the request that runs the recorded app, with its recorded settings, on its recording.
+
+    Where the app ``is_held`` to what it decided, the rules that can end its run are the recorded ones.
+    """
+    recorded = recording.metadata.request
+    return RunRequest(
+        app=recorded.app,
+        backend=BACKEND,
+        seed=recorded.seed,
+        rate_hz=recorded.rate_hz,
+        timeout_s=recorded.timeout_s,
+        settings=recorded.settings,
+        options={"recording": recording, "is_held": is_held},
+    )
+
+
+def _build_replayed(
+    replayer: Replayer, likeness: Likeness, result: RunResult, platform: Sequence[str], *, has_changed: bool | None
+) -> Replayed:
+    script = replayer.script
+    return Replayed(
+        recording=script.recording,
+        result=result,
+        ticks=script.compared,
+        deviation=script.deviation,
+        is_exact=likeness.is_exact,
+        largest_difference=likeness.largest,
+        trace_sha256=script.trace.sha256,
+        platform=tuple(platform),
+        has_app_changed=has_changed,
+    )
+
+
+_GOES_ON = "the app goes on"
+
+
+def hold_end(script: Script, result: RunResult) -> None:
+    """Let the script deviate where the replay ended otherwise than its recording."""
+    with suppress(DeviationError, RecordingEndedError):
+        _hold(script, result)
+
+
+def ended_from_outside(recording: Recording) -> str:
+    """Say what ended the recording and cannot be repeated: a signal, a dead simulator, the file; empty if nothing."""
+    result, last = recording.result, recording.ticks[-1]
+    if result is None:
+        return why_no_end(recording)
+    is_of_the_last_tick = last.error is not None and not Cues(last).is_cut_short
+    is_of_the_app = result.outcome in (Outcome.SUCCESS, Outcome.FAILURE, Outcome.TIMEOUT)
+    return "" if is_of_the_last_tick or is_of_the_app else result.reason
+
+
+def _hold(script: Script, result: RunResult) -> None:
+    if script.deviation or script.is_at_end:
+        return
+    recording = script.recording
+    left = len(recording.ticks) - script.compared
+    if isinstance(result.error, RecordingEndedError):
+        if not ended_from_outside(recording):
+            script.deviate("the end", _recorded(recording), _GOES_ON)
+    elif left and not script.cues.is_cut_short:
+        script.deviate("the end", _GOES_ON, _told(result.outcome, result.reason))
+    elif not ended_from_outside(recording) and _comparable(result) != _recorded(recording):
+        script.deviate("the end", _recorded(recording), _comparable(result))
+
+
+def _comparable(result: RunResult) -> str:
+    return _told(result.outcome, str(result.error) if result.error else result.reason)
+
+
+def _recorded(recording: Recording) -> str:
+    result, last = recording.result, recording.ticks[-1]
+    assert result, "it did not end from outside"
+    return _told(result.outcome, last.error.message if last.error else result.reason)
+
+
+def _told(outcome: Outcome, reason: str) -> str:
+    """Return an outcome and its reason, without what may differ: addresses of objects, and the app's line."""
+    same = re.sub(r", at \S+\.py:\d+", "", re.sub(r"\b0x[0-9a-fA-F]+\b", "0x…", reason))
+    return f"{outcome.value}: {same}" if same else outcome.value
+
+
+_MACHINE = ("machine", "system", "libc")
+
+
+def differences(recorded: Mapping[str, str], backend: str) -> list[str]:
+    """Return what of the machine and the libraries that compute is another one here, in words.
+
+    The simulator does not count: a replay asks it nothing.
+    """
+    here = platform_of(backend)
+    return [
+        f"{name} {recorded.get(name, 'unknown')} there, {here[name]} here"
+        for name in (*_MACHINE, *libraries([]))
+        if recorded.get(name) != here[name]
+    ]

@@ -1,0 +1,250 @@
+"""test_verification."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from benchmarks.replayed.disturbances import (
+    Disturbance,
+    EmergencyStop,
+    EmergencyStopInTick,
+    SignalBetween,
+    SignalInTick,
+)
+from robotcore.errors import EmergencyStopError, Interrupted, RecordingError
+from robotcore.geometry import Wheels
+from robotcore.recording import Raised, Recording, Tick
+from robotcore.recording.replay import replay
+from robotcore.runtime.outcome import Outcome, RunResult
+from robotcore.runtime.trace import TickRecord, Trace
+from robotcore.safety import Intervention
+from tests.robotcore.recording.replay.memory import changed, recorded
+
+APPS = str(Path(__file__).parent / "recorded_apps.py")
+DEEDS = [
+    "succeed",
+    "fail",
+    "go_on",
+    "divide",
+    "command_nan",
+    "swallow_nan",
+    "rename_nan",
+    "stop_and_go",
+    "command_one_wheel",
+]
+
+
+def ending(deed: str = "succeed", **asked: Any) -> Recording:
+    settings = {"deed": deed, "speed": 0.35}
+    return recorded(f"{APPS}:Ending", settings=settings, **{"seed": 3, "timeout_s": 6.0, **asked})
+
+
+def require_equal(recording: Recording) -> None:
+    replayed, result = replay(recording), result_of(recording)
+    assert replayed.deviation is None
+    assert (replayed.ticks, replayed.is_exact) == (len(recording.ticks), True)
+    assert replayed.trace_sha256 == result.trace_sha256
+    assert replayed.exit_status == 0
+    if not replayed.ended_by:
+        assert replayed.result.outcome is result.outcome
+
+
+def result_of(recording: Recording) -> RunResult:
+    assert recording.result
+    return recording.result
+
+
+@pytest.mark.parametrize("deed", DEEDS)
+def test_run_is_replayed_to_the_bit_however_it_ended(deed: str) -> None:
+    require_equal(ending(deed))
+
+
+@pytest.mark.parametrize("backend", ["kinematic", "pybullet"])
+@pytest.mark.parametrize(
+    "faults",
+    [
+        ("camera drop=0.3", "range noise=0.1"),
+        ("nose freeze after=0.3",),
+        ("connection lost=0.5 after=0.6",),
+        ("left_motor dead after=0.4",),
+        ("loop stall=0.3 every=0.7",),
+        ("encoders slip=0.3", "camera delay=0.2"),
+    ],
+)
+def test_faults_are_replayed_too(backend: str, faults: tuple[str, ...]) -> None:
+    if backend == "pybullet":
+        pytest.importorskip("pybullet")
+    recording = recorded(f"{APPS}:Seldom", backend=backend, seed=5, timeout_s=4.0, faults=faults)
+    require_equal(recording)
+
+
+def test_encoders_that_grow_stale_between_ticks_stop_the_replay_too() -> None:
+    recording = ending("go_on", faults=("encoders freeze after=0.5",))
+    assert recording.ticks[-1].turned[0].error
+    require_equal(recording)
+
+
+def test_robot_without_encoders_knows_its_pose_by_the_recorded_angles(tmp_path: Path) -> None:
+    robot = tmp_path / "blind.toml"
+    rover = resources.files("robotcore.description").joinpath("robots/rover.toml").read_text()
+    parts = [part for part in rover.split("\n\n") if 'kind = "encoder"' not in part]
+    robot.write_text("\n".join(line for line in "\n\n".join(parts).split("\n") if "_encoder =" not in line))
+    recording = ending("command_one_wheel", robot=str(robot))
+    assert "left_encoder" not in recording.metadata.devices
+    robot.unlink()
+    require_equal(recording)
+
+
+def test_seeded_main_job_is_replayed_to_the_bit() -> None:
+    require_equal(recorded("green-search", seed=7, timeout_s=8.0))
+
+
+def test_robot_without_a_drive_is_replayed_and_addresses_of_objects_do_not_count() -> None:
+    recording = recorded(f"{APPS}:Watching", robot="lookout", world="open", seed=3)
+    assert "0x" in result_of(recording).reason
+    require_equal(recording)
+
+
+def test_app_that_asks_for_no_number_on_another_line_than_when_it_was_recorded_is_bit_equal() -> None:
+    recording = ending("command_nan")
+    last = recording.ticks[-1].error
+    assert last
+    assert ", at recorded_apps.py:" in last.message
+    elsewhere = replace(last, message=re.sub(r"recorded_apps\.py:\d+", "before.py:7", last.message))
+    require_equal(changed(recording, len(recording.ticks) - 1, error=elsewhere))
+
+
+def test_recording_that_a_signal_ended_in_a_tick_is_replayed_up_to_the_tick_before() -> None:
+    whole = ending("go_on")
+    ticks = whole.ticks[:20]
+    result = replace(result_of(whole), outcome=Outcome.INTERRUPTED, reason="interrupted by SIGTERM", ticks=20)
+    cut = changed(replace(whole, ticks=ticks, result=result), 19, asks=(), error=Raised.of(Interrupted(15)))
+    replayed = replay(cut)
+    assert (replayed.deviation, replayed.ticks, replayed.exit_status) == (None, 19, 0)
+    assert replayed.ended_by == "interrupted by SIGTERM"
+
+
+def test_signal_between_ticks_ends_the_replay_after_the_last_one() -> None:
+    whole = ending("go_on")
+    result = replace(result_of(whole), outcome=Outcome.INTERRUPTED, reason="interrupted by SIGINT", ticks=20)
+    replayed = replay(replace(whole, ticks=whole.ticks[:20], result=result))
+    assert (replayed.deviation, replayed.ticks, replayed.ended_by) == (None, 20, "interrupted by SIGINT")
+
+
+def test_recording_that_was_cut_is_replayed_up_to_its_last_tick() -> None:
+    whole = ending("go_on")
+    replayed = replay(replace(whole, ticks=whole.ticks[:20], result=None, is_cut=True))
+    assert (replayed.deviation, replayed.ticks, replayed.ended_by) == (
+        None,
+        20,
+        "the file was cut before the run ended",
+    )
+
+
+def test_simulator_that_died_ends_the_replay_where_it_ended_the_run() -> None:
+    whole = ending("go_on")
+    result = replace(result_of(whole), outcome=Outcome.ERROR, reason="the simulator has died", ticks=20)
+    replayed = replay(replace(whole, ticks=whole.ticks[:20], result=result))
+    assert (replayed.deviation, replayed.ended_by) == (None, "the simulator has died")
+
+
+def test_recording_that_lacks_something_is_refused_with_the_reason() -> None:
+    with pytest.raises(RecordingError, match=r"run\.mcap: it cannot be replayed: eye: JPEG"):
+        replay(replace(ending(), why_not="eye: JPEG is not what the app saw"), "run.mcap")
+
+
+def test_recording_without_a_tick_is_refused() -> None:
+    with pytest.raises(RecordingError, match="before the first tick"):
+        replay(replace(ending(), ticks=[]))
+
+
+def test_digest_that_is_not_of_these_ticks_is_told() -> None:
+    recording = ending()
+    forged = replace(recording, result=replace(result_of(recording), trace_sha256="0" * 64))
+    replayed = replay(forged)
+    assert (replayed.deviation, replayed.is_equal, replayed.exit_status) == (None, False, 1)
+
+
+def test_on_another_machine_a_small_difference_is_let_pass_and_told() -> None:
+    recording = elsewhere(nudged(ending(), 3, 1e-12))
+    replayed = replay(recording)
+    assert (replayed.deviation, replayed.is_exact, replayed.exit_status) == (None, False, 0)
+    assert 0 < replayed.largest_difference < 1e-11
+    assert any("numpy" in line for line in replayed.platform)
+
+
+def test_on_another_machine_a_large_difference_is_a_deviation() -> None:
+    deviation = replay(elsewhere(nudged(ending(), 3, 1e-6))).deviation
+    assert deviation
+    assert deviation.tick == 3
+
+
+def test_on_this_machine_the_smallest_difference_is_a_deviation() -> None:
+    deviation = replay(nudged(ending(), 3, 1e-15)).deviation
+    assert deviation
+    assert deviation.tick == 3
+
+
+def nudged(recording: Recording, number: int, by: float) -> Recording:
+    """Return the recording with a command that is a little faster."""
+    tick = recording.ticks[number]
+    (ask,) = tick.asks
+    assert ask.asked
+    asked = ask.asked._replace(left=ask.asked.left + by)
+    assert asked != ask.asked
+    return changed(recording, number, asks=(replace(ask, asked=asked),), asked=asked)
+
+
+def elsewhere(recording: Recording) -> Recording:
+    platform = {**recording.metadata.platform, "machine": "riscv64", "numpy": "1.24.0"}
+    return replace(recording, metadata=replace(recording.metadata, platform=platform))
+
+
+@pytest.mark.parametrize("kind", [EmergencyStop, EmergencyStopInTick, SignalBetween, SignalInTick])
+@pytest.mark.parametrize("app", ["avoid-obstacles", f"{APPS}:Watching", f"{APPS}:Seldom"])
+def test_stop_or_signal_from_outside_ends_the_replay_in_the_tick_where_it_ended_the_run(
+    kind: type[Disturbance], app: str
+) -> None:
+    recording = recorded(app, disturbed_by=kind(6), seed=2, timeout_s=2.0)
+    assert result_of(recording).outcome in (Outcome.STOPPED, Outcome.INTERRUPTED)
+    replayed = replay(recording)
+    cut_short = kind is SignalInTick and len(recording.ticks) == 7
+    assert (replayed.deviation, replayed.ticks) == (None, len(recording.ticks) - cut_short)
+    assert replayed.exit_status == 0
+    if kind in (EmergencyStop, EmergencyStopInTick):
+        assert (replayed.result.outcome, replayed.result.reason) == (Outcome.STOPPED, result_of(recording).reason)
+        assert replayed.trace_sha256 == result_of(recording).trace_sha256
+
+
+def test_stop_that_was_pressed_after_the_commands_of_a_tick_were_sent_leaves_them_as_they_were() -> None:
+    whole = ending("go_on")
+    pressed = Raised.of(EmergencyStopError("the button was pressed"))
+    cut = Intervention(1.0, "e-stop", Wheels(1.0, 1.0), Wheels(0.0, 0.0))
+    result = replace(result_of(whole), outcome=Outcome.STOPPED, ticks=20, trace_sha256=digest(whole.ticks[:20]))
+    late = changed(replace(whole, ticks=whole.ticks[:20], result=result), 19, error=pressed, interventions=(cut,))
+    replayed = replay(late)
+    assert (replayed.deviation, replayed.ticks, replayed.exit_status) == (None, 20, 0)
+    assert (replayed.result.outcome, replayed.result.ticks) == (Outcome.STOPPED, 20)
+
+
+def digest(ticks: Sequence[Tick]) -> str:
+    trace = Trace(())
+    for tick in ticks:
+        trace.add(TickRecord(tick.number, tick.time, tick.state, tick.asked, tick.sent, ()))
+    return trace.sha256
+
+
+def test_app_that_hung_is_replayed_up_to_the_tick_before() -> None:
+    whole = ending("go_on")
+    cut = Intervention(1.0, "watchdog", Wheels(1.0, 1.0), Wheels(0.0, 0.0))
+    result = replace(result_of(whole), outcome=Outcome.STOPPED, reason="Ending has not come back", ticks=20)
+    hung = changed(replace(whole, ticks=whole.ticks[:20], result=result), 19, asks=(), interventions=(cut,))
+    replayed = replay(hung)
+    assert (replayed.deviation, replayed.ticks, replayed.ended_by) == (None, 19, "Ending has not come back")

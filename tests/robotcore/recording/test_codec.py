@@ -1,0 +1,110 @@
+"""test_codec."""
+
+from __future__ import annotations
+
+import json
+import struct
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from robotcore.geometry import Pose, Wheels
+from robotcore.hal.devices import Angle, Range
+from robotcore.recording import Ask, Glimpse, MotorAsk, Raised, Read, Shown, Tick, Turned
+from robotcore.recording.codec import from_json, plain, to_json
+from robotcore.safety import Intervention
+
+doubles = st.floats()
+names = st.text(max_size=8)
+counts = st.integers(0, 2**53)
+wheels = st.builds(Wheels, doubles, doubles)
+raised = st.builds(Raised, names, names, st.dictionaries(names, st.floats(allow_nan=False, allow_infinity=False)))
+reads = st.builds(
+    Read, names, st.none() | counts, st.none() | doubles, st.none() | counts, st.none() | raised, st.none() | names
+)
+asks = st.builds(Ask, st.none() | wheels, st.none() | wheels, st.none() | raised)
+motor_asks = st.builds(MotorAsk, names, st.none() | doubles, st.none() | doubles, st.none() | raised)
+shown = st.builds(Shown, names, st.none() | counts, st.none() | raised)
+interventions = st.builds(Intervention, doubles, names, wheels, wheels)
+
+
+def several(of: st.SearchStrategy[Any]) -> st.SearchStrategy[tuple[Any, ...]]:
+    return st.lists(of, max_size=3).map(tuple)
+
+
+ticks = st.builds(
+    Tick,
+    number=counts,
+    time=doubles,
+    state=names,
+    reads=several(reads),
+    asks=several(asks),
+    motor_asks=several(motor_asks),
+    turned=several(st.builds(Turned, st.none() | wheels, st.none() | raised)),
+    standing=several(wheels),
+    pose=st.none() | st.builds(Pose, doubles, doubles, doubles),
+    asked=st.none() | wheels,
+    sent=st.none() | wheels,
+    interventions=several(interventions),
+    commit_error=st.none() | raised,
+    shown=several(shown),
+    error=st.none() | raised,
+)
+points = st.none() | st.tuples(doubles, doubles, doubles)
+events = (
+    ticks
+    | st.builds(Glimpse, counts, doubles, st.builds(Pose, doubles, doubles, doubles), counts)
+    | st.builds(Range, doubles, doubles, counts, points)
+    | st.builds(Angle, doubles, doubles, counts)
+)
+
+
+@given(events)
+def test_an_event_comes_back_with_the_very_doubles(event: Any) -> None:
+    again = from_json(type(event), to_json(event))
+    assert type(again) is type(event)
+    assert bits(again) == bits(event)
+
+
+def bits(value: Any) -> Any:
+    """Return a value in which each double is its bytes; every nan is the same."""
+    if isinstance(value, float):
+        return b"nan" if value != value else struct.pack("<d", value)  # noqa: PLR0124
+    if hasattr(value, "__dataclass_fields__"):
+        return [type(value), *(bits(getattr(value, name)) for name in value.__dataclass_fields__)]
+    if isinstance(value, dict):
+        return {name: bits(each) for name, each in value.items()}
+    return [type(value), *map(bits, value)] if isinstance(value, tuple) else value
+
+
+def test_what_is_no_number_travels_as_a_string_so_that_the_json_is_one_that_all_read() -> None:
+    told = json.loads(to_json(Wheels(float("inf"), float("nan"))), parse_constant=pytest.fail)
+    assert told == {"left": "inf", "right": "nan"}
+
+
+def test_numpy_numbers_and_members_of_enumerations_are_told_as_what_they_are() -> None:
+    assert plain([np.float64(0.1), np.int64(3), np.bool_(True).item()]) == [0.1, 3, True]
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b"[]", b'{"number": "x"}', b'{"number": 1, "time": [], "state": ""}'])
+def test_what_is_no_tick_is_refused(content: bytes) -> None:
+    with pytest.raises(ValueError):  # noqa: PT011  pydantic's, or json's
+        from_json(Tick, content)
+
+
+@pytest.mark.parametrize("text", [rb"\ud800", rb"a\uDC80b", rb"\ud83d \ude00", b"\xed\xa0\x80"])
+def test_lone_surrogate_is_refused_wherever_it_is(text: bytes) -> None:
+    for content in (b'{"kind":"%s","message":""}', b'{"kind":"","message":"","attributes":{"%s":1}}'):
+        with pytest.raises(ValueError, match="utf-8"):
+            from_json(Raised, content % text)
+
+
+def test_character_that_json_writes_as_two_surrogates_comes_back() -> None:
+    assert from_json(Raised, to_json(Raised("\U0001f600", ""))) == Raised("\U0001f600", "")
+
+
+def test_lone_surrogate_of_a_run_is_recorded_as_an_escape() -> None:
+    assert from_json(Raised, to_json(Raised("a\udc80", "", {"\udc80": 1}))) == Raised("a\\udc80", "", {"\\udc80": 1})

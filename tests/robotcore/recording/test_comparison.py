@@ -1,0 +1,178 @@
+"""test_comparison."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from rich.console import Console
+
+from robotcore.geometry import Pose
+from robotcore.recording import Glimpse, Recording
+from robotcore.recording.comparison import Comparison, Parting, Side
+from robotcore.recording.contents import length_of
+from robotcore.runtime.outcome import Outcome
+from robotcore.view.canvas import Canvas
+from robotcore.view.comparison import FIRST, NOTHING, SECOND, draw_comparison, format_comparison, rows
+from tests.robotcore.recording.replay.memory import changed, recorded
+
+
+@pytest.fixture(scope="module")
+def run() -> Recording:
+    return recorded("avoid-obstacles", seed=1, settings={"duration_s": 6})
+
+
+@pytest.fixture(scope="module")
+def other() -> Recording:
+    return recorded("avoid-obstacles", seed=2, settings={"duration_s": 6})
+
+
+def compared(first: Recording, second: Recording) -> Comparison:
+    return Comparison(Side("a.mcap", first), Side("b.mcap", second))
+
+
+def lines(comparison: Comparison) -> str:
+    console = Console(width=200)
+    with console.capture() as capture:
+        console.print(format_comparison(comparison))
+    return capture.get()
+
+
+def with_milestones(recording: Recording, **milestones: float) -> Recording:
+    assert recording.result
+    return replace(recording, result=replace(recording.result, milestones=milestones))
+
+
+def test_recording_is_like_itself(run: Recording) -> None:
+    same = compared(run, run)
+    assert (same.is_alike, same.exit_status, same.parting, same.first_other_milestone) == (True, 0, None, None)
+
+
+def test_times_of_milestones_may_differ(run: Recording) -> None:
+    comparison = compared(with_milestones(run, seen=1.0, near=2.0), with_milestones(run, seen=1.5, near=9.0))
+    assert comparison.is_alike
+
+
+def test_order_of_milestones_may_not(run: Recording) -> None:
+    comparison = compared(with_milestones(run, seen=1.0, near=2.0), with_milestones(run, near=1.0, seen=2.0))
+    assert (comparison.exit_status, comparison.first_other_milestone) == (1, ("seen", "near"))
+
+
+def test_milestone_that_only_one_reached_is_named(run: Recording) -> None:
+    comparison = compared(with_milestones(run, seen=1.0, near=2.0), with_milestones(run, seen=1.0))
+    assert comparison.first_other_milestone == ("near", None)
+
+
+def test_milestone_that_only_one_reached_is_told_by_who_did(run: Recording) -> None:
+    more, less = with_milestones(run, seen=1.0, near=2.0), with_milestones(run, seen=1.0)
+    assert "a.mcap reaches near, b.mcap does not" in lines(compared(more, less))
+    assert "b.mcap reaches near, a.mcap does not" in lines(compared(less, more))
+
+
+def test_rooms_that_differ_are_told_and_drawn(run: Recording, other: Recording) -> None:
+    assert not compared(run, run).do_rooms_differ
+    assert "the rooms differ" not in lines(compared(run, run))
+    two = compared(run, other)
+    assert two.to_dict()["rooms_differ"] is True
+    assert "the rooms differ" in lines(two)
+    same_paths = compared(run, replace(run, metadata=replace(run.metadata, world=other.metadata.world)))
+    assert (draw_comparison(same_paths)[:136] != draw_comparison(compared(run, run))[:136]).any()
+
+
+def test_room_that_only_one_knows_is_no_other_room(run: Recording) -> None:
+    assert not compared(run, replace(run, metadata=replace(run.metadata, world=None))).do_rooms_differ
+
+
+def test_room_in_another_light_is_no_other_room(run: Recording) -> None:
+    world = run.metadata.world
+    assert world
+    dark = world.model_copy(update={"name": "dark", "light": world.light.model_copy(update={"ambient": 0.1})})
+    assert not compared(run, replace(run, metadata=replace(run.metadata, world=dark))).do_rooms_differ
+
+
+def test_table_of_the_picture_tells_every_word(run: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
+    written: list[str] = []
+    text = Canvas.text
+
+    def noted(self: Canvas, place: Any, words: str, *numbers: Any, **more: Any) -> float:
+        written.append(words)
+        return text(self, place, words, *numbers, **more)
+
+    monkeypatch.setattr(Canvas, "text", noted)
+    both = compared(run, run)
+    draw_comparison(both)
+    words = " ".join(written).split()
+    for row in rows(both):
+        assert set(" ".join(row).split()) <= {*words, NOTHING}
+
+
+def test_other_outcome_is_not_alike(run: Recording) -> None:
+    assert run.result
+    timeout = replace(run, result=replace(run.result, outcome=Outcome.TIMEOUT))
+    assert not compared(run, timeout).is_alike
+
+
+def test_states_part_in_the_first_tick_that_differs(run: Recording) -> None:
+    parting = compared(run, changed(changed(run, 9, state="lost"), 30, state="lost")).parting
+    assert parting == Parting(9, run.ticks[9].time, run.ticks[9].state, "lost")
+
+
+def test_run_that_is_over_earlier_parts_there(run: Recording) -> None:
+    parting = compared(run, replace(run, ticks=run.ticks[:20])).parting
+    assert parting
+    assert (parting.tick, parting.second) == (20, None)
+
+
+def test_file_that_was_cut_is_measured_by_what_it_has(run: Recording) -> None:
+    cut = replace(run, ticks=run.ticks[:20], result=None, is_cut=True)
+    comparison = compared(run, cut)
+    assert (comparison.exit_status, comparison.second.outcome) == (1, "cut")
+    assert run.result
+    reached = {name: time for name, time in run.result.milestones.items() if time <= cut.ticks[-1].time}
+    assert comparison.milestones[1] == reached
+
+
+def test_paths_are_measured_in_metres_and_poses_stand_in_the_world(run: Recording) -> None:
+    side = Side("a", run)
+    assert length_of([Pose(0, 0, 0), Pose(3, 4, 1), Pose(3, 4, 2)]) == 5
+    first, true = next(iter(side.odometry.values())), next(iter(side.truth.values()))
+    assert first == pytest.approx(true, abs=1e-6)
+    assert side.drift is not None
+    assert side.drift < 0.02
+
+
+def test_drift_is_how_far_the_wheels_believe_to_be_from_the_truth(run: Recording) -> None:
+    last = run.truth[-1]
+    moved = Glimpse(last.tick, last.time, last.pose._replace(x=last.pose.x + 3.0), 0)
+    drift = Side("a", replace(run, truth=[*run.truth[:-1], moved])).drift
+    assert drift == pytest.approx(3.0, abs=0.02)
+
+
+def test_without_truth_and_without_a_drive_nothing_is_made_up(run: Recording) -> None:
+    watching = recorded("mark-green", robot="lookout", world="open", seed=3, timeout_s=1.0)
+    payload = Side("a", replace(watching, truth=[])).to_dict()
+    assert (
+        payload["odometry_m"],
+        payload["truth_m"],
+        payload["drift_m"],
+        payload["final_odometry"],
+    ) == (None, None, None, None)
+    comparison = compared(run, replace(watching, truth=[]))
+    assert comparison.to_dict()["alike"] is False
+
+
+def test_picture_shows_both_paths_in_their_colours(run: Recording, other: Recording) -> None:
+    image = draw_comparison(compared(run, other))
+    assert image.shape == (1000, 1600, 3)
+    for colour in (FIRST, SECOND):
+        assert (np.abs(image[136:, :900].astype(int) - colour[::-1]).max(axis=2) < 8).sum() > 200
+    assert cv2.imencode(".png", image)[0]
+
+
+def test_runs_without_a_world_are_drawn_on_a_floor_that_fits(run: Recording) -> None:
+    bare = replace(run, metadata=replace(run.metadata, world=None), truth=[])
+    image = draw_comparison(compared(bare, bare))
+    assert (np.abs(image[136:, :900].astype(int) - SECOND[::-1]).max(axis=2) < 8).sum() > 200

@@ -1,0 +1,263 @@
+"""How a recording ends where its process or its disk does."""
+
+from __future__ import annotations
+
+import os
+import queue
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from robotcore.errors import BackendMissingError, Interrupted, RecordingError
+from robotcore.recording import read
+from robotcore.recording.mcap_file import McapFile, require_recordable
+from robotcore.recording.recorder import Backlog, Recorder
+from robotcore.runtime.outcome import Outcome
+from robotcore.runtime.session import RunRequest, run
+from robotcore.runtime.trace import TickRecord
+from tests.robotcore.recording.conftest import UNRULY, record
+from tests.robotcore.runs import Watcher
+
+COMMAND = [sys.executable, "-m", "tests.robotcore.recording.recording_run"]
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / "run.mcap"
+
+
+def test_a_killed_process_leaves_all_but_the_last_moment(file: Path) -> None:
+    with subprocess.Popen([*COMMAND, str(file)], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout
+        told = ["0.0"]
+        while float(told[-1]) < 1.5:
+            told.append(process.stdout.readline())
+        process.send_signal(signal.SIGKILL)
+        told += process.stdout.read().split()
+    recording = read(file)
+    assert recording.is_cut
+    assert recording.is_replayable
+    assert float(told[-1]) - recording.ticks[-1].time < 1.2
+
+
+def test_a_process_that_is_killed_at_its_first_tick_leaves_a_file_that_tells_of_the_run(file: Path) -> None:
+    with subprocess.Popen([*COMMAND, str(file)], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout
+        process.stdout.readline()
+        process.send_signal(signal.SIGKILL)
+    assert read(file).metadata.request.app == "avoid-obstacles"
+
+
+def test_the_first_tick_is_in_the_file_at_once(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    flushes: queue.Queue[int] = queue.Queue()
+    flush = McapFile.flush
+
+    def heard(self: McapFile) -> None:
+        flush(self)
+        flushes.put(len(read(file).ticks))
+
+    class Waiting(Watcher):
+        def tick(self, record: TickRecord) -> None:
+            if record.tick == 0:
+                assert [flushes.get(timeout=100) for _ in range(2)] == [0, 1]
+
+    monkeypatch.setattr(McapFile, "flush", heard)
+    recorder = Recorder(file)
+    run(RunRequest(UNRULY), [recorder, Waiting()], [recorder.tap])
+
+
+def test_an_interrupted_run_ends_its_recording_properly(file: Path) -> None:
+    with subprocess.Popen([*COMMAND, str(file)], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout
+        for _ in range(5):
+            process.stdout.readline()
+        process.send_signal(signal.SIGTERM)
+        told = process.stdout.read().split()
+    assert told[-2:] == ["interrupted", "None"]
+    recording = read(file)
+    assert not recording.is_cut
+    assert recording.result
+    assert recording.result.exit_status == 143
+
+
+def test_a_signal_before_the_first_tick_leaves_a_file_that_is_closed_and_not_called_a_recording(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise Interrupted(signal.SIGINT)
+
+    monkeypatch.setattr("robotcore.recording.recorder.Author", interrupted)
+    recorder = Recorder(file)
+    assert run(RunRequest(UNRULY), [recorder], [recorder.tap]).outcome is Outcome.INTERRUPTED
+    assert (recorder.has_begun, recorder.fault) == (False, None)
+    with pytest.raises(RecordingError, match="it holds no run"):
+        read(file)
+
+
+@pytest.mark.parametrize("limit", [100, 5_000, 20_000])
+def test_a_full_disk_ends_the_recording_in_one_line_and_not_the_run(file: Path, limit: int) -> None:
+    done = subprocess.run([*COMMAND, str(file), str(limit)], capture_output=True, text=True, check=True, timeout=100)
+    outcome, fault = done.stdout.splitlines()[-2:]
+    assert outcome == "success"
+    assert fault == f"{file}: File too large. Make room, or name a file elsewhere"
+    assert done.stderr == ""
+    assert file.stat().st_size <= limit
+
+
+@pytest.mark.parametrize("is_lockstep", [True, False])
+def test_a_recording_that_has_its_limit_ends_whole_and_the_run_goes_on(
+    file: Path, monkeypatch: pytest.MonkeyPatch, is_lockstep: bool
+) -> None:
+    monkeypatch.setattr("robotcore.hal.clock.SteppedClock.is_lockstep", is_lockstep)
+    recorder, limit = Recorder(file, limit=200_000), 200_000
+    result = run(RunRequest(UNRULY, settings={"ticks": 400}), [recorder], [recorder.tap])
+    assert (result.ticks, recorder.fault, recorder.dropped) == (400, None, 0)
+    assert limit <= file.stat().st_size < 2 * limit
+    recording = read(file)
+    assert (recording.is_cut, recording.is_damaged, recording.result) == (False, False, None)
+    assert recording.is_replayable
+    last = recording.ticks[-1].time
+    assert recording.ended_early == f"its limit of 0.2 MB was reached after {last:.1f} s, and the run went on"
+    assert recorder.ended_early == recording.ended_early
+
+
+def test_a_run_that_ends_below_the_limit_is_recorded_to_its_end(file: Path) -> None:
+    recorder = Recorder(file, limit=10**9)
+    run(RunRequest(UNRULY), [recorder], [recorder.tap])
+    assert recorder.ended_early == ""
+    assert read(file).result
+
+
+def test_a_folder_that_is_gone_by_then_is_told_and_the_run_goes_on(tmp_path: Path) -> None:
+    recorded = Recorder(tmp_path / "gone" / "run.mcap")
+    assert run(RunRequest(UNRULY), [recorded], [recorded.tap]).ticks == 8
+    assert str(recorded.fault).endswith(
+        "No such file or directory. Name a file that can be written, where there is room"
+    )
+
+
+def test_a_fault_of_the_writer_itself_ends_the_recording_and_not_the_run(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def failing(*_: object) -> None:
+        raise TypeError("a bug")
+
+    monkeypatch.setattr("robotcore.recording.writer.to_json", failing)
+    recorder = Recorder(file)
+    assert run(RunRequest(UNRULY), [recorder], [recorder.tap]).ticks == 8
+    assert "TypeError: a bug" in str(recorder.fault)
+
+
+def test_simulated_time_waits_for_a_disk_that_is_too_slow(file: Path) -> None:
+    recorder = Recorder(file, room=1)
+    run(RunRequest(UNRULY), [recorder], [recorder.tap])
+    assert recorder.dropped == 0
+    assert read(file).is_replayable
+
+
+def test_a_real_robot_does_not_wait_but_loses_pictures_and_says_so(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("robotcore.hal.clock.SteppedClock.is_lockstep", False)
+    recorder = Recorder(file, room=0)
+    result = run(RunRequest(UNRULY), [recorder], [recorder.tap])
+    recording = read(file)
+    assert len(recording.ticks) == result.ticks == 8
+    assert recorder.dropped == 16  # the camera's and those shown
+    assert recording.why_not == "8 picture(s) were dropped: the disk was too slow"
+    assert all(each.device != "eye" for each in recording.samples)
+
+
+def test_a_recording_takes_the_place_of_what_was_there(file: Path) -> None:
+    file.write_bytes(b"x" * 10**6)
+    require_recordable(file)
+    assert file.stat().st_size == 10**6
+    assert not record(file).recording.is_cut
+    assert file.stat().st_size < 10**6
+
+
+@pytest.mark.parametrize(
+    "name, spoil, fault",
+    [
+        ("run.txt", lambda _: None, "a recording is an .mcap file"),
+        ("gone/run.mcap", lambda _: None, "No such file or directory"),
+        ("run.mcap", Path.mkdir, "Is a directory"),
+        ("run.mcap", os.mkfifo, "it is no regular file"),
+        ("run.mcap", lambda file: file.symlink_to("own.mcap"), "it is a symbolic link"),
+    ],
+)
+def test_a_file_that_could_not_be_written_is_refused_before_the_run(
+    tmp_path: Path, name: str, spoil: Callable[[Path], None], fault: str
+) -> None:
+    spoil(tmp_path / name)
+    with pytest.raises(RecordingError, match=fault):
+        require_recordable(tmp_path / name)
+
+
+def test_a_file_that_can_be_written_is_not_made_by_asking(file: Path) -> None:
+    require_recordable(file)
+    assert not file.exists()
+
+
+@pytest.mark.parametrize("ask", [require_recordable, read])
+def test_without_the_extra_it_is_named(
+    file: Path, monkeypatch: pytest.MonkeyPatch, ask: Callable[[Path], object]
+) -> None:
+    monkeypatch.setattr("robotcore.recording.mcap_file.find_spec", lambda _: None)
+    with pytest.raises(BackendMissingError, match=r"need foxglove and mcap\. pip install 'robotcore\[record\]'"):
+        ask(file)
+
+
+def test_entries_come_out_in_their_order() -> None:
+    backlog: Backlog[int] = Backlog()
+    for entry in range(3):
+        backlog.put(entry, 1, waits=False)
+    assert [backlog.get() for _ in range(4)] == [0, 1, 2, None]
+
+
+def test_there_is_no_room_while_too_much_waits_but_nothing_is_refused() -> None:
+    backlog: Backlog[int] = Backlog(room=10)
+    backlog.put(1, 9, waits=False)
+    assert backlog.has_room()
+    backlog.put(2, 9, waits=False)
+    assert not backlog.has_room()
+    backlog.put(3, 9, waits=False)
+    assert [backlog.get() for _ in range(3)] == [1, 2, 3]
+    assert backlog.has_room()
+
+
+def test_who_waits_for_room_goes_on_when_there_is_some() -> None:
+    backlog: Backlog[int] = Backlog(room=10)
+    putting = threading.Thread(target=lambda: backlog.put(1, 10, waits=True))
+    putting.start()
+    while not backlog._entries:
+        pass
+    assert putting.is_alive()
+    assert backlog.get() == 1
+    putting.join(20.0)
+    assert not putting.is_alive()
+
+
+def test_an_end_lets_go_of_who_waits_for_room_and_takes_no_more() -> None:
+    backlog: Backlog[int] = Backlog(room=10)
+    putting = threading.Thread(target=lambda: backlog.put(1, 10, waits=True))
+    putting.start()
+    backlog.end()
+    putting.join(20.0)
+    assert not putting.is_alive()
+    backlog.put(2, 1, waits=True)
+    rest = [backlog.get(), backlog.get()]
+    assert 2 not in rest
+    assert backlog.is_over
+
+
+def test_what_is_abandoned_leaves_room_and_nothing_to_take() -> None:
+    backlog: Backlog[int] = Backlog(room=10)
+    for entry in range(3):
+        backlog.put(entry, 9, waits=False)
+    backlog.abandon()
+    backlog.put(4, 9, waits=True)
+    assert (backlog.has_room(), backlog.is_over, backlog.get()) == (True, True, None)

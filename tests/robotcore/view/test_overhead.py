@@ -1,0 +1,46 @@
+"""test_overhead."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from robotcore.geometry import Pose
+from robotcore.view.canvas import Canvas, text_width
+from robotcore.view.overhead import Footstep, Track
+
+
+@pytest.fixture
+def track() -> Track:
+    track = Track()
+    track.steps = [Footstep(float(time), state, Pose(time, 0.0, 0.0)) for time, state in enumerate("aabba")]
+    return track
+
+
+def test_states_come_in_the_order_of_their_first_time(track: Track) -> None:
+    assert track.states == ["a", "b"]
+
+
+def test_stretches_join_without_a_gap(track: Track) -> None:
+    times = [(state, [step.time for step in steps]) for state, steps in track.stretches()]
+    assert times == [("a", [0, 1]), ("b", [1, 2, 3]), ("a", [3, 4])]
+
+
+def test_a_state_lasts_as_long_as_all_its_stretches(track: Track) -> None:
+    assert list(track.spells()) == [("a", 0.0, 2.0), ("b", 2.0, 2.0)]
+
+
+def test_a_milestone_is_where_the_robot_was_then(track: Track) -> None:
+    assert track.places({"b": 2.2}) == {"b": Pose(2, 0.0, 0.0)}
+
+
+def test_nothing_recorded_is_nowhere() -> None:
+    assert Track().places({"a": 0.0}) == {}
+
+
+def test_text_that_opencv_cannot_write_is_drawn_as_its_escape() -> None:
+    sheets = []
+    for words in ("\ud800", r"\ud800"):
+        sheets.append(Canvas(100, 40, (255, 255, 255)))
+        assert sheets[-1].text((5, 30), words, (0, 0, 0), 12) == text_width(words, 12) > 0
+    assert np.array_equal(sheets[0].image(), sheets[1].image())
