@@ -19,7 +19,7 @@ from pathlib import Path
 from statistics import median, quantiles
 
 from benchmarks.report import machine, print_table
-from drivers.serial.ports.line import Line
+from drivers.serial.line import Line
 from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.serial.pty import Pty
 from tests.doubles.serial.wire import BITS_A_BYTE, Heard, Numbering, Wire

@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from drivers.serial.elsewhere import plugged_in_at
-from drivers.serial.ports.place import PortPlace
-from drivers.serial.wires import counted_on, ports_of, wiring_of
+from drivers.serial.driver import PortPlace
 from robotcore.description import Described, RobotDescription, load_robot
+from robotcore.errors import UsageError
 from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.hal.wiring import Wire, Wiring
 from robotcore.hardware import Fitting, batteries_in, fit, open_robot, unopened_cutoffs
+from robotcore.text import counted
 
 if TYPE_CHECKING:
     from robotcore.hal.finding import Finding
-    from robotcore.hal.wiring import Wiring
 
 SECTION = "serial"
 """Where a robot's file says how its devices are connected."""
@@ -60,7 +60,7 @@ class SerialBackend(Backend):
         return [f"{fitting.name}: {each}" for fitting in self.fittings(robot) for each in fitting.warnings]
 
     def notes(self, setup: Setup) -> Sequence[str]:
-        from drivers.serial.ports.finding import also_open
+        from drivers.serial.port import also_open
 
         setup = _placed(setup)
         ports = ports_of(self.fittings(setup.robot, setup.devices))
@@ -86,3 +86,52 @@ def _placed(setup: Setup) -> Setup:
     """Return what to open, with the port that the user names."""
     port = setup.options_as(SerialOptions).port
     return replace(setup, robot=plugged_in_at(setup.robot, SECTION, port))
+
+
+def plugged_in_at(robot: RobotDescription, section: str, port: str | None) -> RobotDescription:
+    """Return the robot with its one port at another place, or as it is where there is none to take.
+
+    Raises UsageError where it has more ports than one, or none.
+    """
+    if port is None:
+        return robot
+    tables = robot.backends.get(section, {})
+    ports = sorted({str(table["port"]) for table in tables.values() if _has_port(table)})
+    if len(ports) != 1:
+        has = f"has {len(ports)} ports, {', '.join(ports)}" if ports else "names no port"
+        raise UsageError(
+            f"--port {port} takes the place of a robot's one port, and {robot.source} {has}. Leave it out, and name "
+            f"them in [{section}]"
+        )
+    moved = {name: {**table, "port": port} if _has_port(table) else table for name, table in tables.items()}
+    return robot.model_copy(update={"backends": {**robot.backends, section: moved}})
+
+
+def _has_port(table: Any) -> bool:
+    return isinstance(table, Mapping) and "port" in table
+
+
+def ports_of(fittings: Iterable[Fitting]) -> tuple[str, ...]:
+    """Return the serial ports that devices are on, each once, in the order of the file."""
+    wires = (wire for fitting in fittings for wire in fitting.connections)
+    return tuple(dict.fromkeys(wire.where for wire in wires if wire.bus == "serial"))
+
+
+def counted_on(fittings: Sequence[Fitting]) -> str:
+    """Return how many devices these are, and on which ports, in words."""
+    ports = ports_of(fittings)
+    return counted(len(fittings), "device") + (f" on {', '.join(ports)}" if ports else "")
+
+
+def wiring_of(fittings: Sequence[Fitting]) -> Wiring:
+    """Return the wires of these devices: of each its signals, then what feeds it."""
+    wires = [wire for fitting in fittings for wire in _wires(fitting)]
+    return Wiring((), wires, tuple((fitting.name, note) for fitting in fittings for note in fitting.notes))
+
+
+def _wires(fitting: Fitting) -> Iterator[Wire]:
+    what = f"{fitting.told.kind.replace('_', ' ')}, {fitting.driver.name}"
+    for wire in fitting.connections:
+        yield Wire(fitting.name, what, wire.signal, str(wire))
+    for name in fitting.driver.supply:
+        yield Wire(fitting.name, what, "ground" if name == "ground" else "supply", name)

@@ -6,11 +6,10 @@ from collections.abc import Iterable, Iterator
 from functools import partial
 from typing import Any
 
+from drivers.serial.backend import counted_on
 from drivers.serial.boards.board import AlsoOnItError
-from drivers.serial.boards.settings import PortSettings
-from drivers.serial.ports.finding import also_open, those_there
-from drivers.serial.ports.port import Port, PortError
-from drivers.serial.wires import counted_on
+from drivers.serial.driver import PortSettings
+from drivers.serial.port import Port, PortError, also_open, those_there
 from robotcore.description import RobotDescription
 from robotcore.errors import DeviceError, DeviceGroupError
 from robotcore.hal.backend import Backend, Setup

@@ -11,8 +11,8 @@ import click
 from robotcore.cli.output import write_line
 
 if TYPE_CHECKING:
-    from robotcore.hardware.firmware.boards import Board
-    from robotcore.hardware.firmware.building import Built
+    from robotcore.hardware.firmware.board import Board
+    from robotcore.hardware.firmware.toolchain import FirmwareImage
 
 _BOARDS = ("uno", "nano", "nano-old")
 
@@ -42,9 +42,9 @@ def command() -> None:
 @click.argument("into", metavar="DIR", type=click.Path(path_type=Path, file_okay=False))
 def copy(into: Path) -> None:
     """Copy the sketch into DIR, to write your robot's pins into its config.h."""
-    from robotcore.hardware.firmware import sketch
+    from robotcore.hardware.firmware.board import copy_sketch
 
-    target = sketch.copy(into)
+    target = copy_sketch(into)
     write_line(f"{target / 'config.h'}: say there how your robot is wired")
     write_line(f"then: robotcore firmware flash --sketch-dir {target}")
 
@@ -57,10 +57,9 @@ def copy(into: Path) -> None:
 )
 def build(name: str, folder: Path | None, into: Path) -> None:
     """Compile the sketch, with arduino-cli, or with avr-gcc and Debian's Arduino core."""
-    from robotcore.hardware.firmware.boards import BOARDS
-    from robotcore.hardware.firmware.sketch import chosen
+    from robotcore.hardware.firmware.board import BOARDS, find_sketch
 
-    write_line(str(_built(chosen(folder), BOARDS[name], into).image))
+    write_line(str(_built(find_sketch(folder), BOARDS[name], into).image))
 
 
 @command.command("flash")
@@ -69,23 +68,30 @@ def build(name: str, folder: Path | None, into: Path) -> None:
 @click.option("--port", help="Where the board is, such as /dev/ttyUSB0; not needed where one alone is plugged in.")
 def flash(name: str, folder: Path | None, port: str | None) -> None:
     """Compile the sketch, put it on the board, and ask the board what it runs."""
-    from robotcore.hardware.firmware import flashing, greeting, ports, sketch
-    from robotcore.hardware.firmware.boards import BOARDS
+    from robotcore.hardware.firmware.board import (
+        BOARDS,
+        find_only_port,
+        find_sketch,
+        read_baud,
+        read_version,
+        require_free,
+    )
+    from robotcore.hardware.firmware.toolchain import flash as write_image
 
-    port = port or ports.only_port()
-    ports.require_free(port)
-    board, folder = BOARDS[name], sketch.chosen(folder)
+    port = port or find_only_port()
+    require_free(port)
+    board, folder = BOARDS[name], find_sketch(folder)
     with TemporaryDirectory(prefix="robotcore-firmware-") as scratch:
         built = _built(folder, board, Path(scratch))
         write_line(f"flashing the {name} at {port} ...")
-        tool = flashing.flash(built.image, board, port)
+        tool = write_image(built.image, board, port)
     write_line(f"flashed and verified with {tool}")
-    write_line(f"{port} answers: {greeting.greet(port, sketch.baud(folder))}")
+    write_line(f"{port} answers: {read_version(port, read_baud(folder))}")
 
 
-def _built(folder: Path, board: Board, into: Path) -> Built:
-    from robotcore.hardware.firmware import building
+def _built(folder: Path, board: Board, into: Path) -> FirmwareImage:
+    from robotcore.hardware.firmware import toolchain
 
-    built = building.build(folder, board, into.absolute())
+    built = toolchain.build(folder, board, into.absolute())
     write_line(f"built {built.image.name} with {built.tool}: {built.size_bytes} of {board.flash_bytes} bytes")
     return built

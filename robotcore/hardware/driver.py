@@ -1,19 +1,96 @@
-"""What a device driver offers: one kind of device, opened as a robot's description says that it is connected."""
+"""The interface of a device driver, and what it works with: connections, shared boards, one bound device."""
 
 from __future__ import annotations
 
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
-from robotcore.description import Described, RobotDescription
+from robotcore.description import AnyDevice, Described, RobotDescription
+from robotcore.errors import DeviceError, RobotcoreError
 from robotcore.hal.clock import Clock
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.devices import Device
-from robotcore.hardware.connections import Connection
-from robotcore.hardware.shared import Shared
+
+
+@dataclass(frozen=True)
+class Connection:
+    """One wire or plug of a device: what goes over it, and where it goes.
+
+    ``signal`` is the device's own word (trigger, SDA), ``bus`` the kind of place (GPIO, I2C, CSI, USB, serial) and
+    ``where`` the place on it. What ``is_shared`` may have several devices; anything else has one. ``instead`` is what
+    else to do where two devices have that signal on one place, such as to take another key that they may share.
+    ``spoken`` is what is said on a wire where it matters: only those that speak the same share it.
+
+    >>> str(Connection("trigger", "GPIO", "16"))
+    'GPIO 16'
+    """
+
+    signal: str
+    bus: str
+    where: str
+    is_shared: bool = False
+    instead: str = field(default="", compare=False)
+    spoken: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.bus} {self.where}"
+
+    def shares(self, other: Connection) -> bool:
+        """Return whether both may go to one place."""
+        is_alike = (self.signal, self.spoken) == (other.signal, other.spoken)
+        return is_alike and self.is_shared and other.is_shared
+
+
+class Closable(Protocol):
+    """What is opened once, whoever asks for it first."""
+
+    def close(self) -> None:
+        """Let it go."""
+
+
+SharedT = TypeVar("SharedT", bound=Closable)
+
+
+class Shared:
+    """Opens what devices have in common when the first of them asks for it; it is closed when all of them are.
+
+    No device closes it, and one that fails in opening leaves it to the others. Devices are opened one after the other;
+    while they are open they may call from several threads, so what is shared does its own locking.
+
+    >>> class Port:
+    ...     def __init__(self, path):
+    ...         self.path = path
+    ...     def close(self):
+    ...         print(f"close {self.path}")
+    >>> shared = Shared()
+    >>> left, right = (shared.take(Port, "/dev/ttyUSB0", lambda: Port("/dev/ttyUSB0")) for _ in range(2))
+    >>> left is right
+    True
+    >>> shared.close()
+    close /dev/ttyUSB0
+    """
+
+    def __init__(self) -> None:
+        self._things: dict[tuple[type[Any], Hashable], Any] = {}
+        self._opened = ExitStack()
+
+    def take(self, kind: type[SharedT], where: Hashable, open_it: Callable[[], SharedT]) -> SharedT:
+        """Return the one of that ``kind`` at that place; open it if there is none, and raise what that raises."""
+        thing: SharedT | None = self._things.get((kind, where))
+        if thing is None:
+            thing = self._things[kind, where] = open_it()
+            self._opened.callback(thing.close)
+        return thing
+
+    def close(self) -> None:
+        """Close all of it, the last one first, even where one fails. May be called again."""
+        self._things.clear()
+        self._opened.close()
+
 
 ToldT = TypeVar("ToldT", bound=Described)
 SettingsT = TypeVar("SettingsT", bound=Described)
@@ -100,3 +177,44 @@ class DeviceDriver(ABC, Generic[ToldT, SettingsT]):
         ``owner``, and the settings alone must do.
         """
         return ()
+
+
+@dataclass(frozen=True)
+class Fitting:
+    """One device: what it is, which driver opens it, and how it is connected."""
+
+    told: AnyDevice
+    driver: DeviceDriver[Any, Any]
+    settings: Described
+
+    @property
+    def name(self) -> str:
+        return self.told.name
+
+    @property
+    def connections(self) -> tuple[Connection, ...]:
+        return tuple(self.driver.connections(self.settings))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        return tuple(self.driver.warnings(self.settings))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What whoever connects it must know, at last what may do harm."""
+        return (*self.driver.notes(self.told, self.settings), *self.warnings)
+
+    def open(self, host: Host) -> Device:
+        """Open the device; raises DeviceError, for what its driver has not translated too."""
+        try:
+            return self.driver.open(self.told, self.settings, host)
+        except RobotcoreError:
+            raise
+        except ImportError as error:
+            raise DeviceError(self.name, f"a library is not installed ({error}). {self.driver.remedy}") from error
+        except Exception as error:
+            raise DeviceError(self.name, f"{type(error).__name__}: {error}".removesuffix(": ")) from error
+
+    def cutoffs(self, host: Host) -> tuple[CutoffSpec, ...]:
+        """Return how another process stops the device; see `DeviceDriver.cutoffs`."""
+        return tuple(self.driver.cutoffs(self.told, self.settings, host))

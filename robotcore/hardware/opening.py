@@ -23,9 +23,8 @@ from robotcore.hal.devices import Device, MemoryDisplay
 from robotcore.hal.robot import Robot
 from robotcore.hal.truth import TruthSource
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.hardware.driver import Host
-from robotcore.hardware.fitting import Fitting
-from robotcore.hardware.section import fit
+from robotcore.hardware.binding import fit
+from robotcore.hardware.driver import Fitting, Host
 
 _ORDER = (EncoderDescription, RangeSensorDescription, CameraDescription, DisplayDescription, BatteryDescription)
 
@@ -119,3 +118,19 @@ def _close(device: Device, failures: list[Exception]) -> None:
 
 def _rank(fitting: Fitting) -> int:
     return next((rank for rank, kind in enumerate(_ORDER) if isinstance(fitting.told, kind)), len(_ORDER))
+
+
+def encoder_of(motor: str, robot: RobotDescription) -> str | None:
+    """Return the name of the encoder on a motor's wheel, where it has one."""
+    return _encoders(robot).get(motor)
+
+
+def motor_of(encoder: str, robot: RobotDescription) -> str | None:
+    """Return the name of the motor whose wheel an encoder counts, where it is one of the drive's."""
+    return next((motor for motor, its in _encoders(robot).items() if its == encoder), None)
+
+
+def _encoders(robot: RobotDescription) -> dict[str, str | None]:
+    if (drive := robot.drive) is None:
+        return {}
+    return {drive.left: drive.left_encoder, drive.right: drive.right_encoder}

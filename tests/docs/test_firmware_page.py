@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.hardware.firmware.sketch import shipped
+from robotcore.hardware.firmware.board import shipped_sketch
 
 PAGE = (Path(__file__).parents[2] / "docs" / "firmware.md").read_text()
-CONFIG = dict(re.findall(r"(?m)^#define (\w+) (\S+)", (shipped() / "config.h").read_text()))
-COMMANDS = (shipped() / "commands.cpp").read_text()
+CONFIG = dict(re.findall(r"(?m)^#define (\w+) (\S+)", (shipped_sketch() / "config.h").read_text()))
+COMMANDS = (shipped_sketch() / "commands.cpp").read_text()
 
 
 def test_pins_are_those_of_the_sketch() -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.hardware.firmware.sketch import shipped
+from robotcore.hardware.firmware.board import shipped_sketch
 from tests.firmware.host import Firmware
 
 FLAGS = ("-std=gnu++11", "-O1", "-shared", "-fPIC", "-Wall", "-Wextra", "-Werror", "-fsanitize=undefined")
@@ -20,5 +20,5 @@ def firmware(tmp_path_factory: pytest.TempPathFactory) -> Firmware:
         pytest.skip("needs g++, to compile the firmware's own C++ for this computer")
     library = tmp_path_factory.mktemp("firmware") / "host.so"
     source = Path(__file__).with_name("host.cpp")
-    subprocess.run([compiler, *FLAGS, TRAPPING, f"-I{shipped()}", source, "-o", library], check=True)
+    subprocess.run([compiler, *FLAGS, TRAPPING, f"-I{shipped_sketch()}", source, "-o", library], check=True)
     return Firmware(library)

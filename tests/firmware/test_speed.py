@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotcore.hardware.firmware.sketch import shipped
+from robotcore.hardware.firmware.board import shipped_sketch
 from tests.firmware.host import Firmware
 from tests.firmware.motor import Motor, driven
 
@@ -18,7 +18,7 @@ SLOW, COMMON, FAST = Motor(53, 0.06, 45), Motor(71, 0.05, 25), Motor(176, 0.08, 
 
 
 def shipped_gains() -> tuple[int, int, int, int]:
-    said = dict(re.findall(r"#define (K[PDIO]) (\d+)", (shipped() / "config.h").read_text()))
+    said = dict(re.findall(r"#define (K[PDIO]) (\d+)", (shipped_sketch() / "config.h").read_text()))
     return int(said["KP"]), int(said["KD"]), int(said["KI"]), int(said["KO"])
 
 

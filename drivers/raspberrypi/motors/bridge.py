@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 
 from drivers.raspberrypi.claiming import claiming, pin_failure
-from robotcore.hardware.motors import Output
+from robotcore.hardware.motor_model import Output
 
 
 class Bridge(Output):

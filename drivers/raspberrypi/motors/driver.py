@@ -15,7 +15,8 @@ from robotcore.description import Described, MotorDescription, RobotDescription
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.devices import Motor
 from robotcore.hardware import Connection, DeviceDriver, Host
-from robotcore.hardware.motors import Control, Model, open_motor, require_drivable
+from robotcore.hardware.motor_control import Control, open_motor, require_drivable
+from robotcore.hardware.motor_model import Model
 
 BATTERY = (
     "The motors have a battery of their own, never a pad of the header: it gives them too little, and they disturb it. "

@@ -9,7 +9,7 @@ from enum import Enum, auto
 from typing import Any
 
 from robotcore.errors import DeviceError
-from robotcore.hardware.findings import Findings
+from robotcore.hardware.polled import Findings
 
 LONGEST_ECHO_S = 0.027
 """The module hears as far as 4 m, which takes 26 ms at −40 °C; what takes longer may be no echo.

@@ -13,7 +13,7 @@ from robotcore.description import RangeSensorDescription
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Range, RangeSensor
-from robotcore.hardware.findings import Findings
+from robotcore.hardware.polled import Findings
 
 STALLED_S = 1.0
 """A chip that has measured nothing for so long was without power meanwhile, and measures no more by itself."""

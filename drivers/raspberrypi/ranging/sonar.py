@@ -10,7 +10,7 @@ from drivers.raspberrypi.ranging.turns import Turns
 from robotcore.description import RangeSensorDescription
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Range, RangeSensor
-from robotcore.hardware.findings import Findings
+from robotcore.hardware.polled import Findings
 
 
 class Sonar(RangeSensor):

@@ -16,7 +16,7 @@ from drivers.raspberrypi.ranging.lightchips import LightChip, VL53L0XChip, VL53L
 from robotcore.description import Described, RangeSensorDescription, RobotDescription
 from robotcore.hal.devices import RangeSensor
 from robotcore.hardware import Connection, DeviceDriver, Host
-from robotcore.hardware.findings import Findings, require_timely
+from robotcore.hardware.polled import Findings, require_timely
 
 _HEADER_BUS, _SDA, _SCL = 1, 2, 3
 """Source: https://pinout.xyz/pinout/i2c."""

@@ -17,7 +17,7 @@ from drivers.raspberrypi.ranging.turns import Turns
 from robotcore.description import Described, RangeSensorDescription, RobotDescription
 from robotcore.hal.devices import RangeSensor
 from robotcore.hardware import Connection, DeviceDriver, Host
-from robotcore.hardware.findings import Findings, require_timely
+from robotcore.hardware.polled import Findings, require_timely
 
 REACH_M = 4.0
 """Source: HC-SR04 data sheet, ElecFreaks."""

@@ -6,7 +6,7 @@ import math
 from threading import Lock
 from typing import NamedTuple
 
-from drivers.serial.boards.settings import Side
+from drivers.serial.driver import Side
 
 GATHERING_S = 0.001
 """So long a command to one motor waits for the other's of the same tick, that both go in one frame."""

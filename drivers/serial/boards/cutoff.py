@@ -13,9 +13,7 @@ from select import poll, select
 from threading import RLock
 from typing import TYPE_CHECKING
 
-from drivers.serial.ports.finding import PortMissingError, holders, path_of
-from drivers.serial.ports.port import FAILURES
-from drivers.serial.ports.refusal import why_closed
+from drivers.serial.port import FAILURES, PortMissingError, holders, path_of, why_closed
 from robotcore.errors import BackendError, ResourceError
 from robotcore.hal.cutoff import Cutoff, CutoffSpec, Unsure
 from robotcore.hal.wall_clock import MonotonicClock

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from drivers.serial.boards.command import Command
-from drivers.serial.ports.talk import Talk
+from drivers.serial.protocol import Talk
 from tests.doubles.serial.board import BoardDouble
 
 BITS_A_BYTE = 10

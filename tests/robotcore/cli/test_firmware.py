@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.hardware.firmware import avr_gcc, greeting
+from robotcore.hardware.firmware import board, toolchain
 from tests.doubles.serial.pty import Pty
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.hardware.firmware.tools import COMPILES, LISTS_CORE, Tools
@@ -35,8 +35,8 @@ class AnsweringBoard:
 
 @pytest.fixture
 def pty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Pty]:
-    monkeypatch.setattr(greeting, "BOOTING_S", 0.0)
-    monkeypatch.setattr(greeting, "BETWEEN_S", 0.05)
+    monkeypatch.setattr(board, "BOOTING_S", 0.0)
+    monkeypatch.setattr(board, "BETWEEN_S", 0.05)
     pty = Pty(tmp_path)
     yield pty
     pty.unplug()
@@ -44,7 +44,7 @@ def pty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Pty]:
 
 @pytest.fixture
 def tools(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Tools:
-    monkeypatch.setattr(avr_gcc, "CORE", tmp_path / "nowhere")
+    monkeypatch.setattr(toolchain, "AVR_CORE", tmp_path / "nowhere")
     tools = Tools(tmp_path, monkeypatch)
     tools.put("arduino-cli", LISTS_CORE + COMPILES)
     return tools

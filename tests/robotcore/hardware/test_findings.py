@@ -4,7 +4,7 @@ import pytest
 
 from robotcore.description import RangeSensorDescription, load_robot
 from robotcore.errors import DeviceError
-from robotcore.hardware.findings import Findings
+from robotcore.hardware.polled import Findings
 
 [NOSE] = load_robot("rover").all_of(RangeSensorDescription)
 

@@ -7,9 +7,8 @@ import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
-from robotcore.hardware.firmware import avr_gcc
-from robotcore.hardware.firmware.boards import BOARDS
-from robotcore.hardware.firmware.sketch import shipped
+from robotcore.hardware.firmware import toolchain
+from robotcore.hardware.firmware.board import BOARDS, shipped_sketch
 
 STRICT = ("-Wall", "-Wextra", "-Werror")
 """Our own sketch gives no warning."""
@@ -19,15 +18,15 @@ def build(folder: Path, config: Mapping[str, object] | None = None, sketch: Path
     """Build a sketch, ours by default, in a folder; return the ELF.
 
     ``config`` changes names in a copy of its config.h, as a user edits it: ``{"BATTERY_PIN": "A0"}``.
-    Needs what ``avr_gcc.is_here()`` looks for; raises FirmwareError with what the compiler said.
+    Needs what ``toolchain.is_here()`` looks for; raises FirmwareError with what the compiler said.
     """
-    source = sketch or shipped()
+    source = sketch or shipped_sketch()
     copy = folder / source.name
     shutil.rmtree(copy, ignore_errors=True)
     shutil.copytree(source, copy)
     for name, value in (config or {}).items():
         _define(copy / "config.h", name, value)
-    image = avr_gcc.build(copy, BOARDS["uno"], folder / "objects", flags=[] if sketch else STRICT)
+    image = toolchain.build_with_avr_gcc(copy, BOARDS["uno"], folder / "objects", flags=[] if sketch else STRICT)
     return image.with_suffix(".elf")
 
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from drivers.serial.boards.board import BoardTalk
 from drivers.serial.boards.command import Told
-from drivers.serial.boards.hoverboard.mixer import Mixed, Mixer
-from drivers.serial.boards.hoverboard.protocol import Feedback, Parser, command
-from drivers.serial.boards.talk import BoardTalk
-from drivers.serial.boards.turning import Turning
+from drivers.serial.boards.devices import Turning
+from drivers.serial.boards.hoverboard.protocol import Feedback, Mixed, Mixer, Parser, command
 from robotcore.hal.devices import Voltage
 
 PAUSE_S = 0.005

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from drivers.serial.boards.board import BoardTalk
 from drivers.serial.boards.command import Told
-from drivers.serial.boards.rosarduino.asking import Asking, Poll, Polls
-from drivers.serial.boards.rosarduino.firmware import UNKNOWN, Acquaintance
+from drivers.serial.boards.rosarduino.devices import Counts
 from drivers.serial.boards.rosarduino.protocol import (
     COUNTS,
     GREETING_S,
@@ -17,9 +17,8 @@ from drivers.serial.boards.rosarduino.protocol import (
     speeds,
     still_there,
 )
-from drivers.serial.boards.rosarduino.readings import Counts
-from drivers.serial.boards.settings import Side
-from drivers.serial.boards.talk import BoardTalk
+from drivers.serial.boards.rosarduino.requests import UNKNOWN, Acquaintance, Asking, Poll, Polls
+from drivers.serial.driver import Side
 
 SILENCE_S = 0.4
 """A board that has answered nothing for longer, beyond what its slowest answer may take, is lost or was reset."""

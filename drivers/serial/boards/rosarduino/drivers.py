@@ -10,25 +10,15 @@ from typing import ClassVar, TypeVar
 from drivers.serial.boards.board import Board, open_board
 from drivers.serial.boards.cutoff import stop_frame
 from drivers.serial.boards.devices import BoardBattery, BoardEncoder, BoardOutput
-from drivers.serial.boards.driver import SerialDriver
-from drivers.serial.boards.rosarduino.asking import Poll
 from drivers.serial.boards.rosarduino.board import ArduinoTalk
-from drivers.serial.boards.rosarduino.devices import CountingMotor, Sonar
-from drivers.serial.boards.rosarduino.fitness import (
-    ENCODER,
-    agree_on_duties,
-    counts_per_turn,
-    require_countable,
-    require_ours,
-    require_sound,
-    require_wheels,
-)
+from drivers.serial.boards.rosarduino.devices import MUTE_PINGS, CountingMotor, Pings, Ranges, Sonar, Voltages
 from drivers.serial.boards.rosarduino.protocol import BATTERY, OBEYED, PING_S, RANGE, STOP_NOW, ping
-from drivers.serial.boards.rosarduino.readings import MUTE_PINGS, Pings, Ranges, Voltages
+from drivers.serial.boards.rosarduino.requests import Poll
 from drivers.serial.boards.rosarduino.settings import (
     BOARD,
     COUNTING,
     EDGES,
+    ENCODER,
     PINGING,
     TIMEOUT,
     UNPINNED,
@@ -36,8 +26,15 @@ from drivers.serial.boards.rosarduino.settings import (
     ArduinoMotorSettings,
     ArduinoSettings,
     ArduinoSonarSettings,
+    agree_on_duties,
+    counts_per_turn,
     edges_per_turn,
+    require_countable,
+    require_ours,
+    require_sound,
+    require_wheels,
 )
+from drivers.serial.driver import SerialDriver
 from robotcore.description import (
     BatteryDescription,
     Described,
@@ -49,8 +46,8 @@ from robotcore.description import (
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.devices import Battery, Encoder, Motor, RangeSensor
 from robotcore.hardware import Connection, Host
-from robotcore.hardware.findings import Findings, require_timely
-from robotcore.hardware.motors import open_motor, require_drivable
+from robotcore.hardware.motor_control import open_motor, require_drivable
+from robotcore.hardware.polled import Findings, require_timely
 
 ANSWER_S = 4.0
 """An Arduino is reset when its port is opened, and its boot loader waits up to two seconds for a new sketch."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
+from drivers.serial.boards.board import stops_after
 from drivers.serial.boards.command import Command, Told
 from drivers.serial.boards.sabertooth.protocol import BAUDING, MOST_TIMEOUT_S, drive, in_tenths, timeout
-from drivers.serial.boards.talk import stops_after
-from drivers.serial.ports.talk import Talk
+from drivers.serial.protocol import Talk
 
 SETTLING_S = 0.5
 """So long a board takes to its baud rate after the first byte."""

@@ -11,15 +11,15 @@ from pydantic import Field
 from drivers.serial.boards.board import open_board
 from drivers.serial.boards.cutoff import stop_frame
 from drivers.serial.boards.devices import BoardOutput
-from drivers.serial.boards.driver import SerialDriver
 from drivers.serial.boards.sabertooth.board import SETTLING_S, SabertoothTalk
 from drivers.serial.boards.sabertooth.protocol import HIGHEST_ADDRESS, LOWEST_ADDRESS, MotorNumber, stop
-from drivers.serial.boards.settings import Side, TimeoutSettings
+from drivers.serial.driver import SerialDriver, Side, TimeoutSettings
 from robotcore.description import MotorDescription, RobotDescription
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.devices import Motor
 from robotcore.hardware import Connection, Host
-from robotcore.hardware.motors import Control, Model, open_motor, require_drivable
+from robotcore.hardware.motor_control import Control, open_motor, require_drivable
+from robotcore.hardware.motor_model import Model
 
 BAUDS = (2400, 9600, 19200, 38400, 115200)
 """The rates that some Sabertooth knows."""

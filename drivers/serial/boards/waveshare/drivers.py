@@ -8,10 +8,9 @@ from typing import ClassVar, TypeVar
 from drivers.serial.boards.board import Board, open_board
 from drivers.serial.boards.cutoff import stop_frame
 from drivers.serial.boards.devices import BoardBattery, BoardEncoder, BoardMotor, BoardOutput
-from drivers.serial.boards.driver import SerialDriver
-from drivers.serial.boards.settings import PortSettings, SideSettings, TimeoutSettings
 from drivers.serial.boards.waveshare.board import WaveshareTalk
 from drivers.serial.boards.waveshare.protocol import BAUD, FASTEST_M_S, STANDING, STOP
+from drivers.serial.driver import PortSettings, SerialDriver, SideSettings, TimeoutSettings
 from robotcore.description import (
     BatteryDescription,
     Described,

@@ -10,7 +10,7 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from drivers.serial.boards.settings import Side
+from drivers.serial.driver import Side
 
 BAUD = 115200
 

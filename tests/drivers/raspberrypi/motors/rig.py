@@ -12,7 +12,7 @@ from robotcore.description import RobotDescription, load_robot
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.devices import Device, Encoder, Motor
 from robotcore.hardware import Host, fit, open_devices
-from robotcore.hardware.motors.model import MotorModel
+from robotcore.hardware.motor_model import MotorModel
 
 FORWARD, BACKWARD, A, B = 17, 27, 5, 6
 MODEL: Mapping[str, float] = {"dead_band": 0.1, "forward_rad_s": 14.0, "backward_rad_s": 14.0}

@@ -7,7 +7,7 @@ import pytest
 from robotcore.errors import DescriptionError, DeviceError, DeviceLostError
 from robotcore.hal.devices import Angle
 from robotcore.hardware import fit
-from robotcore.hardware.motors.controlled import ControlledMotor
+from robotcore.hardware.motor_control import ControlledMotor
 from tests.drivers.raspberrypi.motors.rig import H_BRIDGE, QUADRATURE, Rig, rover
 
 CONTROLLED = {**H_BRIDGE, "control": {}}

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from drivers.raspberrypi.ranging.hearing import LONGEST_ECHO_S, SILENCE_S, STUCK_S, Hearing
 from robotcore.errors import DeviceError
 from robotcore.hal.devices import Range
-from robotcore.hardware.findings import Findings
+from robotcore.hardware.polled import Findings
 from tests.drivers.raspberrypi.ranging.modules import NOSE
 
 UNHURRIED = settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])

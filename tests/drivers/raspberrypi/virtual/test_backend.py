@@ -21,7 +21,7 @@ from robotcore.errors import BackendMissingError, DescriptionError, DeviceClosed
 from robotcore.hal.backend import Backend, Setup, load_backend
 from robotcore.hal.devices import RangeSensor
 from robotcore.hal.robot import Robot
-from robotcore.hardware.motors import DutyMotor
+from robotcore.hardware.motor_model import DutyMotor
 from robotcore.testing import scenes
 
 ROVER = load_robot("rover")

@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 import pytest
 
+from drivers.serial.boards.board import BoardTalk
 from drivers.serial.boards.hoverboard.board import HoverboardTalk
 from drivers.serial.boards.rosarduino.board import ArduinoTalk
-from drivers.serial.boards.talk import BoardTalk
 from drivers.serial.boards.waveshare.board import WaveshareTalk
 from tests.doubles.serial.board import BoardDouble
 from tests.doubles.serial.hoverboard import Hoverboard

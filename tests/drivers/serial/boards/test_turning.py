@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from drivers.serial.boards.turning import Turning
+from drivers.serial.boards.devices import Turning
 from robotcore.hal.devices import Angle
 
 

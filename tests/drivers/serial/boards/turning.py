@@ -6,7 +6,7 @@ import sys
 from select import select
 
 from drivers.serial.boards.cutoff import stop_frame
-from drivers.serial.ports.line import Line
+from drivers.serial.line import Line
 from robotcore.description import load_robot
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hardware import Host

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from drivers.serial.ports.talk import Talk
+from drivers.serial.protocol import Talk
 from tests.doubles.serial.board import BoardDouble
 
 

@@ -11,9 +11,8 @@ from pydantic import TypeAdapter, ValidationError
 from serial import SerialException
 from serial.tools import list_ports
 
-from drivers.serial.ports.finding import PortMissingError, path_of
-from drivers.serial.ports.place import PortPlace
-from drivers.serial.ports.refusal import why_closed
+from drivers.serial.driver import PortPlace
+from drivers.serial.port import PortMissingError, path_of, why_closed
 
 
 def port(device: str, vid: int | None = None, pid: int | None = None, serial_number: str | None = None) -> Any:

@@ -10,9 +10,8 @@ from types import SimpleNamespace
 import pytest
 from serial.tools import list_ports
 
-from drivers.serial.ports import line as line_module
-from drivers.serial.ports.line import FIRST_S, HEARING_S, SUSPENDED_S, Line
-from drivers.serial.ports.waker import Waker
+from drivers.serial import line as line_module
+from drivers.serial.line import FIRST_S, HEARING_S, SUSPENDED_S, Line, Waker
 from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.wall_clock import MonotonicClock

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from drivers.serial.ports.line import BITS_A_BYTE, PERIOD_S, Line
+from drivers.serial.line import BITS_A_BYTE, PERIOD_S, Line
 from robotcore.hal.clock import SteppedClock
 from tests.doubles.serial.board import Powered
 from tests.doubles.serial.pty import Pty

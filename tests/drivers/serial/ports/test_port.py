@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from drivers.serial.ports.port import WRITING_S, Port
+from drivers.serial.port import WRITE_TIMEOUT_S, Port
 from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.serial.pty import Pty
 
@@ -17,7 +17,7 @@ def test_what_was_written_is_no_failure_however_long_the_processor_was_away(
 
     def interrupted(file: int, data: bytes) -> int:
         written = write(file, data)
-        clock.sleep_until(clock.now() + 1.2 * WRITING_S)
+        clock.sleep_until(clock.now() + 1.2 * WRITE_TIMEOUT_S)
         return written
 
     with Pty(tmp_path) as pty:

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.hardware.firmware import avr_gcc
+from robotcore.hardware.firmware import toolchain
 from tests.robotcore.hardware.firmware.tools import Tools
 
 
 @pytest.fixture
 def tools(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Tools:
     """Nothing is installed but what a test puts there."""
-    monkeypatch.setattr(avr_gcc, "CORE", tmp_path / "nowhere")
+    monkeypatch.setattr(toolchain, "AVR_CORE", tmp_path / "nowhere")
     return Tools(tmp_path, monkeypatch)

@@ -6,34 +6,35 @@ from pathlib import Path
 import pytest
 
 from robotcore.errors import FirmwareError
-from robotcore.hardware.firmware import avr_gcc
-from robotcore.hardware.firmware.boards import BOARDS
-from robotcore.hardware.firmware.building import build
-from robotcore.hardware.firmware.sketch import copy, shipped
+from robotcore.hardware.firmware import toolchain
+from robotcore.hardware.firmware.board import BOARDS, copy_sketch, shipped_sketch
+from robotcore.hardware.firmware.toolchain import build
 from tests.robotcore.hardware.firmware.tools import COMPILES, LISTS_CORE, LISTS_NONE, Tools
 
 UNO = BOARDS["uno"]
 
-needs_avr_gcc = pytest.mark.skipif(not avr_gcc.is_here(), reason=f"needs {avr_gcc.DEBIAN_PACKAGES}")
+needs_avr_gcc = pytest.mark.skipif(not toolchain.has_avr_gcc(), reason=f"needs {toolchain.DEBIAN_PACKAGES}")
 
 
 @needs_avr_gcc
 def test_sketch_compiles_without_a_warning(tmp_path: Path) -> None:
-    image = avr_gcc.build(shipped(), BOARDS["nano"], tmp_path, flags=["-Wall", "-Wextra", "-Werror"])
+    image = toolchain.build_with_avr_gcc(
+        shipped_sketch(), BOARDS["nano"], tmp_path, flags=["-Wall", "-Wextra", "-Werror"]
+    )
     assert image.read_text().startswith(":10000000")
     assert image.with_suffix(".elf").read_bytes()[:4] == b"\x7fELF"
 
 
 @needs_avr_gcc
 def test_what_config_h_cannot_say_is_told_as_the_compiler_does_by_its_names(tmp_path: Path) -> None:
-    sketch = copy(tmp_path)
+    sketch = copy_sketch(tmp_path)
     wrong = {"LEFT_ENABLE_PIN": "3", "LEFT_FORWARD_PIN": "99", "SONAR_ECHO_PIN": "A4", "BATTERY_PIN": "13", "KO": "0"}
     config = (sketch / "config.h").read_text()
     for name, value in wrong.items():
         config = re.sub(rf"(#define {name}) \S+", rf"\1 {value}", config)
     (sketch / "config.h").write_text(config)
     with pytest.raises(FirmwareError, match=r"avr-g\+\+ failed") as raised:
-        avr_gcc.build(sketch, UNO, tmp_path / "built")
+        toolchain.build_with_avr_gcc(sketch, UNO, tmp_path / "built")
     for fault in (
         "LEFT_ENABLE_PIN and RIGHT_ENABLE_PIN are 9 and 10",
         "LEFT_ENCODER_B_PIN: two things are on this pin",
@@ -48,23 +49,23 @@ def test_what_config_h_cannot_say_is_told_as_the_compiler_does_by_its_names(tmp_
 def test_arduino_cli_is_taken_where_it_has_the_core(tools: Tools, tmp_path: Path) -> None:
     tools.put("arduino-cli", LISTS_CORE + COMPILES)
     (folder := tmp_path / "built").mkdir()
-    built = build(shipped(), BOARDS["nano-old"], folder)
+    built = build(shipped_sketch(), BOARDS["nano-old"], folder)
     assert (built.tool, built.size_bytes) == ("arduino-cli", 4)
     assert tools.calls == [
         "arduino-cli core list",
-        f"arduino-cli compile --fqbn arduino:avr:nano:cpu=atmega328old --output-dir {folder} {shipped()}",
+        f"arduino-cli compile --fqbn arduino:avr:nano:cpu=atmega328old --output-dir {folder} {shipped_sketch()}",
     ]
 
 
 def test_arduino_cli_without_the_core_names_the_command_that_installs_it(tools: Tools, tmp_path: Path) -> None:
     tools.put("arduino-cli", f"{LISTS_NONE} esac")
     with pytest.raises(FirmwareError, match="arduino-cli core install arduino:avr"):
-        build(shipped(), UNO, tmp_path)
+        build(shipped_sketch(), UNO, tmp_path)
 
 
 def test_where_no_tool_is_there_both_ways_to_one_are_named(tools: Tools, tmp_path: Path) -> None:
     with pytest.raises(FirmwareError, match="nothing here builds for a uno") as raised:
-        build(shipped(), UNO, tmp_path)
+        build(shipped_sketch(), UNO, tmp_path)
     assert "sudo apt install gcc-avr arduino-core-avr" in str(raised.value)
     assert "arduino.github.io/arduino-cli" in str(raised.value)
 
@@ -72,11 +73,11 @@ def test_where_no_tool_is_there_both_ways_to_one_are_named(tools: Tools, tmp_pat
 def test_tool_that_fails_is_quoted(tools: Tools, tmp_path: Path) -> None:
     tools.put("arduino-cli", LISTS_CORE + "compile*) echo 'config.h:9: no such pin' >&2; exit 1;; esac")
     with pytest.raises(FirmwareError, match=r"arduino-cli failed \(exit 1\). It said:\nconfig.h:9: no such pin"):
-        build(shipped(), UNO, tmp_path)
+        build(shipped_sketch(), UNO, tmp_path)
 
 
 def test_program_that_is_too_big_for_the_board_is_refused(tools: Tools, tmp_path: Path) -> None:
     record = ":FF000000" + 255 * "00" + "01\\n"
     tools.put("arduino-cli", f'{LISTS_CORE} compile*) printf "{130 * record}" > "$5/$(basename "$6").ino.hex";; esac')
     with pytest.raises(FirmwareError, match="has 33150 bytes, and a uno takes 32256"):
-        build(shipped(), UNO, tmp_path)
+        build(shipped_sketch(), UNO, tmp_path)

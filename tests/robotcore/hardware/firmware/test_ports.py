@@ -7,26 +7,26 @@ from pathlib import Path
 import pytest
 
 from robotcore.errors import FirmwareError, UsageError
-from robotcore.hardware.firmware.ports import only_port, require_free
+from robotcore.hardware.firmware.board import find_only_port, require_free
 from tests.doubles.serial.pty import Pty
 
 
 def test_one_board_is_found_whichever_its_driver_is(tmp_path: Path) -> None:
     (tmp_path / "ttyACM3").touch()
     (tmp_path / "ttyS0").touch()
-    assert only_port(tmp_path) == str(tmp_path / "ttyACM3")
+    assert find_only_port(tmp_path) == str(tmp_path / "ttyACM3")
 
 
 def test_of_two_boards_none_is_chosen(tmp_path: Path) -> None:
     for name in ("ttyUSB0", "ttyACM0"):
         (tmp_path / name).touch()
     with pytest.raises(UsageError, match=r"which board is it\? There are .*ttyACM0, .*ttyUSB0. Say --port"):
-        only_port(tmp_path)
+        find_only_port(tmp_path)
 
 
 def test_where_no_board_is_the_user_is_told_so(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="no board is plugged in"):
-        only_port(tmp_path)
+        find_only_port(tmp_path)
 
 
 def test_free_port_may_be_used(tmp_path: Path) -> None:

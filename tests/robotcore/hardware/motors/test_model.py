@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from robotcore.hardware.motors import MotorModel
+from robotcore.hardware.motor_model import MotorModel
 
 models = st.builds(
     MotorModel,

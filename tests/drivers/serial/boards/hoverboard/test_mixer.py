@@ -6,7 +6,7 @@ from itertools import product
 
 import pytest
 
-from drivers.serial.boards.hoverboard.mixer import Mixed, Mixer, Steering, Tank
+from drivers.serial.boards.hoverboard.protocol import Mixed, Mixer, Steering, Tank
 
 MADE = """\
 16384 8192 200 0 200 200

@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.serial.boards.rosarduino.asking import Poll
 from drivers.serial.boards.rosarduino.protocol import ping
+from drivers.serial.boards.rosarduino.requests import Poll
 from tests.doubles.serial.rosarduino import TrueDouble
 from tests.drivers.serial.boards.rosarduino.talking import (
     HELLO,

@@ -4,12 +4,12 @@ import math
 
 import pytest
 
+from drivers.serial.boards.rosarduino.devices import Counts, Pings, Ranges
 from drivers.serial.boards.rosarduino.protocol import Answer
-from drivers.serial.boards.rosarduino.readings import Counts, Pings, Ranges
 from robotcore.description import RangeSensorDescription, load_robot
 from robotcore.errors import DeviceError
 from robotcore.hal.devices import Range
-from robotcore.hardware.findings import Findings
+from robotcore.hardware.polled import Findings
 
 TOLD = load_robot("rover").first_of(RangeSensorDescription)
 assert TOLD

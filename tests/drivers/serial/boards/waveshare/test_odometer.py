@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.serial.boards.waveshare.odometer import Odometer
+from drivers.serial.boards.waveshare.board import Odometer
 from drivers.serial.boards.waveshare.protocol import Track
 
 

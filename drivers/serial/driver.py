@@ -1,14 +1,34 @@
-"""What a robot's file says of any device on a serial line."""
+"""What all drivers on a serial line share: the settings of a port, and the driver's base class."""
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from collections.abc import Sequence
+from typing import Annotated, ClassVar, Literal, TypeVar
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
-from drivers.serial.ports.place import PortPlace
+from drivers.serial.port import USB
 from robotcore.description import Described
-from robotcore.hardware import Connection
+from robotcore.hardware import Connection, DeviceDriver
+
+
+def _place(written: str) -> str:
+    if written.startswith("usb:") and not USB.fullmatch(written):
+        raise ValueError(
+            f"{written!r} is no USB id; write usb:VENDOR:PRODUCT, four hexadecimal digits each, such as usb:1a86:7523, "
+            "and :SERIAL where there are several"
+        )
+    if not written:
+        raise ValueError("it is empty; name a port such as /dev/ttyUSB0")
+    return written
+
+
+PortPlace = Annotated[
+    str,
+    AfterValidator(_place),
+    Field(description="a port such as /dev/ttyUSB0, /dev/serial/by-id/NAME or usb:1a86:7523"),
+]
+"""A serial port in a robot's file."""
 
 
 class PortSettings(Described):
@@ -55,3 +75,18 @@ class SideSettings(PortSettings):
 
     def at(self, what: str = "") -> tuple[Connection, ...]:
         return super().at(f"{self.side} {what}")
+
+
+ToldT = TypeVar("ToldT", bound=Described)
+SettingsT = TypeVar("SettingsT", bound=PortSettings)
+
+
+class SerialDriver(DeviceDriver[ToldT, SettingsT]):
+    """A driver of one of a board's devices; ``what`` is the one, such as "motor", that no other device may be."""
+
+    modules = ("serial",)
+    remedy = "pip install 'robotcore[serial]'"
+    what: ClassVar[str]
+
+    def connections(self, settings: SettingsT) -> Sequence[Connection]:
+        return settings.at(self.what)

@@ -1,15 +1,44 @@
-"""An open serial port: one thread reads it, answers, and opens it again when it was lost."""
+"""An open serial port: one thread reads it, answers, and reopens it if the port is lost."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
+from select import select
+from socket import socketpair
 
-from drivers.serial.ports.port import Port, PortError
-from drivers.serial.ports.talk import Talk
-from drivers.serial.ports.waker import Waker
+from drivers.serial.port import Port, PortError
+from drivers.serial.protocol import Talk
 from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.hal.clock import Clock, Polling
+
+
+class Waker:
+    """Lets a thread wait that another one can wake; a word that comes before the wait is not lost."""
+
+    def __init__(self) -> None:
+        self._woken, self._waking = socketpair()
+        self._woken.setblocking(False)
+        self._waking.setblocking(False)
+
+    def wake(self) -> None:
+        """Let whoever waits, or is about to, go on."""
+        with suppress(OSError):  # full: it has been woken; closed: nobody waits
+            self._waking.send(b"w")
+
+    def wait(self, file: int | None, seconds: float) -> None:
+        """Wait until a file has something to read, for a word, or for so long."""
+        files = [self._woken.fileno()] if file is None else [self._woken.fileno(), file]
+        select(files, [], [], seconds)
+        with suppress(BlockingIOError):
+            self._woken.recv(4096)
+
+    def close(self) -> None:
+        """Wait no more. May be called again."""
+        self._woken.close()
+        self._waking.close()
+
 
 BITS_A_BYTE = 10
 """8N1: a start bit, eight, a stop bit."""

@@ -1,0 +1,218 @@
+"""Build the firmware and write it to a board, with the tools that are installed."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from robotcore.errors import FirmwareError
+from robotcore.hardware.firmware.board import Board
+
+AVRDUDE = "avrdude"
+FLASH_REMEDY = "A board that does not respond may have the other bootloader: try --board nano-old, or nano, or uno"
+
+ARDUINO_CLI = "arduino-cli"
+"""Source of its command line: https://arduino.github.io/arduino-cli/latest/commands/, of the release 0.13 and later."""
+
+ARDUINO_CLI_URL = "https://arduino.github.io/arduino-cli"
+ARDUINO_CORE = "arduino:avr"
+
+AVR_GCC = "avr-gcc"
+AVR_CORE = Path("/usr/share/arduino/hardware/arduino/avr")
+"""The Arduino core of Debian's package arduino-core-avr; its platform.txt has the recipe, here without link-time
+optimisation."""
+
+DEBIAN_PACKAGES = "gcc-avr arduino-core-avr"
+
+_COMMON = ("-c", "-g", "-Os", "-mmcu=atmega328p", "-ffunction-sections", "-fdata-sections")
+_CPP = ("-std=gnu++11", "-fno-exceptions", "-fno-threadsafe-statics")
+_DEFINED = ("F_CPU=16000000L", "ARDUINO=10819", "ARDUINO_ARCH_AVR", "DECIMAL_DIG=10")
+"""The compiler defines no DECIMAL_DIG before version 7, and the core needs it."""
+
+
+@dataclass(frozen=True)
+class FirmwareImage:
+    """A program for a board, in Intel's hexadecimal format, and the tool that made it."""
+
+    image: Path
+    tool: str
+    size_bytes: int
+
+
+def build(sketch: Path, board: Board, folder: Path) -> FirmwareImage:
+    """Build a sketch into a folder: with arduino-cli, else with avr-gcc and Debian's Arduino core.
+
+    Raises FirmwareError where neither is here, with what to install; where the sketch does not compile, with what the
+    compiler said; where it is too big for the board.
+    """
+    if has_arduino_cli() and has_arduino_core():
+        tool, image = ARDUINO_CLI, build_with_arduino_cli(sketch, board, folder)
+    elif has_avr_gcc():
+        tool, image = AVR_GCC, build_with_avr_gcc(sketch, board, folder)
+    else:
+        raise FirmwareError(f"nothing here builds for a {board.name}. {_install_hint()}")
+    return FirmwareImage(image, tool, _checked_size(image, board))
+
+
+def _install_hint() -> str:
+    core = "arduino-cli core install arduino:avr"
+    if has_arduino_cli():
+        return f"arduino-cli lacks the core of the board: {core}"
+    debian = f"on Debian or Raspberry Pi OS: sudo apt install {DEBIAN_PACKAGES}"
+    return f"Install arduino-cli ({ARDUINO_CLI_URL}) and then: {core}; or, {debian}"
+
+
+def _checked_size(image: Path, board: Board) -> int:
+    """Return how many bytes of flash an image takes; raises FirmwareError where the board has fewer."""
+    size = sum(int(line[1:3], 16) for line in image.read_text().splitlines() if line[7:9] == "00")
+    if size > board.flash_bytes:
+        raise FirmwareError(f"{image}: has {size} bytes, and a {board.name} takes {board.flash_bytes}. Make it smaller")
+    return size
+
+
+def flash(image: Path, board: Board, port: str) -> str:
+    """Write an image to the board at a port, and read it back; return the tool that did.
+
+    Raises FirmwareError with what the tool said, or what to install where there is none.
+    """
+    if is_installed(AVRDUDE):
+        run_tool(_avrdude_command(image, board, port), f"flashing the {board.name} at {port}", FLASH_REMEDY)
+        return AVRDUDE
+    if has_arduino_cli():
+        flash_with_arduino_cli(image, board, port)
+        return ARDUINO_CLI
+    raise FirmwareError(
+        f"nothing here flashes a {board.name}. On Debian or Raspberry Pi OS: sudo apt install {AVRDUDE}"
+    )
+
+
+def _avrdude_command(image: Path, board: Board, port: str) -> list[str]:
+    """Source: avrdude(1), and the upload pattern of the Arduino core's platform.txt."""
+    chip = ["-p", "m328p", "-c", "arduino", "-P", port, "-b", str(board.upload_baud)]
+    return [AVRDUDE, "-q", *chip, "-D", "-U", f"flash:w:{image}:i"]
+
+
+def has_arduino_cli() -> bool:
+    """Return whether it is installed."""
+    return is_installed(ARDUINO_CLI)
+
+
+def has_arduino_core() -> bool:
+    """Return whether it has the core of our boards; raises FirmwareError where it cannot say."""
+    listed = run_tool([ARDUINO_CLI, "core", "list"], "asking for its cores")
+    return any(line.split()[:1] == [ARDUINO_CORE] for line in listed.splitlines())
+
+
+def build_with_arduino_cli(sketch: Path, board: Board, folder: Path) -> Path:
+    """Compile a sketch into a folder; return the image. Raises FirmwareError with what the compiler said."""
+    folder.mkdir(parents=True, exist_ok=True)
+    run_tool([ARDUINO_CLI, "compile", "--fqbn", board.fqbn, "--output-dir", folder, sketch], f"building {sketch.name}")
+    return folder / f"{sketch.name}.ino.hex"
+
+
+def flash_with_arduino_cli(image: Path, board: Board, port: str) -> None:
+    """Put an image on the board at a port; raises FirmwareError with what it said."""
+    where = ["--fqbn", board.fqbn, "--port", port, "--verify"]
+    run_tool([ARDUINO_CLI, "upload", *where, "--input-file", image], f"flashing the {board.name} at {port}")
+
+
+def has_avr_gcc() -> bool:
+    """Return whether the compiler and the core are installed."""
+    return (
+        is_installed("avr-gcc", "avr-g++", "avr-objcopy") and (AVR_CORE / "cores" / "arduino" / "Arduino.h").is_file()
+    )
+
+
+def build_with_avr_gcc(sketch: Path, board: Board, folder: Path, *, flags: Sequence[str] = ()) -> Path:
+    """Compile a sketch into FOLDER/NAME.elf and NAME.hex; return the latter.
+
+    A sketch's .ino files become one; no prototypes are made up for it, so what it calls must be declared.
+    ``flags`` are the compiler's for the sketch itself. Raises FirmwareError with what it said.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    joined = _join_sources(sketch, folder)
+    core = AVR_CORE / "cores" / "arduino"
+    ours = [joined, *sorted(sketch.glob("*.cpp"))]
+    theirs = [path for path in sorted(core.iterdir()) if path.suffix in {".c", ".cpp", ".S"}]
+    with ThreadPoolExecutor() as pool:
+        compiled = partial(_compile, board, sketch, folder)
+        objects = [*pool.map(partial(compiled, flags), ours), *pool.map(partial(compiled, ["-w"]), theirs)]
+    return _link(objects, folder / sketch.name)
+
+
+def _join_sources(sketch: Path, folder: Path) -> Path:
+    """Write a sketch's .ino files as one of C++: first the one of the sketch's name, then in order."""
+    first = sketch / f"{sketch.name}.ino"
+    others = sorted(path for path in sketch.glob("*.ino") if path != first)
+    joined = folder / f"{sketch.name}.ino.cpp"
+    joined.write_text("#include <Arduino.h>\n" + "".join(map(_with_line_marker, (first, *others))))
+    return joined
+
+
+def _with_line_marker(source: Path) -> str:
+    """Return a file's text, of which the compiler speaks by that file's name."""
+    return f'#line 1 "{source}"\n{source.read_text()}\n'
+
+
+def _compile(board: Board, sketch: Path, folder: Path, flags: Sequence[str], source: Path) -> Path:
+    target = folder / f"{source.name}.o"
+    compiler = "avr-g++" if source.suffix == ".cpp" else "avr-gcc"
+    command = [compiler, *_compiler_flags(source, board), *flags, f"-I{sketch}", str(source), "-o", str(target)]
+    run_tool(command, f"compiling {source.name}")
+    return target
+
+
+def _compiler_flags(source: Path, board: Board) -> Iterator[str]:
+    yield from _COMMON
+    yield from _CPP if source.suffix == ".cpp" else ()
+    yield from ("-x", "assembler-with-cpp") if source.suffix == ".S" else ()
+    yield from (f"-D{macro}" for macro in (*_DEFINED, board.macro))
+    yield from (f"-I{AVR_CORE / 'cores' / 'arduino'}", f"-I{AVR_CORE / 'variants' / board.variant}")
+
+
+def _link(objects: list[Path], target: Path) -> Path:
+    elf, image = target.with_suffix(".elf"), target.with_suffix(".hex")
+    run_tool(
+        ["avr-gcc", "-mmcu=atmega328p", "-Os", "-Wl,--gc-sections", *objects, "-lm", "-o", elf], f"linking {elf.name}"
+    )
+    run_tool(["avr-objcopy", "-O", "ihex", "-R", ".eeprom", elf, image], f"writing {image.name}")
+    return image
+
+
+def is_installed(*names: str) -> bool:
+    """Return whether all these programs are on the PATH."""
+    return all(map(shutil.which, names))
+
+
+def run_tool(command: Sequence[str | Path], doing: str, remedy: str = "", timeout: float = 300.0) -> str:
+    """Run a tool to its end; return what it printed, on stdout and stderr.
+
+    Raises FirmwareError with the words of a tool that fails, and the remedy, or where it has not ended after
+    ``timeout`` seconds.
+    """
+    tool = Path(command[0]).name
+    try:
+        ran = subprocess.run(  # noqa: S603  a tool by its name, with arguments of ours, and no shell
+            command,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+            stdin=subprocess.DEVNULL,
+            timeout=timeout,
+            check=False,
+        )
+    except subprocess.TimeoutExpired as error:
+        raise FirmwareError(f"{doing}: {tool} had not ended after {timeout:g} s, and was killed") from error
+    except OSError as error:
+        raise FirmwareError(f"{doing}: {tool} cannot be run: {error.strerror}") from error
+    if ran.returncode:
+        said = ran.stdout.strip() or "nothing"
+        first = f". {remedy}" if remedy else ""
+        raise FirmwareError(f"{doing}: {tool} failed (exit {ran.returncode}){first}. It said:\n{said}")
+    return ran.stdout
