@@ -23,7 +23,7 @@ from time import monotonic
 
 from benchmarks.deployed.robot import robot
 from benchmarks.report import at_least_one, machine, print_table
-from robotcore.deploy.agent.releases.release import PROJECT, SITE, Release
+from robotcore.deploy.agent.releases import PROJECT, SITE, Release
 from robotcore.deploy.connection.answers import ProbeAnswer
 from robotcore.deploy.connection.host import Host
 from robotcore.deploy.connection.link import Link

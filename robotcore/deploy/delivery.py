@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 
-from robotcore.deploy.agent.releases.release import WHEELS, Release
-from robotcore.deploy.agent.system.disk import in_words, size_of
+from robotcore.deploy.agent.files import format_bytes, measure_size
+from robotcore.deploy.agent.releases import WHEELS, Release
 from robotcore.deploy.connection.answers import BeginAnswer, Finding, InstallAnswer, Nothing, ProbeAnswer
 from robotcore.deploy.connection.link import Link
 from robotcore.deploy.packages.target import Target
@@ -33,7 +33,7 @@ class Delivery:
     def look(self, step: Step) -> None:
         """Tell what the robot is; raise DeployError where it cannot take a release of the project."""
         facts = self._link.call("probe", ProbeAnswer, requirements=self._release.requirements, is_push=True)
-        room = f"{in_words(facts.free_bytes)} free"
+        room = f"{format_bytes(facts.free_bytes)} free"
         step.done(f"{facts.host}: {facts.machine}, {facts.system}, Python {facts.python}, {room}")
         self._target, self._has_environment = Target.of(facts), facts.has_environment
         self._target.require_python(self._staged.project)
@@ -46,7 +46,9 @@ class Delivery:
         if is_offline and not self._has_environment:
             self._add_wheels()
         step = begin("sent", self._tell)
-        begun = self._link.call("begin", BeginAnswer, release=self._release.name, size=size_of(self._staged.folder))
+        begun = self._link.call(
+            "begin", BeginAnswer, release=self._release.name, size=measure_size(self._staged.folder)
+        )
         release = replace(self._release, name=begun.release)
         with self._forgetting(release.name):
             release.write(self._staged.folder)
@@ -73,7 +75,7 @@ class Delivery:
 
     def _send(self, begun: BeginAnswer, step: Step) -> None:
         went = self._link.send(self._staged.folder, begun.to, begun.copy_from, _saying(step))
-        step.done(f"{went.files} files, {went.changed} of them new, {in_words(went.sent)}", *self._staged.notes)
+        step.done(f"{went.files} files, {went.changed} of them new, {format_bytes(went.sent)}", *self._staged.notes)
 
     def _install(self, release: str, *, is_offline: bool) -> None:
         step = begin("environment", self._tell)
@@ -85,7 +87,7 @@ class Delivery:
 
 
 def _saying(step: Step) -> Callable[[int, float], None]:
-    return lambda size, part: step.say(f"{part:.0%}, {in_words(size)}")
+    return lambda size, part: step.say(f"{part:.0%}, {format_bytes(size)}")
 
 
 def _tell_findings(findings: Sequence[Finding], step: Step) -> None:

@@ -8,8 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from robotcore.deploy.agent.system.digest import sha256
-from robotcore.deploy.agent.system.disk import in_words
+from robotcore.deploy.agent.files import format_bytes, hash_file
 from robotcore.deploy.connection.answers import EraseAnswer, Recordings, RemoteFile
 from robotcore.deploy.connection.link import Link
 from robotcore.deploy.connection.rsync import RECORDING
@@ -61,7 +60,7 @@ def fetch(link: Link, folder: Path, tell: Tell = print, *, moves: bool = False) 
         _bring(link, folder, sizes, step)
     if moves:
         found = _erase(link, found, step)
-    size = in_words(sum(sizes.values()))
+    size = format_bytes(sum(sizes.values()))
     step.done(f"{counted(len(sizes), 'recording')}, {size}, to {escape(str(folder))}", *_notes(found))
     return found
 
@@ -92,7 +91,7 @@ def _bring(link: Link, folder: Path, sizes: dict[str, int], step: Step) -> None:
             incoming.path,
             partial=incoming.partial,
             on_poll=incoming.check_limits,
-            on_progress=lambda done, part: step.say(f"{part:.0%}, {in_words(done)}"),
+            on_progress=lambda done, part: step.say(f"{part:.0%}, {format_bytes(done)}"),
         )
     if incoming.missing:
         raise DeployError(
@@ -106,7 +105,7 @@ def _erase(link: Link, found: Fetched, step: Step) -> Fetched:
     names = (*found.brought, *found.here)
     if not names:
         return found
-    digests = {name: sha256(found.folder / name) for name in names}
+    digests = {name: hash_file(found.folder / name) for name in names}
     gone = link.call("erase", EraseAnswer, on_say=lambda notice: step.say(notice.say), recordings=digests)
     different = {*gone.different} & digests.keys()
     return replace(

@@ -11,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 
-from robotcore.deploy.agent.system.disk import free_bytes, in_words, size_of
+from robotcore.deploy.agent.files import format_bytes, measure_free_space, measure_size
 from robotcore.errors import DeployError, UsageError
 from robotcore.text import escape
 
@@ -72,18 +72,20 @@ class IncomingFiles:
     def check_limits(self) -> None:
         """Raise DeployError if more bytes came than the robot stated, or if this machine's disk is nearly full."""
         stated = sum(self._sizes.values())
-        if size_of(self.path) > stated + SLACK_BYTES:
+        if measure_size(self.path) > stated + SLACK_BYTES:
             raise DeployError(
-                f"the robot sends more than the {in_words(stated)} that it stated. Check that this is the right robot"
+                f"the robot sends more than the {format_bytes(stated)} that it stated. "
+                "Check that this is the right robot"
             )
         self._require_room(0)
 
     def _require_room(self, size: int) -> None:
-        free = free_bytes(self._folder.absolute())
+        free = measure_free_space(self._folder.absolute())
         if size + RESERVED_DISK_BYTES > free:
             raise DeployError(
-                f"not enough room: the recordings need {in_words(size)}, the disk has {in_words(free)} free, and "
-                f"{in_words(RESERVED_DISK_BYTES)} must stay free. Make room, or name a folder on another disk: -o DIR"
+                f"not enough room: the recordings need {format_bytes(size)}, the disk has {format_bytes(free)} free, "
+                f"and {format_bytes(RESERVED_DISK_BYTES)} must stay free. Make room, or name a folder on another disk: "
+                "-o DIR"
             )
 
     def _remove_leftovers(self) -> None:

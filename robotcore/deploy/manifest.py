@@ -9,7 +9,7 @@ from datetime import datetime, timezone
 from importlib.metadata import version
 from pathlib import Path
 
-from robotcore.deploy.agent.releases.release import TIME, Release
+from robotcore.deploy.agent.releases import NAME_FORMAT, Release
 from robotcore.deploy.project import Project
 from robotcore.deploy.staging.files import git_environment
 from robotcore.hal.backend import load_backend
@@ -25,7 +25,7 @@ def new_release(project: Project, requirements: tuple[str, ...], proven: tuple[s
     """Return the release of a project at this moment; the robot has a later name for it where its newest is later."""
     return release_of(
         project,
-        f"{datetime.now(timezone.utc):{TIME}}",
+        f"{datetime.now(timezone.utc):{NAME_FORMAT}}",
         requirements=requirements,
         gates=proven,
         robotcore=version("robotcore"),

@@ -10,7 +10,7 @@ import click
 from robotcore.cli.deploy.target import DeployCommand, on_robot
 from robotcore.cli.output import write_lines
 from robotcore.cli.values import pair
-from robotcore.deploy.agent.service.units import START_LIMIT_S
+from robotcore.deploy.agent.units import START_LIMIT_S
 
 if TYPE_CHECKING:
     from robotcore.deploy.connection.host import Host

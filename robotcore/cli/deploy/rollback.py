@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def _release(value: str) -> str:
-    from robotcore.deploy.agent.releases.release import require_name
+    from robotcore.deploy.agent.releases import require_name
 
     try:
         return require_name(value)

@@ -29,7 +29,7 @@ def tell_state(host: Host, ssh_config: Path | None, state: State) -> None:
 
 def lines_of(host: Host, ssh_config: Path | None, state: State) -> Iterator[str]:
     """Yield what a robot tells of itself, in lines: what runs, then what its user should know."""
-    from robotcore.deploy.agent.system.disk import in_words
+    from robotcore.deploy.agent.files import format_bytes
     from robotcore.deploy.connection.typed import typed
 
     if state.release is None:
@@ -44,7 +44,7 @@ def lines_of(host: Host, ssh_config: Path | None, state: State) -> Iterator[str]
         yield _row("restarted" if state.state in LIVES else "failed", state.reason)
         yield from (f"    {line}" for line in state.lines)
     recorded = state.recordings
-    yield _row("recordings", f"{recorded.files}, {in_words(recorded.bytes)}; {in_words(state.free_bytes)} free")
+    yield _row("recordings", f"{recorded.files}, {format_bytes(recorded.bytes)}; {format_bytes(state.free_bytes)} free")
     yield from _warnings(state, typed("start", host, ssh_config))
 
 

@@ -1,7 +1,7 @@
 """What works on the robot: Python's standard library alone, sent there as source with each call.
 
 Nothing here imports anything of robotcore's outside this package, so that it works where no release is installed, or a
-broken one. `robotcore.deploy.agent.calls` takes the desk's calls; `robotcore.deploy.agent.service.main` is what
+broken one. `robotcore.deploy.agent.rpc` takes the desk's calls; `robotcore.deploy.agent.service` is what
 systemd starts.
 """
 

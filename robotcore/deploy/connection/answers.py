@@ -12,7 +12,7 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints, ValidationError
 
-from robotcore.deploy.agent.releases.release import require_name
+from robotcore.deploy.agent.releases import require_name
 from robotcore.deploy.connection.failures import BROKEN
 from robotcore.deploy.connection.process_output import MalformedError
 from robotcore.text import escape

@@ -20,9 +20,9 @@ OUTSIDE = ("robotcore/__init__.py", "robotcore/deploy/__init__.py")
 
 def script(action: str, told: Mapping[str, Any]) -> str:
     """Return what makes a robot's Python do an action with what it is told by name, in ASCII."""
-    first = files(PACKAGE).joinpath("boarding.py").read_text(encoding="utf-8")
+    first = files(PACKAGE).joinpath("bootstrap.py").read_text(encoding="utf-8")
     given = ", ".join(map(ascii, (json.dumps(sources()), action, json.dumps(told))))
-    return f"{first}\n\nsys.exit(board({given}))\n"
+    return f"{first}\n\nsys.exit(answer_call({given}))\n"
 
 
 def sources() -> dict[str, str]:

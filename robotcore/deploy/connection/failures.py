@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from robotcore.deploy.agent.system.disk import MAKE_ROOM
+from robotcore.deploy.agent.files import MAKE_ROOM
 from robotcore.deploy.connection.host import Host
 from robotcore.errors import DeployError
 

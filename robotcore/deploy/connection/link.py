@@ -11,7 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Any, Generic
 
-from robotcore.deploy.agent.telling import MARK
+from robotcore.deploy.agent.rpc import MARK
 from robotcore.deploy.connection import boot, rsync
 from robotcore.deploy.connection.answers import AnswerT, Nothing, Notice, Refusal, parse, validate
 from robotcore.deploy.connection.failures import damaged, unanswered

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-from robotcore.deploy.agent.layout import FOLDER
+from robotcore.deploy.agent.files import FOLDER
 from robotcore.deploy.connection.answers import REMOTE_FOLDER
 from robotcore.deploy.connection.failures import no_program, transfer_failed
 from robotcore.deploy.connection.host import Host

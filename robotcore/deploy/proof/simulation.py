@@ -12,8 +12,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from robotcore.deploy.agent.releases.release import PROJECT, SITE
-from robotcore.deploy.agent.service import launch
+from robotcore.deploy.agent import service
+from robotcore.deploy.agent.releases import PROJECT, SITE
 from robotcore.deploy.project import Project
 from robotcore.deploy.proof.proof import Proof, Say, ask, command_line, told_error
 from robotcore.deploy.staging.staging import Staged
@@ -110,7 +110,7 @@ def _swept(
     """
     copy = shutil.copytree(staged.folder, scratch / "sent", symlinks=True)
     runs, patience_s = len(seeds_of(staged.project.seeds)), SPARE_S + RunRequest.timeout_s
-    line = [*launch.ROBOTCORE, *words, "--wall-timeout", f"{patience_s:g}", "--out", str(results), "--json"]
+    line = [*service.ROBOTCORE_ARGUMENTS, *words, "--wall-timeout", f"{patience_s:g}", "--out", str(results), "--json"]
     try:
         asked = ask(
             copy / PROJECT,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from robotcore.deploy.agent.releases.release import PROJECT, SITE
+from robotcore.deploy.agent.releases import PROJECT, SITE
 from robotcore.deploy.packages.requirements import requirements_of
 from robotcore.deploy.packages.site import fill
 from robotcore.deploy.paths import list_names

@@ -9,7 +9,7 @@ from socket import AF_UNIX, SOCK_DGRAM, socket
 
 import pytest
 
-from robotcore.deploy.agent.service.units import SERVICE, TEXTS
+from robotcore.deploy.agent.units import SERVICE, UNIT_TEXTS
 from robotcore.runtime.notify import FAILED
 from tests.robotcore.cli.conftest import AppFile, Cli
 
@@ -79,4 +79,4 @@ def test_a_service_that_ended_by_itself_has_a_status_that_python_never_gives(
     """Python has 1 where an import fails, say of a file that a worn card does not give: such a robot tries again."""
     monkeypatch.chdir(tmp_path)
     assert cli("run", app_file(deed), "--world", "open", "--picture", "run.png").status == FAILED
-    assert f"\nRestartPreventExitStatus=2 4 {FAILED}\n" in TEXTS[SERVICE]
+    assert f"\nRestartPreventExitStatus=2 4 {FAILED}\n" in UNIT_TEXTS[SERVICE]

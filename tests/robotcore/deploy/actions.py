@@ -17,11 +17,11 @@ def act(layout, **told):
 
 WAIT = """
 import os, subprocess
-from robotcore.deploy.agent.telling import say
+from robotcore.deploy.agent.rpc import report_progress
 
 def act(layout):
     child = subprocess.Popen(["sleep", "600"])
-    say(f"{os.getpid()} {child.pid}")
+    report_progress(f"{os.getpid()} {child.pid}")
     child.wait()
     return {}
 """
@@ -33,7 +33,8 @@ def aboard(monkeypatch: pytest.MonkeyPatch) -> Aboard:
     added = boot.sources()
 
     def put(name: str, source: str) -> None:
-        added[f"robotcore/deploy/agent/actions/{name}.py"] = source
+        added[f"robotcore/deploy/agent/{name}_for_test.py"] = source
+        added["robotcore/deploy/agent/rpc.py"] += f"\nACTIONS[{name!r}] = '{name}_for_test:act'\n"
 
     monkeypatch.setattr(boot, "sources", lambda: added)
     return put

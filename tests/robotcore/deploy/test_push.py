@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from robotcore.deploy import delivery
-from robotcore.deploy.agent.releases.release import Release
+from robotcore.deploy.agent.releases import Release
 from robotcore.deploy.connection.host import Host
 from robotcore.deploy.packages.target import Target
 from robotcore.deploy.progress import Progress
@@ -43,21 +43,21 @@ def act(layout, requirements, is_push):
 """
 
 INSTALL = """
-from robotcore.deploy.agent.telling import say
+from robotcore.deploy.agent.rpc import report_progress
 
 def act(layout, release, is_offline):
     (layout.incoming / release).rename(layout.releases / release)
-    say("doctor looks at the robot")
+    report_progress("doctor looks at the robot")
     fault = {"level": "warning", "what": "disk", "said": "nearly full", "remedy": "Make room"}
     good = {"level": "ok", "what": "Python", "said": "3.11.2", "remedy": ""}
     return {"environment": "kept", "findings": [good, fault]}
 """
 
 FAIL = """
-from robotcore.deploy.agent.telling import RefusalError
+from robotcore.deploy.agent.rpc import AgentError
 
 def act(layout, **told):
-    raise RefusalError("pip cannot reach its index", "Push with --offline", "network")
+    raise AgentError("pip cannot reach its index", "Push with --offline", "network")
 """
 
 ACTIVATE = """

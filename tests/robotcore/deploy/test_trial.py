@@ -25,7 +25,7 @@ def act(layout, release, **told):
 
 GOES_ON = """
 import time
-from robotcore.deploy.agent.telling import say
+from robotcore.deploy.agent.rpc import report_progress
 
 def act(layout, release, healthy_within_s):
     release = release or "2026-11-21T22-40-03Z"
@@ -34,7 +34,7 @@ def act(layout, release, healthy_within_s):
         return {"release": release, "outcome": "healthy", "reason": "", "lines": [], "current": release,
                 "is_running": True, "is_standing": False}
     begun.touch()
-    say("it starts", release=release)
+    report_progress("it starts", release=release)
     time.sleep(600)
 """
 
@@ -171,10 +171,10 @@ def test_refusal_is_no_reason_to_look_again(link: Link, robot: Sshd, aboard: Abo
     aboard(
         "activate",
         """
-from robotcore.deploy.agent.telling import RefusalError
+from robotcore.deploy.agent.rpc import AgentError
 
 def act(layout, **told):
-    raise RefusalError("somebody else is at it", "Wait for it")
+    raise AgentError("somebody else is at it", "Wait for it")
 """,
     )
     with pytest.raises(DeployError, match=r"somebody else is at it\. Wait for it$"):

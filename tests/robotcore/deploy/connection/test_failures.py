@@ -24,10 +24,10 @@ from tests.robotcore.deploy.sshd import Sshd, make_key, serving
 
 WAIT = """
 import time
-from robotcore.deploy.agent.telling import say
+from robotcore.deploy.agent.rpc import report_progress
 
 def act(layout):
-    say("waits")
+    report_progress("waits")
     time.sleep(600)
 """
 

@@ -23,13 +23,13 @@ GONE_S = 10
 LONG = 12 << 20
 
 TELL = """
-from robotcore.deploy.agent.telling import RefusalError, say
+from robotcore.deploy.agent.rpc import AgentError, report_progress
 
 def act(layout, refuses=False):
-    say("half of it", part=0.5)
+    report_progress("half of it", part=0.5)
     print("a line of a log")
     if refuses:
-        raise RefusalError("no room", "Make some", "full")
+        raise AgentError("no room", "Make some", "full")
     return {"home": str(layout.home)}
 """
 

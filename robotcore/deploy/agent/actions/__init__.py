@@ -1,1 +1,0 @@
-"""What the desk can ask of a robot: a module each, named in `robotcore.deploy.agent.calls`."""

@@ -1,0 +1,140 @@
+"""Actions on what is stored: list releases and recordings, erase recordings, remove robotcore from the robot."""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Container, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from robotcore.deploy.agent import health_check, releases, run_actions, systemd, uploads
+from robotcore.deploy.agent.files import Layout, hash_file
+from robotcore.deploy.agent.lock import hold_lock
+from robotcore.deploy.agent.releases import HealthResult, Release
+from robotcore.deploy.agent.rpc import report_progress
+from robotcore.deploy.agent.units import UNIT_TEXTS, list_installed_units
+
+
+def list_releases(layout: Layout) -> dict[str, Any]:
+    """Return the ``releases``, the newest first, which is ``current``, and which is ``on_trial``.
+
+    Each is as its file tells of it, with the ``verdict`` of its last trial, None where it had none, and its ``reason``;
+    one whose file cannot be read has its ``name`` and why it is ``unreadable``.
+    """
+    tried = health_check.read_pending(layout)
+    return {
+        "releases": [_describe_release(layout, name) for name in releases.list_names(layout)],
+        "current": releases.read_current(layout),
+        "on_trial": tried.release if tried else None,
+    }
+
+
+def _describe_release(layout: Layout, name: str) -> dict[str, Any]:
+    folder = layout.releases / name
+    try:
+        told = asdict(Release.read(folder))
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        told = {"name": name, "unreadable": str(error)}
+    verdict = HealthResult.read(folder)
+    return {**told, "verdict": verdict.outcome if verdict else None, "reason": verdict.reason if verdict else ""}
+
+
+def list_recordings(layout: Layout) -> dict[str, Any]:
+    """Return the ``recordings``: ``name``, ``bytes``, whether one ``is_file``, and whether one ``is_being_written``.
+
+    Links, folders and devices are listed too, so that the desk can name what it leaves here. An empty file, as a full
+    disk leaves it, is not.
+    """
+    written = find_open_files()
+    listed = [_describe_recording(path, written) for path in sorted(layout.recordings.glob("*"))]
+    return {"recordings": [each for each in listed if each["bytes"] or each["is_being_written"] or not each["is_file"]]}
+
+
+def find_open_files() -> set[str]:
+    """Return the files that this user's programs have open."""
+    return set(_walk_open_files())
+
+
+def _describe_recording(path: Path, written: Container[str]) -> dict[str, Any]:
+    status = path.lstat()
+    return {
+        "name": os.fsencode(path.name).decode(errors="backslashreplace"),
+        "bytes": status.st_size,
+        "is_file": stat.S_ISREG(status.st_mode),
+        "is_being_written": str(path.resolve()) in written,
+    }
+
+
+def _walk_open_files() -> Iterator[str]:
+    for process in Path("/proc").glob("[0-9]*/fd"):
+        with suppress(OSError):
+            for handle in process.iterdir():
+                with suppress(OSError):
+                    yield str(handle.readlink())
+
+
+def erase_recordings(layout: Layout, *, recordings: Mapping[str, str]) -> dict[str, Any]:
+    """Delete recordings whose content is what the desk has: their names, each with its SHA-256.
+
+    Returns those that were ``erased``, and those that are ``different``. One that is being written, and what is no
+    plain file, stays.
+    """
+    written = find_open_files()
+    erased, different = [], []
+    for name, digest in recordings.items():
+        path = layout.recordings / name
+        if (
+            path.parent != layout.recordings
+            or path.is_symlink()
+            or not path.is_file()
+            or str(path.resolve()) in written
+        ):
+            continue
+        report_progress(f"comparing {name}")
+        if hash_file(path) == digest:
+            path.unlink()
+            erased.append(name)
+        else:
+            different.append(name)
+    return {"erased": erased, "different": different}
+
+
+def remove_robotcore(layout: Layout, *, keeps_recordings: bool = True) -> dict[str, Any]:
+    """Stop what runs, and take away all that deploys have put here; lingering stays as it is.
+
+    Where it does not stop, RefusalError is raised, and all is still there. Returns whether there was anything to be
+    ``removed``, and whether recordings are ``kept``.
+    """
+    units = list_installed_units(layout)
+    if not units and not layout.root.exists():
+        return {"removed": False, "kept": False}
+    if len(units) == len(UNIT_TEXTS):  # else somebody was killed over this, after all was stopped
+        run_actions.stop_app(layout)
+    with hold_lock(layout, "removal"):
+        _remove_units(units)
+        kept = _clear_folder(layout, keeps_recordings=keeps_recordings)
+    return {"removed": True, "kept": kept}
+
+
+def _remove_units(units: list[Path]) -> None:
+    for unit in units:
+        systemd.disable(unit.name)
+        unit.unlink()
+    if units:
+        systemd.reload_units()
+
+
+def _clear_folder(layout: Layout, *, keeps_recordings: bool) -> bool:
+    layout.current.unlink(missing_ok=True)
+    kept = keeps_recordings and any(layout.recordings.glob("*"))
+    for path in layout.root.iterdir():
+        if path not in {layout.lock, layout.incoming} and not (kept and path == layout.recordings):
+            uploads.discard(layout, path)
+    uploads.delete(layout.incoming)
+    layout.lock.unlink()
+    if not kept:
+        layout.root.rmdir()
+    return bool(kept)

@@ -1,1 +1,0 @@
-"""What pip installs for a release, and how its failures are told."""

@@ -1,1 +1,0 @@
-"""What is put on the robot: being sent, in place, on the way out, and what is known of each."""

@@ -1,1 +1,0 @@
-"""The robot's own system, with nothing of a release in it: its disk, processes, users, and what it must have."""

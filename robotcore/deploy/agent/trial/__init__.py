@@ -1,1 +1,0 @@
-"""A new release proves itself, or is taken back."""

@@ -1,0 +1,127 @@
+"""The two systemd units that keep a release running, and the program that they start.
+
+The units are constant text, so that no user input gets into them. See systemd.service(5) and systemd.unit(5): ``%h`` is
+the home folder, ``%t`` the folder for files that last until a reboot.
+"""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from robotcore.deploy.agent import files, robot_facts, sources, systemd
+from robotcore.deploy.agent.files import Layout
+
+SERVICE, HEALTH_CHECK = "robotcore.service", "robotcore-trial.service"
+
+START_LIMIT_S = 120
+"""How long a release may take until its app has made its first step."""
+
+_FINAL_STATUSES = "2 4 6"
+"""Exit statuses of robotcore's after which somebody has to look: what can never run, what the safety stage stopped, and
+what ended by itself with a failure (`robotcore.runtime.notify.FAILED`)."""
+
+_SERVICE = f"""\
+# Written by robotcore deploy. What you want otherwise goes into a drop-in: systemctl --user edit {SERVICE}
+[Unit]
+Description=The app of this robot
+ConditionPathExists=%h/robotcore/current
+StartLimitIntervalSec=300
+StartLimitBurst=10
+
+[Service]
+Type=notify
+ExecStart=/usr/bin/python3 -I %h/robotcore/aboard.pyz run
+ExecStopPost=/usr/bin/python3 -I %h/robotcore/aboard.pyz off
+Restart=on-failure
+RestartSec=2
+RestartPreventExitStatus={_FINAL_STATUSES}
+SuccessExitStatus=143
+TimeoutStartSec={START_LIMIT_S}
+TimeoutStopSec=20
+TimeoutAbortSec=5
+WatchdogSec=10
+KillMode=control-group
+RuntimeDirectory=robotcore
+Environment=LG_WD=%t/robotcore
+Environment=PYTHONUNBUFFERED=1
+Environment=PYTHONFAULTHANDLER=1
+EnvironmentFile=-%h/.config/robotcore/environment
+LimitCORE=0
+SyslogIdentifier=robotcore
+
+[Install]
+WantedBy=default.target
+"""
+
+_HEALTH_CHECK = """\
+# Written by robotcore deploy.
+[Unit]
+Description=Whether a new release of this robot's app lives, and the way back
+ConditionPathExists=%h/robotcore/trial.json
+StartLimitIntervalSec=60
+StartLimitBurst=20
+
+[Service]
+Type=exec
+ExecStart=/usr/bin/python3 -I %h/robotcore/aboard.pyz trial
+Restart=on-failure
+RestartForceExitStatus=SIGTERM SIGINT SIGHUP
+RestartSec=1
+SyslogIdentifier=robotcore-trial
+
+[Install]
+WantedBy=default.target
+"""
+
+UNIT_TEXTS = {SERVICE: _SERVICE, HEALTH_CHECK: _HEALTH_CHECK}
+
+
+def install_units(layout: Layout) -> None:
+    """Put the units where they are not there like this, and let systemd start them with the robot."""
+    layout.units.mkdir(parents=True, exist_ok=True)
+    changed = {name: text for name, text in UNIT_TEXTS.items() if not _is_up_to_date(layout.units / name, text)}
+    for name, text in changed.items():
+        files.write_file(layout.units / name, text)
+    if changed:
+        systemd.reload_units()
+    systemd.enable(*UNIT_TEXTS)
+
+
+def list_installed_units(layout: Layout) -> list[Path]:
+    """Return the files of the units that are there: all, none, or what a removal that was cut short has left."""
+    return [unit for name in UNIT_TEXTS if (unit := layout.units / name).exists()]
+
+
+def _is_up_to_date(path: Path, text: str) -> bool:
+    return path.is_file() and path.read_bytes() == text.encode()
+
+
+_MAIN = "from robotcore.deploy.agent.service import main\n\nraise SystemExit(main())\n"
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+"""The first moment a ZIP file can tell of: the same sources make the same file."""
+
+
+def install_program(layout: Layout, sources: Mapping[str, str]) -> None:
+    """Put the program where it is not there like this; ``sources`` are texts by their path, ``robotcore/deploy/…``."""
+    content = build_program(sources)
+    if not layout.program.is_file() or layout.program.read_bytes() != content:
+        files.write_file(layout.program, content)
+
+
+def build_program(sources: Mapping[str, str]) -> bytes:
+    """Return sources as a file that Python runs."""
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w") as file:
+        for path, text in sorted({**sources, "__main__.py": _MAIN}.items()):
+            file.writestr(zipfile.ZipInfo(path, _EPOCH), text)
+    return content.getvalue()
+
+
+def install_service(layout: Layout) -> None:
+    """See to all that is needed; raises RefusalError where the user's systemd would end with the connection."""
+    robot_facts.require_lingering()
+    install_program(layout, sources)
+    install_units(layout)

@@ -1,0 +1,58 @@
+"""Releases as they come from the desk."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+from robotcore.deploy.agent import files
+from robotcore.deploy.agent.files import Layout
+from robotcore.deploy.agent.releases import ENVIRONMENT, PROJECT, SITE, Release
+
+OLD, NEW, NEWER = (f"2026-11-21T22-40-0{second}Z" for second in range(3))
+
+DOCTOR = """
+import json, os, sys
+row = {"about": "machine", "level": "ok", "what": "arguments", "said": " ".join(sys.argv[1:]), "remedy": os.getcwd()}
+print(json.dumps({"findings": [row]}))
+"""
+"""A robotcore that tells how it was called."""
+
+
+def send_release(layout: Layout, name: str, *requirements: str, doctor: str = DOCTOR) -> Path:
+    """Put what the desk sends where the desk sends it, and nothing else there."""
+    shutil.rmtree(layout.incoming / name, ignore_errors=True)
+    return _fill_release(layout.incoming / name, name, requirements, doctor)
+
+
+def put_release(layout: Layout, name: str) -> Path:
+    """Put a release there as an installation leaves it, with an environment of its own."""
+    folder = _fill_release(layout.releases / name, name, (), DOCTOR)
+    environment = layout.environments / f"digest-{name}"
+    environment.mkdir(parents=True)
+    (folder / ENVIRONMENT).symlink_to(f"../../environments/{environment.name}")
+    return folder
+
+
+def make_current(layout: Layout, name: str) -> None:
+    """Make a release the current one."""
+    files.replace_link(layout.current, f"releases/{name}")
+
+
+def read_files(folder: Path) -> dict[str, bytes | str]:
+    """Return all that is below a folder: files with what is in them, links with where they lead; nothing compiled."""
+    return {
+        str(path.relative_to(folder)): str(path.readlink()) if path.is_symlink() else path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if (path.is_symlink() or path.is_file()) and path.suffix != ".pyc"
+    }
+
+
+def _fill_release(folder: Path, name: str, requirements: tuple[str, ...], doctor: str) -> Path:
+    (folder / PROJECT).mkdir(parents=True)
+    (folder / PROJECT / "my 'robot'.py").write_text(f"# of {name}\n")
+    (folder / SITE / "robotcore").mkdir(parents=True)
+    (folder / SITE / "robotcore" / "__main__.py").write_text(doctor)
+    app = Release(name, "my-robot", "my 'robot'.py", "rover.toml", "raspberrypi", ("run",), ("stop",), requirements)
+    app.write(folder)
+    return folder

@@ -1,0 +1,102 @@
+"""A systemctl and a journalctl, as programs, that print what the real ones printed; `recorded` has it."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from robotcore.deploy.agent import health_check, health_report, journal
+from robotcore.deploy.agent.units import SERVICE
+from tests.robotcore.deploy.agent.systemd_states import NEVER_WAS, format_properties
+
+_SYSTEMCTL = """#!/bin/sh
+cd "$(dirname "$0")"
+shift 2
+echo "$*" >> calls
+if [ -f "fault.$1" ]; then cat "fault.$1" >&2; exit 1; fi
+for unit; do :; done
+case "$1" in
+is-system-running) cat system; [ "$(cat system)" = running ];;
+show)
+  seen=$(($(cat "seen.$unit") + 1))
+  [ -f "look.$unit.$seen" ] || seen=$((seen - 1))
+  echo $seen > "seen.$unit"
+  if [ -f "then.$unit.$seen" ]; then sh "./then.$unit.$seen"; fi
+  cat "look.$unit.$seen";;
+esac
+"""
+
+_JOURNALCTL = """#!/bin/sh
+cd "$(dirname "$0")"
+echo "$*" >> asked
+case "$*" in *MESSAGE_ID=*) cat ended; exit;; esac
+[ ! -f unreadable ] || { cat unreadable >&2; exit 1; }
+cat journal
+"""
+
+
+@dataclass(frozen=True)
+class ScriptedSystemd:
+    """What the programs in a folder will print, and what they were asked."""
+
+    folder: Path
+
+    def will_tell(self, *looks: str, unit: str = SERVICE) -> None:
+        """Let a unit be seen like this, look by look; the last one stays."""
+        for old in self.folder.glob(f"look.{unit}.*"):
+            old.unlink()
+        for number, look in enumerate(looks, 1):
+            self.folder.joinpath(f"look.{unit}.{number}").write_text(format_properties(look))
+        self.folder.joinpath(f"seen.{unit}").write_text("0")
+
+    def then(self, look: int, command: str, unit: str = SERVICE) -> None:
+        """Let a shell do something when a unit is looked at for the so-manieth time."""
+        self.folder.joinpath(f"then.{unit}.{look}").write_text(command)
+
+    def fails(self, verb: str, words: str) -> None:
+        """Let one of systemctl's verbs fail with these words."""
+        self.folder.joinpath(f"fault.{verb}").write_text(words + "\n")
+
+    def writes(self, *lines: str) -> None:
+        """Let the journal have these lines of the app's."""
+        self.folder.joinpath("journal").write_text("".join(f"{line}\n" for line in lines))
+
+    def tells_of_the_last_end(self, told: str) -> None:
+        """Let the journal have this of systemd's, in JSON, on how the app ended last."""
+        self.folder.joinpath("ended").write_text(told)
+
+    @property
+    def calls(self) -> list[str]:
+        """What systemd was told to do, in order, but for questions."""
+        lines = self.folder.joinpath("calls").read_text().splitlines()
+        return [line for line in lines if not line.startswith(("show", "is-", "reset-failed"))]
+
+    @property
+    def asked(self) -> str:
+        """What the journal was asked for."""
+        return self.folder.joinpath("asked").read_text()
+
+
+@pytest.fixture
+def systemd(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> ScriptedSystemd:
+    """A systemd that knows the units, neither of which was ever started; nobody waits between two looks."""
+    folder = tmp_path / "bin"
+    folder.mkdir()
+    for name, source in (("systemctl", _SYSTEMCTL), ("journalctl", _JOURNALCTL)):
+        folder.joinpath(name).write_text(source)
+        folder.joinpath(name).chmod(0o755)
+    scripted = ScriptedSystemd(folder)
+    scripted.writes()
+    scripted.tells_of_the_last_end("")
+    folder.joinpath("calls").touch()
+    folder.joinpath("system").write_text("running\n")
+    for unit in (SERVICE, "robotcore-trial.service"):
+        scripted.will_tell(NEVER_WAS, unit=unit)
+    monkeypatch.setenv("PATH", f"{folder}{os.pathsep}{os.environ['PATH']}")
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "runtime"))
+    for module, name in ((health_check, "POLL_S"), (health_report, "POLL_S"), (journal, "_RETRY_S")):
+        monkeypatch.setattr(module, name, 0.0)
+    return scripted

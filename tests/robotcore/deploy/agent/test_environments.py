@@ -1,0 +1,187 @@
+"""Environments, made by the real venv and the real pip, of wheels that are made here."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import socket
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from zipfile import ZipFile
+
+import pytest
+
+from robotcore.deploy.agent import environments, files
+from robotcore.deploy.agent.environments import EnvironmentSpec
+from robotcore.deploy.agent.files import Layout
+from robotcore.deploy.agent.rpc import AgentError, report_progress
+from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, put_release
+
+WIDGET = "robot_widget"
+
+
+def wheel_in(folder: Path, name: str, version: str) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    info = f"{name}-{version}.dist-info"
+    file = folder / f"{name}-{version}-py3-none-any.whl"
+    with ZipFile(file, "w") as wheel:
+        wheel.writestr(f"{name}.py", f"VERSION = '{version}'\n")
+        wheel.writestr(f"{info}/METADATA", f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n")
+        wheel.writestr(f"{info}/WHEEL", "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n")
+        wheel.writestr(f"{info}/RECORD", f"{name}.py,,\n{info}/METADATA,,\n{info}/WHEEL,,\n{info}/RECORD,,\n")
+    return file
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Layout:
+    """A robot with one environment, that has the widget in it."""
+    layout = Layout(tmp_path_factory.mktemp("home with 'quotes' and ü"))
+    wheel_in(layout.root / "wheels", WIDGET, "1.0")
+    with pytest.MonkeyPatch.context() as here:
+        here.setattr(os, "sync", lambda: None)
+        environments.make_environment(
+            layout,
+            EnvironmentSpec.of([f"{WIDGET}>=1"]),
+            OLD,
+            environments.PipInputs(wheels=layout.root / "wheels"),
+            report_progress,
+        )
+    return layout
+
+
+@pytest.fixture
+def environment(made: Layout) -> Iterator[Path]:
+    """The environment that was made, as it was made."""
+    folder = next(made.environments.iterdir())
+    told = folder.joinpath(environments.COMPLETE_FILE).read_text()
+    yield folder
+    folder.joinpath(environments.COMPLETE_FILE).write_text(told)
+
+
+@pytest.fixture(autouse=True)
+def _pip_of_nobody(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in (name for name in os.environ if name.startswith("PIP_")):
+        monkeypatch.delenv(name)
+
+
+def test_an_environment_has_what_was_asked_for(environment: Path) -> None:
+    command: list[Path | str] = [
+        environment / "bin" / "python",
+        "-c",
+        "import robot_widget; print(robot_widget.VERSION)",
+    ]
+    assert subprocess.run(command, capture_output=True, text=True, check=True).stdout == "1.0\n"
+
+
+def test_the_same_requirements_in_another_order_need_no_other_environment(made: Layout, environment: Path) -> None:
+    assert environments.find_environment(made, EnvironmentSpec.of([f" {WIDGET}>=1 ", f"{WIDGET}>=1"])) == environment
+    assert environments.find_environment(made, EnvironmentSpec.of([f"{WIDGET}>=2"])) is None
+
+
+def test_another_python_needs_another_environment(made: Layout) -> None:
+    ours = EnvironmentSpec.of([f"{WIDGET}>=1"])
+    assert environments.find_environment(made, EnvironmentSpec(ours.requirements, "cpython-399 aarch64")) is None
+
+
+def test_an_environment_that_leans_on_what_the_system_no_longer_has_is_no_longer_taken(
+    made: Layout, environment: Path
+) -> None:
+    told = json.loads(environment.joinpath(environments.COMPLETE_FILE).read_text())
+    environment.joinpath(environments.COMPLETE_FILE).write_text(
+        json.dumps({**told, "leans_on": {"pytest": pytest.__version__}})
+    )
+    assert environments.find_environment(made, EnvironmentSpec.of([f"{WIDGET}>=1"])) == environment
+    environment.joinpath(environments.COMPLETE_FILE).write_text(json.dumps({**told, "leans_on": {"pytest": "0.1"}}))
+    assert environments.find_environment(made, EnvironmentSpec.of([f"{WIDGET}>=1"])) is None
+
+
+@pytest.mark.parametrize("told", ["", "{", "[]", "{}", "7"])
+def test_a_half_of_an_environment_is_never_taken(made: Layout, environment: Path, told: str) -> None:
+    environment.joinpath(environments.COMPLETE_FILE).write_text(told)
+    assert environments.find_environment(made, EnvironmentSpec.of([f"{WIDGET}>=1"])) is None
+
+
+def test_what_the_system_has_is_told_and_what_the_release_brings_is_not(environment: Path, tmp_path: Path) -> None:
+    system, site = tmp_path / "dist-packages", tmp_path / "site"
+    for name, folder in (("apt_gadget", system), ("brought_gadget", site)):
+        with ZipFile(wheel_in(tmp_path, name, "3.0")) as wheel:
+            wheel.extractall(folder)
+    packages = next(environment.glob("lib/python*/site-packages"))
+    (packages / "system.pth").write_text(f"{system}\n")
+    requirements = ["apt_gadget", "brought_gadget", WIDGET]
+    assert environments.install_requirements(
+        environment, requirements, environments.PipInputs(tmp_path, site), report_progress
+    ) == {"apt_gadget"}
+
+
+def test_a_requirement_that_was_not_brought_is_named(environment: Path, tmp_path: Path) -> None:
+    with pytest.raises(AgentError, match=r"no robot-gadget for Python .* was brought\. Push again with --offline"):
+        environments.install_requirements(
+            environment, ["robot-gadget"], environments.PipInputs(tmp_path), report_progress
+        )
+
+
+def test_a_place_that_nobody_reaches_is_told_as_no_network_and_a_password_to_nobody(
+    environment: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(AgentError) as refused:
+        environments.install_requirements(
+            environment,
+            ["gadget @ http://user:secret@127.0.0.1:9/gadget-1.0-py3-none-any.whl"],
+            environments.PipInputs(),
+            report_progress,
+        )
+    assert refused.value.kind == "network"
+    assert "Collecting gadget" in (told := capsys.readouterr().out)
+    assert "secret" not in told + str(refused.value)
+
+
+def test_a_requirement_that_looks_like_an_option_is_none(environment: Path, tmp_path: Path) -> None:
+    canary = tmp_path / "canary"
+    with pytest.raises(AgentError, match="no requirement"):
+        environments.install_requirements(
+            environment, [f"--target={canary}"], environments.PipInputs(tmp_path), report_progress
+        )
+    assert not canary.exists()
+
+
+def test_pip_ends_with_whoever_no_longer_listens(environment: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PIP_DEFAULT_TIMEOUT", "600")
+
+    def deaf(words: str, **more: object) -> None:
+        raise BrokenPipeError
+
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        place = f"http://127.0.0.1:{silent.getsockname()[1]}/gadget-1.0-py3-none-any.whl"
+        with pytest.raises(BrokenPipeError):
+            environments.install_requirements(environment, [f"gadget @ {place}"], environments.PipInputs(), deaf)
+    left = [path for path in Path("/proc").glob("[0-9]*/cwd") if _leads_to(path, environment)]
+    assert left == []
+
+
+def test_a_failure_leaves_nothing_of_an_environment(layout: Layout, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*told: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(files, "write_file", full)
+    with pytest.raises(OSError, match="No space left"):
+        environments.make_environment(layout, EnvironmentSpec.of([]), NEW, environments.PipInputs(), report_progress)
+    assert not any(layout.environments.iterdir())
+
+
+def test_what_no_release_needs_goes(layout: Layout) -> None:
+    put_release(layout, OLD)
+    unused, half = (layout.environments / name for name in ("digest-unused", "digest-half"))
+    for folder in (unused, half):
+        folder.mkdir()
+    environments.discard_unused(layout)
+    assert [path.name for path in layout.environments.iterdir()] == [f"digest-{OLD}"]
+
+
+def _leads_to(link: Path, folder: Path) -> bool:
+    try:
+        return link.readlink() == folder
+    except OSError:
+        return False

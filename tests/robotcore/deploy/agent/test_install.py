@@ -1,0 +1,179 @@
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from robotcore.deploy.agent import admin_actions, doctor, environments, push_actions
+from robotcore.deploy.agent.files import Layout
+from robotcore.deploy.agent.releases import Release
+from robotcore.deploy.agent.rpc import AgentError
+from tests.robotcore.deploy.agent.sample_releases import (
+    NEW,
+    NEWER,
+    OLD,
+    make_current,
+    put_release,
+    read_files,
+    send_release,
+)
+
+CHANGES = ("os.mkdir", "os.rename", "os.symlink", "os.remove", "subprocess.Popen")
+
+INSTALL = """
+import os, signal, sys
+from pathlib import Path
+from robotcore.deploy.agent import push_actions
+from robotcore.deploy.agent.files import Layout
+
+home, release, last, *changes = sys.argv[1:]
+left = int(last)
+
+def die(event, given):
+    global left
+    if event in changes:
+        left -= 1
+        if left < 0:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+os.sync = lambda: None  # a killed process loses nothing that is written
+sys.addaudithook(die)
+push_actions.install_release(Layout(Path(home)), release=release)
+"""
+"""Installs, and is killed before its n-th change on the disk, or before it starts its n-th program."""
+
+
+@pytest.fixture(autouse=True)
+def _no_waiting_for_the_disk(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "sync", lambda: None)
+
+
+def test_what_was_sent_becomes_a_release(layout: Layout) -> None:
+    push_actions.begin_upload(layout, release=NEW, size=0)
+    sent = read_files(send_release(layout, NEW))
+    told = push_actions.install_release(layout, release=NEW)
+    assert told["environment"] == "made"
+    installed = read_files(layout.releases / NEW)
+    assert installed.pop("environment").startswith("../../environments/")  # type: ignore[arg-type]
+    assert installed == sent
+    assert (layout.releases / NEW / "environment" / "bin" / "python").exists()
+    assert not any(layout.incoming.iterdir())
+
+
+def test_the_environment_is_kept_where_nothing_of_it_has_changed(layout: Layout) -> None:
+    for name, expected in ((OLD, "made"), (NEW, "kept")):
+        push_actions.begin_upload(layout, release=name, size=0)
+        send_release(layout, name)
+        assert push_actions.install_release(layout, release=name)["environment"] == expected
+    assert len(list(layout.environments.iterdir())) == 1
+
+
+def test_wheels_that_were_brought_are_there_for_pip_alone(layout: Layout, monkeypatch: pytest.MonkeyPatch) -> None:
+    def make(layout: Layout, _recipe: object, name: str, need: environments.PipInputs, _say: object) -> Path:
+        assert need.wheels == layout.incoming / name / "wheels"
+        assert need.wheels.joinpath("widget.whl").exists()
+        return layout.environments / "made"
+
+    monkeypatch.setattr(environments, "make_environment", make)
+    monkeypatch.setattr(doctor, "run_doctor", lambda *_: [])
+    push_actions.begin_upload(layout, release=NEW, size=0)
+    wheels = send_release(layout, NEW) / "wheels"
+    wheels.mkdir()
+    (wheels / "widget.whl").touch()
+    push_actions.install_release(layout, release=NEW, is_offline=True)
+    assert {path.name for path in (layout.releases / NEW).iterdir()} == {
+        *("project", "site", "environment", "release.json")
+    }
+
+
+def test_the_doctor_of_what_was_sent_is_asked_in_its_project(layout: Layout) -> None:
+    push_actions.begin_upload(layout, release=NEW, size=0)
+    send_release(layout, NEW)
+    (finding,) = push_actions.install_release(layout, release=NEW)["findings"]
+    assert finding["said"] == "doctor --json --robot=rover.toml --backend=raspberrypi"
+    assert finding["remedy"] == str(layout.incoming / NEW / "project")
+
+
+def _without_manifest(layout: Layout) -> None:
+    (layout.incoming / NEW / "release.json").unlink()
+
+
+def _half_a_manifest(layout: Layout) -> None:
+    file = layout.incoming / NEW / "release.json"
+    file.write_text(file.read_text()[:40])
+
+
+def _of_another_name(layout: Layout) -> None:
+    Release.from_json((layout.incoming / NEW / "release.json").read_text().replace(NEW, OLD)).write(
+        layout.incoming / NEW
+    )
+
+
+def _without_site(layout: Layout) -> None:
+    (layout.incoming / NEW / "site").rename(layout.incoming / NEW / "elsewhere")
+
+
+@pytest.mark.parametrize("broken", [_without_manifest, _half_a_manifest, _of_another_name, _without_site])
+def test_what_was_not_sent_whole_is_refused(layout: Layout, broken: Callable[[Layout], None]) -> None:
+    push_actions.begin_upload(layout, release=NEW, size=0)
+    send_release(layout, NEW)
+    broken(layout)
+    with pytest.raises(AgentError, match="was not sent whole"):
+        push_actions.install_release(layout, release=NEW)
+    assert not (layout.releases / NEW).exists()
+
+
+@pytest.mark.parametrize("name", ["", "..", "../releases", "current", f"{NEW}/..", f"{NEW}\n", "$(touch x)"])
+def test_a_name_that_leads_elsewhere_is_none(layout: Layout, name: str) -> None:
+    with pytest.raises(ValueError, match="is no release"):
+        push_actions.install_release(layout, release=name)
+    with pytest.raises(ValueError, match="is no release"):
+        push_actions.begin_upload(layout, release=name, size=0)
+    assert not layout.root.exists()
+
+
+def test_killed_at_any_moment_nothing_that_was_there_is_touched_and_the_next_push_works(layout: Layout) -> None:
+    put_release(layout, OLD)
+    make_current(layout, OLD)
+    before = read_files(layout.releases / OLD)
+    deaths = 0
+    while _installed(layout, NEW, deaths) == -signal.SIGKILL:
+        deaths += 1
+        assert read_files(layout.releases / OLD) == before
+        told = admin_actions.list_releases(layout)
+        assert told["current"] == OLD
+        if (layout.incoming / NEW).exists():
+            assert [each["name"] for each in told["releases"]] == [OLD]
+            _break_off(layout, NEW)
+        else:
+            _require_whole(layout.releases / NEW)
+            (layout.releases / NEW).rename(layout.home / f"installed-{deaths}")
+    assert deaths >= 8
+    _require_whole(layout.releases / NEW)
+    push_actions.begin_upload(layout, release=NEWER, size=0)
+    send_release(layout, NEWER)
+    assert push_actions.install_release(layout, release=NEWER)["environment"] == "kept"
+
+
+def _require_whole(release: Path) -> None:
+    assert Release.read(release).name == NEW
+    assert (release / "environment" / "bin" / "python").exists()
+
+
+def _installed(layout: Layout, release: str, deaths: int) -> int:
+    push_actions.begin_upload(layout, release=release, size=0)
+    send_release(layout, release)
+    arguments = [str(layout.home), release, str(deaths), *CHANGES]
+    return subprocess.run(
+        [sys.executable, "-c", INSTALL, *arguments], stdout=subprocess.DEVNULL, check=False
+    ).returncode
+
+
+def _break_off(layout: Layout, release: str) -> None:
+    """Let what a killed push left be that of another one, whose connection is gone."""
+    (layout.incoming / release).rename(layout.incoming / "2026-01-01T00-00-00Z")

@@ -1,0 +1,79 @@
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+from threading import Event
+
+import pytest
+
+from robotcore.deploy.agent.files import Layout
+from robotcore.deploy.agent.lock import hold_lock
+from robotcore.deploy.agent.rpc import AgentError
+
+HOLD = """
+import subprocess, sys
+from pathlib import Path
+from robotcore.deploy.agent.files import Layout
+from robotcore.deploy.agent.lock import hold_lock
+with hold_lock(Layout(Path(sys.argv[1])), "installation of another release") as handle:
+    print("held", flush=True)
+    sys.stdin.read()
+"""
+
+
+@contextmanager
+def another_at_work(layout: Layout) -> Iterator[subprocess.Popen[str]]:
+    command = [sys.executable, "-c", HOLD, str(layout.home)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout
+        assert process.stdout.readline() == "held\n"
+        yield process
+        process.kill()
+
+
+def test_somebody_else_at_work_is_named(layout: Layout) -> None:
+    with another_at_work(layout) as process, pytest.raises(AgentError) as refused, hold_lock(layout, "push", 0.2):
+        pytest.fail("two at a time")
+    assert refused.value.kind == "busy"
+    assert f"installation of another release, process {process.pid}" in str(refused.value)
+
+
+def test_who_is_killed_lets_go(layout: Layout) -> None:
+    with another_at_work(layout) as process:
+        process.kill()
+        process.wait()
+        with hold_lock(layout, "push", 0.2):
+            assert layout.lock.read_text() == f"push, process {os.getpid()}"
+
+
+def test_a_child_that_is_given_the_lock_holds_it_when_its_parent_is_gone(layout: Layout) -> None:
+    with hold_lock(layout, "installation") as handle:
+        child = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE, pass_fds=(handle,))
+    with child, pytest.raises(AgentError, match="installation"), hold_lock(layout, "push", 0.2):
+        pytest.fail("the child's work is not over")
+    with hold_lock(layout, "push", 0.2):
+        pass
+
+
+def test_who_waited_for_a_lock_that_was_taken_away_takes_the_new_one(layout: Layout) -> None:
+    with another_at_work(layout) as process, ThreadPoolExecutor() as pool:
+        waiting = pool.submit(_lock_file_of_whoever_waited, layout)
+        while not _is_waiting(layout):
+            Event().wait(0.01)
+        layout.lock.unlink()
+        process.kill()
+        assert waiting.result() == layout.lock.stat().st_ino
+
+
+def _lock_file_of_whoever_waited(layout: Layout) -> int:
+    with hold_lock(layout, "push", 10) as handle:
+        return os.fstat(handle).st_ino
+
+
+def _is_waiting(layout: Layout) -> bool:
+    return any(path.resolve() == layout.lock for path in Path("/proc/self/fd").iterdir())

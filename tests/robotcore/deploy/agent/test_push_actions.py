@@ -1,0 +1,238 @@
+from __future__ import annotations
+
+import os
+import platform
+import shutil
+import subprocess
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from robotcore.deploy.agent import environments, files, push_actions, releases, robot_facts
+from robotcore.deploy.agent.environments import EnvironmentSpec
+from robotcore.deploy.agent.files import Layout
+from robotcore.deploy.agent.releases import HEALTHY, UNHEALTHY, HealthResult, list_names
+from robotcore.deploy.agent.rpc import AgentError, report_progress
+from tests.robotcore.deploy.agent.sample_releases import (
+    NEW,
+    NEWER,
+    OLD,
+    make_current,
+    put_release,
+    read_files,
+    send_release,
+)
+
+
+def test_a_robot_tells_what_it_is(layout: Layout) -> None:
+    told = push_actions.probe(layout)
+    assert (told["python"], told["machine"], told["bits"]) == (platform.python_version(), platform.machine(), 64)
+    assert told["free_bytes"] > 0
+    assert told["release"] is None
+    assert not layout.root.exists()
+
+
+def test_the_release_that_runs_is_told(layout: Layout) -> None:
+    put_release(layout, OLD)
+    make_current(layout, OLD)
+    assert push_actions.probe(layout)["release"] == OLD
+
+
+def test_it_is_told_whether_what_is_required_is_there(layout: Layout) -> None:
+    assert not push_actions.probe(layout)["has_environment"]
+    environments.make_environment(layout, EnvironmentSpec.of([]), OLD, environments.PipInputs(), report_progress)
+    assert push_actions.probe(layout)["has_environment"]
+    assert not push_actions.probe(layout, requirements=["numpy"])["has_environment"]
+
+
+def test_a_poor_machine_tells_all_the_same(layout: Layout, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    told = push_actions.probe(layout)
+    assert not any(told[name] for name in ("has_rsync", "has_user_manager", "reads_journal"))
+
+
+@pytest.fixture
+def poor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A machine without any of what a deploy needs, on which nobody may change that."""
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setattr(robot_facts, "LINGER_FOLDER", tmp_path)
+    monkeypatch.setattr(robot_facts, "count_bits", lambda: 32)
+    monkeypatch.setattr(robot_facts, "has_venv", lambda: False)
+    monkeypatch.setattr(robot_facts, "read_user", lambda: "pi")
+
+
+@pytest.mark.usefixtures("poor")
+def test_a_push_is_refused_with_all_that_is_missing_and_what_to_do(layout: Layout) -> None:
+    with pytest.raises(AgentError) as refused:
+        push_actions.probe(layout, is_push=True)
+    for fault in ("is a 32-bit system", "no rsync", "python3-venv is missing", "nothing of pi's runs"):
+        assert fault in refused.value.fault
+    for remedy in ("apt install rsync", "apt install python3-venv", "sudo loginctl enable-linger pi"):
+        assert remedy in refused.value.remedy
+    assert refused.value.kind == "architecture"
+
+
+@pytest.mark.usefixtures("poor")
+def test_an_environment_that_is_there_needs_no_venv(layout: Layout) -> None:
+    environments.make_environment(layout, EnvironmentSpec.of([]), OLD, environments.PipInputs(), report_progress)
+    with pytest.raises(AgentError) as refused:
+        push_actions.probe(layout, is_push=True)
+    assert "venv" not in str(refused.value)
+
+
+@pytest.mark.usefixtures("poor")
+def test_lingering_is_turned_on_where_that_is_allowed(tmp_path: Path) -> None:
+    loginctl = tmp_path / "loginctl"
+    loginctl.write_text(f'#!/bin/sh\necho "$@" > "{tmp_path}/told"; : > "{tmp_path}/pi"\n')
+    loginctl.chmod(0o755)
+    assert robot_facts.enable_lingering()
+    assert (tmp_path / "told").read_text() == "--no-ask-password enable-linger\n"
+
+
+MOUNT = shutil.which("mount")
+
+
+def test_the_first_push_has_nothing_to_copy_from(layout: Layout) -> None:
+    assert push_actions.begin_upload(layout, release=NEW, size=1000) == {
+        "release": NEW,
+        "to": f"incoming/{NEW}",
+        "copy_from": None,
+    }
+    assert (layout.incoming / NEW).is_dir()
+
+
+def test_the_next_one_copies_from_what_runs(layout: Layout) -> None:
+    for name in (OLD, NEW):
+        put_release(layout, name)
+    assert push_actions.begin_upload(layout, release=NEWER, size=1000)["copy_from"] == f"releases/{NEW}"
+    make_current(layout, OLD)
+    assert push_actions.begin_upload(layout, release=NEWER, size=1000)["copy_from"] == f"releases/{OLD}"
+
+
+def test_two_pushes_at_once_have_a_name_and_a_folder_each(layout: Layout) -> None:
+    told = [push_actions.begin_upload(layout, release=OLD, size=1000) for _ in range(3)]
+    assert [each["release"] for each in told] == [OLD, NEW, NEWER]
+    assert [each["to"] for each in told] == [f"incoming/{name}" for name in (OLD, NEW, NEWER)]
+
+
+def test_a_push_from_a_desk_whose_clock_is_slow_is_the_newest_all_the_same(layout: Layout) -> None:
+    put_release(layout, "2027-12-31T23-59-59Z")
+    assert push_actions.begin_upload(layout, release=OLD, size=1000)["release"] == "2028-01-01T00-00-00Z"
+
+
+def test_more_than_there_is_room_for_is_refused_and_nothing_is_left_of_it(layout: Layout) -> None:
+    before = read_files(put_release(layout, OLD))
+    make_current(layout, OLD)
+    layout.recordings.mkdir()
+    (layout.recordings / "long.mcap").write_bytes(bytes(2_000_000))
+    with pytest.raises(AgentError) as refused:
+        push_actions.begin_upload(layout, release=NEW, size=10**15)
+    assert refused.value.kind == "disk"
+    assert "1000000.0 GB are to be sent" in refused.value.fault
+    assert "recordings take 2.0 MB; robotcore deploy fetch --move takes them home" in refused.value.remedy
+    assert read_files(layout.releases / OLD) == before
+    assert not any(layout.incoming.glob(NEW))
+
+
+def test_where_there_are_no_recordings_nobody_is_told_to_fetch_them(layout: Layout) -> None:
+    with pytest.raises(AgentError) as refused:
+        push_actions.begin_upload(layout, release=NEW, size=10**15)
+    assert refused.value.remedy == "Make room there: what takes it is told by df -h and du -xh ~ | sort -h"
+
+
+def test_what_was_sent_can_be_thrown_away(layout: Layout) -> None:
+    push_actions.begin_upload(layout, release=NEW, size=1000)
+    send_release(layout, NEW)
+    assert push_actions.discard_upload(layout, release=NEW) == {"discarded": True}
+    assert push_actions.discard_upload(layout, release=NEW) == {"discarded": False}
+    assert not any(layout.incoming.iterdir())
+
+
+@pytest.fixture
+def small(layout: Layout) -> Iterator[Layout]:
+    """A robot whose disk has 130 MB."""
+    if os.geteuid() or not MOUNT:
+        pytest.skip("only root mounts a small disk")
+    layout.root.mkdir(parents=True)
+    if subprocess.run([MOUNT, "-t", "tmpfs", "-o", "size=130m", "none", layout.root], check=False).returncode:
+        pytest.skip("nothing can be mounted here")
+    yield layout
+    subprocess.run([str(shutil.which("umount")), layout.root], check=True)
+
+
+def test_on_a_disk_without_a_free_byte_old_releases_make_room(small: Layout) -> None:
+    for name in (OLD, NEW, NEWER):
+        (put_release(small, name) / "big").write_bytes(bytes(42_000_000 if name == OLD else 1000))
+    make_current(small, NEW)
+    fill(small)
+    with pytest.raises(AgentError, match="the robot's disk is full"):  # there is not enough for what stays free
+        push_actions.begin_upload(small, release="2026-12-01T00-00-00Z", size=1000)
+    assert list_names(small) == [NEWER, NEW]
+    assert not any(small.incoming.iterdir())
+
+
+def fill(robot: Layout) -> None:
+    with (robot.root / "long.mcap").open("wb", buffering=0) as file, suppress(OSError):
+        while True:
+            file.write(bytes(1 << 16))
+    assert files.measure_free_space(robot.root) == 0
+
+
+def test_on_a_small_disk_old_releases_make_room(small: Layout) -> None:
+    for name in (OLD, NEW, NEWER):
+        (put_release(small, name) / "big").write_bytes(bytes(9_000_000))
+    make_current(small, NEW)
+    free = files.measure_free_space(small.root)
+    push_actions.begin_upload(small, release="2026-12-01T00-00-00Z", size=free - push_actions.SPARE_BYTES + 5_000_000)
+    assert list_names(small) == [NEWER, NEW]
+    assert files.measure_free_space(small.root) > free + 8_000_000
+
+
+NAMES = [f"2026-11-{day:02}T00-00-00Z" for day in range(1, 10)]
+
+
+@pytest.fixture
+def crowded(layout: Layout) -> Layout:
+    """A robot with nine releases: the first two did well, the second runs, and all that came after it failed."""
+    for number, name in enumerate(NAMES):
+        HealthResult(HEALTHY if number < 2 else UNHEALTHY).write(put_release(layout, name))
+    make_current(layout, NAMES[1])
+    return layout
+
+
+def test_the_newest_stay_and_the_one_that_runs_and_the_one_to_go_back_to(crowded: Layout) -> None:
+    assert push_actions.prune_releases(crowded, keep=3) == tuple(reversed(NAMES[2:7]))
+    assert releases.list_names(crowded) == list(reversed(NAMES[:2] + NAMES[7:]))
+
+
+def test_what_fails_pushes_out_nothing_that_lives(crowded: Layout) -> None:
+    for name in NAMES[:6]:
+        HealthResult(HEALTHY).write(crowded.releases / name)
+    make_current(crowded, NAMES[5])
+    assert push_actions.prune_releases(crowded) == (NAMES[6], NAMES[0])
+
+
+def test_what_a_trial_is_about_stays(crowded: Layout) -> None:
+    files.write_file(crowded.trial, f'{{"release": "{NAMES[3]}", "previous": "{NAMES[2]}"}}')
+    push_actions.prune_releases(crowded, keep=1)
+    assert releases.list_names(crowded) == [NAMES[8], NAMES[3], NAMES[2], NAMES[1], NAMES[0]]
+
+
+def test_environments_go_with_the_last_release_that_needs_them(crowded: Layout) -> None:
+    push_actions.prune_releases(crowded, keep=1)
+    assert {path.name for path in crowded.environments.iterdir()} == {
+        f"digest-{name}" for name in (NAMES[8], NAMES[1], NAMES[0])
+    }
+
+
+def test_nothing_is_pruned_of_what_is_few(crowded: Layout) -> None:
+    for name in NAMES[4:]:
+        HealthResult(HEALTHY).write(crowded.releases / name)
+    for name in NAMES[:2]:
+        shutil.rmtree(crowded.releases / name)
+    make_current(crowded, NAMES[8])
+    before = releases.list_names(crowded)
+    assert push_actions.prune_releases(crowded) == ()
+    assert releases.list_names(crowded) == before

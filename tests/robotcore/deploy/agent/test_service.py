@@ -1,0 +1,145 @@
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from robotcore.deploy.agent import releases, units
+from robotcore.deploy.agent.files import Layout, measure_free_space
+from robotcore.deploy.agent.releases import ENVIRONMENT, SITE, Release
+from robotcore.deploy.connection import boot
+from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, make_current, put_release
+
+TOLD = """
+import json, os, sys
+print(json.dumps({"arguments": sys.argv[1:], "folder": os.getcwd(), "here": __file__, "pid": os.getpid()}))
+"""
+FAILING = "import sys; sys.exit('GPIO busy')"
+
+Systemd = Callable[[str], "subprocess.Popen[str]"]
+
+
+@pytest.fixture
+def systemd(layout: Layout, tmp_path: Path) -> Systemd:
+    """Starts the program as the units do."""
+    layout.root.mkdir(parents=True)
+    units.install_program(layout, boot.sources())
+    runtime = tmp_path / "runtime"
+    runtime.joinpath("robotcore").mkdir(parents=True)
+    environment = {**os.environ, "HOME": str(layout.home), "XDG_RUNTIME_DIR": str(runtime)}
+
+    def start(what: str) -> subprocess.Popen[str]:
+        command = [sys.executable, "-I", str(layout.program), what]
+        return subprocess.Popen(
+            command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, errors="replace"
+        )
+
+    return start
+
+
+def fitted(layout: Layout, name: str, source: str = TOLD) -> Path:
+    """Put a release there that can be run, with this Python."""
+    folder = put_release(layout, name)
+    folder.joinpath(ENVIRONMENT, "bin").mkdir()
+    folder.joinpath(ENVIRONMENT, "bin", "python").symlink_to(sys.executable)
+    folder.joinpath(SITE, "robotcore", "__main__.py").write_text(source)
+    return folder
+
+
+def test_process_that_systemd_starts_becomes_the_app_in_the_projects_folder(layout: Layout, systemd: Systemd) -> None:
+    folder = fitted(layout, OLD)
+    for name in ("robotcore", "runpy", "json"):
+        folder.joinpath("project", f"{name}.py").write_text("raise ImportError('of the project')")
+    make_current(layout, OLD)
+    with systemd("run") as process:
+        release, told = _lines(process)
+    assert release.startswith(f"release {OLD}")
+    ran: dict[str, Any] = json.loads(told)
+    assert ran["pid"] == process.pid
+    assert ran["folder"] == str(folder / "project")
+    assert ran["here"] == str(folder / "site" / "robotcore" / "__main__.py"), (
+        "the release itself, not by way of the link"
+    )
+
+
+def test_each_run_records_in_a_file_of_its_own(layout: Layout, systemd: Systemd) -> None:
+    fitted(layout, OLD, TOLD + "open(sys.argv[3], 'x').close()\n")
+    make_current(layout, OLD)
+    for _ in range(3):
+        with systemd("run") as process:
+            arguments = json.loads(_lines(process)[1])["arguments"]
+        assert (process.returncode, arguments[:2], arguments[3]) == (0, ["run", "--record"], "--record-limit")
+        assert 0 < int(arguments[4]) < measure_free_space(layout.home)
+    assert len(list(layout.recordings.glob("*.mcap"))) == 3
+
+
+def test_release_that_is_not_to_be_recorded_is_not(layout: Layout, systemd: Systemd) -> None:
+    folder = fitted(layout, OLD)
+    Release(OLD, "p", "a.py", "r.toml", "raspberrypi", ("run",), (), is_recorded=False).write(folder)
+    make_current(layout, OLD)
+    with systemd("run") as process:
+        assert json.loads(_lines(process)[1])["arguments"] == ["run"]
+
+
+def test_motors_are_stopped_as_the_release_that_ran_has_them_also_after_a_swap(
+    layout: Layout, systemd: Systemd, tmp_path: Path
+) -> None:
+    leaves = "import os, sys, pathlib; pathlib.Path.home().joinpath(sys.argv[1] + '.of').write_text(os.getcwd())"
+    for name in (OLD, NEW):
+        fitted(layout, name, leaves)
+    make_current(layout, OLD)
+    systemd("run").communicate()
+    releases.set_current(layout, NEW)
+    with systemd("off") as process:
+        assert process.communicate() == ("", "")
+    assert layout.home.joinpath("stop.of").read_text() == str(layout.releases / OLD / "project")
+
+
+def test_motors_that_may_still_turn_are_told_of(layout: Layout, systemd: Systemd) -> None:
+    fitted(layout, OLD, FAILING)
+    make_current(layout, OLD)
+    process = systemd("off")
+    assert process.communicate()[1] == "robotcore: the motors may still turn: GPIO busy\n\n"
+    assert process.returncode == 2
+
+
+def test_robot_without_a_release_has_no_motors_to_stop(layout: Layout, systemd: Systemd) -> None:
+    process = systemd("off")
+    assert (*process.communicate(), process.returncode) == ("", "", 0)
+
+
+@pytest.mark.parametrize("lacking", ["release.json", "environment/bin/python"])
+def test_release_that_is_broken_is_refused_for_good(layout: Layout, systemd: Systemd, lacking: str) -> None:
+    folder = fitted(layout, OLD)
+    folder.joinpath(lacking).unlink()
+    make_current(layout, OLD)
+    process = systemd("run")
+    assert process.communicate()[1] == f"robotcore: {folder / lacking}: No such file or directory. Push again\n"
+    assert process.returncode == 2, "systemd does not try again"
+
+
+def test_release_that_could_not_be_read_is_tried_again(layout: Layout, systemd: Systemd) -> None:
+    folder = fitted(layout, OLD)
+    folder.joinpath("release.json").unlink()
+    folder.joinpath("release.json").mkdir()  # reading it fails, as on a bad card
+    make_current(layout, OLD)
+    process = systemd("run")
+    assert process.communicate()[1].startswith(f"robotcore: {folder / 'release.json'}: Is a directory.")
+    assert process.returncode == 1, "systemd tries again"
+
+
+def test_nothing_on_trial_is_nothing_to_judge(systemd: Systemd) -> None:
+    process = systemd("trial")
+    assert (*process.communicate(), process.returncode) == ("", "", 0)
+
+
+def _lines(process: subprocess.Popen[str]) -> list[str]:
+    said, failed = process.communicate()
+    assert not failed
+    return said.splitlines()

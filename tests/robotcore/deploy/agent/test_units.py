@@ -1,0 +1,26 @@
+from __future__ import annotations
+
+import io
+import zipfile
+
+from robotcore.deploy.agent import units
+from robotcore.deploy.agent.files import Layout
+from robotcore.deploy.connection import boot
+
+
+def test_same_sources_make_the_same_file(layout: Layout) -> None:
+    layout.root.mkdir(parents=True)
+    units.install_program(layout, boot.sources())
+    before = layout.program.stat()
+    units.install_program(layout, boot.sources())
+    assert layout.program.stat().st_ino == before.st_ino, "it was not written again"
+
+
+def test_other_sources_replace_it_in_one_step(layout: Layout) -> None:
+    layout.root.mkdir(parents=True)
+    units.install_program(layout, {"robotcore/__init__.py": "old"})
+    with layout.program.open("rb") as running:
+        units.install_program(layout, {"robotcore/__init__.py": "new"})
+        assert zipfile.ZipFile(io.BytesIO(running.read())).read("robotcore/__init__.py") == b"old"
+    assert zipfile.ZipFile(layout.program).read("robotcore/__init__.py") == b"new"
+    assert list(layout.root.iterdir()) == [layout.program]

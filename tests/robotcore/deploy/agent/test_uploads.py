@@ -1,0 +1,115 @@
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from robotcore.deploy.agent import uploads
+from robotcore.deploy.agent.files import Layout
+from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, put_release, send_release
+
+BEGIN = """
+import subprocess, sys
+subprocess.run([sys.executable, "-c", '''
+import sys
+from pathlib import Path
+from robotcore.deploy.agent import uploads
+from robotcore.deploy.agent.files import Layout
+uploads.open_upload(Layout(Path(sys.argv[1])), sys.argv[2])
+''', *sys.argv[1:]], check=True)
+print("begun", flush=True)
+sys.stdin.read()
+"""
+"""A call of a push that goes on as long as its connection does, which is the process that called."""
+
+
+@pytest.fixture(autouse=True)
+def _room(layout: Layout) -> None:
+    layout.incoming.mkdir(parents=True)
+
+
+def push_of(layout: Layout, release: str) -> subprocess.Popen[str]:
+    command = [sys.executable, "-c", BEGIN, str(layout.home), release]
+    connection = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    assert connection.stdout
+    assert connection.stdout.readline() == "begun\n"
+    return connection
+
+
+def test_what_a_living_push_has_sent_is_left_alone(layout: Layout) -> None:
+    with push_of(layout, OLD):
+        (layout.incoming / OLD / "half").write_text("sent")
+        assert not any(uploads.open_upload(layout, NEW).iterdir())
+        assert (layout.incoming / OLD / "half").exists()
+
+
+def test_what_a_broken_push_has_sent_need_not_be_sent_again(layout: Layout) -> None:
+    with push_of(layout, OLD) as connection:
+        (layout.incoming / OLD / "half").write_text("sent")
+        connection.kill()
+    assert [path.name for path in uploads.open_upload(layout, NEW).iterdir()] == ["half"]
+    assert not (layout.incoming / OLD).exists()
+
+
+def test_nothing_else_of_broken_pushes_stays(layout: Layout) -> None:
+    for name in ("2026-01-01T00-00-00Z", OLD, f"gone-1-{OLD}"):
+        send_release(layout, name)
+    (layout.incoming / "somebody's notes").write_text("")
+    uploads.open_upload(layout, NEW)
+    assert {path.name for path in layout.incoming.iterdir()} == {NEW, f"{NEW}.pushed-by"}
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="nothing is kept from root")
+def test_a_folder_that_is_kept_from_being_written_to_can_be_thrown_away(layout: Layout) -> None:
+    folder = put_release(layout, OLD)
+    locked = folder / "project" / "locked"
+    locked.mkdir()
+    (locked / "file").touch()
+    for path in (locked, folder):
+        path.chmod(0o500)
+    uploads.discard(layout, folder)
+    assert not folder.exists()
+    assert not any(layout.incoming.iterdir())
+
+
+def test_a_link_is_thrown_away_and_not_what_it_leads_to(layout: Layout, tmp_path: Path) -> None:
+    (tmp_path / "kept").touch()
+    link = layout.incoming / "link"
+    link.symlink_to(tmp_path)
+    uploads.discard(layout, link)
+    assert not link.is_symlink()
+    assert (tmp_path / "kept").exists()
+
+
+CAT = str(shutil.which("cat"))
+
+
+def test_a_process_is_known_as_long_as_it_lives() -> None:
+    with subprocess.Popen(CAT, stdin=subprocess.PIPE) as cat:
+        named = uploads.identify_process(cat.pid)
+        assert uploads.is_process_alive(named)
+    assert not uploads.is_process_alive(named)
+
+
+def test_another_process_with_the_same_number_is_another_one() -> None:
+    boot, pid, started = uploads.identify_process(os.getpid()).split()
+    assert uploads.is_process_alive(f"{boot} {pid} {started}")
+    assert int(started) > int(uploads.identify_process(1).split()[2])
+    assert not uploads.is_process_alive(f"{boot} {pid} {int(started) - 1}")
+    assert not uploads.is_process_alive(f"another-boot {pid} {started}")
+
+
+def test_nonsense_is_nobody() -> None:
+    assert not any(uploads.is_process_alive(named) for named in ("", "boot", "boot x 1", "boot 0 1", "boot -1 1"))
+
+
+def test_a_program_may_be_called_as_it_likes(tmp_path: Path) -> None:
+    program = tmp_path / "a) S 1 (b"
+    shutil.copy(CAT, program)
+    with subprocess.Popen([program], stdin=subprocess.PIPE) as cat:
+        assert uploads.is_process_alive(uploads.identify_process(cat.pid))
+        assert uploads.identify_process(cat.pid).split()[2].isdigit()
