@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from robotcore.autonomy.vision import ColourDetector, marked
+from robotcore.autonomy.vision import ColourDetector, draw_boxes
 from robotcore.hal.robot import Robot, Role
 from robotcore.runtime.behaviour import Behaviour, Status
 
@@ -29,7 +29,7 @@ class MarkGreen(Behaviour):
         frame = robot.camera.read()
         blobs = self._detector.find(frame.image, robot.camera.intrinsics)
         self.state = "seen" if blobs else "search"
-        robot.display.show(marked(frame.image, blobs))
+        robot.display.show(draw_boxes(frame.image, blobs))
         return Status.SUCCESS if robot.clock.now() >= self.duration_s else Status.RUNNING
 
 

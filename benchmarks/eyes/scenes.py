@@ -19,7 +19,7 @@ from robotcore.description import (
     load_robot,
     load_world,
 )
-from robotcore.description.gaps import gap_between
+from robotcore.description.generation.clearance import gap_between
 from robotcore.geometry import Pose
 from robotcore.optics import View
 

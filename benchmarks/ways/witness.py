@@ -10,10 +10,10 @@ import numpy as np
 from robotcore.description import (
     AnyDevice,
     CameraDescription,
-    Described,
     EncoderDescription,
     MotorDescription,
     RangeSensorDescription,
+    StrictModel,
 )
 from robotcore.errors import DeviceError
 from robotcore.hal.backend import Backend, Setup
@@ -26,7 +26,7 @@ from robotcore.hal.wall_clock import MonotonicClock
 FAR_M = 1.5
 
 
-class WitnessOptions(Described):
+class WitnessOptions(StrictModel):
     """The file for what is noted, when the camera is lost, if it is, and whether the robot has a guardian."""
 
     log: str

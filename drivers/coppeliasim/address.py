@@ -6,7 +6,7 @@ import socket
 
 from pydantic import Field
 
-from robotcore.description import Described
+from robotcore.description import StrictModel
 
 _PROBE_S = 0.3
 
@@ -19,7 +19,7 @@ ZEROMQ = b"\xff"
 """
 
 
-class Address(Described):
+class Address(StrictModel):
     """Where a CoppeliaSim listens."""
 
     host: str = "127.0.0.1"

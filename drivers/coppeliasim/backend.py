@@ -16,7 +16,7 @@ from drivers.coppeliasim.opening import open_scene
 from drivers.coppeliasim.scene import CoppeliaSimScene
 from drivers.coppeliasim.simulation import Simulation
 from drivers.coppeliasim.workshop import Workshop
-from robotcore.description import Described, RobotDescription, WorldDescription
+from robotcore.description import RobotDescription, StrictModel, WorldDescription
 from robotcore.errors import UsageError
 from robotcore.hal.backend import Backend, Setup, Vouch
 from robotcore.hal.cutoff import CutoffSpec
@@ -36,7 +36,7 @@ STEPPED_S = 60.0
 """While a program lives the simulation waits for it, however long: only one that is gone leaves wheels turning."""
 
 
-class CoppeliaSimOptions(Described):
+class CoppeliaSimOptions(StrictModel):
     """Where CoppeliaSim listens, and how long it may take to answer, ``answer_s``.
 
     Of a scene that is built: whether to ``keep`` it at the end, to be looked at. Of one that is joined: whose business

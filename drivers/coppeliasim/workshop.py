@@ -7,7 +7,7 @@ from enum import IntEnum
 
 from drivers.coppeliasim.connection import LOADING_S, Connection
 from drivers.coppeliasim.placing import Placement
-from robotcore.description.base import Colour
+from robotcore.description.types import Colour
 
 TAG = "robotcore"
 """Objects that carry custom data of this name are ours to remove."""

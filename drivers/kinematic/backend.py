@@ -6,12 +6,12 @@ from drivers.kinematic.devices import KinematicCamera, KinematicEncoder, Kinemat
 from drivers.kinematic.simulation import Simulation
 from robotcore.description import (
     CameraDescription,
-    Described,
     DisplayDescription,
     EncoderDescription,
     MotorDescription,
     RangeSensorDescription,
     SimulatedDevice,
+    StrictModel,
 )
 from robotcore.errors import DeviceError, DeviceGroupError, UsageError
 from robotcore.hal.backend import Backend, Setup, Vouch
@@ -19,7 +19,7 @@ from robotcore.hal.devices import Device, MemoryDisplay
 from robotcore.hal.robot import Robot
 
 
-class KinematicOptions(Described):
+class KinematicOptions(StrictModel):
     """There are none: what is simulated is in the descriptions."""
 
 

@@ -19,13 +19,13 @@ from drivers.mock.script import Script
 from robotcore.description import (
     BatteryDescription,
     CameraDescription,
-    Described,
     DisplayDescription,
     Drive,
     EncoderDescription,
     MotorDescription,
     RangeSensorDescription,
     RobotDescription,
+    StrictModel,
 )
 from robotcore.errors import UnknownNameError
 from robotcore.hal.backend import Backend, Setup, Vouch
@@ -34,7 +34,7 @@ from robotcore.hal.devices import Device
 from robotcore.hal.robot import Robot
 
 
-class MockOptions(Described):
+class MockOptions(StrictModel):
     """The command line's mock takes no options: nothing in range, a grey picture, wheels that turn as told."""
 
 

@@ -9,13 +9,7 @@ from functools import cached_property
 from drivers.mock.backend import MockBackend
 from drivers.mock.devices import Command, MockDisplay, MockMotor
 from drivers.mock.script import Script
-from robotcore.description import (
-    CameraDescription,
-    Described,
-    RangeSensorDescription,
-    RobotDescription,
-    load_robot,
-)
+from robotcore.description import CameraDescription, RangeSensorDescription, RobotDescription, StrictModel, load_robot
 from robotcore.errors import UnmetNeedError
 from robotcore.geometry import Wheels
 from robotcore.hal.backend import Setup
@@ -116,7 +110,7 @@ class MockRobot:
         faults = [fault.layer(raw.clock, seed) for fault in planned]
         return assemble(raw, self.description, self.rate_hz, seed=seed, faults=faults)
 
-    def _script_first(self, kind: type[Described], script: Script | None) -> None:
+    def _script_first(self, kind: type[StrictModel], script: Script | None) -> None:
         if script is None:
             return
         device = next((d for d in self.description.devices if isinstance(d, kind)), None)

@@ -6,7 +6,7 @@ import os
 from contextlib import ExitStack
 
 from drivers.mujoco.simulation import Simulation
-from robotcore.description import Described, RobotDescription, WorldDescription
+from robotcore.description import RobotDescription, StrictModel, WorldDescription
 from robotcore.errors import BackendMissingError, UsageError
 from robotcore.hal.backend import Backend, Exported, Setup, Vouch
 from robotcore.hal.robot import Robot
@@ -14,7 +14,7 @@ from robotcore.hal.robot import Robot
 OLDEST = (3, 5)
 
 
-class MujocoOptions(Described):
+class MujocoOptions(StrictModel):
     """There are none."""
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.description import RobotDescription
-from robotcore.description.parts import BASE, wheel_joint
+from robotcore.description.urdf import BASE, wheel_joint
 from robotcore.errors import DeviceError
 from robotcore.geometry import Pose, Twist
 

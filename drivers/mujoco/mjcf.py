@@ -10,7 +10,7 @@ import numpy as np
 from drivers.mujoco.model import build, compiled
 from drivers.mujoco.model.turned import mounted
 from robotcore.description import RobotDescription, WorldDescription
-from robotcore.description.parts import BASE, frame
+from robotcore.description.urdf import BASE, frame
 from robotcore.hal.backend import Exported
 from robotcore.text import counted
 

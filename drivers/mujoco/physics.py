@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robotcore.description.parts import BASE
+from robotcore.description.urdf import BASE
 from robotcore.errors import BackendError
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.truth import RELEASE_M

@@ -10,13 +10,13 @@ from pydantic import PositiveInt
 
 from drivers.pybullet.bullet import Bullet, stdout_on_stderr
 from drivers.pybullet.simulation import Simulation
-from robotcore.description import Described
+from robotcore.description import StrictModel
 from robotcore.errors import UsageError
 from robotcore.hal.backend import Backend, Setup, Vouch
 from robotcore.hal.robot import Robot
 
 
-class PyBulletOptions(Described):
+class PyBulletOptions(StrictModel):
     """What a user may set: how often the solver goes over all contacts in a physics step."""
 
     solver_iterations: PositiveInt = 50

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from drivers.pybullet.bullet import Bullet
 from drivers.pybullet.scene import Group
 from robotcore.description import Drive, RobotDescription
-from robotcore.description.parts import CASTER, wheel
-from robotcore.description.urdf import robot_urdf
+from robotcore.description.urdf import CASTER, robot_urdf, wheel
 from robotcore.errors import DeviceError
 from robotcore.geometry import Pose, Twist
 

@@ -11,7 +11,7 @@ from drivers.raspberrypi.chip import AT_THE_DESK
 from drivers.raspberrypi.gpio import on_header
 from drivers.raspberrypi.header import counted, wiring_of
 from drivers.raspberrypi.pins import open_pins
-from robotcore.description import Described, RobotDescription
+from robotcore.description import RobotDescription, StrictModel
 from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.robot import Robot
@@ -26,7 +26,7 @@ SECTION = "raspberrypi"
 """Where a robot's file says how its devices are connected."""
 
 
-class RaspberryPiOptions(Described):
+class RaspberryPiOptions(StrictModel):
     """The library that drives the pins, against gpiozero's own setting: lgpio, the only one that serves."""
 
     pin_factory: str | None = None

@@ -22,12 +22,12 @@ from drivers.replay.devices import (
 from robotcore.description import (
     BatteryDescription,
     CameraDescription,
-    Described,
     DisplayDescription,
     EncoderDescription,
     MotorDescription,
     RangeSensorDescription,
     RobotDescription,
+    StrictModel,
 )
 from robotcore.errors import UnmetNeedError, UsageError
 from robotcore.hal.backend import Backend, Setup
@@ -37,7 +37,7 @@ from robotcore.recording import Recording, read
 from robotcore.runtime.plan import RunRequest
 
 
-class ReplayOptions(Described):
+class ReplayOptions(StrictModel):
     """``file`` is the recording; in a program, ``recording`` is one that was read already.
 
     ``is_held`` keeps the rules of its run, for an app that is held to each decision of it.

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from drivers.serial.driver import PortPlace
-from robotcore.description import Described, RobotDescription, load_robot
+from robotcore.description import RobotDescription, StrictModel, load_robot
 from robotcore.errors import UsageError
 from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.cutoff import CutoffSpec
@@ -24,7 +24,7 @@ SECTION = "serial"
 """Where a robot's file says how its devices are connected."""
 
 
-class SerialOptions(Described):
+class SerialOptions(StrictModel):
     """The port to take in place of the one that the robot's file names."""
 
     port: PortPlace | None = None

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Literal, TypeVar
 from pydantic import AfterValidator, Field
 
 from drivers.serial.port import USB
-from robotcore.description import Described
+from robotcore.description import StrictModel
 from robotcore.hardware import Connection, DeviceDriver
 
 
@@ -31,7 +31,7 @@ PortPlace = Annotated[
 """A serial port in a robot's file."""
 
 
-class PortSettings(Described):
+class PortSettings(StrictModel):
     """The port, and its speed where it is not the one that such boards have."""
 
     speaks: ClassVar[str]
@@ -77,7 +77,7 @@ class SideSettings(PortSettings):
         return super().at(f"{self.side} {what}")
 
 
-ToldT = TypeVar("ToldT", bound=Described)
+ToldT = TypeVar("ToldT", bound=StrictModel)
 SettingsT = TypeVar("SettingsT", bound=PortSettings)
 
 

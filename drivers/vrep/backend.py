@@ -8,7 +8,7 @@ from functools import partial
 
 from pydantic import Field
 
-from robotcore.description import Described, RobotDescription
+from robotcore.description import RobotDescription, StrictModel
 from robotcore.hal.backend import Backend, Setup, Vouch
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.finding import Finding
@@ -29,7 +29,7 @@ UNSTEPPED_S = 60.0
 """An app that steps may be silent for so long: its wheels stand when it does not step. They turn on if it dies."""
 
 
-class VrepOptions(Described):
+class VrepOptions(StrictModel):
     """Where the simulator listens; whether it is ``stepped`` (by default it is, but for the port 19999).
 
     ``simulation`` is whose business it is to start it: ours or theirs. ``answer_s`` is how long a call may take.

@@ -8,14 +8,14 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import BeforeValidator, ConfigDict, Field, StringConstraints, ValidationError
 
-from robotcore.description import Described, read_table
-from robotcore.description.faults import faults_of
+from robotcore.description import StrictModel, read_table
+from robotcore.description.validation import find_mistakes
 from robotcore.errors import DescriptionError
 
 FILE = "pyproject.toml"
 TABLE = "robotcore"
 
-ModelT = TypeVar("ModelT", bound=Described)
+ModelT = TypeVar("ModelT", bound=StrictModel)
 
 Text = Annotated[str, StringConstraints(min_length=1)]
 Texts = Annotated[tuple[Text, ...], Field(description="a list of strings")]
@@ -34,7 +34,7 @@ Said = Annotated[str, BeforeValidator(_told)]
 """A setting or an option, in the words of a command line."""
 
 
-class DeployTable(Described):
+class DeployTable(StrictModel):
     """``[tool.robotcore.deploy]``: each key as the option of ``robotcore deploy push`` that overrides it."""
 
     backend: Text = "raspberrypi"
@@ -47,7 +47,7 @@ class DeployTable(Described):
     extras: Texts = ()
 
 
-class RobotcoreTable(Described):
+class RobotcoreTable(StrictModel):
     """``[tool.robotcore]``: files are relative to the project's folder; names are those of what is installed."""
 
     app: Text | None = None
@@ -56,7 +56,7 @@ class RobotcoreTable(Described):
     deploy: DeployTable = DeployTable()
 
 
-class ProjectTable(Described):
+class ProjectTable(StrictModel):
     """``[project]``, as far as it matters here (PEP 621)."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
@@ -67,7 +67,7 @@ class ProjectTable(Described):
     requires_python: str = Field(alias="requires-python", default="")
 
 
-class Tables(Described):
+class Tables(StrictModel):
     """All that is read of a ``pyproject.toml``.
 
     ``robotcore`` is None where there is no such table; ``is_package`` where it says how the project is built.
@@ -98,6 +98,6 @@ def _validated(model: type[ModelT], file: Path, where: str, table: Any) -> Model
         return model.model_validate(table, strict=True)
     except ValidationError as error:
         faults = [
-            (f"{where}.{key}".rstrip("."), fault, remedy) for key, fault, remedy in faults_of(error, model, table)
+            (f"{where}.{key}".rstrip("."), fault, remedy) for key, fault, remedy in find_mistakes(error, model, table)
         ]
         raise DescriptionError.of_all(str(file), faults) from error

@@ -1,10 +1,28 @@
 """Robot and world descriptions: one file makes the simulators' models and the real robot's wiring."""
 
-from robotcore.description.base import COLOURS, Described, hue_degrees
-from robotcore.description.conditions import Conditions
-from robotcore.description.drawing import draw_world
-from robotcore.description.faults import first_fault
-from robotcore.description.light import Light
+from robotcore.description.conditions import Conditions, Light, Randomisation
+from robotcore.description.devices import (
+    AnyDevice,
+    BatteryDescription,
+    CameraDescription,
+    DisplayDescription,
+    EncoderDescription,
+    MotorDescription,
+    Mount,
+    RangeSensorDescription,
+    SimulatedDevice,
+)
+from robotcore.description.generation.clearance import require_room, require_start
+from robotcore.description.generation.layout import draw_world
+from robotcore.description.generation.randomisation import (
+    DrawnValues,
+    Randomised,
+    describe_conditions,
+    describe_light,
+    describe_picture,
+    randomise,
+)
+from robotcore.description.generation.reachability import is_solvable
 from robotcore.description.loading import (
     is_own,
     load_any,
@@ -14,38 +32,11 @@ from robotcore.description.loading import (
     robot_names,
     world_names,
 )
-from robotcore.description.passage import is_solvable
-from robotcore.description.placement import require_room, require_start
-from robotcore.description.randomisation import Randomisation
-from robotcore.description.randomising import Randomised, Told, randomise
-from robotcore.description.robot import (
-    AnyDevice,
-    BatteryDescription,
-    Body,
-    CameraDescription,
-    Caster,
-    DisplayDescription,
-    Drive,
-    EncoderDescription,
-    MotorDescription,
-    Mount,
-    RangeSensorDescription,
-    RobotDescription,
-    Safety,
-    SimulatedDevice,
-)
-from robotcore.description.telling import conditions_told, light_told, picture_told
+from robotcore.description.robot import Body, Caster, Drive, RobotDescription, Safety
 from robotcore.description.texture import Texture
-from robotcore.description.world import (
-    Ball,
-    Box,
-    Cylinder,
-    Floor,
-    Start,
-    Variation,
-    Walls,
-    WorldDescription,
-)
+from robotcore.description.types import COLOURS, StrictModel, hue_degrees
+from robotcore.description.validation import first_mistake
+from robotcore.description.world import Ball, Box, Cylinder, Floor, Start, Variation, Walls, WorldDescription
 
 __all__ = [
     "COLOURS",
@@ -58,8 +49,8 @@ __all__ = [
     "Caster",
     "Conditions",
     "Cylinder",
-    "Described",
     "DisplayDescription",
+    "DrawnValues",
     "Drive",
     "EncoderDescription",
     "Floor",
@@ -73,22 +64,22 @@ __all__ = [
     "Safety",
     "SimulatedDevice",
     "Start",
+    "StrictModel",
     "Texture",
-    "Told",
     "Variation",
     "Walls",
     "WorldDescription",
-    "conditions_told",
+    "describe_conditions",
+    "describe_light",
+    "describe_picture",
     "draw_world",
-    "first_fault",
+    "first_mistake",
     "hue_degrees",
     "is_own",
     "is_solvable",
-    "light_told",
     "load_any",
     "load_robot",
     "load_world",
-    "picture_told",
     "randomise",
     "read_table",
     "require_room",

@@ -12,10 +12,17 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import ValidationError
 
-from robotcore.description.base import Described, frozen
-from robotcore.description.faults import BACKENDS, LONGEST, MAX_LIBRARY_MESSAGE, Fault, dotted_key, faults_of
-from robotcore.description.placement import require_room
+from robotcore.description.generation.clearance import require_room
 from robotcore.description.robot import RobotDescription
+from robotcore.description.types import StrictModel, frozen
+from robotcore.description.validation import (
+    BACKENDS,
+    MAX_LIBRARY_MESSAGE,
+    MAX_SHOWN_CHARACTERS,
+    Mistake,
+    dotted_key,
+    find_mistakes,
+)
 from robotcore.description.world import WorldDescription
 from robotcore.errors import DescriptionError, UnknownNameError, UsageError
 from robotcore.plugins import backend_names
@@ -31,7 +38,7 @@ if TYPE_CHECKING:
     else:
         from importlib.abc import Traversable
 
-ModelT = TypeVar("ModelT", bound=Described)
+ModelT = TypeVar("ModelT", bound=StrictModel)
 Table = dict[str, Any]
 
 MAX_FILE_BYTES = 2**20
@@ -55,7 +62,7 @@ _STRING = re.compile(
 
 _LONG_KEY = re.compile(rf"(?<![\w-])(?:[\w-]+[ \t]*\.[ \t]*){{{MOST_DOTS + 1}}}")
 
-KINDS: dict[str, type[Described]] = {"robot": RobotDescription, "world": WorldDescription}
+KINDS: dict[str, type[StrictModel]] = {"robot": RobotDescription, "world": WorldDescription}
 """What a file can describe. Those that are shipped are in a folder named after it: robots, worlds."""
 
 
@@ -124,7 +131,7 @@ def _validated(
     try:
         return model.model_validate(table, strict=True, context={"file": own})
     except ValidationError as error:
-        raise DescriptionError.of_all(file, faults_of(error, model, table, sections)) from error
+        raise DescriptionError.of_all(file, find_mistakes(error, model, table, sections)) from error
 
 
 def _require_kind(kind: str, file: str, table: Table) -> None:
@@ -217,23 +224,23 @@ def _parsed(file: str, content: bytes) -> Table:
     return read
 
 
-def _find_long_key(text: str) -> Fault | None:
+def _find_long_key(text: str) -> Mistake | None:
     """Return the fault of a key that has more than `MOST_DOTS` dots outside of quotes, if there is one."""
     if found := _LONG_KEY.search(_STRING.sub("_", text)):
-        problem = f"it is nested too deep: the key {found[0][:LONGEST]}… has more than {MOST_DOTS} dots"
-        return Fault("", problem, "Take the nesting out")
+        problem = f"it is nested too deep: the key {found[0][:MAX_SHOWN_CHARACTERS]}… has more than {MOST_DOTS} dots"
+        return Mistake("", problem, "Take the nesting out")
     return None
 
 
-def _find_oversized(table: Table, value: Any, place: tuple[str | int, ...] = ()) -> Iterator[Fault]:
+def _find_oversized(table: Table, value: Any, place: tuple[str | int, ...] = ()) -> Iterator[Mistake]:
     """Yield a fault for each list or table in ``value`` of more than `MOST_ENTRIES`, and each longer whole number."""
     if isinstance(value, int) and value.bit_length() > MOST_BITS:
         problem = f"has {value.bit_length()} bits, at most {MOST_BITS} are read"
-        yield Fault(dotted_key(place, table), problem, "Take a smaller number")
+        yield Mistake(dotted_key(place, table), problem, "Take a smaller number")
     if not isinstance(value, (dict, list)):
         return
     if len(value) > MOST_ENTRIES:
         problem = f"has {len(value)} entries, at most {MOST_ENTRIES} are read"
-        yield Fault(dotted_key(place, table), problem, "Leave some out")
+        yield Mistake(dotted_key(place, table), problem, "Leave some out")
     for key, item in value.items() if isinstance(value, dict) else enumerate(value):
         yield from _find_oversized(table, item, (*place, key))

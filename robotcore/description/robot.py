@@ -8,10 +8,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any
 
 from pydantic import (
-    AfterValidator,
     BeforeValidator,
     Field,
     PrivateAttr,
@@ -19,34 +18,27 @@ from pydantic import (
     model_validator,
 )
 
-from robotcore.description.base import Angle, Colour, Described, Metres, Name, Place, frozen, require_unique
 from robotcore.description.conditions import Conditions
+from robotcore.description.devices import (
+    DescriptionT,
+    DeviceDescription,
+    EncoderDescription,
+    MotorDescription,
+    Mount,
+    RangeSensorDescription,
+)
+from robotcore.description.types import Colour, Metres, Name, Place, StrictModel, frozen, require_unique
 from robotcore.geometry import DifferentialGeometry
-from robotcore.optics import Intrinsics
 
-AHEAD_RAD = math.pi / 4
-
-LEAST_LAG_S = 1e-4
-"""A shorter lag is none: no simulator takes such short steps."""
-
-MISTAKEN = 10
+UNIT_ERROR_FACTOR = 10
 """What is so many times as wide as the body is in another unit."""
 
 
 Mass = Annotated[float, Field(ge=1e-4, le=1e4)]
 """The mass of a part, from a tenth of a gram to ten tonnes."""
 
-Range = Annotated[float, Field(ge=1e-4, le=1000)]
-"""A distance that a range sensor measures, in metres."""
 
-
-def _require_measurable_lag(lag: float) -> float:
-    if 0 < lag < LEAST_LAG_S:
-        raise ValueError(f"is {lag:g} s, shorter than any simulator's step; use 0, or at least {LEAST_LAG_S:g} s")
-    return lag
-
-
-class Body(Described):
+class Body(StrictModel):
     """A box; its footprint takes in the wheels."""
 
     length_m: Metres
@@ -86,14 +78,14 @@ class Body(Described):
         return max(math.hypot(x, y) for x, y in self.footprint)
 
 
-class Caster(Described):
+class Caster(StrictModel):
     """A ball that slides without friction."""
 
     x_m: Place
     radius_m: Metres
 
 
-class Drive(Described):
+class Drive(StrictModel):
     """Two driven wheels on one axle; ``left`` and ``right`` name the motors, and encoders where there are any."""
 
     left: Name
@@ -139,7 +131,7 @@ class Drive(Described):
         return DifferentialGeometry(self.wheel_radius_m, self.track_m)
 
 
-class Safety(Described):
+class Safety(StrictModel):
     """When the safety stage steps in; see `robotcore.safety`.
 
     ``watchdog_s`` is how long an app's step may take, ``answer_s`` how long a device or a simulator may let wait;
@@ -159,103 +151,6 @@ class Safety(Described):
     outage_s: Annotated[float, Field(ge=0, le=3600)] = 0.0
 
 
-class Mount(Described):
-    """Where on the robot a sensor sits and where it looks; pitch is positive downwards."""
-
-    x_m: Place = 0.0
-    y_m: Place = 0.0
-    z_m: Annotated[float, Field(ge=0, le=100)]
-    yaw_rad: Angle = 0.0
-    pitch_rad: Angle = 0.0
-
-    @property
-    def looks_ahead(self) -> bool:
-        """Whether it looks where the robot drives, and not aside or at the floor."""
-        return math.cos(self.yaw_rad) * math.cos(self.pitch_rad) > math.cos(AHEAD_RAD)
-
-
-class MotorDescription(Described):
-    """A wheel's motor: a first-order lag towards the velocity that it is told."""
-
-    kind: Literal["motor"]
-    name: Name
-    max_velocity_rad_s: Annotated[float, Field(ge=0.001, le=1e4)]
-    lag_s: Annotated[float, Field(ge=0, le=10), AfterValidator(_require_measurable_lag)] = 0.05
-    max_torque_nm: Annotated[float, Field(ge=1e-6, le=1e4)] = 0.08
-
-
-class EncoderDescription(Described):
-    """A counter on a wheel."""
-
-    kind: Literal["encoder"]
-    name: Name
-    counts_per_turn: Annotated[int, Field(ge=1, le=10**7)]
-
-    def quantised(self, angle: float) -> float:
-        """Return the angle of the nearest whole count, in radians: a wheel that stands a hair off 0 has not turned."""
-        count = math.tau / self.counts_per_turn
-        return round(angle / count) * count
-
-
-class BatteryDescription(Described):
-    """A battery whose voltage somebody tells; below ``warn_below_v`` it is to be charged."""
-
-    kind: Literal["battery"]
-    name: Name
-    warn_below_v: Annotated[float, Field(ge=0.1, le=1000)] | None = None
-
-
-class RangeSensorDescription(Described):
-    """A distance sensor; ``cone_rad`` is the full angle."""
-
-    kind: Literal["range_sensor"]
-    name: Name
-    mount: Mount
-    min_range_m: Range
-    max_range_m: Range
-    cone_rad: Annotated[float, Field(ge=0, lt=math.pi)]
-
-    @model_validator(mode="after")
-    def _ranges_in_order(self) -> RangeSensorDescription:
-        if self.min_range_m >= self.max_range_m:
-            raise ValueError(
-                f"min_range_m {self.min_range_m:g} is not below max_range_m {self.max_range_m:g}; correct either"
-            )
-        return self
-
-
-class CameraDescription(Described):
-    """A pinhole camera."""
-
-    kind: Literal["camera"]
-    name: Name
-    mount: Mount
-    width_px: Annotated[int, Field(ge=16, le=4096)]
-    height_px: Annotated[int, Field(ge=16, le=4096)]
-    horizontal_fov_rad: Annotated[float, Field(ge=0.01, le=3)]
-
-    @property
-    def intrinsics(self) -> Intrinsics:
-        return Intrinsics(self.width_px, self.height_px, self.horizontal_fov_rad)
-
-
-class DisplayDescription(Described):
-    """Where an app's annotated picture goes."""
-
-    kind: Literal["display"]
-    name: Name
-
-
-SimulatedDevice = (
-    MotorDescription | EncoderDescription | RangeSensorDescription | CameraDescription | DisplayDescription
-)
-"""What a simulator opens: it has no battery to tell of."""
-
-AnyDevice = SimulatedDevice | BatteryDescription
-DeviceDescription = Annotated[AnyDevice, Field(discriminator="kind")]
-DescriptionT = TypeVar("DescriptionT", bound=Described)
-
-
 @dataclass(frozen=True)
 class _Origin:
     """Where a description comes from, which makes no difference: all are equal."""
@@ -263,7 +158,7 @@ class _Origin:
     file: str | None = field(default=None, compare=False)
 
 
-class RobotDescription(Described):
+class RobotDescription(StrictModel):
     """A robot: a body, perhaps a drive, devices, and what a single backend needs besides.
 
     Where it is validated with the context ``{"file": …}``, that is the user's own file which it is from.
@@ -305,7 +200,7 @@ class RobotDescription(Described):
                 "long; give drive.wheel_radius_m in metres"
             )
         for key in ("track_m", "wheel_width_m"):
-            if (given := getattr(drive, key)) > MISTAKEN * body.width_m:
+            if (given := getattr(drive, key)) > UNIT_ERROR_FACTOR * body.width_m:
                 raise ValueError(
                     f"drive.{key} is {given:g}, and the body with its wheels {body.width_m:g} m wide; give it in metres"
                 )

@@ -7,22 +7,23 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from robotcore.description.base import Described
-from robotcore.description.faults import MAX_FILE_ERRORS, faults_of, limit_errors
-from robotcore.description.robot import AnyDevice, RobotDescription
+from robotcore.description.devices import AnyDevice
+from robotcore.description.robot import RobotDescription
+from robotcore.description.types import StrictModel
+from robotcore.description.validation import MAX_FILE_ERRORS, find_mistakes, limit_errors
 from robotcore.errors import nearest
 
 T = TypeVar("T")
-DescribedT = TypeVar("DescribedT", bound=Described)
+DescribedT = TypeVar("DescribedT", bound=StrictModel)
 
-Fault = tuple[str, str, str]
+MistakeParts = tuple[str, str, str]
 """The key, what is wrong with it, and the remedy."""
 
 
-class UnfitError(Exception):
+class MistakesError(Exception):
     """What is wrong with one device's table."""
 
-    def __init__(self, *faults: Fault) -> None:
+    def __init__(self, *faults: MistakeParts) -> None:
         super().__init__(faults)
         self.faults = faults
 
@@ -33,38 +34,38 @@ def read_each(
     needed: Collection[str],
     read: Callable[[AnyDevice, str, Any], T],
     untold: Callable[[AnyDevice], str],
-) -> tuple[list[T], list[Fault]]:
+) -> tuple[list[T], list[MistakeParts]]:
     """Return what ``read`` makes of each device, its key and its table, and what is wrong with the section.
 
-    ``untold`` is the remedy where a device that is ``needed`` has no table. ``read`` raises UnfitError.
+    ``untold`` is the remedy where a device that is ``needed`` has no table. ``read`` raises MistakesError.
     """
     table = robot.backends.get(section, {})
-    strangers = _strangers(robot, table)
+    strangers = _unknown_devices(robot, table)
     made: list[T] = []
-    faults = list(_faults_of_strangers(section, strangers))
+    faults = list(_mistakes_of_unknown_devices(section, strangers))
     for told in robot.devices:
         key = f"{section}.{told.name}"
         if told.name in table:
             try:
                 made.append(read(told, key, table[told.name]))
-            except UnfitError as unfit:
+            except MistakesError as unfit:
                 faults += unfit.faults
         elif told.name in needed and told.name not in strangers.values():
             faults.append((key, "is missing", untold(told)))
     return made, list(limit_errors(faults))
 
 
-def validated(model: type[DescribedT], key: str, table: Mapping[str, Any]) -> DescribedT:
-    """Return a table as the model has it; raises UnfitError with all that is wrong."""
+def validate_table(model: type[DescribedT], key: str, table: Mapping[str, Any]) -> DescribedT:
+    """Return a table as the model has it; raises MistakesError with all that is wrong."""
     try:
         return model.model_validate(table, strict=True)
     except ValidationError as error:
-        faults = faults_of(error, model, table)
+        faults = find_mistakes(error, model, table)
         told = ((f"{key}.{fault.key}".rstrip("."), fault.fault, fault.remedy) for fault in faults)
-        raise UnfitError(*told) from error
+        raise MistakesError(*told) from error
 
 
-def _strangers(robot: RobotDescription, table: Mapping[str, Any]) -> dict[str, str | None]:
+def _unknown_devices(robot: RobotDescription, table: Mapping[str, Any]) -> dict[str, str | None]:
     """Return the names in a section that no device has, and which device without a table each probably means."""
     names = [device.name for device in robot.devices]
     untold = [name for name in names if name not in table]
@@ -72,7 +73,7 @@ def _strangers(robot: RobotDescription, table: Mapping[str, Any]) -> dict[str, s
     return {name: nearest(name, untold) if number < MAX_FILE_ERRORS else None for number, name in enumerate(strangers)}
 
 
-def _faults_of_strangers(section: str, strangers: Mapping[str, str | None]) -> Iterator[Fault]:
+def _mistakes_of_unknown_devices(section: str, strangers: Mapping[str, str | None]) -> Iterator[MistakeParts]:
     for name, device in strangers.items():
         remedy = f"Did you mean {device!r}?" if device else "Take the section out, or add [[devices]] of that name"
         yield f"{section}.{name}", "no device has this name", remedy

@@ -1,4 +1,4 @@
-"""Textures: patterns that darken a surface's colour; every renderer takes the picture of one from here."""
+"""The patterns of floors and walls, as tiles of brightness."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from robotcore.description.base import Described
+from robotcore.description.types import StrictModel
 
 TILE_PX = 64
 """Of a tile, which is square; a power of two, so that a renderer wraps round with a mask."""
@@ -25,7 +25,7 @@ Depths = NDArray[np.float64]
 Tile = NDArray[np.uint8]
 
 
-class Texture(Described):
+class Texture(StrictModel):
     """A pattern that repeats every ``scale_m`` and takes up to ``contrast`` of the colour's brightness away."""
 
     pattern: Pattern

@@ -1,7 +1,4 @@
-"""The world description: a floor, walls, obstacles, targets, light, conditions, and what a seed may draw anew.
-
-Frame: origin in the middle of the floor, z up. Keys end in their unit.
-"""
+"""The light of a world."""
 
 from __future__ import annotations
 
@@ -10,21 +7,19 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from robotcore.description.base import (
+from robotcore.description.conditions import Brightness, Conditions, Elevation, Light, Randomisation
+from robotcore.description.texture import Texture
+from robotcore.description.types import (
     COLOURS,
     Angle,
     Between,
     Colour,
-    Described,
     Metres,
     Name,
     Place,
+    StrictModel,
     require_unique,
 )
-from robotcore.description.conditions import Conditions
-from robotcore.description.light import Brightness, Elevation, Light
-from robotcore.description.randomisation import Randomisation
-from robotcore.description.texture import Texture
 from robotcore.geometry import Pose
 
 Distance = Annotated[float, Field(ge=0, le=1000)]
@@ -42,7 +37,7 @@ def round_outline(x: float, y: float, radius: float) -> Outline:
     return tuple((x + radius * math.cos(i * step), y + radius * math.sin(i * step)) for i in range(CYLINDER_SIDES))
 
 
-class Floor(Described):
+class Floor(StrictModel):
     """A rectangle with the origin in its middle; beyond it the same ground goes on."""
 
     length_m: Metres
@@ -51,7 +46,7 @@ class Floor(Described):
     texture: Texture | None = None
 
 
-class Walls(Described):
+class Walls(StrictModel):
     """Four walls around the floor, standing outside its edge."""
 
     height_m: Metres
@@ -60,7 +55,7 @@ class Walls(Described):
     texture: Texture | None = None
 
 
-class Prism(Described):
+class Prism(StrictModel):
     """What all upright things on the floor have: a place, a height, a look."""
 
     name: Name
@@ -110,7 +105,7 @@ class Cylinder(Prism):
 Obstacle = Annotated[Box | Cylinder, Field(discriminator="shape")]
 
 
-class Ball(Described):
+class Ball(StrictModel):
     """A target: a ball that lies on the floor."""
 
     name: Name
@@ -125,7 +120,7 @@ class Ball(Described):
         return round_outline(self.x_m, self.y_m, self.radius_m)
 
 
-class Start(Described):
+class Start(StrictModel):
     """Where the robot begins: the middle of its axle."""
 
     x_m: Place = 0.0
@@ -137,7 +132,7 @@ class Start(Described):
         return Pose(self.x_m, self.y_m, self.yaw_rad)
 
 
-class Variation(Described):
+class Variation(StrictModel):
     """From what a seed draws. What is left out stays as the file has it.
 
     Start, obstacles and targets get a place; start and obstacles a heading. ``obstacle_scale`` is of an
@@ -157,7 +152,7 @@ class Variation(Described):
     light_brightness: Between[Brightness] | None = None
 
 
-class WorldDescription(Described):
+class WorldDescription(StrictModel):
     """A world as it stands, and what a seed may make of it."""
 
     name: Name

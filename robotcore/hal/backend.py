@@ -14,10 +14,10 @@ from pydantic import ValidationError
 
 from robotcore.description import (
     BatteryDescription,
-    Described,
     RobotDescription,
+    StrictModel,
     WorldDescription,
-    first_fault,
+    first_mistake,
     load_robot,
 )
 from robotcore.errors import BackendMissingError, DeviceError, DeviceGroupError, UnknownNameError, UsageError
@@ -43,7 +43,7 @@ class Exported:
     notes: tuple[str, ...] = ()
 
 
-OptionsT = TypeVar("OptionsT", bound=Described)
+OptionsT = TypeVar("OptionsT", bound=StrictModel)
 
 
 class Vouch(str, Enum):
@@ -76,7 +76,7 @@ class Setup:
         try:
             return model.model_validate(dict(self.options))
         except ValidationError as error:
-            key, fault = first_fault(error)
+            key, fault = first_mistake(error)
             raise UsageError(f"option {key}: {fault}") from error
 
     @property

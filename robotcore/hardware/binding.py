@@ -8,8 +8,8 @@ from functools import partial
 from typing import Any
 
 from robotcore.description import AnyDevice, BatteryDescription, DisplayDescription, RobotDescription
-from robotcore.description.faults import LONGEST
-from robotcore.description.sections import Fault, UnfitError, read_each, validated
+from robotcore.description.sections import MistakeParts, MistakesError, read_each, validate_table
+from robotcore.description.validation import MAX_SHOWN_CHARACTERS
 from robotcore.errors import BackendMissingError, DescriptionError, UnknownNameError, suggestion
 from robotcore.hardware.driver import Connection, DeviceDriver, Fitting
 from robotcore.plugins import DEVICES, device_driver_names, load_registered
@@ -54,27 +54,27 @@ def fit(
 
 def _fitting(robot: RobotDescription, told: AnyDevice, key: str, table: Any) -> Fitting:
     driver = _driver(told, key, table)
-    settings = validated(driver.settings, key, {name: value for name, value in table.items() if name != "driver"})
+    settings = validate_table(driver.settings, key, {name: value for name, value in table.items() if name != "driver"})
     if faults := list(refused(key, partial(driver.check, told, settings, robot))):
-        raise UnfitError(*faults)
+        raise MistakesError(*faults)
     return Fitting(told, driver, settings)
 
 
 def _driver(told: AnyDevice, key: str, table: Any) -> DeviceDriver[Any, Any]:
     if not isinstance(table, Mapping):
-        raise UnfitError((key, f"should be a table, got {table!r}", f"Name its driver: {choice(told)}"))
+        raise MistakesError((key, f"should be a table, got {table!r}", f"Name its driver: {choice(told)}"))
     if "driver" not in table:
-        raise UnfitError((f"{key}.driver", "is missing", f"Add it: {choice(told)}"))
+        raise MistakesError((f"{key}.driver", "is missing", f"Add it: {choice(told)}"))
     if not isinstance(name := table["driver"], str):
-        raise UnfitError((f"{key}.driver", f"should be a name in quotes, got {name!r}", f"Name one: {choice(told)}"))
+        raise MistakesError((f"{key}.driver", f"should be a name in quotes, got {name!r}", f"Name one: {choice(told)}"))
     try:
         driver: DeviceDriver[Any, Any] = load_registered("device driver", DEVICES, name)()
     except UnknownNameError as unknown:
-        fault = f"unknown device driver {name[:LONGEST]!r}"
-        raise UnfitError((f"{key}.driver", fault, meant(name, told))) from unknown
+        fault = f"unknown device driver {name[:MAX_SHOWN_CHARACTERS]!r}"
+        raise MistakesError((f"{key}.driver", fault, meant(name, told))) from unknown
     if not isinstance(told, driver.described):
         fault = f"{name!r} opens no {told.kind.replace('_', ' ')}"
-        raise UnfitError((f"{key}.driver", fault, f"Name one: {choice(told)}"))
+        raise MistakesError((f"{key}.driver", fault, f"Name one: {choice(told)}"))
     return driver
 
 
@@ -119,7 +119,7 @@ def drivers_of(told: AnyDevice) -> dict[str, type[DeviceDriver[Any, Any]]]:
     return found
 
 
-def refused(key: str, check: Callable[[], object]) -> Iterator[Fault]:
+def refused(key: str, check: Callable[[], object]) -> Iterator[MistakeParts]:
     """Yield what a check raises: ValueError, the fault, a semicolon and the remedy."""
     try:
         check()
@@ -128,7 +128,7 @@ def refused(key: str, check: Callable[[], object]) -> Iterator[Fault]:
         yield (key, fault, remedy[:1].upper() + remedy[1:]) if fault else (key, remedy, "Correct it")
 
 
-def at_odds(section: str, fittings: Sequence[Fitting], robot: RobotDescription) -> Iterator[Fault]:
+def at_odds(section: str, fittings: Sequence[Fitting], robot: RobotDescription) -> Iterator[MistakeParts]:
     """Yield what drivers refuse of what the robot's other devices have as drivers."""
     drivers = {fitting.name: fitting.driver for fitting in fittings}
     for fitting in fittings:
@@ -136,7 +136,9 @@ def at_odds(section: str, fittings: Sequence[Fitting], robot: RobotDescription) 
         yield from refused(f"{section}.{fitting.name}", check)
 
 
-def misplaced(section: str, fittings: Iterable[Fitting], place: Callable[[Connection], object]) -> Iterator[Fault]:
+def misplaced(
+    section: str, fittings: Iterable[Fitting], place: Callable[[Connection], object]
+) -> Iterator[MistakeParts]:
     """Yield what ``place`` refuses: a wire that goes to no place of the board."""
     for fitting in fittings:
         for wire in fitting.connections:
@@ -145,7 +147,7 @@ def misplaced(section: str, fittings: Iterable[Fitting], place: Callable[[Connec
 
 def clashes(
     section: str, fittings: Iterable[Fitting], place: Callable[[Connection], Iterable[Connection]]
-) -> Iterator[Fault]:
+) -> Iterator[MistakeParts]:
     """Yield every place to which two wires go, of which one would have it alone; `fit` tells of ``place``."""
     taken: dict[tuple[str, str], tuple[str, Connection]] = {}
     for fitting in fittings:

@@ -9,7 +9,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
-from robotcore.description import AnyDevice, Described, RobotDescription
+from robotcore.description import AnyDevice, RobotDescription, StrictModel
 from robotcore.errors import DeviceError, RobotcoreError
 from robotcore.hal.clock import Clock
 from robotcore.hal.cutoff import CutoffSpec
@@ -92,8 +92,8 @@ class Shared:
         self._opened.close()
 
 
-ToldT = TypeVar("ToldT", bound=Described)
-SettingsT = TypeVar("SettingsT", bound=Described)
+ToldT = TypeVar("ToldT", bound=StrictModel)
+SettingsT = TypeVar("SettingsT", bound=StrictModel)
 
 
 @dataclass(frozen=True)
@@ -128,8 +128,8 @@ class DeviceDriver(ABC, Generic[ToldT, SettingsT]):
 
     name: ClassVar[str]
     summary: ClassVar[str]
-    described: ClassVar[type[Described]]
-    settings: ClassVar[type[Described]]
+    described: ClassVar[type[StrictModel]]
+    settings: ClassVar[type[StrictModel]]
     modules: ClassVar[tuple[str, ...]] = ()
     remedy: ClassVar[str] = ""
     supply: ClassVar[tuple[str, ...]] = ()
@@ -185,7 +185,7 @@ class Fitting:
 
     told: AnyDevice
     driver: DeviceDriver[Any, Any]
-    settings: Described
+    settings: StrictModel
 
     @property
     def name(self) -> str:

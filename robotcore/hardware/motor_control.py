@@ -11,7 +11,7 @@ from typing import Annotated
 
 from pydantic import Field, NonNegativeFloat
 
-from robotcore.description import Described, EncoderDescription, MotorDescription, RobotDescription
+from robotcore.description import EncoderDescription, MotorDescription, RobotDescription, StrictModel
 from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.hal.clock import Clock, Polling
 from robotcore.hal.devices import Encoder, Motor
@@ -26,7 +26,7 @@ LONGEST_S = 0.2
 """A velocity that is measured for longer is too old to be controlled by."""
 
 
-class Control(Described):
+class Control(StrictModel):
     """The gains of a PI controller, and how often it looks at the encoder.
 
     ``kp`` is in rad/s for each rad/s that the wheel is too slow: below 1 it alone makes no wheel oscillate that is as

@@ -8,13 +8,13 @@ from typing import Annotated
 
 from pydantic import Field, PositiveFloat
 
-from robotcore.description import Described, MotorDescription
+from robotcore.description import MotorDescription, StrictModel
 from robotcore.hal.devices import Motor
 
 FullSpeed = Annotated[PositiveFloat, Field(description="the wheel's velocity at full duty in rad/s, such as 14.0")]
 
 
-class MotorModel(Described):
+class MotorModel(StrictModel):
     """A wheel that stands up to the dead band, and from there turns the faster the greater the duty, in a line.
 
     ``forward_rad_s`` and ``backward_rad_s`` are the wheel's velocities at full duty: measure them with the wheel in

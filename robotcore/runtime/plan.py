@@ -8,15 +8,15 @@ from typing import Any
 
 from robotcore.description import (
     Conditions,
+    DrawnValues,
     RobotDescription,
-    Told,
     WorldDescription,
-    conditions_told,
+    describe_conditions,
+    describe_light,
+    describe_picture,
     draw_world,
-    light_told,
     load_robot,
     load_world,
-    picture_told,
     randomise,
     require_start,
 )
@@ -74,7 +74,7 @@ class Plan:
     description: RobotDescription
     world: WorldDescription | None
     setup: Setup
-    drawn: Told = field(default_factory=dict)
+    drawn: DrawnValues = field(default_factory=dict)
     faults: tuple[PlannedFault, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -109,7 +109,7 @@ class Plan:
         return cls(request, behaviour, judge, backend, description, world, setup, drawn, faults, notes)
 
 
-def drawn_for(request: RunRequest) -> Told:
+def drawn_for(request: RunRequest) -> DrawnValues:
     """Return what a plan of the request has as ``drawn``; no app is loaded for it."""
     description = load_robot(request.robot)
     builds_world = load_backend(request.backend).builds_world(description)
@@ -163,17 +163,17 @@ def _require_randomisable(request: RunRequest, backend: Backend, *, builds_world
 
 def _world(
     request: RunRequest, description: RobotDescription, *, builds_world: bool
-) -> tuple[WorldDescription | None, Told]:
+) -> tuple[WorldDescription | None, DrawnValues]:
     """Return the world, if there is to be one, and what is told of its looks and conditions."""
     if not (request.world or builds_world):
         return None, {}
     world = load_world(request.world or DEFAULT_WORLD)
-    drawn: Told = {}
+    drawn: DrawnValues = {}
     if request.seed is None:
         require_start(world, description)
     else:
         world, drawn = _drawn(world, description, request.seed, is_randomised=request.randomise)
-    fixed = conditions_told(world.conditions) if builds_world else {}
+    fixed = describe_conditions(world.conditions) if builds_world else {}
     return world, {**drawn, **fixed}
 
 
@@ -188,11 +188,11 @@ def _note_of_world(world: WorldDescription | None, backend: Backend, *, builds_w
 
 def _drawn(
     world: WorldDescription, description: RobotDescription, seed: int, *, is_randomised: bool
-) -> tuple[WorldDescription, Told]:
+) -> tuple[WorldDescription, DrawnValues]:
     """Return the world as the seed has it, and by name what was drawn."""
     world = draw_world(world, description, seed)
-    drawn = light_told(world.light)
+    drawn = describe_light(world.light)
     if is_randomised:
         world, more = randomise(world, seed)
         drawn |= more
-    return world, {**drawn, **picture_told(drawn)}
+    return world, {**drawn, **describe_picture(drawn)}

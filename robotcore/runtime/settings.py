@@ -8,7 +8,7 @@ from typing import Any, get_type_hints
 
 from pydantic import TypeAdapter, ValidationError
 
-from robotcore.description import first_fault
+from robotcore.description import first_mistake
 from robotcore.errors import BehaviourError, RobotcoreError, UnknownNameError, UsageError
 from robotcore.runtime.behaviour import Behaviour
 
@@ -79,5 +79,5 @@ def _checked(setting: Setting, value: Any) -> Any:
     try:
         return TypeAdapter(setting.type).validate_python(value)
     except ValidationError as error:
-        _, fault = first_fault(error)
+        _, fault = first_mistake(error)
         raise UsageError(f"setting {setting.name}: {fault}; the default is {setting.default!r}") from error

@@ -10,7 +10,7 @@ from typing import Any, get_type_hints
 
 from pydantic import ConfigDict, ValidationError, create_model
 
-from robotcore.description import first_fault
+from robotcore.description import first_mistake
 from robotcore.runtime.outcome import Outcome, RunResult
 
 MAX_RESULT_TEXT = 2000
@@ -96,5 +96,5 @@ def _fault(error: ValidationError) -> str:
     if first["type"] == "json_invalid":
         column = first["msg"].rpartition(" ")[2]
         return f"it is no JSON from column {column} on" if int(column) else "the line is empty"
-    key, fault = first_fault(error)
+    key, fault = first_mistake(error)
     return f"{key} {fault}" if key else "it is no JSON object"

@@ -10,10 +10,10 @@ from typing import Any
 from robotcore.description import (
     AnyDevice,
     CameraDescription,
-    Described,
     EncoderDescription,
     MotorDescription,
     RangeSensorDescription,
+    StrictModel,
 )
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.backend import Backend, Setup, Vouch
@@ -22,7 +22,7 @@ from robotcore.hal.devices import Angle, Camera, Device, Encoder, Frame, MemoryD
 from robotcore.hal.robot import Robot
 
 
-class FarawayOptions(Described):
+class FarawayOptions(StrictModel):
     """Where the simulator listens."""
 
     port: int

@@ -10,8 +10,8 @@ from drivers.mujoco.model.looks import rgba
 from drivers.mujoco.model.rolling import add_caster, add_wheel
 from drivers.mujoco.model.turned import about_z, looking
 from robotcore.description import CameraDescription, MotorDescription, RobotDescription
-from robotcore.description.parts import BASE
 from robotcore.description.robot import Body
+from robotcore.description.urdf import BASE
 from robotcore.geometry import Pose
 
 if TYPE_CHECKING:

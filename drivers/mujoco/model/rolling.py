@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from drivers.mujoco.model.groups import Meets, Shown
 from drivers.mujoco.model.looks import rgba
 from robotcore.description import Drive, MotorDescription
-from robotcore.description.parts import CASTER_COLOUR, WHEEL_COLOUR, wheel, wheel_joint
 from robotcore.description.robot import Caster
+from robotcore.description.urdf import CASTER_COLOUR, WHEEL_COLOUR, wheel, wheel_joint
 
 if TYPE_CHECKING:
     from mujoco import MjSpec

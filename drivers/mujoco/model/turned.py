@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from robotcore.description.robot import Mount
+from robotcore.description.devices import Mount
 
 _CAMERA = [0.5, 0.5, -0.5, -0.5]
 """A camera of MuJoCo's looks along its -z, with y up and x to the right; what is mounted, along its x, with z up."""

@@ -7,12 +7,12 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field
 
-from robotcore.description import Described
+from robotcore.description import StrictModel
 
 Seconds = Annotated[float, Field(gt=0, le=1)]
 
 
-class CameraSettings(Described):
+class CameraSettings(StrictModel):
     """How a camera is mounted, and how its exposure and its white balance are found.
 
     With ``lock``, both are held as soon as they have settled, after ``settle_s`` at the latest: a colour that drifts is

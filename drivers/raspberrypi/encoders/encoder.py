@@ -12,7 +12,7 @@ from pydantic import Field
 
 from drivers.raspberrypi.claiming import claiming
 from drivers.raspberrypi.edges import hear_no_more
-from robotcore.description import Described, EncoderDescription
+from robotcore.description import EncoderDescription, StrictModel
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Angle, Encoder
 from robotcore.simulation.sampling import OnceAnInstant
@@ -27,7 +27,7 @@ LEVELS = (
 """What whoever connects an encoder must know."""
 
 
-class EncoderSettings(Described):
+class EncoderSettings(StrictModel):
     """What a count is, and the electrics of the lines.
 
     ``counts`` says what the description's ``counts_per_turn`` counts, on a turn of the wheel, gear included: "cycles"

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from drivers.raspberrypi.gpio import HELD_UP, PULLED_UP, Gpio, gpio
 from drivers.raspberrypi.motors.bridge import Bridge
-from robotcore.description import Described, MotorDescription, RobotDescription
+from robotcore.description import MotorDescription, RobotDescription, StrictModel
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.devices import Motor
 from robotcore.hardware import Connection, DeviceDriver, Host
@@ -41,7 +41,7 @@ PAUSE_S = 0.25
 """An app that is silent for no longer only swaps, collects garbage or waits for a slow card: it is not ended for it."""
 
 
-class MotorSettings(Described):
+class MotorSettings(StrictModel):
     """A motor's model, the frequency of its PWM, the control by its encoder, and the line that lets its board sleep.
 
     ``standby`` (TB6612: STBY, DRV8833: nSLEEP) may be shared by motors. No driver claims it: the guardian process holds

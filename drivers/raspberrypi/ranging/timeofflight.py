@@ -13,7 +13,7 @@ from drivers.raspberrypi.gpio import gpio
 from drivers.raspberrypi.ranging.i2c import I2CChip, Place
 from drivers.raspberrypi.ranging.lidar import Lidar
 from drivers.raspberrypi.ranging.lightchips import LightChip, VL53L0XChip, VL53L1XChip
-from robotcore.description import Described, RangeSensorDescription, RobotDescription
+from robotcore.description import RangeSensorDescription, RobotDescription, StrictModel
 from robotcore.hal.devices import RangeSensor
 from robotcore.hardware import Connection, DeviceDriver, Host
 from robotcore.hardware.polled import Findings, require_timely
@@ -25,7 +25,7 @@ _MORE_CYCLES = 20
 """What the first measurement may take beside a row of those that find nothing."""
 
 
-class TimeOfFlightSettings(Described):
+class TimeOfFlightSettings(StrictModel):
     """The number of its bus and its address there, how often it is asked, and how it is judged.
 
     So many ``echo_free_cycles`` in a row, in which too little light came back, vouch for nothing in range; 0: none do.

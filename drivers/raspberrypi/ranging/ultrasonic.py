@@ -14,7 +14,7 @@ from drivers.raspberrypi.ranging.hearing import Hearing
 from drivers.raspberrypi.ranging.sonar import Sonar
 from drivers.raspberrypi.ranging.sound import speed_of_sound
 from drivers.raspberrypi.ranging.turns import Turns
-from robotcore.description import Described, RangeSensorDescription, RobotDescription
+from robotcore.description import RangeSensorDescription, RobotDescription, StrictModel
 from robotcore.hal.devices import RangeSensor
 from robotcore.hardware import Connection, DeviceDriver, Host
 from robotcore.hardware.polled import Findings, require_timely
@@ -33,7 +33,7 @@ LEVEL = (
 """What whoever connects one must know."""
 
 
-class UltrasonicSettings(Described):
+class UltrasonicSettings(StrictModel):
     """Its two pins, how often it is triggered, and how it is judged.
 
     So many ``echo_free_cycles`` in a row vouch for nothing in range; 0: only an echo from beyond does.

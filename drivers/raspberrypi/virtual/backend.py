@@ -11,7 +11,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from drivers.raspberrypi.backend import SECTION, RaspberryPiBackend
-from robotcore.description import AnyDevice, Described, RobotDescription
+from robotcore.description import AnyDevice, RobotDescription, StrictModel
 from robotcore.errors import UsageError
 from robotcore.hal.backend import Backend, Setup, Vouch, load_backend
 from robotcore.hal.finding import Finding
@@ -19,7 +19,7 @@ from robotcore.hal.robot import Robot
 from robotcore.hardware import open_robot
 
 
-class VirtualPiOptions(Described):
+class VirtualPiOptions(StrictModel):
     """Which simulator is behind the pins, and how many of the echoes are lost."""
 
     simulator: str = "kinematic"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from robotcore.autonomy.navigation.past import Past
-from robotcore.autonomy.vision import Blob, ColourDetector, marked
+from robotcore.autonomy.navigation.mapping import PoseHistory
+from robotcore.autonomy.vision import Blob, ColourDetector, draw_boxes
 from robotcore.geometry import Pose
 from robotcore.hal.robot import Robot, Role
 
@@ -28,7 +28,7 @@ class BallTracker:
         self.lost_for = 0.0
         self.is_in_sight = False
         self._seen_at = 0.0
-        self._past = Past()
+        self._past = PoseHistory()
         self._detector = ColourDetector(hue, min_area=KEPT_PX)
 
     def look(self, robot: Robot, pose: Pose) -> Blob | None:
@@ -37,7 +37,7 @@ class BallTracker:
         frame = robot.camera.read()
         blobs = self._detector.find(frame.image, robot.camera.intrinsics)[:1]
         if robot.has(Role.DISPLAY):
-            robot.display.show(marked(frame.image, blobs))
+            robot.display.show(draw_boxes(frame.image, blobs))
         blob = blobs[0] if blobs else None
         self._seen_at = frame.time if blob else self._seen_at
         self.lost_for = 0.0 if blob else robot.clock.now() - self._seen_at

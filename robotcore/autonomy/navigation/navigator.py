@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from robotcore.autonomy.navigation.detours import NO_DETOUR, plan_detour
-from robotcore.autonomy.navigation.following import Follower, Steering
-from robotcore.autonomy.navigation.ground import NO_WAY
-from robotcore.autonomy.navigation.looking import NO_SURVEY, Look, Survey
 from robotcore.autonomy.navigation.mapping import Map
-from robotcore.autonomy.navigation.targets import Target, begins_known, is_unobstructed, straight_starts
-from robotcore.autonomy.navigation.views import View, best_view
+from robotcore.autonomy.navigation.motion import NO_SWEEP, Follower, ScanTurn, Steering, Sweep
+from robotcore.autonomy.navigation.next_best_view import Viewpoint, best_viewpoint
+from robotcore.autonomy.navigation.planner import (
+    NO_PATH,
+    NO_PATH_PLAN,
+    Target,
+    begins_known,
+    is_unobstructed,
+    plan_path,
+    straight_starts,
+)
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.robot import Robot
 
@@ -30,7 +35,7 @@ class Navigator:
 
     def __init__(self, speed: float, turn: float) -> None:
         self._steering = Steering(speed, turn)
-        self._view: View | None = None
+        self._view: Viewpoint | None = None
         self._begin_map(Pose(0.0, 0.0, 0.0), reach=0.0)
 
     def observe(self, robot: Robot, pose: Pose) -> None:
@@ -42,7 +47,7 @@ class Navigator:
         if self.map.is_left_at(pose):
             self.forget(pose)
         if self.map.observe(robot, pose):
-            self._follower.start(NO_WAY)
+            self._follower.start(NO_PATH)
 
     def forget(self, pose: Pose) -> None:
         """Begin a new map, round the robot: what was learnt leads nowhere."""
@@ -50,7 +55,7 @@ class Navigator:
 
     def begin_look(self, pose: Pose) -> None:
         """Begin to look at what can be seen from here and was not looked at."""
-        self._look = Look(pose.heading)
+        self._look = ScanTurn(pose.heading)
 
     def look(self, pose: Pose) -> Twist | None:
         """Return how to turn to what was not looked at: in one sense, at most once round. Call it once a tick."""
@@ -62,9 +67,9 @@ class Navigator:
         Call it when the robot has looked all round at ``pose``.
         """
         self.map.coverage.add_look_round(pose.x, pose.y)
-        self._detour = NO_DETOUR
-        self._view = best_view(self.map.ground, self.map.coverage, self.map.grid.cell_of(pose.x, pose.y))
-        self._follower.start(self._view.way if self._view else NO_WAY)
+        self._detour = NO_PATH_PLAN
+        self._view = best_viewpoint(self.map.ground, self.map.coverage, self.map.grid.cell_of(pose.x, pose.y))
+        self._follower.start(self._view.way if self._view else NO_PATH)
         return self._view is not None
 
     def plan_to(self, pose: Pose, target: Target) -> bool:
@@ -75,7 +80,7 @@ class Navigator:
         goals = straight_starts(self.map.grid, target) & ~self.map.grid.disc(pose.x, pose.y, HERE_M)
         here = self.map.grid.cell_of(pose.x, pose.y)
         self._view = None
-        self._detour = plan_detour(self.map.ground, here, goals, is_surveyed=self._is_surveyed(pose))
+        self._detour = plan_path(self.map.ground, here, goals, is_surveyed=self._is_surveyed(pose))
         self._follower.start(self._detour.way)
         return bool(self._detour.way.path)
 
@@ -95,7 +100,7 @@ class Navigator:
 
     def survey_ahead(self, pose: Pose) -> None:
         """Begin to turn to and fro over where the plan goes on."""
-        self._survey = Survey.ahead(pose, self._detour.bearing_on(pose, self.map.ground))
+        self._survey = Sweep.ahead(pose, self._detour.bearing_on(pose, self.map.ground))
 
     def survey_more(self, pose: Pose) -> bool:
         """Begin to survey what is ahead or, after that, all round; return False where both were done here."""
@@ -104,7 +109,7 @@ class Navigator:
             return True
         if self._survey.is_all_round:
             return False
-        self._survey = Survey.all_round(pose)
+        self._survey = Sweep.all_round(pose)
         return True
 
     def survey(self, pose: Pose) -> Twist | None:
@@ -134,10 +139,10 @@ class Navigator:
     def _begin_map(self, pose: Pose, reach: float) -> None:
         self.map = Map(pose, reach)
         self._follower = Follower(self.map.ground, self._steering)
-        self._look = Look(pose.heading)
-        self._survey = NO_SURVEY
+        self._look = ScanTurn(pose.heading)
+        self._survey = NO_SWEEP
         self._view = None
-        self._detour = NO_DETOUR
+        self._detour = NO_PATH_PLAN
 
     def _is_surveyed(self, pose: Pose) -> bool:
         """Return whether the robot is still about where it last surveyed."""

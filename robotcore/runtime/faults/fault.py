@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from robotcore.description import Described
+from robotcore.description import StrictModel
 from robotcore.runtime.faults.occasion import Occasion
 from robotcore.runtime.layers.layer import Layer
 
@@ -40,7 +40,7 @@ Duration = Annotated[float, Field(ge=0.001, le=LONGEST_S, description="seconds")
 Probability = Annotated[float, Field(ge=0, le=1, description="probability")]
 
 
-class Fault(Described):
+class Fault(StrictModel):
     """One way to fail, on devices of the kinds ``on``; ``example`` is a spec of it.
 
     The fields are its parameters, each with its unit as ``description``. What stands behind the effect itself, as in

@@ -7,8 +7,8 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, ValidationError
 
-from robotcore.description import Described, read_table
-from robotcore.description.faults import faults_of
+from robotcore.description import StrictModel, read_table
+from robotcore.description.validation import find_mistakes
 from robotcore.errors import DescriptionError, UsageError
 from robotcore.runtime.faults.spec import Spec
 
@@ -34,7 +34,7 @@ def _word(value: Any) -> str:
 Word = Annotated[str, BeforeValidator(_word)]
 
 
-class _File(Described):
+class _File(StrictModel):
     fault: Annotated[tuple[dict[str, Word], ...], Field(min_length=1, description="one or more tables: [[fault]]")]
 
 
@@ -58,7 +58,7 @@ def _read(file: str) -> list[Spec]:
     try:
         faults = _File.model_validate(table, strict=True).fault
     except ValidationError as error:
-        raise DescriptionError.of_all(file, faults_of(error, _File, table)) from error
+        raise DescriptionError.of_all(file, find_mistakes(error, _File, table)) from error
     return [_spec(dict(words), file, f"fault[#{number}]") for number, words in enumerate(faults, start=1)]
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from pydantic import ValidationError
 
-from robotcore.description import RobotDescription, first_fault
+from robotcore.description import RobotDescription, first_mistake
 from robotcore.errors import UsageError, suggestion
 from robotcore.hal.clock import Clock
 from robotcore.runtime.faults.catalogue import effects_on, faults_called
@@ -81,7 +81,7 @@ def _checked(spec: Spec, fault: type[Fault]) -> Fault:
         try:
             return fault.model_validate({**dict(spec.parameters), **({VALUE: spec.value} if spec.value else {})})
         except ValidationError as error:
-            key, reason = first_fault(error)
+            key, reason = first_mistake(error)
             misfit = f"{spec.effect if key == VALUE else key} {reason}".strip()
     raise _refused(spec, f'{misfit}\nWrite it as "{form_of(spec.target, spec.effect, fault)}"')
 

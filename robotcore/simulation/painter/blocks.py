@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robotcore.description.gaps import gap_between
+from robotcore.description.generation.clearance import gap_between
 from robotcore.description.world import Outline, WorldDescription
 from robotcore.raycast import edges_of
 from robotcore.simulation.painter.planes import Array, half_planes

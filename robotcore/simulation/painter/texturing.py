@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.description import WorldDescription
+from robotcore.description.meshes import face_wrap, floor_wrap
 from robotcore.description.texture import TILE_PX
-from robotcore.description.wraps import face_wrap, floor_wrap
 from robotcore.optics import View
 from robotcore.simulation.painter.blocks import Block
 from robotcore.simulation.painter.canvas import Canvas

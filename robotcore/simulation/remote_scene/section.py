@@ -13,14 +13,14 @@ from robotcore.description import (
     AnyDevice,
     BatteryDescription,
     CameraDescription,
-    Described,
     DisplayDescription,
     EncoderDescription,
     MotorDescription,
     RangeSensorDescription,
     RobotDescription,
+    StrictModel,
 )
-from robotcore.description.sections import UnfitError, read_each, validated
+from robotcore.description.sections import MistakesError, read_each, validate_table
 from robotcore.errors import DescriptionError
 from robotcore.simulation.remote_scene.port import Kind
 
@@ -32,7 +32,7 @@ Paths = Annotated[
 """Where an object may be: the first that is there counts. Names of old scenes stand beside paths so."""
 
 
-class Place(Described):
+class Place(StrictModel):
     """The object that a device is."""
 
     path: Paths
@@ -56,7 +56,7 @@ class ScreenPlace(Place):
     optional: bool = False
 
 
-_PLACES: dict[type[Described], tuple[type[Place], Kind]] = {
+_PLACES: dict[type[StrictModel], tuple[type[Place], Kind]] = {
     MotorDescription: (JointPlace, Kind.JOINT),
     EncoderDescription: (JointPlace, Kind.JOINT),
     RangeSensorDescription: (Place, Kind.PROXIMITY_SENSOR),
@@ -113,8 +113,8 @@ def _untold(robot: RobotDescription, told: AnyDevice) -> str:
 
 def _placed(told: AnyDevice, key: str, table: Any) -> Placed:
     if isinstance(told, BatteryDescription):
-        raise UnfitError((key, "should not be there: a scene has no battery", "Leave it out"))
+        raise MistakesError((key, "should not be there: a scene has no battery", "Leave it out"))
     model, kind = _PLACES[type(told)]
     if not isinstance(table, Mapping):
-        raise UnfitError((key, f"should be a table, got {table!r}", f"Write [{key}], and its path below"))
-    return Placed(told, validated(model, key, table), kind)
+        raise MistakesError((key, f"should be a table, got {table!r}", f"Write [{key}], and its path below"))
+    return Placed(told, validate_table(model, key, table), kind)

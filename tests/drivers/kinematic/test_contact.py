@@ -6,7 +6,7 @@ import pytest
 
 from drivers.kinematic.surroundings import Surroundings
 from robotcore.description import Box, Cylinder, Start, Walls
-from robotcore.description.gaps import gap_between
+from robotcore.description.generation.clearance import gap_between
 from robotcore.geometry import Pose
 from robotcore.hal.robot import Robot
 from tests.drivers.kinematic.rooms import (

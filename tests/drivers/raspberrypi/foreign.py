@@ -9,12 +9,12 @@ from typing import Any
 import pytest
 
 from robotcore import plugins as registry
-from robotcore.description import Described, MotorDescription, RangeSensorDescription, RobotDescription, load_robot
+from robotcore.description import MotorDescription, RangeSensorDescription, RobotDescription, StrictModel, load_robot
 from robotcore.hal.devices import Device
 from robotcore.hardware import Connection, DeviceDriver, Host
 
 
-class IrSettings(Described):
+class IrSettings(StrictModel):
     """Where its output goes: any number, as many a driver has it."""
 
     out: int
@@ -35,7 +35,7 @@ class IrSwitch(DeviceDriver[RangeSensorDescription, IrSettings]):
         raise NotImplementedError
 
 
-class Nothing(Described):
+class Nothing(StrictModel):
     """No settings."""
 
 

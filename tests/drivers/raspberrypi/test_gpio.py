@@ -4,10 +4,10 @@ import pytest
 from pydantic import ValidationError
 
 from drivers.raspberrypi.gpio import Gpio
-from robotcore.description import Described
+from robotcore.description import StrictModel
 
 
-class Settings(Described):
+class Settings(StrictModel):
     echo: Gpio
 
 

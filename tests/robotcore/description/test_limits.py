@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from robotcore.description import load_any, load_robot, load_world, robot_names, world_names
-from robotcore.description.faults import MAX_FILE_ERRORS
 from robotcore.description.loading import MAX_FILE_BYTES, MOST_DOTS, MOST_ENTRIES, read_table
+from robotcore.description.validation import MAX_FILE_ERRORS
 from robotcore.errors import UsageError
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.faults.file import MAX_INJECTED_FAULTS, specs_in

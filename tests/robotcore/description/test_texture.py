@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from robotcore.description import Cylinder, Floor, Texture
+from robotcore.description.meshes import Wrap, face_wrap, floor_wrap
 from robotcore.description.texture import PATTERNS, TILE_PX, Pattern
 from robotcore.description.world import Box
-from robotcore.description.wraps import Wrap, face_wrap, floor_wrap
 from robotcore.geometry import Pose
 
 CHECKER = Texture(pattern="checker", scale_m=0.5)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from robotcore.description import Described
+from robotcore.description import StrictModel
 from robotcore.errors import BackendMissingError, UnknownNameError, UsageError
 from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.robot import Robot
 from tests.robotcore.fakes import ROVER, RigBackend
 
 
-class Options(Described):
+class Options(StrictModel):
     port: int = 23000
     host: str = "localhost"
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from robotcore.description import AnyDevice, Described, RobotDescription, load_robot
+from robotcore.description import AnyDevice, RobotDescription, StrictModel, load_robot
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.devices import Device
 from robotcore.hardware import DeviceDriver, Fitting, Host
 
 
-class NoSettings(Described):
+class NoSettings(StrictModel):
     """Nothing to tell."""
 
 
@@ -31,7 +31,7 @@ class NotingDriver(DeviceDriver[Any, NoSettings]):
 
     name = "noting"
     summary = "for tests"
-    described = Described
+    described = StrictModel
     settings = NoSettings
 
     def __init__(self, *dead: str) -> None:

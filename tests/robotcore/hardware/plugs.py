@@ -10,7 +10,7 @@ import pytest
 from pydantic import Field
 
 from robotcore import plugins as registry
-from robotcore.description import Described, MotorDescription, RobotDescription
+from robotcore.description import MotorDescription, RobotDescription, StrictModel
 from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.devices import Device
 from robotcore.hal.robot import Robot
@@ -18,7 +18,7 @@ from robotcore.hal.wiring import Pad, PadKind, Wire, Wiring
 from robotcore.hardware import Connection, DeviceDriver, Host, fit
 
 
-class PlugSettings(Described):
+class PlugSettings(StrictModel):
     """``pin`` is its own, ``bus`` may be others' too."""
 
     pin: Annotated[int, Field(ge=1, le=9, description="the number of a hole, 1 to 9")]
@@ -31,7 +31,7 @@ class Plug(DeviceDriver[Any, PlugSettings]):
 
     name = "plug"
     summary = "for tests"
-    described: ClassVar[type[Described]] = Described
+    described: ClassVar[type[StrictModel]] = StrictModel
     settings = PlugSettings
     parts = ("banana", "jack-42")
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from drivers.serial.backend import SECTION
-from robotcore.description import BatteryDescription, CameraDescription, Described, RobotDescription
+from robotcore.description import BatteryDescription, CameraDescription, RobotDescription, StrictModel
 from robotcore.hal.backend import Backend, Setup, Vouch
 from robotcore.hal.devices import Device
 from robotcore.hal.robot import Robot
@@ -41,7 +41,7 @@ def switched_on(change: Callable[[Wiring], Wiring] = lambda wiring: wiring) -> B
     return Board(built() / "simulated-avr", built() / "firmware.elf", change(wiring(sketch)))
 
 
-class SimavrOptions(Described):
+class SimavrOptions(StrictModel):
     """After how long without a command the board stops by itself; and where another process has one on, its folder."""
 
     board_timeout_s: float = BOARD_TIMEOUT_S

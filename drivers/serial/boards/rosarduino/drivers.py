@@ -37,11 +37,11 @@ from drivers.serial.boards.rosarduino.settings import (
 from drivers.serial.driver import SerialDriver
 from robotcore.description import (
     BatteryDescription,
-    Described,
     EncoderDescription,
     MotorDescription,
     RangeSensorDescription,
     RobotDescription,
+    StrictModel,
 )
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.devices import Battery, Encoder, Motor, RangeSensor
@@ -61,7 +61,7 @@ COUNT_S = 0.005
 RANGE_S, BATTERY_S = 0.03, 0.5
 """So often our firmware is asked for what it measures by itself."""
 
-ToldT = TypeVar("ToldT", bound=Described)
+ToldT = TypeVar("ToldT", bound=StrictModel)
 SettingsT = TypeVar("SettingsT", bound=ArduinoSettings)
 
 

@@ -13,10 +13,10 @@ from drivers.serial.boards.waveshare.protocol import BAUD, FASTEST_M_S, STANDING
 from drivers.serial.driver import PortSettings, SerialDriver, SideSettings, TimeoutSettings
 from robotcore.description import (
     BatteryDescription,
-    Described,
     EncoderDescription,
     MotorDescription,
     RobotDescription,
+    StrictModel,
 )
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.devices import Battery, Encoder, Motor
@@ -36,7 +36,7 @@ WIFI = (
     "it."
 )
 
-ToldT = TypeVar("ToldT", bound=Described)
+ToldT = TypeVar("ToldT", bound=StrictModel)
 SettingsT = TypeVar("SettingsT", bound="WaveshareSettings")
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from robotcore.autonomy.navigation import OccupancyGrid
-from robotcore.autonomy.navigation.grid import CLOSE_M
+from robotcore.autonomy.navigation.occupancy_grid import CLOSE_M
 from robotcore.geometry import Pose
 
 REACH = 0.17

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robotcore.description.gaps import gap_between
+from robotcore.description.generation.clearance import gap_between
 from robotcore.simulation.painter.blocks import Block, blocks_of
 from tests.drivers.kinematic.rooms import box, post, room
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from robotcore.description import Light, Mount, Texture, Walls, WorldDescription
+from robotcore.description.meshes import Wrap, face_wrap, floor_wrap
 from robotcore.description.texture import PATTERNS, TILE_PX, Pattern
-from robotcore.description.wraps import Wrap, face_wrap, floor_wrap
 from robotcore.geometry import Pose
 from robotcore.hal.devices import Image
 from robotcore.optics import Intrinsics, View

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from drivers.kinematic.backend import KinematicBackend
-from robotcore.description import Described, RobotDescription, load_robot
+from robotcore.description import RobotDescription, StrictModel, load_robot
 from robotcore.errors import BackendError
 from robotcore.hal.backend import Backend, Setup, Vouch
 from robotcore.hal.devices import Camera, Encoder, Motor, RangeSensor
@@ -166,5 +166,5 @@ class MemoryBackend(Backend):
         return join(setup, "memory", connect)
 
 
-class _NoOptions(Described):
+class _NoOptions(StrictModel):
     """There are none."""

@@ -8,12 +8,12 @@ from typing import Any
 from robotcore.description import (
     AnyDevice,
     BatteryDescription,
-    Described,
     Drive,
     EncoderDescription,
     MotorDescription,
     RangeSensorDescription,
     RobotDescription,
+    StrictModel,
 )
 from robotcore.errors import DeviceError
 from robotcore.hal.backend import Backend, Setup, Vouch
@@ -26,7 +26,7 @@ from my_board.devices import BoardBattery, BoardEncoder, BoardMotor, BoardRange
 from my_board.failures import in_words
 
 
-class MyBoardOptions(Described):
+class MyBoardOptions(StrictModel):
     """What can be told with ``--option``, each as a field: ``port: str = "/dev/ttyUSB0"``. Nothing yet."""
 
 

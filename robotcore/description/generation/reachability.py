@@ -1,0 +1,151 @@
+"""Whether a robot can reach the target of a world, and sees it from its start."""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from robotcore.description.devices import CameraDescription
+from robotcore.description.robot import RobotDescription
+from robotcore.description.world import Ball, WorldDescription
+from robotcore.optics import View
+from robotcore.raycast import cast, edges_of
+
+Array = NDArray[np.float64]
+
+CELL_M = 0.025
+MAX_CELLS = 2000
+"""Along one side; the cells of a world beyond 50 m are larger."""
+
+OPEN_MARGIN_M = 1.0
+"""How much of the open ground around everything belongs to the map where there are no walls."""
+
+ARRIVAL_GAP_M = 0.28
+"""Where a robot comes to rest: so far from the front of its body to the ball."""
+
+ARRIVALS = 72
+
+
+def is_solvable(world: WorldDescription, robot: RobotDescription) -> bool:
+    """Return whether the robot can drive to where it faces the first target, near and all of it in sight.
+
+    It keeps so clear of everything that it can turn on the spot all along the way. True where there is no
+    target to go to, or no drive to go by.
+    """
+    if (ball := world.target) is None or robot.drive is None:
+        return True
+    places = _arrivals(ball, robot)
+    edges = edges_of(prism.outline for prism in world.prisms)
+    in_sight = visible_parts(places, ball, edges).all(axis=1)
+    return bool((FreeSpace(world).reached(places, robot.body.reach_m) & in_sight).any())
+
+
+class FreeSpace:
+    """A map of a world's clearance, in square cells of ``cell_m``; rows are y, columns are x."""
+
+    def __init__(self, world: WorldDescription) -> None:
+        self._start = np.array([(world.start.x_m, world.start.y_m)])
+        half = _half_extent(world)
+        self.cell_m = max(CELL_M, 2 * half.max() / MAX_CELLS)
+        columns, rows = (np.ceil(2 * half / self.cell_m).astype(int) + 2).tolist()
+        self._origin = -(np.array((columns, rows)) - 1) / 2 * self.cell_m
+        self._clearance = cv2.distanceTransform(self._painted(world, rows, columns), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+        self._clearance *= self.cell_m
+
+    def reached(self, places: Array, radius: float) -> NDArray[np.bool_]:
+        """Return which places, (n, 2), a disc of this radius can be moved to from the start."""
+        is_clear = (self._clearance >= radius).astype(np.uint8)
+        _, labels = cv2.connectedComponents(is_clear, connectivity=4)
+        columns, rows = self._cells(np.concatenate((self._start, places)))
+        start, *ends = labels[rows, columns]
+        return np.asarray((np.array(ends) == start) & (start > 0))
+
+    def _cells(self, places: Array) -> NDArray[np.int64]:
+        """Return columns and rows, (2, n); on the border, which is taken, where a place lies outside."""
+        cells = np.rint((places - self._origin) / self.cell_m).astype(np.int64)
+        rows, columns = self._clearance.shape
+        return np.asarray(np.clip(cells, 0, (columns - 1, rows - 1)).T)
+
+    def _painted(self, world: WorldDescription, rows: int, columns: int) -> NDArray[np.uint8]:
+        """Return 0 where something is and on the border, elsewhere 1."""
+        image = np.zeros((rows, columns), np.uint8)
+        image[1:-1, 1:-1] = 1
+        for thing in world.things:
+            corners = (np.array(thing.outline) - self._origin) / self.cell_m
+            cv2.fillConvexPoly(image, np.rint(corners * 16).astype(np.int32), 0, shift=4)
+        return image
+
+
+def _half_extent(world: WorldDescription) -> Array:
+    """Return half of the map's length and width: the floor's, or of the open ground around everything."""
+    half = np.array((world.floor.length_m, world.floor.width_m)) / 2
+    if world.walls:
+        return half
+    corners = [corner for thing in world.things for corner in thing.outline]
+    corners.append((world.start.x_m, world.start.y_m))
+    return np.asarray(np.maximum(half, np.abs(np.array(corners)).max(axis=0)) + OPEN_MARGIN_M)
+
+
+def _arrivals(ball: Ball, robot: RobotDescription) -> Array:
+    """Return where the axle's middle may come to rest in front of the ball, (72, 2)."""
+    distance = ball.radius_m + ARRIVAL_GAP_M + robot.body.front_x_m
+    angles = np.arange(ARRIVALS) * (math.tau / ARRIVALS)
+    return np.stack((ball.x_m + distance * np.cos(angles), ball.y_m + distance * np.sin(angles)), axis=1)
+
+
+PARTS = np.linspace(-1.0, 1.0, 7)
+"""Where across a ball it is looked for, in radii."""
+
+HEADINGS = 12
+"""How many ways a robot turns when it looks around."""
+
+
+def visible_parts(eyes: Array, ball: Ball, edges: Array) -> NDArray[np.bool_]:
+    """Return which parts across the ball are in line of sight from each eye, (n, 2): (n, 7)."""
+    to_ball = np.array((ball.x_m, ball.y_m)) - eyes
+    distance = np.maximum(np.hypot(to_ball[:, 0], to_ball[:, 1]), ball.radius_m)[:, None]
+    left = np.stack((-to_ball[:, 1], to_ball[:, 0]), axis=1) / distance
+    rays = to_ball[:, None] + left[:, None] * (PARTS * ball.radius_m)[:, None]
+    dx, dy = rays.reshape(-1, 2).T
+    from_x, from_y = np.repeat(eyes, len(PARTS), axis=0).T
+    return np.asarray(cast(from_x, from_y, dx, dy, edges) > 1).reshape(-1, len(PARTS))
+
+
+def is_target_hidden(world: WorldDescription, robot: RobotDescription) -> bool:
+    """Return whether nothing of the first target is in line of sight at the start, however the robot turns.
+
+    What the camera looks over, or what the ball stands out above, hides nothing.
+    """
+    if (ball := world.target) is None:
+        return False
+    camera = robot.first_of(CameraDescription)
+    eye_height = camera.mount.z_m if camera else robot.body.height_m
+    tall = max(eye_height, 2 * ball.radius_m)
+    edges = edges_of(prism.outline for prism in world.prisms if prism.height_m >= tall)
+    return not visible_parts(_eyes_around_start(world, camera), ball, edges).any()
+
+
+def is_target_in_view(world: WorldDescription, robot: RobotDescription) -> bool:
+    """Return whether all of the first target is in the first camera's picture at the start."""
+    camera, ball = robot.first_of(CameraDescription), world.target
+    if camera is None or ball is None:
+        return False
+    view = View.of(camera.intrinsics, camera.mount, world.start.pose)
+    edges = edges_of(prism.outline for prism in world.prisms)
+    reach = ball.radius_m * np.array([(-1, -1), (-1, 1), (1, -1), (1, 1)])
+    corners = np.array([(ball.x_m + x, ball.y_m + y, z) for x, y in reach for z in (0.0, 2 * ball.radius_m)])
+    return bool(view.shows(corners).all() and visible_parts(view.eye[None, :2], ball, edges).all())
+
+
+def _eyes_around_start(world: WorldDescription, camera: CameraDescription | None) -> Array:
+    """Return where the camera comes to while the robot turns on the spot, and the start itself, (n, 2)."""
+    start = world.start
+    eyes = [(start.x_m, start.y_m)]
+    if camera:
+        reach = math.hypot(camera.mount.x_m, camera.mount.y_m)
+        angles = [turn * math.tau / HEADINGS for turn in range(HEADINGS)]
+        eyes += [(start.x_m + reach * math.cos(a), start.y_m + reach * math.sin(a)) for a in angles]
+    return np.array(eyes)

@@ -1,0 +1,249 @@
+"""A robot, and a world around it, as URDF."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+from xml.etree import ElementTree as ET
+
+from robotcore.description.devices import MotorDescription, Mount
+from robotcore.description.robot import Body, Caster, Drive, RobotDescription
+from robotcore.description.types import Colour
+from robotcore.description.world import Ball, Box, Cylinder, WorldDescription
+
+BASE = "base_link"
+"""The body; its frame has its origin on the floor under the middle of the axle."""
+
+CASTER = "caster_link"
+
+WHEEL_COLOUR = (25, 25, 25)
+CASTER_COLOUR = (150, 150, 150)
+
+
+def wheel(motor: str) -> str:
+    """Return the name of the wheel that a motor turns."""
+    return f"{motor}_wheel"
+
+
+def wheel_joint(motor: str) -> str:
+    """Return the name of the joint about which it turns it: forward where the angle grows."""
+    return f"{motor}_joint"
+
+
+def frame(sensor: str) -> str:
+    """Return the name of the frame along whose x axis a sensor looks."""
+    return f"{sensor}_frame"
+
+
+Vector = tuple[float, float, float]
+ORIGIN: Vector = (0.0, 0.0, 0.0)
+
+
+class Shape(NamedTuple):
+    """A geometry element's tag and attributes, and where it sits in its link."""
+
+    tag: str
+    size: dict[str, str]
+    xyz: Vector = ORIGIN
+    rpy: Vector = ORIGIN
+
+
+class Inertia(NamedTuple):
+    """A mass, its principal moments of inertia, and where its centre is in its link."""
+
+    mass: float
+    moments: Vector
+    centre: Vector = ORIGIN
+
+
+TOKEN_MASS_KG = 1e-6
+TOKEN = Inertia(TOKEN_MASS_KG, (TOKEN_MASS_KG * 1e-4,) * 3)
+"""Of a link that weighs nothing by itself: some engines put 1 kg where none, or zero, is written."""
+
+
+def link(name: str, inertia: Inertia, visual: Shape, collision: Shape, rgb: Colour) -> ET.Element:
+    """Return a link that is seen and touched."""
+    element = ET.Element("link", name=name)
+    element.append(inertial(inertia))
+    seen = _placed("visual", visual)
+    material = ET.SubElement(seen, "material", name=f"{name}_colour")
+    ET.SubElement(material, "color", rgba=numbers(*(part / 255 for part in rgb), 1.0))
+    element.extend((seen, _placed("collision", collision)))
+    return element
+
+
+def inertial(inertia: Inertia) -> ET.Element:
+    """Return what a link weighs."""
+    element = ET.Element("inertial")
+    element.append(_pose(inertia.centre, ORIGIN))
+    ET.SubElement(element, "mass", value=numbers(inertia.mass))
+    ixx, iyy, izz = map(numbers, inertia.moments)
+    ET.SubElement(element, "inertia", ixx=ixx, ixy="0", ixz="0", iyy=iyy, iyz="0", izz=izz)
+    return element
+
+
+def joint(name: str, kind: str, parent: str, child: str, xyz: Vector, rpy: Vector = ORIGIN) -> ET.Element:
+    """Return a joint that puts one link on another."""
+    element = ET.Element("joint", name=name, type=kind)
+    element.append(_pose(xyz, rpy))
+    ET.SubElement(element, "parent", link=parent)
+    ET.SubElement(element, "child", link=child)
+    return element
+
+
+def box(x: float, y: float, z: float, xyz: Vector = ORIGIN) -> Shape:
+    """Return a box by its edges, in metres."""
+    return Shape("box", {"size": numbers(x, y, z)}, xyz)
+
+
+def cylinder(radius: float, length: float, xyz: Vector = ORIGIN, rpy: Vector = ORIGIN) -> Shape:
+    """Return a cylinder along z."""
+    return Shape("cylinder", {"radius": numbers(radius), "length": numbers(length)}, xyz, rpy)
+
+
+def sphere(radius: float) -> Shape:
+    """Return a sphere."""
+    return Shape("sphere", {"radius": numbers(radius)})
+
+
+def numbers(*values: float) -> str:
+    """Return numbers as an attribute has them."""
+    return " ".join(f"{value:.9g}" for value in values)
+
+
+def _placed(role: str, shape: Shape) -> ET.Element:
+    element = ET.Element(role)
+    element.append(_pose(shape.xyz, shape.rpy))
+    ET.SubElement(ET.SubElement(element, "geometry"), shape.tag, shape.size)
+    return element
+
+
+def _pose(xyz: Vector, rpy: Vector) -> ET.Element:
+    return ET.Element("origin", xyz=numbers(*xyz), rpy=numbers(*rpy))
+
+
+_LYING = (math.pi / 2, 0.0, 0.0)
+
+
+def robot_parts(description: RobotDescription) -> Iterator[ET.Element]:
+    """Yield all links and joints of a robot."""
+    yield _body(description.body)
+    yield from _wheels(description)
+    if description.drive and description.drive.caster:
+        yield from _caster(description.drive.caster)
+    for sensor, mount in description.mounts.items():
+        yield from _frame(sensor, mount)
+
+
+def _body(body: Body) -> ET.Element:
+    x, y, z = body.length_m, body.width_m, body.height_m
+    shape = box(x, y, z, body.middle_m)
+    return link(BASE, Inertia(body.mass_kg, body.moments_kg_m2, body.middle_m), shape, shape, body.colour)
+
+
+def _wheels(description: RobotDescription) -> Iterator[ET.Element]:
+    if (drive := description.drive) is None:
+        return
+    for motor in description.all_of(MotorDescription):
+        if motor.name in (drive.left, drive.right):
+            yield _wheel_link(wheel(motor.name), drive)
+            place = (0.0, drive.wheel_y_m(motor.name), drive.wheel_radius_m)
+            axle = joint(wheel_joint(motor.name), "continuous", BASE, wheel(motor.name), place)
+            ET.SubElement(axle, "axis", xyz="0 1 0")
+            limits = {"effort": motor.max_torque_nm, "velocity": motor.max_velocity_rad_s}
+            ET.SubElement(axle, "limit", {key: numbers(value) for key, value in limits.items()})
+            yield axle
+
+
+def _wheel_link(name: str, drive: Drive) -> ET.Element:
+    tyre = cylinder(drive.wheel_radius_m, drive.wheel_width_m, rpy=_LYING)
+    inertia = Inertia(drive.wheel_mass_kg, drive.wheel_moments_kg_m2)
+    return link(name, inertia, tyre, sphere(drive.wheel_radius_m), WHEEL_COLOUR)
+
+
+def _caster(caster: Caster) -> Iterator[ET.Element]:
+    ball = sphere(caster.radius_m)
+    moment = 0.4 * TOKEN_MASS_KG * caster.radius_m**2
+    yield link(CASTER, Inertia(TOKEN_MASS_KG, (moment,) * 3), ball, ball, CASTER_COLOUR)
+    yield joint(f"{CASTER}_place", "fixed", BASE, CASTER, (caster.x_m, 0.0, caster.radius_m))
+
+
+def _frame(sensor: str, mount: Mount) -> Iterator[ET.Element]:
+    looking = ET.Element("link", name=frame(sensor))
+    looking.append(inertial(TOKEN))
+    yield looking
+    rpy = (0.0, mount.pitch_rad, mount.yaw_rad)
+    yield joint(f"{sensor}_mount", "fixed", BASE, frame(sensor), (mount.x_m, mount.y_m, mount.z_m), rpy)
+
+
+WORLD = "world"
+"""The root: tools know by its name that it never moves."""
+
+FLOOR = "floor"
+GROUND_M = 100.0
+"""The ground goes on beyond the floor's edge; a tool that puts a box there has to be told how far."""
+
+_GROUND_DEPTH_M = 0.1
+
+
+def world_parts(world: WorldDescription, robot: str, *, is_free: bool) -> Iterator[ET.Element]:
+    """Yield all links and joints of a world, and the joint by which a robot's first link, ``robot``, is at its start.
+
+    That one floats where the robot is free to move.
+    """
+    yield ET.Element("link", name=WORLD)
+    ground = box(GROUND_M, GROUND_M, _GROUND_DEPTH_M, (0.0, 0.0, -_GROUND_DEPTH_M / 2))
+    yield from _fixed(FLOOR, ground, world.floor.colour, ORIGIN, 0.0)
+    for prism in world.prisms:
+        yield from _fixed(
+            _link_of(prism.name), _upright(prism), prism.colour, (prism.x_m, prism.y_m, 0.0), prism.yaw_rad
+        )
+    for ball in world.targets:
+        yield from _fixed(_link_of(ball.name), sphere(ball.radius_m), ball.colour, _middle(ball), 0.0)
+    start = world.start
+    yield _place_joint(robot, "floating" if is_free else "fixed", (start.x_m, start.y_m, 0.0), start.yaw_rad)
+
+
+def _fixed(name: str, shape: Shape, rgb: Colour, xyz: Vector, yaw: float) -> Iterator[ET.Element]:
+    yield link(name, TOKEN, shape, shape, rgb)
+    yield _place_joint(name, "fixed", xyz, yaw)
+
+
+def _place_joint(name: str, kind: str, xyz: Vector, yaw: float) -> ET.Element:
+    return joint(f"{name}_place", kind, WORLD, name, xyz, (0.0, 0.0, yaw))
+
+
+def _upright(prism: Box | Cylinder) -> Shape:
+    """Return what stands on the floor. A cylinder is round here: the prism's corners are on it."""
+    middle = (0.0, 0.0, prism.height_m / 2)
+    if isinstance(prism, Box):
+        return box(prism.length_m, prism.width_m, prism.height_m, middle)
+    return cylinder(prism.radius_m, prism.height_m, middle)
+
+
+def _middle(ball: Ball) -> Vector:
+    return ball.x_m, ball.y_m, ball.radius_m
+
+
+def _link_of(thing: str) -> str:
+    """Return the name of a thing's link; no link of a robot's ends like it."""
+    return f"{thing}_thing"
+
+
+__all__ = ["robot_urdf"]
+
+
+def robot_urdf(description: RobotDescription, world: WorldDescription | None = None) -> str:
+    """Return the robot as a URDF document, at the start of a world where there is one.
+
+    A wheel touches the floor as a sphere does: at one point, on the exact track, where a cylinder rolls on either
+    edge. URDF knows no friction: the caster slides, and wheels should grip with a coefficient of 1. Nor does it know
+    patterns: every surface has its one colour.
+    """
+    name = f"{description.name} in {world.name}" if world else description.name
+    robot = ET.Element("robot", name=name)
+    robot.extend(world_parts(world, BASE, is_free=description.drive is not None) if world else ())
+    robot.extend(robot_parts(description))
+    ET.indent(robot)
+    return ET.tostring(robot, encoding="unicode", xml_declaration=True) + "\n"

@@ -1,0 +1,172 @@
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from robotcore.autonomy.navigation.grid_search import (
+    UNREACHED,
+    Cell,
+    Mask,
+    are_straight_ways,
+    backtrack,
+    hidden,
+    is_straight_way,
+    rays_from,
+    wavefront,
+)
+
+EDGES = [(-1, 0), (1, 0), (0, -1), (0, 1)]
+CORNERS = [(-1, -1), (-1, 1), (1, -1), (1, 1)]
+
+
+def drawn(picture: str) -> tuple[Mask, dict[str, Cell]]:
+    """Return which cells are open in a picture, ``#`` being closed, and where its letters are."""
+    rows = picture.split()
+    places = {mark: (r, c) for r, row in enumerate(rows) for c, mark in enumerate(row) if mark.isalpha()}
+    return np.array([[mark != "#" for mark in row] for row in rows]), places
+
+
+def neighbours(cell: Cell, offsets: list[Cell], open_cells: Mask) -> Iterator[Cell]:
+    for dr, dc in offsets:
+        r, c = cell[0] + dr, cell[1] + dc
+        if 0 <= r < open_cells.shape[0] and 0 <= c < open_cells.shape[1] and open_cells[r, c]:
+            yield r, c
+
+
+def steps_by_hand(start: Cell, open_cells: Mask) -> dict[Cell, int]:
+    """Return what `wavefront` should: cell by cell, odd steps over edges and corners, even ones over edges."""
+    reached = {start: 0}
+    for step in range(1, 2 * open_cells.size):
+        offsets = EDGES + CORNERS if step % 2 else EDGES
+        new = {near for cell in reached for near in neighbours(cell, offsets, open_cells)} - reached.keys()
+        reached.update(dict.fromkeys(new, step))
+    return reached
+
+
+def masks() -> st.SearchStrategy[Mask]:
+    rows = st.lists(st.lists(st.booleans(), min_size=6, max_size=6), min_size=5, max_size=5)
+    return rows.map(np.array)
+
+
+@given(masks(), st.integers(0, 4), st.integers(0, 5))
+def test_steps_are_those_of_a_wave_that_is_followed_cell_by_cell(open_cells: Mask, row: int, column: int) -> None:
+    steps = wavefront((row, column), open_cells)
+    by_hand = steps_by_hand((row, column), open_cells)
+    for cell in np.ndindex(*open_cells.shape):
+        assert steps[cell] == by_hand.get((cell[0], cell[1]), UNREACHED)
+
+
+@given(masks(), st.integers(0, 4), st.integers(0, 5))
+def test_a_way_back_leads_from_the_start_over_open_neighbours(open_cells: Mask, row: int, column: int) -> None:
+    start = (row, column)
+    steps = wavefront(start, open_cells)
+    for goal in map(tuple, np.argwhere(steps != UNREACHED)):
+        path = backtrack(steps, goal)
+        assert (path[0], path[-1]) == (start, goal)
+        assert len(path) <= steps[goal] + 1
+        assert all(open_cells[cell] for cell in path[1:])
+        for (r, c), (following_r, following_c) in pairwise(path):
+            assert max(abs(following_r - r), abs(following_c - c)) == 1
+
+
+def test_what_is_walled_off_is_not_reached() -> None:
+    open_cells, at = drawn("..#.. S.#G. ..#..")
+    assert wavefront(at["S"], open_cells)[at["G"]] == UNREACHED
+
+
+def test_a_wave_goes_round_a_wall() -> None:
+    open_cells, at = drawn("..... .###. S.#G. ..#..")
+    path = backtrack(wavefront(at["S"], open_cells), at["G"])
+    assert (0, 2) in path
+
+
+@pytest.mark.parametrize("length", [1, 2, 50])
+def test_a_wave_ends_though_its_way_is_long_and_narrow(length: int) -> None:
+    steps = wavefront((0, 0), np.ones((1, length), np.bool_))
+    assert steps[0].tolist() == list(range(length))
+
+
+def test_a_straight_way_is_free_where_all_its_cells_are() -> None:
+    open_cells, at = drawn("A...B .##.. C...D")
+    assert is_straight_way(open_cells, at["A"], at["B"])
+    assert is_straight_way(open_cells, at["B"], at["D"])
+    assert not is_straight_way(open_cells, at["A"], at["D"])
+
+
+def test_where_a_straight_way_begins_does_not_matter_but_where_it_ends_does() -> None:
+    open_cells = np.array([[False, True, True, False]])
+    assert is_straight_way(open_cells, (0, 0), (0, 2))
+    assert not is_straight_way(open_cells, (0, 1), (0, 3))
+    assert is_straight_way(open_cells, (0, 0), (0, 0))
+
+
+@given(masks(), st.integers(0, 4), st.integers(0, 5), st.integers(0, 4), st.integers(0, 5))
+def test_a_wave_that_ends_at_a_goal_reaches_it_by_as_many_steps(
+    open_cells: Mask, row: int, column: int, goal_row: int, goal_column: int
+) -> None:
+    goals = np.zeros_like(open_cells)
+    goals[goal_row, goal_column] = True
+    whole, cut = wavefront((row, column), open_cells), wavefront((row, column), open_cells, goals)
+    assert cut[goal_row, goal_column] == whole[goal_row, goal_column]
+    is_reached = cut != UNREACHED
+    assert (cut[is_reached] == whole[is_reached]).all()
+
+
+def test_a_wave_ends_at_the_nearest_goal() -> None:
+    goals = np.array([[False, False, True, False, True]])
+    steps = wavefront((0, 0), np.ones((1, 5), np.bool_), goals)
+    assert steps[0].tolist() == [0, 1, 2, UNREACHED, UNREACHED]
+
+
+def by_hand(open_cells: Mask, start: Cell, goal: Cell) -> bool:
+    """Return whether a line is straight, point by point: two points a step."""
+    count = 2 * max(abs(goal[0] - start[0]), abs(goal[1] - start[1])) + 1
+    points = np.linspace(start, goal, count).round().astype(int)
+    return all(open_cells[row, column] or (row, column) == start for row, column in points)
+
+
+@given(masks(), st.lists(st.tuples(st.integers(0, 4), st.integers(0, 5)), min_size=1), st.integers(0, 4))
+def test_many_lines_at_once_are_each_what_it_is_alone(open_cells: Mask, starts: list[Cell], row: int) -> None:
+    goal = (row, 3)
+    straight = are_straight_ways(open_cells, starts, [goal])
+    assert straight.tolist() == [by_hand(open_cells, start, goal) for start in starts]
+
+
+def test_where_a_straight_way_leaves_the_grid_nothing_is_in_the_way() -> None:
+    open_cells = np.array([[False, True, True, False]])
+    assert is_straight_way(open_cells, (0, 2), (-7, 9))
+    assert not is_straight_way(open_cells, (0, 2), (0, 9))
+
+
+MIDDLE = np.array([[5, 5]])
+RADII = np.array([1, 2, 3])
+
+
+def test_rays_go_along_columns_and_rows() -> None:
+    rays = rays_from(MIDDLE, np.array([0.0, math.pi / 2, math.pi]), RADII, 11)
+    assert rays.rows[0].tolist() == [[5, 5, 5], [6, 7, 8], [5, 5, 5]]
+    assert rays.columns[0].tolist() == [[6, 7, 8], [5, 5, 5], [4, 3, 2]]
+    assert rays.inside.all()
+
+
+def test_each_start_has_its_rays() -> None:
+    rays = rays_from(np.array([[5, 5], [2, 3]]), np.array([0.0]), RADII, 11)
+    assert rays.rows.shape == (2, 1, 3)
+    assert (rays.rows[1, 0, 0], rays.columns[1, 0, 0]) == (2, 4)
+
+
+def test_outside_the_grid_there_is_nothing() -> None:
+    rays = rays_from(MIDDLE, np.array([0.0]), np.array([4, 5, 6]), 11)
+    assert rays.inside[0, 0].tolist() == [True, True, False]
+    assert rays.of(np.ones((11, 11), np.bool_))[0, 0].tolist() == [True, True, False]
+
+
+def test_what_hides_hides_itself_and_all_behind() -> None:
+    hides = np.array([[[False, True, False], [False, False, False]]])
+    assert hidden(hides).tolist() == [[[False, True, True], [False, False, False]]]

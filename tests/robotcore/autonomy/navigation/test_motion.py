@@ -1,0 +1,168 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from robotcore.autonomy.navigation.mapping import Map
+from robotcore.autonomy.navigation.motion import BACK_M_S, NO_SWEEP, Follower, ScanTurn, Steering, Sweep
+from robotcore.autonomy.navigation.planner import Path
+from robotcore.geometry import Pose
+from tests.robotcore.autonomy.navigation.places import HERE, REACH, take
+
+SPEED, TURN = 0.25, 1.5
+
+
+@pytest.fixture
+def steering() -> Steering:
+    return Steering(SPEED, TURN)
+
+
+@pytest.fixture
+def follower(field: Map, steering: Steering) -> Follower:
+    return Follower(field.ground, steering)
+
+
+def begin(follower: Follower, field: Map, x: float, y: float) -> None:
+    follower.start(field.ground.way_to(field.grid.cell_of(0.0, 0.0), field.grid.cell_of(x, y)))
+
+
+def walk(follower: Follower, pose: Pose, ticks: int = 2000) -> list[Pose]:
+    """Follow the way to its end, as an ideal robot would."""
+    poses = [pose]
+    while (twist := follower.follow(poses[-1])) and len(poses) < ticks:
+        poses.append(poses[-1].advanced(twist.linear / 20, twist.angular / 20))
+    return poses
+
+
+class TestSteering:
+    def test_turns_first_to_what_is_far_aside(self, steering: Steering) -> None:
+        assert steering.along(1.0, 1.0) == (0.0, TURN)
+        assert steering.along(-1.0, 1.0) == (0.0, -TURN)
+        assert steering.along(0.0, 1.0) == (SPEED, 0.0)
+
+    def test_slows_down_as_it_arrives_but_not_to_a_stop(self, steering: Steering) -> None:
+        speeds = [steering.along(0.0, away).linear for away in (0.3, 0.1, 0.0)]
+        assert SPEED == speeds[0] > speeds[1] > speeds[2] > 0
+
+    def test_approaches_slower_the_less_there_is_to_go(self, steering: Steering) -> None:
+        assert steering.approach(0.0, 1.0) == (SPEED, 0.0)
+        assert 0 < steering.approach(0.0, 0.05).linear < SPEED / 2
+
+    def test_backs_off_slowly_where_it_is_too_near(self, steering: Steering) -> None:
+        assert steering.approach(0.0, -0.5).linear == -BACK_M_S
+
+    def test_approaches_only_what_it_is_turned_to(self, steering: Steering) -> None:
+        linear, angular = steering.approach(0.5, 1.0)
+        assert linear == 0.0
+        assert angular > 0
+
+
+class TestFollower:
+    def test_without_a_way_there_is_nothing_to_follow(self, follower: Follower) -> None:
+        assert follower.follow(HERE) is None
+
+    def test_ends_where_the_way_ends(self, follower: Follower, field: Map) -> None:
+        begin(follower, field, 1.2, -0.8)
+        assert walk(follower, HERE)[-1].distance_to(1.2, -0.8) < 0.08
+
+    def test_cuts_short_but_keeps_its_distance(self, follower: Follower, field: Map) -> None:
+        take(field.grid, 0.5, 0.6, -0.4, 0.4)
+        begin(follower, field, 1.2, 0.0)
+        poses = walk(follower, HERE)
+        clearance = field.grid.clearance()
+        assert poses[-1].distance_to(1.2, 0.0) < 0.08
+        assert min(clearance[field.grid.cell_of(pose.x, pose.y)] for pose in poses) > REACH
+
+    def test_finds_another_way_where_something_has_come_up(self, follower: Follower, field: Map) -> None:
+        begin(follower, field, 1.2, 0.0)
+        poses = walk(follower, HERE, ticks=20)
+        take(field.grid, 0.6, 0.7, -0.4, 0.4)
+        poses = walk(follower, poses[-1])
+        assert poses[-1].distance_to(1.2, 0.0) < 0.08
+        assert max(abs(pose.y) for pose in poses) > 0.4
+
+    def test_gives_up_where_nothing_leads_there_any_more(self, follower: Follower, field: Map) -> None:
+        begin(follower, field, 1.2, 0.0)
+        take(field.grid, 0.5, 0.6, -2.0, 2.0)
+        assert follower.follow(HERE) is None
+
+    def test_the_way_it_was_given_stays_as_it_was(self, follower: Follower, field: Map) -> None:
+        way = field.ground.way_to(field.grid.cell_of(0.0, 0.0), field.grid.cell_of(0.6, 0.0))
+        length = len(way.path)
+        follower.start(way)
+        walk(follower, HERE)
+        assert len(way.path) == length
+
+    def test_drives_at_what_is_ahead_on_its_way_not_at_its_end(self, follower: Follower, field: Map) -> None:
+        start, corner, end = (field.grid.cell_of(*point) for point in ((0.0, 0.0), (0.8, 0.0), (0.8, 0.8)))
+        along = [(start[0], column) for column in range(start[1], corner[1])]
+        up = [(row, corner[1]) for row in range(corner[0], end[0])]
+        follower.start(Path(along + up, field.grid.free))
+        twist = follower.follow(HERE)
+        assert twist
+        assert twist.angular == pytest.approx(0.0, abs=0.2)
+
+
+def turn(look: ScanTurn, headings: list[float]) -> float:
+    """Turn from 0 in steps of 0.1 rad until nothing is left; return how far."""
+    heading = 0.0
+    for _ in range(200):
+        bearings = np.array([(at - heading + math.pi) % math.tau - math.pi for at in headings])
+        if not (sense := look.sense(heading, bearings)):
+            break
+        heading += 0.1 * sense
+        headings = [at for at in headings if abs((at - heading + math.pi) % math.tau - math.pi) > 0.15]
+    return heading
+
+
+def survey(sweep: Sweep, heading: float) -> list[float]:
+    """Return through which headings a survey turns, at its turning points."""
+    turning_points, last = [], 0.0
+    while sense := sweep.sense(heading):
+        if sense == -last:
+            turning_points.append(heading)
+        last = sense
+        heading += 0.02 * sense
+    return [*turning_points, heading]
+
+
+class TestLook:
+    def test_turns_to_the_nearest_first_and_on_in_the_same_sense(self) -> None:
+        assert turn(ScanTurn(0.0), [-0.5, 0.8]) == pytest.approx(0.8 - math.tau, abs=0.2)
+        assert turn(ScanTurn(0.0), [0.5, -0.8]) == pytest.approx(math.tau - 0.8, abs=0.2)
+
+    def test_ends_where_nothing_is_left_to_look_at(self) -> None:
+        assert turn(ScanTurn(0.0), [1.0, 2.0]) == pytest.approx(2.0, abs=0.2)
+        assert ScanTurn(0.0).sense(0.0, np.array([])) == 0.0
+
+    def test_goes_round_only_once_though_there_be_more(self) -> None:
+        look = ScanTurn(0.0)
+        heading, bearing = 0.0, np.array([0.3])
+        while look.sense(heading, bearing) and heading < 20:
+            heading += 0.1
+        assert heading == pytest.approx(math.tau - 0.3, abs=0.1)
+
+    def test_turning_back_counts_as_turning_too(self) -> None:
+        look = ScanTurn(0.0)
+        senses = [look.sense(heading, np.array([0.5])) for heading in [0.0, 1.0] * 4]
+        assert senses == [1.0] * 6 + [0.0] * 2
+
+
+class TestSurvey:
+    def test_sweeps_both_sides_of_what_is_ahead_the_nearer_first(self) -> None:
+        assert survey(Sweep.ahead(HERE, 0.3), 0.0) == pytest.approx([-0.5, 1.1], abs=0.12)
+        assert survey(Sweep.ahead(HERE, -0.3), 0.0) == pytest.approx([0.5, -1.1], abs=0.12)
+
+    def test_all_round_is_one_whole_turn(self) -> None:
+        assert survey(Sweep.all_round(Pose(0.0, 0.0, 1.0)), 1.0) == pytest.approx([1.0 + math.tau], abs=0.12)
+
+    def test_holds_until_the_robot_has_moved_on(self) -> None:
+        sweep = Sweep.ahead(HERE, 0.0)
+        assert sweep.is_about(Pose(0.1, 0.0, 2.0), REACH)
+        assert not sweep.is_about(Pose(0.2, 0.0, 0.0), REACH)
+
+    def test_none_was_made_about_anywhere(self) -> None:
+        assert not NO_SWEEP.is_about(HERE, REACH)
+        assert NO_SWEEP.sense(0.0) == 0.0

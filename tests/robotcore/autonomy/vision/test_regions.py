@@ -1,0 +1,140 @@
+from __future__ import annotations
+
+import colorsys
+import doctest
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from robotcore.autonomy.vision import regions
+from robotcore.autonomy.vision.regions import HueClassifier, Region, find_hue, measure_region, outlines
+from tests.robotcore.autonomy.vision.pictures import bgr
+
+HUE = st.floats(0, 360, allow_nan=False)
+PART = st.floats(0.2, 1)
+
+
+def does_pass(colour: tuple[int, int, int], tests: regions.Tests) -> bool:
+    return bool(find_hue(np.full((1, 1, 3), colour, np.uint8), tests)[0, 0])
+
+
+def test_the_example_holds() -> None:
+    assert doctest.testmod(regions) == doctest.TestResults(failed=0, attempted=2)
+
+
+@given(HUE, PART, PART)
+def test_chroma_and_saturation_of_the_hue_itself_are_those_of_hsv(hue: float, saturation: float, value: float) -> None:
+    red, green, blue = colorsys.hsv_to_rgb(hue / 360, saturation, value)
+    found, colour = HueClassifier(hue, 30), (255 * blue, 255 * green, 255 * red)
+    assert found.chroma(colour) == pytest.approx(255 * saturation * value, rel=0.14)
+    assert found.saturation(colour) == pytest.approx(saturation, rel=0.14)
+
+
+@given(HUE, PART, st.floats(0.2, 0.7), st.floats(0.2, 1))
+def test_saturation_stays_in_the_shadow(hue: float, saturation: float, value: float, light: float) -> None:
+    lit, dim = (255 * np.array(colorsys.hsv_to_rgb(hue / 360, saturation, part)) for part in (value, value * light))
+    found = HueClassifier(hue, 30)
+    assert found.saturation(tuple(dim[::-1])) == pytest.approx(found.saturation(tuple(lit[::-1])), abs=0.02)
+
+
+@given(HUE, st.floats(5, 80), st.sampled_from((-1, 1)))
+def test_a_hue_passes_within_the_tolerance_and_not_beyond(hue: float, tolerance: float, side: int) -> None:
+    tests = HueClassifier(hue, tolerance).of_chroma(0.0)
+    assert does_pass(bgr(hue + side * (tolerance - 3)), tests)
+    assert not does_pass(bgr(hue + side * (tolerance + 3)), tests)
+    assert not does_pass(bgr(hue + 180), tests)
+
+
+@given(HUE, st.floats(0.2, 0.8))
+def test_a_saturation_passes_from_the_least_on(hue: float, least: float) -> None:
+    tests = HueClassifier(hue, 30).of_saturation(least, 0.0)
+    assert does_pass(bgr(hue, min(1.0, least + 0.15)), tests)
+    assert not does_pass(bgr(hue, least - 0.1), tests)
+
+
+@given(HUE, st.sampled_from((-1, 1)))
+def test_the_duller_a_colour_the_nearer_to_the_hue_it_must_be(hue: float, side: int) -> None:
+    tests, aside = HueClassifier(hue, 30).of_saturation(0.25, 0.0), hue + 25 * side
+    assert does_pass(bgr(aside, 0.9), tests)
+    assert not does_pass(bgr(aside, 0.35), tests)
+    assert does_pass(bgr(hue, 0.45), tests)
+
+
+@given(HUE, st.integers(0, 255))
+def test_grey_never_passes_once_there_is_a_distance(hue: float, grey: int) -> None:
+    assert not does_pass((grey, grey, grey), HueClassifier(hue, 30).of_saturation(0.0, 2.0))
+
+
+def test_a_distance_asks_more_of_the_dark() -> None:
+    tests = HueClassifier(120, 30).of_saturation(0.3, 10.0)
+    assert does_pass(bgr(120, 0.5, 0.9), tests)
+    assert not does_pass(bgr(120, 0.5, 0.1), tests)
+
+
+Rectangle = tuple[int, int, int, int]
+RECTANGLE = st.tuples(st.integers(0, 30), st.integers(0, 20), st.integers(1, 12), st.integers(1, 12))
+ELLIPSE = st.tuples(st.integers(2, 14), st.integers(2, 14), st.integers(0, 179))
+
+
+def mask_of(*rectangles: Rectangle) -> NDArray[np.uint8]:
+    mask = np.zeros((40, 50), np.uint8)
+    for left, top, width, height in rectangles:
+        mask[top : top + height, left : left + width] = 1
+    return mask
+
+
+def only(mask: NDArray[np.uint8]) -> Region:
+    (outline,) = outlines(mask)
+    return measure_region(outline)
+
+
+@given(RECTANGLE)
+def test_a_rectangle_is_measured_exactly(rectangle: Rectangle) -> None:
+    left, top, width, height = rectangle
+    patch = only(mask_of(rectangle))
+    assert (patch.box, patch.area) == (rectangle, width * height)
+    assert patch.centroid == pytest.approx((left + (width - 1) / 2, top + (height - 1) / 2))
+
+
+@given(st.lists(RECTANGLE, min_size=2, max_size=6))
+def test_the_area_is_the_number_of_pixels_whatever_the_shape(rectangles: list[Rectangle]) -> None:
+    mask = mask_of(*rectangles)
+    for outline in outlines(mask):
+        filled = np.zeros_like(mask)
+        cv2.drawContours(filled, [outline], -1, 1, cv2.FILLED)
+        assert measure_region(outline).area == filled.sum()
+
+
+@given(ELLIPSE)
+def test_the_centroid_is_that_of_the_pixels(ellipse: tuple[int, int, int]) -> None:
+    across, down, turned = ellipse
+    mask = np.zeros((40, 50), np.uint8)
+    cv2.ellipse(mask, (20, 15), (across, down), turned, 0, 300, 1, cv2.FILLED)
+    rows, columns = np.nonzero(mask)
+    assert only(mask).centroid == pytest.approx((columns.mean(), rows.mean()), abs=0.2)
+
+
+def test_a_hole_counts_as_filled() -> None:
+    mask = mask_of((10, 10, 12, 9))
+    mask[13:15, 12:20] = 0
+    assert only(mask) == only(mask_of((10, 10, 12, 9)))
+
+
+def test_patches_that_touch_at_a_corner_are_one() -> None:
+    assert only(mask_of((5, 5, 3, 3), (8, 8, 4, 4))).area == 25
+
+
+def test_outlines_are_moved_by_the_offset() -> None:
+    (outline,) = outlines(mask_of((5, 6, 3, 3)), (100, 200))
+    assert measure_region(outline).box == (105, 206, 3, 3)
+
+
+def test_lies_in_a_box_up_to_its_edge() -> None:
+    patch = Region((10.0, 5.0), (8, 3, 5, 5), 25)
+    assert patch.lies_in((10, 5, 1, 1))
+    assert not patch.lies_in((11, 5, 4, 4))
+    assert not patch.lies_in((4, 5, 6, 4))

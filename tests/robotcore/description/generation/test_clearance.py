@@ -1,0 +1,113 @@
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from robotcore.description import Floor, Start, WorldDescription, load_robot, require_room, require_start
+from robotcore.description.generation.clearance import gap_between, gap_to_edge
+from robotcore.description.world import round_outline
+from robotcore.errors import DescriptionError
+from tests.robotcore.description.worlds import ball, box, room
+
+SQUARE = ((1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0))
+
+
+def moved(x: float, y: float) -> tuple[tuple[float, float], ...]:
+    return tuple((x + corner_x, y + corner_y) for corner_x, corner_y in SQUARE)
+
+
+def test_outlines_side_by_side_are_as_far_apart_as_their_sides() -> None:
+    assert gap_between(SQUARE, moved(2.5, 0.7)) == pytest.approx(0.5)
+
+
+def test_overlap_is_below_zero() -> None:
+    assert gap_between(SQUARE, moved(1.9, 0.0)) == pytest.approx(-0.1)
+
+
+def test_a_cross_overlaps_although_no_corner_of_one_is_in_the_other() -> None:
+    long, tall = (
+        ((3.0, 0.1), (-3.0, 0.1), (-3.0, -0.1), (3.0, -0.1)),
+        ((0.1, 3.0), (-0.1, 3.0), (-0.1, -3.0), (0.1, -3.0)),
+    )
+    assert gap_between(long, tall) < 0
+
+
+def test_an_outline_inside_another_overlaps_both_ways() -> None:
+    disc = round_outline(0.2, 0.1, 0.05)
+    assert gap_between(SQUARE, disc) < 0
+    assert gap_between(disc, SQUARE) < 0
+
+
+def test_a_gap_between_corners_is_never_more_than_the_distance() -> None:
+    assert 0 < gap_between(SQUARE, moved(3.0, 3.0)) <= math.sqrt(2)
+
+
+def test_the_gap_to_the_edge_is_that_of_the_corner_farthest_out() -> None:
+    assert gap_to_edge(moved(0.5, 0.0), Floor(length_m=4, width_m=6)) == pytest.approx(0.5)
+    assert gap_to_edge(moved(0.0, -2.5), Floor(length_m=4, width_m=6)) == pytest.approx(-0.5)
+
+
+def fault_of(world: WorldDescription) -> DescriptionError:
+    with pytest.raises(DescriptionError) as caught:
+        require_room(world, "my.toml")
+    assert "\n" not in str(caught.value)
+    return caught.value
+
+
+def test_things_apart_have_room() -> None:
+    require_room(room(box(), ball(x_m=1.0), ball("other", x_m=-1.0)), "my.toml")
+
+
+def test_a_ball_in_an_obstacle_is_named_with_it() -> None:
+    fault = fault_of(room(box(), ball(x_m=0.3)))
+    assert (fault.file, fault.key) == ("my.toml", "targets[ball]")
+    assert "the obstacle 'box'" in fault.fault
+
+
+def test_two_balls_in_one_place_are_refused() -> None:
+    assert "the target 'ball'" in fault_of(room(ball(), ball("other", x_m=0.15))).fault
+
+
+@pytest.mark.parametrize("x", [1.95, 3.0, -1.95])
+def test_a_ball_in_or_beyond_a_wall_is_refused(x: float) -> None:
+    fault = fault_of(room(ball(x_m=x)))
+    assert "wall" in fault.fault
+    assert "±2 m" in fault.remedy
+
+
+def test_without_walls_a_ball_may_lie_beyond_the_floor() -> None:
+    require_room(room(ball(x_m=3.0), walls=None), "my.toml")
+
+
+def test_obstacles_may_overlap_to_build_an_l() -> None:
+    require_room(room(box(), box("leg", x_m=0.4)), "my.toml")
+
+
+def test_an_obstacle_may_reach_into_a_wall_but_not_stand_beyond_it() -> None:
+    require_room(room(box(x_m=1.9)), "my.toml")
+    assert fault_of(room(box(x_m=2.1))).key == "obstacles[box]"
+
+
+@pytest.mark.parametrize("thing", [box(x_m=-1.4, y_m=-1.4), ball(x_m=-1.45, y_m=-1.5)])
+def test_a_start_in_a_thing_is_refused(thing: object) -> None:
+    assert fault_of(room(thing)).key == "start"  # type: ignore[arg-type]
+
+
+def test_a_start_beyond_a_wall_is_refused() -> None:
+    assert fault_of(room(start=Start(x_m=-2.5))).key == "start"
+
+
+def test_whether_the_start_has_room_depends_on_the_robot() -> None:
+    world = room(box(x_m=-1.5, y_m=-1.12))
+    require_room(world, "my.toml")
+    require_start(world, load_robot("lookout"))
+    with pytest.raises(DescriptionError, match=r"the world 'room': start: the robot 'rover' is in the obstacle 'box'"):
+        require_start(room(box(x_m=-1.2, y_m=-1.5)), load_robot("rover"))
+
+
+def test_whether_the_start_has_room_depends_on_the_heading() -> None:
+    nearby = box(x_m=-1.5, y_m=-1.13)
+    require_start(room(nearby, start=Start(x_m=-1.5, y_m=-1.5, yaw_rad=0.0)), load_robot("rover"))
+    with pytest.raises(DescriptionError):
+        require_start(room(nearby, start=Start(x_m=-1.5, y_m=-1.5, yaw_rad=math.pi / 2)), load_robot("rover"))

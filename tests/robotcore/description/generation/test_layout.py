@@ -1,0 +1,198 @@
+from __future__ import annotations
+
+from itertools import combinations
+
+import pytest
+
+from robotcore.description import (
+    RobotDescription,
+    Variation,
+    WorldDescription,
+    draw_world,
+    is_solvable,
+    load_robot,
+    load_world,
+    require_room,
+    require_start,
+    world_names,
+)
+from robotcore.description.generation.clearance import gap_between, gap_to_edge
+from robotcore.description.generation.reachability import is_target_hidden, is_target_in_view
+from robotcore.description.world import round_outline
+from robotcore.errors import DescriptionError, UsageError
+from tests.robotcore.description.worlds import ball, box, room
+
+ROVER, LOOKOUT = load_robot("rover"), load_robot("lookout")
+SEEDS = range(12)
+EVERYWHERE = Variation(place_x_m=(-2, 2), place_y_m=(-2, 2))
+
+
+def draws(name: str, robot: RobotDescription = ROVER) -> list[WorldDescription]:
+    return [draw_world(load_world(name), robot, seed) for seed in SEEDS]
+
+
+def varied(world: WorldDescription, variation: Variation | None) -> WorldDescription:
+    return world.model_copy(update={"variation": variation})
+
+
+@pytest.mark.parametrize("name", world_names())
+def test_a_seed_always_draws_the_same_world_and_another_seed_another(name: str) -> None:
+    first, again = draws(name), draws(name)
+    assert first == again
+    assert all(one != other for one, other in combinations(first, 2))
+
+
+def test_a_seed_draws_what_it_drew_when_this_was_written() -> None:
+    drawn = draw_world(load_world("open"), ROVER, 7)
+    assert drawn.start.x_m == pytest.approx(-1.710254853329829, abs=1e-9)
+    assert drawn.targets[0].y_m == pytest.approx(-1.6371479466245398, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", world_names())
+def test_a_drawn_world_is_sound_and_solvable(name: str) -> None:
+    for drawn in draws(name):
+        require_room(drawn, "drawn")
+        require_start(drawn, ROVER)
+        assert is_solvable(drawn, ROVER)
+
+
+@pytest.mark.parametrize("name", world_names())
+def test_a_drawn_target_is_as_far_away_and_as_hidden_as_the_file_asks(name: str) -> None:
+    for drawn in draws(name):
+        assert drawn.variation
+        assert drawn.variation.target_distance_m
+        nearest, farthest = drawn.variation.target_distance_m
+        target = drawn.targets[0]
+        assert nearest <= drawn.start.pose.distance_to(target.x_m, target.y_m) <= farthest
+        assert is_target_hidden(drawn, ROVER) or not drawn.variation.target_hidden
+
+
+@pytest.mark.parametrize("name", world_names())
+def test_the_robot_passes_between_any_two_things_and_along_every_wall(name: str) -> None:
+    width = 2 * ROVER.body.reach_m
+    for drawn in draws(name):
+        for one, other in combinations(drawn.things, 2):
+            assert gap_between(one.outline, other.outline) > width
+        for thing in drawn.things:
+            assert gap_to_edge(thing.outline, drawn.floor) > (width if drawn.walls else 0)
+
+
+@pytest.mark.parametrize("name", world_names())
+def test_the_robot_can_turn_where_it_starts(name: str) -> None:
+    for drawn in draws(name):
+        disc = round_outline(drawn.start.x_m, drawn.start.y_m, ROVER.body.reach_m + 0.045)
+        assert gap_to_edge(disc, drawn.floor) > 0
+        assert all(gap_between(disc, thing.outline) > 0 for thing in drawn.things)
+
+
+def test_everything_that_may_vary_does() -> None:
+    for parts in (
+        [(drawn.start.x_m, drawn.start.yaw_rad) for drawn in draws("arena")],
+        [drawn.obstacles for drawn in draws("arena")],
+        [drawn.targets for drawn in draws("arena")],
+        [drawn.light for drawn in draws("arena")],
+    ):
+        assert len(set(parts)) == len(SEEDS)
+
+
+def test_obstacles_are_scaled_in_plan_within_the_range_and_keep_their_height() -> None:
+    written = load_world("clutter").obstacles[0]
+    scales = []
+    for drawn in draws("clutter"):
+        obstacle = drawn.obstacles[0]
+        assert obstacle.height_m == written.height_m
+        assert obstacle.shape == written.shape == "box"
+        assert obstacle.length_m / written.length_m == pytest.approx(obstacle.width_m / written.width_m)
+        scales.append(obstacle.length_m / written.length_m)
+    assert 0.8 <= min(scales) < max(scales) <= 1.3
+
+
+@pytest.mark.parametrize("name", world_names())
+def test_a_robot_that_cannot_drive_starts_with_the_target_in_its_picture(name: str) -> None:
+    assert all(is_target_in_view(drawn, LOOKOUT) for drawn in draws(name, LOOKOUT))
+
+
+def test_a_world_without_variation_is_drawn_all_over_its_floor() -> None:
+    world = room(box(), ball(x_m=1.0))
+    drawn = [draw_world(world, ROVER, seed) for seed in SEEDS]
+    assert len({one.start.x_m for one in drawn}) == len(SEEDS)
+    assert {one.light for one in drawn} == {world.light}
+
+
+def test_what_a_variation_leaves_out_stays_as_written() -> None:
+    touching = room(box(), box("leg", x_m=0.4), ball(x_m=1.2))
+    drawn = draw_world(varied(touching, Variation(light_brightness=(0.5, 0.6))), ROVER, 1)
+    assert 0.5 <= drawn.light.brightness <= 0.6
+    assert (drawn.start, drawn.obstacles, drawn.targets) == (
+        touching.start,
+        touching.obstacles,
+        touching.targets,
+    )
+
+
+def test_a_further_target_need_not_keep_the_distance_of_the_first() -> None:
+    near = EVERYWHERE.model_copy(update={"target_distance_m": (0.5, 1.0)})
+    world = varied(room(ball(), ball("second"), ball("third")), near)
+    for seed in SEEDS:
+        drawn = draw_world(world, ROVER, seed)
+        first, *others = [drawn.start.pose.distance_to(target.x_m, target.y_m) for target in drawn.targets]
+        assert first <= 1.0
+        if max(others) > 1.0:
+            return
+    pytest.fail("every target kept the first one's distance")
+
+
+def test_a_target_keeps_clear_of_the_robot_that_turns_at_the_start() -> None:
+    world = varied(room(ball()), Variation(place_x_m=(-0.3, 0.3), place_y_m=(-0.3, 0.3)))
+    for seed in SEEDS:
+        drawn = draw_world(world, ROVER, seed)
+        target = drawn.targets[0]
+        distance = drawn.start.pose.distance_to(target.x_m, target.y_m)
+        assert distance > ROVER.body.reach_m + target.radius_m + 0.045
+
+
+def test_a_robot_that_cannot_drive_is_turned_towards_the_target_whatever_its_heading_was() -> None:
+    north_or_south = Variation(place_x_m=(-0.01, 0.01), place_y_m=(-1.5, 1.5), yaw_rad=(0.0, 0.0))
+    drawn = draw_world(varied(room(ball()), north_or_south), LOOKOUT, 4)
+    assert is_target_in_view(drawn, LOOKOUT)
+
+
+def test_a_light_alone_does_not_make_a_barred_target_reachable() -> None:
+    barred = room(box(length_m=0.1, width_m=4.0), ball(x_m=1.3))
+    with pytest.raises(DescriptionError, match="the robot finds no way to the target"):
+        draw_world(varied(barred, Variation(light_brightness=(0.5, 0.6))), ROVER, 3)
+
+
+def test_a_robot_wider_than_the_gap_is_still_given_room() -> None:
+    body = ROVER.body.model_copy(update={"width_m": 0.4})
+    wide = ROVER.model_copy(update={"body": body})
+    world = varied(room(*(box(f"box-{n}", length_m=0.2, width_m=0.2) for n in range(4)), ball()), EVERYWHERE)
+    drawn = draw_world(world, wide, 2)
+    assert min(gap_between(a.outline, b.outline) for a, b in combinations(drawn.things, 2)) > 2 * body.reach_m
+
+
+@pytest.mark.parametrize(
+    "world, update, key",
+    [
+        (room(box(), ball(x_m=1.0)), {"gap_m": 1.9}, "gap_m"),
+        (room(box()), {"place_x_m": (-0.01, 0.01), "place_y_m": (-0.01, 0.01)}, "place_x_m"),
+        (room(ball()), {"gap_m": 1.95}, "gap_m"),
+        (room(ball()), {"target_distance_m": (8.0, 9.0)}, "target_distance_m"),
+        (room(ball()), {"target_hidden": True}, "target_hidden"),
+    ],
+    ids=["obstacles", "start", "target", "distance", "hidden"],
+)
+def test_what_cannot_be_met_is_named_with_what_to_loosen(
+    world: WorldDescription, update: dict[str, object], key: str
+) -> None:
+    impossible = varied(world, EVERYWHERE.model_copy(update=update))
+    with pytest.raises(DescriptionError) as caught:
+        draw_world(impossible, ROVER, 3)
+    assert caught.value.key == f"variation.{key}"
+    assert "seed 3" in caught.value.fault
+    assert "\n" not in str(caught.value)
+
+
+def test_a_negative_seed_is_refused_since_it_would_be_another_ones_twin() -> None:
+    with pytest.raises(UsageError, match="0 or more"):
+        draw_world(load_world("open"), ROVER, -1)

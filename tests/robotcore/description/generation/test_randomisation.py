@@ -1,0 +1,193 @@
+from __future__ import annotations
+
+from collections.abc import Iterable
+from itertools import combinations
+from typing import Any
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from robotcore.description import (
+    Conditions,
+    Randomisation,
+    Randomised,
+    Texture,
+    WorldDescription,
+    draw_world,
+    hue_degrees,
+    load_robot,
+    load_world,
+    randomise,
+)
+from robotcore.description.generation.randomisation import free_arcs, hue_at
+from robotcore.errors import DescriptionError
+from tests.robotcore.description.worlds import ball, box, room
+
+HUES = st.lists(st.floats(-60, 420), min_size=1, max_size=4)
+
+
+def apart(one: float, other: float) -> float:
+    return abs((one - other + 180) % 360 - 180)
+
+
+@given(HUES, st.floats(0, 170), st.floats(0, 1))
+def test_a_hue_keeps_the_gap_to_each_that_is_taken(taken: list[float], gap: float, share: float) -> None:
+    arcs = free_arcs(taken, gap)
+    assume(arcs)
+    hue = hue_at(arcs, share)
+    assert min(apart(hue, other) for other in taken) >= gap - 1e-9
+
+
+@given(HUES, st.floats(0, 170), st.integers(0, 359))
+def test_every_hue_that_keeps_the_gap_is_in_an_arc(taken: list[float], gap: float, hue: int) -> None:
+    assume(min(apart(hue, other) for other in taken) > gap + 1e-9)
+    assert any((hue - start) % 360 <= length for start, length in free_arcs(taken, gap))
+
+
+def test_shares_go_evenly_through_the_arcs() -> None:
+    arcs = free_arcs([-10, 150], 60)
+    assert arcs == [(210, 80), (410, 40)]
+    assert [hue_at(arcs, share) for share in (0, 0.5, 0.75, 1)] == [210, 270, 420, 450]
+
+
+def test_nothing_taken_leaves_the_whole_circle() -> None:
+    assert hue_at(free_arcs([], 60), 0.5) == 180
+
+
+@pytest.mark.parametrize("taken, gap", [([0, 120, 240], 60), ([10, -170], 90)])
+def test_there_may_be_no_hue_left(taken: list[float], gap: float) -> None:
+    assert free_arcs(taken, gap) == []
+
+
+SEEDS = range(12)
+ARENA = draw_world(load_world("arena"), load_robot("rover"), 7)
+SEEN = {"colour", "texture"}
+
+
+def drawn(world: WorldDescription = ARENA, *, seeds: Iterable[int] = SEEDS, **ranges: Any) -> list[Randomised]:
+    """Return what the seeds make of a world with these ranges."""
+    world = world.model_copy(update={"randomisation": Randomisation(**ranges)})
+    return [randomise(world, seed) for seed in seeds]
+
+
+def hue_gap(one: float, other: float) -> float:
+    return abs((one - other + 180) % 360 - 180)
+
+
+def test_nothing_moves() -> None:
+    for world, _ in drawn():
+        assert world.start == ARENA.start
+        assert (world.light.azimuth_rad, world.light.elevation_rad) == (
+            ARENA.light.azimuth_rad,
+            ARENA.light.elevation_rad,
+        )
+        for thing, before in zip(world.things, ARENA.things, strict=True):
+            assert thing.model_dump(exclude=SEEN) == before.model_dump(exclude=SEEN)
+
+
+def test_a_seed_always_draws_the_same_and_another_seed_another() -> None:
+    first = drawn()
+    assert first == drawn()
+    assert all(one.world != other.world for one, other in combinations(first, 2))
+
+
+def test_a_seed_draws_what_it_drew_when_this_was_written() -> None:
+    told = randomise(ARENA, 7).told
+    assert (told["light_brightness"], told["camera_noise"], told["wheel_gain_left"]) == (0.5339, 3.1636, 0.9966)
+    assert (told["floor_pattern"], told["walls_pattern"], told["obstacles_pattern"]) == ("checker", "checker", "planks")
+
+
+def test_what_is_told_is_what_the_world_has() -> None:
+    for world, told in drawn():
+        assert told["light_brightness"] == world.light.brightness
+        assert told["light_ambient"] == world.light.ambient == pytest.approx(1 - world.light.diffuse)
+        assert told["floor_hue_deg"] == pytest.approx(hue_degrees(world.floor.colour), abs=1e-3)
+        assert told["target_hue_deg"] == pytest.approx(hue_degrees(world.targets[0].colour), abs=1e-3)
+        assert told["floor_pattern"] == (world.floor.texture.pattern if world.floor.texture else "plain")
+        assert {name: told[name] for name in Conditions.model_fields} == world.conditions.model_dump()
+
+
+def test_every_quantity_stays_in_its_range_and_takes_all_of_it() -> None:
+    ranges = Randomisation().model_dump()
+    for name in ("light_brightness", "light_ambient", "camera_noise", "camera_exposure", "range_bias_m", "wheel_lag_s"):
+        low, high = ranges[name]
+        values = [float(one.told[name]) for one in drawn()]
+        assert low <= min(values) < low + (high - low) / 3
+        assert high - (high - low) / 3 < max(values) <= high
+
+
+def test_each_wheel_has_a_gain_of_its_own_from_one_range() -> None:
+    for world, _ in drawn(wheel_gain=(0.9, 1.0)):
+        left, right = world.conditions.wheel_gain_left, world.conditions.wheel_gain_right
+        assert left != right
+        assert 0.9 <= min(left, right) <= max(left, right) <= 1.0
+
+
+@pytest.mark.parametrize("off", ["camera_noise", "patterns", "hue_gap_deg", "light_ambient", "target_value"])
+def test_one_that_is_switched_off_leaves_all_others_what_they_were(off: str) -> None:
+    without: dict[str, Any] = {off: False}
+    for whole, part in zip(drawn(), drawn(**without), strict=True):
+        group = {"hue_gap_deg": "_hue_deg", "target_value": "target_", "patterns": "_pattern"}.get(off, off)
+        assert {k: v for k, v in part.told.items() if group not in k}.items() <= whole.told.items()
+        assert part != whole
+
+
+def test_what_is_switched_off_stays_as_the_file_has_it() -> None:
+    planks = Texture(pattern="planks")
+    world = ARENA.model_copy(
+        update={
+            "floor": ARENA.floor.model_copy(update={"texture": planks}),
+            "conditions": Conditions(camera_noise=3.0, wheel_lag_s=0.2),
+        }
+    )
+    for one in drawn(world, patterns=False, camera_noise=False, wheel_lag_s=False, light_brightness=False):
+        assert one.world.floor.texture == planks
+        assert (one.world.conditions.camera_noise, one.world.conditions.wheel_lag_s) == (3.0, 0.2)
+        assert one.world.light.brightness == ARENA.light.brightness
+        assert not {"camera_noise", "wheel_lag_s", "light_brightness", "floor_pattern"} & one.told.keys()
+
+
+@pytest.mark.parametrize("gap", [50, 60, 80])
+def test_nothing_but_a_target_has_a_targets_hue(gap: int) -> None:
+    """A vivid colour's hue is off by less than a fifth of a degree once it is in whole levels."""
+    green, blue = ball(), ball("second", colour="blue", x_m=1.0)
+    vivid: dict[str, Any] = {"colour_saturation": (1.0, 1.0), "colour_value": (1.0, 1.0)}
+    for world, _ in drawn(room(green, blue, box(x_m=-1.0)), seeds=range(100), hue_gap_deg=gap, **vivid):
+        assert world.walls
+        for colour in (world.floor.colour, world.walls.colour, world.obstacles[0].colour, world.light.sky_colour):
+            assert min(hue_gap(hue_degrees(colour), hue_degrees(one.colour)) for one in world.targets) > gap - 0.2
+
+
+def test_hues_come_as_near_to_a_targets_as_they_may_on_both_sides() -> None:
+    away = [
+        (hue_degrees(world.light.sky_colour) - hue_degrees(world.targets[0].colour)) % 360
+        for world, _ in drawn(room(ball()), seeds=range(100), colour_saturation=(1.0, 1.0), colour_value=(1.0, 1.0))
+    ]
+    assert 59 < min(away) < 70
+    assert 290 < max(away) < 301
+
+
+def test_a_target_stays_about_its_own_hue_and_a_grey_one_grey() -> None:
+    for world, _ in drawn(room(ball(), ball("pale", colour="grey", x_m=1.0))):
+        green, pale = world.targets
+        assert hue_gap(hue_degrees(green.colour), hue_degrees(ball().colour)) < 10
+        assert len(set(pale.colour)) == 1
+
+
+def test_obstacles_have_a_colour_each_and_one_pattern() -> None:
+    for world, _ in drawn():
+        assert len({obstacle.colour for obstacle in world.obstacles}) == len(world.obstacles)
+        assert len({obstacle.texture for obstacle in world.obstacles}) == 1
+
+
+def test_targets_that_leave_no_hue_are_told_with_the_key_to_change() -> None:
+    balls = [ball(name, colour=name, x_m=float(place)) for place, name in enumerate(("red", "green", "blue"))]
+    with pytest.raises(DescriptionError, match=r"randomisation.hue_gap_deg: it leaves no hue .* got 80. Take"):
+        drawn(room(*balls), hue_gap_deg=80)
+
+
+def test_a_world_without_walls_has_none_told() -> None:
+    for world, told in drawn(load_world("open")):
+        assert world.walls is None
+        assert not any(name.startswith("walls") for name in told)
