@@ -20,8 +20,8 @@ from robotcore.runtime.outcome import Outcome
 from robotcore.runtime.plan import Plan, RunRequest
 from robotcore.sweep import LocalEngine, Record, Sweep, run_sweep
 from robotcore.sweep.local import cores
-from robotcore.sweep.seeds import seeds_of
-from robotcore.sweep.words import fault
+from robotcore.sweep.record import fault
+from robotcore.sweep.spec import seeds_of
 
 APP = "green-search"
 NAMING = (3, 4)

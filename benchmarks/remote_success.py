@@ -20,11 +20,11 @@ from benchmarks.remote.doubles import Double
 from benchmarks.report import machine, print_table
 from robotcore.runtime.plan import RunRequest
 from robotcore.sweep import Record
-from robotcore.sweep.agreement import agreements_of
-from robotcore.sweep.seeds import seeds_of
-from robotcore.sweep.statistics import Group, grouped
-from robotcore.sweep.words import contacts_told, fault, time_told
-from robotcore.sweep.worker import perform
+from robotcore.sweep.record import fault
+from robotcore.sweep.single_run import perform
+from robotcore.sweep.spec import seeds_of
+from robotcore.sweep.statistics import Group, agreements_of, grouped
+from robotcore.sweep.tables import contacts_told, time_told
 
 VERIFIED, ALIKE = 0.97, 0.97
 """The bounds: of verified runs, and of seeds with the same milestones as in the built-in simulator."""

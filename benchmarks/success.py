@@ -17,11 +17,11 @@ from tempfile import TemporaryDirectory
 from benchmarks.report import machine, print_table
 from robotcore.runtime.plan import RunRequest
 from robotcore.sweep import LocalEngine, Record, Sweep, run_sweep
-from robotcore.sweep.agreement import agreements_of
 from robotcore.sweep.local import cores
-from robotcore.sweep.seeds import seeds_of
-from robotcore.sweep.statistics import Group, grouped
-from robotcore.sweep.words import contacts_told, fault, time_told
+from robotcore.sweep.record import fault
+from robotcore.sweep.spec import seeds_of
+from robotcore.sweep.statistics import Group, agreements_of, grouped
+from robotcore.sweep.tables import contacts_told, time_told
 
 VERIFIED, RANDOMISED, AGREEING = 0.98, 0.95, 0.97
 """The bounds: of verified runs, of those under randomisation, and of seeds on which two simulators agree."""

@@ -23,7 +23,7 @@ from benchmarks.pairs import paired_ratios
 from benchmarks.report import at_least_one, machine, print_table
 from robotcore import RunRequest, run
 from robotcore.sweep import LocalEngine, Sweep, run_sweep
-from robotcore.sweep.seeds import seeds_of
+from robotcore.sweep.spec import seeds_of
 
 MIN_SPEED_UP, MAX_OVERHEAD = 1.8, 3.0
 

@@ -16,11 +16,11 @@ import sys
 from benchmarks.report import machine, print_table
 from robotcore.runtime.plan import RunRequest
 from robotcore.sweep import LocalEngine, Record, Sweep, run_sweep
-from robotcore.sweep.agreement import agreements_of
 from robotcore.sweep.local import cores
-from robotcore.sweep.seeds import seeds_of
-from robotcore.sweep.statistics import Group, grouped
-from robotcore.sweep.words import contacts_told, fault, time_told
+from robotcore.sweep.record import fault
+from robotcore.sweep.spec import seeds_of
+from robotcore.sweep.statistics import Group, agreements_of, grouped
+from robotcore.sweep.tables import contacts_told, time_told
 
 VERIFIED, ALIKE = 0.97, 0.95
 """The bounds: of verified runs on virtual pins, and of seeds with the same milestones as in the simulator."""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from robotcore.runtime.plan import RunRequest
     from robotcore.sweep import Results
     from robotcore.sweep.engine import Engine
-    from robotcore.sweep.requirements import Requirement
+    from robotcore.sweep.statistics import Requirement
 
 FOLDER = Folder()
 
@@ -84,9 +84,9 @@ def command(
     cluster failed or is missing, 5 the app's file or its settings raise, 128 + the signal's number when interrupted.
     """
     from robotcore.sweep import Results, Sweep
-    from robotcore.sweep.rehearsal import rehearse
-    from robotcore.sweep.requirements import Requirement
-    from robotcore.sweep.seeds import seeds_of
+    from robotcore.sweep.preflight import rehearse
+    from robotcore.sweep.spec import seeds_of
+    from robotcore.sweep.statistics import Requirement
 
     bounds = [Requirement.parse(text) for text in requirements]
     if report:
@@ -139,8 +139,8 @@ def _at_a_time(jobs: int | None, backends: tuple[str, ...]) -> int | None:
 def _run(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | BackendError | None:
     """Run what is missing; return what kept it from its end, if anything did."""
     from robotcore.runtime.interrupts import Interrupts
-    from robotcore.sweep.execution import execute
-    from robotcore.sweep.progress import SweepProgress
+    from robotcore.sweep.local import execute
+    from robotcore.sweep.summary import SweepProgress
 
     with Interrupts() as interrupts:
         try:

@@ -12,9 +12,8 @@ from robotcore.errors import BackendError, Interrupted
 
 if TYPE_CHECKING:
     from robotcore.sweep.record import Record
-    from robotcore.sweep.requirements import Requirement
     from robotcore.sweep.results import Results
-    from robotcore.sweep.statistics import Group
+    from robotcore.sweep.statistics import Group, Requirement
 
 MISSED = 1
 """Some --require was not kept."""
@@ -41,8 +40,7 @@ def tell_sweep(
     as_json: bool,
 ) -> int:
     """Tell what a sweep reached; return its exit status. One that came to no end is held to no requirement."""
-    from robotcore.sweep.requirements import kept, missed
-    from robotcore.sweep.statistics import grouped
+    from robotcore.sweep.statistics import grouped, kept, missed
 
     groups = grouped(results.records())
     failing = [record for record in results.records() if record.is_failure]
@@ -60,7 +58,7 @@ def tell_sweep(
 
 
 def _told(results: Results, groups: Sequence[Group], failing: Sequence[Record]) -> dict[str, Any]:
-    from robotcore.sweep.seeds import seeds_told
+    from robotcore.sweep.spec import seeds_told
 
     sweep = results.sweep
     return {
@@ -104,7 +102,7 @@ def _write_summary(results: Results, groups: Sequence[Group], failing: Sequence[
 
 def _write_findings(results: Results) -> None:
     """Tell which conditions explain failures, or why none is named."""
-    from robotcore.sweep.explain import explain
+    from robotcore.sweep.failure_analysis import explain
 
     lines = explain(results.records()).lines
     if lines:

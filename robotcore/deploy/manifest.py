@@ -14,8 +14,7 @@ from robotcore.deploy.project import Project
 from robotcore.deploy.staging.files import git_environment
 from robotcore.hal.backend import load_backend
 from robotcore.runtime.plan import DEFAULT_WORLD, RunRequest
-from robotcore.sweep.command import words_of
-from robotcore.sweep.seeds import seeds_of
+from robotcore.sweep.spec import seeds_of, words_of
 
 UNTIL_STOPPED_S = 1e9
 """A deployed app runs until somebody stops it: the time-out of a run is 30 years."""

@@ -16,8 +16,8 @@ from robotcore.plugins import app_names
 from robotcore.runtime.apps import app_name, is_app_file, load_app
 from robotcore.runtime.plan import require_rate
 from robotcore.runtime.settings import configure
-from robotcore.sweep.requirements import Requirement
-from robotcore.sweep.seeds import seeds_of
+from robotcore.sweep.spec import seeds_of
+from robotcore.sweep.statistics import Requirement
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from robotcore.sweep.cluster import ClusterEngine as ClusterEngine
-    from robotcore.sweep.execution import run_sweep as run_sweep
     from robotcore.sweep.local import LocalEngine as LocalEngine
+    from robotcore.sweep.local import run_sweep as run_sweep
     from robotcore.sweep.record import Record as Record
     from robotcore.sweep.results import Results as Results
     from robotcore.sweep.spec import Sweep as Sweep
+
 
 _HOMES = {
     "ClusterEngine": "cluster",
@@ -22,7 +23,7 @@ _HOMES = {
     "Record": "record",
     "Results": "results",
     "Sweep": "spec",
-    "run_sweep": "execution",
+    "run_sweep": "local",
 }
 
 __all__ = ["ClusterEngine", "LocalEngine", "Record", "Results", "Sweep", "run_sweep"]

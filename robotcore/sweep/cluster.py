@@ -13,12 +13,10 @@ from typing import Any
 from robotcore.errors import BackendError, RobotcoreError
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.plan import RunRequest
-from robotcore.sweep.engine import imported, patience
-from robotcore.sweep.kit import Kit
-from robotcore.sweep.remote import perform_there, refusal
+from robotcore.sweep.cluster_worker import Kit, perform_there, refusal
+from robotcore.sweep.engine import Future, completed, imported, patience
+from robotcore.sweep.single_run import Ended, unfinished
 from robotcore.sweep.spec import Sweep
-from robotcore.sweep.window import Future, completed
-from robotcore.sweep.worker import Ended, unfinished
 
 ANSWER_S = 10
 """A scheduler that does not answer for so long is not there."""

@@ -1,21 +1,23 @@
-"""What the results of a sweep depend on: what was asked, the code, the user's files, the libraries."""
+"""What the results of a sweep depend on: the request, the code, the user's files, the libraries."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+from robotcore.description import is_own
+from robotcore.errors import UsageError
 from robotcore.hal.backend import load_backend
-from robotcore.runtime.apps import is_app_file, load_app
+from robotcore.runtime.apps import app_path, is_app_file, load_app
 from robotcore.runtime.faults.catalogue import modules_of
 from robotcore.runtime.versions import libraries
-from robotcore.sweep.ownfiles import own_files
+from robotcore.sweep.durable import replacing
 from robotcore.sweep.spec import Sweep
 
 Parts = dict[str, dict[str, Any]]
@@ -25,6 +27,11 @@ _DRIVERS = "drivers"
 _PAGE = "robotcore/sweep/report"
 """Made from results; a change in it changes none."""
 
+SPEC = "sweep.json"
+
+_MOST = 4
+"""So many differences are told."""
+
 
 def parts(sweep: Sweep) -> Parts:
     """Return everything that could change a result, ready for JSON: ``asked``, ``code``, ``files``, ``libraries``.
@@ -32,7 +39,7 @@ def parts(sweep: Sweep) -> Parts:
     The seeds do not count: a run knows nothing of the others. Code and files are told by their digests.
     """
     told = {
-        "asked": _asked(sweep),
+        "asked": _asked_for(sweep),
         "code": _code_digests(sweep.apps, sweep.backends, sweep.request.faults),
         "files": {str(file): _sha256(content) for file, content in own_files(sweep).items()},
         "libraries": libraries(sweep.backends),
@@ -51,7 +58,7 @@ def code_digest(apps: Iterable[str], backends: Iterable[str], faults: Iterable[s
     return _sha256("".join(_code_digests(apps, backends, faults).values()).encode())
 
 
-def _asked(sweep: Sweep) -> dict[str, Any]:
+def _asked_for(sweep: Sweep) -> dict[str, Any]:
     """Return what was asked for, each setting and option by itself; in which order backends and worlds, is all one."""
     told: dict[str, Any] = {name: ", ".join(sorted(getattr(sweep, name))) for name in ("backends", "worlds")}
     for name, value in asdict(sweep.request).items():
@@ -103,3 +110,104 @@ def _sources(name: str) -> Iterator[tuple[Path, str]]:
 
 def _sha256(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
+
+
+def own_files(sweep: Sweep) -> dict[Path, bytes]:
+    """Return the files by their absolute paths, in order, with what is in them."""
+    return {file: _content(file) for file in sorted(set(_files(sweep)))}
+
+
+def _files(sweep: Sweep) -> Iterator[Path]:
+    for name in filter(is_app_file, sweep.apps):
+        app = app_path(name).absolute()
+        yield from (app, *filter(_is_module, app.parent.glob("*.py")))
+    yield from (Path(name).absolute() for name in (sweep.request.robot, *sweep.worlds) if is_own(name))
+
+
+def _is_module(file: Path) -> bool:
+    """Return whether it can be imported; the lock of an editor (``.#app.py``) or a folder cannot."""
+    return file.is_file() and not file.name.startswith(".")
+
+
+def _content(file: Path) -> bytes:
+    try:
+        return file.read_bytes()
+    except OSError as error:
+        raise UsageError(f"{file}: {error.strerror}. Name a file that can be read") from error
+
+
+def manifest(parts: Parts, seeds: str) -> str:
+    """Return what the file of a sweep tells."""
+    return json.dumps({**parts, "seeds": seeds}, indent=2) + "\n"
+
+
+def write_manifest(directory: Path, told: str) -> None:
+    """Write the file."""
+    with replacing(directory / SPEC) as file:
+        file.write(told)
+
+
+def require_same(directory: Path, parts: Parts) -> None:
+    """Raise UsageError, with what has changed, where the results in a folder depend on something else."""
+    try:
+        then = json.loads((directory / SPEC).read_text(encoding="utf-8"))
+        changed = [] if {name: then[name] for name in parts} == parts else _told(parts, then)
+    except (ValueError, KeyError, TypeError, AttributeError):
+        changed = [f"its {SPEC} cannot be read"]
+    if changed:
+        more = f"; and {len(changed) - _MOST} more" if len(changed) > _MOST else ""
+        raise UsageError(
+            f"{directory} holds other results: {'; '.join(changed[:_MOST])}{more}. "
+            "Name another folder with --out, or run it anew with --fresh"
+        )
+
+
+def _told(now: Parts, then: Parts) -> list[str]:
+    """Return what has changed, in words; where something else was asked for, that alone."""
+    return _differences("asked", now, then) or [
+        words for name in now if name != "asked" for words in _differences(name, now, then)
+    ]
+
+
+def _differences(name: str, now: Parts, then: Parts) -> list[str]:
+    return [_WORDS[name](key, is_, was) for key, is_, was in _changed(now[name], then[name])]
+
+
+def _changed(now: dict[str, Any], then: dict[str, Any]) -> Iterator[tuple[str, Any, Any]]:
+    """Yield each key with what it is and what it was, None where it is not there."""
+    for key in dict.fromkeys([*now, *then]):
+        if now.get(key) != then.get(key):
+            yield key, now.get(key), then.get(key)
+
+
+def _value(key: str, is_: Any, was: Any) -> str:
+    is_, was = (
+        "not given" if each is None else each if isinstance(each, str) else json.dumps(each) for each in (is_, was)
+    )
+    return f"{key} is {is_}, was {was}"
+
+
+def _code(package: str, is_: Any, was: Any) -> str:
+    return f"the code of {package} {_deed(is_, was)}"
+
+
+def _file(file: str, is_: Any, was: Any) -> str:
+    path = Path(file)
+    shown = path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
+    return f"your file {shown} {_deed(is_, was)}"
+
+
+def _version(library: str, is_: Any, was: Any) -> str:
+    return f"{library} is {is_ or 'not there'}, was {was or 'not there'}"
+
+
+def _deed(is_: Any, was: Any) -> str:
+    return "has changed" if is_ and was else "is new" if is_ else "is gone"
+
+
+_WORDS: dict[str, Callable[[str, Any, Any], str]] = {
+    "asked": _value,
+    "code": _code,
+    "files": _file,
+    "libraries": _version,
+}

@@ -1,23 +1,56 @@
-"""The runs of a sweep on the cores of this machine."""
+"""Run a sweep, by default on the cores of this machine."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from queue import SimpleQueue
 
 from robotcore.runtime.plan import RunRequest
-from robotcore.sweep.child import Child
-from robotcore.sweep.engine import patience
+from robotcore.sweep.engine import Engine, Future, completed, patience
+from robotcore.sweep.preflight import rehearse
+from robotcore.sweep.record import Record
+from robotcore.sweep.results import Results
+from robotcore.sweep.single_run import Ended, attempt
 from robotcore.sweep.spec import Sweep
-from robotcore.sweep.window import Future, completed
-from robotcore.sweep.worker import Ended, attempt
+from robotcore.sweep.worker import Child
+
+Watcher = Callable[[Record], None]
 
 _AHEAD = 2
 """Runs handed out for each process, so that none waits for its next."""
+
+
+def run_sweep(
+    sweep: Sweep,
+    engine: Engine | None = None,
+    directory: Path | None = None,
+    *,
+    fresh: bool = False,
+) -> Results:
+    """Run what is not yet done of a sweep, on all cores where no engine is given; return its results.
+
+    Raises UsageError and BackendMissingError before anything is run.
+    """
+    rehearse(sweep)
+    with Results(sweep, directory, fresh=fresh) as results:
+        execute(results, engine or LocalEngine(cores()))
+    return results
+
+
+def execute(results: Results, engine: Engine, watch: Watcher = lambda _: None) -> None:
+    """Run what is missing, and write the tables of what is there, however it ends."""
+    try:
+        if missing := results.missing():
+            with closing(engine.perform(results.sweep, missing)) as ended:
+                for each in ended:
+                    watch(results.add(each))
+    finally:
+        results.write_tables()
 
 
 def cores() -> int:

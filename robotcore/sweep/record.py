@@ -1,4 +1,4 @@
-"""What is kept of each run of a sweep: one line of JSON."""
+"""The record of one run of a sweep: one line of JSON."""
 
 from __future__ import annotations
 
@@ -6,12 +6,17 @@ import json
 import math
 import re
 from dataclasses import dataclass, replace
-from typing import Any, get_type_hints
+from typing import TYPE_CHECKING, Any, NamedTuple, get_type_hints
 
 from pydantic import ConfigDict, ValidationError, create_model
 
 from robotcore.description import first_mistake
 from robotcore.runtime.outcome import Outcome, RunResult
+
+if TYPE_CHECKING:
+    from robotcore.hal.truth import Truth
+    from robotcore.runtime.session import Run
+    from robotcore.runtime.trace import TickRecord
 
 MAX_RESULT_TEXT = 2000
 """The most characters of a reason or a note in the results of a sweep: an exception may print a whole picture."""
@@ -20,6 +25,12 @@ MOST_NOTES = 100
 
 TruePath = tuple[tuple[float, float, float], ...]
 """Where the robot truly was: (t, x, y) in seconds and metres, in the order of time."""
+
+_SURROGATE = re.compile("[\ud800-\udfff]")
+
+INTERVAL_S = 0.5
+_EARLY_S = 1e-6
+"""A tick's time is a sum of steps, and may come out this much early."""
 
 
 @dataclass(frozen=True)
@@ -83,8 +94,6 @@ def _cut(text: str) -> str:
     return f"{text[:MAX_RESULT_TEXT]}… ({more} more characters)" if more > 0 else str(text)
 
 
-_SURROGATE = re.compile("[\ud800-\udfff]")
-
 _hints = get_type_hints(RunResult) | get_type_hints(Record)
 _required: dict[str, Any] = {name: (kind, ...) for name, kind in _hints.items() if name not in ("result", "error")}
 _Line = create_model("_Line", __config__=ConfigDict(strict=True, allow_inf_nan=False), **_required)
@@ -98,3 +107,61 @@ def _fault(error: ValidationError) -> str:
         return f"it is no JSON from column {column} on" if int(column) else "the line is empty"
     key, fault = first_mistake(error)
     return f"{key} {fault}" if key else "it is no JSON object"
+
+
+class Place(NamedTuple):
+    """A backend and a world; the latter is empty where a backend has none."""
+
+    backend: str
+    world: str
+
+    @classmethod
+    def of(cls, record: Record) -> Place:
+        """Return where a run was."""
+        return cls(record.result.backend, record.result.world or "")
+
+    def __str__(self) -> str:
+        return f"in {self.world} on {self.backend}" if self.world else f"on {self.backend}"
+
+
+class PathRecorder:
+    """An observer: the true place every half a second, to the millimetre."""
+
+    def __init__(self) -> None:
+        self._truth: Truth | None = None
+        self._points: list[tuple[float, float, float]] = []
+
+    @property
+    def path(self) -> TruePath | None:
+        """The path so far; None where nobody knows the true pose."""
+        return tuple(self._points) if self._truth else None
+
+    def begin(self, run: Run) -> None:
+        self._truth = run.truth
+
+    def tick(self, record: TickRecord) -> None:
+        if self._truth and record.time + _EARLY_S >= len(self._points) * INTERVAL_S:
+            pose = self._truth.pose
+            self._points.append((round(record.time, 3), round(pose.x, 3), round(pose.y, 3)))
+
+    def end(self, result: RunResult) -> None:
+        pass
+
+
+def ending(result: RunResult) -> str:
+    """Return how a run ended, and why."""
+    return ", ".join(part for part in (result.outcome.value, result.reason, result.dispute) if part)
+
+
+def fault(record: Record) -> str:
+    """Return why a run is failing: how it ended, and what it touched."""
+    contacts = record.result.contacts
+    touched = f", {contacts} contact{'' if contacts == 1 else 's'}" if contacts else ""
+    return ending(record.result) + touched
+
+
+def kind(result: RunResult) -> str:
+    """Return in a word or two what a failing run is counted as."""
+    if result.outcome is not Outcome.SUCCESS:
+        return str(result.outcome.value)
+    return "not verified" if result.dispute else "contact"

@@ -1,4 +1,4 @@
-"""The folder of a sweep: what is done, kept run by run, and what is still to do."""
+"""The results folder of a sweep: which runs are done, and which are missing."""
 
 from __future__ import annotations
 
@@ -10,20 +10,18 @@ from datetime import datetime, timezone
 from functools import cached_property
 from pathlib import Path
 from types import TracebackType
+from typing import NamedTuple
 
+from robotcore.description import load_world
 from robotcore.errors import UsageError
 from robotcore.runtime.apps import app_name, app_path
 from robotcore.runtime.plan import RunRequest
-from robotcore.sweep.fingerprint import Parts, digest, parts
-from robotcore.sweep.journal import Journal
-from robotcore.sweep.kept import Run, Wanted, kept
-from robotcore.sweep.manifest import SPEC, manifest, require_same, write_manifest
+from robotcore.sweep.durable import Journal, unfinished
+from robotcore.sweep.fingerprint import SPEC, Parts, digest, manifest, parts, require_same, write_manifest
 from robotcore.sweep.record import Record
-from robotcore.sweep.replacing import unfinished
-from robotcore.sweep.seeds import seeds_told
-from robotcore.sweep.spec import Sweep
+from robotcore.sweep.single_run import Ended
+from robotcore.sweep.spec import Sweep, seeds_told
 from robotcore.sweep.tables import FAILURES, TABLE, are_younger, write_tables
-from robotcore.sweep.worker import Ended
 
 RESULTS, PICTURES = "results.jsonl", "failures"
 _FULL = (errno.ENOSPC, errno.EDQUOT)
@@ -184,3 +182,60 @@ def _short_name(sweep: Sweep) -> str:
 def _is_kept(file: Path) -> bool:
     """Return whether a file holds results."""
     return file.name == RESULTS and file.stat().st_size > 0
+
+
+class Run(NamedTuple):
+    """What tells a run from the others of its sweep; a world is called what its description says."""
+
+    backend: str
+    world: str | None
+    seed: int | None
+
+    @classmethod
+    def of(cls, record: Record) -> Run:
+        """Return which run it is that a record tells of."""
+        return cls(record.result.backend, record.result.world, record.result.seed)
+
+    def __str__(self) -> str:
+        return f"{self.backend}, {self.world}, seed {self.seed}"
+
+
+class Wanted:
+    """The runs that a sweep asks for."""
+
+    def __init__(self, sweep: Sweep) -> None:
+        self._worlds = {world: load_world(world).name for world in sweep.worlds}
+        self._parts = frozenset(sweep.backends), frozenset(self._worlds.values()), frozenset(sweep.seeds)
+
+    def __contains__(self, run: Run) -> bool:
+        return all(part in wanted for part, wanted in zip(run, self._parts, strict=True))
+
+    def run_of(self, request: RunRequest) -> Run:
+        """Return which run is asked for; the request is one of the sweep's."""
+        assert request.world, "a sweep names its worlds"
+        return Run(request.backend, self._worlds[request.world], request.seed)
+
+
+def kept(file: Path, wanted: Wanted) -> Iterator[Record]:
+    """Yield those records of a file that are wanted, in its order.
+
+    Raises UsageError, with the number of the line, where it is no record or the second one of a run.
+    """
+    seen: set[Run] = set()
+    for where, record in _records(file):
+        if (run := Run.of(record)) not in wanted:
+            continue
+        if run in seen:
+            raise UsageError(f"{where}: the run {run} is there already. Delete one of its lines")
+        seen.add(run)
+        yield record
+
+
+def _records(file: Path) -> Iterator[tuple[str, Record]]:
+    with file.open("rb") as lines:
+        for number, line in enumerate(lines, 1):
+            where = f"{file}, line {number}"
+            try:
+                yield where, Record.from_json(line)
+            except ValueError as error:
+                raise UsageError(f"{where}: {error}. Delete this line, and that run alone is run again") from error

@@ -1,13 +1,30 @@
-"""What a sweep tries: one request in every backend, world and seed."""
+"""What a sweep runs: one request with every backend, world and seed; seeds and requests as command-line text."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from itertools import product
+import re
+import shlex
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import MISSING, dataclass, fields, replace
+from itertools import chain, product
+from typing import Any
 
 from robotcore.errors import UsageError
 from robotcore.runtime.plan import Plan, RunRequest
+
+MAX_SEEDS = 1_000_000
+"""Requests are kept in memory; and so many runs take a core three weeks."""
+
+_RANGE = re.compile(r"(\d{1,18})(?:\s*-\s*(\d{1,18}))?")
+
+_OPTIONS = {
+    "rate_hz": "--rate",
+    "timeout_s": "--timeout",
+    "settings": "--set",
+    "options": "--option",
+    "faults": "--fault",
+}
+"""The options that are not called what the field of the request is called."""
 
 
 @dataclass(frozen=True)
@@ -56,3 +73,63 @@ def _require_simulator(plan: Plan) -> None:
             f"the backend {plan.backend.name!r} simulates no world, so there is nothing to sweep. "
             "Take --backend kinematic, or another simulator (robotcore backends)"
         )
+
+
+def seeds_of(text: str) -> tuple[int, ...]:
+    """Return the seeds in the order they are written, each once."""
+    ranges = [_range(text, part.strip()) for part in text.split(",")]
+    if sum(map(len, ranges)) > MAX_SEEDS:
+        raise UsageError(f"--seeds {text}: more than {MAX_SEEDS:,} seeds. Take fewer, in several sweeps if need be")
+    return tuple(dict.fromkeys(chain.from_iterable(ranges)))
+
+
+def seeds_told(seeds: Sequence[int]) -> str:
+    """Return how seeds are written: what `seeds_of` takes."""
+    ranges: list[list[int]] = []
+    for seed in seeds:
+        if ranges and seed == ranges[-1][-1] + 1:
+            ranges[-1][1:] = [seed]
+        else:
+            ranges.append([seed])
+    return ",".join("-".join(map(str, ends)) for ends in ranges)
+
+
+def _range(text: str, part: str) -> range:
+    found = _RANGE.fullmatch(part)
+    if not found:
+        raise UsageError(f"--seeds {text}: {part!r} is no seed. Write 7, or 1-200, or 1,5,9-12")
+    first, last = int(found[1]), int(found[2] or found[1])
+    if last < first:
+        raise UsageError(f"--seeds {text}: {part} runs backwards. Write {last}-{first}")
+    return range(first, last + 1)
+
+
+def command_of(request: RunRequest) -> str:
+    """Return ``robotcore run …`` with every option that is not the default, quoted."""
+    return shlex.join(["robotcore", "run", request.app, *words_of(request)])
+
+
+def words_of(request: RunRequest) -> list[str]:
+    """Return the options of ``robotcore run`` that are not the default, word by word."""
+    return [word for name, value in _asked(request) for word in _words(_OPTIONS.get(name, f"--{name}"), value)]
+
+
+def _asked(request: RunRequest) -> Iterator[tuple[str, Any]]:
+    """Yield the fields of a request that are not what they are by default."""
+    for each in fields(request):
+        default = each.default if each.default_factory is MISSING else each.default_factory()
+        if each.name != "app" and (value := getattr(request, each.name)) != default:
+            yield each.name, value
+
+
+def _words(option: str, value: Any) -> Iterator[str]:
+    if value is True:
+        yield option
+    elif isinstance(value, Mapping):
+        for key, item in value.items():
+            yield from (option, f"{key}={item}")
+    elif isinstance(value, tuple):
+        for item in value:
+            yield from (option, item)
+    else:
+        yield from (option, repr(value).removesuffix(".0") if isinstance(value, float) else str(value))

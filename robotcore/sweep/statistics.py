@@ -1,18 +1,42 @@
-"""What a sweep's runs add up to."""
+"""Statistics of a sweep: counts and times of each group, requirements, and the agreement of backends."""
 
 from __future__ import annotations
 
 import math
+import re
 import statistics
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass
+from itertools import combinations
+from typing import TypeVar
 
-from robotcore.runtime.outcome import Outcome
-from robotcore.sweep.place import Place
-from robotcore.sweep.record import Record
+from robotcore.errors import UsageError, suggestion
+from robotcore.runtime.outcome import Outcome, RunResult
+from robotcore.sweep.record import Place, Record
 
 Z_95 = 1.959964
 """The standard normal distribution has 95 % within so many standard deviations."""
+
+MEASURES: dict[str, Callable[[Group], float | None]] = {
+    "verified": lambda group: group.verified_share,
+    "success": lambda group: group.success_share,
+    "contacts": lambda group: None if group.untold else group.contacts,
+    "median_time_s": lambda group: group.median_time_s,
+    "slowest_time_s": lambda group: group.slowest_time_s,
+}
+"""What can be required of each backend in each world; the first two are shares from 0 to 1, the third a total.
+
+Contacts are known only where every run told of them: one that hangs may have touched anything.
+"""
+
+_SHARES = ("verified", "success")
+_TIMES = ("median_time_s", "slowest_time_s")
+_FORM = re.compile(r"\s*(\w+)\s*(>=|<=)\s*(\S+)\s*")
+_EXAMPLE = "Write verified>=0.97, or contacts<=0, in quotes"
+
+Pair = tuple[RunResult, RunResult]
+
+T = TypeVar("T")
 
 
 def wilson(successes: int, n: int) -> tuple[float, float]:
@@ -126,3 +150,123 @@ def _median(times: Sequence[float]) -> float:
 
 def _finite(time: float) -> float | None:
     return time if math.isfinite(time) else None
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """A bound that every backend must keep in every world."""
+
+    measure: str
+    relation: str
+    bound: float
+
+    @classmethod
+    def parse(cls, text: str) -> Requirement:
+        """Return what is written; UsageError says what would be right."""
+        if not (found := _FORM.fullmatch(text)):
+            raise UsageError(f"--require {text!r} is no requirement. {_EXAMPLE}")
+        measure, relation, number = found.groups()
+        if measure not in MEASURES:
+            raise UsageError(f"--require {text!r}: unknown measure. {suggestion(measure, list(MEASURES))}")
+        return cls(measure, relation, _bound(text, measure, number))
+
+    def __str__(self) -> str:
+        return f"{self.measure}{self.relation}{repr(self.bound).removesuffix('.0')}"
+
+    def got(self, group: Group) -> float | None:
+        """Return what a group reached; None where nobody knows, or too few runs pass for such a time."""
+        return MEASURES[self.measure](group)
+
+    def told(self, group: Group) -> str:
+        """Return what a group reached in words."""
+        got = self.got(group)
+        if got is None:
+            return "never" if self.measure in _TIMES else "unknown"
+        return f"{got:.6g}" if isinstance(got, float) else str(got)
+
+    def is_kept_by(self, group: Group) -> bool:
+        """Return whether a group keeps the bound; what is None keeps none."""
+        got = self.got(group)
+        if got is None:
+            return False
+        return got >= self.bound if self.relation == ">=" else got <= self.bound
+
+
+def missed(requirements: Sequence[Requirement], groups: Sequence[Group]) -> list[str]:
+    """Return a line for each group that does not keep a requirement: what it got, and what was required."""
+    return [
+        f"{group.backend}, {group.world}: {each.measure} is {each.told(group)}, required {each}"
+        for each in requirements
+        for group in groups
+        if not each.is_kept_by(group)
+    ]
+
+
+def kept(requirements: Sequence[Requirement], groups: Sequence[Group]) -> list[Requirement]:
+    """Return the requirements that every group keeps."""
+    return [each for each in requirements if all(map(each.is_kept_by, groups))]
+
+
+def _bound(text: str, measure: str, number: str) -> float:
+    try:
+        bound = float(number)
+    except ValueError:
+        raise UsageError(f"--require {text!r}: {number!r} is no number. {_EXAMPLE}") from None
+    if measure in _SHARES and not 0 <= bound <= 1:
+        raise UsageError(f"--require {text!r}: {measure} is a share from 0 to 1; write 97 % as 0.97")
+    if not 0 <= bound < math.inf:
+        raise UsageError(f"--require {text!r}: the bound must be a number from 0 on")
+    return bound
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Two backends, and every pair of their runs of the same app, robot, world and seed."""
+
+    first: str
+    second: str
+    pairs: tuple[Pair, ...]
+
+    @property
+    def same_outcome(self) -> int:
+        return sum(one.outcome is other.outcome for one, other in self.pairs)
+
+    @property
+    def same_milestones(self) -> int:
+        """How many pairs reached the same milestones in the same order."""
+        return sum(list(one.milestones) == list(other.milestones) for one, other in self.pairs)
+
+    @property
+    def differing(self) -> tuple[Pair, ...]:
+        return tuple(pair for pair in self.pairs if _course(pair[0]) != _course(pair[1]))
+
+
+def agreements_of(records: Sequence[Record]) -> list[Agreement]:
+    """Return what each two backends make of the runs that both did."""
+    runs: dict[str, dict[Hashable, RunResult]] = {}
+    for record in records:
+        runs.setdefault(record.result.backend, {})[_case(record.result)] = record.result
+    found = (
+        Agreement(
+            first,
+            second,
+            tuple((runs[first][case], runs[second][case]) for case in runs[first] if case in runs[second]),
+        )
+        for first, second in combinations(runs, 2)
+    )
+    return [each for each in found if each.pairs]
+
+
+def _case(result: RunResult) -> Hashable:
+    return result.app, result.robot, result.world, result.seed
+
+
+def _course(result: RunResult) -> tuple[object, ...]:
+    return result.outcome, *result.milestones
+
+
+def thinned(items: Sequence[T], most: int) -> list[T]:
+    """Return at most ``most`` of the items, evenly over their order, the first among them."""
+    if len(items) <= most:
+        return list(items)
+    return [items[index * len(items) // most] for index in range(most)]

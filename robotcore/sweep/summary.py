@@ -1,23 +1,25 @@
-"""A sweep's end on a terminal: a table of what was reached, and the runs that somebody should look at."""
+"""Terminal output of a sweep: a progress bar, a table of the groups, and the failing runs."""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from pathlib import Path
+from types import TracebackType
 from typing import TypeVar
 
 from rich import box
+from rich.console import Console, RenderableType
 from rich.console import Group as Lines
-from rich.console import RenderableType
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
 from robotcore.runtime.apps import is_app_file
 from robotcore.runtime.plan import RunRequest
-from robotcore.sweep.place import Place
-from robotcore.sweep.record import Record
+from robotcore.sweep.record import Place, Record, fault
 from robotcore.sweep.statistics import Group
-from robotcore.sweep.words import COLUMNS, fault, judge_told
+from robotcore.sweep.tables import COLUMNS, judge_told
 from robotcore.text import escape
 
 KeyT = TypeVar("KeyT", bound=Hashable)
@@ -29,6 +31,9 @@ MAX_SEEDS = 8
 _TEXTS = ("backend", "world")
 _SHOWN = (*_TEXTS, "verified", "%", "95 %", "contacts", "median", "slowest")
 """As many as fit into 80 letters."""
+
+_MEMORY_S = 600.0
+"""The time left is reckoned from so many of the last seconds: slow runs and quick ones take turns."""
 
 
 def summary(request: RunRequest, groups: Sequence[Group], failing: Sequence[Record], file: Path) -> RenderableType:
@@ -87,3 +92,35 @@ def _by(key: Callable[[Record], KeyT], records: Sequence[Record]) -> dict[KeyT, 
     for record in ordered:
         found.setdefault(key(record), []).append(record)
     return found
+
+
+class SweepProgress:
+    """A bar on stderr while it is entered, gone after it; nothing where stderr is no terminal."""
+
+    def __init__(self, total: int, done: int, failing: int) -> None:
+        self._failing = failing
+        self._bar = Progress(
+            BarColumn(bar_width=None),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[failing]} failing"),
+            TimeRemainingColumn(),
+            console=Console(stderr=True, highlight=False),
+            transient=True,
+            speed_estimate_period=_MEMORY_S,
+            disable=not (sys.stderr and sys.stderr.isatty()),
+        )
+        self._task = self._bar.add_task("", total=total, completed=done, failing=failing)
+
+    def __enter__(self) -> SweepProgress:
+        self._bar.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self._bar.stop()
+
+    def show(self, record: Record) -> None:
+        """Count one run more."""
+        self._failing += record.is_failure
+        self._bar.update(self._task, advance=1, failing=self._failing)

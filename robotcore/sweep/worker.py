@@ -1,35 +1,261 @@
-"""What a worker process does: one run after another, each told as a record.
-
-Nothing heavy is imported with this module, so that `prepare` comes before NumPy starts its threads.
-"""
+"""A worker process: call functions in it from the parent, run its main loop, and send replies as JSON."""
 
 from __future__ import annotations
 
+import json
 import os
-from base64 import b64decode, b64encode
+import pickle
+import signal
+import sys
+from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
+from queue import SimpleQueue
+from subprocess import DEVNULL, Popen, TimeoutExpired
+from threading import Lock, Thread
+from typing import Any, NoReturn
 
-if TYPE_CHECKING:
-    from robotcore.errors import RobotcoreError
-    from robotcore.runtime.outcome import RunResult
-    from robotcore.runtime.plan import RunRequest
-    from robotcore.sweep.child import Child
-    from robotcore.sweep.record import Record
+from robotcore import errors
+from robotcore.errors import BackendError, RobotcoreError
+from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.sweep import supervisor
+
+_STDERR = 2
+_START_S = 120.0
+"""A process that is not ready within this time hangs."""
+
+_FAREWELL_S = 1.0
+"""A process that has closed its end of the pipe is gone within this time, or it is ended."""
+
+_SUPERVISOR_S = 10.0
+"""A supervisor that needs longer to end its worker and the worker's children is ended."""
+
+_LONGEST_S = 2e6
+"""What the system can wait for at a time, and a bit less: 23 days."""
+
+_CHUNK_BYTES = 2**16
+_GARBLED = "Check whether the app writes to a file descriptor that it did not open"
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
-PATIENCE = 10.0
-"""So many times as long as in a single run may an app or a simulator let wait: nothing real moves here, and a machine
-whose cores are all busy must not decide results."""
+MAX_REPLY_BYTES = 64 * 2**20
+"""The most bytes of a reply. The path of a run of a day and its picture are far below it."""
+
+_ERROR = "robotcore.errors"
+"""The key that tells an error from a mapping."""
+
+_OWN = {"_told_traceback", "kind", "fields"}
+"""The attributes of an error that its class gives a default. No other one replaces what the class defines, such as an
+exit status."""
 
 
-class Ended(NamedTuple):
-    """A run that has ended; ``picture`` is the PNG of a failing one."""
+class NoChildError(BackendError):
+    """No process can be started. No process can send this class: it is none of `robotcore.errors`."""
 
-    record: Record
-    picture: bytes | None = None
+
+class ChildDiedError(Exception):
+    """The process ended in the middle of a call, or was ended because its answer cannot be read."""
+
+
+class ChildHungError(Exception):
+    """The call took too long; its process was ended."""
+
+
+class Child:
+    """Calls functions in another process, one at a time; after one that was its end, the next has a new process.
+
+    The process is a session of its own, so that Ctrl-C in the terminal is its parent's business. It has nothing to
+    read, and what it prints goes to standard error. It does not outlive its parent.
+    """
+
+    def __init__(self) -> None:
+        self._process: _Process | None = None
+        self._is_killed = False
+        self._lock = Lock()
+
+    def call(self, function: Callable[..., object], *args: object, limit_s: float) -> Any:
+        """Return what the function returns over there within ``limit_s`` seconds of wall time, as JSON has it.
+
+        Raises the RobotcoreError that it raises (any other exception comes as one), ChildDiedError, ChildHungError, and
+        NoChildError if no process can be started.
+        """
+        process = self._ready()
+        try:
+            process.connection.send((function, args))
+            result, raised = read_reply(process.read_line(limit_s))
+        except TimeoutError as error:
+            self.close()
+            raise ChildHungError(f"no end after {limit_s:g} s of wall time") from error
+        except (EOFError, OSError) as error:
+            raise ChildDiedError(_how(self._end(_FAREWELL_S))) from error
+        except ValueError as error:
+            self.close()
+            raise ChildDiedError(f"its answer cannot be read. {_GARBLED}") from error
+        if raised:
+            raise raised
+        return result
+
+    def kill(self) -> None:
+        """End the process, and let there be no other; a call that is under way, in another thread, raises."""
+        with self._lock:
+            self._is_killed = True
+            if self._process:
+                self._process.kill()
+
+    def close(self) -> None:
+        """End the process, if there is one, while no call is under way."""
+        self._end()
+
+    def _end(self, farewell_s: float = 0.0) -> int:
+        """End the process; return its status, as `Popen` tells it."""
+        with self._lock:
+            process, self._process = self._process, None
+        return process.end(farewell_s) if process else 0
+
+    def _ready(self) -> _Process:
+        """Return the process, which waits for what to do."""
+        if self._process and not self._process.connection.poll():
+            return self._process
+        self._end()  # it wrote without a call, or it ended: a thread of the app lived on
+        process = self._started()
+        try:
+            process.read_line(_START_S)
+        except TimeoutError as error:
+            self._end()
+            raise NoChildError(
+                f"the worker processes do not start within {_START_S:g} s. Does python -c 'import cv2' end?"
+            ) from error
+        except (EOFError, OSError) as error:
+            how = _how(self._end(_FAREWELL_S))
+            raise NoChildError(f"the worker processes die before they run anything: {how}") from error
+        return process
+
+    def _started(self) -> _Process:
+        with self._lock:
+            if self._is_killed:
+                raise ChildDiedError(_how(-signal.SIGKILL))
+            try:
+                self._process = process = _Process()
+            except OSError as error:
+                raise NoChildError(f"no worker process can be started: {error.strerror}. Take fewer --jobs") from error
+        return process
+
+
+class _Process:
+    """A process that serves, and this end of the pipe to it."""
+
+    def __init__(self) -> None:
+        self.connection, theirs = Pipe()
+        with theirs:
+            handle = theirs.fileno()
+            code = f"import sys; sys.path[:] = {sys.path!r}; from robotcore.sweep.worker import serve; serve({handle})"
+            self._popen = Popen(  # noqa: S603  this very Python
+                [sys.executable, "-c", code],
+                stdin=DEVNULL,
+                stdout=_STDERR,
+                pass_fds=[handle],
+                start_new_session=True,
+            )
+
+    def read_line(self, limit_s: float) -> bytes:
+        """Return what the process writes up to the end of a line.
+
+        Raises TimeoutError, EOFError if the process closed the pipe, and ValueError if the line is too long.
+        """
+        clock, line, chunk = MonotonicClock(), bytearray(), b""
+        while b"\n" not in chunk:
+            if not self.connection.poll(min(max(limit_s - clock.now(), 0.0), _LONGEST_S)):
+                raise TimeoutError
+            chunk = os.read(self.connection.fileno(), _CHUNK_BYTES)
+            if not chunk:
+                raise EOFError
+            line += chunk
+            if len(line) > MAX_REPLY_BYTES:
+                raise ValueError(f"a line of more than {MAX_REPLY_BYTES} bytes")
+        return bytes(line)
+
+    def kill(self) -> None:
+        """End the process and the processes that it started; outside of Linux those of its process group alone."""
+        with suppress(ProcessLookupError, PermissionError):  # macOS permits no signal to one that is gone
+            if supervisor.IS_AVAILABLE:
+                os.kill(self._popen.pid, signal.SIGTERM)
+            else:
+                os.killpg(self._popen.pid, signal.SIGKILL)
+
+    def end(self, farewell_s: float) -> int:
+        """End the process if it does not end in this time, and all that it has started; return its status."""
+        with suppress(TimeoutExpired):
+            self._popen.wait(farewell_s)
+        if self._popen.returncode is None or not supervisor.IS_AVAILABLE:
+            self.kill()  # also where it is gone: its group lives on, and keeps its number, while one of the group does
+        self.connection.close()
+        with suppress(TimeoutExpired):
+            return self._popen.wait(_SUPERVISOR_S)
+        os.killpg(self._popen.pid, signal.SIGKILL)
+        return self._popen.wait()
+
+
+def _how(status: int) -> str:
+    """Return a status of `Popen` in words."""
+    if status >= 0:
+        return f"exit status {status}"
+    with suppress(ValueError):  # a real-time signal has a number alone
+        return signal.Signals(-status).name
+    return f"signal {-status}"
+
+
+def serve(handle: int) -> NoReturn:
+    """Make this process ready, say so, and do what comes through the pipe until its other end is closed."""
+    supervisor.supervise(handle)
+    sys.stdout = sys.stderr  # line by line: what waits in a buffer is lost with the process
+    prepare()
+    connection, calls = Connection(handle), SimpleQueue[bytes]()
+    _keep_to_this_process(connection)
+    Thread(target=_listen, args=(connection, calls), daemon=True).start()
+    with suppress(OSError):  # nobody is there any more, or this is a copy that an app has made of the process
+        _send(connection, write_reply("ready"))
+        while True:
+            _send(connection, _reply(calls.get()))
+    os._exit(1)
+
+
+def _send(connection: Connection, line: bytes) -> None:
+    while line:
+        line = line[os.write(connection.fileno(), line) :]
+
+
+def _keep_to_this_process(connection: Connection) -> None:
+    """Let nothing that an app starts hold the pipe open, which would hide the end of this process, or answer for it."""
+    os.set_inheritable(connection.fileno(), False)
+    os.register_at_fork(after_in_child=connection.close)
+
+
+def _listen(connection: Connection, calls: SimpleQueue[bytes]) -> None:
+    """Hear at once, in the middle of a call too, that nobody is there any more."""
+    try:
+        while True:
+            calls.put(connection.recv_bytes())
+    except (EOFError, OSError):
+        os._exit(1)
+
+
+def _reply(call: bytes) -> bytes:
+    """Return what a call came to, a result or an error, as a line."""
+    try:
+        function, arguments = pickle.loads(call)  # noqa: S301  from the parent of this process
+        return write_reply(function(*arguments))
+    except RobotcoreError as error:
+        return _write_error(error)
+    except Exception as error:  # noqa: BLE001  whatever it is, and what JSON cannot hold
+        return write_reply(error=RobotcoreError(f"{type(error).__name__}: {error}"))
+
+
+def _write_error(error: RobotcoreError) -> bytes:
+    try:
+        return write_reply(error=error)
+    except (TypeError, ValueError):  # an attribute that JSON cannot hold
+        return write_reply(error=RobotcoreError(str(error)))
 
 
 def prepare() -> None:
@@ -43,138 +269,37 @@ def prepare() -> None:
     cv2.setNumThreads(1)
 
 
-def perform(request: RunRequest) -> Ended:
-    """Run, and tell how it ended, whatever that was."""
-    from robotcore.errors import RobotcoreError
-    from robotcore.runtime.session import run
-    from robotcore.sweep.command import command_of
-    from robotcore.sweep.path import PathRecorder
-    from robotcore.sweep.record import Record, shorten
-    from robotcore.view.picture import PictureRecorder
+def write_reply(result: Any = None, error: RobotcoreError | None = None) -> bytes:
+    """Return a line for what a call returned or raised; TypeError or ValueError if JSON cannot hold it."""
+    return json.dumps({"result": result, "error": error}, default=_encode_error).encode() + b"\n"
 
-    path, picture = PathRecorder(), PictureRecorder()
+
+def read_reply(line: bytes) -> tuple[Any, RobotcoreError | None]:
+    """Return what the call returned, and the error that it raised, if it did; ValueError if the line is no reply."""
     try:
-        result = run(request, [path, picture], patience=PATIENCE)
-    except RobotcoreError as error:
-        result = _unstarted(request, error)
-    # An app's own objects may not fit through a pipe; the words of its exception are in the reason.
-    record = Record(shorten(replace(result, error=None)), path.path, command_of(request))
-    return Ended(record, picture.png() if record.is_failure else None)
+        reply = json.loads(line, object_hook=_decode_error)
+        result, error = reply["result"], reply["error"]
+    except (ValueError, TypeError, LookupError, AttributeError, RecursionError) as problem:
+        raise ValueError(f"{type(problem).__name__}: {problem}") from problem
+    return result, error if isinstance(error, RobotcoreError) else None
 
 
-def attempt(child: Child, request: RunRequest, limit_s: float) -> Ended:
-    """Run in a child process. The run is an error if the process dies, hangs, or answers with anything but this run.
-
-    Raises NoChildError if no process can be started. An error that the process sends is never raised: an app may have
-    written it.
-    """
-    from robotcore.errors import BackendError, RobotcoreError
-    from robotcore.hal.wall_clock import MonotonicClock
-    from robotcore.sweep.child import ChildDiedError, ChildHungError, NoChildError
-
-    wall = MonotonicClock()
-    try:
-        return _unpack(child.call(_perform_and_pack, request, limit_s=limit_s), request)
-    except ChildDiedError as error:
-        return unfinished(request, BackendError(f"the worker process died: {error}"), wall.now())
-    except ChildHungError as error:
-        return unfinished(request, BackendError(f"hung: {error}"), wall.now())
-    except NoChildError:
-        raise
-    except (RobotcoreError, TypeError, ValueError) as error:
-        child.close()  # what it sends next may be the answer to this call
-        problem = RobotcoreError(f"the worker process gave no result: {error}")
-        return unfinished(request, problem, wall.now())
+def _encode_error(value: object) -> dict[str, Any]:
+    """Return an error as JSON has it: its kind among ours, its arguments and its attributes."""
+    if not isinstance(value, RobotcoreError):
+        raise TypeError(f"cannot send a {type(value).__name__} through a pipe")
+    _, (kind, arguments, state) = value.__reduce__()
+    return {_ERROR: [kind.__name__, arguments, state]}
 
 
-def _perform_and_pack(request: RunRequest) -> list[str]:
-    """Run; return what JSON can hold of the end: the record as its line, and the picture in base 64."""
-    ended = _perform_or_end(request)
-    return [ended.record.to_json(), b64encode(ended.picture or b"").decode("ascii")]
-
-
-def _unpack(packed: list[str], request: RunRequest) -> Ended:
-    """Return what `_perform_and_pack` packed for a request; TypeError or ValueError if it is something else."""
-    from robotcore.sweep.command import command_of
-    from robotcore.sweep.record import Record
-
-    line, picture = packed
-    record = Record.from_json(line)
-    _require_answer_to(request, record.result)
-    return Ended(replace(record, command=command_of(request), picture=None), b64decode(picture, validate=True) or None)
-
-
-def _require_answer_to(request: RunRequest, result: RunResult) -> None:
-    """Raise ValueError if a result is that of another run."""
-    from robotcore.description import load_robot, load_world
-    from robotcore.runtime.apps import app_name
-
-    asked = {
-        "app": app_name(request.app),
-        "backend": request.backend,
-        "robot": load_robot(request.robot).name,
-        "world": load_world(request.world).name if request.world else result.world,
-        "seed": request.seed,
-    }
-    for key, value in asked.items():
-        if (received := getattr(result, key)) != value:
-            raise ValueError(f"its record has {key} {received!r}, not {value!r}. Check what the app writes, and where")
-
-
-def _perform_or_end(request: RunRequest) -> Ended:
-    """Run; a process that was told to end in the middle of it does so. What a library raises costs this run alone."""
-    from robotcore.errors import RobotcoreError
-    from robotcore.hal.wall_clock import MonotonicClock
-    from robotcore.runtime.outcome import Outcome
-
-    wall = MonotonicClock()
-    try:
-        ended = perform(request)
-    except Exception as error:  # noqa: BLE001  whatever the app or a vendor's library raises
-        return unfinished(request, RobotcoreError(f"{type(error).__name__}: {error}"), wall.now())
-    if ended.record.result.outcome is Outcome.INTERRUPTED:
-        os._exit(ended.record.result.exit_status)
-    return ended
-
-
-def unfinished(request: RunRequest, error: RobotcoreError, wall_time_s: float = 0.0) -> Ended:
-    """Tell of a run whose process did not live to tell of it, and how long that took, where somebody knows.
-
-    Where a judge was asked for, it has verified nothing.
-    """
-    from robotcore.sweep.command import command_of
-    from robotcore.sweep.record import Record, shorten
-
-    result = replace(_unstarted(request, error), wall_time_s=round(wall_time_s, 3))
-    return Ended(Record(shorten(result), None, command_of(request)))
-
-
-def _unstarted(request: RunRequest, error: RobotcoreError) -> RunResult:
-    from robotcore.description import load_robot, load_world
-    from robotcore.runtime.apps import app_name
-    from robotcore.runtime.outcome import Outcome, RunResult
-
-    return RunResult(
-        app=app_name(request.app),
-        backend=request.backend,
-        robot=load_robot(request.robot).name,
-        world=load_world(request.world).name if request.world else None,
-        seed=request.seed,
-        outcome=Outcome.ERROR,
-        exit_status=error.exit_status,
-        reason=str(error),
-        verified=False if request.judge else None,
-        judge=app_name(request.judge) if request.judge else None,
-        conditions=_drawn(request),
-        faults=list(request.faults),
-    )
-
-
-def _drawn(request: RunRequest) -> dict[str, float | str]:
-    """Return the conditions that the run was to be under; none where no such world can be drawn."""
-    from robotcore.errors import RobotcoreError
-    from robotcore.runtime.plan import drawn_for
-
-    with suppress(RobotcoreError):
-        return dict(drawn_for(request))
-    return {}
+def _decode_error(read: dict[str, Any]) -> Any:
+    if _ERROR not in read:
+        return read
+    name, arguments, state = read[_ERROR]
+    kind = getattr(errors, name)
+    if not (isinstance(kind, type) and issubclass(kind, RobotcoreError)):
+        raise TypeError(f"{name} is no error of robotcore")
+    error = kind.__new__(kind)
+    error.args = tuple(arguments)
+    error.__dict__.update((key, value) for key, value in state.items() if key in _OWN or not hasattr(kind, key))
+    return error

@@ -21,10 +21,8 @@ from robotcore.errors import UnprovenError, UsageError
 from robotcore.hal.backend import load_backend
 from robotcore.runtime.outcome import Outcome
 from robotcore.runtime.plan import DEFAULT_WORLD, RunRequest
-from robotcore.sweep.command import words_of
-from robotcore.sweep.record import Record
-from robotcore.sweep.seeds import seeds_of
-from robotcore.sweep.words import fault
+from robotcore.sweep.record import Record, fault
+from robotcore.sweep.spec import seeds_of, words_of
 from robotcore.text import escape
 
 PINS, PLAIN = "virtualpi", "kinematic"

@@ -9,9 +9,9 @@ from pathlib import Path
 
 from robotcore.description import WorldDescription
 from robotcore.errors import BackendMissingError, UsageError
+from robotcore.sweep.durable import replacing, unfinished
 from robotcore.sweep.record import Record
-from robotcore.sweep.replacing import replacing, unfinished
-from robotcore.sweep.requirements import Requirement
+from robotcore.sweep.statistics import Requirement
 
 PAGE = "index.html"
 

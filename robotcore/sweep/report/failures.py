@@ -1,26 +1,37 @@
-"""The failing runs, each with all that somebody needs to look into it."""
+"""The failing runs of a report: how they end, their conditions and their pictures."""
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
 from typing import NamedTuple
 
+import cv2
+import numpy as np
+
+from robotcore.hal.devices import Image
 from robotcore.runtime.outcome import RunResult
-from robotcore.sweep.explain import Finding
-from robotcore.sweep.place import Place
-from robotcore.sweep.record import Record
-from robotcore.sweep.report.pictures import embedded
-from robotcore.sweep.thinning import thinned
-from robotcore.sweep.words import fault
+from robotcore.sweep.failure_analysis import Finding
+from robotcore.sweep.record import Place, Record, ending, fault, kind
+from robotcore.sweep.report.series import Series
+from robotcore.sweep.statistics import thinned
 
 MAX_TOLD = 100
 """With a picture and all that was drawn: some 3 MB."""
 
 MAX_LISTED = 1000
+
+MAX_ENDINGS = 12
+"""More are told as one: an app may say something else each time."""
+
+MAX_WIDTH = 480
+QUALITY = 80
+"""Of a JPEG. A camera's noise, which makes a PNG big, is not what one looks at a failing run for."""
 
 
 class Condition(NamedTuple):
@@ -116,3 +127,50 @@ def _conditions(told: Mapping[str, float | str], findings: Mapping[str, str]) ->
 
 def _value(value: float | str) -> str:
     return value if isinstance(value, str) else f"{value:.4g}"
+
+
+class Ending(NamedTuple):
+    """A way to fail; ``counts`` has a number for each of the series."""
+
+    told: str
+    runs: int
+    counts: tuple[int, ...]
+
+
+def endings_of(series: Sequence[Series]) -> list[Ending]:
+    """Return the ways in which runs fail, the most frequent first."""
+    tallies = [Counter(_ending_of(record) for record in each.records if record.is_failure) for each in series]
+    total: Counter[str] = sum(tallies, Counter())
+    common = [told for told, _ in total.most_common(MAX_ENDINGS)]
+    rows = [Ending(told, total[told], tuple(tally[told] for tally in tallies)) for told in common]
+    rest = tuple(sum(tally.values()) - sum(tally[told] for told in common) for tally in tallies)
+    ways = len(total) - len(common)
+    return [*rows, Ending(f"in {ways} other way{'s' * (ways > 1)}", sum(rest), rest)] if ways else rows
+
+
+def _ending_of(record: Record) -> str:
+    """Return how a run ended; or that it touched something, where it succeeded but for that."""
+    told = kind(record.result)
+    return told if told == "contact" else ending(record.result)
+
+
+def embedded(file: Path) -> str:
+    """Return a picture's file as a ``data:`` URI of a small JPEG; empty where there is none that can be read."""
+    with suppress(OSError, cv2.error):
+        image = cv2.imdecode(np.frombuffer(file.read_bytes(), np.uint8), cv2.IMREAD_COLOR)
+        if image is not None:
+            return _jpeg_uri(_narrowed(np.asarray(image, np.uint8)))
+    return ""
+
+
+def _jpeg_uri(image: Image) -> str:
+    _, encoded = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
+    return f"data:image/jpeg;base64,{b64encode(encoded.tobytes()).decode()}"
+
+
+def _narrowed(image: Image) -> Image:
+    height, width = image.shape[:2]
+    if width <= MAX_WIDTH:
+        return image
+    size = MAX_WIDTH, round(height * MAX_WIDTH / width)
+    return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)

@@ -10,9 +10,9 @@ from xml.etree.ElementTree import Element
 
 from robotcore.description import WorldDescription
 from robotcore.sweep.record import Record, TruePath
+from robotcore.sweep.report.drawing import Point, dot, drawing, element, group, line, trail
 from robotcore.sweep.report.series import Series
-from robotcore.sweep.report.svg import Point, dot, drawing, element, group, line, trail
-from robotcore.sweep.thinning import thinned
+from robotcore.sweep.statistics import thinned
 
 MAX_PATHS = 100
 """Of passing and of failing runs each."""

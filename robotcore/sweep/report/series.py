@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robotcore.sweep.place import Place
-from robotcore.sweep.record import Record
+from robotcore.sweep.record import Place, Record
 from robotcore.sweep.statistics import Group, Tally
 
 

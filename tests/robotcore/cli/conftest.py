@@ -12,7 +12,7 @@ import pytest
 from robotcore import RunRequest
 from robotcore.cli.main import execute
 from robotcore.sweep import Sweep
-from robotcore.sweep.worker import Ended, perform
+from robotcore.sweep.single_run import Ended, perform
 
 
 class Told(NamedTuple):

@@ -8,7 +8,7 @@ from robotcore import RunRequest
 from robotcore.description import load_robot
 from robotcore.errors import BackendError
 from robotcore.runtime.faults import plan_faults
-from robotcore.sweep.worker import unfinished
+from robotcore.sweep.single_run import unfinished
 from tests.robotcore.cli.conftest import Cli
 
 SHORT = ("avoid-obstacles", "--world", "open", "--set", "duration_s=0.5")

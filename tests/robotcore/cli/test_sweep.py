@@ -18,7 +18,7 @@ from robotcore import Outcome, RunRequest
 from robotcore.cli.sweep import command
 from robotcore.errors import BackendError, BackendMissingError
 from robotcore.sweep import Record, Sweep
-from robotcore.sweep.worker import Ended, perform
+from robotcore.sweep.single_run import Ended, perform
 from tests.robotcore.cli.conftest import Cli
 
 SHORT = ("sweep", "avoid-obstacles", "--world", "open", "--set", "duration_s=0.2")
@@ -185,7 +185,7 @@ def test_a_missing_backend_is_exit_3(cli: Cli, monkeypatch: pytest.MonkeyPatch) 
     def rehearse(_: object) -> None:
         raise BackendMissingError("no simulator")
 
-    monkeypatch.setattr("robotcore.sweep.rehearsal.rehearse", rehearse)
+    monkeypatch.setattr("robotcore.sweep.preflight.rehearse", rehearse)
     assert cli(*SHORT) == (3, "", "error: no simulator\n")
 
 

@@ -53,7 +53,7 @@ def test_more_seeds_go_on_and_fewer_are_shown_at_once(cli: Cli, asked: list[RunR
 def test_how_to_go_on_after_an_interrupt_does_not_forget_what_was_done_afresh(
     cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("robotcore.sweep.progress.SweepProgress.show", lambda *_: signal.raise_signal(signal.SIGTERM))
+    monkeypatch.setattr("robotcore.sweep.summary.SweepProgress.show", lambda *_: signal.raise_signal(signal.SIGTERM))
     told = cli(*SHORT, "--seeds", "1-3", "--fresh", "--out", "here")
     assert told.err == "interrupted by SIGTERM: 1 of 3 runs are kept; the same command without --fresh goes on.\n"
 
@@ -65,7 +65,7 @@ def test_an_interrupt_keeps_what_is_done_and_says_how_to_go_on(
         if len(asked) == 2:
             raise Interrupted(signal.SIGINT)
 
-    monkeypatch.setattr("robotcore.sweep.progress.SweepProgress.show", interrupted)
+    monkeypatch.setattr("robotcore.sweep.summary.SweepProgress.show", interrupted)
     told = cli(*SHORT, "--seeds", "1-5", "--out", "here", "--require", "success>=1")
     assert told.status == 130
     assert told.err == "interrupted by SIGINT: 2 of 5 runs are kept; the same command goes on.\n"

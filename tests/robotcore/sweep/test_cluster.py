@@ -17,8 +17,8 @@ import pytest
 from robotcore import Outcome
 from robotcore.errors import BackendError, BackendMissingError
 from robotcore.sweep import ClusterEngine, LocalEngine, Record, Sweep
-from robotcore.sweep.command import command_of
 from robotcore.sweep.engine import Engine
+from robotcore.sweep.spec import command_of
 from tests.robotcore.sweep.conftest import SWEEP, AppFile, sweep_of
 
 distributed = pytest.importorskip("distributed")

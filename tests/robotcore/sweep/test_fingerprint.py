@@ -1,17 +1,23 @@
+"""Fingerprints of a sweep, and ``sweep.json``."""
+
 from __future__ import annotations
 
+import json
+import platform
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 from apps.green_search import GreenSearch
-from robotcore.sweep import Sweep, fingerprint
-from robotcore.sweep.fingerprint import code_digest
-from robotcore.sweep.ownfiles import own_files
+from robotcore.errors import UsageError
+from robotcore.sweep import Results, Sweep, fingerprint
+from robotcore.sweep.fingerprint import SPEC, code_digest, own_files
 from tests.robotcore.sweep.conftest import AppFile, sweep_of
 
 REFLEX = """
@@ -20,6 +26,9 @@ from apps.green_search import GreenSearch
 class Reflex(GreenSearch):
     ...
 """
+
+SWEEP = sweep_of("green-search", seeds=3)
+REMEDY = "Name another folder with --out, or run it anew with --fresh"
 
 
 def _digest(sweep: Sweep) -> str:
@@ -86,3 +95,100 @@ def test_what_cannot_be_imported_is_no_file_of_an_app(app_file: AppFile) -> None
     app.with_name("notes.py").mkdir()
     app.with_name("helper.py").touch()
     assert {file.name for file in own_files(sweep_of(str(app)))} == {"odd.py", "helper.py"}
+
+
+def _asking(sweep: Sweep = SWEEP, **changes: Any) -> Sweep:
+    return replace(sweep, request=replace(sweep.request, **changes))
+
+
+def _begun(directory: Path, sweep: Sweep = SWEEP) -> Path:
+    with Results(sweep, directory):
+        return directory / SPEC
+
+
+def _refused(directory: Path, sweep: Sweep = SWEEP) -> str:
+    with pytest.raises(UsageError) as refused, Results(sweep, directory):
+        pass
+    words, remedy = str(refused.value).removeprefix(f"{directory} holds other results: ").rsplit(". ", 1)
+    assert remedy == REMEDY
+    return words
+
+
+@pytest.mark.parametrize(
+    "then, now, words",
+    [
+        (
+            _asking(settings={"speed_m_s": "0.3"}),
+            _asking(settings={"speed_m_s": "0.2"}),
+            "settings.speed_m_s is 0.2, was 0.3",
+        ),
+        (SWEEP, _asking(settings={"speed_m_s": "0.2"}), "settings.speed_m_s is 0.2, was not given"),
+        (SWEEP, _asking(randomise=True, rate_hz=10.0), "randomise is true, was false; rate_hz is 10.0, was 20.0"),
+        (_asking(judge="green-search"), SWEEP, "judge is not given, was green-search"),
+        (SWEEP, replace(SWEEP, worlds=("open", "arena")), "worlds is arena, open, was open"),
+    ],
+)
+def test_what_else_was_asked_for_is_told_by_key(tmp_path: Path, then: Sweep, now: Sweep, words: str) -> None:
+    _begun(tmp_path, then)
+    assert _refused(tmp_path, now) == words
+
+
+def test_what_is_asked_for_in_another_order_is_the_same(tmp_path: Path) -> None:
+    _begun(tmp_path, sweep_of("green-search", worlds=("open", "arena")))
+    _begun(tmp_path, sweep_of("green-search", worlds=("arena", "open")))
+
+
+def test_files_of_ones_own_are_told_by_name(app_file: AppFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    sweep, folder = sweep_of(app_file()), tmp_path / "out"
+    monkeypatch.chdir(tmp_path)
+    _begun(folder, sweep)
+    app_file("self.ticks += 1")
+    assert _refused(folder, sweep) == "your file app/odd.py has changed"
+    app_file()
+    (tmp_path / "app" / "helper.py").touch()
+    assert _refused(folder, sweep) == "your file app/helper.py is new"
+    monkeypatch.chdir(tmp_path / "app")
+    (tmp_path / "app" / "helper.py").unlink()
+    _begun(folder, sweep)
+
+
+def test_code_and_libraries_are_told_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    _begun(tmp_path)
+    with monkeypatch.context() as updated:
+        updated.setattr(fingerprint, "libraries", lambda _: {"numpy": "2.9", "python": platform.python_version()})
+        words = _refused(tmp_path)
+    assert words.startswith(f"numpy is 2.9, was {np.__version__}; opencv-python")
+    assert " is not there, was " in words
+    monkeypatch.setattr(fingerprint, "_package_digest", lambda name: f"changed {name}")
+    assert _refused(tmp_path).startswith("the code of apps has changed; the code of drivers.kinematic has changed; ")
+
+
+def test_many_changes_are_told_in_a_few_words(tmp_path: Path) -> None:
+    _begun(tmp_path, _asking(settings={f"key{n}": "1" for n in range(7)}))
+    assert _refused(tmp_path).endswith("settings.key3 is not given, was 1; and 3 more")
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"[]", b"{}", b"\xff", b'{"asked": 1, "code": 2, "files": 3, "libraries": 4}']
+)
+def test_a_file_that_somebody_has_spoilt_is_told_and_forgotten_with_the_rest(tmp_path: Path, content: bytes) -> None:
+    spec = _begun(tmp_path)
+    whole = spec.read_bytes()
+    spec.write_bytes(content)
+    assert _refused(tmp_path) == "its sweep.json cannot be read"
+    with Results(SWEEP, tmp_path, fresh=True):
+        assert spec.read_bytes() == whole
+
+
+def test_it_tells_which_seeds_were_asked_for_last(tmp_path: Path) -> None:
+    spec = _begun(tmp_path)
+    assert json.loads(spec.read_text())["seeds"] == "1-3"
+    _begun(tmp_path, replace(SWEEP, seeds=(5, 7, 8, 9, 2)))
+    assert json.loads(spec.read_text())["seeds"] == "5,7-9,2"
+
+
+def test_a_refusal_leaves_everything_as_it_was(tmp_path: Path) -> None:
+    before = _begun(tmp_path).read_bytes()
+    _refused(tmp_path, _asking(rate_hz=10.0))
+    assert {file.name for file in tmp_path.iterdir()} == {SPEC, "results.jsonl"}
+    assert (tmp_path / SPEC).read_bytes() == before

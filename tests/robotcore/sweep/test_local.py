@@ -17,8 +17,8 @@ import pytest
 from robotcore import Outcome, RunRequest, RunResult, run
 from robotcore.runtime.plan import Plan
 from robotcore.sweep import LocalEngine, Record, Sweep, run_sweep
-from robotcore.sweep.command import command_of
 from robotcore.sweep.record import MAX_RESULT_TEXT
+from robotcore.sweep.spec import command_of
 from tests.robotcore.sweep.conftest import SWEEP, AppFile, sweep_of
 
 OWN_SESSION = "__import__('subprocess').Popen(['sleep', '60'], start_new_session=True)"
@@ -248,7 +248,7 @@ def test_a_run_in_a_world_that_cannot_be_drawn_has_no_conditions(app_file: AppFi
 
 CTRL_C_AT_A_WORKER_S_START = """
 import os, signal, sys
-if "serving" in sys.orig_argv[-1]:
+if "robotcore.sweep.worker" in sys.orig_argv[-1]:
     os.killpg(os.getpgid(os.getppid()), signal.SIGINT)
 """
 
@@ -337,7 +337,7 @@ class _Only:
         self.asked: Sequence[RunRequest] = ()
 
     def perform(self, sweep: Sweep, requests: Any) -> Any:
-        from robotcore.sweep.worker import perform
+        from robotcore.sweep.single_run import perform
 
         self.asked = list(requests)
         yield from map(perform, self.asked[: self._runs])

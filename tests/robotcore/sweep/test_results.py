@@ -1,5 +1,8 @@
+"""The results folder of a sweep: missing runs, torn lines, locks, other seeds."""
+
 from __future__ import annotations
 
+import csv
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -8,9 +11,9 @@ import pytest
 
 from robotcore import Outcome
 from robotcore.errors import UsageError
-from robotcore.sweep import Results
-from robotcore.sweep.command import command_of
-from robotcore.sweep.worker import Ended
+from robotcore.sweep import Results, Sweep
+from robotcore.sweep.single_run import Ended
+from robotcore.sweep.spec import command_of
 from tests.robotcore.sweep.conftest import AppFile, record_of, sweep_of
 
 SWEEP = sweep_of("green-search", seeds=3)
@@ -22,22 +25,35 @@ def _ended(seed: int, outcome: Outcome = Outcome.SUCCESS, picture: bytes | None 
     return Ended(replace(record_of(outcome, seed=seed), command=command), picture)
 
 
-def _kept(directory: Path, *seeds: int) -> Path:
+def _write_results(directory: Path, *seeds: int, with_tables: bool = False) -> Path:
     with Results(SWEEP, directory) as results:
         for seed in seeds:
             results.add(_ended(seed))
+        if with_tables:
+            results.write_tables()
     return directory / "results.jsonl"
 
 
+def _seeds(directory: Path, sweep: Sweep = SWEEP) -> tuple[list[int | None], list[int | None]]:
+    """Return which seeds are there and which are missing."""
+    with Results(sweep, directory) as results:
+        return [each.result.seed for each in results.records()], [each.seed for each in results.missing()]
+
+
+def _rows(directory: Path) -> list[str]:
+    with (directory / "results.csv").open(newline="") as table:
+        return [row["seed"] for row in csv.DictReader(table)]
+
+
 def test_what_is_kept_is_no_longer_missing(tmp_path: Path) -> None:
-    _kept(tmp_path, 2)
+    _write_results(tmp_path, 2)
     with Results(SWEEP, tmp_path) as again:
         assert [request.seed for request in again.missing()] == [1, 3]
         assert [record.result.seed for record in again.records()] == [2]
 
 
 def test_a_torn_last_line_is_dropped_and_run_again(tmp_path: Path) -> None:
-    file = _kept(tmp_path, 1, 2)
+    file = _write_results(tmp_path, 1, 2)
     file.write_bytes(file.read_bytes()[:-40])
     with Results(SWEEP, tmp_path) as again:
         assert [request.seed for request in again.missing()] == [2, 3]
@@ -46,7 +62,7 @@ def test_a_torn_last_line_is_dropped_and_run_again(tmp_path: Path) -> None:
 
 
 def test_a_first_line_that_is_torn_leaves_nothing(tmp_path: Path) -> None:
-    _kept(tmp_path).write_bytes(b'{"app": "gr')
+    _write_results(tmp_path).write_bytes(b'{"app": "gr')
     with Results(SWEEP, tmp_path) as again:
         assert len(again.missing()) == 3
 
@@ -123,7 +139,7 @@ def test_two_cannot_write_at_once(tmp_path: Path) -> None:
 
 
 def test_looking_at_what_is_there_changes_no_date(tmp_path: Path) -> None:
-    file = _kept(tmp_path, 1)
+    file = _write_results(tmp_path, 1)
     os.utime(file, ns=(0, LONG_AGO_NS))
     with Results(SWEEP, tmp_path) as again:
         list(again.records())
@@ -153,3 +169,69 @@ def test_own_descriptions_and_the_code_count(tmp_path: Path, monkeypatch: pytest
     second = Results(sweep).directory
     monkeypatch.setattr("robotcore.sweep.fingerprint._package_digest", lambda name: f"changed {name}")
     assert len({first, second, Results(sweep).directory}) == 3
+
+
+def test_more_seeds_go_on_from_what_is_there_and_fewer_show_at_once(tmp_path: Path) -> None:
+    _write_results(tmp_path, 2, 1, 3)
+    assert _seeds(tmp_path, sweep_of("green-search", seeds=5)) == ([2, 1, 3], [4, 5])
+    assert _seeds(tmp_path, sweep_of("green-search", seeds=2)) == ([2, 1], [])
+    assert _seeds(tmp_path) == ([2, 1, 3], [])
+
+
+def test_the_tables_are_of_what_was_asked_for_last(tmp_path: Path) -> None:
+    _write_results(tmp_path, 2, 1, 3, with_tables=True)
+    assert _rows(tmp_path) == ["2", "1", "3"]
+    for seeds in (2, 3):
+        with Results(sweep_of("green-search", seeds), tmp_path) as results:
+            assert not (tmp_path / "results.csv").exists()
+            results.write_tables()
+        assert len(_rows(tmp_path)) == seeds
+
+
+def test_a_run_that_was_not_asked_for_is_left_alone(tmp_path: Path) -> None:
+    file = _write_results(tmp_path, 1, 2)
+    for other in (record_of(seed=2, world="moon"), record_of(seed=99), record_of(seed=99)):
+        with file.open("a") as lines:
+            lines.write(other.to_json() + "\n")
+    assert _seeds(tmp_path) == ([1, 2], [3])
+
+
+def test_a_world_of_ones_own_goes_by_the_name_in_its_file(tmp_path: Path) -> None:
+    world = tmp_path / "lab.toml"
+    world.write_text('name = "mine"\n[floor]\nlength_m = 6.0\nwidth_m = 6.0\n')
+    sweep = sweep_of("green-search", worlds=(str(world),))
+    with Results(sweep, tmp_path / "out") as results:
+        results.add(Ended(record_of(seed=2, world="mine")))
+    assert _seeds(tmp_path / "out", sweep) == ([2], [1])
+
+
+def test_a_run_that_is_there_twice_is_told_by_its_line(tmp_path: Path) -> None:
+    file = _write_results(tmp_path, 1, 2)
+    lines = file.read_text().splitlines(keepends=True)
+    file.write_text("".join([*lines, lines[0]]))
+    words = f"^{file}, line 3: the run kinematic, open, seed 1 is there already. Delete one of its lines$"
+    with pytest.raises(UsageError, match=words):
+        _seeds(tmp_path)
+
+
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_a_spoilt_line_is_told_with_its_number_and_without_it_its_run_alone_is_missing(
+    tmp_path: Path, number: int
+) -> None:
+    file = _write_results(tmp_path, 1, 2, 3)
+    lines = file.read_bytes().splitlines(keepends=True)
+    file.write_bytes(b"".join([*lines[: number - 1], b"spoilt\n", *lines[number:]]))
+    words = rf"^{file}, line {number}: no record of a run: .+\. Delete this line, and that run alone is run again$"
+    with pytest.raises(UsageError, match=words):
+        _seeds(tmp_path)
+    file.write_bytes(b"".join([*lines[: number - 1], *lines[number:]]))
+    assert _seeds(tmp_path)[1] == [number]
+
+
+def test_records_come_one_by_one(tmp_path: Path) -> None:
+    file = _write_results(tmp_path, 1, 2)
+    with file.open("a") as lines:
+        lines.write("spoilt\n")
+    with Results(SWEEP, tmp_path) as results:
+        records = results.records()
+        assert [next(records).result.seed for _ in range(2)] == [1, 2]

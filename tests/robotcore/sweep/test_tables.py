@@ -1,3 +1,5 @@
+"""Tables for a spreadsheet, and the columns of a group."""
+
 from __future__ import annotations
 
 import csv
@@ -10,12 +12,16 @@ import pytest
 
 from robotcore import Outcome
 from robotcore.sweep import Record, Results
-from robotcore.sweep.tables import columns_of, write_csv
-from robotcore.sweep.worker import Ended
+from robotcore.sweep.record import fault
+from robotcore.sweep.single_run import Ended
+from robotcore.sweep.statistics import Group, grouped
+from robotcore.sweep.tables import COLUMNS, columns_of, write_csv
 from tests.robotcore.sweep.conftest import record_of, sweep_of
 
 SWEEP = sweep_of("green-search")
 LONG_AGO_NS = 10**18
+
+HUNG = record_of(Outcome.ERROR, verified=None, contacts=None, seed=9, time=0.0)
 
 
 def _row(file: Path, record: Record) -> dict[str, str]:
@@ -95,3 +101,33 @@ def test_a_table_that_somebody_deleted_is_written_again(tmp_path: Path, name: st
 def _rows(file: Path) -> list[dict[str, str]]:
     with file.open(newline="") as table:
         return list(csv.DictReader(table))
+
+
+def told(*names: str, group: Group) -> list[str]:
+    return [COLUMNS[name](group) for name in names]
+
+
+def test_a_group_is_told_by_its_share_its_interval_and_its_times() -> None:
+    (group,) = grouped([*(record_of(seed=seed, time=float(seed)) for seed in range(1, 20)), record_of(contacts=2)])
+    assert told("backend", "world", "passed", group=group) == ["kinematic", "open", "19/20"]
+    assert told("verified", "%", "95 %", "contacts", group=group) == ["20/20", "100.0", "83.9–100.0", "2"]
+    assert told("median", "90 % within", "slowest", group=group) == ["10.5 s", "18.0 s", "never"]
+
+
+def test_what_nobody_could_judge_has_a_question_mark_and_no_share() -> None:
+    (group,) = grouped([record_of(verified=None, contacts=None)] * 3)
+    assert told("passed", "verified", "%", "95 %", "contacts", group=group) == ["3/3", "?/3", "", "", "?"]
+
+
+def test_contacts_that_some_runs_did_not_tell_are_at_least_those_that_were_counted() -> None:
+    (group,) = grouped([record_of(contacts=2), HUNG])
+    assert told("contacts", group=group) == ["≥ 2"]
+
+
+def test_a_fault_says_outcome_reason_and_touches() -> None:
+    assert fault(record_of(Outcome.ERROR, reason="the wheel fell off")) == "error, the wheel fell off"
+    assert fault(record_of(verified=False)) == "success, the simulator does not agree"
+    assert fault(record_of(verified=False, reason="there")) == "success, there, the simulator does not agree"
+    assert fault(record_of(verified=False, judge="green-search")) == "success, the judge does not agree"
+    assert fault(record_of(contacts=1)) == "success, 1 contact"
+    assert fault(record_of(Outcome.TIMEOUT, reason="late", contacts=2)) == "timeout, late, 2 contacts"

@@ -7,14 +7,11 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from robotcore.description import load_world
-from robotcore.sweep.explain import explain
-from robotcore.sweep.report.axis import MAX_LABEL, Axis, shortened
-from robotcore.sweep.report.colours import shades_of
-from robotcore.sweep.report.conditions import condition_plot
+from robotcore.sweep.failure_analysis import explain
+from robotcore.sweep.report.charts import MAX_STEPS, arrival_plot, condition_plot, milestone_plot, success_plot
+from robotcore.sweep.report.drawing import MAX_LABEL, Axis, shades_of, shortened
 from robotcore.sweep.report.maps import maps_of
 from robotcore.sweep.report.series import series_of
-from robotcore.sweep.report.success import success_plot
-from robotcore.sweep.report.times import MAX_STEPS, arrival_plot, milestone_plot
 from robotcore.sweep.statistics import grouped
 from tests.robotcore.sweep.report.samples import WAY, failed, many, passed
 

@@ -3,11 +3,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from robotcore.runtime.outcome import Outcome
-from robotcore.sweep.agreement import agreements_of
-from robotcore.sweep.report.endings import MAX_ENDINGS, endings_of
-from robotcore.sweep.report.head import Head
+from robotcore.sweep.report.failures import MAX_ENDINGS, endings_of
+from robotcore.sweep.report.page import Head
 from robotcore.sweep.report.series import goal_of, milestones_of, series_of
-from robotcore.sweep.statistics import grouped
+from robotcore.sweep.statistics import agreements_of, grouped
 from tests.robotcore.sweep.report.samples import failed, passed
 
 

@@ -21,11 +21,9 @@ from robotcore.sweep.record import Record
 from robotcore.sweep.report import write_report
 from robotcore.sweep.report.failures import MAX_LISTED, MAX_TOLD
 from robotcore.sweep.report.page import FEW
-from robotcore.sweep.requirements import Requirement
-from robotcore.sweep.statistics import grouped
-from robotcore.sweep.words import COLUMNS
-from tests.robotcore.sweep.report.pages import Page
-from tests.robotcore.sweep.report.samples import failed, many, passed
+from robotcore.sweep.statistics import Requirement, grouped
+from robotcore.sweep.tables import COLUMNS
+from tests.robotcore.sweep.report.samples import Page, failed, many, passed
 
 
 def written(records: Sequence[Record], folder: Path, asked: str = "", require: Sequence[str] = ()) -> tuple[Page, str]:

@@ -1,3 +1,5 @@
+"""Worker processes: calls, replies, deaths."""
+
 from __future__ import annotations
 
 import json
@@ -14,8 +16,7 @@ from threading import Event, Lock, Thread, Timer
 import pytest
 
 from robotcore.errors import BackendError, DeployError, RobotcoreError, StaleSampleError, UnknownNameError
-from robotcore.sweep.child import Child, ChildDiedError, ChildHungError, NoChildError
-from robotcore.sweep.reply import read_reply
+from robotcore.sweep.worker import Child, ChildDiedError, ChildHungError, NoChildError, read_reply
 
 
 @pytest.fixture
@@ -88,7 +89,7 @@ def test_an_answer_that_cannot_be_read_ends_the_process_and_the_next_call_has_an
 
 
 def test_an_answer_without_an_end_is_not_read_for_ever(child: Child, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("robotcore.sweep.child.MAX_REPLY_BYTES", 200_000)
+    monkeypatch.setattr("robotcore.sweep.worker.MAX_REPLY_BYTES", 200_000)
     with pytest.raises(ChildDiedError, match="its answer cannot be read"):
         child.call(answer, b"x" * 300_000, limit_s=30)
 
@@ -167,7 +168,7 @@ def test_a_python_that_does_not_come_to_its_start_is_told(
 ) -> None:
     (tmp_path / "cv2.py").write_text("import threading; threading.Event().wait()")
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
-    monkeypatch.setattr("robotcore.sweep.child._START_S", 3.0)
+    monkeypatch.setattr("robotcore.sweep.worker._START_S", 3.0)
     with pytest.raises(NoChildError, match="do not start within 3 s"):
         child.call(os.getpid, limit_s=30)
 

@@ -1,3 +1,5 @@
+"""Job bundles: what fits on a worker, and how files are unpacked."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -5,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.sweep.kit import Kit
+from robotcore.sweep.cluster_worker import Kit
 from tests.robotcore.sweep.conftest import AppFile, sweep_of
 
 

@@ -1,4 +1,4 @@
-"""What a sweep says where the disk does not take what it keeps."""
+"""Errors of the results folder: a full disk, a folder that cannot be written."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ import pytest
 
 from robotcore.errors import UsageError
 from robotcore.sweep import Results
-from robotcore.sweep.replacing import replacing
-from robotcore.sweep.worker import Ended
+from robotcore.sweep.durable import replacing
+from robotcore.sweep.single_run import Ended
 from tests.robotcore.sweep.conftest import record_of, sweep_of
 
 SWEEP = sweep_of("green-search", seeds=3)

@@ -1,3 +1,5 @@
+"""Preflight: apps and backends that fail before the first run."""
+
 from __future__ import annotations
 
 import os
@@ -13,7 +15,7 @@ import pytest
 from robotcore import RunRequest
 from robotcore.errors import BackendError, BehaviourError, UnknownNameError, UnmetNeedError, UsageError
 from robotcore.sweep import LocalEngine, Sweep, run_sweep
-from robotcore.sweep.rehearsal import rehearse
+from robotcore.sweep.preflight import rehearse
 from tests.robotcore.sweep.conftest import SWEEP, AppFile, sweep_of
 
 INSTEAD = r"\. Put what it does there below if __name__ == '__main__', or into step\(\)$"

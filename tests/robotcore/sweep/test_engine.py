@@ -1,11 +1,13 @@
+"""A bounded number of tasks under way."""
+
 from __future__ import annotations
 
 from concurrent.futures import Future
 
 import pytest
 
-from robotcore.sweep import window
-from robotcore.sweep.window import completed
+from robotcore.sweep import engine as window
+from robotcore.sweep.engine import completed
 
 
 def test_what_the_width_raises_ends_a_wait_for_what_never_ends(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,3 +1,5 @@
+"""Failure analysis: which conditions are found, and which are not."""
+
 from __future__ import annotations
 
 import random
@@ -6,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from robotcore.sweep import shuffling
-from robotcore.sweep.explain import Finding, explain
+from robotcore.sweep import permutation_test as shuffling
+from robotcore.sweep.failure_analysis import Finding, explain
 from robotcore.sweep.record import Record
 from tests.robotcore.sweep.report.samples import failed, passed
 

@@ -1,4 +1,4 @@
-"""A first look at what a sweep is to run, in a process that may die of it: an app can end or hang what imports it."""
+"""Preflight: import the app and open each backend in a subprocess, so that a crash there is harmless."""
 
 from __future__ import annotations
 
@@ -10,14 +10,16 @@ from robotcore.hal.backend import load_backend
 from robotcore.runtime.apps import INSTEAD, app_path, is_app_file, load_app
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.settings import configure
-from robotcore.sweep.child import Child, ChildDiedError, ChildHungError
 from robotcore.sweep.spec import Sweep
+from robotcore.sweep.worker import Child, ChildDiedError, ChildHungError
 
 LOAD_S = 30.0
 """An app that is not loaded within this time waits for something, or goes round in a loop."""
 
 CHECK_S = 300.0
 """Every backend is opened and every world drawn within this time."""
+
+_REMEDY = "Try one at a time: robotcore run APP --backend NAME"
 
 
 def rehearse(sweep: Sweep, load_s: float = LOAD_S) -> None:
@@ -32,9 +34,6 @@ def rehearse(sweep: Sweep, load_s: float = LOAD_S) -> None:
             _try(child, app, "imported", load_s, _import, app)
         _try(child, sweep.request.app, "made", load_s, _make, sweep.request)
         _try_backends(child, sweep, sweep.check)
-
-
-_REMEDY = "Try one at a time: robotcore run APP --backend NAME"
 
 
 def _try(

@@ -1,13 +1,15 @@
-"""A file of lines that one process adds to; neither its end nor that of the power takes one of them."""
+"""Files that survive a crash: a journal of lines, and files that are replaced in whole."""
 
 from __future__ import annotations
 
 import fcntl
 import mmap
 import os
-from contextlib import ExitStack
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from io import FileIO
 from pathlib import Path
+from typing import Any, TextIO
 
 from robotcore.errors import UsageError
 
@@ -62,3 +64,25 @@ def _drop_torn_line(file: FileIO) -> None:
             whole = content.rfind(b"\n") + 1
         if whole < size:  # a file that is cut to the length it has counts as changed
             file.truncate(whole)
+
+
+def unfinished(file: Path) -> Path:
+    """Return what a file is called while it is written."""
+    return file.with_name(f"{file.name}.part")
+
+
+@contextmanager
+def replacing(file: Path, **how: Any) -> Iterator[TextIO]:
+    """Give a text file to write, in UTF-8; it takes the place of ``file`` once it is on the disk.
+
+    ``how`` goes to `open`. Leaves nothing behind where the writing fails; an OSError is the caller's to tell.
+    """
+    part = unfinished(file)
+    try:
+        with part.open("w", encoding="utf-8", **how) as text:
+            yield text
+            text.flush()
+            os.fsync(text.fileno())
+        part.replace(file)
+    finally:
+        part.unlink(missing_ok=True)

@@ -1,0 +1,137 @@
+"""Elements of a chart: SVG, axes, colours."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+from xml.etree.ElementTree import Element, tostring
+
+from robotcore.view.canvas import Colour, lighter, state_colours
+
+Attribute = str | float
+Point = tuple[float, float]
+
+MAX_LABEL = 28
+_LETTER, _GAP, _TICK_ROOM = 8.4, 12, 60
+
+_FOR_DARK = 0.42
+"""How far a colour goes to white on a dark page."""
+
+
+def element(tag: str, *children: Element | str, **attributes: Attribute) -> Element:
+    """Return an element; a trailing underscore of an attribute's name is dropped, others become hyphens."""
+    made = Element(tag, {name.rstrip("_").replace("_", "-"): _told(value) for name, value in attributes.items()})
+    for child in children:
+        if isinstance(child, str):
+            made.text = child
+        else:
+            made.append(child)
+    return made
+
+
+def drawing(width: float, height: float, told: str, children: Iterable[Element], **attributes: Attribute) -> str:
+    """Return a whole drawing, its origin top left, as text that is safe in HTML; ``told`` is read to who cannot see."""
+    box = {"viewBox": f"0 0 {_told(width)} {_told(height)}"}
+    return tostring(element("svg", *children, role="img", aria_label=told, **box, **attributes), encoding="unicode")
+
+
+def group(children: Iterable[Element], **attributes: Attribute) -> Element:
+    """Return elements that have attributes in common."""
+    return element("g", *children, **attributes)
+
+
+def line(start: Point, end: Point, **attributes: Attribute) -> Element:
+    """Return a straight line."""
+    return element("line", x1=start[0], y1=start[1], x2=end[0], y2=end[1], **attributes)
+
+
+def text(place: Point, words: str, **attributes: Attribute) -> Element:
+    """Return words whose baseline begins at a place."""
+    return element("text", words, x=place[0], y=place[1], **attributes)
+
+
+def dot(centre: Point, radius: float, **attributes: Attribute) -> Element:
+    """Return a filled circle."""
+    return element("circle", cx=centre[0], cy=centre[1], r=radius, **attributes)
+
+
+def trail(points: Iterable[Point], **attributes: Attribute) -> Element:
+    """Return an open line through points."""
+    (x, y), *rest = points
+    way = f"M{_told(x)} {_told(y)}" + "".join(f"L{_told(x)} {_told(y)}" for x, y in rest)
+    return element("path", d=way, **attributes)
+
+
+def _told(value: Attribute) -> str:
+    return value if isinstance(value, str) else f"{value:.1f}".removesuffix(".0")
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Values from ``low`` to ``high`` lie between ``start`` and ``end``; ``low`` is less than ``high``."""
+
+    low: float
+    high: float
+    start: float
+    end: float
+
+    def at(self, value: float) -> float:
+        """Return where a value lies."""
+        return self.start + (value - self.low) / (self.high - self.low) * (self.end - self.start)
+
+    def ticks(self, about: int) -> list[float]:
+        """Return about so many round values within the scale, at steps of 1, 2 or 5.
+
+        P. S. Heckbert, Nice numbers for graph labels, Graphics Gems (1990).
+        """
+        rough = (self.high - self.low) / about
+        unit = 10 ** math.floor(math.log10(rough))
+        step = unit * next(size for size in (1, 2, 5, 10) if size * unit >= rough * (1 - 1e-9))
+        first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
+        return [index * step for index in range(first, last + 1)]
+
+
+def room_for(labels: Iterable[str]) -> float:
+    """Return how much room labels need beside a drawing, their gap to it among it."""
+    longest = max((len(shortened(label)) for label in labels), default=0)
+    return _GAP + _LETTER * longest
+
+
+def shortened(label: str) -> str:
+    """Return a label that is not too long to stand beside a drawing."""
+    return label if len(label) <= MAX_LABEL else f"{label[: MAX_LABEL - 1]}…"
+
+
+def label(axis: Axis, y: float, words: str) -> Element:
+    """Return words that end at an axis's beginning, centred on a height."""
+    return text((axis.start - _GAP, y + 4), shortened(words), text_anchor="end")
+
+
+def below(axis: Axis, top: float, bottom: float, told: Callable[[float], str]) -> Element:
+    """Return the grid of a horizontal axis from ``top`` to ``bottom``, its numbers below."""
+    return group(_grid(axis, top, bottom, told), class_="axis")
+
+
+def _grid(axis: Axis, top: float, bottom: float, told: Callable[[float], str]) -> Iterator[Element]:
+    for value in axis.ticks(max(2, int((axis.end - axis.start) / _TICK_ROOM))):
+        x = axis.at(value)
+        yield line((x, top), (x, bottom))
+        yield text((x, bottom + 16), told(value), text_anchor="middle")
+
+
+class Shades(NamedTuple):
+    """One colour as CSS, on a light page and on a dark one."""
+
+    light: str
+    dark: str
+
+
+def shades_of(names: Sequence[str]) -> list[Shades]:
+    """Return a colour for each name, far apart for the colour-blind too."""
+    return [Shades(_css(colour), _css(lighter(colour, _FOR_DARK))) for colour in state_colours(names).values()]
+
+
+def _css(colour: Colour) -> str:
+    return "#{:02x}{:02x}{:02x}".format(*colour)

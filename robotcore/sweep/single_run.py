@@ -1,0 +1,164 @@
+"""Carry out one run of a sweep, in this process or in a worker process."""
+
+from __future__ import annotations
+
+import os
+from base64 import b64decode, b64encode
+from contextlib import suppress
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from robotcore.errors import RobotcoreError
+    from robotcore.runtime.outcome import RunResult
+    from robotcore.runtime.plan import RunRequest
+    from robotcore.sweep.record import Record
+    from robotcore.sweep.worker import Child
+
+
+PATIENCE = 10.0
+"""So many times as long as in a single run may an app or a simulator let wait: nothing real moves here, and a machine
+whose cores are all busy must not decide results."""
+
+
+class Ended(NamedTuple):
+    """A run that has ended; ``picture`` is the PNG of a failing one."""
+
+    record: Record
+    picture: bytes | None = None
+
+
+def perform(request: RunRequest) -> Ended:
+    """Run, and tell how it ended, whatever that was."""
+    from robotcore.errors import RobotcoreError
+    from robotcore.runtime.session import run
+    from robotcore.sweep.record import PathRecorder, Record, shorten
+    from robotcore.sweep.spec import command_of
+    from robotcore.view.picture import PictureRecorder
+
+    path, picture = PathRecorder(), PictureRecorder()
+    try:
+        result = run(request, [path, picture], patience=PATIENCE)
+    except RobotcoreError as error:
+        result = _unstarted(request, error)
+    # An app's own objects may not fit through a pipe; the words of its exception are in the reason.
+    record = Record(shorten(replace(result, error=None)), path.path, command_of(request))
+    return Ended(record, picture.png() if record.is_failure else None)
+
+
+def attempt(child: Child, request: RunRequest, limit_s: float) -> Ended:
+    """Run in a child process. The run is an error if the process dies, hangs, or answers with anything but this run.
+
+    Raises NoChildError if no process can be started. An error that the process sends is never raised: an app may have
+    written it.
+    """
+    from robotcore.errors import BackendError, RobotcoreError
+    from robotcore.hal.wall_clock import MonotonicClock
+    from robotcore.sweep.worker import ChildDiedError, ChildHungError, NoChildError
+
+    wall = MonotonicClock()
+    try:
+        return _unpack(child.call(_perform_and_pack, request, limit_s=limit_s), request)
+    except ChildDiedError as error:
+        return unfinished(request, BackendError(f"the worker process died: {error}"), wall.now())
+    except ChildHungError as error:
+        return unfinished(request, BackendError(f"hung: {error}"), wall.now())
+    except NoChildError:
+        raise
+    except (RobotcoreError, TypeError, ValueError) as error:
+        child.close()  # what it sends next may be the answer to this call
+        problem = RobotcoreError(f"the worker process gave no result: {error}")
+        return unfinished(request, problem, wall.now())
+
+
+def _perform_and_pack(request: RunRequest) -> list[str]:
+    """Run; return what JSON can hold of the end: the record as its line, and the picture in base 64."""
+    ended = _perform_or_end(request)
+    return [ended.record.to_json(), b64encode(ended.picture or b"").decode("ascii")]
+
+
+def _unpack(packed: list[str], request: RunRequest) -> Ended:
+    """Return what `_perform_and_pack` packed for a request; TypeError or ValueError if it is something else."""
+    from robotcore.sweep.record import Record
+    from robotcore.sweep.spec import command_of
+
+    line, picture = packed
+    record = Record.from_json(line)
+    _require_answer_to(request, record.result)
+    return Ended(replace(record, command=command_of(request), picture=None), b64decode(picture, validate=True) or None)
+
+
+def _require_answer_to(request: RunRequest, result: RunResult) -> None:
+    """Raise ValueError if a result is that of another run."""
+    from robotcore.description import load_robot, load_world
+    from robotcore.runtime.apps import app_name
+
+    asked = {
+        "app": app_name(request.app),
+        "backend": request.backend,
+        "robot": load_robot(request.robot).name,
+        "world": load_world(request.world).name if request.world else result.world,
+        "seed": request.seed,
+    }
+    for key, value in asked.items():
+        if (received := getattr(result, key)) != value:
+            raise ValueError(f"its record has {key} {received!r}, not {value!r}. Check what the app writes, and where")
+
+
+def _perform_or_end(request: RunRequest) -> Ended:
+    """Run; a process that was told to end in the middle of it does so. What a library raises costs this run alone."""
+    from robotcore.errors import RobotcoreError
+    from robotcore.hal.wall_clock import MonotonicClock
+    from robotcore.runtime.outcome import Outcome
+
+    wall = MonotonicClock()
+    try:
+        ended = perform(request)
+    except Exception as error:  # noqa: BLE001  whatever the app or a vendor's library raises
+        return unfinished(request, RobotcoreError(f"{type(error).__name__}: {error}"), wall.now())
+    if ended.record.result.outcome is Outcome.INTERRUPTED:
+        os._exit(ended.record.result.exit_status)
+    return ended
+
+
+def unfinished(request: RunRequest, error: RobotcoreError, wall_time_s: float = 0.0) -> Ended:
+    """Tell of a run whose process did not live to tell of it, and how long that took, where somebody knows.
+
+    Where a judge was asked for, it has verified nothing.
+    """
+    from robotcore.sweep.record import Record, shorten
+    from robotcore.sweep.spec import command_of
+
+    result = replace(_unstarted(request, error), wall_time_s=round(wall_time_s, 3))
+    return Ended(Record(shorten(result), None, command_of(request)))
+
+
+def _unstarted(request: RunRequest, error: RobotcoreError) -> RunResult:
+    from robotcore.description import load_robot, load_world
+    from robotcore.runtime.apps import app_name
+    from robotcore.runtime.outcome import Outcome, RunResult
+
+    return RunResult(
+        app=app_name(request.app),
+        backend=request.backend,
+        robot=load_robot(request.robot).name,
+        world=load_world(request.world).name if request.world else None,
+        seed=request.seed,
+        outcome=Outcome.ERROR,
+        exit_status=error.exit_status,
+        reason=str(error),
+        verified=False if request.judge else None,
+        judge=app_name(request.judge) if request.judge else None,
+        conditions=_drawn(request),
+        faults=list(request.faults),
+    )
+
+
+def _drawn(request: RunRequest) -> dict[str, float | str]:
+    """Return the conditions that the run was to be under; none where no such world can be drawn."""
+    from robotcore.errors import RobotcoreError
+    from robotcore.runtime.plan import drawn_for
+
+    with suppress(RobotcoreError):
+        return dict(drawn_for(request))
+    return {}
