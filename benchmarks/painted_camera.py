@@ -25,9 +25,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.report import at_least_one, machine, print_table
-from drivers.kinematic.surroundings import Surroundings
+from drivers.kinematic.clearance import Clearance
 from drivers.mujoco.camera import MujocoCamera
-from drivers.pybullet.camera import BulletCamera
+from drivers.pybullet.sensors import BulletCamera
 from robotcore.description import (
     Ball,
     CameraDescription,
@@ -114,7 +114,7 @@ def _in_world(
     """Yield comparisons from random poses in one world; the engine is closed at the end."""
     eye = robot.first_of(CameraDescription)
     assert eye, "the robot has a camera"
-    painter, surroundings = Painter(world), Surroundings(robot.body.footprint, world)
+    painter, surroundings = Painter(world), Clearance(robot.body.footprint, world)
     with load_backend(backend).open(Setup(robot, world, frozenset({eye.name}))) as opened:
         camera = opened.camera
         assert isinstance(camera, EngineCamera)

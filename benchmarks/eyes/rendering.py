@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.eyes.scenes import Scene
-from drivers.pybullet.camera import BulletCamera
+from drivers.pybullet.sensors import BulletCamera
 from robotcore.description import load_robot
 from robotcore.hal.backend import Setup, load_backend
 from robotcore.hal.devices import Image

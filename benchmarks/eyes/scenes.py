@@ -7,7 +7,7 @@ from random import Random
 from typing import NamedTuple
 
 from benchmarks.eyes.palette import ball_colour, recoloured
-from drivers.kinematic.surroundings import Surroundings
+from drivers.kinematic.clearance import Clearance
 from robotcore.description import (
     Ball,
     Box,
@@ -59,7 +59,7 @@ def draw_scene(hue: float, likeness: float, draw: Random, *, has_ball: bool) -> 
 
 def _free_pose(world: WorldDescription, robot: RobotDescription, draw: Random) -> Pose:
     """Return where the robot touches nothing, turned roughly to the middle of the room."""
-    surroundings = Surroundings(robot.body.footprint, world)
+    surroundings = Clearance(robot.body.footprint, world)
     x, y = world.floor.length_m / 2, world.floor.width_m / 2
     while True:
         place = Pose(draw.uniform(-x, x), draw.uniform(-y, y), 0.0)

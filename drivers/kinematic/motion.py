@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 
-from drivers.kinematic.contact import Bumper
+from drivers.kinematic.clearance import Bumper
 from robotcore.geometry import DifferentialGeometry, Pose, Twist, Wheels
 
 

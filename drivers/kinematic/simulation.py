@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from functools import cached_property
 
-from drivers.kinematic.contact import Bumper
+from drivers.kinematic.clearance import Bumper, Clearance
 from drivers.kinematic.motion import Chassis, Wheel
-from drivers.kinematic.surroundings import Surroundings
 from robotcore.description import Drive, MotorDescription, WorldDescription
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.backend import Setup
@@ -27,7 +26,7 @@ class Simulation:
         self.wheels = {motor.name: Wheel(motor.lag_s, self.clock.step) for motor in robot.all_of(MotorDescription)}
         self.encoded: dict[str, Wheel] = {}
         self._start = world.start.pose
-        self._bumper = Bumper(Surroundings(robot.body.footprint, world), self._start)
+        self._bumper = Bumper(Clearance(robot.body.footprint, world), self._start)
         self._chassis = self._put_on_wheels(robot.drive) if robot.drive else None
         driven = {robot.drive.left, robot.drive.right} if robot.drive else set()
         self._moving: list[Wheel | Chassis] = [wheel for name, wheel in self.wheels.items() if name not in driven]

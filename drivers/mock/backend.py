@@ -13,9 +13,9 @@ from drivers.mock.devices import (
     MockEncoder,
     MockMotor,
     MockRangeSensor,
+    Script,
     grey_picture,
 )
-from drivers.mock.script import Script
 from robotcore.description import (
     BatteryDescription,
     CameraDescription,

@@ -7,9 +7,14 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 from drivers.mock.backend import MockBackend
-from drivers.mock.devices import Command, MockDisplay, MockMotor
-from drivers.mock.script import Script
-from robotcore.description import CameraDescription, RangeSensorDescription, RobotDescription, StrictModel, load_robot
+from drivers.mock.devices import Command, MockDisplay, MockMotor, Script
+from robotcore.description import (
+    CameraDescription,
+    RangeSensorDescription,
+    RobotDescription,
+    StrictModel,
+    load_robot,
+)
 from robotcore.errors import UnmetNeedError
 from robotcore.geometry import Wheels
 from robotcore.hal.backend import Setup

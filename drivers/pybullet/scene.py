@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from enum import IntFlag
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import cv2
 
 from drivers.pybullet.bullet import Bullet
-from drivers.pybullet.textures import Textures
 from robotcore.description import Ball, Floor, Texture, WorldDescription
 from robotcore.description.meshes import Mesh, ball_mesh, ground_mesh, prism_mesh
 from robotcore.description.world import Prism
@@ -92,3 +95,25 @@ class Scene:
         facing = bullet.getQuaternionFromEuler([0.0, 0.0, yaw])
         body: int = bullet.createMultiBody(0.0, collision, visual, place, facing)
         return body
+
+
+class Textures:
+    """The textures of a world, each loaded once."""
+
+    def __init__(self, bullet: Bullet) -> None:
+        self._bullet = bullet
+        self._numbers: dict[Texture, int] = {}
+
+    def number_of(self, texture: Texture) -> int:
+        """Return Bullet's number for a texture."""
+        if texture not in self._numbers:
+            self._numbers[texture] = self._loaded(texture)
+        return self._numbers[texture]
+
+    def _loaded(self, texture: Texture) -> int:
+        """Load a tile's picture. Its top row is the highest on the surface."""
+        with TemporaryDirectory() as folder:
+            file = Path(folder, "tile.png")
+            cv2.imwrite(str(file), cv2.cvtColor(texture.tile[::-1], cv2.COLOR_GRAY2BGR))
+            number: int = self._bullet.loadTexture(str(file))
+        return number

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
-from drivers.pybullet.camera import BulletCamera
 from drivers.pybullet.physics import BulletMotor, Physics, Touches
 from drivers.pybullet.scene import Scene
-from drivers.pybullet.sensors import BulletEncoder, BulletRangeSensor
-from drivers.pybullet.truth import BulletTruth
+from drivers.pybullet.sensors import BulletCamera, BulletEncoder, BulletRangeSensor
 from robotcore.description import (
     CameraDescription,
     DisplayDescription,
@@ -18,6 +16,7 @@ from robotcore.description import (
     SimulatedDevice,
     WorldDescription,
 )
+from robotcore.geometry import Pose, Twist
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.devices import Device, MemoryDisplay
@@ -58,3 +57,19 @@ class Simulation:
             return BulletCamera(bullet, description, self.clock, body, self._scene)
         display: DisplayDescription = description  # of a new kind of device, the type checker tells
         return MemoryDisplay(display.name)
+
+
+class BulletTruth:
+    """The true state of the robot."""
+
+    def __init__(self, body: Body, touches: Touches) -> None:
+        self._body, self._touches = body, touches
+
+    def pose(self) -> Pose:
+        return self._body.pose()
+
+    def twist(self) -> Twist:
+        return self._body.twist()
+
+    def contacts(self) -> int:
+        return self._touches.count

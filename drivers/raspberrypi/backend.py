@@ -8,8 +8,7 @@ from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from drivers.raspberrypi.chip import AT_THE_DESK
-from drivers.raspberrypi.gpio import on_header
-from drivers.raspberrypi.header import counted, wiring_of
+from drivers.raspberrypi.header import count_wires, on_header, wiring_of
 from drivers.raspberrypi.pins import open_pins
 from robotcore.description import RobotDescription, StrictModel
 from robotcore.hal.backend import Backend, Setup
@@ -52,7 +51,7 @@ class RaspberryPiBackend(Backend):
         return batteries_in(robot, SECTION)
 
     def check(self, robot: RobotDescription) -> str:
-        return counted(self.fittings(robot))
+        return count_wires(self.fittings(robot))
 
     def warnings(self, robot: RobotDescription) -> list[str]:
         return [f"{fitting.name}: {each}" for fitting in self.fittings(robot) for each in fitting.warnings]

@@ -1,16 +1,27 @@
-"""The pin factory: gpiozero's own on lgpio, never another one in silence."""
+"""The pin factory (gpiozero's own on lgpio, never another one), and the errors of its pins as errors of a device."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from threading import Event
 from typing import TYPE_CHECKING
 
-from drivers.raspberrypi.chip import AT_THE_DESK, why_closed
+from drivers.raspberrypi.chip import AT_THE_DESK, held_by, why_closed
 from drivers.raspberrypi.lg import chip_number, load
-from robotcore.errors import BackendError, BackendMissingError, UnknownNameError, UsageError
+from robotcore.errors import (
+    BackendError,
+    BackendMissingError,
+    DeviceError,
+    RobotcoreError,
+    UnknownNameError,
+    UsageError,
+)
 
 if TYPE_CHECKING:
-    from gpiozero import Factory
+    from gpiozero import Factory, Pin
+
 
 LGPIO = "lgpio"
 OTHERS = ("rpigpio", "pigpio", "native", "mock")
@@ -63,3 +74,63 @@ def _on_lgpio() -> Factory:
 
 
 _REMEDY = f"On the Pi: sudo apt install python3-lgpio, and a venv made with --system-site-packages. {AT_THE_DESK}"
+
+
+@contextmanager
+def claiming(device: str, gpios: Sequence[int]) -> Iterator[None]:
+    """Open what a device has on these GPIOs; where that fails, raise DeviceError, with what to do.
+
+    Claim them one by one where they are to be told apart: the libraries do not say which one it was.
+    """
+    try:
+        yield
+    except RobotcoreError:
+        raise
+    except Exception as error:
+        raise pin_failure(device, gpios, error) from error
+
+
+def pin_failure(device: str, gpios: Sequence[int], error: Exception) -> DeviceError:
+    """Return the error for what gpiozero or lgpio raised at the pins of a device.
+
+    The two have no error in common, and lgpio's (``'GPIO busy'``) tells of its kind in words only.
+    """
+    from gpiozero import GPIOPinInUse
+
+    where = "GPIO " + ", ".join(map(str, gpios))
+    if isinstance(error, GPIOPinInUse):
+        return DeviceError(device, f"{where} is in use in this program already. Close what has it first")
+    if "busy" in str(error).lower():
+        held = ", ".join(f"GPIO {gpio} is held by {held_by(gpio)}" for gpio in gpios)
+        return DeviceError(device, f"{held}. End that program first")
+    cause = f"{type(error).__name__}: {error}".removesuffix(": ")
+    return DeviceError(
+        device, f"{where} failed ({cause}). Look at the wiring in the robot's file, and run robotcore doctor"
+    )
+
+
+_STOP_ATTEMPTS = 100
+_STOP_PAUSE_S = 0.01
+
+
+def stop_edge_detection(pin: Pin) -> None:
+    """Tell nobody of a pin's edges from now on.
+
+    lgpio frees the line and claims it anew. Where its own thread is just waiting for edges, the kernel lets the line go
+    only when that is back, and until then it is busy. Raises what the library raises where that goes on for a second.
+    """
+    for _ in range(_STOP_ATTEMPTS):
+        if _tries_to_stop(pin):
+            return
+        Event().wait(_STOP_PAUSE_S)
+    pin.when_changed = None
+
+
+def _tries_to_stop(pin: Pin) -> bool:
+    try:
+        pin.when_changed = None
+    except Exception as error:
+        if "busy" not in str(error).lower():
+            raise
+        return False
+    return True

@@ -11,8 +11,7 @@ from typing import Any, ClassVar
 import pytest
 
 from drivers.kinematic.backend import KinematicBackend
-from drivers.mock.devices import MockBattery
-from drivers.mock.script import Script
+from drivers.mock.devices import MockBattery, Script
 from robotcore import plugins as registry
 from robotcore.description import BatteryDescription, RobotDescription, load_robot
 from robotcore.hal.backend import Setup

@@ -6,25 +6,25 @@ controls mean: https://libcamera.org/api-html/namespacelibcamera_1_1controls.htm
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import TimeoutError as TimedOutError
 from contextlib import suppress
+from types import ModuleType
 from typing import Any
 
-from drivers.raspberrypi.cameras.csicameras import imported, require_there
-from drivers.raspberrypi.cameras.modes import widest
+from drivers.raspberrypi.cameras.capture import CapturingCamera
 from drivers.raspberrypi.cameras.settings import PiCameraSettings
-from drivers.raspberrypi.cameras.source import Light, Shot, Source
-from drivers.raspberrypi.cameras.stamps import Stamps
+from drivers.raspberrypi.cameras.source import ExposureState, Shot, Source, TimestampConverter
 from robotcore.description import CameraDescription
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock
+from robotcore.hardware import Connection, DeviceDriver, Host
 
 BGR = "RGB888"
 """picamera2 names a format by its bytes from the last to the first: in an array, this one is blue, green, red.
 Source: https://github.com/raspberrypi/picamera2/issues/848."""
 
-PATIENCE_S = 2.0
+PICTURE_TIMEOUT_S = 2.0
 """A camera that gives no picture for as long hangs; the longest exposure that can be set is half of it."""
 
 SEARCHING = 1
@@ -51,9 +51,9 @@ class CsiSource(Source):
         self._camera: Any = None
 
     def open(self) -> list[str]:
-        library, number = imported(self.name), self._settings.camera
-        require_there(self.name, library, number)
-        self._stamps = Stamps(self._clock)
+        library, number = import_picamera2(self.name), self._settings.camera
+        require_camera(self.name, library, number)
+        self._stamps = TimestampConverter(self._clock)
         asked = _controls(self._settings)
         try:
             self._camera = library.Picamera2(number)
@@ -67,10 +67,10 @@ class CsiSource(Source):
 
     def shoot(self) -> Shot:
         try:
-            request = self._camera.capture_request(wait=PATIENCE_S)
+            request = self._camera.capture_request(wait=PICTURE_TIMEOUT_S)
         except TimedOutError as error:
             self._camera.cancel_all_and_flush()  # else it could not be closed
-            words = f"has given no picture for {PATIENCE_S:g} s; with the power off, push its ribbon cable home"
+            words = f"has given no picture for {PICTURE_TIMEOUT_S:g} s; with the power off, push its ribbon cable home"
             raise DeviceError(self.name, words) from error
         try:
             told = request.get_metadata()
@@ -78,10 +78,10 @@ class CsiSource(Source):
         finally:
             request.release()
 
-    def light(self, shot: Shot) -> Light:
+    def light(self, shot: Shot) -> ExposureState:
         told = shot.told
         is_found = told["AeState"] != SEARCHING if "AeState" in told else told.get("AeLocked")
-        return Light((told["ExposureTime"] * told["AnalogueGain"], *told.get("ColourGains", ())), is_found)
+        return ExposureState((told["ExposureTime"] * told["AnalogueGain"], *told.get("ColourGains", ())), is_found)
 
     def hold(self, shot: Shot) -> list[str]:
         found = {control: shot.told[control] for control in HELD if control in shot.told}
@@ -100,7 +100,7 @@ class CsiSource(Source):
         return {name: value for name, value in controls.items() if name in self._camera.camera_controls}
 
     def _configuration(self, controls: Mapping[str, Any]) -> Any:
-        mode = widest(self._camera.sensor_modes, self._settings.fps)
+        mode = widest_mode(self._camera.sensor_modes, self._settings.fps)
         return self._camera.create_video_configuration(
             main={"format": BGR, "size": (self._told.width_px, self._told.height_px)},
             raw=None,
@@ -120,3 +120,79 @@ def _controls(settings: PiCameraSettings) -> dict[str, Any]:
         "ColourGains": settings.colour_gains,
     }
     return {name: value for name, value in controls.items() if value is not None}
+
+
+REMEDY = "On the Pi: sudo apt install python3-picamera2, and a venv made with --system-site-packages"
+
+OTHER_NUMPY = "In the venv: pip install 'numpy<2' 'opencv-python-headless<4.12'"
+"""Raspberry Pi OS 12 builds its picamera2 for NumPy 1.24; a later OpenCV wants NumPy 2."""
+
+
+def import_picamera2(camera: str) -> Any:
+    """Return the module picamera2; raises DeviceError where it is missing, or built for another NumPy."""
+    try:
+        import picamera2
+    except ImportError as error:
+        raise DeviceError(camera, f"picamera2 is not installed ({error}). {REMEDY}") from error
+    except ValueError as error:  # Source: https://github.com/raspberrypi/picamera2/issues/1088
+        raise DeviceError(
+            camera, f"picamera2 is built for another NumPy than this one ({error}). {OTHER_NUMPY}"
+        ) from error
+    return picamera2
+
+
+def require_camera(camera: str, library: ModuleType, number: int) -> None:
+    """Raise DeviceError where the Pi has no camera of that number."""
+    there = library.Picamera2.global_camera_info()
+    if number < len(there):
+        return
+    cameras = ", ".join(f"{index} ({told['Model']})" for index, told in enumerate(there))
+    offer = f"there are: {cameras}" if cameras else "there is none: with the power off, look at its ribbon cable"
+    raise DeviceError(camera, f"the Pi has no camera {number}; {offer}. rpicam-hello --list-cameras tells the same")
+
+
+Mode = Mapping[str, Any]
+"""As picamera2 tells it: ``size``, ``bit_depth``, ``fps`` at most, and of the sensor ``crop_limits`` (x, y, w, h)."""
+
+
+def widest_mode(modes: Sequence[Mode], fps: float) -> Mode | None:
+    """Return the smallest mode that sees all that the sensor sees, at such a rate or else as fast as it can.
+
+    By itself, libcamera takes the mode that is nearest to the picture's size: a small picture comes from a crop out of
+    the middle, with half the field of view.
+    """
+    usable = [mode for mode in modes if "crop_limits" in mode]
+    if not usable:
+        return None
+    seen = max(_area(mode["crop_limits"][2:]) for mode in usable)
+    wide = [mode for mode in usable if _area(mode["crop_limits"][2:]) == seen]
+    quick = [mode for mode in wide if mode["fps"] >= fps]
+    if not quick:
+        return max(wide, key=lambda mode: mode["fps"])
+    return min(quick, key=lambda mode: (_area(mode["size"]), -mode["bit_depth"]))
+
+
+def _area(size: Sequence[int]) -> int:
+    width, height = size
+    return width * height
+
+
+class PiCamera(DeviceDriver[CameraDescription, PiCameraSettings]):
+    """Opens cameras by picamera2, which Raspberry Pi OS brings: 0.3.20 or newer."""
+
+    name = "picamera2"
+    summary = "a camera on the Pi's ribbon connector"
+    described = CameraDescription
+    settings = PiCameraSettings
+    parts = ("pi-camera", "csi", "libcamera", "camera-module")
+    modules = ("picamera2",)
+    remedy = REMEDY
+
+    def open(self, told: CameraDescription, settings: PiCameraSettings, host: Host) -> CapturingCamera:
+
+        camera = CapturingCamera(told, settings, CsiSource(told, settings, host.clock), host.clock)
+        camera.open()
+        return camera
+
+    def connections(self, settings: PiCameraSettings) -> Sequence[Connection]:
+        return (Connection("camera", "CSI", str(settings.camera)),)

@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Image
 
 
@@ -17,7 +18,7 @@ class Shot(NamedTuple):
     told: Mapping[str, Any] = {}
 
 
-class Light(NamedTuple):
+class ExposureState(NamedTuple):
     """How far exposure and white balance have settled.
 
     ``values`` come to rest then; ``is_found`` is the camera's own word on it, None where it has none.
@@ -48,7 +49,7 @@ class Source(ABC):
         """Wait for the next picture, but not for ever; the memory is the caller's."""
 
     @abstractmethod
-    def light(self, shot: Shot) -> Light:
+    def light(self, shot: Shot) -> ExposureState:
         """Return how far it has settled by a shot."""
 
     @abstractmethod
@@ -58,3 +59,26 @@ class Source(ABC):
     @abstractmethod
     def close(self) -> None:
         """Let the camera go, whatever state it is in; may be called again. Never raises."""
+
+
+FRESH_S = 1.0
+"""A camera's first stamp is not older, where it counts on the kernel's clock."""
+
+
+class TimestampConverter:
+    """Turns stamps in CLOCK_MONOTONIC, in seconds, into the robot's time.
+
+    A camera whose first stamp is not of the last second counts from somewhere else: then the picture's arrival is
+    taken, which is later by exposure and transfer, up to two frames. Every later stamp is believed, however old.
+    """
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._are_believed: bool | None = None
+
+    def time_of(self, monotonic_s: float) -> float:
+        """Return the time of capture, never in the future."""
+        now, stamped = self._clock.now(), self._clock.time_of(monotonic_s)
+        if self._are_believed is None:
+            self._are_believed = now - stamped < FRESH_S
+        return stamped if self._are_believed else now

@@ -1,11 +1,12 @@
-"""Which board this is, and whether its programs are 64-bit."""
+"""Checks of the board itself: model, operating system, power supply, clock and disk."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import shutil
+import subprocess
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from drivers.raspberrypi.doctor.files import told
 from robotcore.hal.finding import Finding
 
 MODEL = "proc/device-tree/model"
@@ -16,7 +17,7 @@ BITS = {1: 32, 2: 64}
 def model(root: Path) -> str | None:
     """Return what the board calls itself, such as ``Raspberry Pi 5 Model B Rev 1.0``; None where it does not."""
     try:
-        return told(root / MODEL)
+        return read_text(root / MODEL)
     except OSError:
         return None
 
@@ -26,7 +27,7 @@ def is_raspberry_pi(root: Path = Path("/")) -> bool:
     return (model(root) or "").startswith("Raspberry Pi")
 
 
-def board(root: Path) -> Iterator[Finding]:
+def check_board(root: Path) -> Iterator[Finding]:
     """Look which board this is, and whether this Python is a 64-bit one: only for that libraries come ready built."""
     bits = python_bits(root)
     said = f"{model(root)}, {bits}-bit Python"
@@ -41,3 +42,129 @@ def python_bits(root: Path) -> int:
     """Return how wide this program's pointers are, whatever the kernel's are."""
     with (root / "proc/self/exe").open("rb") as program:
         return BITS[program.read(5)[4]]
+
+
+TESTED = ("bookworm", "trixie")
+"""Releases whose lgpio and picamera2 are known to fit."""
+
+
+def check_release(root: Path) -> Iterator[Finding]:
+    """Look whether the release is one that is known."""
+    about = parse_fields(read_text(root / "etc/os-release"))
+    said = about.get("PRETTY_NAME", "a system without a name")
+    if about.get("VERSION_CODENAME") in TESTED:
+        yield Finding.ok("system", said)
+    else:
+        remedy = f"Take Raspberry Pi OS {' or '.join(name.capitalize() for name in TESTED)}, the 64-bit one"
+        yield Finding.warning("system", f"{said}: nobody has tried it", remedy)
+
+
+def parse_fields(text: str) -> dict[str, str]:
+    """Return the fields of an os-release file, without quotes. Source: os-release(5)."""
+    pairs = (line.partition("=") for line in text.splitlines() if "=" in line and not line.startswith("#"))
+    return {key.strip(): value.strip().strip("\"'") for key, _, value in pairs}
+
+
+POWER = "power"
+VCGENCMD = "usr/bin/vcgencmd"
+ANSWER_S = 5.0
+LOW, CAPPED, THROTTLED, WARM = 0, 1, 2, 3
+POWER_BITS = {
+    LOW: "the voltage is low",
+    CAPPED: "the clock is capped",
+    THROTTLED: "the chip is throttled",
+    WARM: "the chip is at its soft temperature limit",
+}
+"""Of the answer, now; 16 bits further up: at some time since it was started.
+Source: https://www.raspberrypi.com/documentation/computers/os.html#get_throttled."""
+
+SINCE_START = 16
+STRONGER = "Take a stronger supply and a short, thick cable, and give the motors a battery of their own"
+COOLER = "Let air to the chip, or put a cooler on it"
+
+
+def check_power(root: Path, ask: Callable[[Path], str] | None = None) -> Iterator[Finding]:
+    """Look whether the board has, or has had since it was started, too low a voltage or too hot a chip.
+
+    ``ask`` returns what ``vcgencmd get_throttled`` prints, such as ``throttled=0x50005``.
+    """
+    word = int((ask or _ask_vcgencmd)(root / VCGENCMD).strip().rpartition("=")[2], 16)
+    now, before = _power_bits(word), _power_bits(word >> SINCE_START)
+    if not now | before:
+        yield Finding.ok(POWER, "the voltage and the temperature are right, and have been since the start")
+    if now:
+        yield _power_finding(Finding.error if LOW in now else Finding.warning, f"{_format_bits(now)} now", now)
+    if past := before - now:
+        yield _power_finding(Finding.warning, f"at some time since the start: {_format_bits(past)}", past)
+
+
+def _power_bits(word: int) -> set[int]:
+    return {bit for bit in POWER_BITS if word >> bit & 1}
+
+
+def _format_bits(bits: set[int]) -> str:
+    return ", ".join(POWER_BITS[bit] for bit in sorted(bits))
+
+
+def _power_finding(make: Callable[[str, str, str], Finding], said: str, bits: set[int]) -> Finding:
+    return make(POWER, said, STRONGER if LOW in bits else COOLER)
+
+
+def _ask_vcgencmd(program: Path) -> str:
+    """Return the firmware's answer; it tells members of the group video only."""
+    command = [str(program), "get_throttled"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=ANSWER_S, check=False)  # noqa: S603
+    if done.returncode:
+        raise OSError(f"vcgencmd says: {(done.stderr or done.stdout).strip()}")
+    return done.stdout
+
+
+CLOCK = "clock"
+SYNCHRONISED = "run/systemd/timesync/synchronized"
+"""Made by systemd-timesyncd with the first answer of a time server. Source: systemd-timesyncd.service(8)."""
+
+TIMEDATECTL = "usr/bin/timedatectl"
+
+
+def check_clock(root: Path, ask: Callable[[Path], str] | None = None) -> Iterator[Finding]:
+    """Look whether a time server was heard since the start; runs do not need it, the dates of recordings do.
+
+    ``ask`` returns what ``timedatectl`` prints of NTPSynchronized: another program than systemd's may keep the time.
+    """
+    if (root / SYNCHRONISED).exists() or (ask or _ask_timedatectl)(root / TIMEDATECTL).strip() == "yes":
+        yield Finding.ok(CLOCK, "set by a time server")
+    else:
+        said = "no time server was heard since the start: the dates of recordings are wrong"
+        yield Finding.warning(CLOCK, said, "Connect the board to a network once; sudo timedatectl set-ntp true")
+
+
+def _ask_timedatectl(program: Path) -> str:
+    command = [str(program), "show", "--property=NTPSynchronized", "--value"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=ANSWER_S, check=False)  # noqa: S603
+    if done.returncode:
+        raise OSError(f"timedatectl says: {done.stderr.strip()}")
+    return done.stdout
+
+
+DISK = "disk"
+ENOUGH_GB, LEAST_GB = 2.0, 0.2
+"""A recording with pictures takes up to a gigabyte in an hour; with nothing free the system itself stops working."""
+
+DISK_REMEDY = "Delete old recordings; sudo apt clean"
+
+
+def check_disk(root: Path) -> Iterator[Finding]:
+    """Look how much is free where the system is."""
+    free = shutil.disk_usage(root).free / 1e9
+    said = f"{free:.1f} GB are free"
+    if free < LEAST_GB:
+        yield Finding.error(DISK, said, DISK_REMEDY)
+    elif free < ENOUGH_GB:
+        yield Finding.warning(DISK, said, DISK_REMEDY)
+    else:
+        yield Finding.ok(DISK, said)
+
+
+def read_text(file: Path) -> str:
+    """Return what a file tells, without the NUL that ends a string of the device tree; raises OSError."""
+    return file.read_text(encoding="utf-8", errors="replace").strip("\0 \n")

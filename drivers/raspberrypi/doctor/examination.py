@@ -6,20 +6,17 @@ from collections.abc import Generator, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
-from drivers.raspberrypi.doctor.board import board, is_raspberry_pi
-from drivers.raspberrypi.doctor.bus import bus
-from drivers.raspberrypi.doctor.camera import camera, picamera2
-from drivers.raspberrypi.doctor.clock import clock
-from drivers.raspberrypi.doctor.disk import disk
-from drivers.raspberrypi.doctor.library import library
-from drivers.raspberrypi.doctor.permissions import permissions
-from drivers.raspberrypi.doctor.persistence import persistence
-from drivers.raspberrypi.doctor.pins import pins
-from drivers.raspberrypi.doctor.power import power
-from drivers.raspberrypi.doctor.release import release
-from drivers.raspberrypi.doctor.serial import serial
-from drivers.raspberrypi.gpio import on_header
-from drivers.raspberrypi.header import counted
+from drivers.raspberrypi.doctor.board import (
+    check_board,
+    check_clock,
+    check_disk,
+    check_power,
+    check_release,
+    is_raspberry_pi,
+)
+from drivers.raspberrypi.doctor.pins import check_library, check_persistence, check_pins
+from drivers.raspberrypi.doctor.ports import check_bus, check_cameras, check_permissions, check_picamera2, check_serial
+from drivers.raspberrypi.header import count_wires, on_header
 from robotcore.description import RobotDescription
 from robotcore.hal.finding import Check, Finding, findings_of
 from robotcore.hardware import Fitting, fit
@@ -37,16 +34,16 @@ def examine(robot: RobotDescription | None, section: str, root: Path = ROOT) -> 
             yield from _described(robot, section)
         return
     before: list[tuple[str, Check]] = [
-        ("board", partial(board, root)),
-        ("system", partial(release, root)),
-        ("pin factory", library),
-        ("permissions", partial(permissions, root)),
-        ("killed runs", partial(persistence, root)),
+        ("board", partial(check_board, root)),
+        ("system", partial(check_release, root)),
+        ("pin factory", check_library),
+        ("permissions", partial(check_permissions, root)),
+        ("killed runs", partial(check_persistence, root)),
     ]
     after: list[tuple[str, Check]] = [
-        ("power", partial(power, root)),
-        ("disk", partial(disk, root)),
-        ("clock", partial(clock, root)),
+        ("power", partial(check_power, root)),
+        ("disk", partial(check_disk, root)),
+        ("clock", partial(check_clock, root)),
     ]
     yield from findings_of([*before, ("robot", partial(devices, root, robot, section)), *after])
 
@@ -62,13 +59,13 @@ def devices(root: Path, robot: RobotDescription | None, section: str) -> Iterato
 
 
 def _described(robot: RobotDescription, section: str) -> Generator[Finding, None, Sequence[Fitting] | None]:
-    return described(robot, partial(fit, robot, section, None, on_header), counted)
+    return described(robot, partial(fit, robot, section, None, on_header), count_wires)
 
 
 def _checks(root: Path, fittings: Iterable[Fitting]) -> Iterator[tuple[str, Check]]:
-    yield "pins", partial(pins, fittings)
-    yield "I2C", partial(bus, root, fittings)
-    yield "serial", partial(serial, root, fittings)
-    yield "camera", partial(camera, root, fittings)
+    yield "pins", partial(check_pins, fittings)
+    yield "I2C", partial(check_bus, root, fittings)
+    yield "serial", partial(check_serial, root, fittings)
+    yield "camera", partial(check_cameras, root, fittings)
     if any("picamera2" in fitting.driver.modules for fitting in fittings):
-        yield "picamera2", picamera2
+        yield "picamera2", check_picamera2

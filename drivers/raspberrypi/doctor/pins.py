@@ -1,13 +1,19 @@
-"""Whether the pins that a robot's devices are on are free."""
+"""Checks of the pins: whether they are free, their library works, and they go low when a program is killed."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 
+from drivers.raspberrypi.doctor.board import read_text
+from drivers.raspberrypi.lg import header_driver
+from drivers.raspberrypi.pins import open_pins
+from robotcore.errors import BackendError, UsageError
 from robotcore.hal.finding import Finding
 from robotcore.hardware import Connection, Fitting
 
-WHAT = "pins"
+PINS = "pins"
 IN_USE = 1
 """Of a line's flags: somebody has it, a program or the kernel. Source: lgpio's manual, gpio_get_line_info."""
 
@@ -15,9 +21,9 @@ Users = Callable[[Collection[int]], Mapping[int, str]]
 """Returns of those GPIOs that are not free who has them, in words."""
 
 
-def users(gpios: Collection[int]) -> dict[int, str]:
+def find_users(gpios: Collection[int]) -> dict[int, str]:
     """Return of those GPIOs that are not free who has them, by the kernel's word; none of them is touched."""
-    from drivers.raspberrypi.holders import held_by
+    from drivers.raspberrypi.chip import held_by
     from drivers.raspberrypi.lg import chip_number, load
 
     lgpio = load()
@@ -28,18 +34,86 @@ def users(gpios: Collection[int]) -> dict[int, str]:
         lgpio.gpiochip_close(chip)
 
 
-def pins(fittings: Iterable[Fitting], users: Users = users) -> Iterator[Finding]:
+def check_pins(fittings: Iterable[Fitting], users: Users = find_users) -> Iterator[Finding]:
     """Look whether every GPIO of these devices is free; those of a bus are the kernel's."""
-    owners = {int(wire.where): fitting.name for fitting in fittings for wire in _lines(fitting)}
+    owners = {int(wire.where): fitting.name for fitting in fittings for wire in _gpio_wires(fitting)}
     held = users(sorted(owners)) if owners else {}
     for gpio, holder in held.items():
         said = f"GPIO {gpio} ({owners[gpio]}) is held by {holder}"
-        yield Finding.error(WHAT, said, "End that program, or connect the device elsewhere")
+        yield Finding.error(PINS, said, "End that program, or connect the device elsewhere")
     if owners and not held:
-        yield Finding.ok(WHAT, f"free: GPIO {', '.join(map(str, sorted(owners)))}")
+        yield Finding.ok(PINS, f"free: GPIO {', '.join(map(str, sorted(owners)))}")
 
 
-def _lines(fitting: Fitting) -> Iterator[Connection]:
+def _gpio_wires(fitting: Fitting) -> Iterator[Connection]:
     wires = fitting.connections
     if not any(wire.bus == "I2C" for wire in wires):
         yield from (wire for wire in wires if wire.bus == "GPIO")
+
+
+PIN_FACTORY = "pin factory"
+EMPTY_STUB = "0.0.0.2"
+"""The only lgpio that pip has ready built for Python 3.13 on a Pi: nothing is in it, and it hides apt's in a venv."""
+
+OLDEST_GPIOZERO = (2, 0, 1)
+"""As the extra ``pi`` asks for."""
+
+
+def check_library() -> Iterator[Finding]:
+    """Look whether the library that a run takes is there and gets at the pins; no pin is touched."""
+    if installed_version("lgpio") == EMPTY_STUB:
+        remedy = "pip uninstall lgpio; sudo apt install python3-lgpio, and a venv made with --system-site-packages"
+        yield Finding.error(PIN_FACTORY, f"lgpio {EMPTY_STUB} is an empty stub", remedy)
+        return
+    gpiozero = installed_version("gpiozero") or "0"
+    if _parse_version(gpiozero) < OLDEST_GPIOZERO:
+        yield Finding.error(PIN_FACTORY, f"gpiozero {gpiozero} is too old", "pip install --upgrade 'gpiozero>=2.0.1'")
+    try:
+        open_pins().close()
+    except (BackendError, UsageError) as error:
+        fault, _, remedy = str(error).partition(". ")
+        yield Finding.error(PIN_FACTORY, fault, remedy)
+    else:
+        yield Finding.ok(
+            PIN_FACTORY, f"lgpio {installed_version('lgpio') or ''}".strip() + f", under gpiozero {gpiozero}"
+        )
+
+
+def installed_version(package: str) -> str | None:
+    """Return the version of a package that is installed; None where it is not."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
+
+
+def _parse_version(version: str) -> tuple[int, ...]:
+    return tuple(int(part) for part in version.split(".")[:3] if part.isdecimal())
+
+
+KILLED_RUNS = "killed runs"
+PARAMETERS = "sys/module/{module}/parameters/persist_gpio_outputs"
+ANY_CONTROLLER = "pinctrl_*"
+PERSISTENCE_REMEDY = (
+    "Add the line dtparam=strict_gpiod to /boot/firmware/config.txt and restart; "
+    "and let a resistor of 10 kΩ pull the motor board's enable or standby pin down"
+)
+
+
+def check_persistence(root: Path) -> Iterator[Finding]:
+    """Look whether the kernel lets go of outputs: a motor that was on when its program was killed would stay on.
+
+    One kernel has the drivers of several boards, and strict_gpiod sets that of its own: only the header's counts.
+    """
+    module = (header_driver(root) or ANY_CONTROLLER).replace("-", "_")
+    settings = {file.parts[-3]: read_text(file) for file in sorted(root.glob(PARAMETERS.format(module=module)))}
+    if keeping := [module for module, value in settings.items() if value.upper() in ("Y", "1")]:
+        said = f"outputs keep their level after a program was killed ({', '.join(keeping)}.persist_gpio_outputs=Y)"
+        yield Finding.warning(
+            KILLED_RUNS, f"{said}: a motor that was on stays on, but for the guardian", PERSISTENCE_REMEDY
+        )
+    elif settings:
+        yield Finding.ok(KILLED_RUNS, "outputs are let go of when their program dies")
+    else:
+        said = "this kernel has no parameter persist_gpio_outputs: it may be too old"
+        yield Finding.unchecked(KILLED_RUNS, said, f"sudo apt full-upgrade. {PERSISTENCE_REMEDY}")

@@ -9,8 +9,8 @@ from typing import Annotated, Generic, TypeVar
 
 from pydantic import Field
 
-from drivers.raspberrypi.gpio import HELD_UP, PULLED_UP, Gpio, gpio
-from drivers.raspberrypi.motors.bridge import Bridge
+from drivers.raspberrypi.header import HELD_UP, PULLED_UP, Gpio, gpio
+from drivers.raspberrypi.motors.lines import Bridge
 from robotcore.description import MotorDescription, RobotDescription, StrictModel
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.devices import Motor

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
+import threading
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from enum import Enum, auto
 from typing import Any, ClassVar
 
-from drivers.raspberrypi.ranging.patience import Patience
+from robotcore.errors import DeviceError
 
 
-class Seen(Enum):
+class RangeStatus(Enum):
     """What a measurement says."""
 
     TARGET = auto()
@@ -30,7 +33,7 @@ class Seen(Enum):
 class Measurement:
     """What was seen, and the distance in metres that is told with it."""
 
-    seen: Seen
+    seen: RangeStatus
     distance: float
 
 
@@ -46,7 +49,7 @@ class LightChip(ABC):
     _result: ClassVar[bytes]
     """The register of the status; the distance in millimetres follows ``_distance`` bytes later, high byte first."""
     _distance: ClassVar[int]
-    _seen: ClassVar[Mapping[int, Seen]]
+    _seen: ClassVar[Mapping[int, RangeStatus]]
     """What a status says."""
 
     def __init__(self, bus: Any, address: int, max_range: float) -> None:
@@ -65,7 +68,7 @@ class LightChip(ABC):
             registers.readinto(result)
         self._clear()
         millimetres = int.from_bytes(result[self._distance :], "big")
-        return Measurement(self._seen.get(self._status(result[0]), Seen.UNCLEAR), millimetres / 1000)
+        return Measurement(self._seen.get(self._status(result[0]), RangeStatus.UNCLEAR), millimetres / 1000)
 
     @abstractmethod
     def stop(self) -> None:
@@ -92,15 +95,15 @@ class VL53L0XChip(LightChip):
 
     reach = 1.2
     _result, _distance = b"\x14", 10
-    _seen: ClassVar[Mapping[int, Seen]] = {
-        1: Seen.BROKEN,
-        2: Seen.BROKEN,
-        3: Seen.BROKEN,
-        4: Seen.NOTHING,
-        6: Seen.BEYOND,
-        9: Seen.BEYOND,
-        10: Seen.TOO_NEAR,
-        11: Seen.TARGET,
+    _seen: ClassVar[Mapping[int, RangeStatus]] = {
+        1: RangeStatus.BROKEN,
+        2: RangeStatus.BROKEN,
+        3: RangeStatus.BROKEN,
+        4: RangeStatus.NOTHING,
+        6: RangeStatus.BEYOND,
+        9: RangeStatus.BEYOND,
+        10: RangeStatus.TOO_NEAR,
+        11: RangeStatus.TARGET,
     }
 
     def stop(self) -> None:
@@ -128,15 +131,15 @@ class VL53L1XChip(LightChip):
 
     reach = 3.6
     _result, _distance = b"\x00\x89", 13
-    _seen: ClassVar[Mapping[int, Seen]] = {
-        1: Seen.BROKEN,
-        2: Seen.BROKEN,
-        3: Seen.BROKEN,
-        4: Seen.NOTHING,
-        5: Seen.BEYOND,
-        7: Seen.BEYOND,
-        8: Seen.TOO_NEAR,
-        9: Seen.TARGET,
+    _seen: ClassVar[Mapping[int, RangeStatus]] = {
+        1: RangeStatus.BROKEN,
+        2: RangeStatus.BROKEN,
+        3: RangeStatus.BROKEN,
+        4: RangeStatus.NOTHING,
+        5: RangeStatus.BEYOND,
+        7: RangeStatus.BEYOND,
+        8: RangeStatus.TOO_NEAR,
+        9: RangeStatus.TARGET,
     }
     _SHORT_REACH = 1.3
     _FIRST_TRANSACTIONS = 300
@@ -148,7 +151,7 @@ class VL53L1XChip(LightChip):
     def _begin(self, bus: Any, address: int, max_range: float) -> Any:
         from adafruit_vl53l1x import VL53L1X
 
-        patience = Patience(bus, self._FIRST_TRANSACTIONS)
+        patience = TransactionLimit(bus, self._FIRST_TRANSACTIONS)
         library = VL53L1X(patience, address)
         patience.free()
         library.distance_mode = 1 if max_range <= self._SHORT_REACH else 2
@@ -160,3 +163,84 @@ class VL53L1XChip(LightChip):
 
     def _clear(self) -> None:
         self._library.clear_interrupt()
+
+
+class TransactionLimit:
+    """A bus that raises TimeoutError after so many transactions, unless it is freed by then.
+
+    Setting up a VL53L1X, its library waits for a first measurement for ever.
+    """
+
+    def __init__(self, bus: Any, transactions: int) -> None:
+        self._bus = bus
+        self._left: float = transactions
+
+    def free(self) -> None:
+        """Let any number of transactions follow."""
+        self._left = math.inf
+
+    def try_lock(self) -> bool:
+        """Begin a transaction."""
+        if self._left <= 0:
+            raise TimeoutError("it does not measure")
+        self._left -= 1
+        return bool(self._bus.try_lock())
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._bus, name)
+
+
+_LIBRARY_LOCK = threading.Lock()
+"""Adafruit's libraries have one buffer for all their sensors."""
+
+
+@dataclass(frozen=True)
+class ChipAddress:
+    """Where a device's chip is: the number of the bus, and its address there."""
+
+    device: str
+    bus: int
+    address: int
+
+    def __str__(self) -> str:
+        return f"I2C 0x{self.address:02x} on bus {self.bus}"
+
+
+class I2CChip:
+    """A chip that is connected. Making it, and every call, raises DeviceError."""
+
+    def __init__(self, kind: type[LightChip], place: ChipAddress, max_range: float) -> None:
+        self._place = place
+        with _translate_errors(place), ExitStack() as undo:
+            from adafruit_extended_bus import ExtendedI2C
+
+            bus = ExtendedI2C(place.bus, frequency=None)  # Linux sets it at boot
+            undo.callback(bus.deinit)
+            self._chip = kind(bus, place.address, max_range)
+            self._undo = undo.pop_all()
+
+    def measure(self) -> Measurement | None:
+        """Return the newest measurement, once; None where there is no newer."""
+        with _translate_errors(self._place):
+            return self._chip.measure()
+
+    def close(self) -> None:
+        """Let the laser rest, if the chip still answers, and let the bus go."""
+        with self._undo, suppress(DeviceError), _translate_errors(self._place):
+            self._chip.stop()
+
+
+@contextmanager
+def _translate_errors(place: ChipAddress) -> Iterator[None]:
+    try:
+        with _LIBRARY_LOCK:
+            yield
+    except ImportError as error:
+        fault = f"its library is not installed ({error}); pip install 'robotcore[tof]'"
+        raise DeviceError(place.device, fault) from error
+    except Exception as error:
+        fault = (
+            f"no answer at {place} ({error}); is I2C switched on (raspi-config), are SDA, SCL, 3.3 V and ground "
+            "connected, and is it the chip that the robot's file names"
+        )
+        raise DeviceError(place.device, fault) from error

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import threading
+from collections.abc import Callable
 from contextlib import ExitStack
+from typing import Any
 
-from drivers.raspberrypi.ranging.echopins import EchoPins
-from drivers.raspberrypi.ranging.hearing import Hearing
-from drivers.raspberrypi.ranging.turns import Turns
+from drivers.raspberrypi.pins import claiming, stop_edge_detection
+from drivers.raspberrypi.ranging.echo_timer import EchoTimer
 from robotcore.description import RangeSensorDescription
-from robotcore.hal.clock import Clock
+from robotcore.hal.clock import Clock, Polling
 from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hardware.polled import Findings
 
@@ -20,10 +22,10 @@ class Sonar(RangeSensor):
         self,
         told: RangeSensorDescription,
         findings: Findings,
-        hearing: Hearing,
+        hearing: EchoTimer,
         pins: EchoPins,
         clock: Clock,
-        turns: Turns,
+        turns: TriggerScheduler,
         cycle_s: float,
     ) -> None:
         super().__init__(told.name, min_range=told.min_range_m, max_range=told.max_range_m, cone=told.cone_rad)
@@ -64,3 +66,97 @@ class Sonar(RangeSensor):
 
     def _release(self) -> None:
         self._stopping.close()
+
+
+TRIGGER_S = 10e-6
+"""How long the trigger is high at least. Source: HC-SR04 data sheet, ElecFreaks."""
+
+
+class EchoPins:
+    """A trigger and an echo, on gpiozero's pins."""
+
+    def __init__(self, device: str, trigger: int, echo: int, pins: Any) -> None:
+        """Claim both; raises DeviceError."""
+        from gpiozero import InputDevice, OutputDevice
+
+        self._factory = pins
+        self._never = threading.Event()
+        with ExitStack() as undo:
+            with claiming(device, (trigger,)):
+                self._trigger = undo.enter_context(OutputDevice(trigger, pin_factory=pins))
+            with claiming(device, (echo,)):
+                self._echo = undo.enter_context(InputDevice(echo, pin_factory=pins))
+            self._undo = undo.pop_all()
+
+    @property
+    def is_high(self) -> bool:
+        """Whether the echo is high now."""
+        return bool(self._echo.is_active)
+
+    def ticks(self) -> Any:
+        """Return the time as edges have it."""
+        return self._factory.ticks()
+
+    def listen(self, edge: Callable[[Any, bool], None]) -> None:
+        """Call with the ticks of every edge of the echo, and whether it is high then; pins keep no method alive."""
+        self._echo.pin.when_changed = edge
+
+    def trigger(self) -> None:
+        """Let the module send its burst."""
+        self._trigger.on()
+        self._never.wait(TRIGGER_S)
+        self._trigger.off()
+
+    def close(self) -> None:
+        """Hear no edge any more, and let both go."""
+        with self._undo:
+            stop_edge_detection(self._echo.pin)
+
+
+Cycle = Callable[[], object]
+"""Triggers one module."""
+
+
+class TriggerScheduler:
+    """Lets each module do its cycle when it is its turn, the next one a period later.
+
+    The period is the longest that any of them asks for. Whoever opens or closes a module may call; others wait.
+    """
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._modules: list[tuple[Cycle, float]] = []
+        self._polling: Polling | None = None
+        self._at = 0
+
+    def pause(self) -> None:
+        """Let nobody have a turn until the next module joins or leaves: one that is being opened is to hear itself."""
+        if self._polling:
+            self._polling.stop()
+            self._polling = None
+
+    def join(self, cycle: Cycle, period: float) -> None:
+        """Give a module its turn, from now on."""
+        self.pause()
+        self._modules.append((cycle, period))
+        self._go_on()
+
+    def leave(self, cycle: Cycle) -> None:
+        """Give a module no turn any more; the one that it is having ends first."""
+        self.pause()
+        self._modules = [each for each in self._modules if each[0] != cycle]
+        self._go_on()
+
+    def close(self) -> None:
+        """End all turns."""
+        self.pause()
+
+    def _go_on(self) -> None:
+        if self._modules:
+            period = max(period for _, period in self._modules)
+            self._polling = self._clock.every(period, self._take, "ultrasonic")
+
+    def _take(self) -> None:
+        self._at = (self._at + 1) % len(self._modules)
+        cycle, _ = self._modules[self._at]
+        cycle()

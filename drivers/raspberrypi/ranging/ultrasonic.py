@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from typing import Annotated, Any
 
 from pydantic import Field
 
-from drivers.raspberrypi.gpio import Gpio, gpio
-from drivers.raspberrypi.ranging.echopins import EchoPins
-from drivers.raspberrypi.ranging.hearing import Hearing
-from drivers.raspberrypi.ranging.sonar import Sonar
-from drivers.raspberrypi.ranging.sound import speed_of_sound
-from drivers.raspberrypi.ranging.turns import Turns
+from drivers.raspberrypi.header import Gpio, gpio
+from drivers.raspberrypi.ranging.echo_timer import EchoTimer
+from drivers.raspberrypi.ranging.sonar import EchoPins, Sonar, TriggerScheduler
 from robotcore.description import RangeSensorDescription, RobotDescription, StrictModel
 from robotcore.hal.devices import RangeSensor
 from robotcore.hardware import Connection, DeviceDriver, Host
@@ -90,12 +88,24 @@ class Ultrasonic(DeviceDriver[RangeSensorDescription, UltrasonicSettings]):
     def open(self, told: RangeSensorDescription, settings: UltrasonicSettings, host: Host) -> RangeSensor:
         findings = Findings(told, settings.echo_free_cycles)
         speed = speed_of_sound(settings.air_temperature_c)
-        hearing = Hearing(told.name, findings, speed, settings.cycle_s, host.pins.ticks_diff)
+        hearing = EchoTimer(told.name, findings, speed, settings.cycle_s, host.pins.ticks_diff)
         pins = EchoPins(told.name, settings.trigger, settings.echo, host.pins)
         with ExitStack() as undo:
-            turns = host.shared.take(Turns, None, lambda: Turns(host.clock))
+            turns = host.shared.take(TriggerScheduler, None, lambda: TriggerScheduler(host.clock))
             sonar = Sonar(told, findings, hearing, pins, host.clock, turns, settings.cycle_s)
             undo.callback(sonar.close)
             sonar.start(_VERDICT_CYCLES * max(settings.echo_free_cycles, 10))
             undo.pop_all()
         return sonar
+
+
+def speed_of_sound(temperature_c: float) -> float:
+    """Return the speed of sound in dry air, in m/s; 0.6 m/s more for each degree.
+
+    The square root of the absolute temperature, through 331.45 m/s at 0 °C. Source: G. S. K. Wong, Speed of sound in
+    standard air, J. Acoust. Soc. Am. 79 (1986), 1359. Humid air is up to 0.4 % faster.
+
+    >>> round(speed_of_sound(20.0), 1)
+    343.4
+    """
+    return 331.45 * math.sqrt(1 + temperature_c / 273.15)

@@ -51,9 +51,9 @@ class VirtualPiBackend(RaspberryPiBackend):
         return frozenset()
 
     def notes(self, setup: Setup) -> list[str]:
-        from drivers.raspberrypi.virtual.bench import SIMULATED, stood_in_for
+        from drivers.raspberrypi.virtual.wiring import SIMULATED, unmodelled
 
-        fittings = stood_in_for(self.fittings(setup.robot, setup.devices))
+        fittings = unmodelled(self.fittings(setup.robot, setup.devices))
         return [
             f"{fitting.name}: its driver {fitting.driver.name!r} does not run on {self.name}; the simulator's own "
             f"{fitting.told.kind.replace('_', ' ')} stands in"
@@ -63,9 +63,9 @@ class VirtualPiBackend(RaspberryPiBackend):
 
     def examine(self, robot: RobotDescription | None) -> Iterator[Finding]:
         """Yield for which devices of a robot the simulator's own devices stand in."""
-        from drivers.raspberrypi.virtual.bench import stood_in_for
+        from drivers.raspberrypi.virtual.wiring import unmodelled
 
-        fittings = stood_in_for(self.fittings(robot)) if robot else ()
+        fittings = unmodelled(self.fittings(robot)) if robot else ()
         if names := [f"{fitting.name} ({fitting.driver.name})" for fitting in fittings]:
             said = f"the simulator's own device stands in for {', '.join(names)}"
             yield Finding.ok(self.name, said, kind="stand-ins")
@@ -75,17 +75,17 @@ class VirtualPiBackend(RaspberryPiBackend):
         return ()
 
     def open(self, setup: Setup) -> Robot:
-        from drivers.raspberrypi.virtual.bench import Bench, as_built
         from drivers.raspberrypi.virtual.pins import VirtualPins
+        from drivers.raspberrypi.virtual.wiring import VirtualWiring, real_hardware
 
         options, setup = setup.options_as(VirtualPiOptions), setup.without_batteries()
         simulator = self._simulator(options.simulator)
         fittings = self.fittings(setup.robot, setup.devices)
-        built = _with(setup.robot, map(as_built, fittings))
+        built = _with(setup.robot, map(real_hardware, fittings))
         with ExitStack() as undo:
             simulated = undo.enter_context(simulator.open(replace(setup, robot=built, options={})))
             pins = undo.enter_context(VirtualPins(simulated.clock))
-            bench = Bench(simulated, pins, self._is_lost or _losing(options.lost_echoes, setup.seed))
+            bench = VirtualWiring(simulated, pins, self._is_lost or _losing(options.lost_echoes, setup.seed))
             on_pins = {fitting.name for fitting in fittings if bench.connect(fitting)}
             release = undo.pop_all().close
         own = {name: device for name, device in simulated.devices.items() if name not in on_pins}

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Any, ClassVar
 
 from drivers.mujoco.camera import MujocoCamera
-from drivers.pybullet.camera import BulletCamera
+from drivers.pybullet.sensors import BulletCamera
 from robotcore.description import (
     COLOURS,
     Ball,

@@ -8,8 +8,8 @@ import pytest
 
 from drivers.raspberrypi import backend
 from drivers.raspberrypi.backend import RaspberryPiBackend
-from drivers.raspberrypi.ranging.sound import speed_of_sound
-from drivers.raspberrypi.virtual.echo import VirtualEcho
+from drivers.raspberrypi.ranging.ultrasonic import speed_of_sound
+from drivers.raspberrypi.virtual.models import VirtualEcho
 from drivers.raspberrypi.virtual.pins import VirtualPin, VirtualPins
 from robotcore.description import RobotDescription, load_robot
 from robotcore.hal.backend import Setup

@@ -1,13 +1,21 @@
+"""What whoever connects a device is told, by its driver."""
+
 from __future__ import annotations
+
+from typing import Any
 
 import pytest
 from gpiozero import PiBoardInfo
+from pydantic import ValidationError
 
-from drivers.raspberrypi.gpio import gpio
-from drivers.raspberrypi.header import HEADER, pads_of, wiring_of
+from drivers.raspberrypi.encoders import Pulses, Quadrature
+from drivers.raspberrypi.header import HEADER, Gpio, gpio, pads_of, wiring_of
+from drivers.raspberrypi.motors.boards import HBridge, PhaseEnable
+from drivers.raspberrypi.ranging.ultrasonic import Ultrasonic
+from robotcore.description import StrictModel
 from robotcore.hal.wiring import PadKind, Wire
-from robotcore.hardware import Connection
-from tests.drivers.raspberrypi.doctor.fittings import Fed, fitting
+from robotcore.hardware import Connection, DeviceDriver
+from tests.drivers.raspberrypi.doctor.trees import Fed, fitting
 
 PI_4 = 0xC03111
 
@@ -96,3 +104,75 @@ def test_a_gpio_that_the_pi_has_a_use_for_itself_is_noted_with_any_device(number
 
 def test_a_gpio_that_is_free_is_not_noted() -> None:
     assert wiring_of([fitting("nose", gpio("trigger", 16), Connection("address", "I2C", "0"))]).notes == ()
+
+
+class Settings(StrictModel):
+    echo: Gpio
+
+
+@pytest.mark.parametrize("number", [0, 27])
+def test_numbers_are_those_of_the_chip(number: int) -> None:
+    assert Settings(echo=number).echo == number
+
+
+@pytest.mark.parametrize(
+    "number, told",
+    [
+        (40, "there is no GPIO 40 on the header; pad 40 of the header is GPIO 21; take 0 to 27"),
+        (34, "pad 34 of the header is ground; take"),
+        (41, "there is no GPIO 41 on the header; take"),
+        (-1, "there is no GPIO -1 on the header; take"),
+    ],
+)
+def test_the_number_of_a_pad_is_told_from_that_of_a_gpio(number: int, told: str) -> None:
+    with pytest.raises(ValidationError, match=told):
+        Settings(echo=number)
+
+
+MODEL = {"dead_band": 0.1, "forward_rad_s": 14.0, "backward_rad_s": 14.0}
+
+
+def notes(driver: DeviceDriver[Any, Any], **settings: object) -> str:
+    return " ".join(driver.notes(None, driver.settings.model_validate(settings)))
+
+
+def test_the_echo_of_an_ultrasonic_module_is_too_high_for_its_own_gpio() -> None:
+    told = notes(Ultrasonic(), trigger=16, echo=26)
+    assert "5 V" in told
+    assert "1 kΩ from the echo to GPIO 26, and 2 kΩ from there to ground" in told
+
+
+@pytest.mark.parametrize(
+    "driver, lines",
+    [(HBridge(), {"forward": 17, "backward": 27}), (PhaseEnable(), {"phase": 17, "enable": 27})],
+)
+def test_motors_are_never_fed_from_the_header(driver: DeviceDriver[Any, Any], lines: dict[str, int]) -> None:
+    assert driver.supply == ("ground",)
+    assert "a battery of their own" in notes(driver, model=MODEL, **lines)
+
+
+def test_a_standby_line_is_pulled_down_and_one_that_is_missing_is_recommended() -> None:
+    settings = {"forward": 17, "backward": 27, "model": MODEL}
+    assert "10 kΩ from GPIO 22 (standby) to ground" in notes(HBridge(), **settings, standby=22)
+    without = notes(HBridge(), **settings)
+    assert "10 kΩ" not in without
+    assert "There is no standby line" in without
+    assert "an L298N's ENA and ENB joined" in without
+
+
+def test_the_inputs_of_the_usual_boards_are_told_by_their_names() -> None:
+    told = notes(HBridge(), forward=17, backward=27, model=MODEL)
+    for inputs in ("TB6612: forward AIN1", "PWMB to 3.3 V", "standby nSLEEP", "L298N: forward IN1 and IN3"):
+        assert inputs in told
+    assert "AIN1" not in notes(PhaseEnable(), phase=17, enable=27, model=MODEL)
+
+
+@pytest.mark.parametrize("driver, lines", [(Quadrature(), {"a": 5, "b": 6}), (Pulses(), {"gpio": 5})])
+def test_encoders_are_fed_with_the_voltage_of_the_pins(driver: DeviceDriver[Any, Any], lines: dict[str, int]) -> None:
+    assert driver.supply == ("3.3 V", "ground")
+    assert "divider" in notes(driver, **lines)
+
+
+@pytest.mark.parametrize("driver", [HBridge(), PhaseEnable(), Ultrasonic(), Quadrature(), Pulses()])
+def test_what_feeds_a_device_is_on_the_header(driver: DeviceDriver[Any, Any]) -> None:
+    assert all(pads_of(name) for name in driver.supply)

@@ -1,3 +1,5 @@
+"""test_pins."""
+
 from __future__ import annotations
 
 import os
@@ -10,9 +12,15 @@ from typing import Any
 import pytest
 
 from drivers.raspberrypi.chip import Chip, HeldError
-from drivers.raspberrypi.claiming import claiming
-from drivers.raspberrypi.pins import open_pins
-from robotcore.errors import BackendError, BackendMissingError, DeviceError, UnknownNameError, UsageError
+from drivers.raspberrypi.pins import claiming, open_pins, pin_failure, stop_edge_detection
+from robotcore.errors import (
+    BackendError,
+    BackendMissingError,
+    DeviceClosedError,
+    DeviceError,
+    UnknownNameError,
+    UsageError,
+)
 from robotcore.hal.backend import load_backend
 from tests.drivers.raspberrypi.lines import Lines
 from tests.drivers.raspberrypi.lines import lgpio as ours
@@ -96,7 +104,7 @@ def test_what_is_asked_for_here_goes_before_gpiozero_s_own_setting(
 def test_the_pins_are_on_the_same_chip_as_the_guardian_s_lines(lines: Lines, monkeypatch: pytest.MonkeyPatch) -> None:
     """Another gpiozero may take another chip by itself."""
     for module in ("pins", "chip"):
-        monkeypatch.setattr(f"drivers.raspberrypi.{module}.chip_number", lambda: 15)
+        monkeypatch.setattr(f"drivers.raspberrypi.{module}.chip_number", lambda *_: 15)
     Path(os.environ["FAKE_DEV"], "gpiochip15").mkdir()
     pins, guardian = open_pins(), Chip()
     pins.pin(17)
@@ -160,3 +168,69 @@ def test_a_chip_that_cannot_be_opened_is_told_with_what_to_do(
 
 def test_the_backend_that_is_not_installed_says_what_takes_its_place_at_the_desk() -> None:
     assert load_backend("raspberrypi").remedy.endswith("At the desk: --backend virtualpi")
+
+
+def test_a_busy_gpio_is_told_with_who_holds_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.raspberrypi.pins.held_by", lambda gpio: f"process {1000 + gpio} (python3)")
+    with pytest.raises(DeviceError) as told, claiming("left_motor", (17,)):
+        raise LgpioError("GPIO busy")
+    assert str(told.value) == "left_motor: GPIO 17 is held by process 1017 (python3). End that program first"
+    assert isinstance(told.value.__cause__, LgpioError)
+
+
+def test_anything_else_is_told_with_the_gpios_the_cause_and_what_to_do() -> None:
+    failure = pin_failure("nose", (16, 26), LgpioError("bad handle"))
+    assert str(failure) == (
+        "nose: GPIO 16, 26 failed (LgpioError: 'bad handle'). "
+        "Look at the wiring in the robot's file, and run robotcore doctor"
+    )
+
+
+def test_an_error_of_ours_stays_what_it_is() -> None:
+    closed = DeviceClosedError("nose")
+    with pytest.raises(DeviceClosedError) as told, claiming("nose", (16,)):
+        raise closed
+    assert told.value is closed
+
+
+class LgpioError(Exception):
+    """Tells of itself as lgpio's error does: in quotes."""
+
+    def __str__(self) -> str:
+        return repr(self.args[0])
+
+
+class Pin:
+    """Raises in turn what it is given, for every time that it is told to be silent."""
+
+    def __init__(self, *raised: str) -> None:
+        self._raised = list(raised)
+        self.is_heard = True
+
+    @property
+    def when_changed(self) -> Any:
+        raise NotImplementedError
+
+    @when_changed.setter
+    def when_changed(self, _: None) -> None:
+        if self._raised:
+            raise OSError(self._raised.pop(0))
+        self.is_heard = False
+
+
+def test_a_line_that_lgpio_s_own_thread_still_waits_on_is_tried_again() -> None:
+    pin = Pin("GPIO busy", "GPIO busy")
+    stop_edge_detection(pin)
+    assert not pin.is_heard
+
+
+def test_a_line_that_stays_busy_is_told_in_the_end() -> None:
+    with pytest.raises(OSError, match="GPIO busy"):
+        stop_edge_detection(Pin(*["GPIO busy"] * 200))
+
+
+def test_any_other_failure_is_told_at_once() -> None:
+    pin = Pin("unknown handle")
+    with pytest.raises(OSError, match="unknown handle"):
+        stop_edge_detection(pin)
+    assert pin.is_heard

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from drivers.mock.script import Script
+from drivers.mock.devices import Script
 from robotcore.errors import DeviceError
 from robotcore.hal.devices import Voltage
 from robotcore.recording import Recording, read

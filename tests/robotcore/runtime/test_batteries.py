@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from drivers.mock.script import Script
+from drivers.mock.devices import Script
 from robotcore.description import RobotDescription
 from robotcore.errors import DeviceLostError
 from robotcore.runtime.session import RunRequest, RunResult, run

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from drivers.mock import LOST, MockRobot
-from drivers.mock.script import Script
+from drivers.mock.devices import Script
 from robotcore.description import BatteryDescription, load_robot
 from robotcore.errors import DeviceError
 from robotcore.hal.robot import Robot

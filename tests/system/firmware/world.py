@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from threading import RLock
 
-from drivers.kinematic.echo import Sonar
+from drivers.kinematic.devices import Sonar
 from drivers.kinematic.simulation import Simulation
 from robotcore.description import CameraDescription, MotorDescription, RangeSensorDescription, RobotDescription
 from robotcore.geometry import Pose, Twist, Wheels

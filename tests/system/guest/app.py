@@ -6,8 +6,7 @@ from typing import Any
 
 from tests.system.guest.bench import EDGES_A_SECOND, MOTOR_LINES, TOUR, run_command
 from tests.system.guest.chip import Chip
-from tests.system.guest.sonar import answering
-from tests.system.guest.wheel import Disc, Wheels
+from tests.system.guest.models import Disc, Wheels, answering
 
 
 def result_of(command: list[str]) -> dict[str, Any]:

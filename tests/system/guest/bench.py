@@ -5,15 +5,17 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from robotcore.description import load_robot
 from robotcore.hal.devices import Device
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hardware import Host, fit
+from tests.system.speed import scaled
 
 GUEST = Path(__file__).parent
 ROBOTS = GUEST / "robots"
@@ -47,3 +49,17 @@ def started(command: list[str]) -> Iterator[subprocess.Popen[str]]:
             yield process
         finally:
             process.send_signal(signal.SIGKILL)
+
+
+ValueT = TypeVar("ValueT")
+
+PATIENCE_S = 6.0
+"""On the reference machine; an emulated processor is some ten times slower."""
+
+
+def settled(got: Callable[[], ValueT], expected: object) -> ValueT:
+    """Return what was got last: what is expected as soon as it is, anything else when patience is at its end."""
+    end = time.monotonic() + scaled(PATIENCE_S)
+    while (value := got()) != expected and time.monotonic() < end:
+        time.sleep(0.01)
+    return value

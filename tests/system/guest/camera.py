@@ -17,7 +17,7 @@ from robotcore.errors import DeviceError
 from robotcore.hal.devices import Camera
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hardware import Host
-from tests.system.guest.waiting import settled
+from tests.system.guest.bench import settled
 
 VIVID = Path("/sys/bus/platform/drivers/vivid")
 RATE_HZ = 25.0

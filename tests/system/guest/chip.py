@@ -8,7 +8,7 @@ from __future__ import annotations
 from contextlib import suppress
 from pathlib import Path
 
-from tests.system.guest.waiting import settled
+from tests.system.guest.bench import settled
 
 CONFIG = Path("/sys/kernel/config/gpio-sim/pi")
 LINES = Path("/sys/devices/platform")

@@ -7,10 +7,9 @@ from typing import Any, cast
 import pytest
 
 from robotcore.hal.devices import Encoder
-from tests.system.guest.bench import open_device
+from tests.system.guest.bench import open_device, settled
 from tests.system.guest.chip import Chip
-from tests.system.guest.waiting import settled
-from tests.system.guest.wheel import Disc
+from tests.system.guest.models import Disc
 
 A, B = 5, 6
 EDGES_PER_TURN = 20

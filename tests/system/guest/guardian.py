@@ -9,9 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.guest.bench import MOTOR_LINES, ONWARDS, STANDBY, run_command, started
+from tests.system.guest.bench import MOTOR_LINES, ONWARDS, STANDBY, run_command, settled, started
 from tests.system.guest.chip import Chip
-from tests.system.guest.waiting import settled
 from tests.system.speed import scaled
 
 UNTOWARD = str(Path(ONWARDS).with_name("untoward.py"))

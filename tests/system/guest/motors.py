@@ -6,9 +6,8 @@ from typing import Any, cast
 import pytest
 
 from robotcore.hal.devices import Motor
-from tests.system.guest.bench import open_device
+from tests.system.guest.bench import open_device, settled
 from tests.system.guest.chip import Chip
-from tests.system.guest.waiting import settled
 
 FORWARD, BACKWARD = 17, 27
 FULL_RAD_S = 12.0

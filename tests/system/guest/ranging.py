@@ -7,10 +7,9 @@ import pytest
 
 from robotcore.errors import DeviceError
 from robotcore.hal.devices import RangeSensor
-from tests.system.guest.bench import open_device
+from tests.system.guest.bench import open_device, settled
 from tests.system.guest.chip import Chip
-from tests.system.guest.sonar import ECHO, answering
-from tests.system.guest.waiting import settled
+from tests.system.guest.models import ECHO, answering
 
 
 def opened(pins: Any) -> RangeSensor:

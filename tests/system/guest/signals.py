@@ -10,9 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.guest.bench import MOTOR_LINES, ONWARDS, ROBOTS, STANDBY, run_command, started
+from tests.system.guest.bench import MOTOR_LINES, ONWARDS, ROBOTS, STANDBY, run_command, settled, started
 from tests.system.guest.chip import Chip
-from tests.system.guest.waiting import settled
 
 FORWARD = MOTOR_LINES["left"][0]
 

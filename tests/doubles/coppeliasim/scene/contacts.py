@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drivers.kinematic.contact import Bumper
-from drivers.kinematic.surroundings import Surroundings
+from drivers.kinematic.clearance import Bumper, Clearance
 from robotcore.geometry import Pose
 from robotcore.raycast import edges_of
 from robotcore.simulation.painter.planes import Array, nearest_on
@@ -43,11 +42,11 @@ class Contact(NamedTuple):
 class Feeler(Bumper):
     """A bumper that knows which things it was kept out of, by their place among the surroundings."""
 
-    def __init__(self, surroundings: Surroundings, start: Pose) -> None:
+    def __init__(self, surroundings: Clearance, start: Pose) -> None:
         super().__init__(surroundings, start)
         self.touching: set[int] = set()
 
-    def move_to(self, surroundings: Surroundings | None, start: Pose) -> None:
+    def move_to(self, surroundings: Clearance | None, start: Pose) -> None:
         """Begin anew, elsewhere or among other things."""
         super().__init__(surroundings or self._surroundings, start)
         self.touching = set()

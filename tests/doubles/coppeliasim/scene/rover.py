@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from drivers.kinematic.clearance import Clearance
 from drivers.kinematic.motion import Chassis, Wheel
-from drivers.kinematic.surroundings import Surroundings
 from robotcore.geometry import Pose
 from tests.doubles.coppeliasim.scene.contacts import GRAVITY_M_S2, Contact, Feeler, nearest_points
 from tests.doubles.coppeliasim.scene.drives import Drive
@@ -89,9 +89,9 @@ class Rover:
         x, y = point[0] - pose.x, point[1] - pose.y
         return (ahead[0] - twist.angular * y, ahead[1] + twist.angular * x, 0.0), (0.0, 0.0, twist.angular)
 
-    def _surroundings(self, scenery: Scenery) -> Surroundings:
+    def _surroundings(self, scenery: Scenery) -> Clearance:
         self._around = scenery.between(self._stand.low, self._stand.high)
-        return Surroundings(self._stand.outline, scenery.described(self._around))
+        return Clearance(self._stand.outline, scenery.described(self._around))
 
     def _notice_a_push(self) -> None:
         """Begin from where somebody has put the body meanwhile."""

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from robotcore.hal.devices import Image
-from tests.drivers.raspberrypi.cameras.bench import RED_RGB, LabClock
+from tests.drivers.raspberrypi.cameras.fakes import RED_RGB, LabClock
 
 STREAM_KEYS = {"format", "size", "stride", "preserve_ar"}
 CHANNELS = {"BGR888": (0, 1, 2), "RGB888": (2, 1, 0)}

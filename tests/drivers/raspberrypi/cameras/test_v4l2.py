@@ -8,19 +8,21 @@ from typing import Any
 import cv2
 import pytest
 
-from drivers.raspberrypi.cameras.capturing import CapturingCamera
+from drivers.raspberrypi.cameras.capture import CapturingCamera
 from drivers.raspberrypi.cameras.settings import UsbCameraSettings
 from drivers.raspberrypi.cameras.v4l2 import UsbCamera
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError, DeviceError, DeviceLostError
 from robotcore.hardware import Connection, Host, fit
-from tests.drivers.raspberrypi.cameras.bench import EYE, RED_BGR, LabClock
-from tests.drivers.raspberrypi.cameras.fakecapture import (
+from tests.drivers.raspberrypi.cameras.fakes import (
     APERTURE_PRIORITY,
+    EYE,
     FOUND_KELVIN,
     FOUND_UNITS,
     MANUAL,
+    RED_BGR,
     FakeWebcam,
+    LabClock,
 )
 
 ROVER = load_robot("rover")
@@ -205,7 +207,7 @@ class TestOpening:
     def test_no_camera_is_told_with_those_that_there_are(
         self, webcam: FakeWebcam, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        monkeypatch.setattr("drivers.raspberrypi.cameras.nodes.CLASS", _sysfs(tmp_path / "class"))
+        monkeypatch.setattr("drivers.raspberrypi.cameras.v4l2.CLASS", _sysfs(tmp_path / "class"))
         webcam.pull_out()
         words = rf"eye: there is no {webcam.path}\. There are: /dev/video2 \(HD Webcam\), /dev/video10 \(Other\)$"
         with pytest.raises(DeviceError, match=words):
@@ -214,7 +216,7 @@ class TestOpening:
     def test_no_camera_at_all_is_told(
         self, webcam: FakeWebcam, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        monkeypatch.setattr("drivers.raspberrypi.cameras.nodes.CLASS", tmp_path / "nothing")
+        monkeypatch.setattr("drivers.raspberrypi.cameras.v4l2.CLASS", tmp_path / "nothing")
         webcam.pull_out()
         with pytest.raises(DeviceError, match="There is no camera on USB: plug it in"):
             opened(webcam)

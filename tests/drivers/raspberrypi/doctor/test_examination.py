@@ -9,7 +9,7 @@ from drivers.raspberrypi.doctor import examine
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError
 from robotcore.hal.finding import Finding, Level
-from tests.drivers.raspberrypi.doctor.test_devices import EYE, NOSE
+from tests.drivers.raspberrypi.doctor.test_ports import EYE, NOSE
 
 
 @pytest.fixture(autouse=True)
@@ -17,8 +17,8 @@ def _as_on_a_board(monkeypatch: pytest.MonkeyPatch) -> None:
     """What is asked of programs and libraries, which a tree of files cannot answer."""
     place = "drivers.raspberrypi.doctor.examination"
     for name in ("library", "power"):
-        monkeypatch.setattr(f"{place}.{name}", lambda *_, name=name: [Finding.ok(name, "as it should be")])
-    monkeypatch.setattr(f"{place}.pins", lambda fittings: [Finding.ok("pins", "free")])
+        monkeypatch.setattr(f"{place}.check_{name}", lambda *_, name=name: [Finding.ok(name, "as it should be")])
+    monkeypatch.setattr(f"{place}.check_pins", lambda fittings: [Finding.ok("pins", "free")])
 
 
 def levels(found: list[Finding]) -> dict[str, Level]:

@@ -10,7 +10,7 @@ from gpiozero.pins.mock import MockFactory, MockPWMPin
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.raspberrypi.encoders.quadrature import QuadratureDecoder
+from drivers.raspberrypi.encoders import QuadratureDecoder
 from robotcore.errors import DescriptionError, DeviceClosedError, DeviceError
 from tests.drivers.raspberrypi.encoders.wires import TURN, Wires
 

@@ -9,8 +9,8 @@ from gpiozero import OutputDevice
 from gpiozero.exc import PinInvalidState
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
-from drivers.raspberrypi.motors.hbridge import HBridge
-from drivers.raspberrypi.motors.outputs import pwm_output
+from drivers.raspberrypi.motors.boards import HBridge
+from drivers.raspberrypi.motors.lines import pwm_output
 from robotcore.errors import DescriptionError, DeviceError
 from robotcore.hal.devices import Motor
 from robotcore.hardware import Host, fit, unopened_cutoffs

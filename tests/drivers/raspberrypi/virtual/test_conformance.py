@@ -11,7 +11,7 @@ from robotcore.description import RobotDescription
 from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot
 from robotcore.testing import Capability, ConformanceSuite
-from tests.drivers.raspberrypi.virtual.rewired import rewired
+from tests.drivers.raspberrypi.virtual.fakes import rewired
 
 
 class TestVirtualPi(ConformanceSuite):

@@ -1,0 +1,107 @@
+"""The gaps between the body and the things of a world; the bumper keeps them apart and counts touches."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotcore.description import WorldDescription
+from robotcore.geometry import Pose
+from robotcore.hal.truth import RELEASE_M
+from robotcore.raycast import Outline, edges_of
+from robotcore.simulation.painter.planes import Array, half_planes, nearest_on, run_starts
+
+
+class Bumper:
+    """Says which moves are free, and counts touches: one a thing, however long it lasts.
+
+    Gaps are measured anew only when the body may have moved as far as the smallest of them.
+    """
+
+    def __init__(self, surroundings: Clearance, start: Pose) -> None:
+        self.contacts = 0
+        self._surroundings = surroundings
+        self._reach = surroundings.reach
+        self._touched: dict[int, float] = {}
+        self._measure(surroundings.gaps(start))
+
+    def permits(self, here: Pose, there: Pose, distance: float, turn: float) -> bool:
+        """Return whether the body may roll ``distance`` metres while turning by ``turn``, neither below zero.
+
+        Out of a thing it overlaps it may move, deeper in it may not.
+        """
+        travel = distance + turn * self._reach
+        if self._travelled + travel < self._clearance:
+            self._travelled += travel
+            return True
+        ahead = self._surroundings.gaps(there)
+        is_hit = (ahead < 0) & (ahead < self._gaps)
+        if not is_hit.any():
+            self._measure(ahead)
+            return True
+        if self._travelled:
+            self._measure(self._surroundings.gaps(here))
+        self._touch(is_hit)
+        return False
+
+    def _measure(self, gaps: Array) -> None:
+        self._gaps = gaps
+        self._clearance = float(gaps.min(initial=np.inf))
+        self._travelled = 0.0
+        self._touched = {i: gap for i, gap in self._touched.items() if gaps[i] <= gap + RELEASE_M}
+
+    def _touch(self, is_hit: NDArray[np.bool_]) -> None:
+        for i in np.flatnonzero(is_hit).tolist():
+            if i not in self._touched:
+                self._touched[i] = float(self._gaps[i])
+                self.contacts += 1
+
+
+class Clearance:
+    """The gaps between a convex footprint and the things of a world: its prisms, then its targets.
+
+    Everything stands on the floor, so plan is enough. ``reach`` is how far the footprint goes from its origin.
+    """
+
+    def __init__(self, footprint: Outline, world: WorldDescription) -> None:
+        outlines = [prism.outline for prism in world.prisms]
+        self.reach = max(math.hypot(x, y) for x, y in footprint)
+        self._footprint = np.array(footprint)
+        self._sides = edges_of([footprint])
+        self._side_normals, self._side_offsets = half_planes(self._sides)
+        self._corners = np.array([corner for outline in outlines for corner in outline]).reshape(-1, 2)
+        self._normals, self._offsets = half_planes(edges_of(outlines))
+        self._starts = run_starts(map(len, outlines))
+        self._centres = np.array([(ball.x_m, ball.y_m) for ball in world.targets]).reshape(-1, 2)
+        self._radii = np.array([ball.radius_m for ball in world.targets])
+
+    def gaps(self, pose: Pose) -> Array:
+        """Return the gap to each thing with the body at ``pose``, (n,), in metres.
+
+        The sign is exact, below zero where they overlap; a gap is never more than the distance.
+        """
+        cos, sin = math.cos(pose.heading), math.sin(pose.heading)
+        to_world = np.array(((cos, sin), (-sin, cos)))
+        place = np.array((pose.x, pose.y))
+        body = self._footprint @ to_world + place
+        corners = (self._corners - place) @ to_world.T
+        centres = (self._centres - place) @ to_world.T
+        return np.concatenate((self._gaps_to_prisms(body, corners), self._gaps_to_balls(centres)))
+
+    def _gaps_to_prisms(self, body: Array, corners: Array) -> Array:
+        """Separating axes: two convex outlines are as far apart as the best of all their sides says."""
+        if not len(self._starts):
+            return np.empty(0)
+        past_things = (self._normals @ body.T).min(axis=1) - self._offsets
+        past_body = corners @ self._side_normals.T - self._side_offsets
+        by_things = np.maximum.reduceat(past_things, self._starts)
+        by_body = np.minimum.reduceat(past_body, self._starts, axis=0).max(axis=1)
+        return np.asarray(np.maximum(by_things, by_body))
+
+    def _gaps_to_balls(self, centres: Array) -> Array:
+        past_sides = (centres @ self._side_normals.T - self._side_offsets).max(axis=1)
+        away = np.linalg.norm(centres[:, None] - nearest_on(self._sides, centres), axis=2).min(axis=1)
+        gaps: Array = np.where(past_sides > 0, away, past_sides) - self._radii
+        return gaps

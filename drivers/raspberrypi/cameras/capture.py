@@ -1,0 +1,143 @@
+"""A camera whose pictures are taken beside the app, and that is opened again when it failed."""
+
+from __future__ import annotations
+
+import logging
+import threading
+
+import numpy as np
+
+from drivers.raspberrypi.cameras.exposure import ExposureLock
+from drivers.raspberrypi.cameras.settings import CameraSettings
+from drivers.raspberrypi.cameras.source import Shot, Source
+from robotcore.description import CameraDescription
+from robotcore.errors import DeviceError, ResourceError
+from robotcore.hal.clock import Clock
+from robotcore.hal.devices import Camera, Frame, Image
+from robotcore.hardware import Newest
+from robotcore.threads import start_thread
+
+RETRY_S, LONGEST_RETRY_S = 0.5, 2.0
+"""A camera that failed is tried again after this long, then after twice as long, up to the longest."""
+
+CLOSING_S = 1.0
+"""A camera that hangs does not keep a robot from being closed for longer."""
+
+_log = logging.getLogger(__name__)
+
+
+class CapturingCamera(Camera):
+    """Hands out the newest picture of a source.
+
+    The work that is polled waits for the next picture. It is due twice a frame, so that it waits for the camera and
+    no picture for it. Where the source fails, `read` raises why, and it is opened again until that succeeds.
+    """
+
+    def __init__(self, told: CameraDescription, settings: CameraSettings, source: Source, clock: Clock) -> None:
+        super().__init__(told.name, told.intrinsics)
+        self._source, self._clock = source, clock
+        self._settling = ExposureLock(source, settings, clock)
+        self._framing = FrameConverter(told, settings)
+        self._period = 0.5 / settings.fps
+        self._in_use = threading.Lock()
+        self._is_running = False
+        self._retry_at, self._retry_s = 0.0, RETRY_S
+
+    def open(self) -> None:
+        """Wait for the first picture, settled and held; raises DeviceError, and then it is closed again."""
+        try:
+            first = self._attempt(self._begin)
+        except BaseException:
+            self._source.close()
+            raise
+        self._frames = Newest(self.name, first)
+        self._polling = self._clock.every(self._period, self._poll, f"{self.name}: pictures")
+
+    def _newest(self) -> Frame:
+        return self._frames.get()
+
+    def _release(self) -> None:
+        self._polling.stop()
+        try:
+            closing = start_thread(self._let_go, f"{self.name}: closing")
+        except ResourceError:
+            self._let_go()
+            return
+        closing.join(CLOSING_S)
+        if closing.is_alive():
+            _log.warning("%s: the camera hangs; it is let go when it answers, or when the program has ended", self.name)
+
+    def _let_go(self) -> None:
+        """Close the source as soon as nobody waits for a picture of it: no library bears that in between."""
+        with self._in_use:
+            self._source.close()
+
+    def _poll(self) -> None:
+        with self._in_use:
+            if self._is_closed or (not self._is_running and self._clock.now() < self._retry_at):
+                return
+            try:
+                self._frames.put(self._next() if self._is_running else self._begin())
+            except Exception as failure:  # noqa: BLE001  whatever a camera's library raises, `read` tells it
+                self._frames.fail(failure)
+                self._give_up()
+
+    def _begin(self) -> Frame:
+        frame = self._framing.frame(self._settling.begin())
+        self._is_running, self._retry_s = True, RETRY_S
+        return frame
+
+    def _next(self) -> Frame:
+        return self._framing.frame(self._source.shoot())
+
+    def _give_up(self) -> None:
+        self._source.close()
+        self._is_running = False
+        self._retry_at = self._clock.now() + self._retry_s
+        self._retry_s = min(2 * self._retry_s, LONGEST_RETRY_S)
+
+
+class FrameConverter:
+    """Turns shots into frames as the camera is described, and numbers them from 0."""
+
+    def __init__(self, told: CameraDescription, settings: CameraSettings) -> None:
+        self._told = told
+        self._flip = _flip_code(settings)
+        self._count = 0
+
+    def frame(self, shot: Shot) -> Frame:
+        """Return the next frame; raises DeviceError where the shot shows another field of view than is described."""
+        image = np.ascontiguousarray(self._turned(self._sized(shot.image)))
+        image.flags.writeable = False
+        frame = Frame(image, shot.time, self._count)
+        self._count += 1
+        return frame
+
+    def _sized(self, image: Image) -> Image:
+        told, (height, width) = self._told, image.shape[:2]
+        if (width, height) == (told.width_px, told.height_px):
+            return image
+        if abs(told.width_px * height / width - told.height_px) > 1:
+            raise DeviceError(
+                told.name,
+                f"it gives {width}x{height} px, the robot's description says {told.width_px}x{told.height_px}: "
+                "another shape, so another field of view. Set width_px and height_px to a size that the camera has",
+            )
+        import cv2
+
+        size = (told.width_px, told.height_px)
+        return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+
+    def _turned(self, image: Image) -> Image:
+        if self._flip is None:
+            return image
+        import cv2
+
+        return np.asarray(cv2.flip(image, self._flip), dtype=np.uint8)
+
+
+def _flip_code(settings: CameraSettings) -> int | None:
+    """Return OpenCV's code: 1 about the vertical axis, 0 about the horizontal one, -1 about both, None about none."""
+    is_mirrored = settings.flip_horizontal != settings.rotate_180
+    is_on_its_head = settings.flip_vertical != settings.rotate_180
+    return {(True, True): -1, (True, False): 1, (False, True): 0}.get((is_mirrored, is_on_its_head))

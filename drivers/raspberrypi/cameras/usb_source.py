@@ -1,0 +1,135 @@
+"""A camera by OpenCV on V4L2, the kernel's interface to cameras."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from drivers.raspberrypi.cameras.settings import UsbCameraSettings
+from drivers.raspberrypi.cameras.source import ExposureState, Shot, Source, TimestampConverter
+from drivers.raspberrypi.cameras.v4l2 import why_unusable
+from robotcore.description import CameraDescription
+from robotcore.errors import DeviceError, DeviceLostError
+from robotcore.hal.clock import Clock
+
+BUFFERS = 2
+"""One is being filled, one waits to be taken: nothing older is in between."""
+
+BROKEN_IN_A_ROW = 5
+"""A cheap cable breaks a picture now and then, and many a camera its first ones."""
+
+
+class UsbSource(Source):
+    """A picture's time is the kernel's stamp, of its first bytes: after the exposure, to a millisecond.
+
+    A camera that was there, and does not answer any more, is lost, whatever the kernel says of it: while its plug is
+    pulled its file may still be there, and when it is in again its file is another user's for a moment.
+    """
+
+    def __init__(self, told: CameraDescription, settings: UsbCameraSettings, clock: Clock) -> None:
+        super().__init__(told.name)
+        self._told, self._settings, self._clock = told, settings, clock
+        self._capture: cv2.VideoCapture | None = None
+        self._was_there = False
+
+    def open(self) -> list[str]:
+        path = self._settings.path
+        if why := why_unusable(path, was_there=self._was_there):
+            raise self._failed(why)
+        if cv2.CAP_V4L2 not in cv2.videoio_registry.getCameraBackends():
+            raise DeviceError(self.name, "this OpenCV is built without V4L2. Run pip install opencv-python-headless")
+        self._capture = capture = cv2.VideoCapture(str(path), cv2.CAP_V4L2)
+        if not capture.isOpened():
+            raise self._failed(
+                f"{path} cannot be opened as a camera. Is another program using it (fuser {path})? "
+                "v4l2-ctl --list-devices tells which cameras there are"
+            )
+        self._was_there = True
+        self._stamps = TimestampConverter(self._clock)
+        self._ask_for(capture)
+        return UsbControls(capture).set_by_hand(self._settings)
+
+    def shoot(self) -> Shot:
+        assert self._capture is not None, "open comes first"
+        for _ in range(BROKEN_IN_A_ROW):
+            if not self._capture.grab():
+                break
+            time = self._stamps.time_of(self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1000)
+            is_whole, image = self._capture.retrieve()
+            if is_whole:
+                return Shot(np.asarray(image, dtype=np.uint8), time)
+        path = self._settings.path
+        why = why_unusable(path, was_there=True)
+        raise self._failed(why or f"{path} gives no more pictures; look at its plug and its cable")
+
+    def light(self, shot: Shot) -> ExposureState:
+        return ExposureState(cv2.mean(shot.image)[:3])
+
+    def hold(self, shot: Shot) -> list[str]:
+        assert self._capture is not None, "open comes first"
+        return UsbControls(self._capture).hold()
+
+    def close(self) -> None:
+        capture, self._capture = self._capture, None
+        if capture is not None:
+            capture.release()
+
+    def _failed(self, fault: str) -> DeviceError:
+        return (DeviceLostError if self._was_there else DeviceError)(self.name, fault)
+
+    def _ask_for(self, capture: cv2.VideoCapture) -> None:
+        """Ask for a format, a size and a rate. V4L2 gives the nearest that the camera has, and never refuses."""
+        if self._settings.pixel_format:
+            capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*self._settings.pixel_format))
+        capture.set(cv2.CAP_PROP_FRAME_WIDTH, self._told.width_px)
+        capture.set(cv2.CAP_PROP_FRAME_HEIGHT, self._told.height_px)
+        capture.set(cv2.CAP_PROP_FPS, self._settings.fps)
+        capture.set(cv2.CAP_PROP_BUFFERSIZE, BUFFERS)
+
+
+AUTO, MANUAL, APERTURE_PRIORITY = 0, 1, 3
+"""V4L2_CID_EXPOSURE_AUTO; webcams, whose aperture is fixed, call their automatic aperture priority."""
+
+EXPOSURE_UNIT_S = 100e-6
+"""V4L2_CID_EXPOSURE_ABSOLUTE counts in it."""
+
+
+class UsbControls:
+    """What can be set on a capture that is open. A webcam keeps it when it is closed, until it is unplugged."""
+
+    def __init__(self, capture: cv2.VideoCapture) -> None:
+        self._capture = capture
+
+    def set_by_hand(self, settings: UsbCameraSettings) -> list[str]:
+        """Set what is set by hand, leave the rest to the camera; return the settings that it does not take."""
+        taken = {}
+        if settings.exposure_s is None:
+            self._set(cv2.CAP_PROP_AUTO_EXPOSURE, APERTURE_PRIORITY) or self._set(cv2.CAP_PROP_AUTO_EXPOSURE, AUTO)
+        else:
+            taken["exposure_s"] = self._expose(max(1, round(settings.exposure_s / EXPOSURE_UNIT_S)))
+        if settings.white_balance_k is None:
+            self._set(cv2.CAP_PROP_AUTO_WB, 1)
+        else:
+            taken["white_balance_k"] = self._balance(settings.white_balance_k)
+        if settings.gain is not None:
+            taken["gain"] = self._set(cv2.CAP_PROP_GAIN, settings.gain)
+        return [name for name, is_taken in taken.items() if not is_taken]
+
+    def hold(self) -> list[str]:
+        """Keep exposure and white balance as they are now; return which of them the camera does not let be held."""
+        exposure = self._capture.get(cv2.CAP_PROP_EXPOSURE)
+        kelvin = self._capture.get(cv2.CAP_PROP_WB_TEMPERATURE)
+        held = {
+            "exposure": exposure > 0 and self._expose(exposure),
+            "white balance": kelvin > 0 and self._balance(kelvin),
+        }
+        return [what for what, is_held in held.items() if not is_held]
+
+    def _expose(self, units: float) -> bool:
+        return self._set(cv2.CAP_PROP_AUTO_EXPOSURE, MANUAL) and self._set(cv2.CAP_PROP_EXPOSURE, units)
+
+    def _balance(self, kelvin: float) -> bool:
+        return self._set(cv2.CAP_PROP_AUTO_WB, 0) and self._set(cv2.CAP_PROP_WB_TEMPERATURE, kelvin)
+
+    def _set(self, control: int, value: float) -> bool:
+        return self._capture.set(control, value)

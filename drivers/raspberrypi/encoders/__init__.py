@@ -1,1 +1,0 @@
-"""Encoders on pins: counters of edges that other threads report."""

@@ -1,0 +1,207 @@
+"""A clock whose kernel stamps can be told, and a camera without hardware for what all cameras share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from drivers.raspberrypi.cameras.capture import CapturingCamera
+from drivers.raspberrypi.cameras.settings import CameraSettings
+from drivers.raspberrypi.cameras.source import ExposureState, Shot, Source
+from robotcore.description import CameraDescription, load_robot
+from robotcore.errors import DeviceError
+from robotcore.hal.clock import Clock, SteppedClock
+from robotcore.hal.devices import Image
+
+BOOTED_S = 5000.0
+"""What CLOCK_MONOTONIC says when the clock begins."""
+
+FOUND = load_robot("rover").first_of(CameraDescription)
+assert FOUND
+EYE = FOUND.model_copy(update={"width_px": 32, "height_px": 24})
+
+RED_RGB = (200, 40, 30)
+RED_BGR = RED_RGB[::-1]
+
+
+class LabClock(SteppedClock):
+    """Stepped, and yet with moments of the kernel, which runs with it."""
+
+    def __init__(self) -> None:
+        super().__init__(20, lambda _steps: None)
+
+    @property
+    def monotonic_s(self) -> float:
+        return BOOTED_S + self.now()
+
+    def time_of(self, monotonic_s: float) -> float:
+        return min(monotonic_s - BOOTED_S, self.now())
+
+    def let_pass(self, seconds: float) -> None:
+        self.sleep_until(self.now() + seconds)
+
+
+def plain(level: int = 100, width: int = 32, height: int = 24) -> Image:
+    return np.full((height, width, 3), level, np.uint8)
+
+
+class FakeSource(Source):
+    """Takes pictures of ``levels``, the last one for ever, and keeps a diary of what is asked of it."""
+
+    def __init__(self, clock: Clock, levels: list[int] | None = None) -> None:
+        super().__init__("eye")
+        self.diary: list[str] = []
+        self.levels = list(levels or [100])
+        self.untaken: list[str] = []
+        self.refused: list[str] = []
+        self.failing: Exception | None = None
+        self.is_found: bool | None = None
+        self.picture: Callable[[int], Image] = plain
+        self.on_shot: Callable[[], object] = lambda: None
+        self.shots = 0
+        self._clock = clock
+
+    def open(self) -> list[str]:
+        self.diary.append("open")
+        self._fail()
+        return self.untaken
+
+    def shoot(self) -> Shot:
+        self.on_shot()
+        self._fail()
+        self.shots += 1
+        level = self.levels.pop(0) if len(self.levels) > 1 else self.levels[0]
+        return Shot(self.picture(level), self._clock.now())
+
+    def light(self, shot: Shot) -> ExposureState:
+        return ExposureState((float(shot.image[0, 0, 0]),), self.is_found)
+
+    def hold(self, shot: Shot) -> list[str]:
+        self.diary.append(f"hold {shot.image[0, 0, 0]}")
+        return self.refused
+
+    def close(self) -> None:
+        self.diary.append("close")
+
+    def _fail(self) -> None:
+        if self.failing:
+            raise self.failing
+
+
+def gone() -> DeviceError:
+    return DeviceError("eye", "/dev/video0 is gone; plug it in again")
+
+
+def opened(source: Source, clock: Clock, told: CameraDescription = EYE, **settings: Any) -> CapturingCamera:
+    camera = CapturingCamera(told, CameraSettings(**settings), source, clock)
+    camera.open()
+    return camera
+
+
+MANUAL, APERTURE_PRIORITY = 1, 3
+FOUND_UNITS, FOUND_KELVIN = 156.0, 4600.0
+"""What the automatic comes to: 15.6 ms, in V4L2's unit of 100 us, and the colour of an office."""
+
+
+class FakeWebcam:
+    """The hardware: controls outlive a capture, as a webcam's do. ``sizes`` are those that it has, the nearest wins."""
+
+    def __init__(self, clock: LabClock, path: Path) -> None:
+        self.clock, self.path = clock, path
+        self.sizes = [(32, 24), (64, 48)]
+        self.controls = {
+            cv2.CAP_PROP_AUTO_EXPOSURE: float(MANUAL),
+            cv2.CAP_PROP_EXPOSURE: 10.0,
+            cv2.CAP_PROP_AUTO_WB: 0.0,
+            cv2.CAP_PROP_WB_TEMPERATURE: 2800.0,
+            cv2.CAP_PROP_GAIN: 0.0,
+        }
+        self.only_auto = APERTURE_PRIORITY
+        self.lamp = 1.0
+        self.stamp_offset_s = 0.0
+        self.broken = 0
+        self.is_busy = False
+        self.captures: list[FakeCapture] = []
+        self.plug_in()
+
+    def plug_in(self) -> None:
+        self.path.touch()
+
+    def pull_out(self) -> None:
+        self.path.unlink()
+
+    def meter(self) -> None:
+        """Do what the automatics do, where they are on."""
+        is_automatic = self.controls.get(cv2.CAP_PROP_AUTO_EXPOSURE) == self.only_auto
+        if is_automatic and cv2.CAP_PROP_EXPOSURE in self.controls:
+            self.controls[cv2.CAP_PROP_EXPOSURE] += 0.5 * (FOUND_UNITS / self.lamp - self.exposure)
+        if self.controls.get(cv2.CAP_PROP_AUTO_WB) == 1:
+            self.controls[cv2.CAP_PROP_WB_TEMPERATURE] = FOUND_KELVIN
+
+    @property
+    def exposure(self) -> float:
+        return self.controls.get(cv2.CAP_PROP_EXPOSURE, FOUND_UNITS)
+
+    def capture(self, name: str, backend: int) -> FakeCapture:
+        """Stand in for ``cv2.VideoCapture``."""
+        assert backend == cv2.CAP_V4L2
+        assert name == str(self.path)
+        self.captures.append(FakeCapture(self))
+        return self.captures[-1]
+
+
+class FakeCapture:
+    """A capture; the size is set by its two halves, and both are told before a picture comes."""
+
+    def __init__(self, camera: FakeWebcam) -> None:
+        self._camera = camera
+        self._stamp_s = 0.0
+        self.asked: dict[int, float] = {}
+        self.is_released = False
+
+    def isOpened(self) -> bool:  # noqa: N802  OpenCV's name
+        return self._camera.path.exists() and not self._camera.is_busy
+
+    def set(self, prop: int, value: float) -> bool:
+        if prop in {cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT, cv2.CAP_PROP_FPS, cv2.CAP_PROP_BUFFERSIZE}:
+            self.asked[prop] = value
+            return True
+        if prop == cv2.CAP_PROP_FOURCC:
+            assert not self.asked, "a format after the size resets it"
+            self.asked[prop] = value
+            return True
+        if prop not in self._camera.controls:
+            return False
+        if prop == cv2.CAP_PROP_AUTO_EXPOSURE and value not in {MANUAL, self._camera.only_auto}:
+            return False
+        if prop == cv2.CAP_PROP_EXPOSURE and self._camera.controls[cv2.CAP_PROP_AUTO_EXPOSURE] != MANUAL:
+            return False
+        self._camera.controls[prop] = value
+        return True
+
+    def get(self, prop: int) -> float:
+        if prop == cv2.CAP_PROP_POS_MSEC:
+            return self._stamp_s * 1000
+        return self._camera.controls.get(prop, -1.0)
+
+    def grab(self) -> bool:
+        assert not self.is_released
+        self._camera.meter()
+        self._stamp_s = self._camera.clock.monotonic_s - 0.02 + self._camera.stamp_offset_s
+        return self._camera.path.exists()
+
+    def retrieve(self) -> tuple[bool, Image | None]:
+        if self._camera.broken:
+            self._camera.broken -= 1
+            return False, None
+        wanted = self.asked[cv2.CAP_PROP_FRAME_WIDTH]
+        width, height = min(self._camera.sizes, key=lambda size: abs(size[0] - wanted))
+        lit = np.array(RED_BGR) * self._camera.exposure * self._camera.lamp / FOUND_UNITS
+        return True, np.full((height, width, 3), np.clip(np.round(lit), 0, 255), np.uint8)
+
+    def release(self) -> None:
+        self.is_released = True

@@ -1,0 +1,299 @@
+"""Pictures taken beside the app: the newest, failures by name, and cameras that come back."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from drivers.raspberrypi.cameras.capture import LONGEST_RETRY_S, FrameConverter
+from drivers.raspberrypi.cameras.settings import CameraSettings
+from drivers.raspberrypi.cameras.source import Shot
+from robotcore.errors import DeviceClosedError, DeviceError
+from robotcore.hal.devices import Frame, Image
+from robotcore.hal.wall_clock import MonotonicClock
+from tests.drivers.raspberrypi.cameras.fakes import EYE, FakeSource, LabClock, gone, opened, plain
+
+AT_LEAST_S = 30.0
+"""No wait in here takes as long unless something hangs."""
+
+
+@pytest.fixture
+def clock() -> LabClock:
+    return LabClock()
+
+
+@pytest.fixture
+def source(clock: LabClock) -> FakeSource:
+    return FakeSource(clock)
+
+
+@pytest.fixture
+def real_clock() -> Iterator[MonotonicClock]:
+    clock = MonotonicClock()
+    yield clock
+    clock.close()
+
+
+def test_the_first_picture_is_there_when_it_is_open(clock: LabClock, source: FakeSource) -> None:
+    frame = opened(source, clock).read()
+    assert (frame.sequence, frame.time) == (0, 0.0)
+    assert clock.now() == 0.0
+
+
+def test_reading_asks_nothing_of_the_camera(clock: LabClock, source: FakeSource) -> None:
+    camera = opened(source, clock)
+    before = source.shots
+    assert camera.read() is camera.read()
+    assert source.shots == before
+
+
+def test_the_newest_picture_is_handed_out(clock: LabClock, source: FakeSource) -> None:
+    camera = opened(source, clock)
+    clock.let_pass(0.5)
+    frame = camera.read()
+    assert frame.time == pytest.approx(clock.now(), abs=1 / 60)
+    assert frame.sequence == pytest.approx(0.5 * 30 * 2, abs=1)  # asked for twice as often as the camera gives
+
+
+def test_no_picture_but_the_newest_is_kept(clock: LabClock, source: FakeSource) -> None:
+    import gc
+    import weakref
+
+    kept: list[weakref.ref[object]] = []
+
+    def remembered(level: int) -> object:
+        image = plain(level)
+        kept.append(weakref.ref(image))
+        return image
+
+    source.picture = remembered  # type: ignore[assignment]
+    camera = opened(source, clock)
+    clock.let_pass(1.0)
+    gc.collect()
+    assert sum(ref() is not None for ref in kept) == 1
+    camera.close()
+
+
+def test_a_camera_that_is_gone_is_named_for_as_long_as_it_is(clock: LabClock, source: FakeSource) -> None:
+    camera = opened(source, clock)
+    source.failing = gone()
+    for _ in range(3):
+        clock.let_pass(3.0)
+        with pytest.raises(DeviceError, match=r"^eye: /dev/video0 is gone; plug it in again$"):
+            camera.read()
+
+
+def test_a_camera_that_comes_back_is_settled_and_held_again_and_counts_on(clock: LabClock, source: FakeSource) -> None:
+    camera = opened(source, clock)
+    last = camera.read().sequence
+    source.failing = gone()
+    clock.let_pass(0.1)
+    source.failing, source.levels = None, [40, 60, 80, 120]
+    clock.let_pass(1.0)
+    frame = camera.read()
+    assert frame.image[0, 0, 0] == 120
+    assert frame.sequence > last
+    assert source.diary == ["open", "hold 100", "close", "open", "hold 120"]
+
+
+def test_it_is_tried_again_ever_more_seldom(clock: LabClock, source: FakeSource) -> None:
+    camera = opened(source, clock)
+    source.failing = gone()
+    clock.let_pass(0.1)
+    tried: list[float] = []
+    for _ in range(240):
+        before = source.diary.count("open")
+        clock.let_pass(0.1)
+        if source.diary.count("open") > before:
+            tried.append(clock.now())
+    pauses = [round(later - earlier, 1) for earlier, later in itertools.pairwise(tried)]
+    assert pauses[:2] == pytest.approx([1.0, 2.0], abs=0.2)
+    assert set(pauses[2:]) <= {LONGEST_RETRY_S, LONGEST_RETRY_S + 0.1}
+    source.failing = None
+    clock.let_pass(5.0)
+    assert camera.read()
+
+
+def test_a_camera_that_worked_in_between_is_tried_again_soon(clock: LabClock, source: FakeSource) -> None:
+    camera = opened(source, clock)
+    for seconds in (10.0, 0.1):
+        source.failing = gone()
+        clock.let_pass(seconds)
+        source.failing = None
+        clock.let_pass(4.0 if seconds > 1 else 0.6)
+        assert camera.read()
+
+
+def test_every_failure_closes_what_was_open(clock: LabClock, source: FakeSource) -> None:
+    opened(source, clock)
+    source.failing = gone()
+    clock.let_pass(20.0)
+    assert source.diary.count("close") == source.diary.count("open")
+
+
+def test_an_error_that_no_library_should_raise_is_told_by_name(clock: LabClock, source: FakeSource) -> None:
+    camera = opened(source, clock)
+    source.failing = KeyError("SensorTimestamp")
+    clock.let_pass(0.1)
+    with pytest.raises(DeviceError, match="eye: KeyError: 'SensorTimestamp'"):
+        camera.read()
+
+
+@pytest.mark.parametrize("failure", [gone(), RuntimeError("no memory"), KeyboardInterrupt()])
+def test_a_camera_that_cannot_be_opened_is_closed_again(
+    clock: LabClock, source: FakeSource, failure: BaseException
+) -> None:
+    def fail() -> None:
+        raise failure
+
+    source.on_shot = fail
+    with pytest.raises(KeyboardInterrupt if isinstance(failure, KeyboardInterrupt) else DeviceError, match=r"eye|^$"):
+        opened(source, clock)
+    assert source.diary == ["open", "close"]
+    clock.let_pass(1.0)
+    assert source.diary == ["open", "close"]
+
+
+def test_a_closed_camera_takes_no_more_pictures(clock: LabClock, source: FakeSource) -> None:
+    camera = opened(source, clock)
+    camera.close()
+    camera.close()
+    taken = source.shots
+    clock.let_pass(1.0)
+    assert source.shots == taken
+    assert source.diary[-2:] == ["hold 100", "close"]
+    with pytest.raises(DeviceClosedError):
+        camera.read()
+
+
+def test_work_that_was_due_as_the_camera_was_closed_does_not_open_it_again(clock: LabClock, source: FakeSource) -> None:
+    camera = opened(source, clock)
+    source.failing = gone()
+    clock.let_pass(0.1)
+    camera.close()
+    clock.let_pass(5.0)
+    camera._poll()
+    assert source.diary.count("open") == 1
+
+
+@pytest.fixture
+def _impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.raspberrypi.cameras.capture.CLOSING_S", 0.1)
+    monkeypatch.setattr("robotcore.hal.wall_clock.STOPPING_S", 0.1)
+
+
+@pytest.mark.usefixtures("_impatient")
+class TestInRealTime:
+    def test_a_capture_that_hangs_keeps_neither_read_nor_close(self, real_clock: MonotonicClock) -> None:
+        source, hangs, release = FakeSource(real_clock), threading.Event(), threading.Event()
+        camera = opened(source, real_clock, fps=240)
+
+        def hang() -> None:
+            hangs.set()
+            release.wait(AT_LEAST_S)
+
+        source.on_shot = hang
+        assert hangs.wait(AT_LEAST_S)
+        last = camera.read()
+        assert camera.read() is last
+        camera.close()
+        assert "close" not in source.diary
+        release.set()
+
+    def test_a_camera_that_hung_is_let_go_when_it_answers_and_not_before(self, real_clock: MonotonicClock) -> None:
+        source, hangs, release, closed = FakeSource(real_clock), threading.Event(), threading.Event(), threading.Event()
+        source.close = closed.set  # type: ignore[method-assign]
+        camera = opened(source, real_clock, fps=240)
+        source.on_shot = lambda: hangs.set() or release.wait(AT_LEAST_S)  # type: ignore[func-returns-value]
+        assert hangs.wait(AT_LEAST_S)
+        camera.close()
+        assert not closed.is_set()
+        release.set()
+        assert closed.wait(AT_LEAST_S)
+
+    def test_closing_that_hangs_keeps_nobody(
+        self, real_clock: MonotonicClock, caplog: pytest.LogCaptureFixture
+    ) -> None:
+        source, release = FakeSource(real_clock), threading.Event()
+        source.close = lambda: release.wait(AT_LEAST_S)  # type: ignore[method-assign,assignment]
+        camera = opened(source, real_clock)
+        camera.close()
+        release.set()
+        assert "eye: the camera hangs" in caplog.text
+
+    def test_pictures_come_by_themselves(self, real_clock: MonotonicClock) -> None:
+        source, many = FakeSource(real_clock), threading.Event()
+        source.on_shot = lambda: many.set() if source.shots > 30 else None
+        camera = opened(source, real_clock, fps=240)
+        assert many.wait(AT_LEAST_S)
+        assert camera.read().sequence > 0
+        camera.close()
+
+
+def _corners() -> Image:
+    image = plain(0)
+    image[0, 0], image[0, -1], image[-1, 0], image[-1, -1] = 1, 2, 3, 4
+    return image
+
+
+CORNERS = _corners()
+
+
+def frame_of(image: Image, **settings: Any) -> Frame:
+    return FrameConverter(EYE, CameraSettings(**settings)).frame(Shot(image, 0.5))
+
+
+def corners_of(image: Image) -> list[int]:
+    return [int(image[row, column, 0]) for row in (0, -1) for column in (0, -1)]
+
+
+@pytest.mark.parametrize(
+    "settings, corners",
+    [
+        ({}, [1, 2, 3, 4]),
+        ({"rotate_180": True}, [4, 3, 2, 1]),
+        ({"flip_horizontal": True}, [2, 1, 4, 3]),
+        ({"flip_vertical": True}, [3, 4, 1, 2]),
+        ({"rotate_180": True, "flip_horizontal": True}, [3, 4, 1, 2]),
+        ({"rotate_180": True, "flip_horizontal": True, "flip_vertical": True}, [1, 2, 3, 4]),
+    ],
+)
+def test_a_camera_that_is_mounted_otherwise_gives_an_upright_picture(settings: Any, corners: list[int]) -> None:
+    assert corners_of(frame_of(CORNERS, **settings).image) == corners
+
+
+def test_the_picture_is_contiguous_and_nobody_can_write_to_it() -> None:
+    image = frame_of(np.repeat(plain(), 2, axis=1)[:, ::2]).image
+    assert image.flags.c_contiguous
+    assert not image.flags.writeable
+
+
+def test_frames_keep_the_time_of_the_shot_and_are_numbered() -> None:
+    framing = FrameConverter(EYE, CameraSettings())
+    frames = [framing.frame(Shot(plain(), time)) for time in (0.1, 0.3)]
+    assert [(frame.time, frame.sequence) for frame in frames] == [(0.1, 0), (0.3, 1)]
+
+
+def test_another_size_of_the_same_shape_is_averaged_down() -> None:
+    large = plain(0, width=64, height=48)
+    large[::2] = 200
+    image = frame_of(large).image
+    assert image.shape == (24, 32, 3)
+    assert set(image.flat) == {100}
+
+
+@pytest.mark.parametrize("width, height", [(48, 24), (24, 32), (32, 30)])
+def test_another_shape_is_refused_for_its_field_of_view(width: int, height: int) -> None:
+    with pytest.raises(DeviceError, match=rf"eye: it gives {width}x{height} px, the robot's description says 32x24"):
+        frame_of(plain(width=width, height=height))
+
+
+def test_a_shape_that_differs_by_the_rounding_of_a_pixel_only_is_no_other() -> None:
+    told = EYE.model_copy(update={"width_px": 854, "height_px": 480})
+    image = FrameConverter(told, CameraSettings()).frame(Shot(plain(width=1920, height=1080), 0.0)).image
+    assert image.shape == (480, 854, 3)

@@ -1,0 +1,241 @@
+"""A camera on the Pi's ribbon, over a picamera2 of the real one's protocol."""
+
+from __future__ import annotations
+
+import builtins
+import sys
+from typing import Any
+
+import numpy as np
+import pytest
+
+from drivers.raspberrypi.cameras.capture import CapturingCamera
+from drivers.raspberrypi.cameras.csi import CsiSource, PiCamera, widest_mode
+from drivers.raspberrypi.cameras.settings import PiCameraSettings
+from drivers.raspberrypi.cameras.source import Shot
+from robotcore.description import CameraDescription, load_robot
+from robotcore.errors import DeviceError
+from robotcore.hardware import Connection, Host, fit
+from tests.drivers.raspberrypi.cameras.fakepicamera import FOUND_GAIN, FOUND_GAINS, FOUND_US, IMX219, FakeCamera
+from tests.drivers.raspberrypi.cameras.fakes import EYE, RED_BGR, LabClock, plain
+
+ROVER = load_robot("rover")
+
+
+@pytest.fixture
+def clock() -> LabClock:
+    return LabClock()
+
+
+@pytest.fixture
+def camera(clock: LabClock, monkeypatch: pytest.MonkeyPatch) -> FakeCamera:
+    camera = FakeCamera(clock)
+    monkeypatch.setitem(sys.modules, "picamera2", camera.module())
+    return camera
+
+
+def opened(clock: LabClock, told: CameraDescription = EYE, **settings: Any) -> CapturingCamera:
+    return PiCamera().open(told, PiCameraSettings(**settings), Host(ROVER, clock))
+
+
+def test_red_is_in_the_last_channel(clock: LabClock, camera: FakeCamera) -> None:
+    assert tuple(opened(clock).read().image[12, 16]) == RED_BGR
+
+
+def test_the_picture_is_as_described(clock: LabClock, camera: FakeCamera) -> None:
+    image = opened(clock).read().image
+    assert image.shape == (24, 32, 3)
+    assert image.dtype == np.uint8
+
+
+def test_an_odd_size_which_no_stream_has_is_made_up_to(clock: LabClock, camera: FakeCamera) -> None:
+    told = EYE.model_copy(update={"width_px": 33, "height_px": 25})
+    assert opened(clock, told).read().image.shape == (25, 33, 3)
+
+
+def test_a_frame_s_time_is_the_sensor_s(clock: LabClock, camera: FakeCamera) -> None:
+    clock.let_pass(1.0)
+    eye = opened(clock)
+    clock.let_pass(1.0)
+    frame = eye.read()
+    assert clock.now() - 1 / 60 - camera.latency_s <= frame.time <= clock.now() - camera.latency_s + 1e-6
+
+
+def test_a_frame_is_never_of_the_future(clock: LabClock, camera: FakeCamera) -> None:
+    camera.latency_s = -0.5
+    assert opened(clock).read().time == clock.now()
+
+
+@pytest.mark.parametrize("is_new", [True, False])
+def test_what_was_found_is_held_whatever_the_light_does_then(is_new: bool, clock: LabClock, camera: FakeCamera) -> None:
+    camera.is_new = is_new
+    eye = opened(clock)
+    assert camera.last.set["AeEnable"] is camera.last.set["AwbEnable"] is False
+    assert camera.last.set["ExposureTime"] == FOUND_US
+    assert camera.last.set["AnalogueGain"] == FOUND_GAIN
+    assert camera.last.set["ColourGains"] == FOUND_GAINS
+    camera.lamp = 0.5
+    clock.let_pass(0.1)
+    assert tuple(eye.read().image[0, 0]) == tuple(level // 2 for level in RED_BGR)
+
+
+@pytest.mark.parametrize(
+    "told, is_found",
+    [
+        ({"AeState": 1}, False),
+        ({"AeState": 2}, True),
+        ({"AeState": 0}, True),  # set by hand: there is nothing to find
+        ({"AeLocked": False}, False),
+        ({"AeLocked": True}, True),
+        ({}, None),
+    ],
+)
+def test_the_camera_s_word_on_its_exposure_is_taken_from_old_libraries_and_new_ones(
+    told: dict[str, Any], is_found: bool | None, clock: LabClock
+) -> None:
+    source = CsiSource(EYE, PiCameraSettings(), clock)
+    shot = Shot(plain(), 0.0, {"ExposureTime": 10_000, "AnalogueGain": 2.0, **told})
+    assert source.light(shot) == ((20_000.0,), is_found)
+
+
+def test_nothing_is_held_that_is_to_follow_the_light(clock: LabClock, camera: FakeCamera) -> None:
+    opened(clock, lock=False)
+    assert set(camera.last.set) == {"FrameDurationLimits"}
+
+
+def test_what_is_set_by_hand_holds_from_the_first_picture(clock: LabClock, camera: FakeCamera) -> None:
+    opened(clock, exposure_s=0.05, gain=4.0, colour_gains=(2.1, 1.2), fps=40, lock=False)
+    assert camera.last.set == {
+        "FrameDurationLimits": (25_000, 50_000),
+        "ExposureTime": 50_000,
+        "AnalogueGain": 4.0,
+        "ColourGains": (2.1, 1.2),
+    }
+
+
+def test_a_camera_without_colours_is_opened_and_what_it_lacks_is_said(
+    clock: LabClock, camera: FakeCamera, caplog: pytest.LogCaptureFixture
+) -> None:
+    camera.controls = tuple(name for name in camera.controls if name not in {"AwbEnable", "ColourGains"})
+    opened(clock, colour_gains=(2.0, 1.0))
+    assert "eye: does not take colour_gains" in caplog.text
+    assert "AeEnable" in camera.last.set
+
+
+def test_the_whole_field_of_view_is_seen_and_no_crop_out_of_its_middle(clock: LabClock, camera: FakeCamera) -> None:
+    opened(clock)
+    assert camera.last.config["sensor"] == {"output_size": (1640, 1232), "bit_depth": 10}
+    assert camera.last.config["raw"] is None
+
+
+@pytest.mark.parametrize(
+    "fps, size, depth",
+    [(30, (1640, 1232), 10), (60, (1640, 1232), 8), (200, (1640, 1232), 8)],
+)
+def test_the_field_of_view_goes_before_the_rate_and_the_rate_before_the_depth(
+    fps: float, size: tuple[int, int], depth: int
+) -> None:
+    mode = widest_mode(IMX219, fps)
+    assert mode
+    assert (mode["size"], mode["bit_depth"]) == (size, depth)
+
+
+def test_a_sensor_that_tells_no_modes_is_left_to_libcamera(clock: LabClock, camera: FakeCamera) -> None:
+    camera.modes = [{"format": "MJPEG"}]
+    opened(clock)
+    assert camera.last.config["sensor"] == {}
+
+
+def test_every_buffer_is_given_back(clock: LabClock, camera: FakeCamera) -> None:
+    eye = opened(clock)
+    clock.let_pass(1.0)
+    assert camera.last.outstanding == 0
+    assert eye.read().sequence > camera.last.config["buffer_count"]
+
+
+def test_a_capture_that_hangs_is_named_flushed_and_tried_again(clock: LabClock, camera: FakeCamera) -> None:
+    eye = opened(clock)
+    hung = camera.last
+    camera.is_hanging = True
+    clock.let_pass(0.1)
+    with pytest.raises(DeviceError, match=r"eye: has given no picture for 2 s; .* ribbon cable"):
+        eye.read()
+    assert hung.flushes == 1
+    assert hung.is_closed
+    camera.is_hanging = False
+    clock.let_pass(1.0)
+    assert eye.read().sequence > 0
+    assert camera.last is not hung
+    assert camera.last.set["AeEnable"] is False
+
+
+def test_closing_lets_the_camera_go(clock: LabClock, camera: FakeCamera) -> None:
+    opened(clock).close()
+    assert camera.last.is_closed
+
+
+def test_a_camera_that_closes_with_an_error_is_closed(
+    clock: LabClock, camera: FakeCamera, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    eye = opened(clock)
+
+    def fail() -> None:
+        raise RuntimeError("Unable to stop preview.")
+
+    monkeypatch.setattr(camera.last, "close", fail)
+    eye.close()
+
+
+@pytest.mark.parametrize(
+    "models, offer",
+    [
+        ([], "the Pi has no camera 1; there is none: with the power off, look at its ribbon cable"),
+        (["imx219"], r"the Pi has no camera 1; there are: 0 \(imx219\)"),
+    ],
+)
+def test_a_camera_that_is_not_there_is_told_with_those_that_are(
+    models: list[str], offer: str, clock: LabClock, camera: FakeCamera
+) -> None:
+    camera.models = models
+    with pytest.raises(DeviceError, match=f"eye: {offer}"):
+        opened(clock, camera=1)
+
+
+def test_a_camera_that_another_program_uses_is_told(clock: LabClock, camera: FakeCamera) -> None:
+    camera.is_busy = True
+    with pytest.raises(DeviceError, match=r"eye: camera 0 cannot be opened \(Camera __init__ .*another program"):
+        opened(clock)
+
+
+@pytest.mark.parametrize(
+    "failure, words",
+    [
+        (ImportError("No module named 'picamera2'"), "eye: picamera2 is not installed .*sudo apt install python3-pica"),
+        (ValueError("numpy.dtype size changed"), r"eye: picamera2 is built for another NumPy .*'numpy<2'"),
+    ],
+)
+def test_a_library_that_cannot_be_imported_is_told_with_the_remedy(
+    failure: Exception, words: str, clock: LabClock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real = builtins.__import__
+
+    def failing(name: str, *args: Any) -> Any:
+        if name == "picamera2":
+            raise failure
+        return real(name, *args)
+
+    monkeypatch.delitem(sys.modules, "picamera2", raising=False)
+    monkeypatch.setattr(builtins, "__import__", failing)
+    with pytest.raises(DeviceError, match=words):
+        opened(clock)
+
+
+def test_it_is_told_where_the_ribbon_goes() -> None:
+    assert PiCamera().connections(PiCameraSettings(camera=1)) == (Connection("camera", "CSI", "1"),)
+
+
+def test_the_rover_s_camera_is_fitted_from_its_file() -> None:
+    table = {"driver": "picamera2", "colour_gains": (2.0, 1.5), "rotate_180": True}
+    robot = ROVER.model_copy(update={"backends": {"raspberrypi": {"eye": table}}})
+    (fitting,) = fit(robot, "raspberrypi", ["eye"])
+    assert fitting.settings == PiCameraSettings(colour_gains=(2.0, 1.5), rotate_180=True)

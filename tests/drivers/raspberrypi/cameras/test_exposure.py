@@ -1,0 +1,91 @@
+"""Exposure and white balance: found, then held."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.drivers.raspberrypi.cameras.fakes import FakeSource, LabClock, opened
+
+RISING = [*range(40, 140, 5), 140]
+
+
+@pytest.fixture
+def clock() -> LabClock:
+    return LabClock()
+
+
+def test_what_moves_is_waited_for_and_then_held(clock: LabClock) -> None:
+    source = FakeSource(clock, RISING)
+    assert opened(source, clock).read().image[0, 0, 0] == 140
+    assert source.diary == ["open", "hold 140"]
+
+
+def test_the_camera_s_own_word_is_waited_for(clock: LabClock) -> None:
+    source = FakeSource(clock)
+    source.is_found = False
+    found_at = 25
+
+    def finds() -> None:
+        source.is_found = source.shots >= found_at
+
+    source.on_shot = finds
+    held_after: list[int] = []
+    hold = source.hold
+    source.hold = lambda shot: held_after.append(source.shots) or hold(shot)  # type: ignore[func-returns-value,method-assign]
+    opened(source, clock)
+    assert held_after == [found_at + 1]
+
+
+def test_what_never_comes_to_rest_is_held_when_its_time_is_over(clock: LabClock) -> None:
+    source = FakeSource(clock, [50, 200] * 500)
+    opened(source, clock, settle_s=2.0, fps=30)
+    assert source.shots == 1 + 60 + 8
+    assert source.diary[-1].startswith("hold")
+
+
+def test_a_slow_camera_is_given_no_more_time(clock: LabClock) -> None:
+    source = FakeSource(clock, [50, 200] * 500)
+    source.on_shot = lambda: clock.let_pass(0.25)
+    opened(source, clock, settle_s=2.0, fps=30)
+    assert source.shots == 9 + 8
+
+
+def test_pictures_that_were_under_way_when_it_was_held_are_not_handed_out(clock: LabClock) -> None:
+    source = FakeSource(clock)
+    hold = source.hold
+
+    def with_old_ones(shot: object) -> list[str]:
+        source.levels = [90] * 7 + [101]
+        return hold(shot)  # type: ignore[arg-type]
+
+    source.hold = with_old_ones  # type: ignore[method-assign]
+    assert opened(source, clock).read().image[0, 0, 0] == 101
+
+
+def test_nothing_is_held_that_is_to_follow_the_light(clock: LabClock) -> None:
+    source = FakeSource(clock, RISING)
+    assert opened(source, clock, lock=False).read().image[0, 0, 0] == 40
+    assert source.diary == ["open"]
+
+
+def test_a_camera_that_refuses_is_said_once(clock: LabClock, caplog: pytest.LogCaptureFixture) -> None:
+    source = FakeSource(clock)
+    source.refused, source.untaken = ["exposure", "white balance"], ["gain"]
+    camera = opened(source, clock)
+    source.failing = OSError("gone")
+    clock.let_pass(0.1)
+    source.failing = None
+    clock.let_pass(1.0)
+    assert camera.read().sequence > 1
+    assert [record.getMessage() for record in caplog.records] == [
+        "eye: does not take gain; take it out of the robot's file",
+        "eye: does not let its exposure and white balance be held; colours may drift as the robot drives",
+    ]
+
+
+@pytest.mark.parametrize("after, is_said", [(100, False), (110, False), (30, True), (250, True)])
+def test_a_picture_that_was_not_held_where_it_was_is_said(
+    after: int, is_said: bool, clock: LabClock, caplog: pytest.LogCaptureFixture
+) -> None:
+    opened(FakeSource(clock, [100] * 10 + [after]), clock)
+    assert ("times as bright when it was held" in caplog.text) == is_said

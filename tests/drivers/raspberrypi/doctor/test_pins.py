@@ -1,0 +1,86 @@
+"""test_pins."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from drivers.raspberrypi.doctor import pins as module
+from drivers.raspberrypi.doctor.pins import check_library, installed_version
+from drivers.raspberrypi.pins import open_pins
+from robotcore.errors import BackendMissingError
+from robotcore.hal.finding import Finding, Level
+
+Versions = Callable[..., None]
+
+
+class Pins:
+    """A factory that can only be closed."""
+
+    closed = 0
+
+    def close(self) -> None:
+        Pins.closed += 1
+
+
+@pytest.fixture
+def versions(monkeypatch: pytest.MonkeyPatch) -> Versions:
+    """What is installed, and a pin factory that opens."""
+    monkeypatch.delenv("GPIOZERO_PIN_FACTORY", raising=False)
+    monkeypatch.setattr(module, "open_pins", Pins)
+
+    def install(**versions: str) -> None:
+        monkeypatch.setattr(module, "installed_version", versions.get)
+
+    return install
+
+
+def test_the_library_that_opens_is_told_by_its_version_and_closed_again(versions: Versions) -> None:
+    versions(lgpio="0.2.2.0", gpiozero="2.0.1.post3")
+    before = Pins.closed
+    assert list(check_library()) == [Finding.ok("pin factory", "lgpio 0.2.2.0, under gpiozero 2.0.1.post3")]
+    assert Pins.closed == before + 1
+
+
+def test_the_empty_lgpio_of_pip_is_an_error(versions: Versions) -> None:
+    versions(lgpio="0.0.0.2", gpiozero="2.0.1")
+    (found,) = check_library()
+    assert (found.level, found.said) == (Level.ERROR, "lgpio 0.0.0.2 is an empty stub")
+    assert found.remedy.startswith("pip uninstall lgpio; sudo apt install python3-lgpio")
+
+
+@pytest.mark.parametrize("name", ["mock", "rpigpio"])
+def test_a_library_that_no_run_would_take_is_an_error_and_no_other_stands_in(
+    versions: Versions, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    versions(gpiozero="2.0.1")
+    monkeypatch.setattr(module, "open_pins", open_pins)
+    monkeypatch.setenv("GPIOZERO_PIN_FACTORY", name)
+    (found,) = check_library()
+    assert found.level is Level.ERROR
+    assert f"'{name}'" in found.said
+    assert "unset GPIOZERO_PIN_FACTORY" in found.remedy
+
+
+def test_a_library_that_is_missing_is_an_error_with_its_remedy(
+    versions: Versions, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def missing() -> Pins:
+        raise BackendMissingError("lgpio cannot be used: No module named 'lgpio'. sudo apt install it")
+
+    versions(gpiozero="2.0.1")
+    monkeypatch.setattr(module, "open_pins", missing)
+    said = "lgpio cannot be used: No module named 'lgpio'"
+    assert list(check_library()) == [Finding.error("pin factory", said, "sudo apt install it")]
+
+
+@pytest.mark.parametrize("version, is_old", [("2.0.0", True), ("1.6.2", True), ("2.0.1", False), ("2.1", False)])
+def test_a_gpiozero_that_takes_the_wrong_chip_is_an_error(versions: Versions, version: str, is_old: bool) -> None:
+    versions(lgpio="0.2.2.0", gpiozero=version)
+    assert [each.level for each in check_library()] == ([Level.ERROR] if is_old else []) + [Level.OK]
+
+
+def test_versions_are_those_of_what_is_installed() -> None:
+    assert installed_version("gpiozero")
+    assert installed_version("no-such-package") is None

@@ -1,0 +1,122 @@
+"""What encoders on pins have in common."""
+
+from __future__ import annotations
+
+import math
+import threading
+from contextlib import ExitStack
+
+import pytest
+
+from drivers.raspberrypi.encoders import PinEncoder
+from robotcore.errors import DescriptionError, DeviceError
+from robotcore.hal.devices import Angle, Device, Motor
+from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.hardware import fit
+from tests.drivers.raspberrypi.encoders.wires import TURN, Wires
+from tests.drivers.raspberrypi.motors.rig import Rig, rover
+
+AGES_S = 10.0
+"""A thread that has not come by then never will."""
+
+OVERTAKES_S = 0.05
+"""A thread that nothing holds up has come by then."""
+
+
+class SlowCounter:
+    """Is held up when it is asked for the first time."""
+
+    def __init__(self) -> None:
+        self.asked, self.release = threading.Event(), threading.Event()
+
+    @property
+    def edges(self) -> int:
+        if not self.asked.is_set():
+            self.asked.set()
+            self.release.wait(AGES_S)
+        return 0
+
+
+def test_threads_that_read_at_once_get_samples_of_one_row() -> None:
+    clock, counter, samples = MonotonicClock(), SlowCounter(), list[Angle]()
+    encoder = PinEncoder("left_encoder", clock, counter, 4, ExitStack())
+    threads = [threading.Thread(target=lambda: samples.append(encoder.read())) for _ in range(2)]
+    threads[0].start()
+    assert counter.asked.wait(AGES_S)
+    threads[1].start()
+    threads[1].join(OVERTAKES_S)
+    counter.release.set()
+    for thread in threads:
+        thread.join(AGES_S)
+    clock.close()
+    assert [sample.sequence for sample in sorted(samples, key=lambda sample: sample.time)] == [0, 1]
+
+
+PIN = 5
+PULSES = {"driver": "pulses", "gpio": PIN}
+EDGE = math.tau / TURN / 2
+
+
+def test_a_turn_is_as_many_cycles_as_the_description_counts() -> None:
+    wires = Wires(PULSES)
+    pulse(wires, TURN)
+    assert wires.angle() == pytest.approx(math.tau)
+
+
+def test_a_turn_is_as_many_edges_where_edges_are_counted() -> None:
+    wires = Wires({**PULSES, "counts": "edges"})
+    pulse(wires, TURN)
+    assert wires.angle() == pytest.approx(2 * math.tau)
+
+
+def test_it_counts_in_the_direction_that_the_motor_was_last_told() -> None:
+    rig = Rig()
+    wires = Wires(PULSES, opened={"left_motor": rig.motor})
+    angles = []
+    for command in (3.0, -3.0, 0.0, 3.0):  # a stopped wheel coasts on
+        rig.motor.set_velocity(command)
+        pulse(wires, 1)
+        angles.append(wires.angle())
+    assert angles == pytest.approx([2 * EDGE, 0, -2 * EDGE, 0])
+
+
+def test_the_motor_may_be_opened_after_the_encoder() -> None:
+    wires = Wires(PULSES)
+    rig = Rig()
+    rig.motor.set_velocity(-3.0)
+    wires.opened["left_motor"] = rig.motor
+    pulse(wires, 1)
+    assert wires.angle() == pytest.approx(-2 * EDGE)
+
+
+def test_a_motor_that_tells_no_direction_is_named() -> None:
+    wires = Wires(PULSES, opened={"left_motor": Silent("left_motor", 12.0)})
+    pulse(wires, 1)
+    with pytest.raises(DeviceError, match="left_encoder: the driver of left_motor tells no direction"):
+        wires.encoder.read()
+
+
+def test_an_encoder_on_no_wheel_of_the_drive_is_refused() -> None:
+    robot = rover({"left_encoder": PULSES}).model_copy(update={"drive": None})
+    with pytest.raises(DescriptionError, match=r"raspberrypi.left_encoder: .*no wheel.*quadrature"):
+        fit(robot, "raspberrypi", ["left_encoder"])
+
+
+def test_closing_gives_the_pin_back() -> None:
+    wires = Wires(PULSES)
+    wires.opened["left_encoder"].close()
+    opened: dict[str, Device] = {}
+    Wires(PULSES, wires.pins, opened)
+
+
+class Silent(Motor):
+    """A motor of another kind."""
+
+    def _apply(self, rad_s: float) -> None:
+        pass
+
+
+def pulse(wires: Wires, cycles: int) -> None:
+    for _ in range(cycles):
+        wires.set(PIN, 0)
+        wires.set(PIN, 1)

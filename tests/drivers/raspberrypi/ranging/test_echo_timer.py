@@ -1,0 +1,136 @@
+"""test_echo_timer."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from drivers.raspberrypi.ranging.echo_timer import LONGEST_ECHO_S, SILENCE_S, STUCK_S, EchoTimer
+from robotcore.errors import DeviceError
+from robotcore.hal.devices import Range
+from robotcore.hardware.polled import Findings
+from tests.drivers.raspberrypi.ranging.modules import NOSE
+
+UNHURRIED = settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+SPEED = 340.0
+ECHO_FREE_CYCLES = 3
+Kind = Literal["trigger", "wait", "rise", "fall"]
+EDGES: list[Kind] = ["rise", "fall", "rise", "fall", "wait"]
+LIMITS = [0.0, 1e-4, 0.005, LONGEST_ECHO_S, 0.0285, 0.031, 0.038, 0.038, 0.2, 0.4]
+SECONDS = st.one_of(st.sampled_from(LIMITS), st.floats(0, 0.4))
+
+
+@dataclass(frozen=True)
+class Event:
+    kind: Kind
+    ticks: float
+
+
+@st.composite
+def events(draw: st.DrawFn) -> list[Event]:
+    """Anything that pins and noise may do: edges missing, twice, late by a cycle or more, and in any order."""
+    now, told = 1000.0, []
+    pulse: list[Kind] = ["rise", "fall"]
+    for edges in draw(st.lists(st.one_of(st.just(pulse), st.lists(st.sampled_from(EDGES), max_size=4)), max_size=12)):
+        told.append(Event("trigger", now := now + 0.001))
+        for kind in edges:
+            now += draw(SECONDS)
+            told.append(Event(kind, now - draw(st.sampled_from([0.0] * 8 + [0.05, 1.0]))))
+    return told
+
+
+def listening() -> tuple[Findings, EchoTimer]:
+    findings = Findings(NOSE, ECHO_FREE_CYCLES)
+    return findings, EchoTimer("nose", findings, SPEED, 0.06, lambda later, earlier: later - earlier)
+
+
+def heard(told: list[Event]) -> Iterator[tuple[Range, int]]:
+    """Yield every sample, and after how many events it came."""
+    findings, hearing = listening()
+    last = None
+    for count, event in enumerate(told, 1):
+        match event.kind:
+            case "trigger":
+                hearing.begin(event.ticks, event.ticks)
+            case "wait":
+                hearing.wait()
+            case _:
+                hearing.edge(event.ticks, event.kind == "rise")
+        try:
+            sample = findings.newest.get()
+        except DeviceError:
+            continue
+        if sample is not last:
+            last = sample
+            yield sample, count
+
+
+def pulses(told: list[Event]) -> list[float]:
+    """Return the pulse of each trigger, in order; NaN where that was not one rise and then its fall.
+
+    Edges from before their trigger are left out, and what comes after the pulse.
+    """
+    cycles: list[list[Event]] = []
+    for event in told:
+        if event.kind == "trigger":
+            cycles.append([event])
+        elif cycles and event.kind != "wait" and event.ticks >= cycles[-1][0].ticks:
+            cycles[-1].append(event)
+    edges = [cycle[1:3] for cycle in cycles]
+    return [two[1].ticks - two[0].ticks if [e.kind for e in two] == ["rise", "fall"] else math.nan for two in edges]
+
+
+@UNHURRIED
+@given(events())
+def test_no_value_is_told_that_no_measured_pulse_supports(told: list[Event]) -> None:
+    for sample, count in heard(told):
+        *_, pulse = row = pulses(told[:count])
+        if math.isfinite(sample.distance):
+            assert sample.distance == pytest.approx(max(pulse * SPEED / 2, NOSE.min_range_m))
+            assert sample.distance <= NOSE.max_range_m
+        elif not 2 * NOSE.max_range_m / SPEED < pulse <= LONGEST_ECHO_S:
+            assert len(row) >= ECHO_FREE_CYCLES
+            assert all(SILENCE_S <= silent <= STUCK_S for silent in row[-ECHO_FREE_CYCLES:])
+
+
+@UNHURRIED
+@given(events())
+def test_a_sample_is_of_the_newest_trigger_and_each_trigger_gives_one_at_most(told: list[Event]) -> None:
+    samples = list(heard(told))
+    for sample, count in samples:
+        assert sample.time == max(event.ticks for event in told[:count] if event.kind == "trigger")
+    assert all(before.time < after.time for (before, _), (after, _) in pairwise(samples))
+    assert [sample.sequence for sample, _ in samples] == list(range(len(samples)))
+
+
+def test_edges_before_the_first_trigger_say_nothing() -> None:
+    findings, hearing = listening()
+    hearing.edge(1.0, is_high=True)
+    hearing.edge(1.005, is_high=False)
+    assert not findings.has_told
+
+
+def test_a_cycle_without_a_trigger_is_not_over_before_it_has_begun() -> None:
+    _, hearing = listening()
+    hearing.begin(0.0, 1.0)
+    hearing.edge(1.001, is_high=False)
+    assert hearing.ended.is_set()
+    hearing.wait()
+    assert not hearing.ended.is_set()
+
+
+@pytest.mark.parametrize("pulse, is_vouched", [(0.0285, False), (0.031, True), (0.299, True), (0.301, False)])
+def test_only_pulses_that_are_a_modules_time_out_make_a_cycle_echo_free(pulse: float, is_vouched: bool) -> None:
+    findings, hearing = listening()
+    for cycle in range(ECHO_FREE_CYCLES):
+        hearing.begin(float(cycle), float(cycle))
+        hearing.edge(cycle + 0.001, is_high=True)
+        hearing.edge(cycle + 0.001 + pulse, is_high=False)
+    assert findings.has_told == is_vouched
