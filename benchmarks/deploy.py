@@ -18,25 +18,40 @@ import statistics
 import sys
 from collections import defaultdict
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from time import monotonic
 
-from benchmarks.deployed.robot import robot
 from benchmarks.report import at_least_one, machine, print_table
 from robotcore.deploy.agent.releases import PROJECT, SITE, Release
-from robotcore.deploy.connection.answers import ProbeAnswer
-from robotcore.deploy.connection.host import Host
-from robotcore.deploy.connection.link import Link
-from robotcore.deploy.packages.target import Target
-from robotcore.deploy.packages.wheelhouse import wheels_for
+from robotcore.deploy.answers import ProbeAnswer
+from robotcore.deploy.host import Host
+from robotcore.deploy.rpc import Link
+from robotcore.deploy.wheels import Target, wheels_for
 from tests.system import needs
-from tests.system.deploy.desk import HOST
-from tests.system.deploy.rover import Rover
+from tests.system.deploy.desk import HOST, Desk
+from tests.system.deploy.machine import machine as boot_machine
+from tests.system.deploy.machine import require
+from tests.system.deploy.rover import BENCH, Rover
 
 BOUND = 0.5
 FIRST, SECOND = "first deploy, no network there", "second deploy, one file changed"
 BY_HAND = "rsync of the same files by hand"
 DRIVING, ENDED = "until it drives", "to the end"
+
+
+@contextmanager
+def robot() -> Iterator[Rover]:
+    """Boot one that drives; raises NotRunError where none can be booted."""
+    require()
+    with TemporaryDirectory(prefix="robotcore-desk-") as folder, boot_machine() as target:
+        target.boot()
+        desk = Desk.of(Path(folder), target)
+        rover = Rover(target, desk, Path(shutil.copytree(BENCH, Path(folder) / "bench")))
+        desk.install(rover.project)
+        rover.drive(2.0)
+        yield rover
 
 
 def main() -> bool:

@@ -17,11 +17,76 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from benchmarks.deployed.hostile import CANARY, FILES, HOSTS, NOTES, RELEASES
-from benchmarks.deployed.robot import robot
+from benchmarks.deploy import robot
 from benchmarks.report import machine, print_table
 from tests.system import needs
 from tests.system.deploy.rover import Rover
+
+CANARY = "pwned"
+TOUCH = f"touch {CANARY}"
+"""A command that makes a file, if a shell runs it."""
+
+HOSTS = (
+    f"-oProxyCommand={TOUCH}",
+    f"-oLocalCommand={TOUCH}",
+    f"-F/dev/stdin;{TOUCH}",
+    f"$({TOUCH})",
+    f"`{TOUCH}`",
+    f"rover;{TOUCH}",
+    f"rover|{TOUCH}",
+    f"rover&{TOUCH}",
+    f"rover\n{TOUCH}",
+    f"rover {TOUCH}",
+    f"pi@rover -oProxyCommand={TOUCH}",
+    f"$({TOUCH})@rover",
+    f"-l{TOUCH}@rover",
+    f"pi@-oProxyCommand={TOUCH}",
+    f"rover:22;{TOUCH}",
+    f"rover:$({TOUCH})",
+    f"[::1]:22;{TOUCH}",
+    f"[$({TOUCH})]:22",
+    f"ssh://rover/;{TOUCH}",
+    f"rover'\"; {TOUCH}; \"'",
+)
+
+RELEASES = (
+    f"$({TOUCH})",
+    f"../../../tmp;{TOUCH}",
+    "../../.ssh",
+    f"-rf;{TOUCH}",
+    f"2026-11-21T22-40-03Z;{TOUCH}",
+)
+
+NOTES = (
+    f"$({TOUCH})",
+    f"`{TOUCH}`",
+    f"'; {TOUCH}; '",
+    f'"; {TOUCH}; "',
+    f"a\n{TOUCH}\nb",
+    f"--record={CANARY}",
+    f"%h %t $HOME ${{IFS}}{TOUCH}",
+    f"\\'; {TOUCH} #",
+    f"=; {TOUCH} && {TOUCH} || {TOUCH}",
+    f"ü \u202e 🤖 \x1b]0;{CANARY}\x07 \x1e{{}}",
+)
+
+FILES = (
+    f"$({TOUCH})",
+    f"`{TOUCH}`.txt",
+    f";{TOUCH};",
+    f"'; {TOUCH}; '",
+    f'"; {TOUCH}; "',
+    f"a\n{TOUCH}\nb",
+    "-e sh",
+    "--rsh=sh",
+    "-rf",
+    "*",
+    "~root",
+    f"a folder/|{TOUCH}|",
+    "host::module",
+    "\\\\server",
+    "ünï 🤖 \u202e.txt",
+)
 
 REFUSED = 2
 

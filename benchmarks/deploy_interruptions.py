@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from random import Random
 from time import perf_counter
 
-from benchmarks.deployed.robot import robot
+from benchmarks.deploy import robot
 from benchmarks.report import at_least_one, machine, print_table
 from tests.system import needs
 from tests.system.deploy.projects import needing

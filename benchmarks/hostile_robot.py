@@ -26,10 +26,10 @@ from statistics import median
 from tempfile import TemporaryDirectory
 from time import perf_counter
 
-from benchmarks.deployed.answers import ENDLESS, RECORDING, RELEASE, HostileRobot, build_hostile_robots
-from benchmarks.deployed.hostile import CANARY
+from benchmarks.deploy_injection import CANARY
+from benchmarks.hostile_answers import ENDLESS, RECORDING, RELEASE, HostileRobot, build_hostile_robots
 from benchmarks.report import machine, print_table
-from robotcore.deploy.incoming import PARTIAL
+from robotcore.deploy.fetch import PARTIAL
 from tests.robotcore.deploy.sshd import Sshd, serving
 
 LIMIT_S = 60.0

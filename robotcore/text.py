@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 
 def counted(number: int, noun: str) -> str:
     """Return how many there are of what, in the plural but for one.
@@ -28,3 +30,13 @@ def escape(text: str, *, keep: str = "") -> str:
     return "".join(
         each if each.isprintable() or each in keep else each.encode("unicode_escape").decode("ascii") for each in text
     )
+
+
+MOST_NAMED = 5
+"""So many files are named in a message."""
+
+
+def list_names(names: Collection[str], most: int = MOST_NAMED) -> str:
+    """Return the first names, escaped, and how many more there are."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return f"{', '.join(map(escape, list(names)[:most]))}{more}"

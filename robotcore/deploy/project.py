@@ -1,16 +1,18 @@
-"""What is to be deployed: the user's project, as its ``pyproject.toml`` and the command line say."""
+"""The project to deploy, from its `pyproject.toml` and the options of the command line."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, TypeVar
 
-from robotcore.deploy.paths import inside, require_sendable
-from robotcore.deploy.table import FILE, ProjectTable, RobotcoreTable, Tables, tables_of
-from robotcore.description import RobotDescription, is_own, load_robot, load_world
-from robotcore.errors import UnknownNameError, UsageError
+from pydantic import BeforeValidator, ConfigDict, Field, StringConstraints, ValidationError
+
+from robotcore.description import RobotDescription, StrictModel, is_own, load_robot, load_world, read_table
+from robotcore.description.validation import find_mistakes
+from robotcore.errors import DescriptionError, UnknownNameError, UsageError
 from robotcore.hal.backend import load_backend
 from robotcore.plugins import app_names
 from robotcore.runtime.apps import app_name, is_app_file, load_app
@@ -18,6 +20,127 @@ from robotcore.runtime.plan import require_rate
 from robotcore.runtime.settings import configure
 from robotcore.sweep.spec import seeds_of
 from robotcore.sweep.statistics import Requirement
+from robotcore.text import escape
+
+FILE = "pyproject.toml"
+TABLE = "robotcore"
+
+ModelT = TypeVar("ModelT", bound=StrictModel)
+
+Text = Annotated[str, StringConstraints(min_length=1)]
+Texts = Annotated[tuple[Text, ...], Field(description="a list of strings")]
+
+
+def _told(value: Any) -> str:
+    """Return a value as a command line says it."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, (str, int, float)):
+        return str(value)
+    raise ValueError("should be a string, a number, true or false; correct it")
+
+
+Said = Annotated[str, BeforeValidator(_told)]
+"""A setting or an option, in the words of a command line."""
+
+
+class DeployTable(StrictModel):
+    """``[tool.robotcore.deploy]``: each key as the option of ``robotcore deploy push`` that overrides it."""
+
+    backend: Text = "raspberrypi"
+    settings: dict[str, Said] = Field(default_factory=dict)
+    options: dict[str, Said] = Field(default_factory=dict)
+    rate_hz: Annotated[float, Field(gt=0)] = 20.0
+    record: bool = True
+    seeds: Text = "1-3"
+    require: Texts = ()
+    extras: Texts = ()
+
+
+class RobotcoreTable(StrictModel):
+    """``[tool.robotcore]``: files are relative to the project's folder; names are those of what is installed."""
+
+    app: Text | None = None
+    robot: Text | None = None
+    world: Text | None = None
+    deploy: DeployTable = DeployTable()
+
+
+class ProjectTable(StrictModel):
+    """``[project]``, as far as it matters here (PEP 621)."""
+
+    model_config = ConfigDict(extra="ignore", frozen=True)
+
+    name: Text | None = None
+    dependencies: Texts = ()
+    optional: dict[str, Texts] = Field(alias="optional-dependencies", default_factory=dict)
+    requires_python: str = Field(alias="requires-python", default="")
+
+
+class Tables(StrictModel):
+    """All that is read of a ``pyproject.toml``.
+
+    ``robotcore`` is None where there is no such table; ``is_package`` where it says how the project is built.
+    """
+
+    robotcore: RobotcoreTable | None = None
+    project: ProjectTable = ProjectTable()
+    is_package: bool = False
+
+
+def tables_of(folder: Path) -> Tables:
+    """Return what a folder's ``pyproject.toml`` says, nothing where there is none; DescriptionError has every fault."""
+    file = folder / FILE
+    if not file.is_file():
+        return Tables()
+    table = read_table(str(file))
+    tools = table.get("tool", {})
+    ours = tools.get(TABLE) if isinstance(tools, Mapping) else None
+    return Tables(
+        robotcore=None if ours is None else _validated(RobotcoreTable, file, f"tool.{TABLE}", ours),
+        project=_validated(ProjectTable, file, "project", table.get("project", {})),
+        is_package="build-system" in table,
+    )
+
+
+def _validated(model: type[ModelT], file: Path, where: str, table: Any) -> ModelT:
+    try:
+        return model.model_validate(table, strict=True)
+    except ValidationError as error:
+        faults = [
+            (f"{where}.{key}".rstrip("."), fault, remedy) for key, fault, remedy in find_mistakes(error, model, table)
+        ]
+        raise DescriptionError.of_all(str(file), faults) from error
+
+
+def inside(folder: Path, base: Path, name: str, kind: str) -> str:
+    """Return a file, named from ``base``, as its project's folder calls it; what stands behind a colon stays.
+
+    It is a file to whoever reads it: ``./`` goes before what could be taken for an option or for something installed.
+    Raises UsageError where it is not there, or outside of the folder: only what is inside is sent.
+    """
+    path, colon, rest = name.partition(":") if is_app_file(name) else (name, "", "")
+    file = Path(os.path.normpath(base / path))
+    if not file.is_file():
+        raise UsageError(f"{escape(name)}: there is no such file. Name the {kind}'s file, or one that is installed")
+    file = file.parent.resolve() / file.name
+    if not file.is_relative_to(folder):
+        raise UsageError(
+            f"{escape(name)} is outside of {escape(str(folder))}, and only what is in there is sent. Move the {kind} "
+            "into it, or name a folder that has both: --project DIR"
+        )
+    there = file.relative_to(folder).as_posix()
+    is_plain = there.endswith((".py", ".toml")) and not there.startswith("-")
+    return f"{'' if is_plain else './'}{there}{colon}{rest}"
+
+
+def require_sendable(folder: Path) -> None:
+    """Refuse, by UsageError, a folder that nobody means to send whole: the home, or what is above it."""
+    if Path.home().resolve().is_relative_to(folder.resolve()):
+        raise UsageError(
+            f"{escape(str(folder))} would be sent whole, with all that is in your home. Make a folder for the project "
+            "and put its files there: robotcore new"
+        )
 
 
 @dataclass(frozen=True)

@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.deploy.showing import Showing
-from robotcore.cli.deploy.target import AnsweringDeployCommand, link_to, on_robot
+from robotcore.cli.deploy._options import AnsweringDeployCommand, link_to, on_robot
+from robotcore.cli.deploy._output import Showing
 from robotcore.cli.output import as_json, write_json, write_line
 from robotcore.cli.values import Folder
 from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
-    from robotcore.deploy.connection.host import Host
     from robotcore.deploy.fetch import Fetched
+    from robotcore.deploy.host import Host
 
 RECORDINGS = Path("recordings")
 """Here, with a folder for each robot."""

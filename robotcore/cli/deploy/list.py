@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from robotcore.cli.deploy.target import AnsweringDeployCommand, link_to, on_robot
+from robotcore.cli.deploy._options import AnsweringDeployCommand, link_to, on_robot
 from robotcore.cli.output import as_json, write_json, write_line, write_table
 
 if TYPE_CHECKING:
-    from robotcore.deploy.connection.answers import ListedRelease, UnreadableRelease
-    from robotcore.deploy.connection.host import Host
+    from robotcore.deploy.answers import ListedRelease, UnreadableRelease
+    from robotcore.deploy.host import Host
 
 SKIPPED = ": skipped"
 """The end of what is told of a gate that nothing was to pass."""
@@ -31,8 +31,8 @@ COLUMNS = ("release", "state", "app", "robot", "from", "proven")
 @as_json
 def command(host: Host, ssh_config: Path | None, *, as_json: bool) -> int:
     """List the releases on HOST, the newest first, and what was proven of each before it was sent."""
-    from robotcore.deploy.connection.answers import Releases
-    from robotcore.deploy.connection.typed import typed
+    from robotcore.deploy.answers import Releases
+    from robotcore.deploy.host import command_hint
 
     with link_to(host, ssh_config) as link:
         found = link.call("releases", Releases)
@@ -41,12 +41,12 @@ def command(host: Host, ssh_config: Path | None, *, as_json: bool) -> int:
     elif found.releases:
         write_table(COLUMNS, [_row(each, found.current) for each in found.releases])
     else:
-        write_line(f"{host}: nothing was put there yet. {typed('push', host, ssh_config)}")
+        write_line(f"{host}: nothing was put there yet. {command_hint('push', host, ssh_config)}")
     return 0
 
 
 def _row(release: ListedRelease | UnreadableRelease, current: str | None) -> list[str]:
-    from robotcore.deploy.connection.answers import UnreadableRelease
+    from robotcore.deploy.answers import UnreadableRelease
 
     if isinstance(release, UnreadableRelease):
         return [release.name, f"cannot be read: {release.unreadable}", "", "", "", ""]

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from robotcore.cli.deploy.target import DeployCommand, link_to, on_robot
+from robotcore.cli.deploy._options import DeployCommand, link_to, on_robot
 from robotcore.cli.output import write_line
 
 if TYPE_CHECKING:
-    from robotcore.deploy.connection.host import Host
+    from robotcore.deploy.host import Host
 
 
 LINE_BYTES = 1 << 16

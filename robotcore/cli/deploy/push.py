@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.deploy.target import DeployCommand, on_robot
+from robotcore.cli.deploy._options import DeployCommand, on_robot
 from robotcore.cli.output import write_lines
 from robotcore.cli.values import pair
 from robotcore.deploy.agent.units import START_LIMIT_S
 
 if TYPE_CHECKING:
-    from robotcore.deploy.connection.host import Host
+    from robotcore.deploy.host import Host
     from robotcore.deploy.project import Project
 
 FOLDER = click.Path(path_type=Path, exists=True, file_okay=False)
@@ -52,9 +52,9 @@ def command(
     live is rolled back by the robot itself. Exit status: 0 it lives, 1 it was not sent for what it does, or rolled
     back, 2 wrong usage, 3 the robot cannot be reached or does not take it, 128 + the signal's number when interrupted.
     """
-    from robotcore.cli.deploy.showing import Showing
+    from robotcore.cli.deploy._output import Showing
+    from robotcore.deploy.health import STEP
     from robotcore.deploy.push import Push, push, state_after
-    from robotcore.deploy.trial import STEP
     from robotcore.errors import Interrupted, RobotcoreError
 
     wanted = Push(

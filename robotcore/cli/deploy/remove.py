@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from robotcore.cli.deploy.target import DeployCommand, link_to, on_robot
+from robotcore.cli.deploy._options import DeployCommand, link_to, on_robot
 from robotcore.cli.output import write_line
 from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
-    from robotcore.deploy.connection.host import Host
+    from robotcore.deploy.host import Host
 
 
 @click.command("remove", cls=DeployCommand)
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 @click.option("--yes", is_flag=True, help="Do not ask.")
 def command(host: Host, ssh_config: Path | None, *, recordings: bool, yes: bool) -> int:
     """Stop the app on HOST and take away all that was put there; recordings stay, unless --recordings."""
-    from robotcore.deploy.connection.answers import RemoveAnswer
-    from robotcore.deploy.connection.typed import typed
+    from robotcore.deploy.answers import RemoveAnswer
+    from robotcore.deploy.host import command_hint
 
     what = "all releases and all recordings" if recordings else "all releases, and leave the recordings"
     if not yes and not _is_agreed(f"Stop {host}, and remove {what}?"):
@@ -31,7 +31,7 @@ def command(host: Host, ssh_config: Path | None, *, recordings: bool, yes: bool)
         return 1
     with link_to(host, ssh_config) as link:
         kept = link.call("remove", RemoveAnswer, keeps_recordings=not recordings).kept
-    stay = f"; the recordings stay: {typed('fetch', host, ssh_config)}" if kept else ""
+    stay = f"; the recordings stay: {command_hint('fetch', host, ssh_config)}" if kept else ""
     write_line(f"{host}: nothing of robotcore's runs there any more{stay}")
     return 0
 

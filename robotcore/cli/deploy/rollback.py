@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from robotcore.cli.deploy.target import DeployCommand, on_robot
+from robotcore.cli.deploy._options import DeployCommand, on_robot
 from robotcore.cli.output import write_lines
 from robotcore.errors import Interrupted
 
 if TYPE_CHECKING:
-    from robotcore.deploy.connection.host import Host
+    from robotcore.deploy.host import Host
 
 
 def _release(value: str) -> str:
@@ -33,8 +33,8 @@ def command(host: Host, ssh_config: Path | None, release: str | None) -> int:
     It is tried as after a push: where it does not live, the one that ran goes on. `robotcore deploy list` names those
     that are there.
     """
-    from robotcore.cli.deploy.showing import Showing
-    from robotcore.deploy.trial import STEP, goes_on, rollback
+    from robotcore.cli.deploy._output import Showing
+    from robotcore.deploy.health import STEP, goes_on, rollback
 
     with Showing() as showing:
         try:

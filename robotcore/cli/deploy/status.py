@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from robotcore.cli.deploy.state import status_of, tell_state
-from robotcore.cli.deploy.target import AnsweringDeployCommand, link_to, on_robot
+from robotcore.cli.deploy._options import AnsweringDeployCommand, link_to, on_robot
+from robotcore.cli.deploy._output import status_of, tell_state
 from robotcore.cli.output import as_json, write_json
 
 if TYPE_CHECKING:
-    from robotcore.deploy.connection.host import Host
+    from robotcore.deploy.host import Host
 
 
 @click.command("status", cls=AnsweringDeployCommand)
@@ -28,7 +28,7 @@ def command(host: Host, ssh_config: Path | None, *, as_json: bool) -> int:
 
     Exit status: 0 it runs, or has ended with a success, 1 it does not, 3 the robot cannot be reached.
     """
-    from robotcore.deploy.connection.answers import State
+    from robotcore.deploy.answers import State
 
     with link_to(host, ssh_config) as link:
         state = link.call("status", State)

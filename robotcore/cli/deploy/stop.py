@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING
 
 import click
 
-from robotcore.cli.deploy.state import tell_state
-from robotcore.cli.deploy.target import DeployCommand, link_to, on_robot
+from robotcore.cli.deploy._options import DeployCommand, link_to, on_robot
+from robotcore.cli.deploy._output import tell_state
 from robotcore.cli.output import write_line
 
 if TYPE_CHECKING:
-    from robotcore.deploy.connection.host import Host
+    from robotcore.deploy.host import Host
 
 
 @click.command("stop", cls=DeployCommand)
 @on_robot
 def command(host: Host, ssh_config: Path | None) -> int:
     """Stop the app on HOST and every motor; it stays stopped until `robotcore deploy start` or the next push."""
-    from robotcore.deploy.connection.answers import State
+    from robotcore.deploy.answers import State
 
     with link_to(host, ssh_config) as link:
         state = link.call("stop", State)

@@ -1,6 +1,6 @@
 """The first code that the robot's Python reads from stdin: import the agent from memory and answer one call.
 
-`robotcore.deploy.connection.boot` sends it as text, followed by a call of `answer_call`. Any Python 3 must be able to
+`robotcore.deploy.rpc` sends it as text, followed by a call of `answer_call`. Any Python 3 must be able to
 parse it, so that an old one can refuse the call with a message.
 """
 

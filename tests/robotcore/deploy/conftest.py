@@ -1,4 +1,68 @@
-from tests.robotcore.deploy.actions import aboard
-from tests.robotcore.deploy.sshd import sshd
+"""Fixtures: a robot behind a real sshd, and actions that are added to its agent."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from robotcore.deploy import rpc
+from robotcore.deploy.host import Host
+from robotcore.deploy.rpc import Link
+from tests.robotcore.deploy.sshd import Sshd, serving, sshd
 
 __all__ = ["aboard", "sshd"]
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Sshd]:
+    with serving(tmp_path_factory.mktemp("robot") / "sshd") as server:
+        yield server
+
+
+@pytest.fixture(scope="module")
+def held(robot: Sshd) -> Iterator[Link]:
+    with Link(Host.parse(robot.host), robot.config) as link:
+        yield link
+
+
+@pytest.fixture
+def link(robot: Sshd, held: Link) -> Link:
+    """One link for all: whatever a test does with it leaves it working."""
+    shutil.rmtree(robot.home / "robotcore", ignore_errors=True)
+    (robot.home / "robotcore" / "incoming" / "new").mkdir(parents=True)
+    (robot.home / "robotcore" / "recordings").mkdir()
+    return held
+
+
+Aboard = Callable[[str, str], None]
+
+ECHO = """
+def act(layout, **told):
+    return {"told": told}
+"""
+
+WAIT = """
+import os, subprocess
+from robotcore.deploy.agent.rpc import report_progress
+
+def act(layout):
+    child = subprocess.Popen(["sleep", "600"])
+    report_progress(f"{os.getpid()} {child.pid}")
+    child.wait()
+    return {}
+"""
+
+
+@pytest.fixture
+def aboard(monkeypatch: pytest.MonkeyPatch) -> Aboard:
+    """Puts an action aboard, by its name and source."""
+    added = rpc.agent_sources()
+
+    def put(name: str, source: str) -> None:
+        added[f"robotcore/deploy/agent/{name}_for_test.py"] = source
+        added["robotcore/deploy/agent/rpc.py"] += f"\nACTIONS[{name!r}] = '{name}_for_test:act'\n"
+
+    monkeypatch.setattr(rpc, "agent_sources", lambda: added)
+    return put

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.deploy.connection.host import Host
-from robotcore.deploy.connection.link import Link
 from robotcore.deploy.fetch import Fetched, fetch
+from robotcore.deploy.host import Host
 from robotcore.deploy.progress import Progress
+from robotcore.deploy.rpc import Link
 from robotcore.errors import DeployError
 from robotcore.text import escape
-from tests.robotcore.deploy.actions import Aboard
+from tests.robotcore.deploy.conftest import Aboard
 from tests.robotcore.deploy.sshd import serving, slow_rsync
 
 FIRST, SECOND, THIRD = (f"2026-11-21T22-4{minute}-00Z.mcap" for minute in range(3))

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.deploy.manifest import UNTIL_STOPPED_S, release_of
 from robotcore.deploy.project import Asked, project_of
+from robotcore.deploy.push import UNTIL_STOPPED_S, release_of
 from robotcore.errors import DescriptionError, UnknownNameError, UsageError
 from tests.robotcore.deploy.projects import DRIVES_ON, TABLE, project_in, write
 

@@ -2,23 +2,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from importlib import import_module
 from pathlib import Path
 
 import pytest
 
-from robotcore.deploy import delivery
+from robotcore.deploy import checks, simulation
+from robotcore.deploy import push as push_module
 from robotcore.deploy.agent.releases import Release
-from robotcore.deploy.connection.host import Host
-from robotcore.deploy.packages.target import Target
+from robotcore.deploy.checks import Check, CheckResult, Say
+from robotcore.deploy.host import Host
 from robotcore.deploy.progress import Progress
 from robotcore.deploy.project import Asked, project_of
-from robotcore.deploy.proof import gates
-from robotcore.deploy.proof.gates import Gate
-from robotcore.deploy.proof.proof import Proof, Say
 from robotcore.deploy.push import Push, push, state_after
+from robotcore.deploy.wheels import Target
 from robotcore.errors import DeployError, DescriptionError, UnprovenError
-from tests.robotcore.deploy.actions import Aboard
+from tests.robotcore.deploy.conftest import Aboard
 from tests.robotcore.deploy.sshd import Sshd, serving
 
 APP = """
@@ -99,9 +97,8 @@ def without_systemd(aboard: Aboard) -> None:
 @pytest.fixture(autouse=True)
 def a_clock_that_stands(monkeypatch: pytest.MonkeyPatch) -> None:
     """Lets the desk's time be always the same."""
-    pushing = import_module("robotcore.deploy.push")
-    make = pushing.new_release
-    monkeypatch.setattr(pushing, "new_release", lambda *told: replace(make(*told), name=OLD))
+    make = push_module.new_release
+    monkeypatch.setattr(push_module, "new_release", lambda *told: replace(make(*told), name=OLD))
 
 
 def rooms(robot: Sshd, room: str) -> set[str]:
@@ -130,7 +127,7 @@ def test_wheels_go_with_the_release_that_needs_them(
     wanted: Push, robot: Sshd, aboard: Aboard, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "widget.whl").write_text("machine code")
-    monkeypatch.setattr(delivery, "wheels_for", lambda *_: tmp_path)
+    monkeypatch.setattr(push_module, "wheels_for", lambda *_: tmp_path)
     aboard("probe", PROBE.replace('"has_environment": True', '"has_environment": False'))
     release = push(replace(wanted, is_offline=True), lambda _: None)
     assert (robot.home / "robotcore" / "releases" / release / "wheels" / "widget.whl").read_text() == "machine code"
@@ -152,11 +149,11 @@ def test_what_fails_to_install_is_thrown_away_and_what_runs_is_as_it_was(
 
 
 def test_nobody_is_called_before_every_gate_is_passed(wanted: Push, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(_project: object, say: Say) -> Proof:
+    def fail(_project: object, say: Say) -> CheckResult:
         raise UnprovenError("simulation: 1 of 3 verified")
 
-    monkeypatch.setattr(gates, "AT_DESK", (Gate("tests", lambda _project, _say: Proof("12 passed")),))
-    monkeypatch.setattr(gates, "AS_SENT", (Gate("simulation", fail),))
+    monkeypatch.setattr(checks, "CHECKS_OF_PROJECT", (Check("tests", lambda _project, _say: CheckResult("12 passed")),))
+    monkeypatch.setattr(simulation, "CHECKS_OF_BUNDLE", (Check("simulation", fail),))
     told: list[Progress] = []
     nowhere = replace(wanted, is_proven=True, host=Host("nobody.invalid"))
     with pytest.raises(UnprovenError, match="1 of 3"):

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from tests.robotcore.cli.conftest import Cli, Told
-from tests.robotcore.deploy.actions import aboard
+from tests.robotcore.deploy.conftest import aboard
 from tests.robotcore.deploy.sshd import Sshd, serving
 
 __all__ = ["aboard"]

@@ -10,12 +10,12 @@ from typing import Any
 
 import pytest
 
-from robotcore.cli.deploy.showing import _moving
+from robotcore.cli.deploy._output import _moving
 from robotcore.deploy.agent.releases import HEALTHY, HealthResult, Release
 from robotcore.deploy.progress import Progress
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.cli.deploy.conftest import Deploy
-from tests.robotcore.deploy.actions import Aboard
+from tests.robotcore.deploy.conftest import Aboard
 from tests.robotcore.deploy.sshd import Sshd
 
 

@@ -11,8 +11,7 @@ import pytest
 
 from robotcore import RunRequest, run
 from robotcore.cli.main import execute
-from robotcore.deploy.project import Asked, project_of
-from robotcore.deploy.table import DeployTable
+from robotcore.deploy.project import Asked, DeployTable, project_of
 from tests.robotcore.cli.scaffold.conftest import Typed
 
 if sys.version_info >= (3, 11):

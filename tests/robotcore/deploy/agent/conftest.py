@@ -6,10 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.deploy import agent
+from robotcore.deploy import agent, rpc
 from robotcore.deploy.agent import robot_facts
 from robotcore.deploy.agent.files import Layout
-from robotcore.deploy.connection import boot
 from tests.robotcore.deploy.agent.systemd_double import systemd as systemd  # noqa: PLC0414  given on
 
 
@@ -25,6 +24,6 @@ def lingering(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     folder.mkdir()
     folder.joinpath(robot_facts.read_user()).touch()
     monkeypatch.setattr(robot_facts, "LINGER_FOLDER", folder)
-    for path, text in boot.sources().items():
+    for path, text in rpc.agent_sources().items():
         monkeypatch.setitem(agent.sources, path, text)
     return folder

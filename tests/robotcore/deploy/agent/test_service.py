@@ -10,10 +10,10 @@ from typing import Any
 
 import pytest
 
+from robotcore.deploy import rpc
 from robotcore.deploy.agent import releases, units
 from robotcore.deploy.agent.files import Layout, measure_free_space
 from robotcore.deploy.agent.releases import ENVIRONMENT, SITE, Release
-from robotcore.deploy.connection import boot
 from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, make_current, put_release
 
 TOLD = """
@@ -29,7 +29,7 @@ Systemd = Callable[[str], "subprocess.Popen[str]"]
 def systemd(layout: Layout, tmp_path: Path) -> Systemd:
     """Starts the program as the units do."""
     layout.root.mkdir(parents=True)
-    units.install_program(layout, boot.sources())
+    units.install_program(layout, rpc.agent_sources())
     runtime = tmp_path / "runtime"
     runtime.joinpath("robotcore").mkdir(parents=True)
     environment = {**os.environ, "HOME": str(layout.home), "XDG_RUNTIME_DIR": str(runtime)}

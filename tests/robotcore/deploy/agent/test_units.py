@@ -3,16 +3,16 @@ from __future__ import annotations
 import io
 import zipfile
 
+from robotcore.deploy import rpc
 from robotcore.deploy.agent import units
 from robotcore.deploy.agent.files import Layout
-from robotcore.deploy.connection import boot
 
 
 def test_same_sources_make_the_same_file(layout: Layout) -> None:
     layout.root.mkdir(parents=True)
-    units.install_program(layout, boot.sources())
+    units.install_program(layout, rpc.agent_sources())
     before = layout.program.stat()
-    units.install_program(layout, boot.sources())
+    units.install_program(layout, rpc.agent_sources())
     assert layout.program.stat().st_ino == before.st_ino, "it was not written again"
 
 

@@ -1,0 +1,57 @@
+"""Arguments and base classes of the commands of ``robotcore deploy``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from robotcore.cli.answering import AnsweringCommand
+from robotcore.errors import Interrupted, RobotcoreError
+
+if TYPE_CHECKING:
+    from robotcore.deploy.host import Host
+    from robotcore.deploy.rpc import Link
+
+
+class DeployCommand(click.Command):
+    """While it runs, a signal raises Interrupted, so that nothing that it started is left behind."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        from robotcore.runtime.interrupts import Interrupts
+
+        with Interrupts():
+            return super().invoke(ctx)
+
+
+class AnsweringDeployCommand(AnsweringCommand):
+    """With ``--json``, answers with ``host``, ``error`` and ``exit_status`` where the robot does not."""
+
+    def unanswered(self, asked: Mapping[str, Any], error: RobotcoreError | Interrupted) -> dict[str, Any]:
+        return {"host": str(asked.get("host") or ""), "error": str(error), "exit_status": error.exit_status}
+
+
+def on_robot(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command HOST and ``--ssh-config``."""
+    config = click.option(
+        "--ssh-config",
+        metavar="FILE",
+        type=click.Path(path_type=Path, exists=True, dir_okay=False),
+        help="An ssh configuration instead of yours.",
+    )
+    return click.argument("host", type=_host)(config(command))
+
+
+def link_to(host: Host, ssh_config: Path | None) -> Link:
+    """Return the link to a robot, not yet connected."""
+    from robotcore.deploy.rpc import Link
+
+    return Link(host, ssh_config)
+
+
+def _host(value: str) -> Host:
+    from robotcore.deploy.host import Host
+
+    return Host.parse(value)

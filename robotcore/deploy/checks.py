@@ -1,0 +1,217 @@
+"""The checks that a project must pass before it is sent: its tests and its descriptions, in separate processes."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from subprocess import CompletedProcess
+from typing import Generic, TypeVar
+
+from robotcore.deploy.progress import Tell, begin
+from robotcore.deploy.project import Project
+from robotcore.deploy.staging import listed
+from robotcore.description import RobotDescription, load_world
+from robotcore.errors import BackendMissingError, DescriptionError, UnprovenError
+from robotcore.hal.backend import load_backend
+from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.text import escape
+
+Say = Callable[[str], object]
+"""Is told in words what goes on."""
+
+LOOK_S = 0.5
+"""So often somebody looks how far a process is."""
+
+
+@dataclass(frozen=True)
+class CheckResult:
+    """What was proven, in a line, and what its reader should know besides."""
+
+    said: str
+    notes: tuple[str, ...] = ()
+
+
+def run_python(
+    folder: Path | None,
+    words: Sequence[str],
+    environment: Mapping[str, str] | None = None,
+    *,
+    limit_s: float,
+    look: Callable[[], object] = lambda: None,
+) -> subprocess.CompletedProcess[str]:
+    """Run this Python with these arguments in a folder, with nothing to read; what it prints is returned.
+
+    ``environment`` goes before that of this process; ``look`` is called again and again meanwhile. Raises TimeoutError
+    where it takes longer than ``limit_s``; then, or whatever else is raised, it is ended.
+    """
+    clock = MonotonicClock()
+    with subprocess.Popen(  # noqa: S603  words, and no shell to take them for anything else
+        [sys.executable, *words],
+        cwd=folder,
+        env={**os.environ, **(environment or {})},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        errors="backslashreplace",
+    ) as process:
+        try:
+            while clock.now() < limit_s:
+                with suppress(subprocess.TimeoutExpired):
+                    out, err = process.communicate(timeout=min(LOOK_S, limit_s))
+                    return subprocess.CompletedProcess(process.args, process.returncode, out, err)
+                look()
+        except BaseException:
+            process.kill()
+            raise
+        process.kill()
+    raise TimeoutError(f"no end within {limit_s:g} s")
+
+
+def command_line(project: Project, line: str) -> str:
+    """Return the line that repeats something in a shell, wherever that is."""
+    is_here = project.folder is None or project.folder == Path.cwd().resolve()
+    return line if is_here else f"cd {shlex.quote(str(project.folder))} && {line}"
+
+
+def process_error(asked: subprocess.CompletedProcess[str]) -> str:
+    """Return what a process said went wrong: without robotcore's ``error:`` before it."""
+    return (asked.stderr.strip() or asked.stdout.strip() or f"exit status {asked.returncode}").removeprefix("error: ")
+
+
+NO_TESTS = 5
+"""pytest's exit status where it found none."""
+
+LIMIT_S = 600.0
+"""Tests that take longer keep everybody from pushing; or one of them hangs."""
+
+MAX_FAILURES = 5
+"""So many failing tests are named; the command tells of all."""
+
+_IS_TEST = re.compile(r"(?:.*/)?(?:test_[^/]*|[^/]*_test)\.py", re.DOTALL)
+_COUNTS = re.compile(r"^=* ?(\d+ [a-z]+(?:, \d+ [a-z]+)*) in [\d.]+s", re.MULTILINE)
+_FAILURES = re.compile(r"^(?:FAILED|ERROR) .*", re.MULTILINE)
+
+
+def run_tests(project: Project, say: Say) -> CheckResult:
+    """Return how many tests passed; raises UnprovenError where one does not, or none can be run.
+
+    They run in the user's own folder, as he runs them: they may need what is not sent.
+    """
+    if project.folder is None:
+        return CheckResult("none: what is sent is installed, and nothing of yours")
+    if not any(map(_IS_TEST.fullmatch, listed(project.folder).names)):
+        return CheckResult(
+            "none", ("the project has no tests; robotcore new makes one that runs the app in simulation",)
+        )
+    if find_spec("pytest") is None:
+        raise UnprovenError(
+            "tests: pytest is not installed. Run pip install pytest, or send them untried: --skip-checks"
+        )
+    say("pytest")
+    try:
+        asked = run_python(project.folder, ["-m", "pytest", "-q", "--color=no"], limit_s=LIMIT_S)
+    except TimeoutError as error:
+        again = command_line(project, "python -m pytest -v")
+        raise UnprovenError(
+            f"tests: {error}. Does one of them hang? Mend it, or send them untried: --skip-checks\n"
+            f"Which one that is: {again}"
+        ) from error
+    if asked.returncode == NO_TESTS:
+        return CheckResult("none")
+    if asked.returncode:
+        raise UnprovenError(f"tests: {_failed(asked)}\nRepeat it: {command_line(project, 'python -m pytest')}")
+    return CheckResult(_counts(asked) or "passed")
+
+
+def _counts(asked: CompletedProcess[str]) -> str:
+    found = _COUNTS.findall(asked.stdout)
+    return str(found[-1]) if found else ""
+
+
+def _failed(asked: CompletedProcess[str]) -> str:
+    """Return what failed: the first few tests by their names, or the last line of what pytest said."""
+    lines = _FAILURES.findall(asked.stdout)[:MAX_FAILURES]
+    last = (asked.stderr.strip() or asked.stdout.strip() or "no answer").splitlines()[-1]
+    counts = _counts(asked) or f"pytest ended with exit status {asked.returncode}: {last}"
+    return "\n  ".join((counts, *lines))
+
+
+def check_descriptions(project: Project, say: Say) -> CheckResult:
+    """Return that the descriptions are right, their warnings as notes; raises UnprovenError with all that is wrong."""
+    notes: list[str] = []
+    for name in filter(None, (project.robot, project.world)):
+        say(escape(name))
+        try:
+            notes += _checked(project, name)
+        except DescriptionError as error:
+            again = command_line(project, shlex.join(["robotcore", "check", name]))
+            raise UnprovenError(f"check: {error}\nRepeat it: {again}") from error
+    return CheckResult(
+        "; ".join(f"{escape(name)}: OK" for name in filter(None, (project.robot, project.world))), tuple(notes)
+    )
+
+
+def _checked(project: Project, name: str) -> list[str]:
+    if name == project.world:
+        load_world(project.at_desk(name))
+        return []
+    robot = project.described()
+    return [note for backend in {*robot.backends, project.backend} for note in _warnings(robot, backend)]
+
+
+def _warnings(robot: RobotDescription, backend: str) -> Iterator[str]:
+    """Yield what a backend warns of in its section; raises DescriptionError where that is wrong, or missing."""
+    try:
+        loaded = load_backend(backend)
+        loaded.check(robot)
+        yield from (f"[{backend}] warning: {each}" for each in loaded.warnings(robot))
+    except BackendMissingError as error:
+        yield f"[{backend}] was not checked: {error}"
+
+
+SubjectT = TypeVar("SubjectT")
+
+
+@dataclass(frozen=True)
+class Check(Generic[SubjectT]):
+    """One of the things to pass. ``prove`` returns the proof, or raises UnprovenError: why, and what repeats it.
+
+    It also raises what is wrong with the project's files, or with this machine, as it is. ``say`` is told what goes on.
+    """
+
+    name: str
+    prove: Callable[[SubjectT, Say], CheckResult]
+
+
+CHECKS_OF_PROJECT = (Check[Project]("tests", run_tests), Check[Project]("check", check_descriptions))
+"""Looks at the user's own folder."""
+
+SIMULATION = "simulation"
+
+NAMES = (*(check.name for check in CHECKS_OF_PROJECT), SIMULATION)
+
+
+def run_checks(gates: Sequence[Check[SubjectT]], subject: SubjectT, tell: Tell) -> tuple[str, ...]:
+    """Pass gates; return a line for each, as a release keeps them: ``tests: 12 passed``."""
+    lines = []
+    for gate in gates:
+        step = begin(gate.name, tell)
+        proof = gate.prove(subject, step.say)
+        step.done(proof.said, *proof.notes)
+        lines.append(f"{gate.name}: {proof.said}")
+    return tuple(lines)
+
+
+def skip_checks(tell: Tell) -> tuple[str, ...]:
+    """Say that none is passed; return a line for each, as a release keeps them."""
+    begin("skipped", tell).done(", ".join(NAMES))
+    return tuple(f"{name}: skipped" for name in NAMES)

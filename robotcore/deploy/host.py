@@ -1,0 +1,66 @@
+"""The address of a robot, and commands for it that a user can paste into a shell."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from dataclasses import dataclass
+from ipaddress import AddressValueError, IPv6Address
+from pathlib import Path
+
+from robotcore.errors import UsageError
+
+PATTERN = re.compile(
+    r"(?:(?P<user>[A-Za-z0-9_][A-Za-z0-9_.-]{0,63})@)?"
+    r"(?:(?P<name>[A-Za-z0-9_](?:[A-Za-z0-9_.-]{0,251}[A-Za-z0-9])?)"
+    r"|\[(?P<address>[0-9A-Fa-f:.]{2,45}(?:%[A-Za-z0-9_.-]{1,15})?)\])"
+    r"(?::(?P<port>[0-9]{1,5}))?"
+)
+"""Letters, digits and what no shell, no ssh and no file of ssh's takes for more than a name: a configured
+``ProxyCommand`` hands it to a shell."""
+
+
+@dataclass(frozen=True)
+class Host:
+    """Whom to ask for: a name, an address or an alias of the user's ssh configuration, which rules what is left out."""
+
+    name: str
+    user: str = ""
+    port: int | None = None
+
+    @classmethod
+    def parse(cls, text: str) -> Host:
+        """Return the host of ``[user@]host[:port]``, an IPv6 address in brackets; raises UsageError."""
+        if not (found := PATTERN.fullmatch(text)) or not _is_address(found["address"]) or not _is_port(found["port"]):
+            raise UsageError(
+                f"{text!r} is no host. It is a name or an address, perhaps with a user and a port: pi@rover.local, "
+                "rover:2222, pi@[fe80::1%wlan0]:22"
+            )
+        port = int(found["port"]) if found["port"] else None
+        return cls(found["name"] or found["address"], found["user"] or "", port)
+
+    def __str__(self) -> str:
+        user = f"{self.user}@" if self.user else ""
+        name = f"[{self.name}]" if ":" in self.name else self.name
+        return f"{user}{name}{f':{self.port}' if self.port else ''}"
+
+
+def _is_address(text: str | None) -> bool:
+    try:
+        return text is None or bool(IPv6Address(text))
+    except AddressValueError:
+        return False
+
+
+def _is_port(text: str | None) -> bool:
+    return text is None or 0 < int(text) < 1 << 16
+
+
+def command_hint(command: str, host: Host, ssh_config: Path | None = None) -> str:
+    """Return a command of ``robotcore deploy`` as it is typed for a robot, quoted for a shell.
+
+    >>> print(typed("logs", Host.parse("pi@rover:2222"), Path("lab of ours.ssh")))
+    robotcore deploy logs pi@rover:2222 --ssh-config 'lab of ours.ssh'
+    """
+    reached_by = () if ssh_config is None else ("--ssh-config", str(ssh_config))
+    return shlex.join(["robotcore", "deploy", *command.split(), str(host), *reached_by])

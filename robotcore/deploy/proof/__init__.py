@@ -1,1 +1,0 @@
-"""How a project is proven at the desk, in processes of their own."""

@@ -1,0 +1,159 @@
+"""The check that runs the app in simulation, from the files that will be sent."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import shutil
+from collections.abc import Callable, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from robotcore.deploy.agent import service
+from robotcore.deploy.agent.releases import PROJECT, SITE
+from robotcore.deploy.bundle import Staged
+from robotcore.deploy.checks import SIMULATION, Check, CheckResult, Say, command_line, process_error, run_python
+from robotcore.deploy.project import Project
+from robotcore.errors import UnprovenError, UsageError
+from robotcore.hal.backend import load_backend
+from robotcore.runtime.outcome import Outcome
+from robotcore.runtime.plan import DEFAULT_WORLD, RunRequest
+from robotcore.sweep.record import Record, fault
+from robotcore.sweep.spec import seeds_of, words_of
+from robotcore.text import escape
+
+PINS, PLAIN = "virtualpi", "kinematic"
+"""The simulator with the robot's own drivers in it, and the one that needs nothing."""
+
+SECTION = "raspberrypi"
+ROBOTCORE, RESULTS = "robotcore", "results.jsonl"
+
+SPARE_S = 60.0
+"""A run may take so much longer by the wall clock than its time-out in simulation, before it counts as hung."""
+
+
+def simulate(staged: Staged, say: Say) -> CheckResult:
+    """Return how many runs passed; raises UnprovenError where one does not, with the line that repeats it.
+
+    What runs is what is sent, and not what lies beside it at the desk. Where bounds are required, they decide. Else
+    every run has to pass: see `passes`.
+    """
+    project = staged.project
+    backend, notes = simulator_of(project)
+    world = project.world or DEFAULT_WORLD
+    if "," in world:
+        raise UsageError(f"simulation: {escape(world)}: a sweep parts worlds at commas. Take the comma out of the name")
+    where = f"{backend}, {escape(world)}, seeds {project.seeds}"
+    say(where)
+    with TemporaryDirectory(prefix="robotcore-") as scratch:
+        results = Path(scratch, "results")
+        answer = _swept(
+            staged,
+            words_for(project, backend, world),
+            Path(scratch),
+            results,
+            lambda done, runs: say(f"{where}: {done} of {runs} runs"),
+        )
+        records = [Record.from_json(line) for line in (results / RESULTS).read_bytes().splitlines()]
+    _require(project, answer["missed"], [record for record in records if not passes(record)])
+    is_judged = any(record.result.verified is not None for record in records)
+    passed = sum(map(passes, records))
+    return CheckResult(f"{where}: {passed} of {len(records)} {'verified' if is_judged else 'without a contact'}", notes)
+
+
+def simulator_of(project: Project) -> tuple[str, tuple[str, ...]]:
+    """Return what to simulate on, and what is to be known of that.
+
+    A simulator that the robot itself is to run is taken as it is; else the robot's own drivers on simulated pins, where
+    it has some and their library is here.
+    """
+    robot = project.described()
+    if load_backend(project.backend).builds_world(robot):
+        return project.backend, ()
+    if SECTION not in robot.backends:
+        return PLAIN, ()
+    if find_spec("gpiozero") is None:
+        return PLAIN, (f"its own drivers were not tried: {PINS} needs pip install gpiozero",)
+    return PINS, ()
+
+
+def passes(record: Record) -> bool:
+    """Return whether a run passes where nothing is required: see `simulate`."""
+    result = record.result
+    goes_on = result.outcome is Outcome.TIMEOUT and result.verified is None and not result.contacts
+    return goes_on or not record.is_failure
+
+
+def words_for(project: Project, backend: str, world: str) -> list[str]:
+    """Return the sweep, word by word; the options are those of the robot's own backend, and no other's."""
+    options = project.options if backend == project.backend else {}
+    request = RunRequest(
+        project.app, robot=project.robot, rate_hz=project.rate_hz, settings=project.settings, options=options
+    )
+    bounds = [word for bound in project.require for word in ("--require", bound)]
+    where = ["--backend", backend, "--world", world, "--seeds", project.seeds]
+    return ["sweep", project.app, *where, *words_of(request), *bounds]
+
+
+def _swept(
+    staged: Staged, words: Sequence[str], scratch: Path, results: Path, tell: Callable[[int, int], object]
+) -> dict[str, Any]:
+    """Return the answer of ``robotcore sweep``; raises UnprovenError where it came to no end.
+
+    It runs in a copy: what an app writes beside itself is not to be sent, nor what Python compiles. How many runs are
+    done, and of how many, is told.
+    """
+    copy = shutil.copytree(staged.folder, scratch / "sent", symlinks=True)
+    runs, patience_s = len(seeds_of(staged.project.seeds)), SPARE_S + RunRequest.timeout_s
+    line = [*service.ROBOTCORE_ARGUMENTS, *words, "--wall-timeout", f"{patience_s:g}", "--out", str(results), "--json"]
+    try:
+        asked = run_python(
+            copy / PROJECT,
+            line,
+            _environment(copy / SITE),
+            limit_s=SPARE_S + runs * patience_s,
+            look=lambda: tell(_done(results / RESULTS), runs),
+        )
+        answer: dict[str, Any] = json.loads(asked.stdout)
+    except TimeoutError as error:
+        answer = {"error": f"{error}. Does the app's file do something without end?"}
+    except ValueError:
+        answer = {"error": process_error(asked)}
+    if "error" in answer:
+        again = _again(staged.project, shlex.join([ROBOTCORE, *words]))
+        raise UnprovenError(f"simulation: {answer['error']}{again}")
+    return answer
+
+
+def _done(file: Path) -> int:
+    return file.read_bytes().count(b"\n") if file.exists() else 0
+
+
+def _again(project: Project, line: str) -> str:
+    """Return what repeats it, in the user's own folder: there is more in that than is sent."""
+    more = "\nIf it passes then, it lacks a file that is not sent: git ignores it, or it may hold a secret"
+    return f"\nRepeat it: {command_line(project, line)}{more if project.folder else ''}"
+
+
+def _environment(site: Path) -> dict[str, str]:
+    """Return where Python looks for modules, as on the robot: in ``site`` first."""
+    paths = [str(site), *filter(None, [os.environ.get("PYTHONPATH")])]
+    return {"PYTHONPATH": os.pathsep.join(paths)}
+
+
+def _require(project: Project, missed: Sequence[str], failing: Sequence[Record]) -> None:
+    """Raise UnprovenError where a required bound is missed or, where none is required, where a run does not pass."""
+    if not (missed if project.require else failing):
+        return
+    first = failing[0] if failing else None
+    why = "; ".join(missed) or f"{len(failing)} of the runs fail"
+    which = f". Seed {first.result.seed}: {fault(first)}" if first else ""
+    again = _again(project, first.command) if first else ""
+    raise UnprovenError(f"simulation: {why}{which}{again}")
+
+
+CHECKS_OF_BUNDLE = (Check[Staged](SIMULATION, simulate),)
+"""Looks at what is to be sent; that is gathered in between."""

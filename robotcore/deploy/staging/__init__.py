@@ -1,1 +1,0 @@
-"""What of a project is sent, put together at the desk."""

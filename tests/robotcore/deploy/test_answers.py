@@ -1,0 +1,258 @@
+"""Robots that answer with damaged, endless or no output. Each ends the call with an error, and harms no terminal."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from robotcore.deploy import answers, rpc
+from robotcore.deploy.answers import Answer, Judgement, Nothing, Notice, ProbeAnswer, Recordings, Refusal, State
+from robotcore.deploy.errors import DAMAGED
+from robotcore.deploy.host import Host
+from robotcore.deploy.process_output import MalformedError
+from robotcore.deploy.rpc import Call, Link
+from robotcore.errors import DeployError
+from tests.robotcore.deploy.conftest import ECHO, WAIT, Aboard
+from tests.robotcore.deploy.sshd import serving
+
+MODELS = [each for each in vars(answers).values() if isinstance(each, type) and issubclass(each, Answer)]
+KEYS = sorted({key for model in MODELS for key in model.model_fields} | {"done", "refused", "say", "begun"})
+
+FACTS: dict[str, Any] = {
+    "host": "rover",
+    "machine": "aarch64",
+    "system": "Debian 12",
+    "python": "3.11.2",
+    "libc": "glibc",
+    "libc_version": "2.36",
+    "free_bytes": 1,
+    "has_environment": True,
+}
+
+VALUES = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.integers()
+    | st.floats()
+    | st.text()
+    | st.sampled_from(["2026-11-21T22-40-03Z", "a/b"]),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.sampled_from(KEYS) | st.text(), inner, max_size=8),
+    max_leaves=8,
+)
+
+
+def texts_in(value: Any) -> list[str]:
+    if isinstance(value, dict):
+        return [text for each in value.values() for text in texts_in(each)]
+    if isinstance(value, (list, tuple)):
+        return [text for each in value for text in texts_in(each)]
+    return [value] if isinstance(value, str) else []
+
+
+def answered(model: type[Answer], *pieces: bytes) -> list[str]:
+    """Let a robot say something; return each text of it that the desk has then, also in an error."""
+    said: list[str] = []
+    call = Call("status", model, on_say=lambda notice: said.append(notice.say), on_line=said.append)
+    try:
+        answer = call.parse_answer(pieces)
+    except MalformedError as error:
+        return [*said, str(error)]
+    return [*said, *texts_in(answer.model_dump() if answer else None)]
+
+
+@settings(max_examples=100, deadline=None)
+@given(model=st.sampled_from(MODELS), messages=st.lists(st.dictionaries(st.sampled_from(KEYS), VALUES), max_size=3))
+def test_any_json_is_an_answer_or_damaged_and_what_it_says_is_printable(
+    model: type[Answer], messages: list[dict[str, Any]]
+) -> None:
+    raw = "".join(f"\x1e{json.dumps(each)}\n" for each in ({"begun": "status"}, *messages)).encode()
+    assert all(text.replace("\t", "").isprintable() for text in answered(model, raw))
+
+
+@settings(max_examples=300, deadline=None)
+@given(model=st.sampled_from(MODELS), pieces=st.lists(st.binary() | st.just(b"\x1e") | st.just(b"\n"), max_size=8))
+def test_any_bytes_are_an_answer_or_damaged_and_what_they_say_is_printable(
+    model: type[Answer], pieces: list[bytes]
+) -> None:
+    assert all(text.replace("\t", "").isprintable() for text in answered(model, b'\x1e{"begun": 1}\n', *pieces))
+
+
+@pytest.mark.parametrize(
+    "key, value",
+    [
+        ("python", "3.11.2; rm -rf /"),
+        ("python", "3"),
+        ("machine", "../../aarch64"),
+        ("libc_version", "2.999999999"),
+        ("libc_version", "2."),
+        ("free_bytes", -1),
+        ("free_bytes", "1"),
+        ("free_bytes", float("nan")),
+        ("has_environment", "no"),
+        ("host", None),
+    ],
+)
+def test_facts_that_no_robot_has_are_damaged(key: str, value: Any) -> None:
+    answers.validate(ProbeAnswer, FACTS, "done")
+    with pytest.raises(MalformedError, match=f"done.{key}: "):
+        answers.validate(ProbeAnswer, {**FACTS, key: value}, "done")
+
+
+def test_key_that_is_unknown_is_ignored() -> None:
+    assert answers.validate(ProbeAnswer, {**FACTS, "colour": "red"}, "done") == ProbeAnswer(**FACTS)
+
+
+@pytest.mark.parametrize("name", ["..", "/etc", "2026-11-21T22-40-03Z/..", "2026-11-21T22-40-03Z\n", "", "current"])
+def test_release_without_the_name_of_one_is_damaged(name: str) -> None:
+    told: dict[str, Any] = {"release": name, "outcome": "", "reason": "", "lines": [], "current": None}
+    with pytest.raises(MalformedError, match=r"done\.release"):
+        answers.validate(Judgement, {**told, "is_running": True, "is_standing": False}, "done")
+
+
+def test_robot_cannot_refuse_by_a_kind_that_only_the_desk_gives() -> None:
+    with pytest.raises(MalformedError, match=r"refused\.kind"):
+        answers.validate(Refusal, {"fault": "a", "remedy": "b", "kind": "broken"}, "refused")
+
+
+def test_list_without_an_end_is_damaged() -> None:
+    with pytest.raises(MalformedError, match=r"done\.recordings: List should have at most"):
+        answers.validate(Recordings, {"recordings": [[]] * 1_000_000}, "done")
+
+
+@pytest.mark.parametrize("for_s", [1e300, -1.0, float("nan"), float("inf"), "1"])
+def test_time_that_no_robot_has_is_damaged(for_s: Any) -> None:
+    told = {"release": None, "verdict": None, "on_trial": None, "last": None, "state": "running", "for_s": for_s}
+    with pytest.raises(MalformedError, match=r"done\.for_s"):
+        answers.validate(State, told, "done")
+
+
+RAW = """
+import os, sys
+
+def act(layout, **told):
+    sys.stdout.buffer.write({raw!r})
+    sys.stdout.flush()
+    if {raw!r}:
+        os._exit(0)
+"""
+
+
+class Home(Answer):
+    home: str
+
+
+@pytest.mark.parametrize(
+    "raw",
+    [
+        b"\x1e{",
+        b"\x1e[]",
+        b"\x1enull",
+        b'\x1e{"done": 5}',
+        b'\x1e{"done": {"home": 5}}',
+        b'\x1e{"done": {}}',
+        b'\x1e{"done": {"home": NaN}}',
+        b'\x1e{"refused": {}}',
+        b'\x1e{"refused": {"fault": "a", "remedy": "b", "kind": "broken"}}',
+        b'\x1e{"say": 5}',
+        b'\x1e{"say": "it starts", "release": "../../etc"}',
+        b'\x1e{"done": {"home": "\xff"}}',
+        b"\x1e" + b"[" * 100_000,
+        b"\x1e" + b"9" * 5000,
+    ],
+)
+def test_an_answer_that_is_not_as_it_has_to_be_is_named_as_damaged(link: Link, aboard: Aboard, raw: bytes) -> None:
+    aboard("raw", RAW.format(raw=raw))
+    with pytest.raises(DeployError, match="its answer to 'raw' is damaged") as caught:
+        link.call("raw", Home)
+    assert caught.value.kind == DAMAGED
+    assert str(caught.value).isprintable()
+
+
+@pytest.mark.parametrize("piece", [b"x" * (1 << 16), b"x\n" * (1 << 15), b'\x1e{"say": "more"}\n' * 3000])
+def test_a_robot_that_writes_without_an_end_is_cut_off(link: Link, aboard: Aboard, piece: bytes) -> None:
+    aboard("raw", RAW.format(raw=b"") + f"    while True:\n        sys.stdout.buffer.write({piece!r})\n")
+    with pytest.raises(DeployError, match=r"damaged: it (is longer|has a line longer) than") as caught:
+        link.call("raw", Home)
+    assert caught.value.kind == DAMAGED
+
+
+def test_a_robot_that_says_nothing_is_not_waited_for_without_an_end(
+    link: Link, aboard: Aboard, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(rpc, "SILENCE_S", 1.0)
+    aboard("wait", WAIT)
+    with pytest.raises(DeployError, match="damaged: it has not come: the robot sent nothing for 1 s"):
+        link.call("wait", Nothing)
+
+
+def test_many_short_pieces_of_stderr_are_no_silence() -> None:
+    answer = Call("raw", Home).parse_answer([*[b""] * 3000, b'\x1e{"done": {"home": "/home/pi"}}\n'])
+    assert answer == Home(home="/home/pi")
+
+
+def test_what_a_robot_writes_on_stderr_fills_neither_memory_nor_disk(link: Link, aboard: Aboard) -> None:
+    flood = "    for _ in range(400):\n        sys.stderr.write('\\x1b]0;t' + 'x' * 100_000 + '\\n')\n    os._exit(3)\n"
+    aboard("raw", RAW.format(raw=b"") + flood)
+    with pytest.raises(DeployError, match="it failed there") as caught:
+        link.call("raw", Home)
+    assert len(str(caught.value)) < 1 << 15
+    assert str(caught.value).isprintable()
+
+
+def test_what_a_robot_says_is_escaped(link: Link, aboard: Aboard) -> None:
+    said: list[Notice] = []
+    lines: list[str] = []
+    aboard(
+        "raw", RAW.format(raw=b'a\x1b]0;t\x07\r\tb\n\x1e{"say": "1\\n\\u001b[2J"}\n\x1e{"done": {"home": "\\u202e"}}\n')
+    )
+    answer = link.call("raw", Home, on_say=said.append)
+    link.stream("raw", lines.append, most=None)
+    assert (answer.home, said[0].say) == (r"\u202e", r"1\n\x1b[2J")
+    assert lines == ["a\\x1b]0;t\\x07\\r\tb"]
+
+
+def test_a_login_that_floods_the_log_of_ssh_ends(tmp_path: Path) -> None:
+    shell = 'yes evil | head -c 200000000 >&2; eval "$SSH_ORIGINAL_COMMAND"'
+    with (
+        serving(tmp_path / "sshd", f"ForceCommand {shell}") as sshd,
+        pytest.raises(DeployError, match="its login shell ended at once"),
+        Link(Host.parse("robot"), sshd.config),
+    ):
+        pass
+
+
+def test_a_login_shell_that_prints_without_an_end_is_cut_off(tmp_path: Path) -> None:
+    with (
+        serving(tmp_path / "sshd", "ForceCommand yes evil") as sshd,
+        pytest.raises(DeployError, match=r"damaged: it has more than \d+ bytes from the login shell") as caught,
+        Link(Host.parse("robot"), sshd.config),
+    ):
+        pass
+    assert caught.value.kind == DAMAGED
+
+
+def test_the_agent_of_the_user_is_not_handed_to_a_robot(tmp_path: Path, aboard: Aboard) -> None:
+    aboard("echo", ECHO)
+    note = f'env > {tmp_path}/environment; eval "$SSH_ORIGINAL_COMMAND"'
+    with serving(tmp_path / "sshd", f"ForceCommand {note}") as sshd:
+        command = ("ssh-agent", "-D", "-a", tmp_path / "agent")
+        agent = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+        try:
+            own = f"ForwardAgent yes\nForwardX11 yes\nIdentityAgent {tmp_path}/agent\n"
+            sshd.config.write_text(own + sshd.config.read_text())
+            while not (tmp_path / "agent").exists():
+                assert agent.poll() is None
+            with Link(Host.parse("robot"), sshd.config):
+                environment = (tmp_path / "environment").read_text()
+        finally:
+            agent.terminate()
+            agent.wait()
+    assert "SSH_CONNECTION" in environment
+    assert "SSH_AUTH_SOCK" not in environment
+    assert "DISPLAY" not in environment

@@ -1,0 +1,173 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from robotcore import Outcome
+from robotcore.deploy import checks, simulation
+from robotcore.deploy.bundle import Staged
+from robotcore.deploy.checks import run_python
+from robotcore.deploy.project import Asked, Project, project_of
+from robotcore.deploy.simulation import passes, simulator_of
+from robotcore.deploy.staging import copied
+from robotcore.errors import UnprovenError, UsageError
+from robotcore.runtime.plan import RunRequest
+from tests.robotcore.deploy.projects import DRIVES_ON, TABLE, project_in, write
+from tests.robotcore.sweep.conftest import record_of
+
+RAISES = DRIVES_ON.replace("return Status.RUNNING", "return 1 / 0")
+
+
+def staged_of(project: Project, tmp_path: Path) -> Staged:
+    """Return a project as it is sent; robotcore is the one that runs the tests, which is compiled already."""
+    folder = write(tmp_path.with_name(f"{tmp_path.name}-staged"), {"site/packaged.py": ""})
+    copied(project.folder or tmp_path, folder / "project")
+    return Staged(project, folder, ())
+
+
+def test_tests_that_pass_are_counted(tmp_path: Path) -> None:
+    write(tmp_path, {"tests/test_a.py": "def test_a(): pass\ndef test_b(): pass\n"})
+    said: list[str] = []
+    assert checks.run_tests(project_in(tmp_path), said.append).said == "2 passed"
+    assert said == ["pytest"]
+
+
+def test_a_test_that_fails_is_named_with_what_repeats_it(tmp_path: Path) -> None:
+    write(tmp_path, {"a b/test_a.py": "def test_a(): pass\ndef test_b(): assert 1 == 2\n"})
+    with pytest.raises(UnprovenError) as raised:
+        checks.run_tests(project_in(tmp_path), str)
+    assert str(raised.value).startswith("tests: 1 failed, 1 passed\n  FAILED a b/test_a.py::test_b")
+    assert str(raised.value).endswith(f"Repeat it: cd {tmp_path.resolve()} && python -m pytest")
+
+
+def test_tests_that_cannot_be_read_are_not_taken_for_none(tmp_path: Path) -> None:
+    write(tmp_path, {"test_a.py": "import nothing_of_that_name\n"})
+    with pytest.raises(UnprovenError, match=r"ERROR test_a\.py"):
+        checks.run_tests(project_in(tmp_path), str)
+
+
+def test_tests_that_hang_are_ended_with_what_to_do(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(checks, "LIMIT_S", 3.0)
+    write(tmp_path, {"test_a.py": "import time\ndef test_a(): time.sleep(600)\n"})
+    with pytest.raises(UnprovenError, match=r"no end within 3 s.*--skip-checks\nWhich one .* python -m pytest -v$"):
+        checks.run_tests(project_in(tmp_path), str)
+
+
+def test_a_project_without_tests_is_told_so(tmp_path: Path) -> None:
+    assert checks.run_tests(project_in(tmp_path), str).said == "none"
+
+
+def test_a_wrong_description_is_told_in_all_its_faults(tmp_path: Path) -> None:
+    write(tmp_path, {"-my room.toml": "[floor]\nlenght_m = 3\nwidth_m = 3\n[walls]\nhight_m = 1\n"})
+    project = project_in(tmp_path, TABLE.replace("\n\n", '\nworld = "-my room.toml"\n\n'))
+    with pytest.raises(UnprovenError, match="lenght_m: is unknown") as raised:
+        checks.check_descriptions(project, str)
+    assert "hight_m: is unknown" in str(raised.value)
+    assert str(raised.value).endswith("robotcore check './-my room.toml'")
+
+
+def test_a_robot_without_the_section_that_its_backend_needs_is_told_at_the_desk(tmp_path: Path) -> None:
+    rover = project_of(Asked(app="avoid-obstacles", robot="bubblerob"), tmp_path)
+    with pytest.raises(UnprovenError, match="raspberrypi: is missing"):
+        checks.check_descriptions(rover, str)
+
+
+def test_an_app_that_never_says_success_passes_by_going_on_without_a_touch(tmp_path: Path) -> None:
+    write(tmp_path, {"drivers/__init__.py": "", "json.py": "raise ImportError"})  # a folder of the user's own
+    said: list[str] = []
+    proof = simulation.simulate(staged_of(project_in(tmp_path), tmp_path), said.append)
+    assert proof.said == "kinematic, arena, seeds 1: 1 of 1 without a contact"
+    assert "kinematic, arena, seeds 1: 0 of 1 runs" in said
+
+
+def test_what_is_simulated_is_what_is_sent_and_stays_as_it_is(tmp_path: Path) -> None:
+    app = "import helper, packaged\n" + DRIVES_ON.replace("return", "open('log', 'a').close()\n        return")
+    project = project_in(write(tmp_path, {"helper.py": ""}), app=app)
+    staged = staged_of(project, tmp_path)
+    (tmp_path / "helper.py").write_text("raise OSError('changed meanwhile')")
+    before = {*staged.folder.rglob("*")}
+    simulation.simulate(staged, str)
+    assert {*staged.folder.rglob("*")} == before
+    (staged.folder / "project" / "helper.py").unlink()
+    with pytest.raises(UnprovenError, match="No module named 'helper'") as raised:
+        simulation.simulate(staged, str)
+    assert "it lacks a file that is not sent" in str(raised.value)
+
+
+def test_a_run_that_fails_is_told_with_the_line_that_repeats_it(tmp_path: Path) -> None:
+    project = project_in(write(tmp_path / "a 'b", {}), app=RAISES)
+    with pytest.raises(UnprovenError) as raised:
+        simulation.simulate(staged_of(project, tmp_path), str)
+    assert "ZeroDivisionError" in str(raised.value)
+    assert "robotcore run app.py --world arena --seed 1" in str(raised.value)
+    assert f"cd '{tmp_path.resolve()}/a '\"'\"'b' && " in str(raised.value)
+
+
+def test_an_app_that_hangs_is_told_in_its_own_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(simulation, "SPARE_S", 3.0 - RunRequest.timeout_s)
+    project = project_in(tmp_path, app="import time\n" + DRIVES_ON.replace("return", "time.sleep(600); return"))
+    monkeypatch.setattr(simulation, "run_python", partial(_patient, run_python))
+    with pytest.raises(UnprovenError, match=r"1 of the runs fail\. Seed 1: .*hung"):
+        simulation.simulate(staged_of(project, tmp_path), str)
+
+
+def _patient(asked: Callable[..., object], *words: object, limit_s: float, **more: object) -> object:
+    return asked(*words, limit_s=limit_s + 1000, **more)
+
+
+def test_required_bounds_decide_and_not_what_is_usual(tmp_path: Path) -> None:
+    project = project_in(tmp_path, TABLE + 'require = ["verified>=0.5"]\n')
+    words = simulation.words_for(project, "kinematic", "arena")
+    assert words[words.index("--require") + 1] == "verified>=0.5"
+    failing = [record_of(Outcome.FAILURE, verified=False)]
+    simulation._require(project, [], failing)
+    with pytest.raises(UnprovenError, match=r"verified is 0\.3, required verified>=0\.5"):
+        simulation._require(project, ["kinematic, arena: verified is 0.3, required verified>=0.5"], failing)
+
+
+def test_an_app_that_cannot_be_run_at_all_is_told_why(tmp_path: Path) -> None:
+    with pytest.raises(UnprovenError, match="holds no behaviour") as raised:
+        simulation.simulate(staged_of(project_in(tmp_path, app="x = 1\n"), tmp_path), str)
+    assert "&& robotcore sweep app.py --backend kinematic" in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    "change, is_passed",
+    [
+        ({"outcome": Outcome.SUCCESS, "verified": True}, True),
+        ({"outcome": Outcome.SUCCESS, "verified": None}, True),
+        ({"outcome": Outcome.SUCCESS, "verified": False}, False),
+        ({"outcome": Outcome.SUCCESS, "verified": True, "contacts": 1}, False),
+        ({"outcome": Outcome.TIMEOUT, "verified": None}, True),
+        ({"outcome": Outcome.TIMEOUT, "verified": None, "contacts": 1}, False),
+        ({"outcome": Outcome.TIMEOUT, "verified": False}, False),
+        ({"outcome": Outcome.STOPPED, "verified": None}, False),
+        ({"outcome": Outcome.ERROR, "verified": None}, False),
+    ],
+)
+def test_what_passes_where_nothing_is_required(change: dict[str, object], *, is_passed: bool) -> None:
+    record = record_of()
+    result = replace(record.result, **{"contacts": 0, **change})  # type: ignore[arg-type]
+    assert passes(replace(record, result=result)) is is_passed
+
+
+def test_simulated_is_what_comes_nearest_to_the_robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rover = project_of(Asked(app="green-search", robot="rover"), tmp_path)
+    assert simulator_of(rover) == ("virtualpi", ())
+    assert simulator_of(replace(rover, robot="bubblerob")) == ("kinematic", ())
+    assert simulator_of(replace(rover, backend="kinematic")) == ("kinematic", ())
+    monkeypatch.setattr(simulation, "find_spec", lambda _: None)
+    backend, notes = simulator_of(rover)
+    assert (backend, len(notes)) == ("kinematic", 1)
+    assert "pip install gpiozero" in notes[0]
+
+
+def test_a_world_that_a_sweep_would_take_for_two_is_refused(tmp_path: Path) -> None:
+    write(tmp_path, {"a,b.toml": ""})
+    project = project_in(tmp_path, TABLE.replace("\n\n", '\nworld = "a,b.toml"\n\n'))
+    with pytest.raises(UsageError, match="Take the comma out"):
+        simulation.simulate(staged_of(project, tmp_path), str)

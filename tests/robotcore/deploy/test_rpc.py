@@ -1,0 +1,344 @@
+from __future__ import annotations
+
+import ast
+import json
+import os
+import select
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import pytest
+
+from robotcore.deploy import rpc, ssh
+from robotcore.deploy.agent.rpc import MARK
+from robotcore.deploy.answers import Answer, Nothing, Notice
+from robotcore.deploy.host import Host
+from robotcore.deploy.rpc import Link
+from robotcore.errors import DeployError
+from robotcore.text import escape
+from tests.robotcore.deploy.conftest import ECHO, WAIT, Aboard
+from tests.robotcore.deploy.sshd import Sshd, serving, slow_rsync
+
+NASTY = {"a b": 'it\'s "so" $(touch canary) `x` \\ \n \0 ü \udcff \U0001f916', "n": [1, 2.5, None, True]}
+
+
+def answers(script: str, folder: Path) -> list[dict[str, Any]]:
+    done = subprocess.run(
+        [sys.executable, "-I", "-S", "-"], input=script.encode("ascii"), capture_output=True, cwd=folder, check=False
+    )
+    assert done.stderr == b""
+    return [json.loads(line) for line in done.stdout.decode().split(MARK)[1:]]
+
+
+def test_a_call_needs_nothing_there_but_pythons_standard_library(aboard: Aboard, tmp_path: Path) -> None:
+    aboard("echo", ECHO)
+    begun, done = answers(rpc.build_script("echo", NASTY), tmp_path)
+    assert begun == {"begun": "echo"}
+    assert done == {"done": {"told": NASTY}}
+    assert not list(tmp_path.iterdir())
+
+
+IMPORT_ALL = """
+from importlib import import_module
+
+def act(layout, files):
+    names = [file.removesuffix(".py").removesuffix("/__init__").replace("/", ".") for file in files]
+    return {"files": [import_module(name).__file__ for name in names]}
+"""
+
+
+def test_all_that_works_on_the_robot_is_sent_and_stands_alone(aboard: Aboard, tmp_path: Path) -> None:
+    sent = {"files": sorted(rpc.agent_sources())}
+    aboard("import_all", IMPORT_ALL)
+    assert answers(rpc.build_script("import_all", sent), tmp_path)[-1] == {"done": sent}
+
+
+def test_a_python_that_is_too_old_is_told_in_words(tmp_path: Path) -> None:
+    script = rpc.build_script("probe", {}).replace("OLDEST = (3, 10)", "OLDEST = (9, 0)")
+    _, refused = answers(script, tmp_path)
+    version = sys.version.split()[0]
+    assert refused["refused"]["fault"] == f"its Python is {version}, robotcore needs 9.0 or newer"
+    assert refused["refused"]["kind"] == "python"
+
+
+def test_what_is_read_first_has_no_new_syntax() -> None:
+    with pytest.raises(SyntaxError):
+        ast.parse("(a := 1)", feature_version=(3, 7))
+    ast.parse(rpc.build_script("probe", {}), feature_version=(3, 7))
+
+
+def test_what_fails_there_is_told_by_its_file_and_line(aboard: Aboard) -> None:
+    aboard("fail", "def act(layout):\n    return 1 / 0\n")
+    script = rpc.build_script("fail", {}).encode("ascii")
+    done = subprocess.run([sys.executable, "-I", "-"], input=script, capture_output=True, check=False)
+    assert b'agent/fail_for_test.py", line 2, in act' in done.stderr
+
+
+GONE_S = 10
+
+LONG = 12 << 20
+
+TELL = """
+from robotcore.deploy.agent.rpc import AgentError, report_progress
+
+def act(layout, refuses=False):
+    report_progress("half of it", part=0.5)
+    print("a line of a log")
+    if refuses:
+        raise AgentError("no room", "Make some", "full")
+    return {"home": str(layout.home)}
+"""
+
+
+class Home(Answer):
+    home: str
+
+
+class Echo(Answer):
+    told: dict[str, Any]
+
+
+NAMES = (
+    "with space.txt",
+    "$(touch canary)",
+    "`touch canary`",
+    "; touch canary",
+    "| touch canary",
+    "&& touch canary",
+    "> canary",
+    "'; touch canary; '",
+    '"; touch canary; "',
+    "new\nline; touch canary",
+    "\\",
+    "-e touch canary",
+    "--rsync-path=touch canary",
+    "--rsh=touch canary",
+    "*",
+    "?",
+    "[a-z]",
+    "{a,b}",
+    "~",
+    "~root",
+    "#comment",
+    ";comment",
+    "!history",
+    "${HOME}",
+    "%n",
+    "rover:file",
+    "::module",
+    "\x1e{'done': 1}",
+    "\x1b[31mred",
+    "\u00fcml\u00e4ut",
+    "\u202eright to left",
+    "\U0001f916",
+    os.fsdecode(b"not-utf8-\xff\xfe"),
+    "...",
+    "trailing ",
+    ".hidden",
+)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Something to send, with names that are hard to carry."""
+    folder = tmp_path / 'it\'s "to" $(touch canary): send'
+    for name in NAMES:
+        (folder / "project" / name).mkdir(parents=True)
+        (folder / "project" / name / name).write_bytes(os.fsencode(name))
+    return folder
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(file.relative_to(folder)): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
+
+
+def test_a_call_says_how_far_it_is_and_answers(link: Link, robot: Sshd, aboard: Aboard) -> None:
+    aboard("tell", TELL)
+    said: list[Notice] = []
+    answer = link.call("tell", Home, on_say=said.append)
+    assert answer == Home(home=str(robot.home))
+    assert said == [Notice(say="half of it")]
+
+
+def test_a_stream_passes_lines_on(link: Link, aboard: Aboard) -> None:
+    aboard("tell", TELL)
+    lines: list[str] = []
+    link.stream("tell", lines.append, most=None)
+    assert lines == ["a line of a log"]
+
+
+def test_a_refusal_is_told_with_the_robots_remedy(link: Link, aboard: Aboard) -> None:
+    aboard("tell", TELL)
+    with pytest.raises(DeployError, match=r"^robot: no room. Make some$") as refused:
+        link.call("tell", Home, refuses=True)
+    assert refused.value.kind == "full"
+
+
+def test_what_is_told_comes_as_it_is_and_nothing_of_it_runs(
+    link: Link, robot: Sshd, aboard: Aboard, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    aboard("echo", ECHO)
+    told: dict[str, Any] = {f"setting {name}": name for name in NAMES}
+    assert link.call("echo", Echo, **told).told == {key: escape(value) for key, value in told.items()}
+    assert not list(tmp_path.rglob("canary"))
+
+
+def test_files_of_any_name_arrive_and_nothing_of_them_runs(
+    link: Link, robot: Sshd, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("RSYNC_CHECKSUM_LIST", "of a user's own")
+    transfer = link.send(folder, "incoming/new")
+    assert contents(robot.home / "robotcore" / "incoming" / "new") == contents(folder)
+    assert transfer.files == transfer.changed == len(NAMES)
+    assert not list(folder.parent.rglob("canary"))
+
+
+def test_what_the_robot_has_is_copied_there_whatever_its_time(link: Link, robot: Sshd, folder: Path) -> None:
+    root = robot.home / "robotcore"
+    first = link.send(folder, "incoming/new")
+    (root / "incoming" / "new").rename(root / "current")
+    (root / "incoming" / "newer").mkdir()
+    for file in folder.rglob("*"):
+        os.utime(file, (0, 0))
+    changed = folder / "project" / "with space.txt" / "with space.txt"
+    changed.write_bytes(b"WITH SPACE.TXT")  # of the same length
+    os.utime(changed, (0, 0))
+    second = link.send(folder, "incoming/newer", "current")
+    assert contents(root / "incoming" / "newer") == contents(folder)
+    assert contents(root / "current") != contents(folder)
+    assert (second.files, second.changed) == (len(NAMES), 1)
+    assert second.sent < first.sent
+
+
+def test_what_a_broken_push_sent_and_this_one_does_not_goes(link: Link, robot: Sshd, folder: Path) -> None:
+    there = robot.home / "robotcore" / "incoming" / "new"
+    (there / "deleted").mkdir(parents=True)
+    (there / "deleted" / "app.py").write_text("of before")
+    link.send(folder, "incoming/new")
+    assert {path.name for path in there.iterdir()} == {path.name for path in folder.iterdir()}
+
+
+def test_progress_comes_to_the_whole(link: Link, folder: Path) -> None:
+    told: list[tuple[int, float]] = []
+    link.send(folder, "incoming/new", on_progress=lambda done, part: told.append((done, part)))
+    assert told == sorted(told)
+    assert told[-1] == (sum(map(len, contents(folder).values())), 1.0)
+
+
+def test_a_recording_that_came_in_part_goes_on_next_time(
+    link: Link, robot: Sshd, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recording = robot.home / "robotcore" / "recordings" / "long.mcap"
+    home, partial = tmp_path / "at home: $(touch canary)", tmp_path / "partial"
+    recording.write_bytes(os.urandom(LONG))
+    home.mkdir()
+
+    def interrupt(done: int, part: float) -> None:
+        if done:
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setenv("PATH", str(slow_rsync(tmp_path / "slow")), prepend=os.pathsep)
+        with pytest.raises(KeyboardInterrupt):
+            link.bring([recording.name], home, partial=partial, on_progress=interrupt)
+    assert not (home / recording.name).exists()
+    transfer = link.bring([recording.name], home, partial=partial)
+    assert transfer.received < LONG
+    assert [(file.name, file.stat().st_size) for file in home.iterdir()] == [(recording.name, LONG)]
+    assert recording.exists()
+    assert not list(tmp_path.rglob("canary"))
+
+
+@pytest.mark.parametrize(
+    "name", [*NAMES, "", ".", "..", "../a.mcap", "/etc/a.mcap", "a\0.mcap", f"{'a' * 96}.mcap", "ü.mcap"]
+)
+def test_nothing_else_is_brought_than_recordings(link: Link, tmp_path: Path, name: str) -> None:
+    with pytest.raises(ValueError, match="not the name of a recording"):
+        link.bring([name], tmp_path)
+
+
+def test_nothing_is_sent_elsewhere(link: Link, folder: Path) -> None:
+    for to in ("", "..", "/etc", "incoming/../../.ssh", "a b", "$(touch canary)", "-x", "~", "incoming/new\n"):
+        with pytest.raises(ValueError, match="no folder of a robot's"):
+            link.send(folder, to)
+
+
+def test_what_is_interrupted_here_ends_there_and_the_link_still_works(link: Link, aboard: Aboard) -> None:
+    aboard("wait", WAIT)
+    aboard("echo", ECHO)
+    waiting: list[int] = []
+
+    def interrupt(notice: Notice) -> None:
+        waiting.extend(os.pidfd_open(int(pid)) for pid in notice.say.split())
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        link.call("wait", Nothing, on_say=interrupt)
+    for process in waiting:
+        assert select.select([process], [], [], GONE_S)[0]
+        os.close(process)
+    assert link.call("echo", Echo, a=1) == Echo(told={"a": 1})
+
+
+def test_an_interrupted_transfer_leaves_the_link_working(link: Link, aboard: Aboard, folder: Path) -> None:
+    aboard("echo", ECHO)
+
+    def interrupt(done: int, part: float) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        link.send(folder, "incoming/new", on_progress=interrupt)
+    assert link.call("echo", Echo) == Echo(told={})
+
+
+def test_nothing_is_left_of_a_link(sshd: Sshd, monkeypatch: pytest.MonkeyPatch) -> None:
+    with TemporaryDirectory(dir=ssh.ROOM) as room:
+        monkeypatch.setattr(ssh, "ROOM", room)
+        with Link(Host.parse(sshd.host), sshd.config):
+            [process] = map(os.pidfd_open, sshd.connections())
+            assert list(Path(room).iterdir())
+        assert select.select([process], [], [], GONE_S)[0]
+        os.close(process)
+        assert not list(Path(room).iterdir())
+
+
+def test_a_login_shell_that_prints_does_not_disturb_a_call(tmp_path: Path, aboard: Aboard) -> None:
+    aboard("tell", TELL)
+    shell = "echo Welcome; printf '$ '; echo oops >&2; eval \"$SSH_ORIGINAL_COMMAND\""
+    with serving(tmp_path / "sshd", f"ForceCommand {shell}") as sshd, Link(Host.parse("robot"), sshd.config) as link:
+        lines: list[str] = []
+        link.stream("tell", lines.append, most=None)
+        assert lines == ["a line of a log"]
+        (sshd.home / "robotcore" / "new").mkdir(parents=True)
+        with pytest.raises(DeployError, match="its login shell prints something"):
+            link.send(sshd.bin, "new")
+
+
+@pytest.mark.parametrize("shell", ["dash", "tcsh", "fish"])
+def test_any_login_shell_will_do(shell: str, tmp_path: Path, aboard: Aboard, folder: Path) -> None:
+    if not (program := shutil.which(shell)):
+        pytest.skip(f"{shell} is not installed")
+    aboard("echo", ECHO)
+    command = f'ForceCommand {program} -c "$SSH_ORIGINAL_COMMAND"'
+    with serving(tmp_path / "sshd", command) as sshd, Link(Host.parse("robot"), sshd.config) as link:
+        (sshd.home / "robotcore").mkdir()
+        assert link.call("echo", Echo, a="$(x)") == Echo(told={"a": "$(x)"})
+        assert link.send(folder, "new").changed == len(NAMES)
+
+
+def test_what_a_user_has_configured_for_his_own_logins_does_no_harm(sshd: Sshd, aboard: Aboard) -> None:
+    aboard("echo", ECHO)
+    own = (
+        "RemoteCommand echo no",
+        "RequestTTY force",
+        f"LocalForward 127.0.0.1:{sshd.port} localhost:1",
+        "ControlPersist 600",
+    )
+    sshd.config.write_text("\n".join((*own, "ExitOnForwardFailure yes", sshd.config.read_text())))
+    with Link(Host.parse("robot"), sshd.config) as link:
+        assert link.call("echo", Echo, a=1) == Echo(told={"a": 1})

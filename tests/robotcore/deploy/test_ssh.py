@@ -1,0 +1,233 @@
+"""A link of a program that has a terminal: what ssh asks there, and Ctrl-C."""
+
+from __future__ import annotations
+
+import os
+import pty
+import select
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import pytest
+
+from robotcore.deploy import ssh
+from robotcore.deploy.host import Host
+from robotcore.errors import UsageError
+from tests.robotcore.deploy.sshd import Sshd, make_key, slow_rsync
+
+HOSTILE = (
+    "",
+    " ",
+    "-oProxyCommand=touch canary",
+    "-l",
+    "pi@-oProxyCommand=touch canary",
+    "-E@rover",
+    "rover;touch canary",
+    "rover&touch canary",
+    "rover|touch canary",
+    "rover\ntouch canary",
+    "rover\n",
+    "$(touch canary)",
+    "`touch canary`",
+    "pi@$(touch${IFS}canary)",
+    "pi$(touch${IFS}canary)@rover",
+    "pi;touch@rover",
+    "${HOME}",
+    "$HOME@rover",
+    "%h",
+    "pi@%h",
+    "%r@rover",
+    "~root",
+    "~@rover",
+    "rover>canary",
+    "rover<canary",
+    "'rover'",
+    '"rover"',
+    "ro ver",
+    "ro\tver",
+    "ro\0ver",
+    "ro\\ver",
+    "r*ver",
+    "r?ver",
+    "!rover",
+    "rover,other",
+    "(rover)",
+    "{rover}",
+    "#rover",
+    "rover=canary",
+    "ssh://rover",
+    "rover/canary",
+    "../canary",
+    "rover:/canary",
+    "rover::canary",
+    "rover:",
+    "rover:0",
+    "rover:65536",
+    "rover:-1",
+    "rover:22 -oProxyCommand=x",
+    "rover:2²",
+    "@rover",
+    "pi@",
+    "pi@@rover",
+    "pi@rover@other",
+    "rover.",
+    ".rover",
+    "röver",
+    "rov\u202eer",
+    "::1",
+    "[::1",
+    "[::1]]",
+    "[rover]",
+    "[1]",
+    "[::1%$(touch canary)]",
+    "[::1%-o]:22x",
+    "a" * 254,
+    "u" * 65 + "@rover",
+)
+
+
+@pytest.mark.parametrize("text", HOSTILE)
+def test_what_a_shell_or_ssh_could_take_for_more_than_a_name_is_no_host(text: str) -> None:
+    with pytest.raises(UsageError, match="is no host"):
+        Host.parse(text)
+
+
+@pytest.mark.parametrize(
+    "text, host",
+    [
+        ("rover", Host("rover")),
+        ("pi@rover.local", Host("rover.local", "pi")),
+        ("rover_2:2222", Host("rover_2", "", 2222)),
+        ("pi.zero-2@192.168.1.20:22", Host("192.168.1.20", "pi.zero-2", 22)),
+        ("[::1]", Host("::1")),
+        ("pi@[fe80::1%wlan0]:2222", Host("fe80::1%wlan0", "pi", 2222)),
+    ],
+)
+def test_a_host_is_told_as_it_was_written(text: str, host: Host) -> None:
+    assert Host.parse(text) == host
+    assert str(host) == text
+
+
+ANSWERING_S = 20
+
+CONNECT = """
+with Link(Host.parse("robot"), config) as link:
+    print("connected", flush=True)
+"""
+
+SEND = """
+with Link(Host.parse("robot"), config) as link:
+    try:
+        link.send(folder, "incoming", on_progress=lambda done, part: print("sending", flush=True))
+    except KeyboardInterrupt:
+        link.send(folder / "small", "incoming")
+        print("interrupted", flush=True)
+"""
+
+PROGRAM = """
+import os, sys
+from pathlib import Path
+from robotcore.deploy import ssh
+from robotcore.deploy.host import Host
+from robotcore.deploy.rpc import Link
+
+os.open(os.ttyname(0), os.O_RDWR)  # the terminal of this session from now on
+ssh.ENDING_S = 600  # what is to end ends by itself
+config, ssh.ROOM, folder = Path(sys.argv[1]), sys.argv[2], Path(sys.argv[3])
+"""
+
+
+class Terminal:
+    """A person at a terminal in which a program runs."""
+
+    def __init__(self, program: subprocess.Popen[bytes], line: int) -> None:
+        self.program = program
+        self._line = line
+
+    def type(self, text: str) -> None:
+        os.write(self._line, text.encode())
+
+    def read_until(self, words: str) -> None:
+        """Read until words have come; what comes with them may be read too."""
+        read = b""
+        while words.encode() not in read:
+            assert select.select([self._line], [], [], ANSWERING_S)[0], read
+            read += os.read(self._line, 1 << 16)
+
+
+@contextmanager
+def terminal(program: str, *arguments: str | Path) -> Iterator[Terminal]:
+    line, its_end = pty.openpty()
+    command = [sys.executable, "-c", PROGRAM + program, *arguments]
+    with subprocess.Popen(command, stdin=its_end, stdout=its_end, stderr=its_end, start_new_session=True) as process:
+        os.close(its_end)
+        try:
+            yield Terminal(process, line)
+        finally:
+            process.kill()
+            os.close(line)
+
+
+def test_a_host_key_and_a_passphrase_are_asked_for(sshd: Sshd, tmp_path: Path) -> None:
+    sshd.key.unlink()
+    make_key(sshd.key, "open sesame")
+    sshd.known_hosts.write_text("")
+    asking = sshd.config.read_text().replace("BatchMode yes", "").replace("Checking yes", "Checking ask")
+    sshd.config.write_text(asking)
+    with TemporaryDirectory(dir=ssh.ROOM) as room, terminal(CONNECT, sshd.config, room, tmp_path) as person:
+        person.read_until("(yes/no/[fingerprint])?")
+        person.type("yes\n")
+        person.read_until("Enter passphrase for key")
+        person.type("open sesame\n")
+        person.read_until("connected")
+        assert person.program.wait(ANSWERING_S) == 0
+
+
+def test_ctrl_c_withdraws_a_question(sshd: Sshd, tmp_path: Path) -> None:
+    sshd.key.unlink()
+    make_key(sshd.key, "open sesame")
+    sshd.config.write_text(sshd.config.read_text().replace("BatchMode yes", ""))
+    with TemporaryDirectory(dir=ssh.ROOM) as room, terminal(CONNECT, sshd.config, room, tmp_path) as person:
+        person.read_until("Enter passphrase for key")
+        person.type("\x03")
+        person.read_until("KeyboardInterrupt")
+        assert person.program.wait(ANSWERING_S) == -signal.SIGINT
+        assert not list(Path(room).iterdir())
+
+
+@pytest.fixture
+def folder(sshd: Sshd, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Something that takes four seconds to send."""
+    (sshd.home / "robotcore").mkdir()
+    monkeypatch.setenv("PATH", str(slow_rsync(tmp_path / "slow")), prepend=os.pathsep)
+    (folder := tmp_path / "sent").mkdir()
+    (folder / "small").mkdir()
+    (folder / "big").write_bytes(os.urandom(12 << 20))
+    return folder
+
+
+def test_ctrl_c_ends_a_transfer_and_leaves_nothing(sshd: Sshd, folder: Path) -> None:
+    with TemporaryDirectory(dir=ssh.ROOM) as room, terminal(SEND, sshd.config, room, folder) as person:
+        person.read_until("sending")
+        [connection] = map(os.pidfd_open, sshd.connections())
+        person.type("\x03")
+        person.read_until("interrupted")
+        assert person.program.wait(ANSWERING_S) == 0
+        assert not list(Path(room).iterdir())
+        assert select.select([connection], [], [], ANSWERING_S)[0]
+        os.close(connection)
+    assert not (sshd.home / "robotcore" / "incoming" / "big").exists()
+
+
+def test_the_connection_ends_with_a_desk_that_is_killed(sshd: Sshd, folder: Path) -> None:
+    with TemporaryDirectory(dir=ssh.ROOM) as room, terminal(SEND, sshd.config, room, folder) as person:
+        person.read_until("sending")
+        [connection] = map(os.pidfd_open, sshd.connections())
+        person.program.send_signal(signal.SIGKILL)
+        assert select.select([connection], [], [], ANSWERING_S)[0]
+        os.close(connection)

@@ -1,0 +1,221 @@
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+from robotcore.deploy.staging import copied, listed
+from robotcore.errors import UsageError
+from tests.robotcore.deploy.projects import git, write
+
+HOSTILE = ("a b.py", "it's \"$(x)`y`;.py", "new\nline.py", "-rf", "--help", "é\u200b字.py", "*", "~", "back\\slash")
+LEFT = {
+    "__pycache__/app.cpython-311.pyc": "",
+    ".venv/bin/python": "",
+    "env/pyvenv.cfg": "",
+    "env/lib/x.py": "",
+    "sweeps/a/results.jsonl": "",
+    "recordings/rover/1.mcap": "",
+    "run.mcap": "",
+    ".pytest_cache/x": "",
+    ".#app.py": "",
+}
+SECRETS = {
+    ".env": "A=1",
+    ".envrc": "export A=1",
+    "production.env": "A=1",
+    "deep/.env.local": "A=1",
+    "tls.pem": "",
+    "id_ed25519": "",
+    ".ssh/config": "",
+    "harmless.txt": "-----BEGIN OPENSSH PRIVATE KEY-----\n",
+}
+PUBLIC = {"app.py": "", "id_tags.py": "", ".env.example": "", "id_ed25519.pub": "", "keys.md": "see -----BEGIN"}
+
+KEY = "-----BEGIN RSA PRIVATE KEY-----\nMIIEowIBAAKCAQEA1c7+9z5Pad7Oejec\n"
+SECRET_NAMES = [
+    "secret.txt",
+    "client_secret_123.json",
+    "my-credentials.json",
+    "credentials",
+    "service-account.json",
+    "passwords.txt",
+    "token.txt",
+    "api_key.txt",
+    ".pgpass",
+    ".netrc",
+    ".docker/config.json",
+    ".kube/config",
+    "kubeconfig",
+    "deploy_key",
+    "key.pem.bak",
+    "wifi.psk",
+    "id_rsa.old",
+    "SECRETS.TOML",
+    "main.env",
+    "secrets.py",
+    "credentials.py",
+    "api_keys.py",
+    "password.py",
+    "secrets/wifi.txt",
+    "deep/Secret/db.json",
+    "credentials/prod.yaml",
+    "secrets/password.py",
+    "private_key",
+    "privatekey.txt",
+    "robot_id_rsa",
+    "my-id_ed25519.txt",
+    "id_ed25519_sk",
+    "ssh_host_ed25519_key",
+    "AuthKey.p8",
+    "a.pkcs12",
+    "wpa_supplicant-wlan0.conf",
+    "rclone.conf",
+    ".my.cnf",
+    ".dockercfg",
+    ".s3cfg",
+    ".boto",
+    "terraform.tfstate",
+    "terraform.tfstate.backup",
+    ".vault_pass",
+    "rover-firebase-adminsdk-x1.json",
+]
+SENT_NAMES = [
+    "tokens.py",
+    "token.py",
+    "tokenizer.py",
+    "tokenizer.json",
+    "password_field.py",
+    "test_secrets.py",
+    "secret_garden.py",
+    "config.json",
+    "secrets.example.toml",
+    "credentials.json.sample",
+    "deploy_key.pub",
+    "keyboard.toml",
+    "secrets/__init__.py",
+    "secrets/wifi.toml.example",
+    "credentials/robot.pub",
+    "ssh_host_rsa_key.pub",
+    "grid_rsa.txt",
+    "id_rsa_reader.py",
+    "secretary/notes.txt",
+    ".docker/Dockerfile",
+]
+KEYS = {
+    "after attributes": f"Bag Attributes\n    friendlyName: x\nKey Attributes: <No Attributes>\n{KEY}".encode(),
+    "after a mark": b"\xef\xbb\xbf" + KEY.encode(),
+    "in UTF-16": KEY.encode("utf-16"),
+    "in JSON": json.dumps({"private_key": KEY}).encode(),
+    "in code": f'KEY = """{KEY}"""'.encode(),
+    "deep": b"#\n" * 30_000 + KEY.encode(),
+    "in a comment": b"# " + KEY.encode().replace(b"\n", b"\n# "),
+    "in a quotation": b"> " + KEY.encode(),
+    "of age": b"# created: today\nAGE-SECRET-KEY-1QQPQZRY9X8GF2TVDW0S3JN54KHCE6MUA7L\n",
+    "of SSH2": b"---- BEGIN SSH2 ENCRYPTED PRIVATE KEY ----\nComment: x\n",
+}
+
+
+@pytest.mark.parametrize("name", SECRET_NAMES)
+def test_file_with_the_name_of_a_secret_stays_at_home(tmp_path: Path, name: str) -> None:
+    write(tmp_path, {name: ""})
+    assert listed(tmp_path).secrets == (name,)
+
+
+@pytest.mark.parametrize("name", SENT_NAMES)
+def test_code_and_examples_whose_names_only_have_such_a_word_are_sent(tmp_path: Path, name: str) -> None:
+    write(tmp_path, {name: ""})
+    assert listed(tmp_path).names == (name,)
+
+
+@pytest.mark.parametrize("content", KEYS.values(), ids=KEYS)
+def test_file_with_a_private_key_stays_at_home(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "notes.txt").write_bytes(content)
+    assert listed(tmp_path).secrets == ("notes.txt",)
+
+
+def test_public_key_and_text_about_keys_are_sent(tmp_path: Path) -> None:
+    write(
+        tmp_path,
+        {"a.txt": KEY.replace("RSA PRIVATE", "PUBLIC"), "b.md": "A file `-----BEGIN PRIVATE KEY-----` is one."},
+    )
+    assert listed(tmp_path).names == ("a.txt", "b.md")
+
+
+@pytest.mark.parametrize("has_git", [False, True])
+def test_what_programs_leave_and_secrets_stay_at_home_and_secrets_are_told(tmp_path: Path, *, has_git: bool) -> None:
+    write(tmp_path, {**LEFT, **SECRETS, **PUBLIC})
+    if has_git:
+        git(tmp_path, "init", "-q")
+    assert set(listed(tmp_path).names) == set(PUBLIC)
+    assert set(listed(tmp_path).secrets) == set(SECRETS)
+
+
+def test_git_says_what_is_the_projects(tmp_path: Path) -> None:
+    write(tmp_path, {".gitignore": "big*\n", "big.bin": "", "run.mcap": "", "gone.py": "", ".env": "", "new.py": ""})
+    git(tmp_path, "init", "-q")
+    git(tmp_path, "add", "-f", "run.mcap", "gone.py", ".env")
+    (tmp_path / "gone.py").unlink()
+    assert listed(tmp_path).names == (".gitignore", "new.py", "run.mcap")
+    assert listed(tmp_path).secrets == (".env",), "tracked or not"
+
+
+def test_a_repository_within_the_project_comes_along(tmp_path: Path) -> None:
+    write(tmp_path, {"app.py": "", "lib/.gitignore": "junk\n", "lib/junk": "", "lib/lib.py": ""})
+    for folder in (tmp_path, tmp_path / "lib"):
+        git(folder, "init", "-q")
+    assert listed(tmp_path).names == ("app.py", "lib/.gitignore", "lib/lib.py")
+
+
+def test_a_folder_that_git_ignores_as_a_whole_is_taken_as_it_is(tmp_path: Path) -> None:
+    write(tmp_path, {".gitignore": "tried/\n", "tried/app.py": ""})
+    git(tmp_path, "init", "-q")
+    assert listed(tmp_path / "tried").names == ("app.py",)
+
+
+def test_a_hook_of_another_repository_does_not_change_the_list(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("one", "other"):
+        git(write(tmp_path / name, {f"{name}.py": "", ".gitignore": "big\n", "big": ""}), "init", "-q")
+    monkeypatch.setenv("GIT_DIR", str(tmp_path / "other" / ".git"))
+    monkeypatch.setenv("GIT_WORK_TREE", str(tmp_path / "other"))
+    assert listed(tmp_path / "one").names == (".gitignore", "one.py")
+
+
+@pytest.mark.parametrize("has_git", [False, True])
+def test_every_name_is_copied_as_it_is(tmp_path: Path, *, has_git: bool) -> None:
+    source, target = write(tmp_path / "source", {name: name for name in HOSTILE}), tmp_path / "target"
+    (source / os.fsdecode(b"latin-\xe9")).write_text("x")
+    if has_git:
+        git(source, "init", "-q")
+    copied(source, target)
+    assert {path.name for path in target.iterdir()} == {path.name for path in source.iterdir()} - {".git"}
+    assert all((target / name).read_text() == name for name in HOSTILE)
+
+
+def test_a_link_that_leads_to_what_is_sent_is_kept_and_leads_there_from_wherever_it_is(tmp_path: Path) -> None:
+    source = write(tmp_path / "source", {"data/map.txt": "here"})
+    (source / "absolute").symlink_to(source / "data" / "map.txt")
+    (source / "data" / "round").symlink_to("../../source/data/map.txt")
+    (source / "folder").symlink_to("data")
+    copied(source, tmp_path / "target")
+    source.rename(tmp_path / "moved")
+    for name in ("absolute", "data/round", "folder/map.txt"):
+        assert (tmp_path / "target" / name).read_text() == "here"
+    assert (tmp_path / "target" / "absolute").is_symlink()
+
+
+@pytest.mark.parametrize("leads", ["nowhere", "../outside.txt", "/etc/passwd", ".env", "loop"])
+def test_a_link_that_leads_to_nothing_sent_is_refused_by_its_name(tmp_path: Path, leads: str) -> None:
+    source = write(tmp_path, {"outside.txt": "", "source/.env": "", "source/app.py": ""}) / "source"
+    (source / "loop").symlink_to(leads)
+    with pytest.raises(UsageError, match=f"loop -> {leads}: a link that leads to nothing that is sent"):
+        copied(source, tmp_path / "target")
+
+
+def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
+    source = write(tmp_path / "source", {"app.py": ""})
+    os.mkfifo(source / "pipe")
+    copied(source, tmp_path / "target")
+    assert [path.name for path in (tmp_path / "target").iterdir()] == ["app.py"]
