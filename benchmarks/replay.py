@@ -28,7 +28,7 @@ from benchmarks.report import at_least_one, machine, print_table
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.recording import read
 from robotcore.recording.recorder import Recorder
-from robotcore.recording.replay import Replayed, replay
+from robotcore.recording.replay import ReplayResult, replay
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.session import run
 
@@ -56,7 +56,7 @@ class Case:
     """A run that was recorded and replayed; times in seconds."""
 
     request: RunRequest
-    replayed: Replayed
+    replayed: ReplayResult
     recording_s: float
     replay_s: float
 

@@ -10,7 +10,6 @@ from typing import Any
 from pydantic import InstanceOf
 
 from drivers.replay.devices import (
-    Reel,
     ReplayBattery,
     ReplayCamera,
     ReplayClock,
@@ -18,6 +17,7 @@ from drivers.replay.devices import (
     ReplayEncoder,
     ReplayMotor,
     ReplayRangeSensor,
+    SamplePlayer,
 )
 from robotcore.description import (
     BatteryDescription,
@@ -75,7 +75,7 @@ class ReplayBackend(Backend):
                 f"--robot {robot}: a replay has the robot of its recording, {recorded.description.name!r}. "
                 "Leave --robot out"
             )
-        return recorded.description if options.get("is_held") else _patient(recording)
+        return recorded.description if options.get("is_held") else _relax_rules(recording)
 
     def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
         batteries = {battery.name for battery in robot.all_of(BatteryDescription)}
@@ -87,7 +87,7 @@ class ReplayBackend(Backend):
         _require_rate(setup, recording)
         _require_recorded(setup, recording)
         clock = ReplayClock([tick.time for tick in recording.ticks])
-        return Robot(setup.robot.name, clock, _devices(setup, recording, clock))
+        return Robot(setup.robot.name, clock, _build_devices(setup, recording, clock))
 
     def _recording(self, options: Mapping[str, Any]) -> Recording:
         """Return the recording that the options name; it is read once."""
@@ -99,7 +99,7 @@ class ReplayBackend(Backend):
         return self._read
 
 
-def _patient(recording: Recording) -> RobotDescription:
+def _relax_rules(recording: Recording) -> RobotDescription:
     """Return the recorded robot with safety rules that wait longer than the recording lasts: they never step in.
 
     Its wheels do not follow other commands than they were given, and what was not read in a tick is older than it was.
@@ -110,26 +110,26 @@ def _patient(recording: Recording) -> RobotDescription:
     return description.model_copy(update={"safety": description.safety.model_copy(update=waits)})
 
 
-def _devices(setup: Setup, recording: Recording, clock: ReplayClock) -> Iterator[Device]:
+def _build_devices(setup: Setup, recording: Recording, clock: ReplayClock) -> Iterator[Device]:
     for device in setup.chosen:
         name = device.name
         if isinstance(device, MotorDescription):
             yield ReplayMotor(name, device.max_velocity_rad_s)
         elif isinstance(device, RangeSensorDescription):
-            yield ReplayRangeSensor(device, Reel(name, recording, clock))
+            yield ReplayRangeSensor(device, SamplePlayer(name, recording, clock))
         elif isinstance(device, CameraDescription):
-            yield ReplayCamera(device, Reel(name, recording, clock))
+            yield ReplayCamera(device, SamplePlayer(name, recording, clock))
         elif isinstance(device, DisplayDescription):
             yield ReplayDisplay(name, recording, clock)
         elif isinstance(device, EncoderDescription):
-            yield ReplayEncoder(name, Reel(name, recording, clock))
+            yield ReplayEncoder(name, SamplePlayer(name, recording, clock))
         else:
             battery: BatteryDescription = device  # of a new kind of device, the type checker tells
-            yield ReplayBattery(battery.name, Reel(name, recording, clock))
-    yield from _lone_motors(setup, recording)
+            yield ReplayBattery(battery.name, SamplePlayer(name, recording, clock))
+    yield from _build_lone_motors(setup, recording)
 
 
-def _lone_motors(setup: Setup, recording: Recording) -> Iterator[Device]:
+def _build_lone_motors(setup: Setup, recording: Recording) -> Iterator[Device]:
     """Yield the motors that the recorded run commanded outside the drive: a backend may open some that nobody needs."""
     chosen = {device.name for device in setup.chosen}
     limits = {device.name: device.max_velocity_rad_s for device in setup.robot.all_of(MotorDescription)}

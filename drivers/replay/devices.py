@@ -74,7 +74,7 @@ class ReplayClock(Clock):
 RecordedT = TypeVar("RecordedT", Range, Frame, Angle, Voltage)
 
 
-class Reel(Generic[RecordedT]):
+class SamplePlayer(Generic[RecordedT]):
     """Gives back what one sensor gave, or raises what it raised, read by read of a tick; the last read stays.
 
     In a tick without a read of it, or whose sample was dropped, it gives the newest from before, which keeps its time.
@@ -82,7 +82,7 @@ class Reel(Generic[RecordedT]):
 
     def __init__(self, device: str, recording: Recording, clock: ReplayClock) -> None:
         self._device, self._samples, self._clock = device, recording.samples, clock
-        self._reads = [_reads_of(device, tick.reads) for tick in recording.ticks]
+        self._reads = [_list_reads(device, tick.reads) for tick in recording.ticks]
         keys = ((at, read.key) for at, reads in enumerate(self._reads) for read in reads if read.key)
         self._given = [(at, key) for at, key in keys if key in self._samples]
         self._tick, self._count = -1, 0
@@ -114,7 +114,7 @@ class Reel(Generic[RecordedT]):
         return self._given[at - 1][1]
 
 
-def _reads_of(device: str, reads: Sequence[Read]) -> tuple[Read, ...]:
+def _list_reads(device: str, reads: Sequence[Read]) -> tuple[Read, ...]:
     return tuple(read for read in reads if read.device == device)
 
 
@@ -128,7 +128,7 @@ class ReplayMotor(Motor):
 class ReplayRangeSensor(RangeSensor):
     """The distances of a recording."""
 
-    def __init__(self, description: RangeSensorDescription, reel: Reel[Range]) -> None:
+    def __init__(self, description: RangeSensorDescription, reel: SamplePlayer[Range]) -> None:
         limits = {"min_range": description.min_range_m, "max_range": description.max_range_m}
         super().__init__(description.name, cone=description.cone_rad, **limits)
         self._reel = reel
@@ -140,7 +140,7 @@ class ReplayRangeSensor(RangeSensor):
 class ReplayCamera(Camera):
     """The pictures of a recording."""
 
-    def __init__(self, description: CameraDescription, reel: Reel[Frame]) -> None:
+    def __init__(self, description: CameraDescription, reel: SamplePlayer[Frame]) -> None:
         super().__init__(description.name, description.intrinsics)
         self._reel = reel
 
@@ -151,7 +151,7 @@ class ReplayCamera(Camera):
 class ReplayEncoder(Encoder):
     """The angles of a recording."""
 
-    def __init__(self, name: str, reel: Reel[Angle]) -> None:
+    def __init__(self, name: str, reel: SamplePlayer[Angle]) -> None:
         super().__init__(name)
         self._reel = reel
 
@@ -162,7 +162,7 @@ class ReplayEncoder(Encoder):
 class ReplayBattery(Battery):
     """The voltages of a recording."""
 
-    def __init__(self, name: str, reel: Reel[Voltage]) -> None:
+    def __init__(self, name: str, reel: SamplePlayer[Voltage]) -> None:
         super().__init__(name)
         self._reel = reel
 

@@ -24,22 +24,22 @@ def command(first: Path, second: Path, picture: Path | None, *, as_json: bool) -
     Exit status: 0 the same milestones in the same order and the same outcome, 1 else.
     """
     from robotcore.recording import read
-    from robotcore.recording.comparison import Comparison, Side
+    from robotcore.recording.comparison import Comparison, RunSummary
     from robotcore.view.comparison import format_comparison
     from robotcore.view.picture import require_writable
 
     require_apart("--picture", picture, first, second)
     if picture:
         require_writable(picture)
-    comparison = Comparison(Side(str(first), read(first)), Side(str(second), read(second)))
+    comparison = Comparison(RunSummary(str(first), read(first)), RunSummary(str(second), read(second)))
     if as_json:
         write_json(comparison.to_dict())
     else:
         write(format_comparison(comparison))
     if picture:
         from robotcore.view.comparison import draw_comparison
-        from robotcore.view.picture import encoded, save_png
+        from robotcore.view.picture import encode_png, save_png
 
-        save_png(encoded(draw_comparison(comparison)), picture)
+        save_png(encode_png(draw_comparison(comparison)), picture)
         write_line(f"The picture: {picture}", is_error=as_json)
     return comparison.exit_status

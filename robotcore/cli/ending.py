@@ -39,9 +39,9 @@ def tell_result(result: RunResult, *, as_json: bool) -> None:
     if as_json:
         write_content(f"{result.to_json()}\n")
     elif result.ticks:
-        from robotcore.view.text import summary
+        from robotcore.view.text import format_summary
 
-        write(summary(result))
+        write(format_summary(result))
 
 
 def _unstarted(asked: Mapping[str, Any], error: RobotcoreError | Interrupted) -> RunResult:

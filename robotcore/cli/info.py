@@ -39,13 +39,13 @@ def command(
     _require_outputs(file, picture, table, video)
     recording = read(file)
     if as_json:
-        from robotcore.recording.contents import contents_of
+        from robotcore.recording.contents import summarise_contents
 
-        write_json({"file": str(file), "bytes": file.stat().st_size, **contents_of(recording)})
+        write_json({"file": str(file), "bytes": file.stat().st_size, **summarise_contents(recording)})
     else:
-        from robotcore.view.text import contents
+        from robotcore.view.text import format_contents
 
-        write(contents(recording, file))
+        write(format_contents(recording, file))
     if picture:
         write_line(f"The picture: {_draw(recording, picture)}", is_error=as_json)
     if table:
@@ -64,10 +64,10 @@ def _require_outputs(file: Path, picture: Path | None, table: Path | None, video
 
 
 def _draw(recording: Recording, picture: Path) -> Path:
-    from robotcore.view.picture import png_of, require_writable, save_png, story_of
+    from robotcore.view.picture import build_figure, draw_png, require_writable, save_png
 
     require_writable(picture)
-    save_png(png_of(story_of(recording)), picture)
+    save_png(draw_png(build_figure(recording)), picture)
     return picture
 
 

@@ -14,7 +14,7 @@ from robotcore.cli.values import pair
 
 if TYPE_CHECKING:
     from robotcore.recording import Recording
-    from robotcore.recording.replay import Rehearsed, Replayed
+    from robotcore.recording.replay import Evaluation, ReplayResult
 
 
 @click.command("replay", cls=AnsweringCommand)
@@ -58,16 +58,16 @@ def command(
     return came_out.exit_status
 
 
-def _run(recording: Recording, file: Path, app: str | None, settings: dict[str, str]) -> Replayed | Rehearsed:
-    from robotcore.recording.replay import is_recorded_file, rehearse, replay
+def _run(recording: Recording, file: Path, app: str | None, settings: dict[str, str]) -> ReplayResult | Evaluation:
+    from robotcore.recording.replay import evaluate, is_recorded_file, replay
 
     is_held = not app or (recording.is_replayable and is_recorded_file(recording, app))
     if settings or not is_held:
-        return rehearse(recording, app, settings, file=file)
+        return evaluate(recording, app, settings, file=file)
     return replay(recording, file, app=app)
 
 
-def _tell(came_out: Replayed | Rehearsed) -> None:
+def _tell(came_out: ReplayResult | Evaluation) -> None:
     from robotcore.cli.failure import tell_error
     from robotcore.cli.output import write
     from robotcore.errors import DeviationError, Interrupted, RecordingEndedError, RobotcoreError
@@ -80,9 +80,9 @@ def _tell(came_out: Replayed | Rehearsed) -> None:
         tell_error(error)
 
 
-def _draw(recording: Recording, came_out: Replayed | Rehearsed, picture: Path) -> None:
-    from robotcore.recording.replay import Rehearsed
-    from robotcore.view.picture import png_of, save_png, story_of
+def _draw(recording: Recording, came_out: ReplayResult | Evaluation, picture: Path) -> None:
+    from robotcore.recording.replay import Evaluation
+    from robotcore.view.picture import build_figure, draw_png, save_png
 
-    is_rehearsal = isinstance(came_out, Rehearsed)
-    save_png(png_of(story_of(recording, came_out.states, came_out.result, is_rehearsal=is_rehearsal)), picture)
+    is_rehearsal = isinstance(came_out, Evaluation)
+    save_png(draw_png(build_figure(recording, came_out.states, came_out.result, is_rehearsal=is_rehearsal)), picture)

@@ -4,23 +4,34 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from robotcore.recording.events import Ask, Glimpse, MotorAsk, Raised, Read, Recorded, SampleKey, Shown, Tick, Turned
+from robotcore.recording.events import (
+    DriveCommand,
+    GroundTruthSample,
+    MotorCommand,
+    Read,
+    RecordedError,
+    RecordedSample,
+    SampleKey,
+    ShownPicture,
+    Tick,
+    WheelAngles,
+)
 from robotcore.recording.mcap_file import require_extra
 from robotcore.recording.recording import Metadata, Recording
 
 __all__ = [
-    "Ask",
-    "Glimpse",
+    "DriveCommand",
+    "GroundTruthSample",
     "Metadata",
-    "MotorAsk",
-    "Raised",
+    "MotorCommand",
     "Read",
-    "Recorded",
+    "RecordedError",
+    "RecordedSample",
     "Recording",
     "SampleKey",
-    "Shown",
+    "ShownPicture",
     "Tick",
-    "Turned",
+    "WheelAngles",
     "read",
 ]
 

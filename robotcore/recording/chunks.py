@@ -108,7 +108,7 @@ class Lz4Error(ValueError):
     """A chunk is packed with lz4. The lz4 library cannot limit what it unpacks, and robotcore never writes lz4."""
 
 
-def damage_at(offset: int, error: BaseException) -> str:
+def format_damage(offset: int, error: BaseException) -> str:
     """Return where a file is damaged and how, in a line."""
     problem = str(error)
     if isinstance(error, ValidationError):
@@ -252,11 +252,11 @@ class ChunkedFile:
             remedy = "Pack it with Zstandard: mcap compress --compression zstd"
             raise RecordingError(self._path, "it is packed with lz4", remedy) from error
         except DAMAGE as error:
-            self.damage = damage_at(at - RECORD.size, error)
+            self.damage = format_damage(at - RECORD.size, error)
             return None
 
     def _set_damage(self, at: int, problem: str) -> None:
-        self.damage = damage_at(at - RECORD.size, ValueError(problem))
+        self.damage = format_damage(at - RECORD.size, ValueError(problem))
 
     def _check_file_checksum(self, file: BinaryIO, crc: int | None, at: int) -> None:
         written = int.from_bytes(file.read(4), "little")

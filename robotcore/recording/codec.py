@@ -28,7 +28,7 @@ _SURROGATE = re.compile(rb"\\u[dD][89a-fA-F]")
 
 def to_json(event: Any) -> bytes:
     """Return an event as JSON. Python writes the shortest digits that read back as the same double."""
-    return json.dumps(plain(event), allow_nan=False, separators=(",", ":")).encode()
+    return json.dumps(to_plain(event), allow_nan=False, separators=(",", ":")).encode()
 
 
 def from_json(kind: type[T], content: bytes) -> T:
@@ -46,55 +46,55 @@ def parse_json(content: bytes) -> Any:
 
 
 @singledispatch
-def plain(value: Any) -> Any:
+def to_plain(value: Any) -> Any:
     """Return a value in what JSON knows: the fields of an object or a named tuple by their names, else its words."""
     if is_dataclass(value):
-        return _told({field.name: getattr(value, field.name) for field in fields(value)})
-    return _words(str(value))
+        return _drop_empty({field.name: getattr(value, field.name) for field in fields(value)})
+    return _to_text(str(value))
 
 
-@plain.register(bool)
-@plain.register(type(None))
-def _itself(value: Any) -> Any:
+@to_plain.register(bool)
+@to_plain.register(type(None))
+def _keep(value: Any) -> Any:
     return value
 
 
-@plain.register
-def _words(value: str) -> str:
+@to_plain.register
+def _to_text(value: str) -> str:
     """Return a text without its class, such as an app's own enumeration; a lone surrogate becomes an escape."""
     return str.encode(value, errors="backslashreplace").decode()
 
 
-@plain.register
-def _whole(value: Integral) -> int:
+@to_plain.register
+def _to_int(value: Integral) -> int:
     return int(value)
 
 
-@plain.register
-def _number(value: Real) -> float | str:
+@to_plain.register
+def _to_number(value: Real) -> float | str:
     number = float(value)
     return number if math.isfinite(number) else repr(number)
 
 
-@plain.register
-def _named(value: Mapping) -> dict[str, Any]:  # type: ignore[type-arg]
-    return {_words(str(key)): plain(each) for key, each in value.items()}
+@to_plain.register
+def _to_dict(value: Mapping) -> dict[str, Any]:  # type: ignore[type-arg]
+    return {_to_text(str(key)): to_plain(each) for key, each in value.items()}
 
 
-@plain.register
-def _described(value: BaseModel) -> dict[str, Any]:
-    return _named(value.model_dump())
+@to_plain.register
+def _dump_model(value: BaseModel) -> dict[str, Any]:
+    return _to_dict(value.model_dump())
 
 
-@plain.register(tuple)
-@plain.register(list)
-@plain.register(frozenset)
-def _many(value: Any) -> Any:
-    return _told(value._asdict()) if hasattr(value, "_asdict") else [plain(each) for each in value]
+@to_plain.register(tuple)
+@to_plain.register(list)
+@to_plain.register(frozenset)
+def _to_list(value: Any) -> Any:
+    return _drop_empty(value._asdict()) if hasattr(value, "_asdict") else [to_plain(each) for each in value]
 
 
-def _told(named: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: plain(each) for name, each in named.items() if each is not None and each != ()}
+def _drop_empty(named: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: to_plain(each) for name, each in named.items() if each is not None and each != ()}
 
 
 @cache
@@ -122,9 +122,9 @@ _BEFORE_SIZE = {0xC4, 0xDB, 0xDD, 0xFE, *range(0xE0, 0xF0)}
 """Tables, restart interval, comment, application data: the segments that may come before the size."""
 
 
-def raw_image(message: bytes | memoryview) -> Image:
+def decode_raw_image(message: bytes | memoryview) -> Image:
     """Return the picture in a RawImage, read-only; ValueError where there is none."""
-    told = dict(message_fields(message))
+    told = dict(read_fields(message))
     width, height = (int.from_bytes(told[field], "little") for field in (_WIDTH, _HEIGHT))
     _require_pixels(width, height)
     channels = _CHANNELS[bytes(told[_ENCODING])]
@@ -132,10 +132,10 @@ def raw_image(message: bytes | memoryview) -> Image:
     return np.frombuffer(told[_DATA], np.uint8).reshape(shape)
 
 
-def compressed_image(message: bytes | memoryview) -> Image:
+def decode_compressed_image(message: bytes | memoryview) -> Image:
     """Return the picture in a CompressedImage, read-only; ValueError where there is none."""
-    content = dict(message_fields(message))[_JPEG]
-    width, height = _jpeg_size(content)
+    content = dict(read_fields(message))[_JPEG]
+    width, height = _read_jpeg_size(content)
     _require_pixels(width, height)
     if width * height > _MOST_PIXELS:
         raise ValueError(f"a JPEG claims {width} x {height} pixels")
@@ -154,7 +154,7 @@ def _require_pixels(width: int, height: int) -> None:
         raise ValueError(f"a picture has {width} x {height} pixels")
 
 
-def _jpeg_size(content: memoryview) -> tuple[int, int]:
+def _read_jpeg_size(content: memoryview) -> tuple[int, int]:
     """Return the width and height in the header of a baseline JPEG, which is what robotcore writes.
 
     A decoder must find the same size. So anything between two segments is refused, fill bytes included, which a decoder
@@ -174,7 +174,7 @@ def _jpeg_size(content: memoryview) -> tuple[int, int]:
     raise ValueError("it holds no baseline JPEG")
 
 
-def message_fields(message: bytes | memoryview) -> Iterator[tuple[int, memoryview]]:
+def read_fields(message: bytes | memoryview) -> Iterator[tuple[int, memoryview]]:
     """Yield the number and the bytes of each field, whatever its type.
 
     Raises ValueError where the message is cut, or has more fields than a picture.
@@ -183,8 +183,8 @@ def message_fields(message: bytes | memoryview) -> Iterator[tuple[int, memoryvie
     for _ in range(_MOST_FIELDS):
         if not left:
             return
-        tag, left = _varint(left)
-        length, left = _length(tag & 7, left)
+        tag, left = _read_varint(left)
+        length, left = _read_length(tag & 7, left)
         if length > len(left):
             raise ValueError("a message ends too early")
         yield tag >> 3, left[:length]
@@ -193,16 +193,16 @@ def message_fields(message: bytes | memoryview) -> Iterator[tuple[int, memoryvie
         raise ValueError(f"a message has more than {_MOST_FIELDS} fields")
 
 
-def _length(kind: int, left: memoryview) -> tuple[int, memoryview]:
+def _read_length(kind: int, left: memoryview) -> tuple[int, memoryview]:
     """Return how many bytes a field of a kind has, and what they begin."""
     if kind == BYTES:
-        return _varint(left)
+        return _read_varint(left)
     if kind == VARINT:
-        return len(left) - len(_varint(left)[1]), left
+        return len(left) - len(_read_varint(left)[1]), left
     return {FIXED32: 4, FIXED64: 8}[kind], left
 
 
-def _varint(left: memoryview) -> tuple[int, memoryview]:
+def _read_varint(left: memoryview) -> tuple[int, memoryview]:
     value = 0
     for at, byte in enumerate(left[:10]):
         value |= (byte & 0x7F) << 7 * at

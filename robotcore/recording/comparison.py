@@ -10,7 +10,15 @@ from typing import Any
 
 from robotcore.geometry import Pose
 from robotcore.recording import Recording, Tick
-from robotcore.recording.contents import Path, interventions_of, length_of, odometry_path, rate_of, result_of, true_path
+from robotcore.recording.contents import (
+    PosePath,
+    build_odometry_path,
+    build_result,
+    build_true_path,
+    count_interventions,
+    measure_path,
+    measure_rate,
+)
 from robotcore.runtime.outcome import RunResult
 
 Room = tuple[Sequence[object], ...]
@@ -21,7 +29,7 @@ _DIGITS = 4
 
 
 @dataclass(frozen=True)
-class Side:
+class RunSummary:
     """A recording and what it is called; lengths in metres, poses in the world, rates in Hz."""
 
     name: str
@@ -30,7 +38,7 @@ class Side:
     @cached_property
     def result(self) -> RunResult:
         """How it ended; of a file that was cut, what is known."""
-        return result_of(self.recording)
+        return build_result(self.recording)
 
     @property
     def outcome(self) -> str:
@@ -40,14 +48,14 @@ class Side:
         return "damaged" if self.recording.is_damaged else "cut"
 
     @cached_property
-    def odometry(self) -> Path:
+    def odometry(self) -> PosePath:
         """Where the wheels took the robot."""
-        return odometry_path(self.recording)
+        return build_odometry_path(self.recording)
 
     @cached_property
-    def truth(self) -> Path:
+    def truth(self) -> PosePath:
         """Where it was, where a simulator tells."""
-        return true_path(self.recording)
+        return build_true_path(self.recording)
 
     @property
     def room(self) -> Room | None:
@@ -65,11 +73,11 @@ class Side:
     @property
     def rate_hz(self) -> float | None:
         """How many ticks a second there were, on the robot's clock."""
-        return rate_of(self.recording)
+        return measure_rate(self.recording)
 
     @property
     def interventions(self) -> int:
-        return sum(interventions_of(self.recording).values())
+        return sum(count_interventions(self.recording).values())
 
     @property
     def drift(self) -> float | None:
@@ -95,10 +103,10 @@ class Side:
             "reason": result.reason,
             "time_s": result.sim_time_s,
             "ticks": len(self.recording.ticks),
-            "odometry_m": _length(self.odometry),
-            "truth_m": _length(self.truth),
-            "final_odometry": _last(self.odometry),
-            "final_truth": _last(self.truth),
+            "odometry_m": _measure_length(self.odometry),
+            "truth_m": _measure_length(self.truth),
+            "final_odometry": _round_last_pose(self.odometry),
+            "final_truth": _round_last_pose(self.truth),
             "drift_m": None if self.drift is None else round(self.drift, _DIGITS),
             "interventions": self.interventions,
             "rate_hz": None if self.rate_hz is None else round(self.rate_hz, _DIGITS),
@@ -107,11 +115,11 @@ class Side:
         }
 
 
-def _length(path: Path) -> float | None:
-    return round(length_of(path.values()), _DIGITS) if path else None
+def _measure_length(path: PosePath) -> float | None:
+    return round(measure_path(path.values()), _DIGITS) if path else None
 
 
-def _last(path: Path) -> list[float] | None:
+def _round_last_pose(path: PosePath) -> list[float] | None:
     return [round(number, _DIGITS) for number in path[max(path)]] if path else None
 
 
@@ -119,7 +127,7 @@ DIFFERS = 1
 
 
 @dataclass(frozen=True)
-class Parting:
+class FirstDifference:
     """The first tick in which two runs are in different states; None where a run was over by then."""
 
     tick: int
@@ -132,8 +140,8 @@ class Parting:
 class Comparison:
     """Two recordings; they tell the same where they reach the same milestones in the same order, and the same end."""
 
-    first: Side
-    second: Side
+    first: RunSummary
+    second: RunSummary
 
     @property
     def milestones(self) -> tuple[dict[str, float], dict[str, float]]:
@@ -146,13 +154,13 @@ class Comparison:
         return next((pair for pair in zip_longest(*self.milestones) if pair[0] != pair[1]), None)
 
     @property
-    def parting(self) -> Parting | None:
+    def parting(self) -> FirstDifference | None:
         """Where their states part; None where all are the same."""
         for one, other in zip_longest(self.first.recording.ticks, self.second.recording.ticks):
-            first, second = _state(one), _state(other)
+            first, second = _get_state(one), _get_state(other)
             if first != second:
                 tick = one or other
-                return Parting(tick.number, tick.time, first, second)
+                return FirstDifference(tick.number, tick.time, first, second)
         return None
 
     @property
@@ -183,5 +191,5 @@ class Comparison:
         }
 
 
-def _state(tick: Tick | None) -> str | None:
+def _get_state(tick: Tick | None) -> str | None:
     return tick.state if tick else None

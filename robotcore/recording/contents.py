@@ -19,11 +19,11 @@ from robotcore.runtime.outcome import Outcome, RunResult
 from robotcore.runtime.trace import TickRecord, Trace
 
 
-def result_of(recording: Recording) -> RunResult:
+def build_result(recording: Recording) -> RunResult:
     """Return the recorded result; of a file that ends before the run did, what is known of it."""
     if recording.result:
         return recording.result
-    trace = _trace_of(recording)
+    trace = _build_trace(recording)
     request, world, ticks = recording.metadata.request, recording.metadata.world, recording.ticks
     return RunResult(
         app=app_name(request.app),
@@ -33,7 +33,7 @@ def result_of(recording: Recording) -> RunResult:
         seed=request.seed,
         outcome=Outcome.ERROR,
         exit_status=1,
-        reason=why_no_end(recording),
+        reason=explain_missing_end(recording),
         sim_time_s=ticks[-1].time if ticks else 0.0,
         ticks=len(ticks),
         milestones=trace.milestones,
@@ -44,7 +44,7 @@ def result_of(recording: Recording) -> RunResult:
     )
 
 
-def why_no_end(recording: Recording) -> str:
+def explain_missing_end(recording: Recording) -> str:
     """Say why a recording has no result; empty where it has one."""
     if recording.result:
         return ""
@@ -56,7 +56,7 @@ def why_no_end(recording: Recording) -> str:
     return f"the file is damaged at {at:.1f} s: what comes after is not read ({recording.damage})"
 
 
-def _trace_of(recording: Recording) -> Trace:
+def _build_trace(recording: Recording) -> Trace:
     trace = Trace(tuple(recording.metadata.milestones))
     batteries = {battery.name for battery in recording.metadata.description.all_of(BatteryDescription)}
     for tick in recording.ticks:
@@ -64,21 +64,21 @@ def _trace_of(recording: Recording) -> Trace:
         trace.add(
             TickRecord(
                 *(tick.number, tick.time, tick.state, *decided),
-                voltages=_voltages_in(tick, recording, batteries),
+                voltages=_read_voltages(tick, recording, batteries),
                 warnings=tick.warnings,
             )
         )
     return trace
 
 
-def _voltages_in(tick: Tick, recording: Recording, batteries: Container[str]) -> dict[str, float]:
+def _read_voltages(tick: Tick, recording: Recording, batteries: Container[str]) -> dict[str, float]:
     """Return what was read of batteries in a tick, in volts; no picture is read for it."""
     keys = [read.key for read in tick.reads if read.key and read.device in batteries]
     samples = {key.device: recording.samples.get(key) for key in keys}
     return {device: sample.voltage for device, sample in samples.items() if isinstance(sample, Voltage)}
 
 
-Path = dict[int, Pose]
+PosePath = dict[int, Pose]
 """Poses in the world by the numbers of their ticks; without a world, seen from where the robot began."""
 
 
@@ -86,14 +86,14 @@ _MOST_M = 1e6
 """No robot goes farther: a pose beyond it comes of a number that is none, such as an encoder's."""
 
 
-def odometry_path(recording: Recording) -> Path:
+def build_odometry_path(recording: Recording) -> PosePath:
     """Return where the wheels took the robot, as the app knew it; empty without a drive."""
     world = recording.metadata.world
     start = world.start.pose if world else Pose(0.0, 0.0, 0.0)
     return {tick.number: start.moved(tick.pose) for tick in recording.ticks if tick.pose and _is_place(tick.pose)}
 
 
-def true_path(recording: Recording) -> Path:
+def build_true_path(recording: Recording) -> PosePath:
     """Return where the robot was by the simulator's word; empty where there is none."""
     return {glimpse.tick: glimpse.pose for glimpse in recording.truth if _is_place(glimpse.pose)}
 
@@ -102,7 +102,7 @@ def _is_place(pose: Pose) -> bool:
     return max(abs(pose.x), abs(pose.y)) <= _MOST_M and math.isfinite(pose.heading) and not math.isnan(pose.x + pose.y)
 
 
-def length_of(path: Iterable[Pose]) -> float:
+def measure_path(path: Iterable[Pose]) -> float:
     """Return how far it is along a path, in metres."""
     return sum(one.distance_to(other.x, other.y) for one, other in pairwise(path))
 
@@ -126,26 +126,26 @@ class DeviceContents:
     rate_hz: float | None
 
 
-def duration_of(recording: Recording) -> float:
+def measure_duration(recording: Recording) -> float:
     """Return the time from the first tick to the last, in seconds."""
     ticks = recording.ticks
     return ticks[-1].time - ticks[0].time if ticks else 0.0
 
 
-def rate_of(recording: Recording) -> float | None:
+def measure_rate(recording: Recording) -> float | None:
     """Return how many ticks a second there were; None where no time passed."""
-    duration = duration_of(recording)
+    duration = measure_duration(recording)
     return (len(recording.ticks) - 1) / duration if duration > _SHORTEST_S else None
 
 
-def interventions_of(recording: Recording) -> dict[str, int]:
+def count_interventions(recording: Recording) -> dict[str, int]:
     """Return how often each rule of the safety stage changed a command."""
     return dict(Counter(each.cause for tick in recording.ticks for each in tick.interventions))
 
 
-def devices_of(recording: Recording) -> Iterator[DeviceContents]:
+def summarise_devices(recording: Recording) -> Iterator[DeviceContents]:
     """Yield what there is of each device that was open, in the order of the robot's description."""
-    duration, opened = duration_of(recording), set(recording.metadata.devices)
+    duration, opened = measure_duration(recording), set(recording.metadata.devices)
     sequences: defaultdict[str, set[int | None]] = defaultdict(set)
     reads, shown, errors = Counter[str](), Counter[str](), Counter[str]()
     for tick in recording.ticks:
@@ -164,9 +164,9 @@ def devices_of(recording: Recording) -> Iterator[DeviceContents]:
             yield DeviceContents(name, device.kind, samples, reads[name], errors[name], rate)
 
 
-def contents_of(recording: Recording) -> dict[str, Any]:
+def summarise_contents(recording: Recording) -> dict[str, Any]:
     """Return all of it for JSON; null is what nobody knows."""
-    about, result = recording.metadata, result_of(recording)
+    about, result = recording.metadata, build_result(recording)
     return {
         "app": result.app,
         "backend": result.backend,
@@ -176,14 +176,14 @@ def contents_of(recording: Recording) -> dict[str, Any]:
         "settings": {name: str(value) for name, value in about.request.settings.items()},
         "started": about.started,
         "platform": dict(about.platform),
-        "duration_s": duration_of(recording),
+        "duration_s": measure_duration(recording),
         "ticks": len(recording.ticks),
-        "rate_hz": rate_of(recording),
+        "rate_hz": measure_rate(recording),
         "overruns": result.overruns,
-        "devices": [asdict(device) for device in devices_of(recording)],
+        "devices": [asdict(device) for device in summarise_devices(recording)],
         "faults": result.faults,
         "dropped_pictures": result.dropped_pictures,
-        "interventions": interventions_of(recording),
+        "interventions": count_interventions(recording),
         "milestones": result.milestones,
         "batteries": result.batteries,
         "outcome": recording.result.outcome.value if recording.result else None,
@@ -196,6 +196,6 @@ def contents_of(recording: Recording) -> dict[str, Any]:
     }
 
 
-def last_reads(tick: Tick) -> dict[str, Read]:
+def find_last_reads(tick: Tick) -> dict[str, Read]:
     """Return the last sample that each device gave in a tick, by device."""
     return {read.device: read for read in tick.reads if not read.error}

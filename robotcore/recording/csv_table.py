@@ -10,7 +10,7 @@ from typing import Any
 from robotcore.errors import RecordingError
 from robotcore.files import replace_file
 from robotcore.hal.devices import Angle, Range, Voltage
-from robotcore.recording.contents import last_reads
+from robotcore.recording.contents import find_last_reads
 from robotcore.recording.events import Read, Tick
 from robotcore.recording.recording import Recording
 
@@ -35,8 +35,8 @@ def write_csv(recording: Recording, where: Path, name: str) -> Path:
             part.open("w", newline="", encoding="utf-8", errors="backslashreplace") as stream,
         ):
             writer = csv.writer(stream)
-            writer.writerow(_columns(recording))
-            writer.writerows(_rows(recording))
+            writer.writerow(_build_header(recording))
+            writer.writerows(_build_rows(recording))
     except OSError as error:
         raise RecordingError(
             file, str(error.strerror), "Name a file that can be written, where there is room"
@@ -44,36 +44,40 @@ def write_csv(recording: Recording, where: Path, name: str) -> Path:
     return file
 
 
-def _columns(recording: Recording) -> list[str]:
+def _build_header(recording: Recording) -> list[str]:
     wheels = [f"{what}_{side}_rad_s" for what in ("asked", "sent") for side in ("left", "right")]
     true = [f"true_{name}" for name in _POSE] if recording.truth else []
-    devices = [column for name, unit in _sensors(recording) for column in (f"{name}_{unit}", f"{name}_time_s")]
+    devices = [column for name, unit in _list_sensors(recording) for column in (f"{name}_{unit}", f"{name}_time_s")]
     return ["tick", "time_s", "state", *wheels, *_POSE, *true, *devices, "interventions", "error"]
 
 
-def _rows(recording: Recording) -> Iterator[list[Any]]:
-    truth, sensors = {glimpse.tick: glimpse.pose for glimpse in recording.truth}, list(_sensors(recording))
+def _build_rows(recording: Recording) -> Iterator[list[Any]]:
+    truth, sensors = {glimpse.tick: glimpse.pose for glimpse in recording.truth}, list(_list_sensors(recording))
     for tick in recording.ticks:
-        true = list(truth.get(tick.number) or _nothing(3)) if truth else []
-        reads = last_reads(tick)
-        samples = [cell for name, unit in sensors for cell in _sample(recording, reads.get(name), unit)]
+        true = list(truth.get(tick.number) or _build_empty_cells(3)) if truth else []
+        reads = find_last_reads(tick)
+        samples = [cell for name, unit in sensors for cell in _build_sample_cells(recording, reads.get(name), unit)]
         causes = " ".join(each.cause for each in tick.interventions)
-        state, causes, error = map(_as_text, (tick.state, causes, tick.error.message if tick.error else ""))
-        yield [tick.number, tick.time, state, *_decided(tick), *true, *samples, causes, error]
+        state, causes, error = map(_escape_formula, (tick.state, causes, tick.error.message if tick.error else ""))
+        yield [tick.number, tick.time, state, *_build_decision_cells(tick), *true, *samples, causes, error]
 
 
-def _sensors(recording: Recording) -> Iterator[tuple[str, str]]:
+def _list_sensors(recording: Recording) -> Iterator[tuple[str, str]]:
     """Yield the name of each open sensor, and the unit of what it reads; a picture is told by its number."""
     for device in recording.metadata.description.devices:
         if device.name in recording.metadata.devices and device.kind in (*_UNITS, "camera"):
             yield device.name, _UNITS.get(device.kind, _PICTURE)
 
 
-def _decided(tick: Tick) -> list[Any]:
-    return [*(tick.asked or _nothing(2)), *(tick.sent or _nothing(2)), *(tick.pose or _nothing(3))]
+def _build_decision_cells(tick: Tick) -> list[Any]:
+    return [
+        *(tick.asked or _build_empty_cells(2)),
+        *(tick.sent or _build_empty_cells(2)),
+        *(tick.pose or _build_empty_cells(3)),
+    ]
 
 
-def _sample(recording: Recording, read: Read | None, unit: str) -> tuple[Any, Any]:
+def _build_sample_cells(recording: Recording, read: Read | None, unit: str) -> tuple[Any, Any]:
     if read is None:
         return "", ""
     sample = None if read.key is None or unit == _PICTURE else recording.samples.get(read.key)
@@ -87,10 +91,10 @@ def _sample(recording: Recording, read: Read | None, unit: str) -> tuple[Any, An
     return read.sequence, read.time
 
 
-def _as_text(text: str) -> str:
+def _escape_formula(text: str) -> str:
     """Return a cell that a spreadsheet takes for text."""
     return f"'{text}" if text.startswith(_FORMULA) else text
 
 
-def _nothing(cells: int) -> list[str]:
+def _build_empty_cells(cells: int) -> list[str]:
     return [""] * cells

@@ -16,7 +16,7 @@ from robotcore.geometry import Pose, Wheels
 from robotcore.hal.devices import Angle, Frame, Range, Voltage
 from robotcore.safety import Intervention
 
-Recorded = Range | Angle | Voltage | Frame
+RecordedSample = Range | Angle | Voltage | Frame
 """A sample as it is in a recording."""
 
 GUARD, ODOMETRY = "guard", "odometry"
@@ -38,7 +38,7 @@ class SampleKey(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Raised:
+class RecordedError:
     """An error of ours in words: the name of its class in `robotcore.errors`, its message, what it says of itself.
 
     >>> from robotcore.errors import DeviceError
@@ -51,7 +51,7 @@ class Raised:
     attributes: dict[str, Value] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, error: RobotcoreError | Interrupted) -> Raised:
+    def of(cls, error: RobotcoreError | Interrupted) -> RecordedError:
         """Return an error in words; a kind that an app has made of ours is told as ours."""
         kind, _, state = error.__reduce__()[1]
         told = {name: value for name, value in state.items() if isinstance(value, Value) and name != "kind"}
@@ -85,7 +85,7 @@ class Read:
     sequence: int | None = None
     time: float | None = None
     number: int | None = None
-    error: Raised | None = None
+    error: RecordedError | None = None
     by: str | None = None
 
     @property
@@ -95,12 +95,12 @@ class Read:
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class ShownPicture:
     """The app showed a picture, or could not; ``number`` is None then, and where the picture was dropped."""
 
     device: str
     number: int | None = None
-    error: Raised | None = None
+    error: RecordedError | None = None
 
     @property
     def key(self) -> SampleKey | None:
@@ -109,30 +109,30 @@ class Shown:
 
 
 @dataclass(frozen=True, slots=True)
-class Ask:
+class DriveCommand:
     """A command of the app and what it was answered, or what it raised; ``asked`` is None where it was a stop."""
 
     asked: Wheels | None = None
     given: Wheels | None = None
-    error: Raised | None = None
+    error: RecordedError | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class MotorAsk:
+class MotorCommand:
     """A command to a motor outside the drive and what it answered, or what it raised; ``asked`` is None for a stop."""
 
     device: str
     asked: float | None = None
     given: float | None = None
-    error: Raised | None = None
+    error: RecordedError | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class Turned:
+class WheelAngles:
     """The angles of the wheels were read for odometry, or reading them raised."""
 
     angles: Wheels | None = None
-    error: Raised | None = None
+    error: RecordedError | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,22 +149,22 @@ class Tick:
     time: float
     state: str
     reads: Events[Read] = ()
-    asks: Events[Ask] = ()
-    motor_asks: Events[MotorAsk] = ()
-    turned: Events[Turned] = ()
+    asks: Events[DriveCommand] = ()
+    motor_asks: Events[MotorCommand] = ()
+    turned: Events[WheelAngles] = ()
     standing: Events[Wheels] = ()
     pose: Pose | None = None
     asked: Wheels | None = None
     sent: Wheels | None = None
     interventions: Events[Intervention] = ()
-    commit_error: Raised | None = None
-    shown: Events[Shown] = ()
-    error: Raised | None = None
+    commit_error: RecordedError | None = None
+    shown: Events[ShownPicture] = ()
+    error: RecordedError | None = None
     warnings: Events[str] = ()
 
 
 @dataclass(frozen=True, slots=True)
-class Glimpse:
+class GroundTruthSample:
     """What the simulator knew after a tick: the true pose, and how many touches there had been. Never replayed.
 
     ``contacts`` is None where it does not tell.

@@ -95,19 +95,19 @@ TRUE_BODY = f"{BODY}_true"
 ORIGIN = Pose(0.0, 0.0, 0.0)
 
 
-def nanoseconds(seconds: float) -> int:
+def to_nanoseconds(seconds: float) -> int:
     """Return a time of the robot's clock in ns; before zero, and where it is no number, zero."""
     return round(1e9 * seconds) if 0 < seconds < math.inf else 0
 
 
-def timestamp(seconds: float) -> Timestamp:
+def to_timestamp(seconds: float) -> Timestamp:
     """Return a time as Foxglove has it."""
     from foxglove.messages import Timestamp
 
-    return Timestamp(*divmod(nanoseconds(seconds), 1_000_000_000))
+    return Timestamp(*divmod(to_nanoseconds(seconds), 1_000_000_000))
 
 
-def quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
+def to_quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
     """Return the turn about x, then y, then z, in radians (Diebel, Representing Attitude, 2006, 5.8)."""
     from foxglove.messages import Quaternion
 
@@ -121,55 +121,55 @@ def quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
     )
 
 
-def planar(pose: Pose) -> FoxglovePose:
+def to_pose_message(pose: Pose) -> FoxglovePose:
     """Return a pose in the plane as one in space."""
     from foxglove.messages import Pose as FoxglovePose
     from foxglove.messages import Vector3
 
     position = Vector3(x=pose.x, y=pose.y, z=0.0)
-    return FoxglovePose(position=position, orientation=quaternion(0.0, 0.0, pose.heading))
+    return FoxglovePose(position=position, orientation=to_quaternion(0.0, 0.0, pose.heading))
 
 
-def placed(parent: str, child: str, pose: Pose, time: float) -> FrameTransform:
+def build_transform(parent: str, child: str, pose: Pose, time: float) -> FrameTransform:
     """Return where a frame is in the plane of another."""
     from foxglove.messages import FrameTransform, Vector3
 
     return FrameTransform(
-        timestamp=timestamp(time),
+        timestamp=to_timestamp(time),
         parent_frame_id=parent,
         child_frame_id=child,
         translation=Vector3(x=pose.x, y=pose.y, z=0.0),
-        rotation=quaternion(0.0, 0.0, pose.heading),
+        rotation=to_quaternion(0.0, 0.0, pose.heading),
     )
 
 
-def mounted(device: str, mount: Mount) -> FrameTransform:
+def build_mount_transform(device: str, mount: Mount) -> FrameTransform:
     """Return where a device sits on the body."""
     from foxglove.messages import FrameTransform, Vector3
 
     return FrameTransform(
-        timestamp=timestamp(0.0),
+        timestamp=to_timestamp(0.0),
         parent_frame_id=BODY,
         child_frame_id=device,
         translation=Vector3(x=mount.x_m, y=mount.y_m, z=mount.z_m),
-        rotation=quaternion(0.0, mount.pitch_rad, mount.yaw_rad),
+        rotation=to_quaternion(0.0, mount.pitch_rad, mount.yaw_rad),
     )
 
 
-def optical(device: str) -> FrameTransform:
+def build_optical_transform(device: str) -> FrameTransform:
     """Return how a camera's picture lies in its frame: x to the right, y down, z ahead (REP 103)."""
     from foxglove.messages import FrameTransform, Vector3
 
     return FrameTransform(
-        timestamp=timestamp(0.0),
+        timestamp=to_timestamp(0.0),
         parent_frame_id=device,
-        child_frame_id=optical_name(device),
+        child_frame_id=build_optical_name(device),
         translation=Vector3(),
-        rotation=quaternion(-math.pi / 2, 0.0, -math.pi / 2),
+        rotation=to_quaternion(-math.pi / 2, 0.0, -math.pi / 2),
     )
 
 
-def optical_name(device: str) -> str:
+def build_optical_name(device: str) -> str:
     """Return the name of the frame that a camera's picture lies in."""
     return f"{device}_optical"
 
@@ -178,10 +178,10 @@ DEVICE = "device"
 """The key of a channel's metadata that names the device."""
 
 RUN, TICKS, RESULT, END, TRUTH, LOG, POSE = "/run", "/ticks", "/result", "/end", "/truth", "/log", "/pose"
-MOVING, MOUNTED = "/tf", "/tf_static"
+TRANSFORMS, STATIC_TRANSFORMS = "/tf", "/tf_static"
 """Apart, as ROS has them: who begins to look in the middle is given the last message of each channel."""
 
-RESERVED = {RUN, TICKS, RESULT, END, TRUTH, LOG, POSE, MOVING, MOUNTED}
+RESERVED = {RUN, TICKS, RESULT, END, TRUTH, LOG, POSE, TRANSFORMS, STATIC_TRANSFORMS}
 
 RAYS = 9
 """As many as make an arc out of an ultrasonic sensor's cone."""
@@ -192,125 +192,129 @@ Write = Callable[[Any, float], None]
 """Logs a sample at a time of the robot's clock."""
 
 
-def topic_of(device: str) -> str:
+def build_topic(device: str) -> str:
     """Return the topic of a device: its name, unless the run has a channel of that name."""
     topic = f"/{device}"
     return f"{topic}_device" if topic in RESERVED else topic
 
 
-def writer_for(file: McapFile, device: Device, *, is_jpeg: bool) -> Write | None:
+def open_channel(file: McapFile, device: Device, *, is_jpeg: bool) -> Write | None:
     """Return what logs a device's samples; None where it has none."""
     match device:
         case Camera():
-            _calibrate(file, device)
-            return _jpegs(file, device.name, optical_name(device.name)) if is_jpeg else _raw(file, device.name)
+            _write_calibration(file, device)
+            return (
+                _open_jpegs(file, device.name, build_optical_name(device.name))
+                if is_jpeg
+                else _open_raw_images(file, device.name)
+            )
         case Display():
-            shown = _jpegs(file, device.name, device.name)
+            shown = _open_jpegs(file, device.name, device.name)
             return lambda frame, at: shown(replace(frame, time=at), at)
         case RangeSensor():
-            return _ranges(file, device)
+            return _open_ranges(file, device)
         case Encoder():
-            return _numbers(file, device.name, ANGLE_SCHEMA)
+            return _open_numbers(file, device.name, ANGLE_SCHEMA)
         case Battery():
-            return _numbers(file, device.name, VOLTAGE_SCHEMA)
+            return _open_numbers(file, device.name, VOLTAGE_SCHEMA)
     return None
 
 
-def _raw(file: McapFile, device: str) -> Write:
+def _open_raw_images(file: McapFile, device: str) -> Write:
     from foxglove.channels import RawImageChannel
     from foxglove.messages import RawImage
 
-    channel = RawImageChannel(topic_of(device), metadata={DEVICE: device}, context=file.context)
+    channel = RawImageChannel(build_topic(device), metadata={DEVICE: device}, context=file.context)
 
     def write(frame: Frame, at: float) -> None:
         image = frame.image
         message = RawImage(
-            timestamp=timestamp(frame.time),
-            frame_id=optical_name(device),
+            timestamp=to_timestamp(frame.time),
+            frame_id=build_optical_name(device),
             width=image.shape[1],
             height=image.shape[0],
             encoding="bgr8" if image.ndim == 3 else "mono8",
             step=image[0].nbytes,
             data=image.tobytes(),
         )
-        channel.log(message, log_time=nanoseconds(at))
+        channel.log(message, log_time=to_nanoseconds(at))
 
     return write
 
 
-def _jpegs(file: McapFile, device: str, frame_id: str) -> Write:
+def _open_jpegs(file: McapFile, device: str, frame_id: str) -> Write:
     from foxglove.channels import CompressedImageChannel
     from foxglove.messages import CompressedImage
 
-    channel = CompressedImageChannel(topic_of(device), metadata={DEVICE: device}, context=file.context)
+    channel = CompressedImageChannel(build_topic(device), metadata={DEVICE: device}, context=file.context)
 
     def write(frame: Frame, at: float) -> None:
         message = CompressedImage(
-            timestamp=timestamp(frame.time),
+            timestamp=to_timestamp(frame.time),
             frame_id=frame_id,
             format="jpeg",
-            data=_jpeg(frame.image),
+            data=_encode_jpeg(frame.image),
         )
-        channel.log(message, log_time=nanoseconds(at))
+        channel.log(message, log_time=to_nanoseconds(at))
 
     return write
 
 
-def _jpeg(image: Image) -> bytes:
+def _encode_jpeg(image: Image) -> bytes:
     _, encoded = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
     return encoded.tobytes()
 
 
-def _calibrate(file: McapFile, camera: Camera) -> None:
+def _write_calibration(file: McapFile, camera: Camera) -> None:
     from foxglove.channels import CameraCalibrationChannel
     from foxglove.messages import CameraCalibration
 
     seen: Intrinsics = camera.intrinsics
     f, cx, cy = seen.focal_length, seen.cx, seen.cy
     message = CameraCalibration(
-        timestamp=timestamp(0.0),
-        frame_id=optical_name(camera.name),
+        timestamp=to_timestamp(0.0),
+        frame_id=build_optical_name(camera.name),
         width=seen.width,
         height=seen.height,
         K=[f, 0, cx, 0, f, cy, 0, 0, 1],
         R=[1, 0, 0, 0, 1, 0, 0, 0, 1],
         P=[f, 0, cx, 0, 0, f, cy, 0, 0, 0, 1, 0],
     )
-    CameraCalibrationChannel(f"{topic_of(camera.name)}/calibration", context=file.context).log(message, log_time=0)
+    CameraCalibrationChannel(f"{build_topic(camera.name)}/calibration", context=file.context).log(message, log_time=0)
 
 
-def _ranges(file: McapFile, sensor: RangeSensor) -> Write:
+def _open_ranges(file: McapFile, sensor: RangeSensor) -> Write:
     from foxglove.channels import LaserScanChannel
 
-    topic = topic_of(sensor.name)
+    topic = build_topic(sensor.name)
     readings = file.json(topic, RANGE_SCHEMA, {DEVICE: sensor.name})
     scans = LaserScanChannel(f"{topic}/scan", context=file.context)
 
     def write(reading: Range, at: float) -> None:
-        readings(to_json(reading), nanoseconds(at))
-        scans.log(_fan(sensor, reading), log_time=nanoseconds(at))
+        readings(to_json(reading), to_nanoseconds(at))
+        scans.log(_build_scan(sensor, reading), log_time=to_nanoseconds(at))
 
     return write
 
 
-def _fan(sensor: RangeSensor, reading: Range) -> LaserScan:
+def _build_scan(sensor: RangeSensor, reading: Range) -> LaserScan:
     """Return a reading as an arc across the sensor's cone: the echo may have come from anywhere on it."""
     from foxglove.messages import LaserScan
 
     return LaserScan(
-        timestamp=timestamp(reading.time),
+        timestamp=to_timestamp(reading.time),
         frame_id=sensor.name,
-        pose=planar(ORIGIN),
+        pose=to_pose_message(ORIGIN),
         start_angle=-sensor.cone / 2,
         end_angle=sensor.cone / 2,
         ranges=[float(reading.distance)] * RAYS,
     )
 
 
-def _numbers(file: McapFile, device: str, schema: Schema) -> Write:
-    numbers = file.json(topic_of(device), schema, {DEVICE: device})
+def _open_numbers(file: McapFile, device: str, schema: Schema) -> Write:
+    numbers = file.json(build_topic(device), schema, {DEVICE: device})
 
     def write(sample: Angle | Voltage, at: float) -> None:
-        numbers(to_json(sample), nanoseconds(at))
+        numbers(to_json(sample), to_nanoseconds(at))
 
     return write

@@ -10,7 +10,17 @@ from typing import Generic
 from robotcore.errors import RobotcoreError
 from robotcore.geometry import Wheels, to_float
 from robotcore.hal.devices import Display, Frame, Image, Motor, Sample, SampleT, Sensor
-from robotcore.recording.events import GUARD, ODOMETRY, Ask, MotorAsk, Raised, Read, SampleKey, Shown, Turned
+from robotcore.recording.events import (
+    GUARD,
+    ODOMETRY,
+    DriveCommand,
+    MotorCommand,
+    Read,
+    RecordedError,
+    SampleKey,
+    ShownPicture,
+    WheelAngles,
+)
 from robotcore.runtime.layers.layer import Layer
 from robotcore.runtime.layers.over import MotorOver
 from robotcore.runtime.layers.readers import Reader
@@ -18,20 +28,20 @@ from robotcore.safety import Commit, Intervention, Latch, Stage
 
 
 @dataclass(slots=True)
-class Notes:
+class TickEvents:
     """What a tick was given and what it asked; ``samples`` are those seen for the first time, pictures shown too."""
 
     reads: list[Read] = field(default_factory=list)
-    asks: list[Ask] = field(default_factory=list)
-    motor_asks: list[MotorAsk] = field(default_factory=list)
-    turned: list[Turned] = field(default_factory=list)
+    asks: list[DriveCommand] = field(default_factory=list)
+    motor_asks: list[MotorCommand] = field(default_factory=list)
+    turned: list[WheelAngles] = field(default_factory=list)
     standing: list[Wheels] = field(default_factory=list)
-    shown: list[Shown] = field(default_factory=list)
+    shown: list[ShownPicture] = field(default_factory=list)
     samples: list[tuple[SampleKey, Sample]] = field(default_factory=list)
-    commit_error: Raised | None = None
+    commit_error: RecordedError | None = None
 
 
-class Notebook:
+class TickBuffer:
     """The notes of the tick that is on; ``has_room`` is asked before a picture is kept.
 
     ``dropped`` counts those that were not. ``reader`` is who reads sensors, where that is not the app. ``latch`` is
@@ -39,15 +49,15 @@ class Notebook:
     """
 
     def __init__(self, has_room: Callable[[], bool]) -> None:
-        self.notes = Notes()
+        self.notes = TickEvents()
         self.dropped = 0
         self.reader: str | None = None
         self.latch = Latch()
         self._has_room = has_room
 
-    def take(self) -> Notes:
+    def take(self) -> TickEvents:
         """Return what was noted since it was last taken."""
-        notes, self.notes = self.notes, Notes()
+        notes, self.notes = self.notes, TickEvents()
         return notes
 
     def drops(self, sample: Sample) -> bool:
@@ -66,10 +76,10 @@ class Notebook:
             self.reader = None
 
 
-class NotedReads(Generic[SampleT]):
+class RecordedSensor(Generic[SampleT]):
     """Reads one sensor. A sample that it gives again is the same one."""
 
-    def __init__(self, book: Notebook, device: str, read: Reader[SampleT]) -> None:
+    def __init__(self, book: TickBuffer, device: str, read: Reader[SampleT]) -> None:
         self._book, self._device, self._read = book, device, read
         self._last: SampleT | None = None
         self._number: int | None = None
@@ -79,7 +89,7 @@ class NotedReads(Generic[SampleT]):
         try:
             sample = self._read()
         except RobotcoreError as error:
-            self._book.notes.reads.append(Read(self._device, error=Raised.of(error), by=self._book.reader))
+            self._book.notes.reads.append(Read(self._device, error=RecordedError.of(error), by=self._book.reader))
             raise
         if sample is not self._last:
             self._keep(sample)
@@ -95,10 +105,10 @@ class NotedReads(Generic[SampleT]):
             self._book.notes.samples.append((SampleKey(self._device, self._number), sample))
 
 
-class NotedDisplay(Display):
+class RecordedDisplay(Display):
     """Notes a copy of each picture: it is the app's, which may draw on in it."""
 
-    def __init__(self, book: Notebook, inner: Display) -> None:
+    def __init__(self, book: TickBuffer, inner: Display) -> None:
         super().__init__(inner.name)
         self._book, self._inner = book, inner
         self._kept = 0
@@ -107,9 +117,9 @@ class NotedDisplay(Display):
         try:
             self._inner.show(image)
         except RobotcoreError as error:
-            self._book.notes.shown.append(Shown(self.name, error=Raised.of(error)))
+            self._book.notes.shown.append(ShownPicture(self.name, error=RecordedError.of(error)))
             raise
-        self._book.notes.shown.append(Shown(self.name, self._keep(image)))
+        self._book.notes.shown.append(ShownPicture(self.name, self._keep(image)))
 
     def _keep(self, image: Image) -> int | None:
         """Return the number of a picture; None where it is left out."""
@@ -124,10 +134,10 @@ class NotedDisplay(Display):
         self._inner.close()
 
 
-class NotedStage:
+class RecordedStage:
     """Notes the commands that a drive is given, and their answers."""
 
-    def __init__(self, book: Notebook, inner: Stage) -> None:
+    def __init__(self, book: TickBuffer, inner: Stage) -> None:
         self._book, self._inner = book, inner
 
     @property
@@ -141,35 +151,35 @@ class NotedStage:
             with self._book.read_by(GUARD):
                 given = self._inner.ask(wheels)
         except RobotcoreError as error:
-            self._book.notes.asks.append(Ask(wheels, error=Raised.of(error)))
+            self._book.notes.asks.append(DriveCommand(wheels, error=RecordedError.of(error)))
             raise
-        self._book.notes.asks.append(Ask(wheels, given))
+        self._book.notes.asks.append(DriveCommand(wheels, given))
         return given
 
     def stop(self) -> None:
         try:
             self._inner.stop()
         except RobotcoreError as error:
-            self._book.notes.asks.append(Ask(None, error=Raised.of(error)))
+            self._book.notes.asks.append(DriveCommand(None, error=RecordedError.of(error)))
             raise
-        self._book.notes.asks.append(Ask(None))
+        self._book.notes.asks.append(DriveCommand(None))
 
     def commit(self) -> Commit:
         try:
             with self._book.read_by(GUARD):
                 return self._inner.commit()
         except RobotcoreError as error:
-            self._book.notes.commit_error = Raised.of(error)
+            self._book.notes.commit_error = RecordedError.of(error)
             raise
 
 
-class NotedMotor(MotorOver):
+class RecordedMotor(MotorOver):
     """Notes the commands that a motor outside the drive is given, and their answers.
 
     Once the run is ended for good, stops are the framework's as much as the app's, and steer nothing.
     """
 
-    def __init__(self, book: Notebook, inner: Motor) -> None:
+    def __init__(self, book: TickBuffer, inner: Motor) -> None:
         super().__init__(inner)
         self._book = book
 
@@ -177,7 +187,7 @@ class NotedMotor(MotorOver):
         rad_s = to_float(rad_s)
         with self._noting_failure(rad_s):
             given = self._inner.set_velocity(rad_s)
-        self._book.notes.motor_asks.append(MotorAsk(self.name, rad_s, given))
+        self._book.notes.motor_asks.append(MotorCommand(self.name, rad_s, given))
         return given
 
     def stop(self) -> None:
@@ -186,32 +196,32 @@ class NotedMotor(MotorOver):
             return
         with self._noting_failure(None):
             self._inner.stop()
-        self._book.notes.motor_asks.append(MotorAsk(self.name))
+        self._book.notes.motor_asks.append(MotorCommand(self.name))
 
     @contextmanager
     def _noting_failure(self, asked: float | None) -> Iterator[None]:
         try:
             yield
         except RobotcoreError as error:
-            self._book.notes.motor_asks.append(MotorAsk(self.name, asked, error=Raised.of(error)))
+            self._book.notes.motor_asks.append(MotorCommand(self.name, asked, error=RecordedError.of(error)))
             raise
 
     def _apply(self, rad_s: float) -> None:
         self.set_velocity(rad_s)
 
 
-class Tap(Layer):
+class RecordingLayer(Layer):
     """Notes what passes it, tick by tick; ``has_room`` is asked before a picture is kept."""
 
     def __init__(self, has_room: Callable[[], bool]) -> None:
-        self._book = Notebook(has_room)
+        self._book = TickBuffer(has_room)
 
     @property
     def dropped(self) -> int:
         """How many pictures were left out."""
         return self._book.dropped
 
-    def take(self) -> Notes:
+    def take(self) -> TickEvents:
         """Return what was noted since it was last taken."""
         return self._book.take()
 
@@ -224,16 +234,16 @@ class Tap(Layer):
         self._book.latch = latch
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        return NotedReads(self._book, sensor.name, read)
+        return RecordedSensor(self._book, sensor.name, read)
 
     def display(self, display: Display) -> Display:
-        return NotedDisplay(self._book, display)
+        return RecordedDisplay(self._book, display)
 
     def stage(self, stage: Stage) -> Stage:
-        return NotedStage(self._book, stage)
+        return RecordedStage(self._book, stage)
 
     def lone_motor(self, motor: Motor) -> Motor:
-        return NotedMotor(self._book, motor)
+        return RecordedMotor(self._book, motor)
 
     def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
         def noted() -> Wheels:
@@ -241,9 +251,9 @@ class Tap(Layer):
                 with self._book.read_by(ODOMETRY):
                     angles = read()
             except RobotcoreError as error:
-                self._book.notes.turned.append(Turned(None, Raised.of(error)))
+                self._book.notes.turned.append(WheelAngles(None, RecordedError.of(error)))
                 raise
-            self._book.notes.turned.append(Turned(angles))
+            self._book.notes.turned.append(WheelAngles(angles))
             return angles
 
         return noted

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
 from typing import NamedTuple
 
-from robotcore.recording.events import Raised, Tick
+from robotcore.recording.events import RecordedError, Tick
 from robotcore.runtime.faults import PlannedFault
 from robotcore.runtime.outcome import RunResult
 
@@ -19,14 +19,14 @@ class Level(Enum):
     Error = 4
 
 
-class Line(NamedTuple):
+class LogLine(NamedTuple):
     """What happened, and how much it should worry."""
 
     level: Level
     text: str
 
 
-class Story:
+class RunLog:
     """Tells of ticks in turn; what lasts is told when it begins and when it is over, not in every tick."""
 
     def __init__(self, milestones: Iterable[str], faults: Sequence[PlannedFault] = ()) -> None:
@@ -36,73 +36,75 @@ class Story:
         self._failures: dict[str, str] = {}
         self._causes: set[str] = set()
         self._dropped = 0
-        self._error: Raised | None = None
+        self._error: RecordedError | None = None
 
-    def of(self, tick: Tick) -> Iterator[Line]:
+    def of(self, tick: Tick) -> Iterator[LogLine]:
         """Yield what is new in a tick."""
         if tick.state in self._awaited:
             self._awaited.discard(tick.state)
-            yield Line(Level.Info, f"milestone: {tick.state}")
+            yield LogLine(Level.Info, f"milestone: {tick.state}")
         yield from self._changed_faults(tick.time)
         yield from self._changed_failures(tick)
         yield from self._changed_causes(tick)
         yield from self._drops(tick)
-        yield from (Line(Level.Warning, warning) for warning in tick.warnings)
+        yield from (LogLine(Level.Warning, warning) for warning in tick.warnings)
         yield from self._changed_error(tick.error)
 
-    def _changed_error(self, error: Raised | None) -> Iterator[Line]:
+    def _changed_error(self, error: RecordedError | None) -> Iterator[LogLine]:
         """Yield what broke the tick off; what is waited for breaks off one after the other."""
         if error and error != self._error:
-            yield Line(Level.Error, f"{error.kind}: {error.message}")
+            yield LogLine(Level.Error, f"{error.kind}: {error.message}")
         if self._error and not error:
-            yield Line(Level.Info, "goes on")
+            yield LogLine(Level.Info, "goes on")
         self._error = error
 
-    def _changed_faults(self, time: float) -> Iterator[Line]:
+    def _changed_faults(self, time: float) -> Iterator[LogLine]:
         """Yield which faults on purpose have come, and which have gone."""
         for fault in self._planned:
             if (is_on := fault.is_on(time)) is not (fault.position in self._present):
                 self._present ^= {fault.position}
-                yield Line(Level.Warning if is_on else Level.Info, f"fault {'begins' if is_on else 'ends'}: {fault}")
+                yield LogLine(Level.Warning if is_on else Level.Info, f"fault {'begins' if is_on else 'ends'}: {fault}")
 
-    def _changed_failures(self, tick: Tick) -> Iterator[Line]:
+    def _changed_failures(self, tick: Tick) -> Iterator[LogLine]:
         failed = {read.device: read.error.message for read in tick.reads if read.error}
         for device, message in failed.items():
             if self._failures.get(device) != message:
-                yield Line(Level.Error, message)
+                yield LogLine(Level.Error, message)
         for device in [name for name in self._failures if name not in failed]:
             if any(read.device == device for read in tick.reads):
-                yield Line(Level.Info, f"{device}: gives samples again")
+                yield LogLine(Level.Info, f"{device}: gives samples again")
             else:
                 failed[device] = self._failures[device]
         self._failures = failed
 
-    def _changed_causes(self, tick: Tick) -> Iterator[Line]:
+    def _changed_causes(self, tick: Tick) -> Iterator[LogLine]:
         causes = {each.cause for each in tick.interventions}
         for each in tick.interventions:
             if each.cause not in self._causes:
                 self._causes.add(each.cause)
-                yield Line(Level.Warning, f"{each.cause}: {_wheels(each.asked)} became {_wheels(each.sent)}")
+                yield LogLine(
+                    Level.Warning, f"{each.cause}: {_format_wheels(each.asked)} became {_format_wheels(each.sent)}"
+                )
         for cause in sorted(self._causes - causes):
-            yield Line(Level.Info, f"{cause}: lets go")
+            yield LogLine(Level.Info, f"{cause}: lets go")
         self._causes = causes
 
-    def _drops(self, tick: Tick) -> Iterator[Line]:
-        before, self._dropped = self._dropped, self._dropped + len(dropped_in(tick))
+    def _drops(self, tick: Tick) -> Iterator[LogLine]:
+        before, self._dropped = self._dropped, self._dropped + len(list_dropped(tick))
         if self._dropped and not before:
-            yield Line(Level.Warning, "pictures are dropped: they come faster than they can be written")
+            yield LogLine(Level.Warning, "pictures are dropped: they come faster than they can be written")
 
 
-def dropped_in(tick: Tick) -> list[str]:
+def list_dropped(tick: Tick) -> list[str]:
     """Return the devices whose samples a tick was given, and the recording was not."""
     return [read.device for read in tick.reads if read.number is None and not read.error]
 
 
-def last_line(result: RunResult) -> Line:
+def build_last_line(result: RunResult) -> LogLine:
     """Return how the run ended."""
     text = f"{result.outcome.value}, {result.ticks} ticks" + (f": {result.reason}" if result.reason else "")
-    return Line(Level.Error if result.exit_status else Level.Info, text)
+    return LogLine(Level.Error if result.exit_status else Level.Info, text)
 
 
-def _wheels(wheels: tuple[float, float]) -> str:
+def _format_wheels(wheels: tuple[float, float]) -> str:
     return "({:.2f}, {:.2f}) rad/s".format(*wheels)

@@ -90,7 +90,7 @@ class _Sink:
             require_regular(path)
             self._file = path.open("wb", buffering=0)
         except OSError as error:
-            raise unwritable(path, error) from error
+            raise build_unwritable_error(path, error) from error
         self.fault: OSError | None = None
         self._at = self.size = 0
 
@@ -134,10 +134,10 @@ def require_recordable(path: Path) -> None:
         if not existed:
             path.unlink()
     except OSError as error:
-        raise unwritable(path, error) from error
+        raise build_unwritable_error(path, error) from error
 
 
-def unwritable(path: Path, error: OSError) -> RecordingError:
+def build_unwritable_error(path: Path, error: OSError) -> RecordingError:
     """Return the error for a file that cannot be written."""
     return RecordingError(path, str(error.strerror), "Name a file that can be written, where there is room")
 

@@ -13,9 +13,9 @@ from mcap.records import Channel, Schema
 from robotcore.errors import RecordingError
 from robotcore.hal.devices import Angle, Frame, Image, Range, Voltage
 from robotcore.recording import foxglove as channels
-from robotcore.recording.chunks import DAMAGE, Allowance, ChunkedFile, ChunkLocation, Message, Record, damage_at
-from robotcore.recording.codec import compressed_image, from_json, raw_image
-from robotcore.recording.events import Glimpse, Recorded, SampleKey, Tick
+from robotcore.recording.chunks import DAMAGE, Allowance, ChunkedFile, ChunkLocation, Message, Record, format_damage
+from robotcore.recording.codec import decode_compressed_image, decode_raw_image, from_json
+from robotcore.recording.events import GroundTruthSample, RecordedSample, SampleKey, Tick
 from robotcore.recording.foxglove import DEVICE
 from robotcore.recording.recording import Metadata, Recording
 from robotcore.recording.validation import UnknownFormatError, parse_metadata, parse_number, parse_result, parse_tick
@@ -42,16 +42,16 @@ class Picture:
     sequence: int
 
 
-class FileSamples(Mapping[SampleKey, Recorded]):
+class FileSamples(Mapping[SampleKey, RecordedSample]):
     """Samples by their key; a picture that cannot be read is a RecordingError."""
 
     def __init__(
-        self, path: Path, numbers: Mapping[SampleKey, Recorded], pictures: Mapping[SampleKey, Picture]
+        self, path: Path, numbers: Mapping[SampleKey, RecordedSample], pictures: Mapping[SampleKey, Picture]
     ) -> None:
         self._path, self._numbers, self._pictures = path, numbers, pictures
         self._messages = lru_cache(CHUNKS_KEPT)(self._read)
 
-    def __getitem__(self, key: SampleKey) -> Recorded:
+    def __getitem__(self, key: SampleKey) -> RecordedSample:
         if key in self._numbers:
             return self._numbers[key]
         picture = self._pictures[key]
@@ -61,7 +61,7 @@ class FileSamples(Mapping[SampleKey, Recorded]):
         except RecordingError:
             raise
         except DAMAGE as error:
-            problem = f"picture {key.number} of {key.device} is damaged ({damage_at(picture.place.offset, error)})"
+            problem = f"picture {key.number} of {key.device} is damaged ({format_damage(picture.place.offset, error)})"
             raise RecordingError(self._path, problem, "Record the run again") from error
         return Frame(image, picture.time, picture.sequence)
 
@@ -87,8 +87,8 @@ _NUMBERS: dict[str, type[Range | Angle | Voltage]] = {
     "robotcore.Voltage": Voltage,
 }
 _PICTURES: dict[str, Unpack] = {
-    "foxglove.RawImage": raw_image,
-    "foxglove.CompressedImage": compressed_image,
+    "foxglove.RawImage": decode_raw_image,
+    "foxglove.CompressedImage": decode_compressed_image,
 }
 
 
@@ -97,7 +97,7 @@ _TOPICS = {channels.RUN, channels.TICKS, channels.TRUTH, channels.RESULT, channe
 
 def read_file(path: Path) -> Recording:
     """Return what is in a recording. Raises RecordingError where it is none, or holds nothing of a run."""
-    file, found, at = ChunkedFile(path), _Found(path), 0
+    file, found, at = ChunkedFile(path), _RecordingBuilder(path), 0
     try:
         for place, records in file.chunks():
             at = place.offset
@@ -107,11 +107,11 @@ def read_file(path: Path) -> Recording:
     except UnknownFormatError as error:
         raise RecordingError(path, str(error), "Update robotcore") from error
     except DAMAGE as error:
-        return found.recording(is_whole=False, damage=damage_at(at, error))
+        return found.recording(is_whole=False, damage=format_damage(at, error))
     return found.recording(is_whole=file.is_whole, damage=file.damage)
 
 
-class _Where(NamedTuple):
+class _PictureLocation(NamedTuple):
     """A picture's message, and what makes it a picture again."""
 
     place: ChunkLocation
@@ -134,17 +134,17 @@ class _Channel(NamedTuple):
     schema: str
 
 
-class _Found:
+class _RecordingBuilder:
     """What was found in a file by now."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self._schemas: dict[int, str] = {}
         self._channels: dict[int, _Channel] = {}
-        self._numbers: dict[SampleKey, Recorded] = {}
-        self._pictures: dict[SampleKey, _Where] = {}
+        self._numbers: dict[SampleKey, RecordedSample] = {}
+        self._pictures: dict[SampleKey, _PictureLocation] = {}
         self._ticks: list[Tick] = []
-        self._truth: list[Glimpse] = []
+        self._truth: list[GroundTruthSample] = []
         self._metadata: Metadata | None = None
         self._result: RunResult | None = None
         self._ended_early = ""
@@ -164,7 +164,9 @@ class _Found:
         """The library counts the messages of a channel from one."""
         if channel.device is not None and channel.schema in _PICTURES:
             key = SampleKey(channel.device, message.sequence - 1)
-            self._pictures[key] = _Where(place, message.channel_id, message.sequence, _PICTURES[channel.schema])
+            self._pictures[key] = _PictureLocation(
+                place, message.channel_id, message.sequence, _PICTURES[channel.schema]
+            )
         elif channel.device is not None or channel.topic in _TOPICS:
             allowance.take_text(len(message.data))
             content = bytes(message.data)
@@ -179,7 +181,7 @@ class _Found:
         elif channel.topic == channels.TICKS:
             self._ticks.append(parse_tick(content, self._ticks[-1] if self._ticks else None))
         elif channel.topic == channels.TRUTH:
-            self._truth.append(from_json(Glimpse, content))
+            self._truth.append(from_json(GroundTruthSample, content))
         elif channel.topic == channels.RESULT:
             self._result = parse_result(content)
         else:
@@ -188,7 +190,7 @@ class _Found:
     def recording(self, *, is_whole: bool, damage: str) -> Recording:
         """Return all of it. Raises RecordingError where nothing tells of a run."""
         if self._metadata is None:
-            raise _without_a_run(self._path, damage, is_whole=is_whole)
+            raise _build_no_run_error(self._path, damage, is_whole=is_whole)
         samples = FileSamples(self._path, self._numbers, dict(self._captured()))
         return Recording(
             metadata=self._metadata,
@@ -199,7 +201,7 @@ class _Found:
             ended_early=self._ended_early,
             is_cut=not (is_whole and (self._result or self._ended_early)),
             damage=damage,
-            why_not=why_not(self._ticks, samples, self._jpegs()),
+            why_not=explain_gaps(self._ticks, samples, self._jpegs()),
         )
 
     def _captured(self) -> Iterator[tuple[SampleKey, Picture]]:
@@ -212,10 +214,10 @@ class _Found:
                     yield key, Picture(*where, time, sequence)
 
     def _jpegs(self) -> set[str]:
-        return {key.device for key, where in self._pictures.items() if where.unpack is compressed_image}
+        return {key.device for key, where in self._pictures.items() if where.unpack is decode_compressed_image}
 
 
-def _without_a_run(path: Path, damage: str, *, is_whole: bool) -> RecordingError:
+def _build_no_run_error(path: Path, damage: str, *, is_whole: bool) -> RecordingError:
     if is_whole:
         return RecordingError(path, "it holds no run", "Name a file that robotcore has recorded")
     what, where = ("damaged", f" ({damage})") if damage else ("cut", "")
@@ -223,7 +225,7 @@ def _without_a_run(path: Path, damage: str, *, is_whole: bool) -> RecordingError
     return RecordingError(path, problem, "Take another copy of it, or record the run again")
 
 
-def why_not(ticks: list[Tick], samples: FileSamples, jpegs: set[str]) -> str:
+def explain_gaps(ticks: list[Tick], samples: FileSamples, jpegs: set[str]) -> str:
     """Say what is missing of that which steered a run, empty where nothing is; ``jpegs`` name devices."""
     reads = [read for tick in ticks for read in tick.reads if not read.error]
     if not ticks:

@@ -13,11 +13,11 @@ from typing import Generic, TypeVar
 
 from robotcore.errors import Interrupted, RecordingError, RobotcoreError
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.recording.events import Glimpse, Raised
-from robotcore.recording.layer import Tap
+from robotcore.recording.events import GroundTruthSample, RecordedError
+from robotcore.recording.layer import RecordingLayer
 from robotcore.recording.mcap_file import McapFile
-from robotcore.recording.recording import Metadata, metadata_of
-from robotcore.recording.writer import Author, Entry
+from robotcore.recording.recording import Metadata, build_metadata
+from robotcore.recording.writer import Entry, RecordingWriter
 from robotcore.runtime.outcome import RunResult
 from robotcore.runtime.session import Run
 from robotcore.runtime.trace import TickRecord
@@ -25,18 +25,18 @@ from robotcore.threads import start_thread
 
 T = TypeVar("T")
 
-ROOM_BYTES = 32 * 2**20
+QUEUE_BYTES = 32 * 2**20
 """About 140 pictures of 320 x 240."""
 
-NAP_S = 0.02
+POLL_S = 0.02
 """How often each side looks what the other has done. To wake a thread at each tick would cost the tick more than all
 else of a recording: 2 ms on a busy machine, instead of 0.002."""
 
 
-class Backlog(Generic[T]):
+class WriteQueue(Generic[T]):
     """A queue from the control thread to one that writes. Whoever puts may be let wait, but nothing is refused."""
 
-    def __init__(self, room: int = ROOM_BYTES) -> None:
+    def __init__(self, room: int = QUEUE_BYTES) -> None:
         self._entries: deque[tuple[T, int]] = deque()
         self._ended = threading.Event()
         self._room = room
@@ -52,7 +52,7 @@ class Backlog(Generic[T]):
             return
         self._put_bytes += size
         self._entries.append((entry, size))
-        while waits and not self.has_room() and not self._ended.wait(NAP_S):
+        while waits and not self.has_room() and not self._ended.wait(POLL_S):
             pass
 
     def end(self) -> None:
@@ -68,7 +68,7 @@ class Backlog(Generic[T]):
     def get(self) -> T | None:
         """Return the oldest entry, or after a nap None if there is none."""
         if not self._entries:
-            self._ended.wait(NAP_S)
+            self._ended.wait(POLL_S)
             return None
         entry, size = self._entries.popleft()
         self._taken_bytes += size
@@ -83,7 +83,7 @@ class Backlog(Generic[T]):
 FLUSH_S = 0.5
 """What is lost at most where the process is killed: this, and what the disk takes. Nothing before the first tick is."""
 
-ENDING_S = 60.0
+JOIN_S = 60.0
 """A disk that hangs keeps a run from ending no longer than this."""
 
 
@@ -96,13 +96,13 @@ class Recorder:
     chunk and the index take.
     """
 
-    def __init__(self, path: Path, *, is_jpeg: bool = False, limit: int | None = None, room: int = ROOM_BYTES) -> None:
+    def __init__(self, path: Path, *, is_jpeg: bool = False, limit: int | None = None, room: int = QUEUE_BYTES) -> None:
         self.fault: RobotcoreError | None = None
         self.ended_early = ""
         self.path, self._is_jpeg, self._limit = path, is_jpeg, limit
-        self._backlog: Backlog[Entry] = Backlog(room)
+        self._backlog: WriteQueue[Entry] = WriteQueue(room)
         self._is_stepped = False
-        self.tap = Tap(lambda: self._is_stepped or self._backlog.has_room())
+        self.tap = RecordingLayer(lambda: self._is_stepped or self._backlog.has_room())
         self._run: Run | None = None
         self._result: RunResult | None = None
         self._outer: BaseException | None = None
@@ -128,7 +128,7 @@ class Recorder:
         return replace(result, dropped_pictures=self.dropped)
 
     def begin(self, run: Run) -> None:
-        about = metadata_of(run)
+        about = build_metadata(run)
         self._run, self._is_stepped, self._outer = run, about.is_stepped, sys.exc_info()[1]
         try:
             file = McapFile(self.path)
@@ -149,11 +149,11 @@ class Recorder:
         self._result = self.completed(result)
         self._backlog.end()
         if self._thread:
-            self._thread.join(ENDING_S)
+            self._thread.join(JOIN_S)
             if self._thread.is_alive():
                 self._give_up(RecordingError(self.path, "the disk takes no more", "Take another one"))
 
-    def _raised(self, record: TickRecord) -> Raised | None:
+    def _raised(self, record: TickRecord) -> RecordedError | None:
         """Return what is ending the run in this tick: the loop notes a tick while that passes by.
 
         What has latched is why the run ends, whatever else is raised.
@@ -161,24 +161,24 @@ class Recorder:
         error = self.tap.latched(record.interventions) or sys.exc_info()[1]
         if error is self._outer or not isinstance(error, (RobotcoreError, Interrupted)):
             return None
-        return Raised.of(error)
+        return RecordedError.of(error)
 
-    def _glimpse(self, record: TickRecord) -> Glimpse | None:
+    def _glimpse(self, record: TickRecord) -> GroundTruthSample | None:
         """Return what the simulator knows; one that has died knows nothing."""
         if self._run and (truth := self._run.truth):
             with suppress(RobotcoreError):
-                return Glimpse(record.tick, record.time, truth.pose, truth.contacts)
+                return GroundTruthSample(record.tick, record.time, truth.pose, truth.contacts)
         return None
 
-    def _author(self, file: McapFile, run: Run, about: Metadata) -> Author | None:
+    def _author(self, file: McapFile, run: Run, about: Metadata) -> RecordingWriter | None:
         """Return who writes the file, with what comes before the first tick in it; None where that failed."""
         try:
-            return Author(file, run, about, is_jpeg=self._is_jpeg)
+            return RecordingWriter(file, run, about, is_jpeg=self._is_jpeg)
         except Exception as error:  # noqa: BLE001  whatever it is, it ends the recording and not the run
             self._give_up(self._told(error))
             return None
 
-    def _write(self, file: McapFile, author: Author) -> None:
+    def _write(self, file: McapFile, author: RecordingWriter) -> None:
         try:
             self._write_all(file, author)
             file.close()
@@ -187,7 +187,7 @@ class Recorder:
         finally:
             self._close(file)
 
-    def _write_all(self, file: McapFile, author: Author) -> None:
+    def _write_all(self, file: McapFile, author: RecordingWriter) -> None:
         """Write until the end. The first tick is flushed at once, so that a file holds something from then on."""
         clock, due, unsaved = MonotonicClock(), 0.0, 0
         while not self._backlog.is_over:
@@ -204,7 +204,7 @@ class Recorder:
             author.end(self._result)
             file.flush()
 
-    def _end_early(self, author: Author, last: Entry) -> None:
+    def _end_early(self, author: RecordingWriter, last: Entry) -> None:
         size, time = f"{(self._limit or 0) / 1e6:g} MB", f"{last.record.time:.1f} s"
         self.ended_early = f"its limit of {size} was reached after {time}, and the run went on"
         author.end_early(self.ended_early)

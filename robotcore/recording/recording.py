@@ -11,7 +11,7 @@ from importlib.metadata import version
 from typing import Any
 
 from robotcore.description import RobotDescription, WorldDescription
-from robotcore.recording.events import Glimpse, Recorded, SampleKey, Tick
+from robotcore.recording.events import GroundTruthSample, RecordedSample, SampleKey, Tick
 from robotcore.runtime.apps import app_path, is_app_file
 from robotcore.runtime.behaviour import Behaviour
 from robotcore.runtime.outcome import RunResult
@@ -60,9 +60,9 @@ class Recording:
 
     metadata: Metadata
     ticks: Sequence[Tick]
-    samples: Mapping[SampleKey, Recorded]
+    samples: Mapping[SampleKey, RecordedSample]
     result: RunResult | None = None
-    truth: Sequence[Glimpse] = ()
+    truth: Sequence[GroundTruthSample] = ()
     ended_early: str = ""
     is_cut: bool = False
     damage: str = ""
@@ -78,7 +78,7 @@ class Recording:
         return not self.why_not
 
 
-def metadata_of(run: Run) -> Metadata:
+def build_metadata(run: Run) -> Metadata:
     """Return what is told of a run before its first tick."""
     request = run.request
     return Metadata(
@@ -87,27 +87,27 @@ def metadata_of(run: Run) -> Metadata:
         is_stepped=run.robot.clock.is_lockstep,
         world=run.world,
         devices=tuple(run.robot.devices),
-        settings=_settings(run.behaviour),
+        settings=_read_settings(run.behaviour),
         milestones=tuple(run.behaviour.milestones),
-        platform=platform_of(request.backend),
-        source=source_of(request.app),
+        platform=read_platform(request.backend),
+        source=read_app_source(request.app),
         started=datetime.now(timezone.utc).isoformat(timespec="seconds"),
     )
 
 
-def _settings(behaviour: Behaviour) -> dict[str, Any]:
+def _read_settings(behaviour: Behaviour) -> dict[str, Any]:
     if not is_dataclass(behaviour):
         return {}
     return {field.name: getattr(behaviour, field.name, None) for field in fields(behaviour) if field.init}
 
 
-def platform_of(backend: str) -> dict[str, str]:
+def read_platform(backend: str) -> dict[str, str]:
     """Return all that the bits of a run depend on: machine, system, libraries."""
     machine = {"machine": platform.machine(), "system": platform.system(), "libc": " ".join(platform.libc_ver())}
     return {"robotcore": version("robotcore"), **machine, **libraries([backend])}
 
 
-def source_of(app: str) -> str | None:
+def read_app_source(app: str) -> str | None:
     """Return the text of an app that is a user's own file, as it is now; None where it is none, or is not there."""
     if is_app_file(app):
         with suppress(OSError, UnicodeDecodeError):

@@ -17,7 +17,7 @@ from pydantic import BaseModel, create_model
 from robotcore.errors import BackendError, DeviceError, Interrupted, RobotcoreError, SafetyStop, UsageError
 from robotcore.hal.devices import Angle, Range, Voltage
 from robotcore.recording.codec import from_json, parse_json
-from robotcore.recording.events import Raised, Tick
+from robotcore.recording.events import RecordedError, Tick
 from robotcore.recording.recording import FORMAT, Metadata
 from robotcore.runtime.faults.spec import Spec
 from robotcore.runtime.outcome import RunResult
@@ -118,19 +118,19 @@ def _default(field: Field[Any]) -> Any:
     return ... if field.default is MISSING else field.default
 
 
-def _device_errors(tick: Tick) -> Iterator[Raised]:
+def _device_errors(tick: Tick) -> Iterator[RecordedError]:
     for events in (tick.reads, tick.asks, tick.motor_asks, tick.turned, tick.shown):
         yield from (event.error for event in events if event.error)
     if tick.commit_error:
         yield tick.commit_error
 
 
-def _is_of_device(error: Raised) -> bool:
+def _is_of_device(error: RecordedError) -> bool:
     kind = type(error.again())
     return kind is RobotcoreError or issubclass(kind, _OF_DEVICES)
 
 
-def _is_signal(error: Raised) -> bool:
+def _is_signal(error: RecordedError) -> bool:
     return error.attributes.get("exit_status") in _SIGNALS
 
 

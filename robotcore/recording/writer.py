@@ -11,8 +11,8 @@ from robotcore.geometry import DifferentialGeometry, Pose, Wheels
 from robotcore.hal.devices import Frame
 from robotcore.hal.drive import Odometry
 from robotcore.recording import foxglove as channels
-from robotcore.recording.codec import plain, to_json
-from robotcore.recording.events import Glimpse, Raised, Tick, Turned
+from robotcore.recording.codec import to_json, to_plain
+from robotcore.recording.events import GroundTruthSample, RecordedError, Tick, WheelAngles
 from robotcore.recording.foxglove import (
     BODY,
     END_SCHEMA,
@@ -23,16 +23,16 @@ from robotcore.recording.foxglove import (
     TRUE,
     TRUE_BODY,
     TRUTH_SCHEMA,
-    mounted,
-    nanoseconds,
-    optical,
-    placed,
-    planar,
-    timestamp,
-    writer_for,
+    build_mount_transform,
+    build_optical_transform,
+    build_transform,
+    open_channel,
+    to_nanoseconds,
+    to_pose_message,
+    to_timestamp,
 )
-from robotcore.recording.layer import Notes
-from robotcore.recording.log import Level, Line, Story, last_line
+from robotcore.recording.layer import TickEvents
+from robotcore.recording.log import Level, LogLine, RunLog, build_last_line
 from robotcore.recording.mcap_file import McapFile
 from robotcore.recording.recording import Metadata
 from robotcore.runtime.outcome import RunResult
@@ -51,9 +51,9 @@ class Entry(NamedTuple):
     """A tick as it is handed over by the control thread."""
 
     record: TickRecord
-    notes: Notes
-    glimpse: Glimpse | None
-    error: Raised | None
+    notes: TickEvents
+    glimpse: GroundTruthSample | None
+    error: RecordedError | None
 
     @property
     def size(self) -> int:
@@ -62,7 +62,7 @@ class Entry(NamedTuple):
         return TICK_BYTES + sum(pictures)
 
 
-class Author:
+class RecordingWriter:
     """Writes one run into a file: what it was, its ticks, how it ended."""
 
     def __init__(self, file: McapFile, run: Run, about: Metadata, *, is_jpeg: bool) -> None:
@@ -72,16 +72,16 @@ class Author:
         self._write = {
             name: write
             for name, device in run.robot.devices.items()
-            if (write := writer_for(file, device, is_jpeg=is_jpeg))
+            if (write := open_channel(file, device, is_jpeg=is_jpeg))
         }
         self._write_tick = file.json(channels.TICKS, TICK_SCHEMA)
         self._truth = file.json(channels.TRUTH, TRUTH_SCHEMA) if run.truth else None
         self._log = LogChannel(channels.LOG, context=file.context)
         self._pose = PoseInFrameChannel(channels.POSE, context=file.context)
-        self._moving = FrameTransformsChannel(channels.MOVING, context=file.context)
-        self._mounted = FrameTransformsChannel(channels.MOUNTED, context=file.context)
-        self._ticks = Ticks(about.description)
-        self._story = Story(run.behaviour.milestones, run.faults)
+        self._moving = FrameTransformsChannel(channels.TRANSFORMS, context=file.context)
+        self._mounted = FrameTransformsChannel(channels.STATIC_TRANSFORMS, context=file.context)
+        self._ticks = TickBuilder(about.description)
+        self._story = RunLog(run.behaviour.milestones, run.faults)
         self._now = 0.0
         self._begin(about)
 
@@ -91,88 +91,88 @@ class Author:
         for key, sample in entry.notes.samples:
             self._write[key.device](sample, self._now)
         tick = self._ticks.made_of(entry.record, entry.notes, entry.error)
-        self._write_tick(to_json(tick), nanoseconds(self._now))
+        self._write_tick(to_json(tick), to_nanoseconds(self._now))
         self._tell(self._story.of(tick))
         if entry.glimpse and self._truth:
-            self._truth(to_json(entry.glimpse), nanoseconds(self._now))
+            self._truth(to_json(entry.glimpse), to_nanoseconds(self._now))
         self._place(tick.pose, entry.glimpse)
 
     def end(self, result: RunResult) -> None:
         """Write how the run ended."""
-        self._tell([last_line(result)])
-        self._file.json(channels.RESULT, RESULT_SCHEMA)(result.to_json().encode(), nanoseconds(self._now))
+        self._tell([build_last_line(result)])
+        self._file.json(channels.RESULT, RESULT_SCHEMA)(result.to_json().encode(), to_nanoseconds(self._now))
         self._file.note("robotcore.result", {"outcome": result.outcome.value, "reason": result.reason})
 
     def end_early(self, why: str) -> None:
         """Write why nothing more comes, though the run goes on."""
-        self._tell([Line(Level.Info, why)])
-        self._file.json(channels.END, END_SCHEMA)(json.dumps({"reason": why}).encode(), nanoseconds(self._now))
+        self._tell([LogLine(Level.Info, why)])
+        self._file.json(channels.END, END_SCHEMA)(json.dumps({"reason": why}).encode(), to_nanoseconds(self._now))
 
     def _begin(self, about: Metadata) -> None:
         from foxglove.messages import FrameTransforms
 
         self._file.json(channels.RUN, RUN_SCHEMA)(to_json(about), 0)
-        self._file.note("robotcore.run", _in_words(about))
-        self._file.attach("robot.json", "application/json", _readable(about.description))
+        self._file.note("robotcore.run", _format_request(about))
+        self._file.attach("robot.json", "application/json", _to_readable_json(about.description))
         if about.world:
-            self._file.attach("world.json", "application/json", _readable(about.world))
+            self._file.attach("world.json", "application/json", _to_readable_json(about.world))
         if about.source is not None:
             self._file.attach("app.py", "text/x-python", about.source.encode())
-        self._mounted.log(FrameTransforms(transforms=list(_fixed(about))), log_time=0)
+        self._mounted.log(FrameTransforms(transforms=list(_build_static_transforms(about))), log_time=0)
         self._file.flush()
 
-    def _place(self, believed: Pose | None, glimpse: Glimpse | None) -> None:
+    def _place(self, believed: Pose | None, glimpse: GroundTruthSample | None) -> None:
         """Write where the robot believes it is, and where it is."""
         from foxglove.messages import FrameTransforms, PoseInFrame
 
         transforms = []
         if believed:
-            told = PoseInFrame(timestamp=timestamp(self._now), frame_id=ODOMETRY, pose=planar(believed))
-            self._pose.log(told, log_time=nanoseconds(self._now))
-            transforms.append(placed(ODOMETRY, BODY, believed, self._now))
+            told = PoseInFrame(timestamp=to_timestamp(self._now), frame_id=ODOMETRY, pose=to_pose_message(believed))
+            self._pose.log(told, log_time=to_nanoseconds(self._now))
+            transforms.append(build_transform(ODOMETRY, BODY, believed, self._now))
         if glimpse:
-            transforms.append(placed(TRUE, TRUE_BODY, glimpse.pose, self._now))
+            transforms.append(build_transform(TRUE, TRUE_BODY, glimpse.pose, self._now))
         if transforms:
-            self._moving.log(FrameTransforms(transforms=transforms), log_time=nanoseconds(self._now))
+            self._moving.log(FrameTransforms(transforms=transforms), log_time=to_nanoseconds(self._now))
 
-    def _tell(self, lines: Iterable[Line]) -> None:
+    def _tell(self, lines: Iterable[LogLine]) -> None:
         from foxglove.messages import Log, LogLevel
 
         for level, text in lines:
             told = Log(
-                timestamp=timestamp(self._now), level=getattr(LogLevel, level.name), message=text, name="robotcore"
+                timestamp=to_timestamp(self._now), level=getattr(LogLevel, level.name), message=text, name="robotcore"
             )
-            self._log.log(told, log_time=nanoseconds(self._now))
+            self._log.log(told, log_time=to_nanoseconds(self._now))
 
 
-def _fixed(about: Metadata) -> Iterator[FrameTransform]:
+def _build_static_transforms(about: Metadata) -> Iterator[FrameTransform]:
     """Yield where the run began in the world, where sensors sit on the body, and how their pictures lie."""
     if about.world:
-        yield placed(TRUE, ODOMETRY, about.world.start.pose, 0.0)
+        yield build_transform(TRUE, ODOMETRY, about.world.start.pose, 0.0)
     for device in about.description.devices:
         if isinstance(device, (CameraDescription, RangeSensorDescription)):
-            yield mounted(device.name, device.mount)
+            yield build_mount_transform(device.name, device.mount)
         if isinstance(device, CameraDescription):
-            yield optical(device.name)
+            yield build_optical_transform(device.name)
 
 
-def _in_words(about: Metadata) -> dict[str, str]:
+def _format_request(about: Metadata) -> dict[str, str]:
     """Return what people look for first."""
-    request = plain(about.request)
+    request = to_plain(about.request)
     return {name: value if isinstance(value, str) else json.dumps(value) for name, value in request.items()}
 
 
-def _readable(described: object) -> bytes:
-    return json.dumps(plain(described), indent=2).encode()
+def _to_readable_json(described: object) -> bytes:
+    return json.dumps(to_plain(described), indent=2).encode()
 
 
-class Ticks:
+class TickBuilder:
     """The ticks of one run, made in turn."""
 
     def __init__(self, description: RobotDescription) -> None:
-        self._path = Path(description.drive.geometry) if description.drive else None
+        self._path = OdometryTracker(description.drive.geometry) if description.drive else None
 
-    def made_of(self, record: TickRecord, notes: Notes, error: Raised | None) -> Tick:
+    def made_of(self, record: TickRecord, notes: TickEvents, error: RecordedError | None) -> Tick:
         """Return a tick as it is recorded; ``error`` is what ended the run in it."""
         return Tick(
             number=record.tick,
@@ -194,7 +194,7 @@ class Ticks:
         )
 
 
-class Path:
+class OdometryTracker:
     """Where the wheels' angles took the robot: the drive's own odometry, over the angles that it read."""
 
     def __init__(self, geometry: DifferentialGeometry) -> None:
@@ -202,7 +202,7 @@ class Path:
         self._odometry = Odometry(geometry, lambda: self._angles)
         self._pose = Pose(0.0, 0.0, 0.0)
 
-    def after(self, turned: Iterable[Turned]) -> Pose:
+    def after(self, turned: Iterable[WheelAngles]) -> Pose:
         """Return the pose after what the odometry read in a tick."""
         for each in turned:
             if each.angles:

@@ -34,16 +34,16 @@ class Canvas:
 
     def polygon(self, corners: Sequence[Point], colour: Colour) -> None:
         """Fill a polygon."""
-        cv2.fillPoly(self._sheet, [_fixed(corners)], colour[::-1], cv2.LINE_AA, _SHIFT)
+        cv2.fillPoly(self._sheet, [_to_fixed_point(corners)], colour[::-1], cv2.LINE_AA, _SHIFT)
 
     def line(self, points: Sequence[Point], colour: Colour, width: float, *, closed: bool = False) -> None:
         """Draw through points, with round corners and ends."""
         thickness = max(1, round(width * FINENESS))
-        cv2.polylines(self._sheet, [_fixed(points)], closed, colour[::-1], thickness, cv2.LINE_AA, _SHIFT)
+        cv2.polylines(self._sheet, [_to_fixed_point(points)], closed, colour[::-1], thickness, cv2.LINE_AA, _SHIFT)
 
     def disc(self, centre: Point, radius: float, colour: Colour) -> None:
         """Fill a circle."""
-        x, y = _fixed([centre])[0]
+        x, y = _to_fixed_point([centre])[0]
         reach = round(radius * FINENESS * 2**_SHIFT)
         cv2.circle(self._sheet, (int(x), int(y)), reach, colour[::-1], cv2.FILLED, cv2.LINE_AA, _SHIFT)
 
@@ -62,15 +62,15 @@ class Canvas:
 
         A character that cannot be shown is written as an escape. A lone surrogate would end the process in OpenCV.
         """
-        scale, thickness = _type_size(height, bold=bold)
+        scale, thickness = _compute_type_size(height, bold=bold)
         at = (round(place[0] * FINENESS), round(place[1] * FINENESS))
         cv2.putText(self._sheet, escape(words), at, _FACE, scale, colour[::-1], thickness, cv2.LINE_AA)
-        return text_width(words, height, bold=bold)
+        return measure_text(words, height, bold=bold)
 
     def _mask(self, shapes: Iterable[Sequence[Point]]) -> NDArray[np.uint8]:
         mask = np.zeros(self._sheet.shape[:2], np.uint8)
         for corners in shapes:
-            cv2.fillPoly(mask, [_fixed(corners)], 255, cv2.LINE_AA, _SHIFT)
+            cv2.fillPoly(mask, [_to_fixed_point(corners)], 255, cv2.LINE_AA, _SHIFT)
         return mask
 
     def _mix(self, mask: NDArray[np.uint8], colour: Colour, opacity: float) -> None:
@@ -88,20 +88,20 @@ _HAS_OUTLINES = int(cv2.__version__.partition(".")[0]) >= 5
 """Since version 5 OpenCV's letters are outlines, which are bold from thickness 2 on; before, they are strokes."""
 
 
-def text_width(words: str, height: float, *, bold: bool = False) -> float:
+def measure_text(words: str, height: float, *, bold: bool = False) -> float:
     """Return how wide words are, in pixels."""
-    (width, _), _ = cv2.getTextSize(escape(words), _FACE, *_type_size(height, bold=bold))
+    (width, _), _ = cv2.getTextSize(escape(words), _FACE, *_compute_type_size(height, bold=bold))
     return float(width) / FINENESS
 
 
-def _type_size(height: float, *, bold: bool) -> tuple[float, int]:
+def _compute_type_size(height: float, *, bold: bool) -> tuple[float, int]:
     """Return OpenCV's scale and thickness."""
     fine = height * FINENESS
     stroke = max(1, round(fine / (10 if bold else 14)))
     return fine / _CAPITAL, 1 + bold if _HAS_OUTLINES else stroke
 
 
-def _fixed(points: Sequence[Point]) -> NDArray[np.int32]:
+def _to_fixed_point(points: Sequence[Point]) -> NDArray[np.int32]:
     """Return places of the sheet in OpenCV's sixteenths, (n, 2); the middle of a fine pixel is whole."""
     fine = (np.asarray(points, float) * FINENESS - 0.5) * 2**_SHIFT
     return np.asarray(np.rint(fine), np.int32)
@@ -128,18 +128,18 @@ _STATES: tuple[Colour, ...] = (
 """Far apart, for the common kinds of colour blindness too, and none of them like a green ball."""
 
 
-def state_colours(states: Iterable[str]) -> dict[str, Colour]:
+def assign_state_colours(states: Iterable[str]) -> dict[str, Colour]:
     """Return a colour for each state; they begin anew where there are more states than colours."""
     return {state: _STATES[index % len(_STATES)] for index, state in enumerate(states)}
 
 
-def darker(colour: Colour, share: float) -> Colour:
+def darken(colour: Colour, share: float) -> Colour:
     """Return a colour with ``share`` of its light."""
     red, green, blue = colour
     return round(red * share), round(green * share), round(blue * share)
 
 
-def lighter(colour: Colour, share: float) -> Colour:
+def lighten(colour: Colour, share: float) -> Colour:
     """Return a colour ``share`` of the way to white."""
     red, green, blue = (round(part + (255 - part) * share) for part in colour)
     return red, green, blue

@@ -12,14 +12,14 @@ from rich.text import Text
 
 from robotcore.geometry import wrap_angle
 from robotcore.hal.devices import Image
-from robotcore.recording.comparison import Comparison, Side
-from robotcore.recording.contents import Path, length_of
+from robotcore.recording.comparison import Comparison, RunSummary
+from robotcore.recording.contents import PosePath, measure_path
 from robotcore.text import counted, escape
 from robotcore.view import overhead
-from robotcore.view.canvas import BAD, FADED, GOOD, INK, PAPER, RULE, Canvas, Colour, text_width
+from robotcore.view.canvas import BAD, FADED, GOOD, INK, PAPER, RULE, Canvas, Colour, measure_text
 from robotcore.view.overhead import Track
-from robotcore.view.picture import story_of, world_of
-from robotcore.view.text import heading
+from robotcore.view.picture import build_figure, build_world
+from robotcore.view.text import format_heading
 
 WIDTH, HEIGHT = 1600, 1000
 FIRST: Colour = (36, 99, 235)
@@ -36,23 +36,23 @@ def draw_comparison(comparison: Comparison) -> Image:
     """Return the sheet: BGR, 1000 x 1600; the world is the first recording's."""
     canvas = Canvas(WIDTH, HEIGHT, PAPER)
     verdict, colour = ("alike", GOOD) if comparison.is_alike else ("differ", BAD)
-    canvas.text((_EDGE, 66), "  and  ".join(titles(comparison)), INK, 25, bold=True)
+    canvas.text((_EDGE, 66), "  and  ".join(build_titles(comparison)), INK, 25, bold=True)
     width = canvas.text((_EDGE, 108), verdict, colour, 17, bold=True)
     if comparison.do_rooms_differ:
         canvas.text((_EDGE + width + 18, 108), "the rooms differ: both paths in the room of the first", FADED, 17)
     _draw_table(canvas, comparison)
     image = canvas.image()
-    image[_TOP : _TOP + _MAP, _EDGE : _EDGE + _MAP] = _map(comparison)
+    image[_TOP : _TOP + _MAP, _EDGE : _EDGE + _MAP] = _draw_map(comparison)
     return image
 
 
-def _map(comparison: Comparison) -> Image:
+def _draw_map(comparison: Comparison) -> Image:
     canvas = Canvas(_MAP, _MAP, PAPER)
-    stories = [story_of(side.recording) for side in (comparison.first, comparison.second)]
+    stories = [build_figure(side.recording) for side in (comparison.first, comparison.second)]
     both = Track()
     both.steps = [step for story in stories for step in story.track.steps]
-    world = world_of(comparison.first.recording, both)
-    chart = overhead.Chart.fitting(world, both, _MAP)
+    world = build_world(comparison.first.recording, both)
+    chart = overhead.MapTransform.fitting(world, both, _MAP)
     overhead.draw_world(canvas, chart, world)
     for story, colour in zip(stories, (FIRST, SECOND), strict=True):
         if steps := story.track.steps:
@@ -66,35 +66,35 @@ def _map(comparison: Comparison) -> Image:
 
 def _draw_table(canvas: Canvas, comparison: Comparison) -> None:
     y = _TOP + 20.0
-    for title, colour, x in zip(titles(comparison), (FIRST, SECOND), _COLUMNS[1:], strict=True):
+    for title, colour, x in zip(build_titles(comparison), (FIRST, SECOND), _COLUMNS[1:], strict=True):
         canvas.line([(x, y - 6), (x + 40, y - 6)], colour, 7)
-        canvas.text((x + 52, y), _fitted(title, _COLUMN_WIDTH - 52, bold=True), INK, 13, bold=True)
+        canvas.text((x + 52, y), _shorten(title, _COLUMN_WIDTH - 52, bold=True), INK, 13, bold=True)
     canvas.line([(_SIDE, y + 14), (WIDTH - _EDGE, y + 14)], RULE, 1)
     y += _LINE + _ROW
-    for name, *told in rows(comparison):
+    for name, *told in build_rows(comparison):
         canvas.text((_COLUMNS[0], y), name, FADED, 13)
-        cells = [_wrapped(words.replace("–", "-")) for words in told]
+        cells = [_wrap(words.replace("–", "-")) for words in told]
         for lines, x in zip(cells, _COLUMNS[1:], strict=True):
             for index, line in enumerate(lines):
                 canvas.text((x, y + index * _LINE), line, INK, 13)
         y += max(map(len, cells)) * _LINE + _ROW
 
 
-def _wrapped(words: str) -> list[str]:
+def _wrap(words: str) -> list[str]:
     """Return the words in lines that a column has room for."""
     lines: list[str] = []
     for word in words.split():
         longer = f"{lines[-1]} {word}" if lines else word
-        if lines and text_width(longer, 13) <= _COLUMN_WIDTH:
+        if lines and measure_text(longer, 13) <= _COLUMN_WIDTH:
             lines[-1] = longer
         else:
-            lines.append(_fitted(word, _COLUMN_WIDTH))
+            lines.append(_shorten(word, _COLUMN_WIDTH))
     return lines
 
 
-def _fitted(words: str, width: float, *, bold: bool = False) -> str:
+def _shorten(words: str, width: float, *, bold: bool = False) -> str:
     """Return as much of a word as there is room for."""
-    while text_width(words, 13, bold=bold) > width:
+    while measure_text(words, 13, bold=bold) > width:
         words = words[:-4] + "..."
     return words
 
@@ -107,92 +107,92 @@ Row = tuple[str, str, str]
 def format_comparison(comparison: Comparison) -> RenderableType:
     """Return whether two recordings tell the same, and what they are measured by."""
     verdict = Text("alike", "bold green") if comparison.is_alike else Text("differ", "bold red")
-    verdict += Text(f"  {escape(_finding(comparison))}")
-    parting = Text(f"  {escape(_parting(comparison))}")
+    verdict += Text(f"  {escape(_format_finding(comparison))}")
+    parting = Text(f"  {escape(_format_state_difference(comparison))}")
     if comparison.do_rooms_differ:
         parting += Text(f"\n  {ROOMS_DIFFER}")
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, header_style="bold")
-    for index, title in enumerate(("", *titles(comparison))):
+    for index, title in enumerate(("", *build_titles(comparison))):
         table.add_column(escape(title), style="" if index else "cyan")
-    for row in rows(comparison):
+    for row in build_rows(comparison):
         table.add_row(*map(escape, row))
     return Group(verdict, parting, Text(), table)
 
 
-def titles(comparison: Comparison) -> tuple[str, str]:
+def build_titles(comparison: Comparison) -> tuple[str, str]:
     """Return what to call the two: their files, without the folders where that tells them apart."""
     names = comparison.first.name, comparison.second.name
     first, second = (PurePath(name).name for name in names)
     return names if first == second else (first, second)
 
 
-def rows(comparison: Comparison) -> Iterator[Row]:
+def build_rows(comparison: Comparison) -> Iterator[Row]:
     """Yield what is compared, and both sides of it."""
     one, other = comparison.first, comparison.second
-    yield "run", heading(one.result), heading(other.result)
+    yield "run", format_heading(one.result), format_heading(other.result)
     yield "outcome", one.outcome, other.outcome
     first, second = comparison.milestones
     for name in dict.fromkeys((*first, *second)):
-        yield name, _seconds(first.get(name)), _seconds(second.get(name))
-    yield "time", _seconds(one.result.sim_time_s), _seconds(other.result.sim_time_s)
-    yield "path by odometry", _metres(one.odometry), _metres(other.odometry)
+        yield name, _format_seconds(first.get(name)), _format_seconds(second.get(name))
+    yield "time", _format_seconds(one.result.sim_time_s), _format_seconds(other.result.sim_time_s)
+    yield "path by odometry", _format_length(one.odometry), _format_length(other.odometry)
     if one.truth and other.truth:
-        yield "true path", _metres(one.truth), _metres(other.truth)
-    yield "ends at", _pose(one), _pose(other)
+        yield "true path", _format_length(one.truth), _format_length(other.truth)
+    yield "ends at", _format_pose(one), _format_pose(other)
     if one.drift is not None or other.drift is not None:
-        yield "odometry off by", _drift(one), _drift(other)
+        yield "odometry off by", _format_drift(one), _format_drift(other)
     batteries = one.result.batteries, other.result.batteries
     for name in dict.fromkeys((*batteries[0], *batteries[1])):
-        yield f"{name}, lowest", _volts(batteries[0].get(name)), _volts(batteries[1].get(name))
+        yield f"{name}, lowest", _format_volts(batteries[0].get(name)), _format_volts(batteries[1].get(name))
     yield "interventions", str(one.interventions), str(other.interventions)
-    yield "loop", _loop(one), _loop(other)
+    yield "loop", _format_loop(one), _format_loop(other)
 
 
-def _finding(comparison: Comparison) -> str:
+def _format_finding(comparison: Comparison) -> str:
     if pair := comparison.first_other_milestone:
-        return _other_milestone(comparison, *pair)
+        return _format_milestone_difference(comparison, *pair)
     if not comparison.is_alike:
         return f"the same milestones, but {comparison.first.outcome} against {comparison.second.outcome}"
     return "the same milestones in the same order, and the same outcome"
 
 
-def _other_milestone(comparison: Comparison, first: str | None, second: str | None) -> str:
+def _format_milestone_difference(comparison: Comparison, first: str | None, second: str | None) -> str:
     if first and second:
         return f"the first milestone that differs: {first} against {second}"
-    ahead, behind = titles(comparison) if first else reversed(titles(comparison))
+    ahead, behind = build_titles(comparison) if first else reversed(build_titles(comparison))
     return f"{ahead} reaches {first or second}, {behind} does not"
 
 
-def _parting(comparison: Comparison) -> str:
+def _format_state_difference(comparison: Comparison) -> str:
     if (parting := comparison.parting) is None:
         return "their states are the same in every tick"
     states = [repr(state) if state else "over" for state in (parting.first, parting.second)]
     return f"their states part in tick {parting.tick}, at {parting.time_s:.2f} s: {states[0]} against {states[1]}"
 
 
-def _seconds(time: float | None) -> str:
+def _format_seconds(time: float | None) -> str:
     return NOTHING if time is None else f"{time:.2f} s"
 
 
-def _volts(battery: Mapping[str, float] | None) -> str:
+def _format_volts(battery: Mapping[str, float] | None) -> str:
     return f"{battery['lowest_v']:.2f} V" if battery else NOTHING
 
 
-def _metres(path: Path) -> str:
-    return f"{length_of(path.values()):.3f} m" if path else NOTHING
+def _format_length(path: PosePath) -> str:
+    return f"{measure_path(path.values()):.3f} m" if path else NOTHING
 
 
-def _pose(side: Side) -> str:
+def _format_pose(side: RunSummary) -> str:
     if not side.path:
         return NOTHING
     pose = side.path[-1]
     return f"{pose.x:.2f} m, {pose.y:.2f} m, {wrap_angle(pose.heading):.2f} rad"
 
 
-def _drift(side: Side) -> str:
+def _format_drift(side: RunSummary) -> str:
     return NOTHING if side.drift is None else f"{side.drift:.3f} m"
 
 
-def _loop(side: Side) -> str:
+def _format_loop(side: RunSummary) -> str:
     rate = NOTHING if side.rate_hz is None else f"{side.rate_hz:.2f} Hz"
     return f"{rate}, {counted(side.result.overruns, 'overrun')}"

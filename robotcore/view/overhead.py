@@ -14,10 +14,10 @@ import numpy as np
 from robotcore.description import Ball, Light, RobotDescription, WorldDescription
 from robotcore.description.world import Prism
 from robotcore.geometry import Pose
-from robotcore.view.canvas import INK, PAPER, Canvas, Colour, Point, darker, lighter
+from robotcore.view.canvas import INK, PAPER, Canvas, Colour, Point, darken, lighten
 
 
-class Footstep(NamedTuple):
+class TrackPoint(NamedTuple):
     """The true pose at a tick, and the state that was then decided."""
 
     time: float
@@ -29,16 +29,16 @@ class Track:
     """The footsteps of a run, in order."""
 
     def __init__(self) -> None:
-        self.steps: list[Footstep] = []
+        self.steps: list[TrackPoint] = []
 
     @property
     def states(self) -> list[str]:
         """Every state that occurred, in the order of its first time."""
         return list(dict.fromkeys(step.state for step in self.steps))
 
-    def stretches(self) -> Iterator[tuple[str, list[Footstep]]]:
+    def stretches(self) -> Iterator[tuple[str, list[TrackPoint]]]:
         """Yield the stretches of one state each; one begins where the one before it ends."""
-        last: list[Footstep] = []
+        last: list[TrackPoint] = []
         for state, steps in groupby(self.steps, key=lambda step: step.state):
             stretch = [*last, *steps]
             yield state, stretch
@@ -69,14 +69,14 @@ ROBOT_ROOM_M = 0.2
 
 
 @dataclass(frozen=True)
-class Chart:
+class MapTransform:
     """Where the world lies on the sheet: ``scale`` pixels a metre, the world's origin at ``origin``."""
 
     scale: float
     origin: Point
 
     @classmethod
-    def fitting(cls, world: WorldDescription, track: Track, size: float) -> Chart:
+    def fitting(cls, world: WorldDescription, track: Track, size: float) -> MapTransform:
         """Return the chart that shows the floor, its walls and the whole track in a square sheet."""
         wall = world.walls.thickness_m if world.walls else 0.0
         edge = max(world.floor.length_m, world.floor.width_m) / 2 + wall
@@ -91,20 +91,20 @@ class Chart:
         return [self.at(x, y) for x, y in points]
 
 
-def draw_world(canvas: Canvas, chart: Chart, world: WorldDescription) -> None:
+def draw_world(canvas: Canvas, chart: MapTransform, world: WorldDescription) -> None:
     """Draw the floor with a line each metre, everything upright with its shadow, and the targets."""
     _draw_floor(canvas, chart, world)
-    shadows = [_shadow(prism, world) for prism in world.prisms]
+    shadows = [_compute_shadow(prism, world) for prism in world.prisms]
     canvas.shade([chart.all(shadow) for shadow in shadows], 0.28, 0.015 * chart.scale)
     for prism in world.prisms:
         outline = chart.all(prism.outline)
         canvas.polygon(outline, prism.colour)
-        canvas.line(outline, darker(prism.colour, 0.72), 1.5, closed=True)
+        canvas.line(outline, darken(prism.colour, 0.72), 1.5, closed=True)
     for ball in world.targets:
         _draw_ball(canvas, chart, ball, world.light)
 
 
-def draw_track(canvas: Canvas, chart: Chart, track: Track, colours: Mapping[str, Colour]) -> None:
+def draw_track(canvas: Canvas, chart: MapTransform, track: Track, colours: Mapping[str, Colour]) -> None:
     """Draw where the robot went, in the colours of its states."""
     width = max(2.0, 0.028 * chart.scale)
     points = [chart.at(step.pose.x, step.pose.y) for step in track.steps]
@@ -113,7 +113,9 @@ def draw_track(canvas: Canvas, chart: Chart, track: Track, colours: Mapping[str,
         canvas.line([chart.at(step.pose.x, step.pose.y) for step in steps], colours[state], width)
 
 
-def draw_milestones(canvas: Canvas, chart: Chart, places: Mapping[str, Pose], colours: Mapping[str, Colour]) -> None:
+def draw_milestones(
+    canvas: Canvas, chart: MapTransform, places: Mapping[str, Pose], colours: Mapping[str, Colour]
+) -> None:
     """Draw a ring where each milestone was reached; one that would hide another moves aside."""
     radius = 0.045 * chart.scale
     rings: list[Point] = []
@@ -131,54 +133,54 @@ def draw_ring(canvas: Canvas, centre: Point, radius: float, colour: Colour) -> N
         canvas.disc(centre, radius * share, filling)
 
 
-def draw_start(canvas: Canvas, chart: Chart, robot: RobotDescription, pose: Pose) -> None:
+def draw_start(canvas: Canvas, chart: MapTransform, robot: RobotDescription, pose: Pose) -> None:
     """Draw the outline of the robot where it began."""
-    canvas.line(_placed(chart, pose, robot.body.footprint), INK, 1.5, closed=True)
-    canvas.line(_placed(chart, pose, _nose(robot)), INK, 1.5)
+    canvas.line(_place_shape(chart, pose, robot.body.footprint), INK, 1.5, closed=True)
+    canvas.line(_place_shape(chart, pose, _build_arrow(robot)), INK, 1.5)
 
 
-def draw_robot(canvas: Canvas, chart: Chart, robot: RobotDescription, pose: Pose) -> None:
+def draw_robot(canvas: Canvas, chart: MapTransform, robot: RobotDescription, pose: Pose) -> None:
     """Draw the robot as it stands: its body, its wheels, and which way it looks."""
-    footprint = _placed(chart, pose, robot.body.footprint)
+    footprint = _place_shape(chart, pose, robot.body.footprint)
     canvas.shade([footprint], 0.4, 0.02 * chart.scale)
     canvas.polygon(footprint, robot.body.colour)
     canvas.line(footprint, PAPER, 2.0, closed=True)
-    for wheel in _wheels(robot):
-        canvas.polygon(_placed(chart, pose, wheel), INK)
-    canvas.line(_placed(chart, pose, _nose(robot)), PAPER, 2.5)
+    for wheel in _build_wheels(robot):
+        canvas.polygon(_place_shape(chart, pose, wheel), INK)
+    canvas.line(_place_shape(chart, pose, _build_arrow(robot)), PAPER, 2.5)
 
 
-def _draw_floor(canvas: Canvas, chart: Chart, world: WorldDescription) -> None:
+def _draw_floor(canvas: Canvas, chart: MapTransform, world: WorldDescription) -> None:
     x, y = world.floor.length_m / 2, world.floor.width_m / 2
-    canvas.polygon(_corners(canvas), lighter(world.floor.colour, 0.4))
+    canvas.polygon(_list_corners(canvas), lighten(world.floor.colour, 0.4))
     canvas.polygon(chart.all([(x, y), (-x, y), (-x, -y), (x, -y)]), world.floor.colour)
-    line = lighter(world.floor.colour, 0.25)
+    line = lighten(world.floor.colour, 0.25)
     for metre in range(-int(x), int(x) + 1):
         canvas.line(chart.all([(metre, -y), (metre, y)]), line, 1)
     for metre in range(-int(y), int(y) + 1):
         canvas.line(chart.all([(-x, metre), (x, metre)]), line, 1)
 
 
-def _corners(canvas: Canvas) -> list[Point]:
+def _list_corners(canvas: Canvas) -> list[Point]:
     return [(0, 0), (canvas.width, 0), (canvas.width, canvas.height), (0, canvas.height)]
 
 
-def _draw_ball(canvas: Canvas, chart: Chart, ball: Ball, light: Light) -> None:
+def _draw_ball(canvas: Canvas, chart: MapTransform, ball: Ball, light: Light) -> None:
     """Draw a ball that is bright towards the lamp and throws its shadow away from it."""
     (x, y), radius = chart.at(ball.x_m, ball.y_m), ball.radius_m * chart.scale
     east, north = math.cos(light.azimuth_rad), math.sin(light.azimuth_rad)
     away = ball.radius_m * math.cos(light.elevation_rad)
     shadow_x, shadow_y = chart.at(ball.x_m - away * east, ball.y_m - away * north)
     canvas.shade([[(shadow_x + radius * a, shadow_y + radius * b) for a, b in _CIRCLE]], 0.35, radius * 0.15)
-    canvas.disc((x, y), radius, darker(ball.colour, 0.8))
+    canvas.disc((x, y), radius, darken(ball.colour, 0.8))
     canvas.disc((x, y), radius * 0.9, ball.colour)
-    canvas.disc((x + east * radius * 0.4, y - north * radius * 0.4), radius * 0.22, lighter(ball.colour, 0.6))
+    canvas.disc((x + east * radius * 0.4, y - north * radius * 0.4), radius * 0.22, lighten(ball.colour, 0.6))
 
 
 _CIRCLE = [(math.cos(turn * math.tau / 48), math.sin(turn * math.tau / 48)) for turn in range(48)]
 
 
-def _shadow(prism: Prism, world: WorldDescription) -> list[tuple[float, float]]:
+def _compute_shadow(prism: Prism, world: WorldDescription) -> list[tuple[float, float]]:
     """Return the outline, on the floor, of an upright thing and the shadow that the lamp gives it."""
     x, y, z = world.light.direction
     foot = np.array(prism.outline, np.float32)
@@ -187,17 +189,17 @@ def _shadow(prism: Prism, world: WorldDescription) -> list[tuple[float, float]]:
     return [(float(corner[0]), float(corner[1])) for corner in hull[:, 0]]
 
 
-def _placed(chart: Chart, pose: Pose, shape: Sequence[tuple[float, float]]) -> list[Point]:
+def _place_shape(chart: MapTransform, pose: Pose, shape: Sequence[tuple[float, float]]) -> list[Point]:
     return chart.all([pose.to_world(x, y) for x, y in shape])
 
 
-def _nose(robot: RobotDescription) -> list[tuple[float, float]]:
+def _build_arrow(robot: RobotDescription) -> list[tuple[float, float]]:
     """Return an arrow head that points forward, within the body."""
     front, half = robot.body.front_x_m, robot.body.width_m / 4
     return [(front * 0.45, half), (front * 0.8, 0.0), (front * 0.45, -half)]
 
 
-def _wheels(robot: RobotDescription) -> list[list[tuple[float, float]]]:
+def _build_wheels(robot: RobotDescription) -> list[list[tuple[float, float]]]:
     if (drive := robot.drive) is None:
         return []
     a, b = drive.wheel_radius_m, drive.wheel_width_m / 2

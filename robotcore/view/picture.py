@@ -15,15 +15,27 @@ from robotcore.files import replace_file, require_replaceable
 from robotcore.hal.devices import Frame, Image
 from robotcore.hal.robot import Robot
 from robotcore.recording import Recording, SampleKey, Tick
-from robotcore.recording.contents import odometry_path, result_of, true_path
+from robotcore.recording.contents import build_odometry_path, build_result, build_true_path
 from robotcore.runtime.layers.devices import LayeredCamera, LayeredDisplay
 from robotcore.runtime.outcome import Outcome, RunResult
 from robotcore.runtime.session import Run
 from robotcore.runtime.trace import TickRecord
 from robotcore.view import overhead
-from robotcore.view.canvas import BAD, FADED, FAIR, GOOD, INK, PAPER, RULE, Canvas, Colour, state_colours, text_width
-from robotcore.view.overhead import Footstep, Track
-from robotcore.view.text import heading, measures, rehearsed_heading
+from robotcore.view.canvas import (
+    BAD,
+    FADED,
+    FAIR,
+    GOOD,
+    INK,
+    PAPER,
+    RULE,
+    Canvas,
+    Colour,
+    assign_state_colours,
+    measure_text,
+)
+from robotcore.view.overhead import Track, TrackPoint
+from robotcore.view.text import format_evaluation_heading, format_heading, list_measures
 
 WIDTH, HEIGHT = 1600, 1000
 _EDGE, _GAP = 44, 40
@@ -41,7 +53,7 @@ _OUTCOME_COLOURS: dict[Outcome, Colour] = {
 
 
 @dataclass(frozen=True, eq=False)
-class Story:
+class RunFigure:
     """All that is told of a run; ``seen`` is the last picture, BGR or grey, if there was one.
 
     ``recorded`` is the run on whose samples an app only rehearsed: the track is that run's.
@@ -55,27 +67,27 @@ class Story:
     recorded: RunResult | None = None
 
 
-def draw(story: Story) -> Image:
+def draw_figure(story: RunFigure) -> Image:
     """Return the sheet: BGR, 1000 x 1600."""
-    colours = state_colours(story.track.states)
-    seen = _seen(story.seen)
+    colours = assign_state_colours(story.track.states)
+    seen = _scale_image(story.seen)
     canvas = Canvas(WIDTH, HEIGHT, PAPER)
-    _draw_title(canvas, *_title(story))
+    _draw_title(canvas, *_format_title(story))
     _draw_legend(canvas, _TOP + len(seen), story, colours)
     image = canvas.image()
-    _lay(image, _map(story, colours), _EDGE)
-    _lay(image, seen, _SIDE)
+    _paste(image, _draw_map(story, colours), _EDGE)
+    _paste(image, seen, _SIDE)
     return image
 
 
-def _title(story: Story) -> tuple[str, str, Colour, str]:
+def _format_title(story: RunFigure) -> tuple[str, str, Colour, str]:
     """Return the heading, how it ended in a word, its colour, and what else there is to say."""
     result = story.result
     if story.recorded:
         words = f"{result.sim_time_s:.1f} s of what it would have decided, along the recorded path"
-        return rehearsed_heading(result, story.recorded), "rehearsal", FAIR, words
+        return format_evaluation_heading(result, story.recorded), "rehearsal", FAIR, words
     colour = BAD if result.dispute else _OUTCOME_COLOURS.get(result.outcome, BAD)
-    return heading(result), result.outcome.value, colour, ", ".join(measures(result))
+    return format_heading(result), result.outcome.value, colour, ", ".join(list_measures(result))
 
 
 def _draw_title(canvas: Canvas, heading: str, word: str, colour: Colour, words: str) -> None:
@@ -84,12 +96,12 @@ def _draw_title(canvas: Canvas, heading: str, word: str, colour: Colour, words: 
     canvas.text((_EDGE + width + 18, 108), words, FADED, 17)
 
 
-def _map(story: Story, colours: dict[str, Colour]) -> Image:
+def _draw_map(story: RunFigure, colours: dict[str, Colour]) -> Image:
     """Return the world from above with all that happened in it."""
     if story.world is None:
-        return _blank(_MAP, _MAP, "no world is described for this robot")
+        return _draw_blank(_MAP, _MAP, "no world is described for this robot")
     canvas = Canvas(_MAP, _MAP, PAPER)
-    chart = overhead.Chart.fitting(story.world, story.track, _MAP)
+    chart = overhead.MapTransform.fitting(story.world, story.track, _MAP)
     overhead.draw_world(canvas, chart, story.world)
     if steps := story.track.steps:
         overhead.draw_start(canvas, chart, story.robot, steps[0].pose)
@@ -99,10 +111,10 @@ def _map(story: Story, colours: dict[str, Colour]) -> Image:
     return canvas.image()
 
 
-def _seen(seen: Image | None) -> Image:
+def _scale_image(seen: Image | None) -> Image:
     """Return the last picture in colour, as wide as the side of the sheet."""
     if seen is None:
-        return _blank(_SIDE_WIDTH, _SIDE_WIDTH * 3 // 4, "no camera was looked at")
+        return _draw_blank(_SIDE_WIDTH, _SIDE_WIDTH * 3 // 4, "no camera was looked at")
     height, width = seen.shape[:2]
     scale = min(_SIDE_WIDTH / width, _SEEN_HEIGHT / height)
     size = (max(1, round(width * scale)), max(1, round(height * scale)))
@@ -110,19 +122,19 @@ def _seen(seen: Image | None) -> Image:
     return np.asarray(cv2.resize(colour, size, interpolation=cv2.INTER_CUBIC), np.uint8)
 
 
-def _lay(image: Image, part: Image, left: int) -> None:
+def _paste(image: Image, part: Image, left: int) -> None:
     """Put a part on the sheet, below the title."""
     height, width = part.shape[:2]
     image[_TOP : _TOP + height, left : left + width] = part
 
 
-def _blank(width: int, height: int, words: str) -> Image:
+def _draw_blank(width: int, height: int, words: str) -> Image:
     canvas = Canvas(width, height, RULE)
-    canvas.text(((width - text_width(words, 15)) / 2, height / 2), words, FADED, 15)
+    canvas.text(((width - measure_text(words, 15)) / 2, height / 2), words, FADED, 15)
     return canvas.image()
 
 
-def _draw_legend(canvas: Canvas, top: int, story: Story, colours: dict[str, Colour]) -> None:
+def _draw_legend(canvas: Canvas, top: int, story: RunFigure, colours: dict[str, Colour]) -> None:
     """Draw a line for each state: its colour, when it was reached first, how long it lasted in all."""
     columns = (_SIDE + 84.0, _SIDE + _SIDE_WIDTH - 230.0, _SIDE + _SIDE_WIDTH - 80.0)
     y = top + 44.0
@@ -148,48 +160,48 @@ _LARGEST_M = 100.0
 """No floor is described larger; a path that leads beyond it is drawn all the same."""
 
 
-def story_of(
+def build_figure(
     recording: Recording,
     states: Sequence[str] | None = None,
     result: RunResult | None = None,
     *,
     is_rehearsal: bool = False,
-) -> Story:
+) -> RunFigure:
     """Return what a picture tells of a recording: the true path where a simulator told it, else the odometry's.
 
     ``states`` and ``result`` are those of a replay, which may end before its recording, or of a rehearsal.
     """
-    about, path = recording.metadata, true_path(recording) or odometry_path(recording)
+    about, path = recording.metadata, build_true_path(recording) or build_odometry_path(recording)
     track = Track()
     told = [tick.state for tick in recording.ticks] if states is None else states
     ticks = recording.ticks[: len(told)]
     for tick, state in zip(ticks, told, strict=False):
         if tick.number in path:
-            track.steps.append(Footstep(tick.time, state, path[tick.number]))
-    recorded = result_of(recording)
+            track.steps.append(TrackPoint(tick.time, state, path[tick.number]))
+    recorded = build_result(recording)
     ended = replace(result, world=recorded.world) if result else recorded
-    return Story(
-        *(about.description, world_of(recording, track), track, last_recorded_image(recording, ticks), ended),
+    return RunFigure(
+        *(about.description, build_world(recording, track), track, find_last_recorded_image(recording, ticks), ended),
         recorded=recorded if is_rehearsal else None,
     )
 
 
-def last_recorded_image(recording: Recording, ticks: Sequence[Tick]) -> Image | None:
+def find_last_recorded_image(recording: Recording, ticks: Sequence[Tick]) -> Image | None:
     """Return the picture that was shown last in some ticks, else the one that was read last."""
     shown = (each.key for tick in reversed(ticks) for each in reversed(tick.shown))
     read = (each.key for tick in reversed(ticks) for each in reversed(tick.reads))
     for keys in (shown, read):
-        if frame := next(filter(None, (_frame(recording, key) for key in keys)), None):
+        if frame := next(filter(None, (_read_frame(recording, key) for key in keys)), None):
             return frame.image
     return None
 
 
-def _frame(recording: Recording, key: SampleKey | None) -> Frame | None:
+def _read_frame(recording: Recording, key: SampleKey | None) -> Frame | None:
     sample = recording.samples.get(key) if key else None
     return sample if isinstance(sample, Frame) else None
 
 
-def world_of(recording: Recording, track: Track) -> WorldDescription:
+def build_world(recording: Recording, track: Track) -> WorldDescription:
     """Return the recorded world; where none was described, a floor that the track fits on."""
     if world := recording.metadata.world:
         return world
@@ -204,22 +216,22 @@ class PictureRecorder:
     def __init__(self) -> None:
         self._run: Run | None = None
         self._track = Track()
-        self._story: Story | None = None
+        self._story: RunFigure | None = None
 
     def begin(self, run: Run) -> None:
         self._run = run
 
     def tick(self, record: TickRecord) -> None:
         if self._run and self._run.truth:
-            self._track.steps.append(Footstep(record.time, record.state, self._run.truth.pose))
+            self._track.steps.append(TrackPoint(record.time, record.state, self._run.truth.pose))
 
     def end(self, result: RunResult) -> None:
         if run := self._run:
-            self._story = Story(run.description, run.world, self._track, last_seen(run.robot), result)
+            self._story = RunFigure(run.description, run.world, self._track, find_last_image(run.robot), result)
 
     def png(self) -> bytes | None:
         """Draw the run; return the PNG, or None where no run began."""
-        return None if self._story is None else png_of(self._story)
+        return None if self._story is None else draw_png(self._story)
 
     def save(self, file: Path) -> bool:
         """Draw the run as a PNG; return whether one began. UsageError says why it cannot be written."""
@@ -230,12 +242,12 @@ class PictureRecorder:
         return True
 
 
-def png_of(story: Story) -> bytes:
+def draw_png(story: RunFigure) -> bytes:
     """Draw a run; return the PNG."""
-    return encoded(draw(story))
+    return encode_png(draw_figure(story))
 
 
-def encoded(image: Image) -> bytes:
+def encode_png(image: Image) -> bytes:
     """Return a picture as PNG."""
     _, png = cv2.imencode(".png", image)
     return png.tobytes()
@@ -247,10 +259,10 @@ def save_png(content: bytes, file: Path) -> None:
         with replace_file(file) as part:
             part.write_bytes(content)
     except OSError as error:
-        raise _unwritable(file, error) from error
+        raise _build_unwritable_error(file, error) from error
 
 
-def last_seen(robot: Robot) -> Image | None:
+def find_last_image(robot: Robot) -> Image | None:
     """Return the picture that was shown last, else the one that was read last. Looking at it reads nothing."""
     devices = robot.devices.values()
     shown = [each.latest for each in devices if isinstance(each, LayeredDisplay)]
@@ -265,8 +277,8 @@ def require_writable(file: Path) -> None:
     try:
         require_replaceable(file)
     except OSError as error:
-        raise _unwritable(file, error) from error
+        raise _build_unwritable_error(file, error) from error
 
 
-def _unwritable(file: Path, error: OSError) -> UsageError:
+def _build_unwritable_error(file: Path, error: OSError) -> UsageError:
     return UsageError(f"--picture {file}: {error.strerror}. Name a file that can be written, where there is room")

@@ -12,9 +12,16 @@ from rich.text import Text
 
 from robotcore.errors import RobotcoreError
 from robotcore.recording import Recording
-from robotcore.recording.contents import devices_of, duration_of, interventions_of, rate_of, result_of, why_no_end
-from robotcore.recording.replay.evaluation import Rehearsed
-from robotcore.recording.replay.verification import Replayed
+from robotcore.recording.contents import (
+    build_result,
+    count_interventions,
+    explain_missing_end,
+    measure_duration,
+    measure_rate,
+    summarise_devices,
+)
+from robotcore.recording.replay.evaluation import Evaluation
+from robotcore.recording.replay.verification import ReplayResult
 from robotcore.runtime.apps import app_path
 from robotcore.runtime.faults.spec import Spec
 from robotcore.runtime.outcome import Outcome, RunResult
@@ -24,30 +31,30 @@ _STYLES = {Outcome.SUCCESS: "bold green", Outcome.INTERRUPTED: "bold yellow", Ou
 _RED = "bold red"
 
 
-def summary(result: RunResult) -> Text:
+def format_summary(result: RunResult) -> Text:
     """Return the outcome, what it was measured by, the milestones and the reason, a line each."""
     style = _RED if result.dispute else _STYLES.get(result.outcome, _RED)
     outcome = Text(result.outcome.value, style)
-    lines = [", ".join(measures(result)), *events(result)]
+    lines = [", ".join(list_measures(result)), *list_events(result)]
     if result.reason and not isinstance(result.error, RobotcoreError):
         lines.append(result.reason)
-    first = outcome + Text(f"  {escape(heading(result))}")
+    first = outcome + Text(f"  {escape(format_heading(result))}")
     return Text("\n").join([first, *(Text(f"  {escape(line)}") for line in lines)])
 
 
-def heading(result: RunResult) -> str:
+def format_heading(result: RunResult) -> str:
     """Return what ran on what: ``green-search on kinematic, arena, seed 7``."""
     place = [result.world] if result.world else []
     seed = [f"seed {result.seed}"] if result.seed is not None else []
     return ", ".join([f"{result.app} on {result.backend}", *place, *seed])
 
 
-def rehearsed_heading(result: RunResult, recorded: RunResult) -> str:
+def format_evaluation_heading(result: RunResult, recorded: RunResult) -> str:
     """Return what was rehearsed on what: ``avoid-obstacles on the samples of green-search on kinematic, arena``."""
-    return f"{result.app} on the samples of {heading(recorded)}"
+    return f"{result.app} on the samples of {format_heading(recorded)}"
 
 
-def measures(result: RunResult) -> Iterator[str]:
+def list_measures(result: RunResult) -> Iterator[str]:
     """Yield what the run was measured by, in words."""
     if result.outcome is Outcome.SUCCESS and result.verified is not None:
         yield result.dispute or f"verified by the {result.verifier}"
@@ -63,14 +70,14 @@ def measures(result: RunResult) -> Iterator[str]:
         yield f"{name} at {told['last_v']:.2f} V, at its lowest {told['lowest_v']:.2f} V"
 
 
-def events(result: RunResult) -> Iterator[str]:
+def list_events(result: RunResult) -> Iterator[str]:
     """Yield the milestones, and the faults on purpose, where there were any."""
     if result.milestones:
         yield ", ".join(f"{name} at {time:.1f} s" for name, time in result.milestones.items())
-    yield from faults(result)
+    yield from list_faults(result)
 
 
-def faults(result: RunResult) -> Iterator[str]:
+def list_faults(result: RunResult) -> Iterator[str]:
     """Yield which faults on purpose there were, and which the run did not live to see."""
     for what, is_seen in (("with faults", True), ("ended before", False)):
         if told := [text for text in result.faults if (Spec.parse(text).after_s <= result.sim_time_s) is is_seen]:
@@ -80,56 +87,56 @@ def faults(result: RunResult) -> Iterator[str]:
 _UNITS = ("bytes", "kB", "MB", "GB")
 
 
-def contents(recording: Recording, file: Path) -> RenderableType:
+def format_contents(recording: Recording, file: Path) -> RenderableType:
     """Return the summary of a recording. Its texts are data: each stays in its line."""
-    title = Text(escape(file.name), "bold") + Text(f"  {escape(', '.join(_state(recording, file)))}")
-    about = [Text(f"  {escape(line)}") for line in _about(recording)]
-    return Group(title, *about, Text(), _ending(recording), Text(), _devices(recording))
+    title = Text(escape(file.name), "bold") + Text(f"  {escape(', '.join(_list_states(recording, file)))}")
+    about = [Text(f"  {escape(line)}") for line in _list_facts(recording)]
+    return Group(title, *about, Text(), _format_ending(recording), Text(), _build_device_table(recording))
 
 
-def _state(recording: Recording, file: Path) -> Iterator[str]:
-    yield _size(file.stat().st_size)
-    yield _wholeness(recording)
+def _list_states(recording: Recording, file: Path) -> Iterator[str]:
+    yield _format_size(file.stat().st_size)
+    yield _format_wholeness(recording)
     yield "replayable" if recording.is_replayable else f"not replayable: {recording.why_not}"
 
 
-def _wholeness(recording: Recording) -> str:
+def _format_wholeness(recording: Recording) -> str:
     if recording.is_damaged:
         return "damaged"
     return "cut" if recording.is_cut else "whole"
 
 
-def _about(recording: Recording) -> Iterator[str]:
-    about, result = recording.metadata, result_of(recording)
-    yield f"{heading(result)}, robot {result.robot}, begun {about.started}"
+def _list_facts(recording: Recording) -> Iterator[str]:
+    about, result = recording.metadata, build_result(recording)
+    yield f"{format_heading(result)}, robot {result.robot}, begun {about.started}"
     if settings := about.request.settings:
         yield "set: " + ", ".join(f"{name}={value}" for name, value in settings.items())
-    rate = rate_of(recording)
+    rate = measure_rate(recording)
     pace = f" at {rate:.2f} Hz" if rate else ""
     ticks, overruns = counted(len(recording.ticks), "tick"), counted(result.overruns, "overrun")
-    yield f"{ticks}{pace} in {duration_of(recording):.2f} s, {overruns}"
+    yield f"{ticks}{pace} in {measure_duration(recording):.2f} s, {overruns}"
     if result.dropped_pictures:
         yield f"dropped: {counted(result.dropped_pictures, 'picture')}"
-    if causes := interventions_of(recording):
+    if causes := count_interventions(recording):
         yield "interventions: " + ", ".join(f"{cause} {count}" for cause, count in causes.items())
     yield from (f"note: {note}" for note in result.notes)
     yield "on " + ", ".join(f"{name} {value}" for name, value in about.platform.items())
 
 
-def _ending(recording: Recording) -> RenderableType:
+def _format_ending(recording: Recording) -> RenderableType:
     if recording.result:
-        return summary(recording.result)
-    cut = Text(_wholeness(recording), "bold red" if recording.is_cut else "bold")
-    cut += Text(f"  {escape(why_no_end(recording))}")
-    return Text("\n").join([cut, *(Text(f"  {escape(line)}") for line in events(result_of(recording)))])
+        return format_summary(recording.result)
+    cut = Text(_format_wholeness(recording), "bold red" if recording.is_cut else "bold")
+    cut += Text(f"  {escape(explain_missing_end(recording))}")
+    return Text("\n").join([cut, *(Text(f"  {escape(line)}") for line in list_events(build_result(recording)))])
 
 
-def _devices(recording: Recording) -> Table:
+def _build_device_table(recording: Recording) -> Table:
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, header_style="bold")
     for title in ("device", "kind", "samples", "a second", "reads", "errors"):
         is_name = title in ("device", "kind")
         table.add_column(title, style="cyan" if title == "device" else "", justify="left" if is_name else "right")
-    for each in devices_of(recording):
+    for each in summarise_devices(recording):
         rate = "" if each.rate_hz is None else f"{each.rate_hz:.2f}"
         counts = (str(each.samples), rate, str(each.reads), str(each.errors))
         is_sensor = each.kind != "motor"
@@ -137,7 +144,7 @@ def _devices(recording: Recording) -> Table:
     return table
 
 
-def _size(count: float) -> str:
+def _format_size(count: float) -> str:
     for unit in _UNITS[:-1]:
         if count < 1000:
             return f"{count:.3g} {unit}"
@@ -148,18 +155,18 @@ def _size(count: float) -> str:
 _GOOD, _FAIR, _BAD = "bold green", "bold yellow", "bold red"
 
 
-def format_replay(came_out: Replayed | Rehearsed) -> RenderableType:
+def format_replay(came_out: ReplayResult | Evaluation) -> RenderableType:
     """Return what came out of a replay."""
-    return _replayed(came_out) if isinstance(came_out, Replayed) else _rehearsed(came_out)
+    return _format_result(came_out) if isinstance(came_out, ReplayResult) else _format_evaluation(came_out)
 
 
-def _replayed(replayed: Replayed) -> RenderableType:
-    verdict, style = _verdict(replayed)
-    lines = [Text(verdict, style) + Text(f"  {escape(heading(result_of(replayed.recording)))}")]
-    return Text("\n").join([*lines, *(Text(f"  {escape(line)}") for line in _findings(replayed))])
+def _format_result(replayed: ReplayResult) -> RenderableType:
+    verdict, style = _format_verdict(replayed)
+    lines = [Text(verdict, style) + Text(f"  {escape(format_heading(build_result(replayed.recording)))}")]
+    return Text("\n").join([*lines, *(Text(f"  {escape(line)}") for line in _list_findings(replayed))])
 
 
-def _verdict(replayed: Replayed) -> tuple[str, str]:
+def _format_verdict(replayed: ReplayResult) -> tuple[str, str]:
     if not replayed.is_equal:
         return "differs", _BAD
     if replayed.is_exact:
@@ -167,28 +174,28 @@ def _verdict(replayed: Replayed) -> tuple[str, str]:
     return f"equal within {replayed.largest_difference:.1g} rad/s", _FAIR
 
 
-def _findings(replayed: Replayed) -> Iterator[str]:
+def _list_findings(replayed: ReplayResult) -> Iterator[str]:
     if deviation := replayed.deviation:
         yield from deviation.lines()
-        yield _equal_ticks(replayed)
+        yield _format_equal_ticks(replayed)
     else:
         yield f"{counted(replayed.ticks, 'tick')}, {replayed.recording.ticks[-1].time:.2f} s"
-        yield from _digest(replayed)
+        yield from _list_digest_findings(replayed)
         if replayed.ended_by:
             yield f"the recording ends here: {replayed.ended_by}"
-    yield from _app_file(replayed)
+    yield from _list_app_findings(replayed)
     if replayed.platform:
         yield f"recorded elsewhere: {'; '.join(replayed.platform)}"
 
 
-def _equal_ticks(replayed: Replayed) -> str:
+def _format_equal_ticks(replayed: ReplayResult) -> str:
     recorded = len(replayed.recording.ticks)
     if replayed.ticks == recorded:
         return f"all that was decided in {counted(recorded, 'tick')} is equal"
     return f"before it, {replayed.ticks} of {counted(recorded, 'tick')} {'is' if recorded == 1 else 'are'} equal"
 
 
-def _app_file(replayed: Replayed) -> Iterator[str]:
+def _list_app_findings(replayed: ReplayResult) -> Iterator[str]:
     """Yield whether the app's own file is the recorded one, where that may matter."""
     name = app_path(replayed.result.app).name
     if replayed.has_app_changed:
@@ -197,7 +204,7 @@ def _app_file(replayed: Replayed) -> Iterator[str]:
         yield f"{name} is the file that was recorded: does it use random numbers, the time, or another file?"
 
 
-def _digest(replayed: Replayed) -> Iterator[str]:
+def _list_digest_findings(replayed: ReplayResult) -> Iterator[str]:
     digest, recorded = replayed.trace_sha256, replayed.recorded_sha256
     if not replayed.is_equal:
         yield f"trace {digest}, but the file says {recorded}: it was changed after it was recorded"
@@ -207,20 +214,20 @@ def _digest(replayed: Replayed) -> Iterator[str]:
         yield f"trace {digest}"
 
 
-def _rehearsed(rehearsed: Rehearsed) -> RenderableType:
-    recorded, other = result_of(rehearsed.recording), rehearsed.result
-    title = Text(escape(rehearsed_heading(other, recorded)), "bold")
-    parts = [Text(f"  {escape(line)}") for line in _differences(rehearsed)]
-    return Group(title, *parts, Text(), _table(rehearsed, recorded))
+def _format_evaluation(rehearsed: Evaluation) -> RenderableType:
+    recorded, other = build_result(rehearsed.recording), rehearsed.result
+    title = Text(escape(format_evaluation_heading(other, recorded)), "bold")
+    parts = [Text(f"  {escape(line)}") for line in _list_differences(rehearsed)]
+    return Group(title, *parts, Text(), _build_table(rehearsed, recorded))
 
 
-def _differences(rehearsed: Rehearsed) -> Iterator[str]:
+def _list_differences(rehearsed: Evaluation) -> Iterator[str]:
     if rehearsed.warning:
         yield f"the samples are not all that the run had: {rehearsed.warning}"
     if parting := rehearsed.parting:
         yield f"they part in tick {parting.tick}, at {parting.time:g} s: {parting.what}"
         yield f"  recorded: {parting.recorded}"
-        yield f"  {_evaluated_name(rehearsed)}: {parting.rehearsed}"
+        yield f"  {_get_name(rehearsed)}: {parting.rehearsed}"
         verb = "differs" if rehearsed.differing == 1 else "differ"
         yield f"{rehearsed.differing} of {counted(rehearsed.ticks, 'tick')} {verb}"
     else:
@@ -229,24 +236,24 @@ def _differences(rehearsed: Rehearsed) -> Iterator[str]:
         yield f"{device}: in {counted(count, 'tick')} nobody had read it; the newest sample from before was given"
 
 
-def _table(rehearsed: Rehearsed, recorded: RunResult) -> Table:
+def _build_table(rehearsed: Evaluation, recorded: RunResult) -> Table:
     other = rehearsed.result
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, header_style="bold")
-    for title in ("", "recorded", escape(_evaluated_name(rehearsed))):
+    for title in ("", "recorded", escape(_get_name(rehearsed))):
         table.add_column(title, style="" if title else "cyan")
     for name in dict.fromkeys((*recorded.milestones, *other.milestones)):
-        table.add_row(escape(name), _milestone_time(recorded, name), _milestone_time(other, name))
+        table.add_row(escape(name), _format_milestone_time(recorded, name), _format_milestone_time(other, name))
     ended = "goes on where the recording ends" if rehearsed.is_at_end else other.outcome.value
     table.add_row("outcome", recorded.outcome.value, ended)
     table.add_row("time", f"{recorded.sim_time_s:.2f} s", f"{other.sim_time_s:.2f} s")
     return table
 
 
-def _evaluated_name(rehearsed: Rehearsed) -> str:
+def _get_name(rehearsed: Evaluation) -> str:
     """Return what to call the other app beside the recorded one."""
     app = rehearsed.result.app
-    return "now" if app == result_of(rehearsed.recording).app else app
+    return "now" if app == build_result(rehearsed.recording).app else app
 
 
-def _milestone_time(result: RunResult, milestone: str) -> str:
+def _format_milestone_time(result: RunResult, milestone: str) -> str:
     return f"{result.milestones[milestone]:.2f} s" if milestone in result.milestones else "–"

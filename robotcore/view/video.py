@@ -34,11 +34,11 @@ def write_video(recording: Recording, file: Path, device: str | None = None) -> 
 
     Raises UsageError where there is no such device, no picture, or where it cannot be written.
     """
-    known = _with_pictures(recording)
+    known = _list_picture_devices(recording)
     if device and device not in known:
         raise UnknownNameError("camera or display of the recording", device, known)
-    name = device or _device(recording)
-    scenes = list(_scenes(recording, name))
+    name = device or _choose_device(recording)
+    scenes = list(_list_scenes(recording, name))
     if not scenes:
         raise UsageError(f"--video: the recording has no picture of {name}. robotcore info FILE tells what it has")
     rate = recording.metadata.request.rate_hz
@@ -56,32 +56,32 @@ def write_video(recording: Recording, file: Path, device: str | None = None) -> 
 def _write(part: Path, file: Path, recording: Recording, scenes: Sequence[Scene], count: int) -> None:
     """Write the film; ``part`` becomes the file."""
     rate = recording.metadata.request.rate_hz
-    size = _size(_picture(recording, scenes[0][2]))
+    size = _compute_size(_read_picture(recording, scenes[0][2]))
     writer = cv2.VideoWriter(str(part), cv2.VideoWriter.fourcc(*"mp4v"), rate, (size[0], size[1] + _STRIP))
     try:
         if not writer.isOpened():
             raise RecordingError(file, "the film cannot be written", "Name an .mp4 file that can be written")
-        for picture in _film(recording, scenes, count, size):
+        for picture in _build_film(recording, scenes, count, size):
             writer.write(picture)
     finally:
         writer.release()
 
 
-def _device(recording: Recording) -> str:
+def _choose_device(recording: Recording) -> str:
     """Return the first display that something was shown on, else the first camera."""
     shown = (each.device for tick in recording.ticks for each in tick.shown if each.key)
-    for name in (*islice(shown, 1), *_with_pictures(recording)):
+    for name in (*islice(shown, 1), *_list_picture_devices(recording)):
         return name
     raise UsageError("--video: the run had neither a camera nor a display open")
 
 
-def _with_pictures(recording: Recording) -> list[str]:
+def _list_picture_devices(recording: Recording) -> list[str]:
     """Return the cameras that were open, then the displays."""
     opened = [each for each in recording.metadata.description.devices if each.name in recording.metadata.devices]
     return [each.name for kind in ("camera", "display") for each in opened if each.kind == kind]
 
 
-def _scenes(recording: Recording, device: str) -> Iterator[Scene]:
+def _list_scenes(recording: Recording, device: str) -> Iterator[Scene]:
     """Yield one a tick, from the first picture on; without a new one, the last picture stays."""
     last: SampleKey | None = None
     for tick in recording.ticks:
@@ -91,29 +91,29 @@ def _scenes(recording: Recording, device: str) -> Iterator[Scene]:
             yield tick.time, tick.state, last
 
 
-def _film(recording: Recording, scenes: Sequence[Scene], count: int, size: tuple[int, int]) -> Iterator[Image]:
+def _build_film(recording: Recording, scenes: Sequence[Scene], count: int, size: tuple[int, int]) -> Iterator[Image]:
     """Yield what was to be seen at each picture of the film, however late the run's ticks came."""
     at, rate = 0, recording.metadata.request.rate_hz
     for index in range(count):
         now = scenes[0][0] + index / rate
         while at + 1 < len(scenes) and scenes[at + 1][0] <= now + 0.5 / rate:
             at += 1
-        yield _annotated(_picture(recording, scenes[at][2]), scenes[at], size)
+        yield _annotate(_read_picture(recording, scenes[at][2]), scenes[at], size)
 
 
-def _picture(recording: Recording, key: SampleKey) -> Image:
+def _read_picture(recording: Recording, key: SampleKey) -> Image:
     frame = recording.samples[key]
     assert isinstance(frame, Frame), "cameras and displays have frames"
     return frame.image
 
 
-def _size(image: Image) -> tuple[int, int]:
+def _compute_size(image: Image) -> tuple[int, int]:
     """Return width and height, even numbers both; a picture that is very high or wide is distorted."""
     height, width = image.shape[:2]
     return WIDTH, 2 * max(1, round(min(WIDTH * height / width, _MOST_HEIGHT) / 2))
 
 
-def _annotated(image: Image, scene: Scene, size: tuple[int, int]) -> Image:
+def _annotate(image: Image, scene: Scene, size: tuple[int, int]) -> Image:
     colour = image if image.ndim == 3 else cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
     time, state, _ = scene
     strip = Canvas(size[0], _STRIP, PAPER)

@@ -2,7 +2,7 @@
 
 from robotcore.recording.replay.app_permission import is_recorded_file
 from robotcore.recording.replay.cursor import Deviation
-from robotcore.recording.replay.evaluation import Rehearsed, rehearse
-from robotcore.recording.replay.verification import Replayed, replay
+from robotcore.recording.replay.evaluation import Evaluation, evaluate
+from robotcore.recording.replay.verification import ReplayResult, replay
 
-__all__ = ["Deviation", "Rehearsed", "Replayed", "is_recorded_file", "rehearse", "replay"]
+__all__ = ["Deviation", "Evaluation", "ReplayResult", "evaluate", "is_recorded_file", "replay"]

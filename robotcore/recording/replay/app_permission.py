@@ -15,8 +15,8 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from robotcore.errors import RecordingError
 from robotcore.recording import Recording
-from robotcore.recording.codec import plain
-from robotcore.recording.recording import source_of
+from robotcore.recording.codec import to_plain
+from robotcore.recording.recording import read_app_source
 from robotcore.runtime.apps import app_path, is_app_file, load_app_file
 from robotcore.runtime.settings import Setting, settings_of
 from robotcore.text import escape
@@ -39,7 +39,7 @@ def require_recorded_app(recording: Recording, file: Path | str, given: Containe
     if not app_path(app).is_file():
         remedy = "Replay it from the folder that it was run in, or name the app's file: --app FILE.py"
         raise RecordingError(called, f"its app, {shown}, is not here", remedy)
-    if problem := _problem(recording, given):
+    if problem := _find_problem(recording, given):
         remedy = f"To run it, name it: --app {shlex.quote(shown)}"
         raise RecordingError(called, f"its app, {shown}, {problem}, so replay did not run it", remedy)
 
@@ -49,16 +49,16 @@ def is_recorded_file(recording: Recording, app: str) -> bool:
     recorded = recording.metadata.request.app
     if not (is_app_file(app) and is_app_file(recorded)):
         return False
-    return app_path(app).name == app_path(recorded).name or has_changed(recording, app) is False
+    return app_path(app).name == app_path(recorded).name or has_app_changed(recording, app) is False
 
 
-def has_changed(recording: Recording, app: str) -> bool | None:
+def has_app_changed(recording: Recording, app: str) -> bool | None:
     """Return whether a file holds another text than the recorded app; None if no text was recorded."""
     recorded = recording.metadata.source
-    return None if recorded is None else source_of(app) != recorded
+    return None if recorded is None else read_app_source(app) != recorded
 
 
-def _problem(recording: Recording, given: Container[str]) -> str:
+def _find_problem(recording: Recording, given: Container[str]) -> str:
     """Say why the recorded app's file must not run; empty if it may. The file is imported last."""
     app = recording.metadata.request.app
     path = app_path(app).resolve()
@@ -66,15 +66,15 @@ def _problem(recording: Recording, given: Container[str]) -> str:
         return "is outside of the current folder"
     if path.is_relative_to(Path(sys.prefix).resolve()) or not _PACKAGES.isdisjoint(path.parts):
         return "is among installed packages"
-    if has_changed(recording, app) is not False:
+    if has_app_changed(recording, app) is not False:
         is_known = recording.metadata.source is not None
         return "has changed since it was recorded" if is_known else "was recorded without its text"
-    if name := _open_setting(recording, given):
+    if name := _find_open_setting(recording, given):
         return f"would get the setting {escape(repr(name))} from the recording, which is no number and no fixed choice"
     return ""
 
 
-def _open_setting(recording: Recording, given: Container[str]) -> str | None:
+def _find_open_setting(recording: Recording, given: Container[str]) -> str | None:
     """Return the name of a recorded setting that can be any text, and that is not the app's default."""
     request = recording.metadata.request
     recorded = {name: value for name, value in request.settings.items() if name not in given}
@@ -86,7 +86,7 @@ def _open_setting(recording: Recording, given: Container[str]) -> str | None:
 
 
 def _is_open(setting: Setting, value: Any) -> bool:
-    return not _is_harmless(setting.type) and value != plain(setting.default)
+    return not _is_harmless(setting.type) and value != to_plain(setting.default)
 
 
 def _is_harmless(kind: Any) -> bool:

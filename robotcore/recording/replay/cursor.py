@@ -18,7 +18,16 @@ from robotcore.errors import (
 )
 from robotcore.geometry import Wheels
 from robotcore.hal.devices import Angle, Frame, Range, Voltage
-from robotcore.recording import Ask, MotorAsk, Read, Recorded, Recording, SampleKey, Tick, Turned
+from robotcore.recording import (
+    DriveCommand,
+    MotorCommand,
+    Read,
+    RecordedSample,
+    Recording,
+    SampleKey,
+    Tick,
+    WheelAngles,
+)
 from robotcore.runtime.trace import TickRecord, Trace
 from robotcore.safety.intervention import REST
 from robotcore.text import escape
@@ -37,10 +46,10 @@ class Deviation:
 
     @classmethod
     def of(
-        cls, tick: Tick, what: str, recorded: str, replayed: str, samples: Mapping[SampleKey, Recorded]
+        cls, tick: Tick, what: str, recorded: str, replayed: str, samples: Mapping[SampleKey, RecordedSample]
     ) -> Deviation:
         """Return what differs in a tick, told with the samples that the recorded run read in it."""
-        reads = dict.fromkeys(_read_told(read, samples) for read in tick.reads)
+        reads = dict.fromkeys(_format_read(read, samples) for read in tick.reads)
         return cls(tick.number, tick.time, what, recorded, replayed, tuple(reads))
 
     def __str__(self) -> str:
@@ -60,23 +69,23 @@ class Deviation:
         yield f"  read in this tick: {'; '.join(self.reads) or 'nothing'}"
 
 
-def wheels_told(wheels: Wheels | None) -> str:
+def format_wheels(wheels: Wheels | None) -> str:
     """Return a command with every digit that it has; None is a stop."""
     return "stop" if wheels is None else f"left {wheels.left!r}, right {wheels.right!r} rad/s"
 
 
-def motor_told(ask: MotorAsk) -> str:
+def format_motor_command(ask: MotorCommand) -> str:
     """Return a command to a motor outside the drive, with every digit that it has."""
     return f"{ask.device} stop" if ask.asked is None else f"{ask.device} {ask.asked!r} rad/s"
 
 
-def _read_told(read: Read, samples: Mapping[SampleKey, Recorded]) -> str:
+def _format_read(read: Read, samples: Mapping[SampleKey, RecordedSample]) -> str:
     if read.error:
         return f"{read.device} raised {read.error.kind}: {read.error.message}"
-    return f"{read.device} {_sample_told(read, samples)} of {read.time:g} s (number {read.sequence})"
+    return f"{read.device} {_format_sample(read, samples)} of {read.time:g} s (number {read.sequence})"
 
 
-def _sample_told(read: Read, samples: Mapping[SampleKey, Recorded]) -> str:
+def _format_sample(read: Read, samples: Mapping[SampleKey, RecordedSample]) -> str:
     try:
         sample = samples[read.key] if read.key else None
     except RecordingError as error:
@@ -94,10 +103,10 @@ def _sample_told(read: Read, samples: Mapping[SampleKey, Recorded]) -> str:
     return "dropped picture"
 
 
-CueT = TypeVar("CueT")
+EventT = TypeVar("EventT")
 
 
-class Cues:
+class TickReader:
     """The asks, the reads, the angles and the standing commands of a tick. Of the last two, the last one stays."""
 
     def __init__(self, tick: Tick) -> None:
@@ -149,26 +158,26 @@ class Cues:
             left.popleft()
         return failed
 
-    def next_ask(self) -> Ask | None:
+    def next_ask(self) -> DriveCommand | None:
         """Return the next command that the recorded run gave, if there is one left."""
         return self.asks.popleft() if self.asks else None
 
-    def next_turned(self) -> Turned | None:
+    def next_turned(self) -> WheelAngles | None:
         """Return the angles of the wheels; None where the recorded run had no drive."""
-        return _next(self._turned)
+        return _take(self._turned)
 
     def next_standing(self) -> Wheels:
         """Return what was being asked of the wheels, for an app that commands one alone."""
-        return _next(self._standing) or REST
+        return _take(self._standing) or REST
 
 
-def _next(left: deque[CueT]) -> CueT | None:
+def _take(left: deque[EventT]) -> EventT | None:
     if len(left) > 1:
         return left.popleft()
     return left[0] if left else None
 
 
-class Script:
+class ReplayCursor:
     """The ticks of a recording, one after the other; ``compared`` of them were found equal, ``trace`` adds them up.
 
     What ended the replay is raised at every `check` from then on, whatever an app catches.
@@ -176,7 +185,7 @@ class Script:
 
     def __init__(self, recording: Recording) -> None:
         self.recording = recording
-        self.cues = Cues(recording.ticks[0])
+        self.cues = TickReader(recording.ticks[0])
         self.deviation: Deviation | None = None
         self.trace = Trace(())
         self._ended_by: RobotcoreError | None = None
@@ -216,7 +225,7 @@ class Script:
         """Count this tick as equal, and turn to the next."""
         self.trace.add(record)
         if self.compared < len(self.recording.ticks):
-            self.cues = Cues(self.recording.ticks[self.compared])
+            self.cues = TickReader(self.recording.ticks[self.compared])
 
     def _end_by(self, error: RobotcoreError) -> NoReturn:
         self._ended_by = error

@@ -11,12 +11,12 @@ from typing import Any
 from robotcore.errors import Interrupted, RecordingEndedError
 from robotcore.geometry import Wheels
 from robotcore.hal.devices import Battery, Motor, SampleT, Sensor, Voltage
-from robotcore.recording import MotorAsk, Recording, Tick
-from robotcore.recording.layer import Tap
+from robotcore.recording import MotorCommand, Recording, Tick
+from robotcore.recording.layer import RecordingLayer
 from robotcore.recording.replay.app_permission import require_recorded_app
-from robotcore.recording.replay.cursor import Cues, motor_told, wheels_told
-from robotcore.recording.replay.layer import Likeness
-from robotcore.recording.replay.verification import request_for, require_ticks
+from robotcore.recording.replay.cursor import TickReader, format_motor_command, format_wheels
+from robotcore.recording.replay.layer import CommandComparator
+from robotcore.recording.replay.verification import build_request, require_ticks
 from robotcore.runtime.apps import app_name
 from robotcore.runtime.layers.layer import Layer
 from robotcore.runtime.layers.readers import Reader
@@ -27,7 +27,7 @@ from robotcore.safety import Latch
 
 
 @dataclass(frozen=True)
-class Parting:
+class FirstDifference:
     """The first tick in which the other app decides otherwise: what differs, in words; ``time`` in seconds."""
 
     tick: int
@@ -38,7 +38,7 @@ class Parting:
 
 
 @dataclass(frozen=True)
-class Rehearsed:
+class Evaluation:
     """Another app on a recording: its ``states`` by tick; in ``differing`` ticks state or command is another one.
 
     ``late_reads`` counts by device in how many ticks it read what the recorded run had not read then: it was given the
@@ -47,7 +47,7 @@ class Rehearsed:
 
     recording: Recording
     result: RunResult
-    parting: Parting | None
+    parting: FirstDifference | None
     differing: int
     late_reads: Mapping[str, int]
     states: Sequence[str]
@@ -91,14 +91,14 @@ class Rehearsed:
         }
 
 
-def rehearse(
+def evaluate(
     recording: Recording,
     app: str | None = None,
     settings: Mapping[str, Any] | None = None,
     *,
     file: Path | str = "",
     observers: Sequence[Observer] = (),
-) -> Rehearsed:
+) -> Evaluation:
     """Run an app on the samples of a recording, behind a safety stage of its own; a difference is no error.
 
     Where it is the recorded app, it keeps its recorded settings but for those that are given here.
@@ -106,10 +106,10 @@ def rehearse(
     require_ticks(recording, file)
     if app is None:
         require_recorded_app(recording, file, settings or {})
-    request = request_for(recording)
+    request = build_request(recording)
     name = app or request.app
     kept = request.settings if app_name(name) == app_name(request.app) else {}
-    witness = Witness(recording)
+    witness = DecisionComparator(recording)
     request = replace(request, app=name, settings={**kept, **(settings or {})})
     result = run(request, [witness, *observers], [witness])
     if result.error and not isinstance(result.error, Interrupted) and not result.ticks:
@@ -117,7 +117,7 @@ def rehearse(
     return witness.rehearsed(result)
 
 
-class Witness(Layer):
+class DecisionComparator(Layer):
     """A tap and an observer in one: it lays what an app decides beside what was decided in the recording.
 
     The drive knows its pose by the recorded angles: the robot went as it was driven then.
@@ -125,11 +125,11 @@ class Witness(Layer):
 
     def __init__(self, recording: Recording) -> None:
         self._recording = recording
-        self._is_alike = Likeness()
-        self._cues = Cues(recording.ticks[0])
-        self._tap = Tap(lambda: False)
+        self._is_alike = CommandComparator()
+        self._cues = TickReader(recording.ticks[0])
+        self._tap = RecordingLayer(lambda: False)
         self._differing = 0
-        self._parting: Parting | None = None
+        self._parting: FirstDifference | None = None
         self._late: Counter[str] = Counter()
         self._states: list[str] = []
 
@@ -165,28 +165,28 @@ class Witness(Layer):
         if record.state != tick.state:
             self._part(tick, "the state", repr(tick.state), repr(record.state))
         elif not self._is_alike(tick.asked, record.asked):
-            self._part(tick, "the command", _command(tick.asked), _command(record.asked))
-        elif _asked(tick.motor_asks) != _asked(motor_asks):
-            self._part(tick, "the command", _asked(tick.motor_asks), _asked(motor_asks))
+            self._part(tick, "the command", _format_command(tick.asked), _format_command(record.asked))
+        elif _format_motor_commands(tick.motor_asks) != _format_motor_commands(motor_asks):
+            self._part(tick, "the command", _format_motor_commands(tick.motor_asks), _format_motor_commands(motor_asks))
         if len(self._states) < len(self._recording.ticks):
-            self._cues = Cues(self._recording.ticks[len(self._states)])
+            self._cues = TickReader(self._recording.ticks[len(self._states)])
 
     def end(self, result: RunResult) -> None:
         """`rehearsed` takes the result."""
 
-    def rehearsed(self, result: RunResult) -> Rehearsed:
+    def rehearsed(self, result: RunResult) -> Evaluation:
         """Return how it came out."""
         late = {device: count for device, count in self._late.items() if count}
-        return Rehearsed(self._recording, result, self._parting, self._differing, late, self._states)
+        return Evaluation(self._recording, result, self._parting, self._differing, late, self._states)
 
     def _part(self, tick: Tick, what: str, recorded: str, rehearsed: str) -> None:
         self._differing += 1
-        self._parting = self._parting or Parting(tick.number, tick.time, what, recorded, rehearsed)
+        self._parting = self._parting or FirstDifference(tick.number, tick.time, what, recorded, rehearsed)
 
 
-def _asked(asks: Iterable[MotorAsk]) -> str:
-    return ", ".join(map(motor_told, asks)) or "no command"
+def _format_motor_commands(asks: Iterable[MotorCommand]) -> str:
+    return ", ".join(map(format_motor_command, asks)) or "no command"
 
 
-def _command(asked: Wheels | None) -> str:
-    return "no command" if asked is None else wheels_told(asked)
+def _format_command(asked: Wheels | None) -> str:
+    return "no command" if asked is None else format_wheels(asked)

@@ -11,8 +11,8 @@ from typing import NoReturn
 from robotcore.errors import RobotcoreError, SafetyStop
 from robotcore.geometry import Wheels
 from robotcore.hal.devices import Battery, Motor, SampleT, Sensor, Voltage
-from robotcore.recording import Ask, MotorAsk, Raised, Recording
-from robotcore.recording.replay.cursor import Script, motor_told, wheels_told
+from robotcore.recording import DriveCommand, MotorCommand, RecordedError, Recording
+from robotcore.recording.replay.cursor import ReplayCursor, format_motor_command, format_wheels
 from robotcore.runtime.layers.layer import Layer
 from robotcore.runtime.layers.over import MotorOver
 from robotcore.runtime.layers.readers import Reader
@@ -25,11 +25,11 @@ from robotcore.safety.intervention import REST
 Command = tuple[float, ...]
 """Of one motor or of both wheels, rad/s."""
 
-ACROSS_PLATFORMS = 1e-9
+PLATFORM_TOLERANCE = 1e-9
 """So far commands may differ, in rad/s, where another processor or library has reckoned them."""
 
 
-class Likeness:
+class CommandComparator:
     """Compares commands to the bit, or within a ``tolerance``; ``largest`` is the largest difference it has let pass.
 
     ``is_exact`` says whether all were equal to the bit so far, NaN counting as equal to NaN.
@@ -73,7 +73,7 @@ class ReplayedStage:
     Between ticks, where the loop and those who close a robot stop the wheels, it lets everything pass.
     """
 
-    def __init__(self, script: Script, likeness: Likeness, latch: Latch) -> None:
+    def __init__(self, script: ReplayCursor, likeness: CommandComparator, latch: Latch) -> None:
         self._script, self._is_alike, self._latch = script, likeness, latch
         self._asked: Wheels | None = None
         self._is_in_tick = False
@@ -95,7 +95,7 @@ class ReplayedStage:
     def ask(self, wheels: Wheels) -> Wheels:
         answered = self._answered(wheels)
         if answered.error:
-            again(answered.error, self._latch)
+            raise_recorded(answered.error, self._latch)
         self._asked = wheels
         return answered.given or wheels
 
@@ -104,7 +104,7 @@ class ReplayedStage:
             return
         self._asked = REST
         if error := self._answered(None).error:
-            again(error, self._latch)
+            raise_recorded(error, self._latch)
 
     def commit(self) -> Commit:
         script, tick = self._script, self._script.cues.tick
@@ -115,36 +115,36 @@ class ReplayedStage:
         if tick.error and not script.cues.was_committed:
             self._fail(tick.error)
         if not self._is_alike(tick.asked, self._asked):
-            script.deviate("the command of the tick", wheels_told(tick.asked), wheels_told(self._asked))
+            script.deviate("the command of the tick", format_wheels(tick.asked), format_wheels(self._asked))
         self.is_committed = True
         if tick.error:
             with suppress(RobotcoreError):
-                again(tick.error, self._latch)
+                raise_recorded(tick.error, self._latch)
         return Commit(self._asked, tick.sent, tick.interventions)
 
     def require_all(self) -> None:
         """Deviate where the recorded run gave a command more in this tick."""
         if left := self._script.cues.asks:
-            self._script.deviate("the command", wheels_told(left[0].asked), _NO_COMMAND)
+            self._script.deviate("the command", format_wheels(left[0].asked), _NO_COMMAND)
 
-    def _answered(self, wheels: Wheels | None) -> Ask:
+    def _answered(self, wheels: Wheels | None) -> DriveCommand:
         """Return the recorded command that this one is like; None is a stop."""
         self._script.check()
         recorded = self._script.cues.next_ask()
         if recorded is None:
-            self._script.lack("the command", _NO_COMMAND, wheels_told(wheels))
+            self._script.lack("the command", _NO_COMMAND, format_wheels(wheels))
         if not self._is_alike(recorded.asked, wheels):
-            self._script.deviate("the command", wheels_told(recorded.asked), wheels_told(wheels))
+            self._script.deviate("the command", format_wheels(recorded.asked), format_wheels(wheels))
         return recorded
 
-    def _fail(self, recorded: Raised) -> NoReturn:
+    def _fail(self, recorded: RecordedError) -> NoReturn:
         """Raise what ended the recorded run at the end of this tick; a deviation where it had ended before."""
         if not (self._script.cues.tick.commit_error or isinstance(recorded.again(), SafetyStop)):
             self._script.deviate("the end", f"raised {recorded.kind}: {recorded.message}", "the app goes on")
-        again(recorded, self._latch)
+        raise_recorded(recorded, self._latch)
 
 
-def again(recorded: Raised, latch: Latch) -> NoReturn:
+def raise_recorded(recorded: RecordedError, latch: Latch) -> NoReturn:
     """Raise what was raised in the recording; a safety stop latches."""
     error = recorded.again()
     if isinstance(error, SafetyStop):
@@ -155,54 +155,54 @@ def again(recorded: Raised, latch: Latch) -> NoReturn:
 class ReplayedMotor(MotorOver):
     """Turns nothing. Once the run is ended for good a stop is no command: robots are closed so."""
 
-    def __init__(self, inner: Motor, script: Script, likeness: Likeness, latch: Latch) -> None:
+    def __init__(self, inner: Motor, script: ReplayCursor, likeness: CommandComparator, latch: Latch) -> None:
         super().__init__(inner)
         self._script, self._is_alike, self._latch = script, likeness, latch
 
     def set_velocity(self, rad_s: float) -> float:
         self._require_open()
-        given = self._answered(MotorAsk(self.name, rad_s)).given
+        given = self._answered(MotorCommand(self.name, rad_s)).given
         return 0.0 if given is None else given
 
     def stop(self) -> None:
         if not (self._is_closed or self._latch.error):
-            self._answered(MotorAsk(self.name))
+            self._answered(MotorCommand(self.name))
 
-    def _answered(self, ask: MotorAsk) -> MotorAsk:
+    def _answered(self, ask: MotorCommand) -> MotorCommand:
         """Return the recorded command that this one is like; raise what that raised."""
         self._script.check()
         asks = self._script.cues.motor_asks
         if not asks:
-            self._script.lack("the command", _NO_COMMAND, motor_told(ask))
+            self._script.lack("the command", _NO_COMMAND, format_motor_command(ask))
         recorded = asks.popleft()
-        if recorded.device != ask.device or not self._is_alike(_velocity(recorded), _velocity(ask)):
-            self._script.deviate("the command", motor_told(recorded), motor_told(ask))
+        if recorded.device != ask.device or not self._is_alike(_get_velocity(recorded), _get_velocity(ask)):
+            self._script.deviate("the command", format_motor_command(recorded), format_motor_command(ask))
         if recorded.error:
-            again(recorded.error, self._latch)
+            raise_recorded(recorded.error, self._latch)
         return recorded
 
     def _apply(self, rad_s: float) -> None:
         self.set_velocity(rad_s)
 
 
-def require_all_motor_commands(script: Script) -> None:
+def require_all_motor_commands(script: ReplayCursor) -> None:
     """Deviate where the recorded run gave a motor a command more in this tick, unless it ended in it."""
     if (left := script.cues.motor_asks) and not script.cues.tick.error:
-        script.deviate("the command", motor_told(left[0]), _NO_COMMAND)
+        script.deviate("the command", format_motor_command(left[0]), _NO_COMMAND)
 
 
-def _velocity(ask: MotorAsk) -> tuple[float] | None:
+def _get_velocity(ask: MotorCommand) -> tuple[float] | None:
     return None if ask.asked is None else (ask.asked,)
 
 
-class Replayer(Layer):
+class ReplayLayer(Layer):
     """A tap and an observer in one. It ends the replay at the first tick that differs, with DeviationError.
 
     Samples come from the devices below; what the safety stage answered, and the angles of the wheels, come from here.
     """
 
-    def __init__(self, recording: Recording, likeness: Likeness) -> None:
-        self.script = Script(recording)
+    def __init__(self, recording: Recording, likeness: CommandComparator) -> None:
+        self.script = ReplayCursor(recording)
         self._likeness = likeness
         self._latch = Latch()
         self._stage: ReplayedStage | None = None
@@ -245,7 +245,7 @@ class Replayer(Layer):
             self._press()
             turned = self.script.cues.next_turned()
             if turned and turned.error:
-                again(turned.error, self._latch)
+                raise_recorded(turned.error, self._latch)
             return turned.angles if turned and turned.angles else read()
 
         return reader

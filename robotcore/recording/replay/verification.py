@@ -11,11 +11,11 @@ from typing import Any
 
 from robotcore.errors import DeviationError, Interrupted, RecordingEndedError, RecordingError
 from robotcore.recording import Recording
-from robotcore.recording.contents import why_no_end
-from robotcore.recording.recording import platform_of
-from robotcore.recording.replay.app_permission import has_changed, require_recorded_app
-from robotcore.recording.replay.cursor import Cues, Deviation, Script
-from robotcore.recording.replay.layer import ACROSS_PLATFORMS, Likeness, Replayer
+from robotcore.recording.contents import explain_missing_end
+from robotcore.recording.recording import read_platform
+from robotcore.recording.replay.app_permission import has_app_changed, require_recorded_app
+from robotcore.recording.replay.cursor import Deviation, ReplayCursor, TickReader
+from robotcore.recording.replay.layer import PLATFORM_TOLERANCE, CommandComparator, ReplayLayer
 from robotcore.runtime.outcome import Outcome, RunResult
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.session import Observer, run
@@ -25,7 +25,7 @@ DIFFERS = 1
 
 
 @dataclass(frozen=True)
-class Replayed:
+class ReplayResult:
     """An app held to its recording: so many of its ``ticks`` were equal, to the bit where ``is_exact``.
 
     ``largest_difference`` of a command, in rad/s, is what was let pass because the ``platform`` is another one.
@@ -45,7 +45,7 @@ class Replayed:
     @property
     def ended_by(self) -> str:
         """What ended the recording from outside, a signal, a cut; the replay then ends there too. Empty if nothing."""
-        return ended_from_outside(self.recording)
+        return explain_external_end(self.recording)
 
     @property
     def states(self) -> list[str]:
@@ -95,7 +95,7 @@ BACKEND = "replay"
 
 def replay(
     recording: Recording, file: Path | str = "", observers: Sequence[Observer] = (), *, app: str | None = None
-) -> Replayed:
+) -> ReplayResult:
     """Run the recorded app on what it was given then, and hold each tick to the recorded one.
 
     ``file`` is what messages call the recording. ``app`` names the app's file, which then may have changed; without it
@@ -111,18 +111,18 @@ def replay(
         )
     if app is None:
         require_recorded_app(recording, file)
-    platform = differences(recording.metadata.platform, BACKEND)
-    likeness = Likeness(ACROSS_PLATFORMS if platform else 0.0)
-    replayer = Replayer(recording, likeness)
-    request = request_for(recording, is_held=True)
+    platform = compare_platforms(recording.metadata.platform, BACKEND)
+    likeness = CommandComparator(PLATFORM_TOLERANCE if platform else 0.0)
+    replayer = ReplayLayer(recording, likeness)
+    request = build_request(recording, is_held=True)
     request = replace(request, app=app or request.app)
     result = run(request, [replayer, *observers], [replayer])
     if result.error and not isinstance(result.error, Interrupted) and not result.ticks:
         raise result.error
     if not isinstance(result.error, Interrupted):
-        hold_end(replayer.script, result)
+        check_end(replayer.script, result)
     result = replace(result, backend=recording.metadata.request.backend)
-    return _build_replayed(replayer, likeness, result, platform, has_changed=has_changed(recording, request.app))
+    return _build_result(replayer, likeness, result, platform, has_changed=has_app_changed(recording, request.app))
 
 
 def require_ticks(recording: Recording, file: Path | str) -> None:
@@ -131,7 +131,7 @@ def require_ticks(recording: Recording, file: Path | str) -> None:
         raise RecordingError(file or "the recording", "it ends before the first tick", "Record a run that begins")
 
 
-def request_for(recording: Recording, *, is_held: bool = False) -> RunRequest:
+def build_request(recording: Recording, *, is_held: bool = False) -> RunRequest:
     """Return the request that runs the recorded app, with its recorded settings, on its recording.
 
     Where the app ``is_held`` to what it decided, the rules that can end its run are the recorded ones.
@@ -148,11 +148,16 @@ def request_for(recording: Recording, *, is_held: bool = False) -> RunRequest:
     )
 
 
-def _build_replayed(
-    replayer: Replayer, likeness: Likeness, result: RunResult, platform: Sequence[str], *, has_changed: bool | None
-) -> Replayed:
+def _build_result(
+    replayer: ReplayLayer,
+    likeness: CommandComparator,
+    result: RunResult,
+    platform: Sequence[str],
+    *,
+    has_changed: bool | None,
+) -> ReplayResult:
     script = replayer.script
-    return Replayed(
+    return ReplayResult(
         recording=script.recording,
         result=result,
         ticks=script.compared,
@@ -168,47 +173,47 @@ def _build_replayed(
 _GOES_ON = "the app goes on"
 
 
-def hold_end(script: Script, result: RunResult) -> None:
+def check_end(script: ReplayCursor, result: RunResult) -> None:
     """Let the script deviate where the replay ended otherwise than its recording."""
     with suppress(DeviationError, RecordingEndedError):
-        _hold(script, result)
+        _compare_end(script, result)
 
 
-def ended_from_outside(recording: Recording) -> str:
+def explain_external_end(recording: Recording) -> str:
     """Say what ended the recording and cannot be repeated: a signal, a dead simulator, the file; empty if nothing."""
     result, last = recording.result, recording.ticks[-1]
     if result is None:
-        return why_no_end(recording)
-    is_of_the_last_tick = last.error is not None and not Cues(last).is_cut_short
+        return explain_missing_end(recording)
+    is_of_the_last_tick = last.error is not None and not TickReader(last).is_cut_short
     is_of_the_app = result.outcome in (Outcome.SUCCESS, Outcome.FAILURE, Outcome.TIMEOUT)
     return "" if is_of_the_last_tick or is_of_the_app else result.reason
 
 
-def _hold(script: Script, result: RunResult) -> None:
+def _compare_end(script: ReplayCursor, result: RunResult) -> None:
     if script.deviation or script.is_at_end:
         return
     recording = script.recording
     left = len(recording.ticks) - script.compared
     if isinstance(result.error, RecordingEndedError):
-        if not ended_from_outside(recording):
-            script.deviate("the end", _recorded(recording), _GOES_ON)
+        if not explain_external_end(recording):
+            script.deviate("the end", _format_recorded_end(recording), _GOES_ON)
     elif left and not script.cues.is_cut_short:
-        script.deviate("the end", _GOES_ON, _told(result.outcome, result.reason))
-    elif not ended_from_outside(recording) and _comparable(result) != _recorded(recording):
-        script.deviate("the end", _recorded(recording), _comparable(result))
+        script.deviate("the end", _GOES_ON, _format_end(result.outcome, result.reason))
+    elif not explain_external_end(recording) and _format_replayed_end(result) != _format_recorded_end(recording):
+        script.deviate("the end", _format_recorded_end(recording), _format_replayed_end(result))
 
 
-def _comparable(result: RunResult) -> str:
-    return _told(result.outcome, str(result.error) if result.error else result.reason)
+def _format_replayed_end(result: RunResult) -> str:
+    return _format_end(result.outcome, str(result.error) if result.error else result.reason)
 
 
-def _recorded(recording: Recording) -> str:
+def _format_recorded_end(recording: Recording) -> str:
     result, last = recording.result, recording.ticks[-1]
     assert result, "it did not end from outside"
-    return _told(result.outcome, last.error.message if last.error else result.reason)
+    return _format_end(result.outcome, last.error.message if last.error else result.reason)
 
 
-def _told(outcome: Outcome, reason: str) -> str:
+def _format_end(outcome: Outcome, reason: str) -> str:
     """Return an outcome and its reason, without what may differ: addresses of objects, and the app's line."""
     same = re.sub(r", at \S+\.py:\d+", "", re.sub(r"\b0x[0-9a-fA-F]+\b", "0x…", reason))
     return f"{outcome.value}: {same}" if same else outcome.value
@@ -217,12 +222,12 @@ def _told(outcome: Outcome, reason: str) -> str:
 _MACHINE = ("machine", "system", "libc")
 
 
-def differences(recorded: Mapping[str, str], backend: str) -> list[str]:
+def compare_platforms(recorded: Mapping[str, str], backend: str) -> list[str]:
     """Return what of the machine and the libraries that compute is another one here, in words.
 
     The simulator does not count: a replay asks it nothing.
     """
-    here = platform_of(backend)
+    here = read_platform(backend)
     return [
         f"{name} {recorded.get(name, 'unknown')} there, {here[name]} here"
         for name in (*_MACHINE, *libraries([]))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 from xml.etree.ElementTree import Element, tostring
 
-from robotcore.view.canvas import Colour, lighter, state_colours
+from robotcore.view.canvas import Colour, assign_state_colours, lighten
 
 Attribute = str | float
 Point = tuple[float, float]
@@ -130,7 +130,7 @@ class Shades(NamedTuple):
 
 def shades_of(names: Sequence[str]) -> list[Shades]:
     """Return a colour for each name, far apart for the colour-blind too."""
-    return [Shades(_css(colour), _css(lighter(colour, _FOR_DARK))) for colour in state_colours(names).values()]
+    return [Shades(_css(colour), _css(lighten(colour, _FOR_DARK))) for colour in assign_state_colours(names).values()]
 
 
 def _css(colour: Colour) -> str:

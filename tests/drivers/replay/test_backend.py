@@ -14,7 +14,7 @@ from robotcore.errors import DeviceError, RecordingEndedError, UnmetNeedError, U
 from robotcore.hal.backend import Setup
 from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hal.robot import Robot
-from robotcore.recording import Metadata, Raised, Read, Recording, SampleKey, Tick
+from robotcore.recording import Metadata, Read, RecordedError, Recording, SampleKey, Tick
 from robotcore.runtime.outcome import Outcome
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.session import run
@@ -22,7 +22,7 @@ from robotcore.runtime.session import run
 ROVER = load_robot("rover")
 EVERY = tuple(device.name for device in ROVER.devices)
 FIRST, SECOND = Range(0.1 + 0.2, 0.0, 4), Range(float("inf"), 0.1, 5)
-FAILED = Read("nose", error=Raised.of(DeviceError("nose", "no echo")))
+FAILED = Read("nose", error=RecordedError.of(DeviceError("nose", "no echo")))
 READS = [
     (),
     (Read("nose", 4, 0.0, 0),),

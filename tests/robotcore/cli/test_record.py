@@ -45,7 +45,7 @@ def test_with_json_the_file_is_named_apart(cli: Cli, tmp_path: Path) -> None:
 
 def test_pictures_that_were_dropped_are_counted(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("robotcore.hal.clock.SteppedClock.is_lockstep", False)
-    monkeypatch.setattr("robotcore.recording.recorder.Backlog.has_room", lambda _: False)
+    monkeypatch.setattr("robotcore.recording.recorder.WriteQueue.has_room", lambda _: False)
     file = tmp_path / "run.mcap"
     command = ("run", "mark-green", "--robot", "lookout", "--world", "open", "--timeout", "0.3")
     told = cli(*command, "--record", str(file), "--json")

@@ -9,7 +9,7 @@ from robotcore.errors import DeviceError
 from robotcore.geometry import Pose
 from robotcore.hal.devices import Camera, Frame
 from robotcore.recording import Recording, read
-from robotcore.recording.layer import Notes, Tap
+from robotcore.recording.layer import RecordingLayer, TickEvents
 from robotcore.recording.recorder import Recorder
 from robotcore.runtime.layers.layer import Layer
 from robotcore.runtime.layers.readers import Reader
@@ -25,8 +25,8 @@ class Witness:
     """Sees what the recorder sees, and keeps it in memory."""
 
     def __init__(self) -> None:
-        self.tap = Tap(lambda: True)
-        self.ticks: list[tuple[TickRecord, Notes]] = []
+        self.tap = RecordingLayer(lambda: True)
+        self.ticks: list[tuple[TickRecord, TickEvents]] = []
         self.poses: list[Pose] = []
         self.result: RunResult | None = None
 

@@ -12,16 +12,16 @@ from drivers.mock.devices import Script
 from robotcore.errors import DeviceError
 from robotcore.hal.devices import Voltage
 from robotcore.recording import Recording, read
-from robotcore.recording.comparison import Comparison, Side
-from robotcore.recording.contents import contents_of, devices_of, result_of
+from robotcore.recording.comparison import Comparison, RunSummary
+from robotcore.recording.contents import build_result, summarise_contents, summarise_devices
 from robotcore.recording.csv_table import write_csv
-from robotcore.recording.log import Level, Line, Story
+from robotcore.recording.log import Level, LogLine, RunLog
 from robotcore.recording.recorder import Recorder
 from robotcore.recording.replay import replay
-from robotcore.recording.replay.evaluation import rehearse
+from robotcore.recording.replay.evaluation import evaluate
 from robotcore.runtime import gauges
 from robotcore.runtime.session import RunRequest, run
-from robotcore.view.comparison import rows
+from robotcore.view.comparison import build_rows
 from tests.doubles import powered
 
 
@@ -48,7 +48,7 @@ def test_each_voltage_that_was_read_comes_back_to_the_bit(monkeypatch: pytest.Mo
     recording = recorded(monkeypatch, file)
     voltages = [sample for key, sample in recording.samples.items() if key.device == "cells"]
     assert voltages == [Voltage(draining(time), time, 20 * time) for time in range(6)]
-    (cells,) = (each for each in devices_of(recording) if each.name == "cells")
+    (cells,) = (each for each in summarise_devices(recording) if each.name == "cells")
     assert (cells.kind, cells.samples, cells.rate_hz) == ("battery", 6, 1.0)
 
 
@@ -56,23 +56,23 @@ def test_its_warning_is_in_its_tick_and_in_the_log(monkeypatch: pytest.MonkeyPat
     recording = recorded(monkeypatch, file, 6.0)
     assert recording.ticks[0].warnings == ("cells: 6.00 V, and it is to be charged below 6.6 V. Charge it",)
     assert all(not tick.warnings for tick in recording.ticks[1:])
-    assert Line(Level.Warning, *recording.ticks[0].warnings) in list(Story(()).of(recording.ticks[0]))
+    assert LogLine(Level.Warning, *recording.ticks[0].warnings) in list(RunLog(()).of(recording.ticks[0]))
 
 
 def test_a_table_has_its_voltage_where_it_was_read(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
     recording = recorded(monkeypatch, file)
     rows = list(csv.DictReader(write_csv(recording, file.with_suffix(".csv"), "").read_text().splitlines()))
-    told = [(row["cells_v"], row["cells_time_s"]) for row in rows if row["cells_v"]]
-    assert told == [(str(draining(time)), str(float(time))) for time in range(6)]
+    voltages = [(row["cells_v"], row["cells_time_s"]) for row in rows if row["cells_v"]]
+    assert voltages == [(str(draining(time)), str(float(time))) for time in range(6)]
 
 
 def test_a_file_that_was_cut_tells_the_same_of_it(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
     recording = recorded(monkeypatch, file, 6.0)
-    whole, cut = recording.result, result_of(replace(recording, result=None))
+    whole, cut = recording.result, build_result(replace(recording, result=None))
     assert whole
     assert cut.batteries == whole.batteries == {"cells": {"lowest_v": 6.0, "last_v": 6.0}}
     assert cut.notes == whole.notes
-    assert contents_of(recording)["batteries"] == whole.batteries
+    assert summarise_contents(recording)["batteries"] == whole.batteries
 
 
 @pytest.mark.parametrize("volts", [draining, lambda time: DeviceError("cells", "no answer") if time < 2.5 else 7.0])
@@ -94,11 +94,15 @@ def test_a_replay_that_reads_it_at_another_pace_does_not_deviate(
     recording = recorded(monkeypatch, file)
     monkeypatch.setattr(gauges, "PERIOD_S", period)
     assert replay(recording).deviation is None
-    assert not rehearse(recording).late_reads
+    assert not evaluate(recording).late_reads
 
 
 def test_two_runs_are_compared_by_their_lowest_voltages(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
     one = recorded(monkeypatch, file)
     other = replace(one, result=replace(one.result, batteries={})) if one.result else one
-    told = [row for row in rows(Comparison(Side("a", one), Side("b", other))) if row[0].startswith("cells")]
+    told = [
+        row
+        for row in build_rows(Comparison(RunSummary("a", one), RunSummary("b", other)))
+        if row[0].startswith("cells")
+    ]
     assert told == [("cells, lowest", "6.29 V", "–")]

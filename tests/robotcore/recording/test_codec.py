@@ -13,21 +13,32 @@ from hypothesis import strategies as st
 
 from robotcore.geometry import Pose, Wheels
 from robotcore.hal.devices import Angle, Range
-from robotcore.recording import Ask, Glimpse, MotorAsk, Raised, Read, Shown, Tick, Turned
-from robotcore.recording.codec import from_json, plain, to_json
+from robotcore.recording import (
+    DriveCommand,
+    GroundTruthSample,
+    MotorCommand,
+    Read,
+    RecordedError,
+    ShownPicture,
+    Tick,
+    WheelAngles,
+)
+from robotcore.recording.codec import from_json, to_json, to_plain
 from robotcore.safety import Intervention
 
 doubles = st.floats()
 names = st.text(max_size=8)
 counts = st.integers(0, 2**53)
 wheels = st.builds(Wheels, doubles, doubles)
-raised = st.builds(Raised, names, names, st.dictionaries(names, st.floats(allow_nan=False, allow_infinity=False)))
+raised = st.builds(
+    RecordedError, names, names, st.dictionaries(names, st.floats(allow_nan=False, allow_infinity=False))
+)
 reads = st.builds(
     Read, names, st.none() | counts, st.none() | doubles, st.none() | counts, st.none() | raised, st.none() | names
 )
-asks = st.builds(Ask, st.none() | wheels, st.none() | wheels, st.none() | raised)
-motor_asks = st.builds(MotorAsk, names, st.none() | doubles, st.none() | doubles, st.none() | raised)
-shown = st.builds(Shown, names, st.none() | counts, st.none() | raised)
+asks = st.builds(DriveCommand, st.none() | wheels, st.none() | wheels, st.none() | raised)
+motor_asks = st.builds(MotorCommand, names, st.none() | doubles, st.none() | doubles, st.none() | raised)
+shown = st.builds(ShownPicture, names, st.none() | counts, st.none() | raised)
 interventions = st.builds(Intervention, doubles, names, wheels, wheels)
 
 
@@ -43,7 +54,7 @@ ticks = st.builds(
     reads=several(reads),
     asks=several(asks),
     motor_asks=several(motor_asks),
-    turned=several(st.builds(Turned, st.none() | wheels, st.none() | raised)),
+    turned=several(st.builds(WheelAngles, st.none() | wheels, st.none() | raised)),
     standing=several(wheels),
     pose=st.none() | st.builds(Pose, doubles, doubles, doubles),
     asked=st.none() | wheels,
@@ -56,7 +67,7 @@ ticks = st.builds(
 points = st.none() | st.tuples(doubles, doubles, doubles)
 events = (
     ticks
-    | st.builds(Glimpse, counts, doubles, st.builds(Pose, doubles, doubles, doubles), counts)
+    | st.builds(GroundTruthSample, counts, doubles, st.builds(Pose, doubles, doubles, doubles), counts)
     | st.builds(Range, doubles, doubles, counts, points)
     | st.builds(Angle, doubles, doubles, counts)
 )
@@ -86,7 +97,7 @@ def test_what_is_no_number_travels_as_a_string_so_that_the_json_is_one_that_all_
 
 
 def test_numpy_numbers_and_members_of_enumerations_are_told_as_what_they_are() -> None:
-    assert plain([np.float64(0.1), np.int64(3), np.bool_(True).item()]) == [0.1, 3, True]
+    assert to_plain([np.float64(0.1), np.int64(3), np.bool_(True).item()]) == [0.1, 3, True]
 
 
 @pytest.mark.parametrize("content", [b"", b"{", b"[]", b'{"number": "x"}', b'{"number": 1, "time": [], "state": ""}'])
@@ -99,12 +110,14 @@ def test_what_is_no_tick_is_refused(content: bytes) -> None:
 def test_lone_surrogate_is_refused_wherever_it_is(text: bytes) -> None:
     for content in (b'{"kind":"%s","message":""}', b'{"kind":"","message":"","attributes":{"%s":1}}'):
         with pytest.raises(ValueError, match="utf-8"):
-            from_json(Raised, content % text)
+            from_json(RecordedError, content % text)
 
 
 def test_character_that_json_writes_as_two_surrogates_comes_back() -> None:
-    assert from_json(Raised, to_json(Raised("\U0001f600", ""))) == Raised("\U0001f600", "")
+    assert from_json(RecordedError, to_json(RecordedError("\U0001f600", ""))) == RecordedError("\U0001f600", "")
 
 
 def test_lone_surrogate_of_a_run_is_recorded_as_an_escape() -> None:
-    assert from_json(Raised, to_json(Raised("a\udc80", "", {"\udc80": 1}))) == Raised("a\\udc80", "", {"\\udc80": 1})
+    assert from_json(RecordedError, to_json(RecordedError("a\udc80", "", {"\udc80": 1}))) == RecordedError(
+        "a\\udc80", "", {"\\udc80": 1}
+    )

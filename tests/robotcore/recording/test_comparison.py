@@ -11,12 +11,12 @@ import pytest
 from rich.console import Console
 
 from robotcore.geometry import Pose
-from robotcore.recording import Glimpse, Recording
-from robotcore.recording.comparison import Comparison, Parting, Side
-from robotcore.recording.contents import length_of
+from robotcore.recording import GroundTruthSample, Recording
+from robotcore.recording.comparison import Comparison, FirstDifference, RunSummary
+from robotcore.recording.contents import measure_path
 from robotcore.runtime.outcome import Outcome
 from robotcore.view.canvas import Canvas
-from robotcore.view.comparison import FIRST, NOTHING, SECOND, draw_comparison, format_comparison, rows
+from robotcore.view.comparison import FIRST, NOTHING, SECOND, build_rows, draw_comparison, format_comparison
 from tests.robotcore.recording.replay.memory import changed, recorded
 
 
@@ -31,7 +31,7 @@ def other() -> Recording:
 
 
 def compared(first: Recording, second: Recording) -> Comparison:
-    return Comparison(Side("a.mcap", first), Side("b.mcap", second))
+    return Comparison(RunSummary("a.mcap", first), RunSummary("b.mcap", second))
 
 
 def lines(comparison: Comparison) -> str:
@@ -105,7 +105,7 @@ def test_table_of_the_picture_tells_every_word(run: Recording, monkeypatch: pyte
     both = compared(run, run)
     draw_comparison(both)
     words = " ".join(written).split()
-    for row in rows(both):
+    for row in build_rows(both):
         assert set(" ".join(row).split()) <= {*words, NOTHING}
 
 
@@ -117,7 +117,7 @@ def test_other_outcome_is_not_alike(run: Recording) -> None:
 
 def test_states_part_in_the_first_tick_that_differs(run: Recording) -> None:
     parting = compared(run, changed(changed(run, 9, state="lost"), 30, state="lost")).parting
-    assert parting == Parting(9, run.ticks[9].time, run.ticks[9].state, "lost")
+    assert parting == FirstDifference(9, run.ticks[9].time, run.ticks[9].state, "lost")
 
 
 def test_run_that_is_over_earlier_parts_there(run: Recording) -> None:
@@ -136,8 +136,8 @@ def test_file_that_was_cut_is_measured_by_what_it_has(run: Recording) -> None:
 
 
 def test_paths_are_measured_in_metres_and_poses_stand_in_the_world(run: Recording) -> None:
-    side = Side("a", run)
-    assert length_of([Pose(0, 0, 0), Pose(3, 4, 1), Pose(3, 4, 2)]) == 5
+    side = RunSummary("a", run)
+    assert measure_path([Pose(0, 0, 0), Pose(3, 4, 1), Pose(3, 4, 2)]) == 5
     first, true = next(iter(side.odometry.values())), next(iter(side.truth.values()))
     assert first == pytest.approx(true, abs=1e-6)
     assert side.drift is not None
@@ -146,14 +146,14 @@ def test_paths_are_measured_in_metres_and_poses_stand_in_the_world(run: Recordin
 
 def test_drift_is_how_far_the_wheels_believe_to_be_from_the_truth(run: Recording) -> None:
     last = run.truth[-1]
-    moved = Glimpse(last.tick, last.time, last.pose._replace(x=last.pose.x + 3.0), 0)
-    drift = Side("a", replace(run, truth=[*run.truth[:-1], moved])).drift
+    moved = GroundTruthSample(last.tick, last.time, last.pose._replace(x=last.pose.x + 3.0), 0)
+    drift = RunSummary("a", replace(run, truth=[*run.truth[:-1], moved])).drift
     assert drift == pytest.approx(3.0, abs=0.02)
 
 
 def test_without_truth_and_without_a_drive_nothing_is_made_up(run: Recording) -> None:
     watching = recorded("mark-green", robot="lookout", world="open", seed=3, timeout_s=1.0)
-    payload = Side("a", replace(watching, truth=[])).to_dict()
+    payload = RunSummary("a", replace(watching, truth=[])).to_dict()
     assert (
         payload["odometry_m"],
         payload["truth_m"],

@@ -10,8 +10,8 @@ import cv2
 import pytest
 
 from robotcore.errors import RecordingError, UsageError
-from robotcore.recording import Raised, Read, Recording
-from robotcore.recording.contents import contents_of, devices_of
+from robotcore.recording import Read, RecordedError, Recording
+from robotcore.recording.contents import summarise_contents, summarise_devices
 from robotcore.recording.csv_table import write_csv
 from robotcore.view.video import write_video
 from tests.robotcore.recording.replay.memory import changed, recorded
@@ -23,8 +23,8 @@ def search() -> Recording:
 
 
 def test_devices_are_counted_with_samples_reads_and_errors(search: Recording) -> None:
-    failed = Read("nose", error=Raised("DeviceError", "nose: gone"))
-    devices = {each.name: each for each in devices_of(changed(search, 5, reads=(failed,)))}
+    failed = Read("nose", error=RecordedError("DeviceError", "nose: gone"))
+    devices = {each.name: each for each in summarise_devices(changed(search, 5, reads=(failed,)))}
     nose, eye, screen, motor = (devices[name] for name in ("nose", "eye", "screen", "left_motor"))
     assert (nose.samples, nose.reads, nose.errors) == (40, 40, 1)
     assert eye.samples == 40
@@ -35,18 +35,18 @@ def test_devices_are_counted_with_samples_reads_and_errors(search: Recording) ->
 
 def test_sample_that_is_read_again_counts_once(search: Recording) -> None:
     again = tuple(read for read in search.ticks[4].reads if read.device == "eye")
-    eye = next(each for each in devices_of(changed(search, 5, reads=again)) if each.name == "eye")
+    eye = next(each for each in summarise_devices(changed(search, 5, reads=again)) if each.name == "eye")
     assert (eye.samples, eye.reads) == (40, 41)
 
 
 def test_cut_recording_says_so_and_has_no_outcome(search: Recording) -> None:
-    told = contents_of(replace(search, result=None, is_cut=True, why_not="2 sample(s) are missing"))
+    told = summarise_contents(replace(search, result=None, is_cut=True, why_not="2 sample(s) are missing"))
     assert (told["whole"], told["outcome"], told["replayable"]) == (False, None, False)
     assert told["why_not"] == "2 sample(s) are missing"
 
 
 def test_recording_without_a_tick_is_told_too(search: Recording) -> None:
-    told = contents_of(replace(search, ticks=[], result=None, is_cut=True))
+    told = summarise_contents(replace(search, ticks=[], result=None, is_cut=True))
     assert (told["ticks"], told["rate_hz"], told["duration_s"]) == (0, None, 0.0)
 
 

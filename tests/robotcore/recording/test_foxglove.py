@@ -9,7 +9,7 @@ from collections import Counter
 import pytest
 from mcap.reader import make_reader
 
-from robotcore.recording.codec import compressed_image, message_fields, raw_image
+from robotcore.recording.codec import decode_compressed_image, decode_raw_image, read_fields
 from robotcore.recording.foxglove import (
     ANGLE_SCHEMA,
     RANGE_SCHEMA,
@@ -18,8 +18,8 @@ from robotcore.recording.foxglove import (
     TICK_SCHEMA,
     TRUTH_SCHEMA,
     Schema,
-    nanoseconds,
-    quaternion,
+    to_nanoseconds,
+    to_quaternion,
 )
 from tests.robotcore.recording.conftest import Recorded
 
@@ -68,7 +68,7 @@ def test_whoever_looks_at_any_time_is_given_every_frame_by_the_last_message_of_e
 
 def transforms_in(message: bytes) -> list[tuple[str, str]]:
     """Return parent and child of each (FrameTransforms.proto, FrameTransform.proto)."""
-    told = [dict(message_fields(bytes(each))) for _, each in message_fields(message)]
+    told = [dict(read_fields(bytes(each))) for _, each in read_fields(message)]
     return [(bytes(each[2]).decode(), bytes(each[3]).decode()) for each in told]
 
 
@@ -108,8 +108,8 @@ def test_a_schema_has_only_what_foxglove_knows_of_json_schema(schema: Schema) ->
 
 def test_the_optical_frame_looks_ahead() -> None:
     """Its z is the camera's x: ahead; its x the camera's -y: to the right."""
-    turn = quaternion(-math.pi / 2, 0.0, -math.pi / 2)
-    again = message_fields(turn.encode())
+    turn = to_quaternion(-math.pi / 2, 0.0, -math.pi / 2)
+    again = read_fields(turn.encode())
     x, y, z, w = (number_of(value) for _, value in again)
     ahead = (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y))
     right = (1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y))
@@ -123,11 +123,11 @@ def number_of(value: memoryview) -> float:
 
 @pytest.mark.parametrize("seconds, whole", [(0.05, 50_000_000), (-1.0, 0), (math.nan, 0), (math.inf, 0)])
 def test_times_that_foxglove_does_not_know_are_its_beginning(seconds: float, whole: int) -> None:
-    assert nanoseconds(seconds) == whole
+    assert to_nanoseconds(seconds) == whole
 
 
 @pytest.mark.parametrize("message", [b"", b"\x32\x7fx", b"\xff" * 12, b"\x12\x03abc", b"\x13"])
 def test_what_is_no_picture_is_refused(message: bytes) -> None:
-    for unpack in (raw_image, compressed_image):
+    for unpack in (decode_raw_image, decode_compressed_image):
         with pytest.raises((ValueError, LookupError)):
             unpack(message)

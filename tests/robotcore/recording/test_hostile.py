@@ -22,12 +22,12 @@ from benchmarks.hostile_files.files import ESCAPES, name_files
 from benchmarks.hostile_files.mcap_builder import build_chunk, build_file, build_record, change_json, join_raw, read_raw
 from benchmarks.hostile_files.mutations import Seed, mutate
 from robotcore.errors import RecordingError, RobotcoreError, WatchdogError
-from robotcore.recording import Raised, Recording, SampleKey, read
+from robotcore.recording import RecordedError, Recording, SampleKey, read
 from robotcore.recording.chunks import Allowance, ChunkedFile
-from robotcore.recording.contents import contents_of, odometry_path, true_path
+from robotcore.recording.contents import build_odometry_path, build_true_path, summarise_contents
 from robotcore.recording.csv_table import write_csv
 from robotcore.recording.validation import parse_tick
-from robotcore.view.text import contents
+from robotcore.view.text import format_contents
 from tests.robotcore.recording.conftest import record
 
 FILES = name_files(is_small=True)
@@ -94,10 +94,10 @@ def read_all(file: Path) -> Recording | None:
     for tick in recording.ticks:
         errors = [read.error for read in tick.reads if read.error] + [tick.error] * (tick.error is not None)
         assert all(error.again().args for error in errors if error)
-    contents_of(recording)
-    contents(recording, file)
-    odometry_path(recording)
-    true_path(recording)
+    summarise_contents(recording)
+    format_contents(recording, file)
+    build_odometry_path(recording)
+    build_true_path(recording)
     write_csv(recording, file.with_suffix(".csv"), "")
     return recording
 
@@ -167,11 +167,11 @@ def test_place_of_the_damage_is_where_the_chunk_begins(base: Path, file: Path) -
 
 @pytest.mark.parametrize("kind", ["signal", "Sequence", "_Portable", "format_exception", "none"])
 def test_error_of_a_kind_that_is_none_is_raised_again_as_ours(kind: str) -> None:
-    assert type(Raised(kind, "no echo").again()) is RobotcoreError
+    assert type(RecordedError(kind, "no echo").again()) is RobotcoreError
 
 
 def test_recorded_attribute_does_not_replace_what_an_error_defines() -> None:
-    error = Raised("WatchdogError", "late", {"exit_status": 0, "cause": "none", "device": "nose"}).again()
+    error = RecordedError("WatchdogError", "late", {"exit_status": 0, "cause": "none", "device": "nose"}).again()
     assert isinstance(error, WatchdogError)
     assert (error.exit_status, error.cause) == (4, "watchdog")
 

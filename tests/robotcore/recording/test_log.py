@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from robotcore.geometry import Wheels
-from robotcore.recording import Raised, Read, Tick
-from robotcore.recording.log import Level, Story, last_line
+from robotcore.recording import Read, RecordedError, Tick
+from robotcore.recording.log import Level, RunLog, build_last_line
 from robotcore.runtime.faults import plan_faults
 from robotcore.runtime.outcome import Outcome, RunResult
 from robotcore.safety import Intervention
@@ -14,7 +14,7 @@ GUARD = Intervention(0.1, "range guard", Wheels(2.0, 2.0), Wheels(0.0, 0.0))
 
 
 def told(*ticks: Tick, milestones: tuple[str, ...] = ()) -> list[list[str]]:
-    story = Story(milestones)
+    story = RunLog(milestones)
     return [[line.text for line in story.of(tick)] for tick in ticks]
 
 
@@ -23,7 +23,7 @@ def tick(*reads: Read, state: str = "search", interventions: tuple[Intervention,
 
 
 def failed(message: str) -> Read:
-    return Read("eye", error=Raised("DeviceError", message))
+    return Read("eye", error=RecordedError("DeviceError", message))
 
 
 def test_a_milestone_is_told_once() -> None:
@@ -33,7 +33,7 @@ def test_a_milestone_is_told_once() -> None:
 
 def test_a_fault_on_purpose_is_told_when_it_begins_and_when_it_ends() -> None:
     faults = plan_faults(["camera drop=0.2", "camera drop=0.5 after=1 lasts=2"], ROVER, ["eye"])
-    story = Story((), faults)
+    story = RunLog((), faults)
     lines = [[line.text for line in story.of(Tick(at, float(at), ""))] for at in range(5)]
     begins, ends = (f"fault {what}: camera drop=0.5 after=1 lasts=2" for what in ("begins", "ends"))
     assert lines == [["fault begins: camera drop=0.2"], [begins], [], [ends], []]
@@ -57,12 +57,12 @@ def test_dropped_pictures_are_told_once() -> None:
 
 
 def test_what_ends_a_run_is_told_as_an_error() -> None:
-    ending = Tick(0, 0.0, "search", error=Raised("EmergencyStopError", "e-stop: pressed"))
-    assert [(line.level, line.text) for line in Story(()).of(ending)] == [
+    ending = Tick(0, 0.0, "search", error=RecordedError("EmergencyStopError", "e-stop: pressed"))
+    assert [(line.level, line.text) for line in RunLog(()).of(ending)] == [
         (Level.Error, "EmergencyStopError: e-stop: pressed")
     ]
 
 
 def test_the_last_line_worries_where_the_run_does_not_exit_with_zero() -> None:
     result = RunResult("a", "b", "c", None, None, Outcome.FAILURE, 1, reason="no ball", ticks=3)
-    assert last_line(result) == (Level.Error, "failure, 3 ticks: no ball")
+    assert build_last_line(result) == (Level.Error, "failure, 3 ticks: no ball")

@@ -16,7 +16,7 @@ import pytest
 from robotcore.errors import BackendMissingError, Interrupted, RecordingError
 from robotcore.recording import read
 from robotcore.recording.mcap_file import McapFile, require_recordable
-from robotcore.recording.recorder import Backlog, Recorder
+from robotcore.recording.recorder import Recorder, WriteQueue
 from robotcore.runtime.outcome import Outcome
 from robotcore.runtime.session import RunRequest, run
 from robotcore.runtime.trace import TickRecord
@@ -212,14 +212,14 @@ def test_without_the_extra_it_is_named(
 
 
 def test_entries_come_out_in_their_order() -> None:
-    backlog: Backlog[int] = Backlog()
+    backlog: WriteQueue[int] = WriteQueue()
     for entry in range(3):
         backlog.put(entry, 1, waits=False)
     assert [backlog.get() for _ in range(4)] == [0, 1, 2, None]
 
 
 def test_there_is_no_room_while_too_much_waits_but_nothing_is_refused() -> None:
-    backlog: Backlog[int] = Backlog(room=10)
+    backlog: WriteQueue[int] = WriteQueue(room=10)
     backlog.put(1, 9, waits=False)
     assert backlog.has_room()
     backlog.put(2, 9, waits=False)
@@ -230,7 +230,7 @@ def test_there_is_no_room_while_too_much_waits_but_nothing_is_refused() -> None:
 
 
 def test_who_waits_for_room_goes_on_when_there_is_some() -> None:
-    backlog: Backlog[int] = Backlog(room=10)
+    backlog: WriteQueue[int] = WriteQueue(room=10)
     putting = threading.Thread(target=lambda: backlog.put(1, 10, waits=True))
     putting.start()
     while not backlog._entries:
@@ -242,7 +242,7 @@ def test_who_waits_for_room_goes_on_when_there_is_some() -> None:
 
 
 def test_an_end_lets_go_of_who_waits_for_room_and_takes_no_more() -> None:
-    backlog: Backlog[int] = Backlog(room=10)
+    backlog: WriteQueue[int] = WriteQueue(room=10)
     putting = threading.Thread(target=lambda: backlog.put(1, 10, waits=True))
     putting.start()
     backlog.end()
@@ -255,7 +255,7 @@ def test_an_end_lets_go_of_who_waits_for_room_and_takes_no_more() -> None:
 
 
 def test_what_is_abandoned_leaves_room_and_nothing_to_take() -> None:
-    backlog: Backlog[int] = Backlog(room=10)
+    backlog: WriteQueue[int] = WriteQueue(room=10)
     for entry in range(3):
         backlog.put(entry, 9, waits=False)
     backlog.abandon()

@@ -10,7 +10,7 @@ import pytest
 from robotcore.errors import DeviceError, InvalidCommandError
 from robotcore.geometry import Wheels
 from robotcore.hal.devices import Frame
-from robotcore.recording import Raised, SampleKey, read
+from robotcore.recording import RecordedError, SampleKey, read
 from robotcore.recording.recorder import Recorder
 from robotcore.runtime.outcome import Outcome, RunResult
 from robotcore.runtime.session import Run, RunRequest, run
@@ -153,7 +153,7 @@ def test_an_e_stop_is_the_error_of_the_last_tick(file: Path) -> None:
     recording = read(file)
     errors = [tick.error for tick in recording.ticks]
     assert errors[:-1] == [None] * (len(errors) - 1)
-    assert errors[-1] == Raised("EmergencyStopError", "e-stop: the red button was pressed")
+    assert errors[-1] == RecordedError("EmergencyStopError", "e-stop: the red button was pressed")
     assert recording.result
     assert recording.result.outcome is Outcome.STOPPED
 

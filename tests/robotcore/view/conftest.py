@@ -4,8 +4,8 @@ import pytest
 
 from robotcore import Outcome, RunResult
 from robotcore.description import load_robot, load_world
-from robotcore.view.overhead import Footstep, Track
-from robotcore.view.picture import Story
+from robotcore.view.overhead import Track, TrackPoint
+from robotcore.view.picture import RunFigure
 
 STATES = ("search", "seen", "approach", "arrived")
 
@@ -18,7 +18,7 @@ def track() -> Track:
     for tick in range(10 * len(STATES)):
         state = STATES[tick // 10]
         pose = start.advanced(max(0, tick - 10) * 0.02, 0.0)
-        track.steps.append(Footstep(tick / 20, state, pose))
+        track.steps.append(TrackPoint(tick / 20, state, pose))
     return track
 
 
@@ -31,5 +31,5 @@ def result() -> RunResult:
 
 
 @pytest.fixture
-def story(track: Track, result: RunResult) -> Story:
-    return Story(load_robot("rover"), load_world("arena"), track, None, result)
+def story(track: Track, result: RunResult) -> RunFigure:
+    return RunFigure(load_robot("rover"), load_world("arena"), track, None, result)

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from robotcore.geometry import Pose
-from robotcore.view.canvas import Canvas, text_width
-from robotcore.view.overhead import Footstep, Track
+from robotcore.view.canvas import Canvas, measure_text
+from robotcore.view.overhead import Track, TrackPoint
 
 
 @pytest.fixture
 def track() -> Track:
     track = Track()
-    track.steps = [Footstep(float(time), state, Pose(time, 0.0, 0.0)) for time, state in enumerate("aabba")]
+    track.steps = [TrackPoint(float(time), state, Pose(time, 0.0, 0.0)) for time, state in enumerate("aabba")]
     return track
 
 
@@ -42,5 +42,5 @@ def test_text_that_opencv_cannot_write_is_drawn_as_its_escape() -> None:
     sheets = []
     for words in ("\ud800", r"\ud800"):
         sheets.append(Canvas(100, 40, (255, 255, 255)))
-        assert sheets[-1].text((5, 30), words, (0, 0, 0), 12) == text_width(words, 12) > 0
+        assert sheets[-1].text((5, 30), words, (0, 0, 0), 12) == measure_text(words, 12) > 0
     assert np.array_equal(sheets[0].image(), sheets[1].image())

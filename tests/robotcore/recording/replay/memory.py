@@ -7,10 +7,10 @@ from dataclasses import replace
 from typing import Any
 
 from robotcore.errors import Interrupted, RobotcoreError
-from robotcore.recording import Glimpse, Metadata, Raised, Recorded, Recording, SampleKey, Tick
-from robotcore.recording.layer import Tap
-from robotcore.recording.recording import metadata_of
-from robotcore.recording.writer import Ticks
+from robotcore.recording import GroundTruthSample, Metadata, RecordedError, RecordedSample, Recording, SampleKey, Tick
+from robotcore.recording.layer import RecordingLayer
+from robotcore.recording.recording import build_metadata
+from robotcore.recording.writer import TickBuilder
 from robotcore.runtime.outcome import RunResult
 from robotcore.runtime.session import Run, RunRequest, run
 from robotcore.runtime.trace import TickRecord
@@ -20,28 +20,28 @@ class Memory:
     """An observer that keeps what its tap notes."""
 
     def __init__(self) -> None:
-        self.tap = Tap(lambda: True)
+        self.tap = RecordingLayer(lambda: True)
         self.ticks: list[Tick] = []
-        self.samples: dict[SampleKey, Recorded] = {}
-        self.truth: list[Glimpse] = []
+        self.samples: dict[SampleKey, RecordedSample] = {}
+        self.truth: list[GroundTruthSample] = []
         self.about: Metadata | None = None
         self.result: RunResult | None = None
         self._run: Run | None = None
-        self._ticks: Ticks | None = None
+        self._ticks: TickBuilder | None = None
 
     def begin(self, run: Run) -> None:
-        self._run, self.about = run, metadata_of(run)
-        self._ticks = Ticks(run.description)
+        self._run, self.about = run, build_metadata(run)
+        self._ticks = TickBuilder(run.description)
 
     def tick(self, record: TickRecord) -> None:
         notes, error = self.tap.take(), self.tap.latched(record.interventions) or sys.exc_info()[1]
         self.samples |= dict(notes.samples)  # type: ignore[arg-type]  # samples of ours are recorded ones
         assert self._ticks, "a run has begun"
-        raised = Raised.of(error) if isinstance(error, (RobotcoreError, Interrupted)) else None
+        raised = RecordedError.of(error) if isinstance(error, (RobotcoreError, Interrupted)) else None
         self.ticks.append(self._ticks.made_of(record, notes, raised))
         if self._run and self._run.truth:
             truth = self._run.truth
-            self.truth.append(Glimpse(record.tick, record.time, truth.pose, truth.contacts))
+            self.truth.append(GroundTruthSample(record.tick, record.time, truth.pose, truth.contacts))
 
     def end(self, result: RunResult) -> None:
         self.result = result

@@ -16,7 +16,7 @@ from robotcore.hal.backend import Setup
 from robotcore.hal.devices import Display, Image, Range, RangeSensor
 from robotcore.hal.robot import Robot
 from robotcore.recording import Recording
-from robotcore.recording.replay import rehearse, replay
+from robotcore.recording.replay import evaluate, replay
 from robotcore.runtime.layers.layer import Layer
 from robotcore.runtime.layers.readers import Reader
 from robotcore.runtime.outcome import Outcome
@@ -91,7 +91,7 @@ class TestMotorOutsideTheDrive:
         assert "no command" in (deviation.recorded, deviation.replayed)
 
     def test_parts_a_rehearsal_too(self) -> None:
-        rehearsed = rehearse(gripping(), settings={"speed": 1.25})
+        rehearsed = evaluate(gripping(), settings={"speed": 1.25})
         assert rehearsed.parting
         assert rehearsed.parting.tick == 0
 

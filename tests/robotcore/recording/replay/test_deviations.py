@@ -9,7 +9,7 @@ import pytest
 
 from robotcore.geometry import Wheels
 from robotcore.hal.robot import Robot, Role
-from robotcore.recording import Ask, Read, Recording
+from robotcore.recording import DriveCommand, Read, Recording
 from robotcore.recording.replay import Deviation, replay
 from robotcore.runtime.behaviour import Behaviour, Status
 from robotcore.runtime.session import RunRequest, run
@@ -176,6 +176,6 @@ def test_answer_of_the_stage_is_given_back(app: Doing, recording: Recording) -> 
         heard.append(robot.drive.set_wheels(1.0, 2.0))
 
     app.deed = listen
-    asks = (Ask(Wheels(1.0, 2.0), Wheels(0.25, 0.5)),)
+    asks = (DriveCommand(Wheels(1.0, 2.0), Wheels(0.25, 0.5)),)
     assert replay(changed(recording, AT, asks=asks)).exit_status == 0
     assert heard == [Wheels(0.25, 0.5)]

@@ -20,7 +20,7 @@ from benchmarks.replayed.disturbances import (
 )
 from robotcore.errors import EmergencyStopError, Interrupted, RecordingError
 from robotcore.geometry import Wheels
-from robotcore.recording import Raised, Recording, Tick
+from robotcore.recording import RecordedError, Recording, Tick
 from robotcore.recording.replay import replay
 from robotcore.runtime.outcome import Outcome, RunResult
 from robotcore.runtime.trace import TickRecord, Trace
@@ -125,7 +125,7 @@ def test_recording_that_a_signal_ended_in_a_tick_is_replayed_up_to_the_tick_befo
     whole = ending("go_on")
     ticks = whole.ticks[:20]
     result = replace(result_of(whole), outcome=Outcome.INTERRUPTED, reason="interrupted by SIGTERM", ticks=20)
-    cut = changed(replace(whole, ticks=ticks, result=result), 19, asks=(), error=Raised.of(Interrupted(15)))
+    cut = changed(replace(whole, ticks=ticks, result=result), 19, asks=(), error=RecordedError.of(Interrupted(15)))
     replayed = replay(cut)
     assert (replayed.deviation, replayed.ticks, replayed.exit_status) == (None, 19, 0)
     assert replayed.ended_by == "interrupted by SIGTERM"
@@ -225,7 +225,7 @@ def test_stop_or_signal_from_outside_ends_the_replay_in_the_tick_where_it_ended_
 
 def test_stop_that_was_pressed_after_the_commands_of_a_tick_were_sent_leaves_them_as_they_were() -> None:
     whole = ending("go_on")
-    pressed = Raised.of(EmergencyStopError("the button was pressed"))
+    pressed = RecordedError.of(EmergencyStopError("the button was pressed"))
     cut = Intervention(1.0, "e-stop", Wheels(1.0, 1.0), Wheels(0.0, 0.0))
     result = replace(result_of(whole), outcome=Outcome.STOPPED, ticks=20, trace_sha256=digest(whole.ticks[:20]))
     late = changed(replace(whole, ticks=whole.ticks[:20], result=result), 19, error=pressed, interventions=(cut,))
