@@ -21,8 +21,8 @@ from statistics import median, quantiles
 from benchmarks.report import machine, print_table
 from drivers.serial.line import Line
 from robotcore.hal.wall_clock import MonotonicClock
+from tests.doubles.serial.line import BITS_A_BYTE, Heard, Numbering, Wire
 from tests.doubles.serial.pty import Pty
-from tests.doubles.serial.wire import BITS_A_BYTE, Heard, Numbering, Wire
 
 EVERY_S = 0.005
 LISTENING_S = 0.0005

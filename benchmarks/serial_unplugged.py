@@ -25,9 +25,8 @@ from tempfile import TemporaryDirectory
 from benchmarks.report import at_least_one, machine, print_table
 from benchmarks.unplugged.boards import KINDS, Kind, robot_with
 from robotcore.hal.wall_clock import MonotonicClock
-from tests.doubles.serial.board import Powered
+from tests.doubles.serial.board import Powered, Wheels
 from tests.doubles.serial.pty import Pty
-from tests.doubles.serial.wheels import Wheels
 
 APP = Path(__file__).parent / "unplugged" / "on.py"
 LOOK_S = 0.002

@@ -9,12 +9,11 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from tests.doubles.serial.board import BoardDouble
+from tests.doubles.serial.board import BoardDouble, Wheels
 from tests.doubles.serial.hoverboard import Hoverboard
 from tests.doubles.serial.rosarduino import OurDouble, TrueDouble
 from tests.doubles.serial.sabertooth import Sabertooths
 from tests.doubles.serial.waveshare import WaveshareBoard
-from tests.doubles.serial.wheels import Wheels
 
 FULL_RAD_S = 16.0
 PATIENCE_S = 30.0

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Callable, Iterable, Sequence
 from ctypes import c_bool, c_char, c_char_p, c_int16, c_int32, c_uint16, c_uint32, c_void_p
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
@@ -114,3 +116,37 @@ def _command(told: _Understood) -> Command | None:
     if not told.isCommand:
         return None
     return Command(chr(told.name), tuple(told.args[: told.count]), bool(told.summed))
+
+
+FRAME_S = 1 / 30
+COUNTS = 960
+
+
+@dataclass
+class Motor:
+    """A gear motor at a duty of -255 to 255: a dead band, a speed in a line above it, a first-order lag."""
+
+    full: float
+    """Counts a frame at full duty."""
+    lag_s: float
+    dead: float
+    speed: float = 0.0
+    place: float = 0.0
+
+    def turn(self, duty: int) -> int:
+        """Turn for a frame; return how many edges its encoder has seen."""
+        before = math.floor(self.place)
+        goal = math.copysign(max(0.0, abs(duty) - self.dead) / (255 - self.dead) * self.full, duty)
+        for _ in range(10):
+            self.speed += (goal - self.speed) * (1 - math.exp(-FRAME_S / 10 / self.lag_s))
+            self.place += self.speed / 10
+        return math.floor(self.place) - before
+
+
+def driven(motor: Motor, step: Callable[[int], int], frames: int) -> list[float]:
+    """Return the speed after each frame, in counts a frame, of a motor that is given what ``step`` says."""
+    counts, speeds = 0, []
+    for _ in range(frames):
+        counts = motor.turn(step(counts))
+        speeds.append(motor.speed)
+    return speeds

@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robotcore.hardware.firmware.board import shipped_sketch
-from tests.firmware.host import Firmware
-from tests.firmware.motor import Motor, driven
+from tests.firmware.host import Firmware, Motor, driven
 
 ROS_ARDUINO_BRIDGE = (20, 12, 0, 50)
 

@@ -9,8 +9,7 @@ import math
 import struct
 from dataclasses import dataclass
 
-from tests.doubles.serial.board import BoardDouble
-from tests.doubles.serial.wheels import Wheels
+from tests.doubles.serial.board import BoardDouble, Wheels
 
 LOOP_S = 0.005
 TIMEOUT_LOOPS = 160

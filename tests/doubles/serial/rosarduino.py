@@ -11,8 +11,7 @@ from abc import abstractmethod
 from functools import reduce
 from operator import xor
 
-from tests.doubles.serial.board import BoardDouble
-from tests.doubles.serial.wheels import Wheels
+from tests.doubles.serial.board import BoardDouble, Wheels
 
 REFUSED = "Invalid Command"
 STOPS = {"m 0 0", "o 0 0"}

@@ -6,8 +6,7 @@ power comes on, begins anew with each packet to that address, and leaves when th
 
 from __future__ import annotations
 
-from tests.doubles.serial.board import BoardDouble
-from tests.doubles.serial.wheels import Wheels
+from tests.doubles.serial.board import BoardDouble, Wheels
 
 
 class Sabertooth:

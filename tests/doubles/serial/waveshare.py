@@ -10,8 +10,7 @@ import json
 import math
 from typing import Any
 
-from tests.doubles.serial.board import BoardDouble
-from tests.doubles.serial.wheels import Wheel, Wheels
+from tests.doubles.serial.board import BoardDouble, Wheel, Wheels
 
 WHEEL_M = 0.08
 """WHEEL_D of the UGV Rover, in metres."""

@@ -1,19 +1,22 @@
+"""In simulated time what goes over a line comes at the same times, though the kernel hands it over."""
+
 from __future__ import annotations
 
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
 
 from drivers.serial.backend import SECTION, SerialBackend
 from robotcore.description import RobotDescription, load_robot
 from robotcore.errors import DescriptionError, DeviceError, UsageError
-from robotcore.hal.backend import Setup
+from robotcore.hal.backend import Setup, Vouch
 from robotcore.hal.finding import Level
 from robotcore.hal.wall_clock import MonotonicClock
-from tests.doubles.serial.bench import wired
+from robotcore.testing.repeat_rules import RepeatRules
+from tests.doubles.serial.bench import SerialBench, wired
 from tests.doubles.serial.board import Powered
 from tests.doubles.serial.pty import Pty
 from tests.doubles.serial.rosarduino import OurDouble
@@ -186,3 +189,21 @@ class TestDoctor:
 
     def test_without_a_robot_the_ports_are_told(self) -> None:
         assert [what for what, _, _ in self.found(None)] == ["ports", "robot"]
+
+
+WHEEL_SIDES = ("left", "right")
+
+
+class Pumped(SerialBackend):
+    vouches_for = frozenset({Vouch.LOCKSTEP})
+
+
+class TestTwoRuns(SerialBench, RepeatRules):
+    backend = Pumped
+    devices: ClassVar = {
+        **{f"{side}_motor": {"driver": "ros-arduino-motor", "side": side} for side in WHEEL_SIDES},
+        **{f"{side}_encoder": {"driver": "ros-arduino-encoder", "side": side} for side in WHEEL_SIDES},
+    }
+
+    def board(self) -> OurDouble:
+        return OurDouble(counts_per_turn=3840)

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests.robotcore.cli.conftest import Cli
-from tests.robotcore.hardware.plugs import EYE, NECK, register, robot_file
+from tests.robotcore.hardware.device_drivers import EYE, NECK, register, robot_file
 
 
 @pytest.mark.parametrize(
@@ -29,7 +29,9 @@ def test_check_lets_a_backend_check_its_own_section(cli: Cli, tmp_path: Path, mo
 
 def test_check_tells_what_may_do_harm_and_passes(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     register(monkeypatch)
-    monkeypatch.setattr("tests.robotcore.hardware.plugs.PlugBoard.warnings", lambda *_: ["neck: it wobbles. Tie it"])
+    monkeypatch.setattr(
+        "tests.robotcore.hardware.device_drivers.PlugBoard.warnings", lambda *_: ["neck: it wobbles. Tie it"]
+    )
     file = tmp_path / "post.toml"
     file.write_text(robot_file(NECK + EYE))
     told = cli("check", str(file))

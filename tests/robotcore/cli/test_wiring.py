@@ -7,7 +7,7 @@ import pytest
 from robotcore.cli.connector import FREE, USED, drawing
 from robotcore.hal.wiring import Pad, PadKind, Wire, Wiring
 from tests.robotcore.cli.conftest import Cli
-from tests.robotcore.hardware.plugs import EYE, NECK, register, robot_file
+from tests.robotcore.hardware.device_drivers import EYE, NECK, register, robot_file
 
 LONG = "a_device_with_a_name_that_nobody_would_want_to_write"
 

@@ -10,8 +10,8 @@ from robotcore.hal.backend import Setup
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.devices import Device
 from robotcore.hal.robot import Robot
-from robotcore.hardware import Host, open_devices, open_robot
-from tests.robotcore.hardware.bench import NoSettings, Noted, NotingDriver, fitted, host
+from robotcore.hardware import Host, encoder_of, motor_of, open_devices, open_robot
+from tests.robotcore.hardware.device_drivers import NoSettings, Noted, NotingDriver, fitted, host
 
 ROVER = load_robot("rover")
 ORDER = ["left_encoder", "right_encoder", "nose", "eye", "screen", "left_motor", "right_motor"]
@@ -150,3 +150,20 @@ def test_a_robot_that_cannot_be_opened_leaves_no_board_open(monkeypatch: pytest.
     with pytest.raises(DeviceError, match="left_motor: does not answer"):
         on_board(monkeypatch, driver)
     assert driver.diary[-3:] == ["close left_encoder", "close the board", "release"]
+
+
+def test_the_two_on_a_wheel_find_each_other() -> None:
+    assert encoder_of("left_motor", ROVER) == "left_encoder"
+    assert motor_of("right_encoder", ROVER) == "right_motor"
+
+
+def test_what_is_on_no_wheel_of_the_drive_has_no_other() -> None:
+    bare = ROVER.model_copy(update={"drive": None})
+    assert encoder_of("arm", ROVER) is motor_of("knob", ROVER) is None
+    assert encoder_of("left_motor", bare) is motor_of("left_encoder", bare) is None
+
+
+def test_a_wheel_may_have_no_encoder() -> None:
+    assert ROVER.drive is not None
+    drive = ROVER.drive.model_copy(update={"left_encoder": None, "right_encoder": None})
+    assert encoder_of("left_motor", ROVER.model_copy(update={"drive": drive})) is None

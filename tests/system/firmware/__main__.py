@@ -8,7 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from tests.system import checking, needs
-from tests.system.firmware import installing
+from tests.system.firmware import build as installing
 from tests.system.firmware.backend import BUILT
 
 SIDE_BY_SIDE = 2

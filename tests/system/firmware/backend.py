@@ -16,13 +16,9 @@ from robotcore.hal.devices import Device
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import FollowingClock
 from robotcore.hardware import open_robot
-from tests.system.firmware.bench import joined
 from tests.system.firmware.board import Board
-from tests.system.firmware.clock import AskedClock
-from tests.system.firmware.config import wiring
-from tests.system.firmware.described import BOARD_TIMEOUT_S, on_serial
-from tests.system.firmware.simulated import SimulatedRobot
-from tests.system.firmware.wiring import Wiring
+from tests.system.firmware.config import BOARD_TIMEOUT_S, on_serial, wiring
+from tests.system.firmware.simulated import AskedClock, SimulatedRobot, Wiring, joined
 from tests.system.firmware.world import FollowedCamera, FollowedWorld
 
 BUILT = "ROBOTCORE_FIRMWARE_BUILT"

@@ -12,9 +12,7 @@ from types import TracebackType
 from typing import NamedTuple
 
 from robotcore.hal.wall_clock import MonotonicClock
-from tests.system.firmware.bench import HZ, MEMORY, made
-from tests.system.firmware.simulated import SimulatedRobot
-from tests.system.firmware.wiring import Wiring
+from tests.system.firmware.simulated import HZ, MEMORY, SimulatedRobot, Wiring, made
 from tests.system.speed import scaled
 
 STANDS = "0.0000 0.0000"

@@ -12,8 +12,7 @@ from pathlib import Path
 from drivers.serial import backend
 from robotcore.cli.main import main
 from robotcore.hal.wall_clock import FollowingClock
-from tests.system.firmware.bench import joined
-from tests.system.firmware.simulated import SimulatedRobot
+from tests.system.firmware.simulated import SimulatedRobot, joined
 
 if __name__ == "__main__":
     folder = Path(sys.argv.pop(1))

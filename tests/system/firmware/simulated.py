@@ -1,13 +1,150 @@
-"""A simulated robot as whoever shares its memory sees it: its time, its wheels, and what it is told."""
+"""What the simulated robot is and does: memory that this process shares with the simulator, as avr/bench.h has it."""
 
 from __future__ import annotations
 
+import ctypes
 import math
+import mmap
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import ClassVar
 
 from robotcore.geometry import Wheels
-from tests.system.firmware.bench import HZ, Bench
-from tests.system.firmware.wiring import SILENCE_S, SOUND_M_S
+from robotcore.hal.wall_clock import FollowingClock
+
+HZ = 16_000_000
+MEMORY = "bench"
+"""The file in a robot's folder that holds it."""
+
+JUMPER = -1
+"""The enable pin of an L298N's channel whose jumper is on."""
+
+_INPUTS = ("forward", "backward", "enable", "a", "b")
+_MODEL = ("dead_band", "full_rad_s", "lag_s", "edges_per_turn")
+_DOES = ("duty", "velocity_rad_s", "angle_rad")
+
+
+class Wheel(ctypes.Structure):
+    """A channel of an L298N, its motor, its wheel and the encoder on that; pins are Arduino's numbers."""
+
+    forward: int
+    backward: int
+    enable: int
+    a: int
+    b: int
+    dead_band: float
+    full_rad_s: float
+    lag_s: float
+    edges_per_turn: float
+    duty: float
+    velocity_rad_s: float
+    angle_rad: float
+
+    _fields_: ClassVar = [
+        *((name, ctypes.c_int64) for name in _INPUTS),
+        *((name, ctypes.c_double) for name in _MODEL + _DOES),
+    ]
+
+
+class Bench(ctypes.Structure):
+    """The robot around the AVR: what it is wired to, what it is told, what it does."""
+
+    left: Wheel
+    right: Wheel
+    trigger: int
+    echo: int
+    battery: int
+    resets_when_opened: int
+    battery_ratio: float
+    bootloader_s: float
+    echo_s: float
+    battery_mv: float
+    noise: float
+    cycles: int
+    asked: int
+    is_listening: int
+
+    _fields_: ClassVar = [
+        ("left", Wheel),
+        ("right", Wheel),
+        *((name, ctypes.c_int64) for name in ("trigger", "echo", "battery", "resets_when_opened")),
+        *((name, ctypes.c_double) for name in ("battery_ratio", "bootloader_s", "echo_s", "battery_mv", "noise")),
+        ("cycles", ctypes.c_uint64),
+        ("asked", ctypes.c_uint64),
+        ("is_listening", ctypes.c_int64),
+    ]
+
+
+def made(folder: Path) -> Bench:
+    """Make a bench of nothing but zeros in a folder, and return it; see `joined`."""
+    (folder / MEMORY).write_bytes(bytes(ctypes.sizeof(Bench)))
+    return joined(folder)
+
+
+def joined(folder: Path) -> Bench:
+    """Return what is in that folder's bench, now and whenever it is looked at."""
+    with (folder / MEMORY).open("r+b") as file:
+        return Bench.from_buffer(mmap.mmap(file.fileno(), 0))
+
+
+SOUND_M_S = 343.0
+"""In air of 20 °C."""
+
+SILENCE_S = 38e-3
+"""The pulse of an HC-SR04 that heard nothing. Source: its data sheet."""
+
+
+@dataclass(frozen=True)
+class Side:
+    """The pins of a wheel: its inputs of the L298N, and its encoder's channels, of which ``a`` leads forward."""
+
+    forward: int
+    backward: int
+    a: int
+    b: int
+    enable: int = JUMPER
+
+
+@dataclass(frozen=True)
+class Motor:
+    """What a motor makes of a duty: nothing up to the dead band, then a velocity in a line, with a first-order lag."""
+
+    dead_band: float = 0.10
+    full_rad_s: float = 14.0
+    lag_s: float = 0.05
+    edges_per_turn: float = 960.0
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """A robot's pins, by Arduino's numbers, its motors, and the divider before the battery's analog channel.
+
+    A board that ``resets_when_opened`` listens to nobody for ``bootloader_s`` whenever its port is opened, as every Uno
+    and Nano does.
+    """
+
+    left: Side
+    right: Side
+    trigger: int
+    echo: int
+    battery: int
+    battery_ratio: float
+    motor: Motor = field(default_factory=Motor)
+    resets_when_opened: bool = True
+    bootloader_s: float = 0.1
+
+    def build(self, bench: Bench) -> None:
+        """Write it all down for the simulator."""
+        for wheel, side in ((bench.left, self.left), (bench.right, self.right)):
+            self._build_wheel(wheel, side)
+        bench.trigger, bench.echo, bench.battery = self.trigger, self.echo, self.battery
+        bench.battery_ratio = self.battery_ratio
+        bench.resets_when_opened, bench.bootloader_s = self.resets_when_opened, self.bootloader_s
+
+    def _build_wheel(self, wheel: Wheel, side: Side) -> None:
+        for name, value in (vars(side) | vars(self.motor)).items():
+            setattr(wheel, name, value)
+
 
 FOREVER = 2**64 - 1
 
@@ -56,3 +193,21 @@ class SimulatedRobot:
     def make_noise(self, share: float) -> None:
         """Let that share of all bytes be spoilt on the line, both ways: a bit turned over, one lost, one too many."""
         self._bench.noise = share
+
+
+class AskedClock(FollowingClock):
+    """Asks for as much of the AVR's time as somebody sleeps: a busy program finds hardly any gone.
+
+    Threads that wait beside the sleeper get theirs meanwhile; when all wait but nobody sleeps, the AVR creeps on.
+    """
+
+    def __init__(self, simulated: SimulatedRobot) -> None:
+        super().__init__(simulated.now)
+        self._simulated = simulated
+        self._asked = simulated.now()
+        simulated.ask_until(self._asked)
+
+    def sleep_until(self, deadline: float) -> bool:
+        self._asked = max(self._asked, self._zero + deadline)
+        self._simulated.ask_until(self._asked)
+        return super().sleep_until(deadline)

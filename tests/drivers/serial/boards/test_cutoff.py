@@ -17,9 +17,9 @@ from robotcore.errors import BackendError
 from robotcore.hal.cutoff import Unsure
 from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.serial.board import Powered
+from tests.doubles.serial.line import Answering
 from tests.doubles.serial.pty import Pty
-from tests.drivers.serial.boards.turning import STOP, TURN
-from tests.drivers.serial.ports.talking import Answering
+from tests.drivers.serial.boards.motor_program import STOP, TURN
 
 ROOT = Path(__file__).parents[4]
 END_S = 20.0
@@ -31,7 +31,7 @@ class Bench:
     def __init__(self, pty: Pty) -> None:
         self.pty, self.clock, self.board = pty, MonotonicClock(), Answering()
         self.powered = Powered(self.board, pty, self.clock)
-        command = [sys.executable, "-m", "tests.drivers.serial.boards.turning", str(pty.path)]
+        command = [sys.executable, "-m", "tests.drivers.serial.boards.motor_program", str(pty.path)]
         pipe = subprocess.PIPE
         self.program = subprocess.Popen(command, cwd=ROOT, stdin=pipe, stderr=pipe, text=True)
 

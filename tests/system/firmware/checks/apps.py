@@ -9,7 +9,7 @@ import pytest
 from robotcore.runtime.outcome import Outcome
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.session import run
-from tests.system.firmware.described import patient
+from tests.system.firmware.config import patient
 
 
 @pytest.fixture

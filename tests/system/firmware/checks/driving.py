@@ -15,7 +15,7 @@ from robotcore.hal.robot import Robot
 from robotcore.testing import scenes
 from tests.system.firmware.backend import SimavrBackend
 from tests.system.firmware.board import STANDS, Board
-from tests.system.firmware.described import BOARD_TIMEOUT_S, with_battery
+from tests.system.firmware.config import BOARD_TIMEOUT_S, with_battery
 
 DEVICES = frozenset({"left_motor", "right_motor", "left_encoder", "right_encoder", "battery"})
 SPEED_RAD_S = 5.0

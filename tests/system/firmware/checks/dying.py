@@ -15,7 +15,7 @@ import pytest
 
 from tests.system.firmware.backend import switched_on
 from tests.system.firmware.board import Board
-from tests.system.firmware.described import BOARD_TIMEOUT_S, patient
+from tests.system.firmware.config import BOARD_TIMEOUT_S, patient
 from tests.system.speed import scaled
 
 STARTED_S, ENDED_S = 30.0, 20.0

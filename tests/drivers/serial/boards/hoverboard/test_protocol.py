@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import pytest
 
-from drivers.serial.boards.hoverboard.protocol import Feedback, Parser, command
+from drivers.serial.boards.hoverboard.protocol import Feedback, Mixed, Mixer, Parser, Steering, Tank, command
 
 COMMANDS = {
     (0, 0): "cdab00000000cdab",
@@ -54,3 +56,80 @@ def test_what_no_board_says_is_dropped_though_its_checksum_is_right(words: tuple
     parser = Parser()
     assert parser.feed(feedback(*words)) == []
     assert parser.dropped == 1
+
+
+MADE = """\
+16384 8192 200 0 200 200
+16384 8192 0 200 100 -100
+16384 8192 101 1 101 100
+16384 8192 -101 1 -101 -102
+16384 8192 -333 -777 -722 55
+16384 8192 1000 1000 1000 500
+16384 8192 1000 -1000 500 1000
+16384 16384 200 0 200 200
+16384 16384 0 200 200 -200
+16384 16384 101 1 102 100
+16384 16384 -101 1 -100 -102
+16384 16384 -333 -777 -1000 444
+16384 16384 1000 1000 1000 0
+16384 16384 1000 -1000 0 1000
+14746 8192 200 0 180 180
+14746 8192 0 200 100 -100
+14746 8192 101 1 91 90
+14746 8192 -101 1 -91 -92
+14746 8192 -333 -777 -689 88
+14746 8192 1000 1000 1000 400
+14746 8192 1000 -1000 400 1000
+24000 3000 200 0 292 292
+24000 3000 0 200 36 -37
+24000 3000 101 1 148 147
+24000 3000 -101 1 -148 -149
+24000 3000 -333 -777 -631 -346
+24000 3000 1000 1000 1000 1000
+24000 3000 1000 -1000 1000 1000"""
+"""SPEED_COEFFICIENT and STEER_COEFFICIENT, speed and steer, and what mixerFcn makes of them: left and right."""
+
+
+@pytest.mark.parametrize("line", MADE.splitlines())
+def test_mixer_is_the_firmwares(line: str) -> None:
+    speed_coefficient, steer_coefficient, speed, steer, left, right = map(int, line.split())
+    mixer = Mixed(speed_coefficient / 16384, steer_coefficient / 16384)
+    assert mixer.wheels(Steering(steer, speed)) == (left, right)
+
+
+def test_every_pair_of_wheels_in_reach_is_made_to_the_unit_by_the_firmware_as_it_comes() -> None:
+    mixer = Mixed()
+    some = (*range(-1000, 1001, 137), -1, 0, 1, 2)
+    for left, right in product(some, some):
+        if abs(left - right) <= 1000:
+            assert mixer.wheels(mixer.steering(left, right)) == (left, right)
+
+
+@pytest.mark.parametrize("mixer", [Mixed(0.9, 0.5), Mixed(1.7, 0.3), Mixed(0.4, 0.2)], ids=str)
+def test_with_other_coefficients_no_command_near_comes_nearer(mixer: Mixed) -> None:
+    for left, right in product(range(-173, 174, 43), repeat=2):
+        steer, speed = mixer.steering(left, right)
+        near = (Steering(steer + by, speed + more) for by, more in product(range(-2, 3), repeat=2))
+        assert _error(mixer, Steering(steer, speed), left, right) == min(
+            _error(mixer, told, left, right) for told in near
+        )
+
+
+@pytest.mark.parametrize("mixer", [Mixed(), Mixed(0.9, 0.4), Tank()], ids=str)
+@pytest.mark.parametrize("wheels", [(1000, -1000), (1000, -200), (1800, 600), (-2000, 1000), (0, 1000)])
+def test_what_is_beyond_its_reach_keeps_its_path(mixer: Mixer, wheels: tuple[int, int]) -> None:
+    told = mixer.steering(*wheels)
+    left, right = mixer.wheels(told) if isinstance(mixer, Mixed) else told
+    assert max(map(abs, told)) <= 1000
+    assert left * wheels[1] == pytest.approx(right * wheels[0], abs=sum(map(abs, wheels)))
+    assert max(abs(left), abs(right)) >= 390
+
+
+@pytest.mark.parametrize("mixer", [Mixed(), Mixed(0.9, 0.4), Tank()], ids=str)
+def test_standing_is_zero(mixer: Mixer) -> None:
+    assert mixer.steering(0, 0) == (0, 0)
+
+
+def _error(mixer: Mixed, told: Steering, left: int, right: int) -> int:
+    made_left, made_right = mixer.wheels(told)
+    return (made_left - left) ** 2 + (made_right - right) ** 2

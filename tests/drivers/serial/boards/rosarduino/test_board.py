@@ -5,14 +5,7 @@ import pytest
 from drivers.serial.boards.rosarduino.protocol import ping
 from drivers.serial.boards.rosarduino.requests import Poll
 from tests.doubles.serial.rosarduino import TrueDouble
-from tests.drivers.serial.boards.rosarduino.talking import (
-    HELLO,
-    OURS,
-    TRUE,
-    Conversation,
-    answered,
-    asked,
-)
+from tests.drivers.serial.boards.rosarduino.rig import HELLO, OURS, TRUE, Conversation, answered, asked
 
 LOST_S = 0.11
 """No answer comes after so long."""

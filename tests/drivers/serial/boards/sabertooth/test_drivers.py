@@ -1,23 +1,49 @@
-"""Motors on Sabertooths: on a line that only goes out, with an encoder elsewhere, unplugged and back."""
+"""Motors on a Sabertooth keep the kit's rules; how they turn is seen on the wheels, for the board does not tell."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
 
 from drivers.serial.boards.sabertooth.protocol import stop
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError, DeviceLostError
+from robotcore.geometry import Wheels
+from robotcore.hal.drive import Odometry
+from robotcore.hal.robot import Robot
 from robotcore.hardware import Host, fit
-from tests.doubles.serial.bench import wired
-from tests.doubles.serial.rig import Rig
+from robotcore.testing import ConformanceSuite
+from robotcore.testing.bench import Motion, let_pass, motion_between
+from tests.doubles.serial.bench import Rig, TickingBench, wired
+from tests.doubles.serial.board import BoardDouble
 from tests.doubles.serial.sabertooth import Sabertooths
 
 FULL_RAD_S = 16.0
 MODEL = {"forward_rad_s": FULL_RAD_S, "backward_rad_s": FULL_RAD_S}
+
+
+class TestSabertooth(TickingBench, ConformanceSuite):
+    devices: ClassVar = {
+        "left_motor": {"driver": "sabertooth-motor", "motor": 1, "model": MODEL},
+        "right_motor": {"driver": "sabertooth-motor", "motor": 2, "model": MODEL},
+    }
+
+    def board(self) -> BoardDouble:
+        self.line = Sabertooths(full_rad_s=FULL_RAD_S)
+        return self.line
+
+    def motion(self, robot: Robot, seconds: float) -> Motion:
+        where = Odometry(self.drive.geometry, self._wheels).pose
+        before = where()
+        let_pass(robot, seconds)
+        return motion_between(before, where())
+
+    def _wheels(self) -> Wheels:
+        wheels = self.line.boards[128].wheels
+        return Wheels(wheels.left.angle, wheels.right.angle)
 
 
 def motors(**right: Any) -> dict[str, dict[str, Any]]:

@@ -16,8 +16,8 @@ from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.serial.board import PERIOD_S, Powered
+from tests.doubles.serial.line import Answering, Asking
 from tests.doubles.serial.pty import Pty
-from tests.drivers.serial.ports.talking import Answering, Asking
 
 
 @pytest.fixture

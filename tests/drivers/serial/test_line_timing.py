@@ -11,8 +11,8 @@ import pytest
 from drivers.serial.line import BITS_A_BYTE, PERIOD_S, Line
 from robotcore.hal.clock import SteppedClock
 from tests.doubles.serial.board import Powered
+from tests.doubles.serial.line import Heard, Numbering, Wire
 from tests.doubles.serial.pty import Pty
-from tests.doubles.serial.wire import Heard, Numbering, Wire
 
 SIZE = 8
 TOLD_EVERY_S = 0.005

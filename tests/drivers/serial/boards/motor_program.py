@@ -1,4 +1,4 @@
-"""A program that turns a motor on a board under a guardian: ``python -m tests.drivers.serial.boards.turning PORT``."""
+"""Turn a motor on a board, under a guardian: ``python -m tests.drivers.serial.boards.motor_program PORT``."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from robotcore.description import load_robot
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hardware import Host
 from robotcore.safety.guardian.guardian import Guardian
-from tests.drivers.serial.ports.talking import Asking
+from tests.doubles.serial.line import Asking
 
 LEASE_S = 0.3
 TURN, STOP = b"go;", b"stop;"

@@ -3,6 +3,7 @@ from __future__ import annotations
 import errno
 import grp
 import os
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,7 +13,9 @@ from serial import SerialException
 from serial.tools import list_ports
 
 from drivers.serial.driver import PortPlace
-from drivers.serial.port import PortMissingError, path_of, why_closed
+from drivers.serial.port import WRITE_TIMEOUT_S, Port, PortMissingError, path_of, why_closed
+from robotcore.hal.wall_clock import MonotonicClock
+from tests.doubles.serial.pty import Pty
 
 
 def port(device: str, vid: int | None = None, pid: int | None = None, serial_number: str | None = None) -> Any:
@@ -101,3 +104,23 @@ def test_nobody_is_sent_into_a_group_that_does_not_help(
     told = why_closed("usb:a:b", "usb", 9600, SerialException(errno.EACCES, "denied"))
     monkeypatch.undo()
     assert told.startswith(f"no permission for usb:a:b. {remedy}")
+
+
+def test_what_was_written_is_no_failure_however_long_the_processor_was_away(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock, write = MonotonicClock(), os.write
+
+    def interrupted(file: int, data: bytes) -> int:
+        written = write(file, data)
+        clock.sleep_until(clock.now() + 1.2 * WRITE_TIMEOUT_S)
+        return written
+
+    with Pty(tmp_path) as pty:
+        port = Port(str(pty.path), 57600)
+        port.open()
+        monkeypatch.setattr(os, "write", interrupted)
+        port.write(b"m 20 20\r")
+        monkeypatch.undo()
+        port.close()
+        assert pty.heard() == b"m 20 20\r"

@@ -7,7 +7,7 @@ import pytest
 from robotcore.description import RobotDescription, load_robot
 from robotcore.errors import BackendMissingError, DescriptionError
 from robotcore.hardware import batteries_in, fit
-from tests.robotcore.hardware.plugs import EYE, NECK, register, robot_file
+from tests.robotcore.hardware.device_drivers import EYE, NECK, register, robot_file
 
 CELLS = '[plugboard.cells]\ndriver = "plug"\npin = 4\n'
 
