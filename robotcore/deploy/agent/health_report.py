@@ -32,7 +32,12 @@ def follow_check(layout: Layout, trial: HealthCheck) -> dict[str, Any]:
         if _is_check_running():
             conducted = time.monotonic()
         elif time.monotonic() - conducted > ABANDONED_S:
-            raise AgentError(f"nobody judges {trial.release} any more", "To have it judged: robotcore deploy start")
+            raise AgentError(
+                f"the health check of {trial.release} is not running",
+                "Resume it: robotcore deploy start",
+                "check-stopped",
+                release=trial.release,
+            )
         time.sleep(POLL_S)
     unknown = HealthResult(STOPPED, "another release took its place, or nothing could be written down")
     return build_report(layout, trial.release, trial.verdict(layout) or unknown)
@@ -84,6 +89,8 @@ def _is_check_running() -> bool:
     if state.active == "failed":
         words = " / ".join(journal.read_last_lines(HEALTH_CHECK, state.invocation)) or state.ending()
         raise AgentError(
-            f"the trial of the release broke off: {words}", "Look at it there: systemctl --user status robotcore-trial"
+            f"the health check of the release failed: {words}",
+            "Look at it there: systemctl --user status robotcore-trial",
+            "check-failed",
         )
     return state.has_job or not state.is_down

@@ -55,7 +55,7 @@ def _wait_for(handle: int, patience_s: float) -> None:
     if not _try_lock(handle):
         who = os.pread(handle, 200, 0).decode(errors="replace") or "nobody knows which"
         fault = f"another deploy is at work on this robot: {who}"
-        raise AgentError(fault, "Wait for it to end, and try again", "busy")
+        raise AgentError(fault, "Wait for it to end, and try again", "busy", holder=who)
 
 
 def _try_lock(handle: int) -> bool:

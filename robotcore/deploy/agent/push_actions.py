@@ -92,7 +92,7 @@ def _build_disk_error(layout: Layout, size: int, short: int) -> AgentError:
     )
     take = f"recordings take {files.format_bytes(recorded)}; robotcore deploy fetch --move takes them home"
     remedy = f"Make room there: {take if recorded else 'what takes it is told by df -h and du -xh ~ | sort -h'}"
-    return AgentError(fault, remedy, "disk")
+    return AgentError(fault, remedy, "disk", size=size, missing=short, recorded=recorded)
 
 
 KEPT_HEALTHY, KEPT_OTHERS = 5, 2
@@ -149,7 +149,7 @@ def _read_upload(folder: Path, release: str) -> Release:
     except (OSError, ValueError, KeyError, TypeError):
         is_whole = False
     if not is_whole:
-        raise AgentError(f"{release} was not sent whole", "Push again", "incomplete")
+        raise AgentError(f"{release} was not sent whole", "Push again", "incomplete", release=release)
     return told
 
 

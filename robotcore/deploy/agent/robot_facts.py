@@ -131,7 +131,7 @@ def require_push_needs(told: dict[str, object], *, has_environment: bool) -> Non
     """
     if missing := list(_list_missing(told, has_environment=has_environment)):
         faults, remedies, kinds = zip(*missing, strict=True)
-        raise AgentError(". ".join(faults), ". ".join(remedies), kinds[0])
+        raise AgentError(". ".join(faults), ". ".join(remedies), kinds[0], kinds=kinds)
 
 
 def _list_missing(told: dict[str, object], *, has_environment: bool) -> Iterator[tuple[str, str, str]]:

@@ -75,14 +75,17 @@ ReportProgress = Callable[..., None]
 
 
 class AgentError(Exception):
-    """What was asked for cannot be done here: the fault, and what to do, in whole sentences.
+    """The robot cannot do what the desk asked for.
 
-    ``kind`` is a word for the desk, where it knows better what to do.
+    fault: what happened, as a sentence without its full stop.
+    remedy: what to do about it, as a sentence without its full stop.
+    kind: a stable identifier of the fault. The desk chooses a better remedy for some kinds.
+    fields: the values that the fault holds, by name. They stay on the robot.
     """
 
-    def __init__(self, fault: str, remedy: str, kind: str = "") -> None:
+    def __init__(self, fault: str, remedy: str, kind: str, **fields: object) -> None:
         super().__init__(f"{fault}. {remedy}")
-        self.fault, self.remedy, self.kind = fault, remedy, kind
+        self.fault, self.remedy, self.kind, self.fields = fault, remedy, kind, fields
 
 
 def report_progress(words: str, **more: Any) -> None:

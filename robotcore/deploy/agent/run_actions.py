@@ -56,10 +56,13 @@ def start_check(layout: Layout, release: str, healthy_within_s: float, settle_s:
 def _require_possible(layout: Layout, release: str, healthy_within_s: float) -> None:
     if not 0 < healthy_within_s <= START_LIMIT_S:
         raise AgentError(
-            f"a release cannot be given {healthy_within_s:g} s to come up", f"Give it up to {START_LIMIT_S} s"
+            f"a release cannot be given {healthy_within_s:g} s to come up",
+            f"Give it up to {START_LIMIT_S} s",
+            "time-limit",
+            limit_s=START_LIMIT_S,
         )
     if not _find_folder(layout, release).is_dir():
-        raise AgentError(f"there is no release {release}", "See what there is: robotcore deploy list")
+        raise AgentError(f"there is no release {release}", "List the releases: robotcore deploy list", "no-release")
 
 
 def _find_folder(layout: Layout, release: str) -> Path:
@@ -67,7 +70,9 @@ def _find_folder(layout: Layout, release: str) -> Path:
     try:
         return layout.releases / require_name(release)
     except ValueError as error:
-        raise AgentError(f"{release!r} is no release", "See what there is: robotcore deploy list") from error
+        raise AgentError(
+            f"{release!r} is no release", "List the releases: robotcore deploy list", "release-name"
+        ) from error
 
 
 def _plan_check(layout: Layout, release: str) -> HealthCheck:
@@ -96,11 +101,12 @@ def roll_back(
     settle_s: float = health_check.SETTLE_S,
 ) -> dict[str, Any]:
     """Try a release that was there before, by default the last healthy one; return what came of it."""
-    if release is not None and release not in releases.list_names(layout):
-        raise AgentError(f"there is no release {release!r}", _list_choices(releases.list_names(layout)), "name")
+    names = releases.list_names(layout)
+    if release is not None and release not in names:
+        raise AgentError(f"there is no release {release!r}", _list_choices(names), "name", choices=names)
     name = release or _choose_previous(layout)
     if name == releases.read_current(layout):
-        raise AgentError(f"{name} is the current release", "To start it: robotcore deploy start")
+        raise AgentError(f"{name} is the current release", "Start it: robotcore deploy start", "already-current")
     report_progress(f"{name} is to run again", release=name)  # who loses the connection knows by it what to look for
     return start_check(layout, name, healthy_within_s, settle_s)
 
@@ -111,7 +117,8 @@ def _choose_previous(layout: Layout) -> str:
         return name
     now = releases.read_current(layout)
     others = [name for name in releases.list_names(layout) if name != now and not _is_unhealthy(layout, name)]
-    raise AgentError(f"no release before {now} was healthy" if now else "no release was healthy", _list_choices(others))
+    fault = f"no release before {now} was healthy" if now else "no release was healthy"
+    raise AgentError(fault, _list_choices(others), "no-healthy-release", current=now, choices=others)
 
 
 def _list_choices(names: list[str]) -> str:
@@ -126,7 +133,7 @@ def _is_unhealthy(layout: Layout, name: str) -> bool:
 def start_app(layout: Layout) -> dict[str, Any]:
     """Start it; return the status once it is up, or is not. One whose trial broke off is judged."""
     if releases.read_current(layout) is None:
-        raise AgentError("there is no release to start", "Send one: robotcore deploy push")
+        raise AgentError("there is no release to start", "Send one: robotcore deploy push", "no-current-release")
     with hold_lock(layout, "the app is started"):
         units.install_service(layout)
         tried = health_check.read_pending(layout)

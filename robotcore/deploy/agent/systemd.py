@@ -206,7 +206,9 @@ def _call(*arguments: str) -> subprocess.CompletedProcess[str]:
         )
     except FileNotFoundError as error:
         raise AgentError(
-            "there is no systemd here", "robotcore deploy needs it: Raspberry Pi OS, Debian and Ubuntu have it"
+            "there is no systemd here",
+            "robotcore deploy needs it: Raspberry Pi OS, Debian and Ubuntu have it",
+            "no-systemd",
         ) from error
     except subprocess.TimeoutExpired as error:
         raise AgentError(
@@ -225,4 +227,5 @@ def _build_error(arguments: tuple[str, ...], told: str) -> AgentError:
     return AgentError(
         f"systemctl --user {' '.join(arguments)}: {told.splitlines()[0] if told else 'failed'}",
         "Look at it there: systemctl --user status robotcore",
+        "systemctl",
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import platform
 import socket
 import subprocess
 from collections.abc import Iterator
@@ -18,6 +19,7 @@ from robotcore.deploy.agent.environments import EnvironmentSpec
 from robotcore.deploy.agent.files import Layout
 from robotcore.deploy.agent.rpc import AgentError, report_progress
 from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, put_release
+from tests.texts import Raises
 
 WIDGET = "robot_widget"
 
@@ -116,8 +118,8 @@ def test_what_the_system_has_is_told_and_what_the_release_brings_is_not(environm
     ) == {"apt_gadget"}
 
 
-def test_a_requirement_that_was_not_brought_is_named(environment: Path, tmp_path: Path) -> None:
-    with pytest.raises(AgentError, match=r"no robot-gadget for Python .* was brought\. Push again with --offline"):
+def test_a_requirement_that_was_not_brought_is_named(environment: Path, tmp_path: Path, raises: Raises) -> None:
+    with raises(AgentError, "wheels", hide=[platform.python_version(), platform.machine()]):
         environments.install_requirements(
             environment, ["robot-gadget"], environments.PipInputs(tmp_path), report_progress
         )
@@ -138,9 +140,9 @@ def test_a_place_that_nobody_reaches_is_told_as_no_network_and_a_password_to_nob
     assert "secret" not in told + str(refused.value)
 
 
-def test_a_requirement_that_looks_like_an_option_is_none(environment: Path, tmp_path: Path) -> None:
+def test_a_requirement_that_looks_like_an_option_is_none(environment: Path, tmp_path: Path, raises: Raises) -> None:
     canary = tmp_path / "canary"
-    with pytest.raises(AgentError, match="no requirement"):
+    with raises(AgentError, "requirement"):
         environments.install_requirements(
             environment, [f"--target={canary}"], environments.PipInputs(tmp_path), report_progress
         )
@@ -166,7 +168,7 @@ def test_a_failure_leaves_nothing_of_an_environment(layout: Layout, monkeypatch:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(files, "write_file", full)
-    with pytest.raises(OSError, match="No space left"):
+    with pytest.raises(OSError, match=os.strerror(errno.ENOSPC)):
         environments.make_environment(layout, EnvironmentSpec.of([]), NEW, environments.PipInputs(), report_progress)
     assert not any(layout.environments.iterdir())
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from robotcore.deploy.agent import health_check, releases
+from robotcore.deploy.agent import health_check, releases, robot_facts
 from robotcore.deploy.agent.files import Layout
 from robotcore.deploy.agent.health_check import HealthCheck, Seen, ShutdownError
 from robotcore.deploy.agent.releases import HealthResult
@@ -13,6 +13,7 @@ from robotcore.deploy.agent.rpc import AgentError
 from tests.robotcore.deploy.agent import systemd_states as at
 from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, make_current, put_release
 from tests.robotcore.deploy.agent.systemd_double import ScriptedSystemd
+from tests.texts import Raises
 
 LONG = 1000.0
 RESTART = "restart --no-block robotcore.service"
@@ -132,12 +133,12 @@ def test_systemd_that_goes_leaves_the_trial_for_the_next_start(
 
 
 def test_unit_that_systemd_does_not_take_is_a_release_that_does_not_live(
-    layout: Layout, systemd: ScriptedSystemd, begun: HealthCheck
+    layout: Layout, systemd: ScriptedSystemd, begun: HealthCheck, raises: Raises
 ) -> None:
     """The restart that brings the old one back fails too: somebody has broken the unit, and is told."""
     systemd.will_tell(*LIVES)
     systemd.fails("restart", at.UNKNOWN)
-    with pytest.raises(AgentError, match="not found"):
+    with raises(AgentError, "systemctl"):
         health_check.run_check(layout)
     assert releases.read_current(layout) == OLD
     verdict = begun.verdict(layout)
@@ -218,10 +219,12 @@ def test_file_that_tells_of_no_trial_is_none(layout: Layout, text: str) -> None:
     assert health_check.read_pending(layout) is None
 
 
-def test_trial_that_systemd_does_not_take_has_not_begun(layout: Layout, systemd: ScriptedSystemd) -> None:
+def test_trial_that_systemd_does_not_take_has_not_begun(
+    layout: Layout, systemd: ScriptedSystemd, raises: Raises
+) -> None:
     layout.root.mkdir(parents=True)
     systemd.fails("start", at.NO_BUS)
-    with pytest.raises(AgentError, match="loginctl enable-linger"):
+    with raises(AgentError, "manager", hide=[robot_facts.read_user(), os.getuid()]):
         HealthCheck(NEW, OLD).begin(layout)
     assert not layout.trial.exists()
 
@@ -344,9 +347,8 @@ def test_what_systemd_passes_over_is_unhealthy_at_once(systemd: ScriptedSystemd)
     assert health_check.watch_app(LONG, LONG) == Seen("unhealthy", "systemd did not start it")
 
 
-def test_systemd_that_leaves_is_no_verdict(systemd: ScriptedSystemd) -> None:
+def test_systemd_that_leaves_is_no_verdict(systemd: ScriptedSystemd, raises: Raises) -> None:
     systemd.will_tell(at.OLD_RUNS)
     systemd.fails("restart", at.LEFT)
-    with pytest.raises(AgentError, match="not connected") as refused:
+    with raises(AgentError, "manager", hide=[robot_facts.read_user(), os.getuid()]):
         health_check.watch_app(LONG, LONG)
-    assert refused.value.kind == "manager"

@@ -24,6 +24,7 @@ from tests.robotcore.deploy.agent.sample_releases import (
     read_files,
     send_release,
 )
+from tests.texts import CheckText
 
 
 def test_a_robot_tells_what_it_is(layout: Layout) -> None:
@@ -64,14 +65,12 @@ def poor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("poor")
-def test_a_push_is_refused_with_all_that_is_missing_and_what_to_do(layout: Layout) -> None:
+def test_a_push_is_refused_with_all_that_is_missing_and_what_to_do(layout: Layout, check_text: CheckText) -> None:
     with pytest.raises(AgentError) as refused:
         push_actions.probe(layout, is_push=True)
-    for fault in ("is a 32-bit system", "no rsync", "python3-venv is missing", "nothing of pi's runs"):
-        assert fault in refused.value.fault
-    for remedy in ("apt install rsync", "apt install python3-venv", "sudo loginctl enable-linger pi"):
-        assert remedy in refused.value.remedy
+    assert refused.value.fields["kinds"] == ("architecture", "rsync", "venv", "linger")
     assert refused.value.kind == "architecture"
+    check_text(refused.value, hide=[robot_facts.read_system()])
 
 
 @pytest.mark.usefixtures("poor")
@@ -79,7 +78,7 @@ def test_an_environment_that_is_there_needs_no_venv(layout: Layout) -> None:
     environments.make_environment(layout, EnvironmentSpec.of([]), OLD, environments.PipInputs(), report_progress)
     with pytest.raises(AgentError) as refused:
         push_actions.probe(layout, is_push=True)
-    assert "venv" not in str(refused.value)
+    assert "venv" not in refused.value.fields["kinds"]  # type: ignore[operator]
 
 
 @pytest.mark.usefixtures("poor")
@@ -122,7 +121,9 @@ def test_a_push_from_a_desk_whose_clock_is_slow_is_the_newest_all_the_same(layou
     assert push_actions.begin_upload(layout, release=OLD, size=1000)["release"] == "2028-01-01T00-00-00Z"
 
 
-def test_more_than_there_is_room_for_is_refused_and_nothing_is_left_of_it(layout: Layout) -> None:
+def test_more_than_there_is_room_for_is_refused_and_nothing_is_left_of_it(
+    layout: Layout, check_text: CheckText
+) -> None:
     before = read_files(put_release(layout, OLD))
     make_current(layout, OLD)
     layout.recordings.mkdir()
@@ -130,16 +131,16 @@ def test_more_than_there_is_room_for_is_refused_and_nothing_is_left_of_it(layout
     with pytest.raises(AgentError) as refused:
         push_actions.begin_upload(layout, release=NEW, size=10**15)
     assert refused.value.kind == "disk"
-    assert "1000000.0 GB are to be sent" in refused.value.fault
-    assert "recordings take 2.0 MB; robotcore deploy fetch --move takes them home" in refused.value.remedy
+    assert refused.value.fields["size"] == 10**15
+    check_text(refused.value.remedy)
     assert read_files(layout.releases / OLD) == before
     assert not any(layout.incoming.glob(NEW))
 
 
-def test_where_there_are_no_recordings_nobody_is_told_to_fetch_them(layout: Layout) -> None:
+def test_where_there_are_no_recordings_nobody_is_told_to_fetch_them(layout: Layout, check_text: CheckText) -> None:
     with pytest.raises(AgentError) as refused:
         push_actions.begin_upload(layout, release=NEW, size=10**15)
-    assert refused.value.remedy == "Make room there: what takes it is told by df -h and du -xh ~ | sort -h"
+    check_text(refused.value.remedy)
 
 
 def test_what_was_sent_can_be_thrown_away(layout: Layout) -> None:
@@ -167,8 +168,9 @@ def test_on_a_disk_without_a_free_byte_old_releases_make_room(small: Layout) -> 
         (put_release(small, name) / "big").write_bytes(bytes(42_000_000 if name == OLD else 1000))
     make_current(small, NEW)
     fill(small)
-    with pytest.raises(AgentError, match="the robot's disk is full"):  # there is not enough for what stays free
+    with pytest.raises(AgentError) as refused:  # there is not enough for what stays free
         push_actions.begin_upload(small, release="2026-12-01T00-00-00Z", size=1000)
+    assert refused.value.kind == "disk"
     assert list_names(small) == [NEWER, NEW]
     assert not any(small.incoming.iterdir())
 
