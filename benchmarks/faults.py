@@ -16,8 +16,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from benchmarks.report import machine, print_table
-from robotcore.runtime.outcome import Outcome
 from robotcore.runtime.plan import Plan, RunRequest
+from robotcore.runtime.result import Outcome
 from robotcore.sweep import LocalEngine, Record, Sweep, run_sweep
 from robotcore.sweep.local import cores
 from robotcore.sweep.record import fault

@@ -23,8 +23,7 @@ from time import monotonic, sleep
 from benchmarks.report import at_least_one, machine, print_table
 from robotcore.description import load_robot
 from robotcore.runtime.plan import RunRequest
-from robotcore.safety.deadman import MIN_LEASE_S
-from robotcore.safety.patience import PATIENCE_S
+from robotcore.safety.deadman import MIN_LEASE_S, PATIENCE_S
 from tests.robotcore.safety.guardian.diary import Note, notes
 from tests.robotcore.safety.guardian.recording import MOTORS
 

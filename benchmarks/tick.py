@@ -27,7 +27,7 @@ from robotcore.optics import Intrinsics
 from robotcore.runtime.behaviour import Behaviour, Status
 from robotcore.runtime.layers import assemble
 from robotcore.runtime.loop import Loop
-from robotcore.runtime.outcome import Outcome
+from robotcore.runtime.result import Outcome
 
 BOUND = 10.0
 RATE_HZ = 20.0

@@ -15,18 +15,18 @@ if TYPE_CHECKING:
     from robotcore.runtime.behaviour import Behaviour as Behaviour
     from robotcore.runtime.behaviour import Status as Status
     from robotcore.runtime.behaviour import Stopping as Stopping
-    from robotcore.runtime.outcome import Outcome as Outcome
-    from robotcore.runtime.outcome import RunResult as RunResult
     from robotcore.runtime.plan import RunRequest as RunRequest
+    from robotcore.runtime.result import Outcome as Outcome
+    from robotcore.runtime.result import RunResult as RunResult
     from robotcore.runtime.session import run as run
 
 _HOMES = {
     "Behaviour": "runtime.behaviour",
-    "Outcome": "runtime.outcome",
+    "Outcome": "runtime.result",
     "Robot": "hal.robot",
     "Role": "hal.robot",
     "RunRequest": "runtime.plan",
-    "RunResult": "runtime.outcome",
+    "RunResult": "runtime.result",
     "Status": "runtime.behaviour",
     "Stopping": "runtime.behaviour",
     "Truth": "hal.truth",

@@ -5,9 +5,8 @@ from __future__ import annotations
 import signal
 
 from robotcore.hal.devices import SampleT, Sensor
-from robotcore.runtime.layers.layer import Layer
-from robotcore.runtime.layers.readers import Reader
-from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.layers.base import Layer, Reader
+from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run
 from robotcore.runtime.trace import TickRecord
 

@@ -28,7 +28,7 @@ class AnsweringCommand(click.Command):
             raise
 
     def invoke(self, ctx: click.Context) -> Any:
-        from robotcore.runtime.interrupts import Interrupts
+        from robotcore.runtime.signals import Interrupts
 
         with Interrupts():
             try:

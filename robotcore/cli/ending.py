@@ -12,7 +12,7 @@ from robotcore.cli.output import write, write_content, write_line
 from robotcore.errors import Interrupted, RobotcoreError
 
 if TYPE_CHECKING:
-    from robotcore.runtime.outcome import RunResult
+    from robotcore.runtime.result import RunResult
 
 
 class RunCommand(AnsweringCommand):
@@ -46,7 +46,7 @@ def tell_result(result: RunResult, *, as_json: bool) -> None:
 
 def _unstarted(asked: Mapping[str, Any], error: RobotcoreError | Interrupted) -> RunResult:
     """Return the result of a run that ended before it began; ``asked`` is what is known of the request."""
-    from robotcore.runtime.outcome import Outcome, RunResult
+    from robotcore.runtime.result import Outcome, RunResult
 
     return RunResult(
         app=asked.get("app") or "",

@@ -13,7 +13,7 @@ Every fault takes after=SECONDS, from when, and lasts=SECONDS, for how long, on 
 Beside every=SECONDS, lasts is for how long it may come again."""
 
 if TYPE_CHECKING:
-    from robotcore.runtime.faults.form import Parameter
+    from robotcore.runtime.faults.spec import Parameter
 
 
 @click.command("faults")
@@ -32,9 +32,8 @@ def command(*, as_json: bool) -> None:
 
 def _told(name: str) -> dict[str, Any]:
     from robotcore.errors import BackendMissingError
-    from robotcore.runtime.faults.catalogue import effect_of, load_fault
-    from robotcore.runtime.faults.form import parameters_of
-    from robotcore.runtime.faults.targets import ROLES
+    from robotcore.runtime.faults.planning import ROLES, effect_of, load_fault
+    from robotcore.runtime.faults.spec import parameters_of
 
     effect = effect_of(name)
     try:

@@ -12,7 +12,7 @@ from threading import Event, RLock, Thread, main_thread
 from typing import Any
 
 from robotcore.runtime.observer import Run
-from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.result import RunResult
 from robotcore.runtime.trace import TickRecord
 from robotcore.threads import start_thread
 

@@ -101,7 +101,7 @@ def _exit(status: int) -> NoReturn:
         status = status or UNWRITTEN
     _flushed(sys.stderr)
     if status > SIGNALLED:
-        from robotcore.runtime.interrupts import die_of
+        from robotcore.runtime.signals import die_of
 
         die_of(status - SIGNALLED)
     _limit_exit(status)

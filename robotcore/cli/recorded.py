@@ -13,7 +13,7 @@ from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
     from robotcore.recording.recorder import Recorder
-    from robotcore.runtime.outcome import RunResult
+    from robotcore.runtime.result import RunResult
 
 
 def recorder_for(

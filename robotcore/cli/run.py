@@ -21,11 +21,11 @@ from robotcore.cli.values import size
 from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
+    from robotcore.deploy.systemd_notify import Notifier
     from robotcore.recording.recorder import Recorder
-    from robotcore.runtime.interrupts import Interrupts
-    from robotcore.runtime.notify import Notifier
-    from robotcore.runtime.outcome import RunResult
+    from robotcore.runtime.result import RunResult
     from robotcore.runtime.session import Observer
+    from robotcore.runtime.signals import Interrupts
     from robotcore.view.picture import PictureRecorder
     from robotcore.view.progress import Progress
 
@@ -70,8 +70,8 @@ def command(
     Exit status: 0 success, 1 failure, timeout or a success that the simulator does not see, 2 wrong usage, 3 a device
     or backend failed, 4 the safety stage stopped it, 5 the app raised, 128 + the signal's number when interrupted.
     """
-    from robotcore.runtime.interrupts import Interrupts
-    from robotcore.runtime.notify import Notifier
+    from robotcore.deploy.systemd_notify import Notifier
+    from robotcore.runtime.signals import Interrupts
 
     with Interrupts() as interrupts:
         drawer = _drawer(picture)

@@ -42,7 +42,7 @@ def _setup(backend: Backend, robot: str, options: dict[str, str]) -> Setup:
 
 def _stop(backend: Backend, setup: Setup) -> int:
     from robotcore.errors import BackendError
-    from robotcore.safety.guardian.standing import make_stand
+    from robotcore.safety.guardian.process import make_stand
 
     cutoffs = backend.cutoffs(setup)
     if not cutoffs:

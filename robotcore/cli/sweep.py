@@ -138,7 +138,7 @@ def _at_a_time(jobs: int | None, backends: tuple[str, ...]) -> int | None:
 
 def _run(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | BackendError | None:
     """Run what is missing; return what kept it from its end, if anything did."""
-    from robotcore.runtime.interrupts import Interrupts
+    from robotcore.runtime.signals import Interrupts
     from robotcore.sweep.local import execute
     from robotcore.sweep.summary import SweepProgress
 

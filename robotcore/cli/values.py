@@ -62,7 +62,7 @@ def faults(_context: click.Context, _parameter: click.Parameter, values: tuple[s
     """Return specs of faults in their canonical form, those of a file in its place."""
     if not values:
         return ()
-    from robotcore.runtime.faults.file import specs_in
+    from robotcore.runtime.faults.spec import specs_in
 
     try:
         return specs_in(values)

@@ -19,8 +19,8 @@ from robotcore.deploy.checks import SIMULATION, Check, CheckResult, Say, command
 from robotcore.deploy.project import Project
 from robotcore.errors import UnprovenError, UsageError
 from robotcore.hal.backend import load_backend
-from robotcore.runtime.outcome import Outcome
 from robotcore.runtime.plan import DEFAULT_WORLD, RunRequest
+from robotcore.runtime.result import Outcome
 from robotcore.sweep.record import Record, fault
 from robotcore.sweep.spec import seeds_of, words_of
 from robotcore.text import escape

@@ -19,7 +19,7 @@ from robotcore.recording.contents import (
     measure_path,
     measure_rate,
 )
-from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.result import RunResult
 
 Room = tuple[Sequence[object], ...]
 """The sides of the floor, and the outline of each thing, in metres."""

@@ -15,7 +15,7 @@ from robotcore.hal.devices import Voltage
 from robotcore.recording.events import Read, Tick
 from robotcore.recording.recording import Recording
 from robotcore.runtime.apps import app_name
-from robotcore.runtime.outcome import Outcome, RunResult
+from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.trace import TickRecord, Trace
 
 

@@ -21,9 +21,7 @@ from robotcore.recording.events import (
     ShownPicture,
     WheelAngles,
 )
-from robotcore.runtime.layers.layer import Layer
-from robotcore.runtime.layers.over import MotorOver
-from robotcore.runtime.layers.readers import Reader
+from robotcore.runtime.layers.base import Layer, MotorOver, Reader
 from robotcore.safety import Commit, Intervention, Latch, Stage
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from robotcore.recording.events import RecordedError, Tick
 from robotcore.runtime.faults import PlannedFault
-from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.result import RunResult
 
 
 class Level(Enum):

@@ -19,7 +19,7 @@ from robotcore.recording.events import GroundTruthSample, RecordedSample, Sample
 from robotcore.recording.foxglove import DEVICE
 from robotcore.recording.recording import Metadata, Recording
 from robotcore.recording.validation import UnknownFormatError, parse_metadata, parse_number, parse_result, parse_tick
-from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.result import RunResult
 
 CHUNKS_KEPT = 2
 """Unpacked; pictures are mostly asked for in the order in which they were taken."""

@@ -18,7 +18,7 @@ from robotcore.recording.layer import RecordingLayer
 from robotcore.recording.mcap_file import McapFile
 from robotcore.recording.recording import Metadata, build_metadata
 from robotcore.recording.writer import Entry, RecordingWriter
-from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run
 from robotcore.runtime.trace import TickRecord
 from robotcore.threads import start_thread

@@ -14,8 +14,8 @@ from robotcore.description import RobotDescription, WorldDescription
 from robotcore.recording.events import GroundTruthSample, RecordedSample, SampleKey, Tick
 from robotcore.runtime.apps import app_path, is_app_file
 from robotcore.runtime.behaviour import Behaviour
-from robotcore.runtime.outcome import RunResult
 from robotcore.runtime.plan import RunRequest
+from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run
 from robotcore.runtime.versions import libraries
 

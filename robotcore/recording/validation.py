@@ -20,8 +20,8 @@ from robotcore.recording.codec import from_json, parse_json
 from robotcore.recording.events import RecordedError, Tick
 from robotcore.recording.recording import FORMAT, Metadata
 from robotcore.runtime.faults.spec import Spec
-from robotcore.runtime.outcome import RunResult
 from robotcore.runtime.plan import MAX_RATE_HZ, MIN_RATE_HZ
+from robotcore.runtime.result import RunResult
 from robotcore.text import escape
 
 MOST_SECONDS = 1e9

@@ -35,7 +35,7 @@ from robotcore.recording.layer import TickEvents
 from robotcore.recording.log import Level, LogLine, RunLog, build_last_line
 from robotcore.recording.mcap_file import McapFile
 from robotcore.recording.recording import Metadata
-from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run
 from robotcore.runtime.trace import TickRecord
 

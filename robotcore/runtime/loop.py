@@ -10,11 +10,10 @@ from robotcore.errors import BehaviourError, DeviceError, DeviceLostError, Inter
 from robotcore.hal.devices import Motor, Sensor
 from robotcore.hal.drive import DifferentialDrive
 from robotcore.runtime.behaviour import Behaviour, Status
-from robotcore.runtime.gauges import Gauges
-from robotcore.runtime.interrupts import Recalled
 from robotcore.runtime.layers import Assembled
-from robotcore.runtime.outages import Outages
-from robotcore.runtime.outcome import Outcome
+from robotcore.runtime.monitors import Gauges, Outages
+from robotcore.runtime.result import Outcome
+from robotcore.runtime.signals import Recalled
 from robotcore.runtime.trace import TickRecord, Trace
 from robotcore.safety import LOST, Commit, Intervention, Stay
 

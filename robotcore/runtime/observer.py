@@ -11,8 +11,8 @@ from robotcore.hal.robot import Robot
 from robotcore.hal.truth import Truth
 from robotcore.runtime.behaviour import Behaviour
 from robotcore.runtime.faults import PlannedFault
-from robotcore.runtime.outcome import RunResult
 from robotcore.runtime.plan import RunRequest
+from robotcore.runtime.result import RunResult
 from robotcore.runtime.trace import TickRecord
 from robotcore.safety import EmergencyStop
 

@@ -25,9 +25,9 @@ from robotcore.hal.backend import Backend, Setup, Vouch, load_backend, loadable_
 from robotcore.runtime.apps import load_app
 from robotcore.runtime.behaviour import Behaviour
 from robotcore.runtime.faults import PlannedFault, plan_faults
-from robotcore.runtime.judging import load_judge
 from robotcore.runtime.layers import needed_devices
 from robotcore.runtime.settings import configure
+from robotcore.runtime.verification import load_judge
 from robotcore.safety import stopping_distance
 
 DEFAULT_WORLD = "arena"

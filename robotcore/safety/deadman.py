@@ -1,4 +1,4 @@
-"""The deadman: a command lives one lease, and is cut where nobody renews it."""
+"""The deadman: a command expires after one lease unless it is renewed."""
 
 from __future__ import annotations
 
@@ -7,9 +7,27 @@ from functools import partial
 from threading import RLock
 
 from robotcore.hal.clock import Clock
-from robotcore.safety.patience import Patiently
 from robotcore.safety.reserve import Reserve
 from robotcore.threads import is_out_of_memory
+
+PATIENCE_S = 0.05
+
+
+class Patiently:
+    """Holds a lock while entered, if it can be had soon; does without where its owner hangs in a vendor's call."""
+
+    __slots__ = ("_is_held", "_lock")
+
+    def __init__(self, lock: RLock) -> None:
+        self._lock = lock
+
+    def __enter__(self) -> None:
+        self._is_held = self._lock.acquire(timeout=PATIENCE_S)
+
+    def __exit__(self, *_: object) -> None:
+        if self._is_held:
+            self._lock.release()
+
 
 MIN_LEASE_S = 0.1
 

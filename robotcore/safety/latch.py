@@ -1,4 +1,4 @@
-"""What ends a run for good: once tripped, it stays so, whatever the app catches."""
+"""The latch and the emergency stop: once tripped, the run ends, whatever the app catches."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from contextlib import suppress
 from threading import RLock
 from typing import NoReturn
 
-from robotcore.errors import RobotcoreError, SafetyStop
+from robotcore.errors import EmergencyStopError, RobotcoreError, SafetyStop
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.safety.intervention import REST, Intervention
 from robotcore.safety.reserve import Reserve
+from robotcore.safety.rules import REST, Intervention
 from robotcore.threads import is_out_of_memory
 
 
@@ -68,3 +68,20 @@ class Latch:
         """Raise what ended the run, if something did."""
         if self.error:
             raise self.error
+
+
+class EmergencyStop:
+    """A big red button: whoever holds it can press it, from any thread, and no app can undo it.
+
+    >>> latch = Latch()
+    >>> EmergencyStop(latch).press("the button on the bench was pressed")
+    >>> str(latch.error)
+    'e-stop: the button on the bench was pressed'
+    """
+
+    def __init__(self, latch: Latch) -> None:
+        self._latch = latch
+
+    def press(self, how: str) -> None:
+        """Stop every motor at once, for good; the run ends as stopped, with ``how`` it came to that."""
+        self._latch.set(EmergencyStopError(how))

@@ -1,13 +1,26 @@
-"""The rules a wheel command must pass. Each works on both wheels at once, so that the path keeps its shape."""
+"""The rules for a wheel command, and the interventions that record a change. A rule scales both wheels together."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 from robotcore.geometry import DifferentialGeometry, Wheels
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import RangeSensor
+
+REST = Wheels(0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Intervention:
+    """The stage changed a command: when, by which rule, and what became of it."""
+
+    time: float
+    cause: str
+    asked: Wheels
+    sent: Wheels
 
 
 class Rule(Protocol):

@@ -1,20 +1,117 @@
-"""The watchdog: a thread that notices when the loop's thread does not come back, from the app or from a driver."""
+"""The watchdog: a thread that detects a loop thread that hangs, in the app or in a driver."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from math import inf
-from threading import Event, Thread
+from pathlib import Path
+from threading import Event, Thread, get_ident, get_native_id
 from types import FrameType
+from typing import NamedTuple, TypeVar
 
 from robotcore.errors import RobotcoreError
-from robotcore.safety.fairness import FairTime
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.safety.reserve import Reserve
-from robotcore.safety.whereabouts import Stay, Whereabouts
 from robotcore.threads import start_thread
+
+T = TypeVar("T")
+ToldT = TypeVar("ToldT")
+
+
+class Stay(NamedTuple):
+    """Somewhere the thread should not be for longer than ``limit_s``.
+
+    ``error`` makes the error of its having been there for so many seconds, given the thread's innermost frame.
+    ``grace_s`` is how long the thread may take to come back when it was called back.
+    """
+
+    limit_s: float
+    error: Callable[[float, FrameType | None], RobotcoreError]
+    grace_s: float
+
+
+class Whereabouts:
+    """What the thread that made this is doing, and which driver's call it is in.
+
+    ``moves`` grows with each change of ``doing``, ``calls`` with each call that is begun: where they stand still, so
+    does the thread. ``ticks`` are those that were begun.
+    """
+
+    __slots__ = ("call", "calls", "doing", "moves", "native_thread", "thread", "ticks")
+
+    def __init__(self) -> None:
+        self.thread, self.native_thread = get_ident(), get_native_id()
+        self.doing: Stay | None = None
+        self.call: Stay | None = None
+        self.moves = self.calls = self.ticks = 0
+
+    def begin(self, doing: Stay | None) -> None:
+        """Note what the thread does from now on; None is not watched."""
+        self.doing = doing
+        self.moves += 1
+
+    def asking(self, call: Stay, function: Callable[[], T]) -> T:
+        """Call a driver's function; what other threads do is not noted."""
+        if get_ident() != self.thread:
+            return function()
+        before, self.call = self.call, call
+        self.calls += 1
+        try:
+            return function()
+        finally:
+            self.call = before
+
+    def telling(self, call: Stay, function: Callable[[ToldT], T], told: ToldT) -> T:
+        """Do as `asking` does for a function that is told something: so both cost a third less than one for any."""
+        if get_ident() != self.thread:
+            return function(told)
+        before, self.call = self.call, call
+        self.calls += 1
+        try:
+            return function(told)
+        finally:
+            self.call = before
+
+
+LATE = 2.0
+"""Whoever looks this many times later than he meant to was held up himself: what is over that does not count."""
+
+
+class FairTime:
+    """Counts the seconds of a thread that is looked at every ``period_s``.
+
+    What does not count: where the system tells (Linux), the time in which the thread was ready to run and had no
+    processor, the second figure of ``schedstat`` (https://docs.kernel.org/scheduler/sched-stats.html); everywhere, the
+    time for which whoever looks was held up, as he is when the process was suspended or another thread kept the
+    interpreter's lock.
+    """
+
+    def __init__(self, native_thread: int, period_s: float) -> None:
+        self._file = Path(f"/proc/self/task/{native_thread}/schedstat")
+        self._longest = LATE * period_s
+        self._wall = MonotonicClock()
+        self._last = 0.0
+        self._waited = self._waiting_time()
+
+    def passed(self) -> float:
+        """Return the seconds that count since this was last asked."""
+        now = self._wall.now()
+        elapsed, self._last = min(now - self._last, self._longest), now
+        waiting = self._waiting_time()
+        waited = max(0.0, min(waiting - self._waited, elapsed))
+        self._waited += waited  # of a longer wait the rest counts next time
+        return elapsed - waited
+
+    def _waiting_time(self) -> float:
+        """Return for how long the thread has waited for a processor in its life, in seconds."""
+        with suppress(OSError, ValueError, IndexError):
+            return int(self._file.read_text().split()[1]) * 1e-9
+        return 0.0
+
 
 PERIOD_S = 0.05
 FIRST_TICK_S = 30.0

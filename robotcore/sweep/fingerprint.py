@@ -15,7 +15,7 @@ from robotcore.description import is_own
 from robotcore.errors import UsageError
 from robotcore.hal.backend import load_backend
 from robotcore.runtime.apps import app_path, is_app_file, load_app
-from robotcore.runtime.faults.catalogue import modules_of
+from robotcore.runtime.faults.planning import modules_of
 from robotcore.runtime.versions import libraries
 from robotcore.sweep.durable import replacing
 from robotcore.sweep.spec import Sweep

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, get_type_hints
 from pydantic import ConfigDict, ValidationError, create_model
 
 from robotcore.description import first_mistake
-from robotcore.runtime.outcome import Outcome, RunResult
+from robotcore.runtime.result import Outcome, RunResult
 
 if TYPE_CHECKING:
     from robotcore.hal.truth import Truth

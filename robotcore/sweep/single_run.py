@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from robotcore.errors import RobotcoreError
-    from robotcore.runtime.outcome import RunResult
     from robotcore.runtime.plan import RunRequest
+    from robotcore.runtime.result import RunResult
     from robotcore.sweep.record import Record
     from robotcore.sweep.worker import Child
 
@@ -109,7 +109,7 @@ def _perform_or_end(request: RunRequest) -> Ended:
     """Run; a process that was told to end in the middle of it does so. What a library raises costs this run alone."""
     from robotcore.errors import RobotcoreError
     from robotcore.hal.wall_clock import MonotonicClock
-    from robotcore.runtime.outcome import Outcome
+    from robotcore.runtime.result import Outcome
 
     wall = MonotonicClock()
     try:
@@ -136,7 +136,7 @@ def unfinished(request: RunRequest, error: RobotcoreError, wall_time_s: float = 
 def _unstarted(request: RunRequest, error: RobotcoreError) -> RunResult:
     from robotcore.description import load_robot, load_world
     from robotcore.runtime.apps import app_name
-    from robotcore.runtime.outcome import Outcome, RunResult
+    from robotcore.runtime.result import Outcome, RunResult
 
     return RunResult(
         app=app_name(request.app),

@@ -11,7 +11,7 @@ from itertools import combinations
 from typing import TypeVar
 
 from robotcore.errors import UsageError, suggestion
-from robotcore.runtime.outcome import Outcome, RunResult
+from robotcore.runtime.result import Outcome, RunResult
 from robotcore.sweep.record import Place, Record
 
 Z_95 = 1.959964

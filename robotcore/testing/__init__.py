@@ -19,11 +19,11 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from robotcore.testing.bench import Capability
     from robotcore.testing.conformance import ConformanceSuite
-    from robotcore.testing.gate import Gate
+    from robotcore.testing.fakes import Gate
 
 __all__ = ["Capability", "ConformanceSuite", "Gate"]
 
-_HOMES = {"Capability": "bench", "ConformanceSuite": "conformance", "Gate": "gate"}
+_HOMES = {"Capability": "bench", "ConformanceSuite": "conformance", "Gate": "fakes"}
 
 
 def __getattr__(name: str) -> Any:

@@ -17,8 +17,8 @@ from robotcore.hal.devices import Encoder, Motor, Sensor
 from robotcore.hal.drive import Odometry
 from robotcore.hal.robot import Robot, Role
 from robotcore.runtime.layers import needed_devices
-from robotcore.testing import scenes
-from robotcore.testing.gate import Gate
+from robotcore.testing import worlds
+from robotcore.testing.fakes import Gate
 
 RATE_HZ = 20.0
 SETTLING_S = 0.5
@@ -91,7 +91,7 @@ class Bench:
     def setup_for(self, world: WorldDescription | None = None, devices: Iterable[str] | None = None) -> Setup:
         """Return what a backend is told: open ground and every device that it can open, or what else is named."""
         names = self.openable if devices is None else devices
-        return Setup(self.description, world or scenes.empty(), frozenset(names), RATE_HZ, options=self.options)
+        return Setup(self.description, world or worlds.empty(), frozenset(names), RATE_HZ, options=self.options)
 
     def opened(self, world: WorldDescription | None = None, *roles: Role) -> Robot:
         """Open the robot with what fills these roles; with every device, where none is named."""

@@ -10,7 +10,7 @@ from robotcore.geometry import Pose
 from robotcore.hal.devices import Frame
 from robotcore.hal.robot import Role
 from robotcore.optics import View
-from robotcore.testing import scenes
+from robotcore.testing import worlds
 from robotcore.testing.bench import Bench, Capability, let_pass
 
 MIN_PIXELS = 20
@@ -62,7 +62,7 @@ class CameraRules(Bench):
         assert got == self.eye.intrinsics, f"the intrinsics are {got}; the description says {self.eye.intrinsics}"
 
     def test_blue_is_blue(self) -> None:
-        world = scenes.box(self.eye.mount, 0.6, "blue")
+        world = worlds.box(self.eye.mount, 0.6, "blue")
         box = world.obstacles[0]
         column, row = self._pixel_of(box.x_m, box.y_m, box.height_m / 2)
         patch = self._frame_of(world).image[row - 3 : row + 4, column - 3 : column + 4]
@@ -74,13 +74,13 @@ class CameraRules(Bench):
     @pytest.mark.parametrize("side", ["left", "right"])
     def test_left_of_the_world_is_left_in_the_picture(self, side: str) -> None:
         bearing = self._aside if side == "left" else -self._aside
-        column, _ = self._seen_green(scenes.ball(self.eye.mount, 0.9, bearing))
+        column, _ = self._seen_green(worlds.ball(self.eye.mount, 0.9, bearing))
         assert (column < self.eye.intrinsics.cx) == (side == "left"), (
             f"a green ball to the {side} appears in column {column:.0f} of {self.eye.width_px}: the picture is mirrored"
         )
 
     def test_floor_is_at_the_bottom(self) -> None:
-        world = scenes.box(self.eye.mount, 0.6, "green")
+        world = worlds.box(self.eye.mount, 0.6, "green")
         box = world.obstacles[0]
         expected = self._pixel_of(box.x_m, box.y_m, box.height_m / 2)[1]
         _, row = self._seen_green(world)
@@ -90,10 +90,10 @@ class CameraRules(Bench):
         )
 
     def test_field_of_view_is_the_one_described(self) -> None:
-        worlds = [scenes.ball(self.eye.mount, 0.9, bearing) for bearing in (-self._aside, self._aside)]
-        right, left = (self._seen_green(world)[0] for world in worlds)
+        balls = [worlds.ball(self.eye.mount, 0.9, bearing) for bearing in (-self._aside, self._aside)]
+        right, left = (self._seen_green(world)[0] for world in balls)
         at_right, at_left = (
-            self._pixel_of(world.targets[0].x_m, world.targets[0].y_m, scenes.BALL_RADIUS_M)[0] for world in worlds
+            self._pixel_of(world.targets[0].x_m, world.targets[0].y_m, worlds.BALL_RADIUS_M)[0] for world in balls
         )
         assert abs(right - left) == pytest.approx(at_right - at_left, rel=0.03, abs=3), (
             f"balls {self._aside:.2f} rad left and right of the axis appear {abs(right - left):.0f} px apart, expected "

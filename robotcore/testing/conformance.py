@@ -4,18 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from robotcore.testing.battery_rules import BatteryRules
 from robotcore.testing.camera_rules import CameraRules
-from robotcore.testing.clock_rules import ClockRules
-from robotcore.testing.display_rules import DisplayRules
-from robotcore.testing.encoder_rules import EncoderRules
+from robotcore.testing.device_rules import BatteryRules, DisplayRules, EncoderRules
 from robotcore.testing.lifecycle_rules import LifecycleRules
 from robotcore.testing.motor_rules import MotorRules
 from robotcore.testing.range_rules import RangeRules
-from robotcore.testing.repeat_rules import RepeatRules
-from robotcore.testing.sample_rules import SampleRules
-from robotcore.testing.tick_rules import TickRules
-from robotcore.testing.truth_rules import TruthRules
+from robotcore.testing.simulation_rules import RepeatRules, TruthRules
+from robotcore.testing.time_rules import ClockRules, SampleRules, TickRules
 
 
 @pytest.mark.conformance

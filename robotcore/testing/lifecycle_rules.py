@@ -12,7 +12,7 @@ from robotcore.errors import DeviceClosedError, DeviceError, UsageError
 from robotcore.hal.devices import Device, Display, Motor, Sensor
 from robotcore.hal.robot import Robot, Role
 from robotcore.testing.bench import Bench
-from robotcore.testing.spies import MotorSpy, cut_wire
+from robotcore.testing.fakes import MotorSpy, cut_wire
 
 SPEED_RAD_S = 2.0
 

@@ -10,7 +10,7 @@ from robotcore.description import MotorDescription
 from robotcore.errors import InvalidCommandError
 from robotcore.hal.robot import Role
 from robotcore.testing.bench import SETTLING_S, Bench, Capability
-from robotcore.testing.spies import MotorSpy
+from robotcore.testing.fakes import MotorSpy
 
 SPEED_RAD_S = 4.0
 

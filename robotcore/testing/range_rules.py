@@ -9,7 +9,7 @@ import pytest
 from robotcore.description import RangeSensorDescription, WorldDescription
 from robotcore.hal.devices import Range
 from robotcore.hal.robot import Role
-from robotcore.testing import scenes
+from robotcore.testing import worlds
 from robotcore.testing.bench import Bench, Capability, let_pass
 
 TOLERANCE_M = 0.01
@@ -30,18 +30,18 @@ class RangeRules(Bench):
     def test_distance_to_a_wall_is_right(self, distance: float) -> None:
         if not self.sensor.min_range_m <= distance <= self.sensor.max_range_m:
             pytest.skip(f"{self.sensor.name} measures {self.sensor.min_range_m} to {self.sensor.max_range_m} m")
-        got = self._read_in(scenes.wall(self.sensor.mount, distance)).distance
+        got = self._read_in(worlds.wall(self.sensor.mount, distance)).distance
         assert got == pytest.approx(distance, abs=TOLERANCE_M), (
             f"a wall {distance} m in front of {self.sensor.name} reads {got:.3f} m; expected within {TOLERANCE_M} m"
         )
 
     def test_nothing_ahead_reads_inf(self) -> None:
-        got = self._read_in(scenes.empty()).distance
+        got = self._read_in(worlds.empty()).distance
         assert got == math.inf, f"open ground reads {got} m; nothing in range must read inf"
 
     def test_beyond_the_maximum_reads_inf(self) -> None:
         distance = self.sensor.max_range_m + 0.2
-        got = self._read_in(scenes.wall(self.sensor.mount, distance)).distance
+        got = self._read_in(worlds.wall(self.sensor.mount, distance)).distance
         assert got == math.inf, (
             f"a wall at {distance} m, beyond max_range {self.sensor.max_range_m} m, reads {got}; expected inf"
         )
@@ -49,21 +49,21 @@ class RangeRules(Bench):
     def test_nearer_than_the_minimum_reads_the_minimum(self) -> None:
         minimum = self.sensor.min_range_m
         self._require_reachable(minimum / 2)
-        got = self._read_in(scenes.wall(self.sensor.mount, minimum / 2)).distance
+        got = self._read_in(worlds.wall(self.sensor.mount, minimum / 2)).distance
         assert got == pytest.approx(minimum), f"a wall at {minimum / 2} m reads {got}; expected min_range, {minimum} m"
 
     def test_touching_a_wall_does_not_read_inf(self) -> None:
         gap = self.description.body.front_x_m - self.sensor.mount.x_m + TOUCH_M
         self._require_reachable(gap)
-        got = self._read_in(scenes.wall(self.sensor.mount, gap)).distance
+        got = self._read_in(worlds.wall(self.sensor.mount, gap)).distance
         assert math.isfinite(got), (
             f"a wall at the robot's nose reads {got}; rays must begin inside the body, or they begin behind the wall"
         )
 
     def test_cone_is_the_full_angle(self) -> None:
         away, half = self._reach, self._half_cone
-        inside = self._read_in(scenes.post(self.sensor.mount, away, 0.75 * half)).distance
-        outside = self._read_in(scenes.post(self.sensor.mount, away, 1.25 * half + 0.1)).distance
+        inside = self._read_in(worlds.post(self.sensor.mount, away, 0.75 * half)).distance
+        outside = self._read_in(worlds.post(self.sensor.mount, away, 1.25 * half + 0.1)).distance
         assert inside == pytest.approx(away, abs=2 * TOLERANCE_M), (
             f"a post {away} m away, inside the cone on its left, reads {inside}; cone_rad is the full angle"
         )
@@ -72,7 +72,7 @@ class RangeRules(Bench):
         )
 
     def test_detected_point_is_left_positive(self) -> None:
-        point = self._read_in(scenes.post(self.sensor.mount, self._reach, 0.75 * self._half_cone)).point
+        point = self._read_in(worlds.post(self.sensor.mount, self._reach, 0.75 * self._half_cone)).point
         if point is None:
             pytest.skip("it does not tell the detected point")
         assert point[0] > 0 < point[1], (
@@ -88,7 +88,7 @@ class RangeRules(Bench):
 
     def test_lost_echo_is_no_new_sample(self) -> None:
         self.require(Capability.LOST_ECHO)
-        with self.opened(scenes.wall(self.sensor.mount, self._reach), Role.RANGE) as robot:
+        with self.opened(worlds.wall(self.sensor.mount, self._reach), Role.RANGE) as robot:
             before = robot.range.read()
             self.lose_echoes(robot)
             let_pass(robot, 0.5)

@@ -17,7 +17,7 @@ from robotcore.hal.robot import Robot
 from robotcore.recording import Recording, SampleKey, Tick
 from robotcore.recording.contents import build_odometry_path, build_result, build_true_path
 from robotcore.runtime.layers.devices import LayeredCamera, LayeredDisplay
-from robotcore.runtime.outcome import Outcome, RunResult
+from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import Run
 from robotcore.runtime.trace import TickRecord
 from robotcore.view import overhead

@@ -13,7 +13,7 @@ from rich.text import Text
 
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.layers.devices import LayeredRangeSensor
-from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run
 from robotcore.runtime.trace import TickRecord, voltages_told
 from robotcore.text import escape

@@ -24,7 +24,7 @@ from robotcore.recording.replay.evaluation import Evaluation
 from robotcore.recording.replay.verification import ReplayResult
 from robotcore.runtime.apps import app_path
 from robotcore.runtime.faults.spec import Spec
-from robotcore.runtime.outcome import Outcome, RunResult
+from robotcore.runtime.result import Outcome, RunResult
 from robotcore.text import counted, escape
 
 _STYLES = {Outcome.SUCCESS: "bold green", Outcome.INTERRUPTED: "bold yellow", Outcome.TIMEOUT: "bold yellow"}

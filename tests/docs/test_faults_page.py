@@ -17,10 +17,8 @@ from robotcore.description import load_robot
 from robotcore.errors import DeviceLostError
 from robotcore.plugins import fault_names
 from robotcore.runtime.faults import Kind, plan_faults
-from robotcore.runtime.faults.catalogue import load_fault
-from robotcore.runtime.faults.file import specs_in
-from robotcore.runtime.faults.form import parameters_of
-from robotcore.runtime.faults.targets import ROLES
+from robotcore.runtime.faults.planning import ROLES, load_fault
+from robotcore.runtime.faults.spec import parameters_of, specs_in
 from tests.docs.listings import Exchange, code_in, exchanges, listings, rows
 from tests.robotcore.fakes import picture
 from tests.robotcore.runtime.faults.rigs import faulty

@@ -6,7 +6,7 @@ from typing import Any
 
 from robotcore.description import load_robot
 from robotcore.errors import EmergencyStopError
-from robotcore.runtime.outcome import Outcome
+from robotcore.runtime.result import Outcome
 from robotcore.runtime.trace import TickRecord
 from tests.docs.listings import listings
 

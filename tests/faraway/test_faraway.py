@@ -14,8 +14,8 @@ import pytest
 
 from robotcore.hal.robot import Robot
 from robotcore.runtime.behaviour import Status
-from robotcore.runtime.outcome import Outcome, RunResult
 from robotcore.runtime.plan import RunRequest
+from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import run
 from tests.faraway.backend import FarawayBackend, register
 from tests.robotcore.fakes import Deed

@@ -20,7 +20,7 @@ class DeployCommand(click.Command):
     """While it runs, a signal raises Interrupted, so that nothing that it started is left behind."""
 
     def invoke(self, ctx: click.Context) -> Any:
-        from robotcore.runtime.interrupts import Interrupts
+        from robotcore.runtime.signals import Interrupts
 
         with Interrupts():
             return super().invoke(ctx)

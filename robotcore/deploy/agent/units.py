@@ -21,7 +21,7 @@ START_LIMIT_S = 120
 
 _FINAL_STATUSES = "2 4 6"
 """Exit statuses of robotcore's after which somebody has to look: what can never run, what the safety stage stopped, and
-what ended by itself with a failure (`robotcore.runtime.notify.FAILED`)."""
+what ended by itself with a failure (`robotcore.deploy.systemd_notify.FAILED`)."""
 
 _SERVICE = f"""\
 # Written by robotcore deploy. What you want otherwise goes into a drop-in: systemctl --user edit {SERVICE}

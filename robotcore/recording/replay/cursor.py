@@ -29,7 +29,7 @@ from robotcore.recording import (
     WheelAngles,
 )
 from robotcore.runtime.trace import TickRecord, Trace
-from robotcore.safety.intervention import REST
+from robotcore.safety.rules import REST
 from robotcore.text import escape
 
 

@@ -18,9 +18,8 @@ from robotcore.recording.replay.cursor import TickReader, format_motor_command, 
 from robotcore.recording.replay.layer import CommandComparator
 from robotcore.recording.replay.verification import build_request, require_ticks
 from robotcore.runtime.apps import app_name
-from robotcore.runtime.layers.layer import Layer
-from robotcore.runtime.layers.readers import Reader
-from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.layers.base import Layer, Reader
+from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Observer, Run, run
 from robotcore.runtime.trace import TickRecord
 from robotcore.safety import Latch

@@ -13,14 +13,12 @@ from robotcore.geometry import Wheels
 from robotcore.hal.devices import Battery, Motor, SampleT, Sensor, Voltage
 from robotcore.recording import DriveCommand, MotorCommand, RecordedError, Recording
 from robotcore.recording.replay.cursor import ReplayCursor, format_motor_command, format_wheels
-from robotcore.runtime.layers.layer import Layer
-from robotcore.runtime.layers.over import MotorOver
-from robotcore.runtime.layers.readers import Reader
-from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.layers.base import Layer, MotorOver, Reader
+from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run
 from robotcore.runtime.trace import TickRecord
 from robotcore.safety import Commit, Latch, Stage
-from robotcore.safety.intervention import REST
+from robotcore.safety.rules import REST
 
 Command = tuple[float, ...]
 """Of one motor or of both wheels, rad/s."""

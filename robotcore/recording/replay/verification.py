@@ -16,8 +16,8 @@ from robotcore.recording.recording import read_platform
 from robotcore.recording.replay.app_permission import has_app_changed, require_recorded_app
 from robotcore.recording.replay.cursor import Deviation, ReplayCursor, TickReader
 from robotcore.recording.replay.layer import PLATFORM_TOLERANCE, CommandComparator, ReplayLayer
-from robotcore.runtime.outcome import Outcome, RunResult
 from robotcore.runtime.plan import RunRequest
+from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import Observer, run
 from robotcore.runtime.versions import libraries
 

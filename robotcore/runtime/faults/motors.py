@@ -10,12 +10,9 @@ from pydantic import Field
 
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Motor
-from robotcore.runtime.faults.clocks import EndingTicks
-from robotcore.runtime.faults.fault import Fault, Kind
-from robotcore.runtime.faults.occasion import Occasion
-from robotcore.runtime.layers.layer import Layer
-from robotcore.runtime.layers.over import MotorOver
-from robotcore.safety.patience import Patiently
+from robotcore.runtime.faults.base import EndingTicks, Fault, Kind, Occasion
+from robotcore.runtime.layers.base import Layer, MotorOver
+from robotcore.safety.deadman import Patiently
 
 Gain = Annotated[float, Field(ge=0, le=1, description="gain")]
 

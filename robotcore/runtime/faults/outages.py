@@ -10,12 +10,8 @@ from pydantic import Field, model_validator
 from robotcore.errors import DeviceLostError
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Display, Image, Motor, SampleT, Sensor
-from robotcore.runtime.faults.clocks import Stalling
-from robotcore.runtime.faults.fault import ROUNDING_S, Duration, Fault, Kind
-from robotcore.runtime.faults.occasion import Occasion
-from robotcore.runtime.layers.layer import Layer
-from robotcore.runtime.layers.over import MotorOver
-from robotcore.runtime.layers.readers import Reader
+from robotcore.runtime.faults.base import ROUNDING_S, Duration, Fault, Kind, Occasion, Stalling
+from robotcore.runtime.layers.base import Layer, MotorOver, Reader
 
 Pause = Annotated[float, Field(ge=0.001, le=60, description="seconds")]
 

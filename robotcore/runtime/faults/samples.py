@@ -1,20 +1,19 @@
-"""Samples that never come, or come late; each keeps its own time and number, and so its age grows."""
+"""Faults of samples: lost, late, or frozen samples, and encoders that slip."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 from math import inf
 from typing import Annotated, Generic
 
 from pydantic import Field
 
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import SampleT, Sensor
-from robotcore.runtime.faults.eager import EagerLayer
-from robotcore.runtime.faults.fault import ROUNDING_S, SENSORS, Fault, Kind, Probability
-from robotcore.runtime.faults.occasion import Occasion
-from robotcore.runtime.layers.readers import Reader
+from robotcore.hal.devices import Angle, Encoder, SampleT, Sensor
+from robotcore.runtime.faults.base import ROUNDING_S, SENSORS, EagerLayer, Fault, Kind, Occasion, Probability
+from robotcore.runtime.layers.base import Reader
 
 Latency = Annotated[float, Field(gt=0, le=5, description="seconds")]
 
@@ -121,3 +120,45 @@ class _Late(Generic[SampleT]):
         while len(coming) > 1 and coming[1].time <= last_due:
             coming.popleft()
         return coming[0]
+
+
+Share = Annotated[float, Field(ge=0, le=1, description="share")]
+
+
+class Slip(Fault):
+    """Misses this share of what its wheel turns."""
+
+    on = frozenset({Kind.ENCODER})
+    example = "encoders slip=0.1"
+
+    value: Share
+
+    def layer(self, occasion: Occasion) -> Slipping:
+        return Slipping(self, self.value)
+
+
+class Slipping(EagerLayer):
+    """Takes a ``share`` away from what wheels turn while ``fault`` is there."""
+
+    def __init__(self, fault: Fault, share: float) -> None:
+        super().__init__()
+        self._fault, self._share = fault, share
+
+    def encoder(self, encoder: Encoder, read: Reader[Angle]) -> Reader[Angle]:
+        return self.polled(_Missing(read, self._fault, self._share))
+
+
+class _Missing:
+    """Reads an angle without what was missed of it: of each turn that began while the fault was there."""
+
+    def __init__(self, read: Reader[Angle], fault: Fault, share: float) -> None:
+        self._read, self._fault, self._share = read, fault, share
+        self._last = Angle(0.0, 0.0, 0)
+        self._missed = 0.0
+
+    def __call__(self) -> Angle:
+        sample, last = self._read(), self._last
+        if self._fault.is_on(last.time):
+            self._missed += self._share * (sample.angle - last.angle)
+        self._last = sample
+        return replace(sample, angle=sample.angle - self._missed)

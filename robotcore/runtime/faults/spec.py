@@ -1,12 +1,19 @@
-"""A fault as it is written: ``TARGET EFFECT[=VALUE] [KEY=VALUE …]``."""
+"""Fault specifications: ``TARGET EFFECT[=VALUE] [KEY=VALUE …]``, from a text or from a TOML file."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
+from typing import Annotated, Any
 
-from robotcore.errors import UsageError
+from pydantic import BeforeValidator, Field, ValidationError
+
+from robotcore.description import StrictModel, read_table
+from robotcore.description.validation import find_mistakes
+from robotcore.errors import DescriptionError, UsageError
+from robotcore.runtime.faults.base import Fault
 
 GRAMMAR = "TARGET EFFECT[=VALUE] [KEY=VALUE …]"
 EXAMPLE = "camera drop=0.2 after=5"
@@ -89,3 +96,110 @@ def _canonical(text: str, value: str) -> str:
     with suppress(ValueError):
         return _number_told(float(value))
     return value
+
+
+SUFFIX = ".toml"
+LARGEST = 1e300
+
+MAX_INJECTED_FAULTS = 100
+"""The most faults of a run. Each fault is a layer over a device."""
+
+
+def _word(value: Any) -> str:
+    """Return a value of TOML as it is written in a spec."""
+    match value:
+        case str():
+            return value
+        case bool():
+            pass
+        case int() | float() if abs(value) < LARGEST:
+            return repr(float(value))
+    raise ValueError("is neither a number nor a word; write a number, or a word in quotes")
+
+
+Word = Annotated[str, BeforeValidator(_word)]
+
+
+class _File(StrictModel):
+    fault: Annotated[tuple[dict[str, Word], ...], Field(min_length=1, description="one or more tables: [[fault]]")]
+
+
+def specs_in(texts: Iterable[str]) -> tuple[str, ...]:
+    """Return specs in their canonical form; a file among them stands for those that are in it, in its order.
+
+    Raises UsageError in one line; what is wrong for the robot is told when a run is planned.
+    """
+    specs = [str(spec) for text in texts for spec in (_read(text) if _is_file(text) else [Spec.parse(text)])]
+    if len(specs) > MAX_INJECTED_FAULTS:
+        raise UsageError(f"a run can have at most {MAX_INJECTED_FAULTS} faults, got {len(specs)}. Leave some out")
+    return tuple(specs)
+
+
+def _is_file(text: str) -> bool:
+    return text.endswith(SUFFIX) and "=" not in text
+
+
+def _read(file: str) -> list[Spec]:
+    table = read_table(file)
+    try:
+        faults = _File.model_validate(table, strict=True).fault
+    except ValidationError as error:
+        raise DescriptionError.of_all(file, find_mistakes(error, _File, table)) from error
+    return [_spec(dict(words), file, f"fault[#{number}]") for number, words in enumerate(faults, start=1)]
+
+
+def _spec(words: dict[str, str], file: str, place: str) -> Spec:
+    for key in ("target", "effect"):
+        if key not in words:
+            raise DescriptionError(file, f"{place}.{key}", "is missing", "Add it")
+    target, effect, value = words.pop("target"), words.pop("effect"), words.pop("value", None)
+    first = effect if value is None else f"{effect}={value}"
+    try:
+        return Spec.parse(" ".join([target, first, *(f"{key}={word}" for key, word in words.items())]))
+    except UsageError as error:
+        raise UsageError(f"{file}: {place}: {error}") from error
+
+
+VALUE = "value"
+"""The field that stands behind the effect itself."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter of a fault; ``limits`` are in words, empty where there are none."""
+
+    name: str
+    unit: str
+    limits: str
+    is_required: bool
+
+    @property
+    def form(self) -> str:
+        """How it is written: ``after=SECONDS``, in brackets where it may be left out."""
+        written = f"{self.name}={self.unit.upper().replace(' ', '_')}"
+        return written if self.is_required else f"[{written}]"
+
+
+def parameters_of(effect: str, fault: type[Fault]) -> list[Parameter]:
+    """Return the parameters of a fault, its value first, by the name of the effect."""
+    fields = fault.model_json_schema().get("properties", {})
+    order = sorted(fields, key=lambda name: (name != VALUE, not fault.model_fields[name].is_required(), name))
+    return [_parameter(effect if name == VALUE else name, fields[name], fault, name) for name in order]
+
+
+def form_of(target: str, effect: str, fault: type[Fault]) -> str:
+    """Return how a fault is written in full: ``camera drop=PROBABILITY [after=SECONDS] [lasts=SECONDS]``."""
+    parameters = [parameter.form for parameter in parameters_of(effect, fault)]
+    bare = [] if VALUE in fault.model_fields else [effect]
+    return " ".join([target, *bare, *parameters])
+
+
+def _parameter(name: str, schema: dict[str, Any], fault: type[Fault], field: str) -> Parameter:
+    number = schema.get("anyOf", [schema])[0]
+    unit = schema.get("description") or number.get("description") or VALUE
+    return Parameter(name, unit, _limits(number), fault.model_fields[field].is_required())
+
+
+def _limits(number: dict[str, Any]) -> str:
+    bounds = {"from": "minimum", "above": "exclusiveMinimum", "to": "maximum", "below": "exclusiveMaximum"}
+    return " ".join(f"{word} {number[key]:g}" for word, key in bounds.items() if key in number)

@@ -1,14 +1,12 @@
-"""The one place that puts the layers over a robot's devices, in this order.
-
-Sensors: driver → watched → conditions → faults → taps → age → one sample a tick → app. Motors: app → taps → safety →
-deadman → faults → conditions → guard → watched → driver. Clock: backend → watched → faults → one time a tick → app.
-"""
+"""Layers one over the other, over whatever device there is."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
+from functools import reduce
+from typing import Any
 
 from robotcore.description import (
     BatteryDescription,
@@ -20,18 +18,71 @@ from robotcore.description import (
 from robotcore.errors import DeviceLostError, UnknownNameError, UnmetNeedError
 from robotcore.geometry import Pose
 from robotcore.hal.clock import AppClock, Clock, TickClock
-from robotcore.hal.devices import Battery, Camera, Device, Motor, RangeSensor
+from robotcore.hal.devices import Battery, Camera, Device, Display, Encoder, Motor, RangeSensor, SampleT, Sensor
 from robotcore.hal.robot import Robot, Role
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.runtime.layers.age import Age
-from robotcore.runtime.layers.conditions import PERFECT, Conditioned
-from robotcore.runtime.layers.layer import Layer
-from robotcore.runtime.layers.lone import LoneMotor
-from robotcore.runtime.layers.stack import Stack, slept_by
-from robotcore.runtime.layers.watched import Watched
-from robotcore.runtime.layers.wheels import GuardedDrive
+from robotcore.runtime.layers.base import Layer, OnceATick, Reader
+from robotcore.runtime.layers.checks import Age, Watched
+from robotcore.runtime.layers.devices import (
+    LayeredBattery,
+    LayeredCamera,
+    LayeredDisplay,
+    LayeredEncoder,
+    LayeredRangeSensor,
+)
+from robotcore.runtime.layers.drive import GuardedDrive
+from robotcore.runtime.layers.imperfections import PERFECT, Conditioned
+from robotcore.runtime.layers.standalone_motor import LoneMotor
 from robotcore.safety import Brakes, Latch, Stage, Whereabouts
 from robotcore.safety.reserve import Reserve
+
+
+@dataclass(frozen=True)
+class Stack:
+    """The layers over every device, the lowest first; above them a sensor is read once a tick."""
+
+    clock: TickClock
+    layers: tuple[Layer, ...]
+
+    def over(self, device: Device) -> Device:
+        """Return a device under the layers."""
+        match device:
+            case Sensor():
+                return self._over_sensor(device)
+            case Motor():
+                return reduce(lambda motor, layer: layer.motor(motor), self.layers, device)
+            case Display():
+                return LayeredDisplay(reduce(lambda display, layer: layer.display(display), self.layers, device))
+        return device
+
+    def _over_sensor(self, sensor: Sensor[Any]) -> Device:
+        match sensor:
+            case Camera() as camera:
+                return LayeredCamera(camera, self._read(camera.read, lambda layer, read: layer.camera(camera, read)))
+            case RangeSensor() as ear:
+                return LayeredRangeSensor(ear, self._read(ear.read, lambda layer, read: layer.range_sensor(ear, read)))
+            case Encoder() as wheel:
+                return LayeredEncoder(wheel, self._read(wheel.read, lambda layer, read: layer.encoder(wheel, read)))
+            case Battery() as cell:
+                return LayeredBattery(cell, self._read(cell.read, lambda layer, read: layer.battery(cell, read)))
+        return sensor
+
+    def over_lone(self, motor: Motor) -> Motor:
+        """Return a motor that belongs to no drive under what the layers put over its guard."""
+        return reduce(lambda motor, layer: layer.lone_motor(motor), self.layers, motor)
+
+    def _read(
+        self, read: Reader[SampleT], through: Callable[[Layer, Reader[SampleT]], Reader[SampleT]]
+    ) -> OnceATick[SampleT]:
+        for layer in self.layers:
+            read = through(layer, read)
+        return OnceATick(self.clock, read)
+
+
+def slept_by(clock: Clock, layers: Iterable[Layer]) -> Clock:
+    """Return the clock as a loop under the layers is to sleep by it."""
+    return reduce(lambda slept, layer: layer.clock(slept), layers, clock)
+
 
 _KINDS = {Role.CAMERA: "camera", Role.RANGE: "range_sensor", Role.DISPLAY: "display"}
 _UNGUARDED = Layer()

@@ -16,7 +16,7 @@ from robotcore.hal.devices import (
     Sensor,
     Voltage,
 )
-from robotcore.runtime.layers.readers import OnceATick
+from robotcore.runtime.layers.base import OnceATick
 
 
 class _Layered(Sensor[SampleT]):

@@ -12,16 +12,14 @@ from robotcore.geometry import Wheels
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Motor
 from robotcore.hal.robot import Robot
-from robotcore.runtime.layers.layer import Layer
-from robotcore.runtime.layers.over import MotorOver
+from robotcore.runtime.layers.base import Layer, MotorOver
 from robotcore.safety import Commit, Intervention, Stage
-from robotcore.safety.deadman import MIN_LEASE_S
-from robotcore.safety.guardian.link import Report
-from robotcore.safety.intervention import REST
-from robotcore.safety.patience import PATIENCE_S
+from robotcore.safety.deadman import MIN_LEASE_S, PATIENCE_S
+from robotcore.safety.guardian.protocol import Report
+from robotcore.safety.rules import REST
 
 if TYPE_CHECKING:
-    from robotcore.safety.guardian.guardian import Guardian
+    from robotcore.safety.guardian.client import Guardian
 
 
 def guarded(raw: Robot, lease: float, end: ExitStack) -> Layer:
@@ -32,7 +30,7 @@ def guarded(raw: Robot, lease: float, end: ExitStack) -> Layer:
     """
     if not raw.cutoffs:
         return Layer()
-    from robotcore.safety.guardian.guardian import Guardian
+    from robotcore.safety.guardian.client import Guardian
 
     patience = PATIENCE_S + max(cutoff.patience_s for cutoff in raw.cutoffs)
     return Guarding(end.enter_context(Guardian(raw.cutoffs, max(lease, MIN_LEASE_S) + patience)), raw.clock)

@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 
 from robotcore.hal.devices import Image
-from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.result import RunResult
 from robotcore.sweep.failure_analysis import Finding
 from robotcore.sweep.record import Place, Record, ending, fault, kind
 from robotcore.sweep.report.series import Series

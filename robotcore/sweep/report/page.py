@@ -13,7 +13,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from robotcore.description import WorldDescription, load_world, world_names
-from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.result import RunResult
 from robotcore.sweep.failure_analysis import explain, p_told
 from robotcore.sweep.record import Record, kind
 from robotcore.sweep.report.charts import arrival_plot, condition_plot, milestone_plot, success_plot

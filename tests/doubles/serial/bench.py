@@ -19,9 +19,10 @@ from robotcore.hal.clock import Clock, SteppedClock
 from robotcore.hal.devices import Encoder, Motor
 from robotcore.hal.robot import Robot
 from robotcore.hardware import open_robot
-from robotcore.testing import Capability, scenes
+from robotcore.testing import Capability
+from robotcore.testing import worlds as scenes
 from robotcore.testing.bench import RATE_HZ, Bench
-from robotcore.testing.spies import MotorSpy
+from robotcore.testing.fakes import MotorSpy
 from tests.doubles.serial.board import PERIOD_S, BoardDouble, Powered
 from tests.doubles.serial.pty import Pty
 

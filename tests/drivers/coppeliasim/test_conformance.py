@@ -13,7 +13,7 @@ from drivers.coppeliasim.backend import CoppeliaSimBackend
 from robotcore.description import RobotDescription
 from robotcore.hal.backend import Setup, Vouch
 from robotcore.hal.robot import Robot
-from robotcore.testing import Capability, ConformanceSuite, scenes
+from robotcore.testing import Capability, ConformanceSuite, worlds
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.scenes import default_scene, described_scene
 from tests.drivers.coppeliasim.joined import joined
@@ -61,6 +61,6 @@ class TestJoined(ConformanceSuite):
         return joined("rover")
 
     def open(self, setup: Setup) -> Robot:
-        simulator = described_scene(self.description, setup.world or scenes.empty())
+        simulator = described_scene(self.description, setup.world or worlds.empty())
         port = self.servers.enter_context(Double(simulator)).zmq_port
         return super().open(replace(setup, options={"port": port, **setup.options}))

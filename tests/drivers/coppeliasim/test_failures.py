@@ -16,8 +16,8 @@ from drivers.coppeliasim.address import Address
 from drivers.coppeliasim.connection import Connection
 from drivers.coppeliasim.scene import CoppeliaSimScene
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.runtime.outcome import Outcome, RunResult
 from robotcore.runtime.plan import RunRequest
+from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import run
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.scene import Simulator

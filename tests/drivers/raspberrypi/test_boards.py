@@ -16,7 +16,7 @@ from robotcore.errors import DescriptionError
 from robotcore.hal.backend import Setup
 from robotcore.hal.devices import Encoder, Motor, RangeSensor
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.testing import Gate, scenes
+from robotcore.testing import Gate, worlds
 from tests.doubles.serial.board import Powered
 from tests.doubles.serial.pty import Pty
 from tests.doubles.serial.waveshare import WaveshareBoard
@@ -48,7 +48,7 @@ def rover(port: object, **nose: Any) -> RobotDescription:
 
 
 def setup_for(robot: RobotDescription) -> Setup:
-    return Setup(robot, scenes.empty(), frozenset(device.name for device in robot.devices), 20.0)
+    return Setup(robot, worlds.empty(), frozenset(device.name for device in robot.devices), 20.0)
 
 
 def test_both_are_opened_read_and_stopped(pty: Pty, monkeypatch: pytest.MonkeyPatch) -> None:

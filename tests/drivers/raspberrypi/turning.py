@@ -12,7 +12,7 @@ from select import select
 
 from drivers.raspberrypi import lg
 from robotcore.hal.cutoff import CutoffSpec
-from robotcore.safety.guardian.guardian import Guardian
+from robotcore.safety.guardian.client import Guardian
 
 FORWARD, BACKWARD, STANDBY = 17, 27, 22
 DUTY = 60

@@ -15,8 +15,8 @@ from robotcore.hal.backend import Setup
 from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hal.robot import Robot
 from robotcore.recording import Metadata, Read, RecordedError, Recording, SampleKey, Tick
-from robotcore.runtime.outcome import Outcome
 from robotcore.runtime.plan import RunRequest
+from robotcore.runtime.result import Outcome
 from robotcore.runtime.session import run
 
 ROVER = load_robot("rover")

@@ -15,7 +15,7 @@ from robotcore.errors import DescriptionError, DeviceError, UsageError
 from robotcore.hal.backend import Setup, Vouch
 from robotcore.hal.finding import Level
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.testing.repeat_rules import RepeatRules
+from robotcore.testing.simulation_rules import RepeatRules
 from tests.doubles.serial.bench import SerialBench, wired
 from tests.doubles.serial.board import Powered
 from tests.doubles.serial.pty import Pty

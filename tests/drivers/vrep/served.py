@@ -11,7 +11,7 @@ import pytest
 from drivers.vrep.backend import VrepBackend
 from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot
-from robotcore.testing import ConformanceSuite, scenes
+from robotcore.testing import ConformanceSuite, worlds
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.simulator import Simulator
 from tests.doubles.coppeliasim.scenes import described_scene
@@ -29,7 +29,7 @@ class OnDoubles(ConformanceSuite):
             yield
 
     def open(self, setup: Setup) -> Robot:
-        simulator = described_scene(self.description, setup.world or scenes.empty())
+        simulator = described_scene(self.description, setup.world or worlds.empty())
         return super().open(replace(setup, options={**self.serve(simulator), **setup.options}))
 
     def serve(self, simulator: Simulator) -> dict[str, object]:

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from robotcore.description import draw_world, load_robot, load_world
-from robotcore.runtime.outcome import Outcome, RunResult
 from robotcore.runtime.plan import RunRequest
+from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import run
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.objects import Joint

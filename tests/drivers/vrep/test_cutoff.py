@@ -8,7 +8,7 @@ import pytest
 
 from drivers.vrep.connection import Connection
 from drivers.vrep.cutoff import DEAF_S, SHORT_S, StandingJoints
-from robotcore.safety.guardian.serving import STOPPING_S
+from robotcore.safety.guardian.process import STOPPING_S
 from tests.doubles.coppeliasim.legacy.faults import Dies
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.objects import Joint

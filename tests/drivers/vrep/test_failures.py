@@ -15,8 +15,8 @@ import pytest
 
 import robotcore.description
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.runtime.outcome import Outcome, RunResult
 from robotcore.runtime.plan import RunRequest
+from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import run
 from tests.doubles.coppeliasim.legacy.faults import Babbles, Cuts, Dies, Fault, Hangs
 from tests.doubles.coppeliasim.legacy.server import LegacyServer

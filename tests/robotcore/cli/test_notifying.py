@@ -10,7 +10,7 @@ from socket import AF_UNIX, SOCK_DGRAM, socket
 import pytest
 
 from robotcore.deploy.agent.units import SERVICE, UNIT_TEXTS
-from robotcore.runtime.notify import FAILED
+from robotcore.deploy.systemd_notify import FAILED
 from tests.robotcore.cli.conftest import AppFile, Cli
 
 

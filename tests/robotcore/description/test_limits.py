@@ -13,7 +13,7 @@ from robotcore.description.loading import MAX_FILE_BYTES, MOST_DOTS, MOST_ENTRIE
 from robotcore.description.validation import MAX_FILE_ERRORS
 from robotcore.errors import UsageError
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.runtime.faults.file import MAX_INJECTED_FAULTS, specs_in
+from robotcore.runtime.faults.spec import MAX_INJECTED_FAULTS, specs_in
 from tests.robotcore.description.files import ARENA, ROVER, changed, errors
 
 SOON_S = 10.0

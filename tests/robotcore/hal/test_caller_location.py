@@ -11,7 +11,7 @@ from robotcore.errors import InvalidCommandError
 from robotcore.geometry import Wheels
 from robotcore.hal.devices import asking_line
 from robotcore.hal.robot import Robot
-from robotcore.runtime.outcome import Outcome
+from robotcore.runtime.result import Outcome
 from robotcore.safety.rules import VelocityLimit
 from tests.robotcore.runs import Runner, driving, then
 

@@ -11,9 +11,8 @@ from robotcore.hal.devices import Camera, Frame
 from robotcore.recording import Recording, read
 from robotcore.recording.layer import RecordingLayer, TickEvents
 from robotcore.recording.recorder import Recorder
-from robotcore.runtime.layers.layer import Layer
-from robotcore.runtime.layers.readers import Reader
-from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.layers.base import Layer, Reader
+from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run, RunRequest, run
 from robotcore.runtime.trace import TickRecord
 from tests.robotcore.recording import unruly

@@ -19,7 +19,7 @@ from robotcore.recording.log import Level, LogLine, RunLog
 from robotcore.recording.recorder import Recorder
 from robotcore.recording.replay import replay
 from robotcore.recording.replay.evaluation import evaluate
-from robotcore.runtime import gauges
+from robotcore.runtime import monitors as gauges
 from robotcore.runtime.session import RunRequest, run
 from robotcore.view.comparison import build_rows
 from tests.doubles import powered

@@ -14,7 +14,7 @@ from robotcore.geometry import Pose
 from robotcore.recording import GroundTruthSample, Recording
 from robotcore.recording.comparison import Comparison, FirstDifference, RunSummary
 from robotcore.recording.contents import measure_path
-from robotcore.runtime.outcome import Outcome
+from robotcore.runtime.result import Outcome
 from robotcore.view.canvas import Canvas
 from robotcore.view.comparison import FIRST, NOTHING, SECOND, build_rows, draw_comparison, format_comparison
 from tests.robotcore.recording.replay.memory import changed, recorded

@@ -6,7 +6,7 @@ from robotcore.geometry import Wheels
 from robotcore.recording import Read, RecordedError, Tick
 from robotcore.recording.log import Level, RunLog, build_last_line
 from robotcore.runtime.faults import plan_faults
-from robotcore.runtime.outcome import Outcome, RunResult
+from robotcore.runtime.result import Outcome, RunResult
 from robotcore.safety import Intervention
 from tests.robotcore.fakes import ROVER
 

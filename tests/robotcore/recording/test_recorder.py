@@ -17,7 +17,7 @@ from robotcore.errors import BackendMissingError, Interrupted, RecordingError
 from robotcore.recording import read
 from robotcore.recording.mcap_file import McapFile, require_recordable
 from robotcore.recording.recorder import Recorder, WriteQueue
-from robotcore.runtime.outcome import Outcome
+from robotcore.runtime.result import Outcome
 from robotcore.runtime.session import RunRequest, run
 from robotcore.runtime.trace import TickRecord
 from tests.robotcore.recording.conftest import UNRULY, record

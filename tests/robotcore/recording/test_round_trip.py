@@ -12,7 +12,7 @@ from robotcore.geometry import Wheels
 from robotcore.hal.devices import Frame
 from robotcore.recording import RecordedError, SampleKey, read
 from robotcore.recording.recorder import Recorder
-from robotcore.runtime.outcome import Outcome, RunResult
+from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import Run, RunRequest, run
 from robotcore.runtime.trace import TickRecord
 from tests.robotcore.recording.conftest import UNRULY, Recorded, record

@@ -12,7 +12,7 @@ from robotcore.description import BatteryDescription, load_robot
 from robotcore.errors import DeviceError
 from robotcore.hal.robot import Robot
 from robotcore.runtime.behaviour import Status
-from robotcore.runtime.gauges import PATIENCE_S
+from robotcore.runtime.monitors import PATIENCE_S
 from tests.robotcore.fakes import Deed
 
 ROVER = load_robot("rover")

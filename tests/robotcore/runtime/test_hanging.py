@@ -17,10 +17,10 @@ from robotcore.hal.clock import SteppedClock
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.behaviour import Status
-from robotcore.runtime.outcome import Outcome, RunResult
 from robotcore.runtime.plan import RunRequest
+from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.trace import TickRecord
-from robotcore.safety.brakes import STOP_S
+from robotcore.safety.motor_stop import STOP_S
 from tests.robotcore.fakes import RigBackend
 from tests.robotcore.runs import Runner, Watcher, ended_by, then
 
@@ -192,7 +192,7 @@ def test_a_window_that_is_held_up_ends_no_run(
 def test_a_backend_that_does_not_open_the_robot_is_named(
     perform: Runner, backend: RigBackend, gate: threading.Event, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("robotcore.runtime.overdue.OPENING_S", 0.3)
+    monkeypatch.setattr("robotcore.runtime.time_limits.OPENING_S", 0.3)
     monkeypatch.setattr("robotcore.safety.watchdog.FIRST_TICK_S", 0.3)
     monkeypatch.setattr(backend, "_prepare", lambda _: gate.wait())
     result = perform(then(lambda _: None))

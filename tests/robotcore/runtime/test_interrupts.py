@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from robotcore.errors import Interrupted
-from robotcore.runtime.interrupts import LAST_SIGNAL, RECALL, Interrupts, Recalled
+from robotcore.runtime.signals import LAST_SIGNAL, RECALL, Interrupts, Recalled
 
 SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT]
 
@@ -59,7 +59,7 @@ class TestInterrupts:
             signal.raise_signal(signal.SIGTERM)  # a fourth one cuts nothing short
             ended.append("stopped")
 
-        monkeypatch.setattr("robotcore.runtime.interrupts.die_of", die)
+        monkeypatch.setattr("robotcore.runtime.signals.die_of", die)
         with Interrupts() as interrupts:
             interrupts.stop_with(stop)
             for _ in range(2):
@@ -140,14 +140,14 @@ class TestInterrupts:
 def test_a_process_dies_of_the_signal_whatever_was_done_about_it_before(number: signal.Signals) -> None:
     before = f"signal.signal({number}, lambda *_: print('heard'))"
     assert (
-        _status_of(f"import signal; from robotcore.runtime.interrupts import die_of; {before}; die_of({number})")
+        _status_of(f"import signal; from robotcore.runtime.signals import die_of; {before}; die_of({number})")
         == -number
     )
 
 
 def test_a_signal_that_is_blocked_is_told_by_the_exit_status() -> None:
     before = "signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTERM])"
-    assert _status_of(f"import signal; from robotcore.runtime.interrupts import die_of; {before}; die_of(15)") == 143
+    assert _status_of(f"import signal; from robotcore.runtime.signals import die_of; {before}; die_of(15)") == 143
 
 
 def _status_of(code: str) -> int:

@@ -8,7 +8,7 @@ import pytest
 
 from robotcore import Outcome, RunRequest, run
 from robotcore.errors import UsageError
-from robotcore.runtime.judging import load_judge
+from robotcore.runtime.verification import load_judge
 
 App = Callable[..., str]
 

@@ -9,7 +9,7 @@ from robotcore.geometry import Wheels
 from robotcore.hal.robot import Robot
 from robotcore.runtime.behaviour import Status
 from robotcore.runtime.loop import Loop
-from robotcore.runtime.outcome import Outcome
+from robotcore.runtime.result import Outcome
 from robotcore.runtime.trace import TickRecord
 from tests.robotcore.fakes import Deed, Rig
 

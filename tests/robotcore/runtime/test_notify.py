@@ -8,10 +8,10 @@ from socket import AF_UNIX, SOCK_DGRAM, socket
 
 import pytest
 
+from robotcore.deploy.systemd_notify import Notifier
 from robotcore.errors import EmergencyStopError
 from robotcore.hal.clock import SteppedClock
-from robotcore.runtime.notify import Notifier
-from robotcore.runtime.outcome import Outcome, RunResult
+from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.trace import TickRecord
 
 RATE_HZ = 20.0

@@ -3,7 +3,7 @@ from __future__ import annotations
 import sys
 
 from robotcore.errors import BackendError, WatchdogError
-from robotcore.runtime.overdue import judging
+from robotcore.runtime.time_limits import judging
 from tests.robotcore.fakes import Deed
 
 

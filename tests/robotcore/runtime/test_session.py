@@ -19,9 +19,9 @@ from robotcore.errors import (
 from robotcore.hal.clock import Clock
 from robotcore.hal.robot import Robot, Role
 from robotcore.hal.wall_clock import PacedClock
-from robotcore.runtime import execution
+from robotcore.runtime import session
 from robotcore.runtime.behaviour import Status
-from robotcore.runtime.outcome import Outcome
+from robotcore.runtime.result import Outcome
 from robotcore.runtime.session import RunRequest
 from tests.robotcore.fakes import Deed, RigBackend
 from tests.robotcore.runs import Runner, driving, raising, then
@@ -155,7 +155,7 @@ def test_simulated_time_is_held_to_real_time_only_where_it_is_asked_for(
             super().__init__(source)
             paced.append(source)
 
-    monkeypatch.setattr(execution, "PacedClock", Noting)
+    monkeypatch.setattr(session, "PacedClock", Noting)
     perform(then(lambda _: Status.SUCCESS))
     assert paced == []
     perform(then(lambda _: Status.SUCCESS), RunRequest("app", realtime=True))

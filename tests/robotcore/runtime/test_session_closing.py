@@ -7,8 +7,8 @@ import pytest
 from robotcore.errors import DeviceError, DeviceGroupError
 from robotcore.hal.robot import Robot, Role
 from robotcore.runtime.behaviour import Status
-from robotcore.runtime.interrupts import Interrupts
-from robotcore.runtime.outcome import Outcome
+from robotcore.runtime.result import Outcome
+from robotcore.runtime.signals import Interrupts
 from tests.robotcore.fakes import Rig, RigBackend
 from tests.robotcore.runs import Runner, then
 

@@ -8,7 +8,7 @@ from robotcore.errors import BackendError, DeviceError
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.truth import Truth
 from robotcore.runtime.behaviour import Status
-from robotcore.runtime.outcome import Outcome
+from robotcore.runtime.result import Outcome
 from robotcore.runtime.session import RunRequest
 from tests.robotcore.fakes import Deed, RigBackend, StillTruth
 from tests.robotcore.runs import Runner, then

@@ -14,11 +14,11 @@ from robotcore.errors import BehaviourError, DeviceClosedError, DeviceError, Int
 from robotcore.hal.devices import Motor
 from robotcore.hal.robot import Robot
 from robotcore.runtime.behaviour import Status
-from robotcore.runtime.interrupts import Interrupts
 from robotcore.runtime.layers import Assembled, assemble
-from robotcore.runtime.outcome import Outcome, RunResult
 from robotcore.runtime.plan import RunRequest
+from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import Run
+from robotcore.runtime.signals import Interrupts
 from robotcore.runtime.trace import TickRecord
 from tests.robotcore.fakes import Deed, Rig, RigBackend
 from tests.robotcore.runs import Runner, Watcher, driving, ended_by, raising, then
@@ -41,7 +41,7 @@ def test_from_the_third_signal_on_every_command_is_refused(
             with suppress(Interrupted):
                 signal.raise_signal(signal.SIGTERM)
 
-    monkeypatch.setattr("robotcore.runtime.interrupts.die_of", die_of)
+    monkeypatch.setattr("robotcore.runtime.signals.die_of", die_of)
     perform(then(press))
     assert died == [(0.0, 0.0)]
 
@@ -63,7 +63,7 @@ def test_a_recall_in_the_last_moment_ends_the_run_by_what_was_latched(
         runs.append(assemble(*parts))
         return runs[0]
 
-    monkeypatch.setattr("robotcore.runtime.execution.assemble", keep)
+    monkeypatch.setattr("robotcore.runtime.session.assemble", keep)
     monkeypatch.setattr(Interrupts, "hold", hold_too_late)
     result = perform(then(lambda _: Status.SUCCESS))
     assert (result.outcome, result.reason) == (Outcome.STOPPED, "not back")

@@ -8,7 +8,7 @@ import pytest
 from robotcore.errors import DeviceError
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.safety import Brakes
-from robotcore.safety.brakes import Brake
+from robotcore.safety.motor_stop import Brake
 from robotcore.safety.reserve import Reserve
 from tests.robotcore.fakes import NullMotor
 

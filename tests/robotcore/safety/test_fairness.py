@@ -5,7 +5,7 @@ from unittest.mock import Mock
 
 import pytest
 
-from robotcore.safety.fairness import FairTime
+from robotcore.safety.watchdog import FairTime
 
 SECOND_NS = 1_000_000_000
 

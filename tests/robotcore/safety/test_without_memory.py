@@ -13,7 +13,7 @@ from robotcore.errors import EmergencyStopError
 from robotcore.geometry import Wheels
 from robotcore.hal.clock import SteppedClock, TickClock
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.runtime.layers.lone import LoneMotor
+from robotcore.runtime.layers.standalone_motor import LoneMotor
 from robotcore.safety import Brakes, Deadman, Latch, SafetyStage
 from robotcore.safety.reserve import Reserve
 from robotcore.threads import is_out_of_memory

@@ -4,8 +4,8 @@ import threading
 
 import pytest
 
-from robotcore.testing import gate as gate_module
-from robotcore.testing.gate import Gate
+from robotcore.testing import fakes as gate_module
+from robotcore.testing.fakes import Gate
 
 
 class Polled:

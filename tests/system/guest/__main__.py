@@ -16,7 +16,7 @@ CHECK_LIMIT_S = 15
 
 COMPILED = ("robotcore", "drivers")
 READ = """
-import cv2, gpiozero, robotcore.cli.main, robotcore.safety.guardian.serving
+import cv2, gpiozero, robotcore.cli.main, robotcore.safety.guardian.process
 from drivers.raspberrypi import cutoff, lg
 lg.load()
 """

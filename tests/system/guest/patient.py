@@ -6,14 +6,14 @@ The product's limits are for a Pi. On an emulated processor a guardian takes lon
 from __future__ import annotations
 
 from robotcore.cli.main import main
-from robotcore.safety.guardian import guardian, serving
+from robotcore.safety.guardian import client, process
 from tests.system.speed import scaled
 
 MAIN = "; main()"
 
 if __name__ == "__main__":
-    guardian.STARTING_S = scaled(guardian.STARTING_S)
-    limit = f"from robotcore.safety.guardian import serving; serving.OPENING_S = {scaled(serving.OPENING_S)}"
-    assert guardian._CODE.endswith(MAIN)
-    guardian._CODE = f"{guardian._CODE.removesuffix(MAIN)}; {limit}{MAIN}"
+    client.STARTING_S = scaled(client.STARTING_S)
+    limit = f"from robotcore.safety.guardian import process; process.OPENING_S = {scaled(process.OPENING_S)}"
+    assert client._CODE.endswith(MAIN)
+    client._CODE = f"{client._CODE.removesuffix(MAIN)}; {limit}{MAIN}"
     main()

@@ -14,7 +14,7 @@ from drivers.coppeliasim.connection import LOADING_S, Connection
 from drivers.coppeliasim.placing import LOOK, Placement
 from drivers.coppeliasim.workshop import Mask, Workshop
 from robotcore.description import CameraDescription, RangeSensorDescription, load_robot
-from robotcore.testing import scenes
+from robotcore.testing import worlds
 from tests.system.coppeliasim import server
 
 SIGHT_PX = 256
@@ -43,10 +43,10 @@ def rover() -> Iterator[None]:
     eye = load_robot("rover").first_of(CameraDescription)
     assert eye
     try:
-        server.opened(scenes.ball(eye.mount, BALL_AWAY_M, 0.0), keep=True).close()
+        server.opened(worlds.ball(eye.mount, BALL_AWAY_M, 0.0), keep=True).close()
         yield
     finally:
-        server.opened(scenes.empty()).close()
+        server.opened(worlds.empty()).close()
 
 
 @contextmanager
@@ -60,12 +60,12 @@ def bubblerob() -> Iterator[bool]:
     nose = robot.first_of(RangeSensorDescription)
     assert nose
     try:
-        server.opened(scenes.wall(nose.mount, WALL_M), robot=robot, keep=True).close()
+        server.opened(worlds.wall(nose.mount, WALL_M), robot=robot, keep=True).close()
         with server.looking() as other:
             sees = _renamed(other)
         yield sees
     finally:
-        server.opened(scenes.empty()).close()
+        server.opened(worlds.empty()).close()
 
 
 @contextmanager

@@ -12,8 +12,8 @@ from drivers.vrep.backend import VrepBackend
 from robotcore.description import load_robot
 from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot
-from robotcore.runtime.outcome import RunResult
 from robotcore.runtime.plan import RunRequest
+from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Observer, run
 from tests.system.checking import address_in
 from tests.system.speed import scaled

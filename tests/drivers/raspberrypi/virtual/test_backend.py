@@ -36,7 +36,7 @@ from robotcore.hal.robot import Robot
 from robotcore.hardware.motor_model import DutyMotor
 from robotcore.plugins import DEVICES, device_driver_names, load_registered
 from robotcore.runtime.plan import Plan
-from robotcore.testing import scenes
+from robotcore.testing import worlds as scenes
 from tests.drivers.raspberrypi import foreign
 
 ROVER = load_robot("rover")

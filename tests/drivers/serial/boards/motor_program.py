@@ -10,7 +10,7 @@ from drivers.serial.line import Line
 from robotcore.description import load_robot
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hardware import Host
-from robotcore.safety.guardian.guardian import Guardian
+from robotcore.safety.guardian.client import Guardian
 from tests.doubles.serial.line import Asking
 
 LEASE_S = 0.3

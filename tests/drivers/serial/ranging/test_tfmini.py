@@ -24,7 +24,7 @@ from robotcore.hardware import Host, fit, open_robot
 from robotcore.testing import Capability
 from robotcore.testing.lifecycle_rules import LifecycleRules
 from robotcore.testing.range_rules import RangeRules
-from robotcore.testing.sample_rules import SampleRules
+from robotcore.testing.time_rules import SampleRules
 from tests.doubles.serial.board import Powered
 from tests.doubles.serial.pty import Pty
 from tests.doubles.serial.tfmini import DAZZLED_CM, PERIOD_S, REACH_M, WEAK, WEAK_CM, TFminiS, frame

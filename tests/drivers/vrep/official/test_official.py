@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from drivers.vrep import simx
-from robotcore.runtime.outcome import Outcome, RunResult
+from robotcore.runtime.result import Outcome, RunResult
 from tests.doubles.coppeliasim.scene.simulator import Simulator
 from tests.doubles.coppeliasim.scene.states import State
 from tests.doubles.coppeliasim.scenes import relay_scene

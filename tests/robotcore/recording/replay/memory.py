@@ -11,7 +11,7 @@ from robotcore.recording import GroundTruthSample, Metadata, RecordedError, Reco
 from robotcore.recording.layer import RecordingLayer
 from robotcore.recording.recording import build_metadata
 from robotcore.recording.writer import TickBuilder
-from robotcore.runtime.outcome import RunResult
+from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run, RunRequest, run
 from robotcore.runtime.trace import TickRecord
 

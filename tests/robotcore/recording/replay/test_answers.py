@@ -17,9 +17,8 @@ from robotcore.hal.devices import Display, Image, Range, RangeSensor
 from robotcore.hal.robot import Robot
 from robotcore.recording import Recording
 from robotcore.recording.replay import evaluate, replay
-from robotcore.runtime.layers.layer import Layer
-from robotcore.runtime.layers.readers import Reader
-from robotcore.runtime.outcome import Outcome
+from robotcore.runtime.layers.base import Layer, Reader
+from robotcore.runtime.result import Outcome
 from robotcore.runtime.trace import TickRecord
 from tests.robotcore.fakes import NullMotor
 from tests.robotcore.recording.replay.memory import changed, recorded

@@ -11,7 +11,7 @@ from rich.console import Console
 from robotcore.errors import UnmetNeedError
 from robotcore.recording import Recording
 from robotcore.recording.replay import Evaluation, evaluate
-from robotcore.runtime.outcome import Outcome
+from robotcore.runtime.result import Outcome
 from robotcore.view.text import format_replay
 from tests.robotcore.recording.replay.memory import recorded
 

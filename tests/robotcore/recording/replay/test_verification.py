@@ -22,7 +22,7 @@ from robotcore.errors import EmergencyStopError, Interrupted, RecordingError
 from robotcore.geometry import Wheels
 from robotcore.recording import RecordedError, Recording, Tick
 from robotcore.recording.replay import replay
-from robotcore.runtime.outcome import Outcome, RunResult
+from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.trace import TickRecord, Trace
 from robotcore.safety import Intervention
 from tests.robotcore.recording.replay.memory import changed, recorded

@@ -7,7 +7,7 @@ from robotcore.hal.devices import Encoder
 from robotcore.hal.robot import Robot
 from robotcore.runtime.faults import plan_faults
 from robotcore.runtime.layers import assemble
-from robotcore.runtime.layers.layer import Layer
+from robotcore.runtime.layers.base import Layer
 from tests.robotcore.fakes import UNHURRIED, NullEncoder, Rig
 
 TICK_S = 0.05

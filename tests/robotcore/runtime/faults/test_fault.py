@@ -6,10 +6,9 @@ import pytest
 
 from robotcore.hal.clock import Clock, SteppedClock
 from robotcore.hal.devices import Camera, Encoder, Motor, RangeSensor, SampleT, Sensor
-from robotcore.runtime.faults.distances import Stuck
-from robotcore.runtime.faults.selected import Selected
-from robotcore.runtime.layers.layer import Layer
-from robotcore.runtime.layers.readers import Reader
+from robotcore.runtime.faults.planning import Selected
+from robotcore.runtime.faults.readings import Stuck
+from robotcore.runtime.layers.base import Layer, Reader
 from tests.robotcore.fakes import NullCamera, NullEncoder, NullMotor, NullRange
 
 Failing = Camera | RangeSensor | Encoder | Motor

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from robotcore.errors import DescriptionError, UsageError
-from robotcore.runtime.faults.file import specs_in
+from robotcore.runtime.faults.spec import specs_in
 
 FILE = """
 [[fault]]

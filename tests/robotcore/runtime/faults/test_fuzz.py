@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 
 from robotcore.errors import RobotcoreError, UsageError
 from robotcore.runtime.faults import plan_faults
-from robotcore.runtime.faults.catalogue import effects
-from robotcore.runtime.faults.file import specs_in
-from robotcore.runtime.faults.targets import targets_of
+from robotcore.runtime.faults.planning import effects, targets_of
+from robotcore.runtime.faults.spec import specs_in
 from tests.robotcore.fakes import ROVER
 from tests.robotcore.runtime.faults.rigs import TICK_S, faulty
 from tests.robotcore.runtime.faults.test_file import FILE

@@ -7,7 +7,7 @@ import pytest
 
 from robotcore.errors import DeviceClosedError, DeviceError, InvalidCommandError
 from robotcore.runtime.faults.motors import FaultyMotor
-from robotcore.safety.patience import PATIENCE_S
+from robotcore.safety.deadman import PATIENCE_S
 from tests.robotcore.fakes import NullMotor
 from tests.robotcore.runtime.faults.rigs import TICK_S, faulty
 

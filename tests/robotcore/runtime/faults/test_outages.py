@@ -9,7 +9,7 @@ from robotcore.hal.clock import SteppedClock
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock, PacedClock
 from robotcore.runtime.behaviour import Status
-from robotcore.runtime.faults.clocks import Stalling
+from robotcore.runtime.faults.base import Stalling
 from robotcore.runtime.faults.outages import Lost
 from robotcore.runtime.loop import Loop
 from tests.robotcore.fakes import Deed, picture

@@ -8,7 +8,7 @@ from robotcore.description import RobotDescription, load_robot
 from robotcore.errors import UsageError
 from robotcore.hal.robot import Role
 from robotcore.runtime.faults import Kind, plan_faults
-from robotcore.runtime.faults.targets import Target
+from robotcore.runtime.faults.planning import Target
 from robotcore.runtime.layers import needed_devices
 from tests.robotcore.fakes import ROVER
 

@@ -8,7 +8,7 @@ import pytest
 
 from robotcore import Outcome, RunRequest, RunResult
 from robotcore.plugins import fault_names
-from robotcore.runtime.faults.catalogue import load_fault
+from robotcore.runtime.faults.planning import load_fault
 from robotcore.runtime.session import run
 
 SPECS = {

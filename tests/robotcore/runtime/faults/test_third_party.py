@@ -16,9 +16,8 @@ from robotcore.cli.main import execute
 from robotcore.errors import BackendMissingError, UsageError
 from robotcore.hal.devices import Range, RangeSensor
 from robotcore.runtime.faults import Fault, Kind, Occasion, plan_faults
-from robotcore.runtime.faults.catalogue import load_fault
-from robotcore.runtime.layers.layer import Layer
-from robotcore.runtime.layers.readers import Reader
+from robotcore.runtime.faults.planning import load_fault
+from robotcore.runtime.layers.base import Layer, Reader
 from robotcore.sweep.fingerprint import code_digest
 from tests.robotcore.fakes import ROVER
 from tests.robotcore.runtime.faults.rigs import faulty

@@ -12,8 +12,7 @@ from robotcore.hal.robot import Robot, Role
 from robotcore.hal.wall_clock import PacedClock
 from robotcore.runtime.faults import plan_faults
 from robotcore.runtime.layers import assemble, needed_devices
-from robotcore.runtime.layers.layer import Layer
-from robotcore.runtime.layers.readers import Reader
+from robotcore.runtime.layers.base import Layer, Reader
 from robotcore.safety import Stage
 from tests.robotcore.fakes import ROVER, UNHURRIED, NullEncoder, NullMotor, Rig, picture
 

@@ -10,7 +10,7 @@ from robotcore.description import Conditions
 from robotcore.errors import DeviceClosedError, InvalidCommandError
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.devices import Image, Motor, Range
-from robotcore.runtime.layers.conditions import Conditioned
+from robotcore.runtime.layers.imperfections import Conditioned
 from tests.robotcore.fakes import EYE, ROVER, NullCamera, NullMotor, NullRange, picture
 
 DRIVE = ROVER.drive

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robotcore.runtime.layers.noise import Noise
+from robotcore.runtime.layers.imperfections import Noise
 
 SHAPE = (24, 32, 3)
 TIMES = [tick / 20 for tick in range(400)]

@@ -7,8 +7,8 @@ import pytest
 from robotcore.errors import DeviceError, StaleSampleError
 from robotcore.hal.clock import SteppedClock, TickClock
 from robotcore.hal.devices import Range
-from robotcore.runtime.layers.age import Fresh
-from robotcore.runtime.layers.readers import OnceATick
+from robotcore.runtime.layers.base import OnceATick
+from robotcore.runtime.layers.checks import Fresh
 from robotcore.safety import Latch
 
 

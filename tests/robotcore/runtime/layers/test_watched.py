@@ -6,7 +6,7 @@ import pytest
 
 from robotcore.errors import BackendError, DeviceError
 from robotcore.hal.clock import SteppedClock
-from robotcore.runtime.layers.watched import Watched
+from robotcore.runtime.layers.checks import Watched
 from robotcore.safety import Stay, Whereabouts
 from tests.robotcore.fakes import NullMotor, NullRange
 

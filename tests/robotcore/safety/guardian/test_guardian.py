@@ -11,9 +11,9 @@ import pytest
 
 from robotcore.errors import GuardianError
 from robotcore.hal.cutoff import CutoffSpec
-from robotcore.safety.guardian import guardian
-from robotcore.safety.guardian.guardian import Guardian
-from robotcore.safety.guardian.link import Report
+from robotcore.safety.guardian import client
+from robotcore.safety.guardian.client import Guardian
+from robotcore.safety.guardian.protocol import Report
 from tests.robotcore.safety.guardian.diary import notes
 from tests.robotcore.safety.guardian.recording import cutoff
 
@@ -122,13 +122,13 @@ def test_what_json_cannot_tell_is_refused() -> None:
 
 
 def test_a_guardian_that_takes_too_long_is_not_waited_for(diary: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(guardian, "STARTING_S", 0.5)
+    monkeypatch.setattr(client, "STARTING_S", 0.5)
     with pytest.raises(GuardianError, match=r"is not ready within 0.5 s. Nothing has moved"):
         Guardian([cutoff(diary, manner="hangs in open")], LEASE_S)
 
 
 def test_a_guardian_that_dies_as_it_starts_is_told(diary: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(guardian, "_CODE", "raise SystemExit(7)")
+    monkeypatch.setattr(client, "_CODE", "raise SystemExit(7)")
     with pytest.raises(GuardianError, match=r"died \(exit status 7\). Nothing has moved"):
         Guardian([cutoff(diary)], LEASE_S)
 
@@ -136,7 +136,7 @@ def test_a_guardian_that_dies_as_it_starts_is_told(diary: Path, monkeypatch: pyt
 @pytest.mark.skipif(sys.platform != "linux", reason="the limit is one of Linux's address space")
 def test_a_guardian_whose_threads_are_refused_begins_no_run(diary: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     limit = "import resource; resource.setrlimit(resource.RLIMIT_AS, (1, resource.RLIM_INFINITY)); main()"
-    monkeypatch.setattr(guardian, "_CODE", guardian._CODE.replace("main()", limit))
+    monkeypatch.setattr(client, "_CODE", client._CODE.replace("main()", limit))
     with pytest.raises(GuardianError, match="refuses the thread"):
         Guardian([cutoff(diary)], LEASE_S)
     assert not diary.exists()

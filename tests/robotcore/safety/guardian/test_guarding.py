@@ -11,11 +11,11 @@ from robotcore.hal.clock import SteppedClock
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.robot import Robot
 from robotcore.runtime.layers import assemble
+from robotcore.runtime.layers.base import Layer
 from robotcore.runtime.layers.guardian import Guarding, guarded
-from robotcore.runtime.layers.layer import Layer
-from robotcore.safety.guardian.guardian import Guardian
-from robotcore.safety.guardian.link import Report
-from robotcore.safety.patience import PATIENCE_S
+from robotcore.safety.deadman import PATIENCE_S
+from robotcore.safety.guardian.client import Guardian
+from robotcore.safety.guardian.protocol import Report
 from tests.robotcore.fakes import UNHURRIED, NullMotor, Rig
 
 
@@ -160,7 +160,7 @@ def test_the_guardian_waits_as_long_as_the_most_patient_cutoff_asks_for(monkeypa
             super().__init__()
             leases.append(lease)
 
-    monkeypatch.setattr("robotcore.safety.guardian.guardian.Guardian", Noted)
+    monkeypatch.setattr("robotcore.safety.guardian.client.Guardian", Noted)
     for patience in ((0.0, 0.0), (0.0, 0.25)):
         cutoffs = [CutoffSpec("motor", "my_board:Stop", {}, each) for each in patience]
         with ExitStack() as end:

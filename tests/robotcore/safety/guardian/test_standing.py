@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from robotcore.errors import ResourceError
-from robotcore.safety.guardian import hand
-from robotcore.safety.guardian.link import Report
-from robotcore.safety.guardian.standing import make_stand
+from robotcore.safety.guardian import process
+from robotcore.safety.guardian.process import make_stand
+from robotcore.safety.guardian.protocol import Report
 from tests.robotcore.safety.guardian.diary import notes
 from tests.robotcore.safety.guardian.recording import cutoff
 
@@ -43,6 +43,6 @@ def test_a_system_that_refuses_threads_keeps_no_motor_from_its_stop(
     def refuse(target: object, name: str) -> None:
         raise ResourceError(name)
 
-    monkeypatch.setattr(hand, "start_thread", refuse)
+    monkeypatch.setattr(process, "start_thread", refuse)
     report = make_stand([cutoff(diary, "gone", "fails to open"), cutoff(diary, "left_motor")])
     assert (report.done, report.failed) == (("left_motor",), ("gone: OSError: no open",))

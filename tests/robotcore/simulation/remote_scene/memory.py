@@ -16,7 +16,7 @@ from robotcore.hal.backend import Backend, Setup, Vouch
 from robotcore.hal.devices import Camera, Encoder, Motor, RangeSensor
 from robotcore.hal.robot import Robot
 from robotcore.simulation.remote_scene import Kind, Lens, Point, RawPicture, Scene, SceneObject, State, join
-from robotcore.testing import scenes
+from robotcore.testing import worlds
 
 STEP_S = 0.05
 SECTION: Mapping[str, Any] = {
@@ -53,7 +53,7 @@ class MemoryScene(Scene):
 
     def __init__(self, setup: Setup, state_found: State = State.STOPPED) -> None:
         everything = frozenset(device.name for device in setup.robot.devices)
-        world = setup.world or scenes.empty()
+        world = setup.world or worlds.empty()
         self.robot = KinematicBackend().open(
             replace(setup, devices=everything, world=world, rate_hz=1 / STEP_S, options={})
         )

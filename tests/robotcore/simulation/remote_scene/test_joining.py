@@ -13,7 +13,7 @@ from robotcore.hal.backend import Setup
 from robotcore.hal.devices import Camera, MemoryDisplay
 from robotcore.hal.robot import Robot
 from robotcore.simulation.remote_scene import Kind, Lens, SceneObject, State, Whose, join, look
-from robotcore.testing import scenes
+from robotcore.testing import worlds
 from tests.robotcore.simulation.remote_scene.memory import MemoryScene, rover
 
 Change = Callable[[MemoryScene], object]
@@ -21,7 +21,7 @@ Change = Callable[[MemoryScene], object]
 
 def setup_of(robot: RobotDescription, *devices: str, rate_hz: float = 20.0) -> Setup:
     names = devices or tuple(device.name for device in robot.devices)
-    return Setup(robot, scenes.empty(), frozenset(names), rate_hz)
+    return Setup(robot, worlds.empty(), frozenset(names), rate_hz)
 
 
 def joined(scene: MemoryScene, setup: Setup, whose: Whose = Whose.OURS) -> Robot:
@@ -173,8 +173,8 @@ def test_encoder_counts_whole_turns_though_nobody_reads_it_meanwhile() -> None:
 
 def test_camera_on_a_pole_needs_no_wheels() -> None:
     pole = load_robot("lookout").model_copy(update={"backends": {"memory": {"eye": {"path": "/rover/eye"}}}})
-    setup = Setup(pole, scenes.empty(), frozenset({"eye", "screen"}))
-    scene = MemoryScene(Setup(rover(), scenes.empty(), frozenset()))
+    setup = Setup(pole, worlds.empty(), frozenset({"eye", "screen"}))
+    scene = MemoryScene(Setup(rover(), worlds.empty(), frozenset()))
     with join(setup, "memory", lambda: scene) as robot:
         assert isinstance(robot["eye"], Camera)
         assert robot.truth is None

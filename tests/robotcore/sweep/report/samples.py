@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from robotcore.runtime.outcome import Outcome, RunResult
+from robotcore.runtime.result import Outcome, RunResult
 from robotcore.sweep.record import Record, TruePath
 
 PASSED = RunResult(

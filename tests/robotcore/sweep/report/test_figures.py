@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from robotcore.runtime.outcome import Outcome
+from robotcore.runtime.result import Outcome
 from robotcore.sweep.report.failures import MAX_ENDINGS, endings_of
 from robotcore.sweep.report.page import Head
 from robotcore.sweep.report.series import goal_of, milestones_of, series_of

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from robotcore.errors import BackendMissingError, UsageError
-from robotcore.runtime.outcome import Outcome
+from robotcore.runtime.result import Outcome
 from robotcore.sweep import report
 from robotcore.sweep.record import Record
 from robotcore.sweep.report import write_report

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from robotcore.runtime.outcome import Outcome, RunResult
 from robotcore.runtime.plan import RunRequest
+from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import run
 from tests.system.coppeliasim.server import options
 

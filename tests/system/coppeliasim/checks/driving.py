@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from robotcore.testing import scenes
+from robotcore.testing import worlds
 from tests.system import rolling
 from tests.system.coppeliasim.server import opened
 from tests.system.rolling import RADIUS_M, RATE_HZ, WITHIN, Rolled
 
 
 def driven(left: float, right: float, seconds: float, rate_hz: float = RATE_HZ) -> Rolled:
-    with opened(scenes.empty(), *rolling.MOTORS, rate_hz=rate_hz) as robot:
+    with opened(worlds.empty(), *rolling.MOTORS, rate_hz=rate_hz) as robot:
         return rolling.driven(robot, left, right, seconds, rate_hz)
 
 

@@ -9,7 +9,7 @@ from robotcore.description import CameraDescription, RangeSensorDescription, loa
 from robotcore.geometry import Pose
 from robotcore.hal.robot import Role
 from robotcore.optics import View
-from robotcore.testing import scenes
+from robotcore.testing import worlds
 from tests.system.coppeliasim.server import opened
 
 ROVER = load_robot("rover")
@@ -19,7 +19,7 @@ ROVER = load_robot("rover")
 def test_wall_is_measured_to_a_centimetre(distance: float) -> None:
     nose = ROVER.first_of(RangeSensorDescription)
     assert nose
-    with opened(scenes.wall(nose.mount, distance), nose.name) as robot:
+    with opened(worlds.wall(nose.mount, distance), nose.name) as robot:
         assert robot.range.read().distance == pytest.approx(distance, abs=0.01)
 
 
@@ -29,7 +29,7 @@ def test_field_of_view_is_across_whatever_the_shape_of_the_picture(size: tuple[i
     assert eye
     changed = eye.model_copy(update={"width_px": size[0], "height_px": size[1]})
     devices = tuple(changed if told is eye else told for told in ROVER.devices)
-    world = scenes.ball(eye.mount, 0.9, 0.25 * eye.horizontal_fov_rad)
+    world = worlds.ball(eye.mount, 0.9, 0.25 * eye.horizontal_fov_rad)
     ball = world.targets[0]
     view = View.of(changed.intrinsics, eye.mount, Pose(0.0, 0.0, 0.0))
     column, row = view.to_pixels(view.to_camera(np.array([[ball.x_m, ball.y_m, ball.radius_m]])))[0]
@@ -43,7 +43,7 @@ def test_field_of_view_is_across_whatever_the_shape_of_the_picture(size: tuple[i
 def test_first_samples_are_of_the_world_before_anything_moved() -> None:
     eye = ROVER.first_of(CameraDescription)
     assert eye
-    with opened(scenes.ball(eye.mount, 0.5, 0.0)) as robot:
+    with opened(worlds.ball(eye.mount, 0.5, 0.0)) as robot:
         assert robot.clock.now() == 0
         assert robot.camera.read().image.any()
         assert robot.has(Role.RANGE)

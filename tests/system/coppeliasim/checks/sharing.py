@@ -13,7 +13,7 @@ from drivers.coppeliasim.connection import RefusedError
 from robotcore.description import load_robot
 from robotcore.errors import BackendError
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.testing import scenes
+from robotcore.testing import worlds
 from tests.system.coppeliasim.server import looking, opened, options
 
 
@@ -33,23 +33,23 @@ def require_alike(after: dict[str, Any], before: dict[str, Any]) -> None:
 
 
 def test_scene_is_left_as_it_was() -> None:
-    opened(scenes.empty()).close()
+    opened(worlds.empty()).close()
     before = snapshot()
-    with opened(scenes.empty(), rate_hz=25.0) as robot:
+    with opened(worlds.empty(), rate_hz=25.0) as robot:
         robot.clock.sleep_until(0.2)
     require_alike(snapshot(), before)
 
 
 def test_second_program_is_refused_and_the_first_goes_on() -> None:
-    with opened(scenes.empty()) as first:
+    with opened(worlds.empty()) as first:
         with pytest.raises(BackendError, match="another program drives"):
-            opened(scenes.empty())
+            opened(worlds.empty())
         first.clock.sleep_until(0.2)
         assert first.clock.now() == pytest.approx(0.2)
 
 
 def test_program_that_thinks_for_long_is_not_forgotten() -> None:
-    with opened(scenes.empty()) as robot:
+    with opened(worlds.empty()) as robot:
         robot.clock.sleep_until(0.1)
         wall = MonotonicClock()
         wall.sleep_until(8.0)
@@ -57,7 +57,7 @@ def test_program_that_thinks_for_long_is_not_forgotten() -> None:
 
 
 def test_killed_program_is_recovered_from() -> None:
-    opened(scenes.empty()).close()
+    opened(worlds.empty()).close()
     before = snapshot()
     found = options()
     command = [sys.executable, "-m", "robotcore", "run", "avoid-obstacles", "--backend", "coppeliasim", "--realtime"]
@@ -69,13 +69,13 @@ def test_killed_program_is_recovered_from() -> None:
                 assert wall.now() < 60
                 wall.sleep_until(wall.now() + 0.1)
         app.send_signal(signal.SIGKILL)
-    opened(scenes.empty()).close()
+    opened(worlds.empty()).close()
     require_alike(snapshot(), before)
 
 
 def test_pause_and_stop_of_somebody_are_told_by_name() -> None:
     for name, said in (("pauseSimulation", "paused by somebody"), ("stopSimulation", "stopped by somebody")):
-        robot = opened(scenes.empty())
+        robot = opened(worlds.empty())
         with looking() as other:
             other.sim(name)
             with pytest.raises(BackendError, match=said):
@@ -84,13 +84,13 @@ def test_pause_and_stop_of_somebody_are_told_by_name() -> None:
 
 
 def test_robot_that_was_kept_is_joined() -> None:
-    opened(scenes.empty(), keep=True).close()
+    opened(worlds.empty(), keep=True).close()
     rover = load_robot("rover")
     section = {name: {"path": f"/rover/{name}"} for name in ("left_motor", "right_motor", "eye")}
     section |= {f"{side}_encoder": {"path": f"/rover/{side}_motor"} for side in ("left", "right")}
     joining = rover.model_copy(update={"backends": {"coppeliasim": section}})
     try:
-        with opened(scenes.empty(), *section, robot=joining) as robot:
+        with opened(worlds.empty(), *section, robot=joining) as robot:
             assert robot.truth
             before = robot.truth.pose()
             for motor in robot.motors.values():
@@ -100,7 +100,7 @@ def test_robot_that_was_kept_is_joined() -> None:
             assert robot.camera.read().image.any()
         assert ahead == pytest.approx(2.0 * 4.0 * 0.0325, rel=0.05)
     finally:
-        opened(scenes.empty()).close()
+        opened(worlds.empty()).close()
 
 
 def test_errors_of_the_server_end_nothing() -> None:

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.runtime.outcome import Outcome
 from robotcore.runtime.plan import RunRequest
+from robotcore.runtime.result import Outcome
 from robotcore.runtime.session import run
 from tests.system.firmware.config import patient
 

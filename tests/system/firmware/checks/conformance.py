@@ -10,7 +10,7 @@ from robotcore.description import RobotDescription
 from robotcore.hal.robot import Robot, Role
 from robotcore.testing import Capability, ConformanceSuite
 from robotcore.testing.bench import let_pass
-from robotcore.testing.encoder_rules import SPEED_RAD_S
+from robotcore.testing.device_rules import SPEED_RAD_S
 from tests.system.firmware.backend import SimavrBackend
 from tests.system.firmware.config import with_battery
 from tests.system.firmware.world import FollowedWorld

@@ -12,7 +12,7 @@ from robotcore.errors import DeviceError, DeviceGroupError, DeviceLostError
 from robotcore.hal.backend import Setup
 from robotcore.hal.devices import Battery, Encoder
 from robotcore.hal.robot import Robot
-from robotcore.testing import scenes
+from robotcore.testing import worlds
 from tests.system.firmware.backend import SimavrBackend
 from tests.system.firmware.board import STANDS, Board
 from tests.system.firmware.config import BOARD_TIMEOUT_S, with_battery
@@ -30,7 +30,7 @@ BACK_S = 10.0
 
 @pytest.fixture
 def robot(board: Board) -> Iterator[Robot]:
-    opened = SimavrBackend(board).open(Setup(with_battery(), scenes.empty(), DEVICES))
+    opened = SimavrBackend(board).open(Setup(with_battery(), worlds.empty(), DEVICES))
     try:
         yield opened
     finally:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from robotcore.runtime.outcome import Outcome
+from robotcore.runtime.result import Outcome
 from tests.system.vrep import scenes
 from tests.system.vrep.server import run_on
 

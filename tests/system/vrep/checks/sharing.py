@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from robotcore.runtime.outcome import Outcome, RunResult
+from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.trace import TickRecord
 from tests.system import rolling
 from tests.system.vrep import scenes

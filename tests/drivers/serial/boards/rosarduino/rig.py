@@ -16,7 +16,7 @@ from robotcore.description import BatteryDescription, RobotDescription, load_rob
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import Clock, SteppedClock
 from robotcore.hal.robot import Robot
-from robotcore.testing import scenes
+from robotcore.testing import worlds
 from tests.doubles.serial.bench import wired
 from tests.doubles.serial.board import PERIOD_S, Powered
 from tests.doubles.serial.pty import Pty
@@ -48,7 +48,7 @@ class Rig:
         self._patch.setattr(module, "MonotonicClock", lambda: self._clock(board))
         robot = self.described(devices)
         names = frozenset(told.name for told in robot.devices)
-        return SerialBackend().open(Setup(robot, scenes.empty(), names, RATE_HZ))
+        return SerialBackend().open(Setup(robot, worlds.empty(), names, RATE_HZ))
 
     def described(self, devices: Mapping[str, Mapping[str, Any]]) -> RobotDescription:
         return wired(load_robot("rover"), devices, self.pty.path, (BATTERY,))

@@ -13,7 +13,7 @@ from robotcore.hal.clock import SteppedClock
 from robotcore.hal.devices import Battery, Encoder, Motor
 from robotcore.hal.robot import Robot
 from robotcore.hardware import open_robot
-from robotcore.testing import scenes
+from robotcore.testing import worlds
 from tests.doubles.serial.bench import wired
 from tests.doubles.serial.board import PERIOD_S, Powered
 from tests.doubles.serial.pty import Pty
@@ -51,7 +51,7 @@ class Rig:
     def open(self, **motors: Any) -> Rig:
         described = rover(self.pty.path, **motors)
         names = frozenset(device.name for device in described.devices)
-        self.robot = open_robot(Setup(described, scenes.empty(), names, 20.0), SECTION, self.clock)
+        self.robot = open_robot(Setup(described, worlds.empty(), names, 20.0), SECTION, self.clock)
         return self
 
     def drive(self, left: float, right: float, seconds: float = 0.0) -> None:

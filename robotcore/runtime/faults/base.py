@@ -1,0 +1,166 @@
+"""The base classes of injected faults: parameters, kinds of device, context, and layers that poll."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from enum import Enum
+from math import inf
+from random import Random
+from typing import Annotated, Any, ClassVar, Generic
+
+from pydantic import Field
+
+from robotcore.description import StrictModel
+from robotcore.errors import DeviceError
+from robotcore.hal.clock import Clock, ClockOver
+from robotcore.hal.devices import SampleT
+from robotcore.runtime.layers.base import Layer, Reader
+from robotcore.runtime.layers.imperfections import Noise, random_at
+
+
+@dataclass(frozen=True)
+class Occasion:
+    """One fault of a run, as it was ``written``; ``position`` tells it from the run's other faults.
+
+    What is drawn belongs to the seed, the fault, the device and the instant: it comes out the same in every run, and
+    reading more or less often changes nothing.
+    """
+
+    clock: Clock
+    seed: int
+    position: int
+    written: str
+
+    def random_at(self, device: str, time: float) -> Random:
+        """Return what draws for a device at an instant."""
+        return random_at(f"{self.seed}:{self._source(device)}", time)
+
+    def noise(self, device: str, sigma: float) -> Noise:
+        """Return normal noise of a device; ``sigma`` is its deviation."""
+        return Noise(self.seed, self._source(device), sigma)
+
+    def _source(self, device: str) -> str:
+        return f"{device}:fault {self.position}"
+
+
+ROUNDING_S = 1e-6
+"""Times are sums and quotients: those that differ by less are the same."""
+
+LONGEST_S = 1e5
+"""Nothing on a robot's clock is later."""
+
+
+class Kind(str, Enum):
+    """What a fault can be on."""
+
+    CAMERA = "camera"
+    RANGE = "range sensor"
+    ENCODER = "encoder"
+    BATTERY = "battery"
+    MOTOR = "motor"
+    DISPLAY = "display"
+    LOOP = "loop"
+    CONNECTION = "connection"
+
+
+SENSORS = frozenset({Kind.CAMERA, Kind.RANGE, Kind.ENCODER, Kind.BATTERY})
+
+Moment = Annotated[float, Field(ge=0, le=LONGEST_S, description="seconds")]
+Duration = Annotated[float, Field(ge=0.001, le=LONGEST_S, description="seconds")]
+Probability = Annotated[float, Field(ge=0, le=1, description="probability")]
+
+
+class Fault(StrictModel):
+    """One way to fail, on devices of the kinds ``on``; ``example`` is a spec of it.
+
+    The fields are its parameters, each with its unit as ``description``. What stands behind the effect itself, as in
+    ``drop=0.2``, is the field ``value``. A fault is there ``after`` so many seconds on the robot's clock, and ``lasts``
+    so many, or to the end.
+    """
+
+    on: ClassVar[frozenset[Kind]] = frozenset()
+    example: ClassVar[str] = ""
+
+    after: Moment = 0.0
+    lasts: Duration | None = None
+
+    @abstractmethod
+    def layer(self, occasion: Occasion) -> Layer:
+        """Return the layer that makes devices fail; it is put over those only that are to."""
+
+    def is_on(self, time: float) -> bool:
+        """Return whether the fault is there at a time, or for a sample that was captured then."""
+        return -ROUNDING_S <= time - self.after < (self.lasts or inf) - ROUNDING_S
+
+
+class EndingTicks(ClockOver):
+    """Calls ``end_tick`` at the end of each tick, just before time passes."""
+
+    def __init__(self, source: Clock, end_tick: Callable[[], None]) -> None:
+        super().__init__(source)
+        self._end_tick = end_tick
+
+    def sleep_until(self, deadline: float) -> bool:
+        self._end_tick()
+        return super().sleep_until(deadline)
+
+
+class Stalling(ClockOver):
+    """Comes back ``stall`` seconds later from the first tick at ``first`` or after; then again ``every`` seconds.
+
+    No stall begins at ``end`` or later. Time, and all that others have asked for, goes on meanwhile.
+    """
+
+    def __init__(self, source: Clock, stall: float, first: float, every: float, end: float) -> None:
+        super().__init__(source)
+        self._stall, self._due, self._every, self._end = stall, first, every, end
+
+    def sleep_until(self, deadline: float) -> bool:
+        now = self.now() + ROUNDING_S
+        if not self._due <= now < self._end:
+            return super().sleep_until(deadline)
+        while self._due <= now:
+            self._due += self._every
+        awake = now - ROUNDING_S + self._stall
+        return super().sleep_until(max(deadline, awake)) and awake <= deadline
+
+
+class EagerLayer(Layer):
+    """Reads what is `polled` in every tick: at its end, where nobody has by then."""
+
+    def __init__(self) -> None:
+        self._polled: list[Polled[Any]] = []
+
+    def polled(self, read: Reader[SampleT]) -> Reader[SampleT]:
+        """Return what reads the same, and is read in every tick."""
+        polled = Polled(read)
+        self._polled.append(polled)
+        return polled
+
+    def clock(self, clock: Clock) -> Clock:
+        return EndingTicks(clock, self._end_tick)
+
+    def _end_tick(self) -> None:
+        for polled in self._polled:
+            polled.end_tick()
+
+
+class Polled(Generic[SampleT]):
+    """Reads a sensor when it is asked, or at the end of the tick; a failure is told to those only who ask."""
+
+    def __init__(self, read: Reader[SampleT]) -> None:
+        self._read = read
+        self._was_read = False
+
+    def __call__(self) -> SampleT:
+        self._was_read = True
+        return self._read()
+
+    def end_tick(self) -> None:
+        if not self._was_read:
+            with suppress(DeviceError):
+                self._read()
+        self._was_read = False

@@ -1,0 +1,244 @@
+"""Plans the faults of a run: finds the effect and the target of each specification, before anything is opened."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from pydantic import ValidationError
+
+from robotcore.description import RobotDescription, first_mistake
+from robotcore.errors import BackendMissingError, UnknownNameError, UsageError, suggestion
+from robotcore.hal.clock import Clock
+from robotcore.hal.devices import Angle, Battery, Camera, Display, Encoder, Frame, Motor, Range, RangeSensor, Voltage
+from robotcore.plugins import FAULTS, fault_names, load_registered
+from robotcore.runtime.faults.base import Fault, Kind, Occasion
+from robotcore.runtime.faults.spec import VALUE, Spec, form_of, shown
+from robotcore.runtime.layers.base import Layer, Reader
+
+_KINDS = {
+    "camera": Kind.CAMERA,
+    "range_sensor": Kind.RANGE,
+    "encoder": Kind.ENCODER,
+    "battery": Kind.BATTERY,
+    "motor": Kind.MOTOR,
+    "display": Kind.DISPLAY,
+}
+"""By the kinds of a description."""
+
+_FIRST_OF = {"camera": Kind.CAMERA, "range": Kind.RANGE, "battery": Kind.BATTERY, "display": Kind.DISPLAY}
+
+ROLES = {
+    Kind.CAMERA: "camera",
+    Kind.RANGE: "range",
+    Kind.ENCODER: "encoders",
+    Kind.BATTERY: "battery",
+    Kind.MOTOR: "drive",
+    Kind.DISPLAY: "display",
+    Kind.LOOP: "loop",
+    Kind.CONNECTION: "connection",
+}
+"""The target that every robot has which has something of the kind."""
+
+
+class Target(NamedTuple):
+    """Devices of one kind that fail together; none of a loop, all of a connection."""
+
+    kind: Kind
+    devices: frozenset[str]
+
+
+def find_target(name: str, description: RobotDescription, opened: Collection[str]) -> Target:
+    """Return what fails where a spec has this target; UsageError where there is none in a run that opens these."""
+    targets = targets_of(description, opened)
+    if name in targets:
+        return targets[name]
+    if name in targets_of(description, [device.name for device in description.devices]):
+        raise UsageError(f"the app opens no {name}; what it opens that can fail: {', '.join(sorted(targets))}")
+    raise UnknownNameError("target", name, list(targets))
+
+
+def targets_of(description: RobotDescription, opened: Collection[str]) -> dict[str, Target]:
+    """Return what can fail of a robot whose devices of these names are open, by what it is called in a spec."""
+    devices = {each.name: _KINDS[each.kind] for each in description.devices if each.name in opened}
+    return {
+        "loop": Target(Kind.LOOP, frozenset()),
+        "connection": Target(Kind.CONNECTION, frozenset(devices)),
+        **_roles(description, devices),
+        **{name: Target(kind, frozenset({name})) for name, kind in devices.items()},
+    }
+
+
+def _roles(description: RobotDescription, devices: dict[str, Kind]) -> dict[str, Target]:
+    filled = {role: [name for name in devices if devices[name] is kind][:1] for role, kind in _FIRST_OF.items()}
+    if drive := description.drive:
+        filled["drive"] = _open((drive.left, drive.right), devices)
+        filled["encoders"] = _open((drive.left_encoder, drive.right_encoder), devices)
+    return {role: Target(devices[names[0]], frozenset(names)) for role, names in filled.items() if names}
+
+
+def _open(names: Iterable[str | None], devices: dict[str, Kind]) -> list[str]:
+    return [name for name in names if name in devices]
+
+
+def effects() -> list[str]:
+    """Return the names of all effects, each once."""
+    return sorted({effect_of(name) for name in fault_names()})
+
+
+def effect_of(name: str) -> str:
+    """Return the effect that a registered name is for: what stands behind its dot tells two of one effect apart."""
+    return name.partition(".")[0]
+
+
+def load_fault(name: str) -> type[Fault]:
+    """Return the fault of a registered name; BackendMissingError where it cannot be loaded, or is none."""
+    found = load_registered("fault", FAULTS, name)
+    if not (isinstance(found, type) and issubclass(found, Fault)):
+        raise BackendMissingError(
+            f"the fault {name!r} is no class that inherits robotcore.runtime.faults.Fault. Mend its entry point"
+        )
+    return found
+
+
+def faults_called(effect: str) -> list[type[Fault]]:
+    """Return what has this effect: one fault, or one for each of several kinds of device.
+
+    Raises UnknownNameError, with the nearest name; UsageError where no fault at all is registered.
+    """
+    names = [name for name in fault_names() if effect_of(name) == effect]
+    if not names and (known := effects()):
+        raise UnknownNameError("effect", effect, known)
+    return [load_fault(name) for name in names or [effect]]
+
+
+def effects_on(kind: Kind) -> list[str]:
+    """Return the effects that there are on a kind of device; what cannot be loaded has none."""
+    return sorted({effect_of(name) for name in fault_names() if kind in _kinds_of(name)})
+
+
+def modules_of(specs: Iterable[str]) -> list[str]:
+    """Return the modules whose code specs run; those of a spec that is none are left out, it runs nothing."""
+    names = {word.partition("=")[0].replace("-", "_") for spec in specs for word in spec.split()[1:2]}
+    return sorted(load_fault(name).__module__ for name in fault_names() if effect_of(name) in names)
+
+
+def _kinds_of(name: str) -> frozenset[Kind]:
+    with suppress(BackendMissingError):
+        return load_fault(name).on
+    return frozenset()
+
+
+class Selected(Layer):
+    """Puts ``layer`` over the devices of these names, and over the clock; all others stay as they are."""
+
+    def __init__(self, layer: Layer, names: Collection[str]) -> None:
+        self._layer, self._names = layer, names
+
+    def camera(self, camera: Camera, read: Reader[Frame]) -> Reader[Frame]:
+        return self._layer.camera(camera, read) if camera.name in self._names else read
+
+    def range_sensor(self, sensor: RangeSensor, read: Reader[Range]) -> Reader[Range]:
+        return self._layer.range_sensor(sensor, read) if sensor.name in self._names else read
+
+    def encoder(self, encoder: Encoder, read: Reader[Angle]) -> Reader[Angle]:
+        return self._layer.encoder(encoder, read) if encoder.name in self._names else read
+
+    def battery(self, battery: Battery, read: Reader[Voltage]) -> Reader[Voltage]:
+        return self._layer.battery(battery, read) if battery.name in self._names else read
+
+    def motor(self, motor: Motor) -> Motor:
+        return self._layer.motor(motor) if motor.name in self._names else motor
+
+    def display(self, display: Display) -> Display:
+        return self._layer.display(display) if display.name in self._names else display
+
+    def clock(self, clock: Clock) -> Clock:
+        return self._layer.clock(clock)
+
+
+@dataclass(frozen=True)
+class PlannedFault:
+    """A fault on devices of the robot; ``position`` is its place among the faults of the run."""
+
+    spec: Spec
+    fault: Fault
+    target: Target
+    position: int
+
+    def __str__(self) -> str:
+        """As it is written, in its canonical form."""
+        return str(self.spec)
+
+    def layer(self, clock: Clock, seed: int) -> Layer:
+        """Return the layer over the target's devices, for one run."""
+        occasion = Occasion(clock, seed, self.position, str(self))
+        return Selected(self.fault.layer(occasion), self.target.devices)
+
+    def is_on(self, time: float) -> bool:
+        """Return whether the fault is there at a time on the robot's clock."""
+        return self.fault.is_on(time)
+
+
+def plan_faults(
+    specs: Sequence[str], description: RobotDescription, opened: Collection[str]
+) -> tuple[PlannedFault, ...]:
+    """Return the faults of a run in which the devices of these names are open.
+
+    Raises UsageError in one or two lines, with the right form, where a spec is wrong.
+    """
+    return tuple(_planned(Spec.parse(text), description, opened, index) for index, text in enumerate(specs))
+
+
+def _planned(spec: Spec, description: RobotDescription, opened: Collection[str], position: int) -> PlannedFault:
+    try:
+        candidates = faults_called(spec.effect)
+        target = find_target(spec.target, description, opened)
+    except UsageError as error:
+        raise _refused(spec, f"{error}\nrobotcore faults lists what there is") from error
+    fault = next((fault for fault in candidates if target.kind in fault.on), None)
+    if fault is None:
+        raise _misplaced(spec, target.kind, candidates)
+    return PlannedFault(spec, _checked(spec, fault), target, position)
+
+
+def _misplaced(spec: Spec, kind: Kind, candidates: Sequence[type[Fault]]) -> UsageError:
+    fitting = [role for each, role in ROLES.items() if any(each in fault.on for fault in candidates)]
+    return _refused(
+        spec,
+        f"{spec.effect} is for {' or '.join(fitting)}; on a {kind.value} there are: {', '.join(effects_on(kind))}\n"
+        f'Write it like "{candidates[0].example}"; robotcore faults lists what there is',
+    )
+
+
+def _checked(spec: Spec, fault: type[Fault]) -> Fault:
+    """Return the fault with its parameters; UsageError says which one does not fit, and the right form."""
+    misfit = _misfit(spec, fault)
+    if not misfit:
+        try:
+            return fault.model_validate({**dict(spec.parameters), **({VALUE: spec.value} if spec.value else {})})
+        except ValidationError as error:
+            key, reason = first_mistake(error)
+            misfit = f"{spec.effect if key == VALUE else key} {reason}".strip()
+    raise _refused(spec, f'{misfit}\nWrite it as "{form_of(spec.target, spec.effect, fault)}"')
+
+
+def _misfit(spec: Spec, fault: type[Fault]) -> str:
+    """Return what there is that should not be, or what is not that should; nothing where all is there."""
+    known = [name for name in fault.model_fields if name != VALUE]
+    for key, _ in spec.parameters:
+        if key not in known:
+            return f"unknown parameter {key!r}. {suggestion(key, known)}"
+    if spec.value is None:
+        return f"{spec.effect} needs a value" if _needs_value(fault) else ""
+    return "" if VALUE in fault.model_fields else f"{spec.effect} takes no value"
+
+
+def _needs_value(fault: type[Fault]) -> bool:
+    return VALUE in fault.model_fields and fault.model_fields[VALUE].is_required()
+
+
+def _refused(spec: Spec, reason: str) -> UsageError:
+    return UsageError(f"--fault {shown(str(spec))}: {reason}")

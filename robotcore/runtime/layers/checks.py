@@ -1,0 +1,130 @@
+"""Two layers of checks: the age of samples, and the duration of driver calls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from types import FrameType
+from typing import Generic
+
+from robotcore.errors import BackendError, DeviceError, RobotcoreError, StaleSampleError
+from robotcore.hal.clock import Clock, ClockOver, TickClock
+from robotcore.hal.devices import Battery, Motor, SampleT, Sensor, Voltage
+from robotcore.runtime.layers.base import Layer, MotorOver, Reader
+from robotcore.safety import Latch, Stay, Whereabouts
+
+
+class Age(Layer):
+    """No sensor's sample is older than ``limit`` seconds: StaleSampleError instead, which ends the run.
+
+    A battery's may be: nobody drives by it.
+    """
+
+    def __init__(self, clock: TickClock, limit: float, latch: Latch) -> None:
+        self._clock, self._limit, self._latch = clock, limit, latch
+
+    def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
+        return Fresh(sensor.name, self._clock, self._limit, self._latch, read)
+
+    def battery(self, battery: Battery, read: Reader[Voltage]) -> Reader[Voltage]:
+        return read
+
+
+class Fresh(Generic[SampleT]):
+    """Reads one sensor, and trips the latch where its newest sample is too old."""
+
+    def __init__(self, device: str, clock: TickClock, limit: float, latch: Latch, read: Reader[SampleT]) -> None:
+        self._device, self._clock, self._limit, self._latch, self._read = device, clock, limit, latch, read
+
+    def __call__(self) -> SampleT:
+        sample = self._read()
+        age = self._clock.now() - sample.time
+        if age > self._limit:
+            self._latch.trip(StaleSampleError(self._device, age, self._limit))
+        return sample
+
+
+GRACE_S = 0.3
+"""So that a simulator that hangs is named within two seconds also where nothing brings the program back."""
+
+SHORT_S = 0.06
+"""A sleep of a tick at 20 Hz, which matters little beside what an answer may take."""
+
+_ADVICE = "Is it still running and connected? Where it is only slow, raise safety.answer_s in the robot's description"
+
+
+@dataclass(frozen=True)
+class Watched(Layer):
+    """Notes each call of a driver, and each sleep.
+
+    ``answer_s`` is how long one may take, ``robot`` the robot's name.
+    """
+
+    where: Whereabouts
+    answer_s: float
+    robot: str
+
+    def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
+        return partial(self.where.asking, self._stay_in(sensor.name), read)
+
+    def motor(self, motor: Motor) -> Motor:
+        return _WatchedMotor(motor, self.where, self._stay_in(motor.name))
+
+    def clock(self, clock: Clock) -> Clock:
+        return _WatchedClock(clock, self.where, Stay(self.answer_s, self._unpassed, GRACE_S))
+
+    def _stay_in(self, device: str) -> Stay:
+        def unanswered(seconds: float, _frame: FrameType | None) -> RobotcoreError:
+            return DeviceError(device, f"has not answered for {seconds:.1f} s. {_ADVICE}")
+
+        return Stay(self.answer_s, unanswered, GRACE_S)
+
+    def _unpassed(self, seconds: float, _frame: FrameType | None) -> RobotcoreError:
+        return BackendError(
+            f"the backend of {self.robot!r} has not answered for {seconds:.1f} s, while time was to pass. {_ADVICE}"
+        )
+
+
+class _WatchedMotor(MotorOver):
+    """A motor of a driver."""
+
+    def __init__(self, inner: Motor, where: Whereabouts, stay: Stay) -> None:
+        super().__init__(inner)
+        self._where, self._stay = where, stay
+
+    def set_velocity(self, rad_s: float) -> float:
+        return self._where.telling(self._stay, self._inner.set_velocity, rad_s)
+
+    def stop(self) -> None:
+        self._where.asking(self._stay, self._inner.stop)
+
+    def _apply(self, rad_s: float) -> None:
+        self.set_velocity(rad_s)
+
+
+class _WatchedClock(ClockOver):
+    """A backend's clock. A sleep may take as long as it was to take, and then as long as any call.
+
+    A connection that breaks while time is to pass, and that the driver has not translated, is a BackendError.
+    """
+
+    def __init__(self, source: Clock, where: Whereabouts, stay: Stay) -> None:
+        super().__init__(source)
+        self._where, self._stay = where, stay
+        self._last = 0.0
+
+    def now(self) -> float:
+        self._last = now = self._where.asking(self._stay, self._source.now)
+        return now
+
+    def sleep_until(self, deadline: float) -> bool:
+        ahead, stay = deadline - self._last, self._stay
+        if ahead > SHORT_S:
+            stay = stay._replace(limit_s=stay.limit_s + ahead)
+        try:
+            return self._where.telling(stay, self._source.sleep_until, deadline)
+        except RobotcoreError:
+            raise
+        except (OSError, EOFError) as broken:
+            fault = f"{type(broken).__name__}: {broken}".removesuffix(": ")
+            raise BackendError(f"the backend lets no time pass: {fault}. Is the simulator still running?") from broken

@@ -1,0 +1,182 @@
+"""The layer of a world's imperfections: noise, bias and blur of sensors, gains of wheels."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from random import Random
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotcore.description import Conditions, Drive
+from robotcore.hal.devices import Camera, Frame, Image, Motor, Range, RangeSensor
+from robotcore.runtime.layers.base import Layer, MotorOver, Reader, reading_of
+
+STRIP_STARTS = 1 << 16
+"""From how many places a picture's noise may be cut out of its strip."""
+
+
+class Noise:
+    """Normal noise of one device, drawn anew for each instant from the run's seed; ``sigma`` is its deviation.
+
+    >>> noise = Noise(seed=1, device="nose", sigma=0.01)
+    >>> noise.at(0.25) == noise.at(0.25), noise.at(0.25) == noise.at(0.5)
+    (True, False)
+    """
+
+    def __init__(self, seed: int, device: str, sigma: float) -> None:
+        self._key = f"{seed}:{device}"
+        self._sigma = sigma
+        self._strip: NDArray[np.int16] = np.empty(0, dtype=np.int16)
+
+    def at(self, time: float) -> float:
+        """Return the error of a number captured at ``time``, by Box and Muller (1958)."""
+        random = self._random_at(time)
+        radius = math.sqrt(-2 * math.log(1 - random.random()))
+        return self._sigma * radius * math.cos(math.tau * random.random())
+
+    def over(self, shape: tuple[int, ...], time: float) -> NDArray[np.int16]:
+        """Return the errors of a picture captured at ``time``, in whole grey levels whose deviation is ``sigma``.
+
+        They are cut out of one long strip where the instant says: drawing them would take longer than painting.
+        """
+        size = math.prod(shape)
+        if len(self._strip) < STRIP_STARTS + size:
+            self._strip = self._drawn(STRIP_STARTS + size)
+        start = int(STRIP_STARTS * self._random_at(time).random())
+        return self._strip[start : start + size].reshape(shape)
+
+    def _drawn(self, length: int) -> NDArray[np.int16]:
+        """Return a strip of noise. ``RandomState`` is NumPy's one generator whose numbers never change."""
+        generator = np.random.RandomState(Random(self._key).getrandbits(32))
+        return np.rint(_before_rounding(self._sigma) * generator.standard_normal(length)).astype(np.int16)
+
+    def _random_at(self, time: float) -> Random:
+        return random_at(self._key, time)
+
+
+def random_at(key: str, time: float) -> Random:
+    """Return what draws for an instant, to the microsecond; the same for the same ``key``."""
+    return Random(f"{key}:{round(1e6 * time)}")
+
+
+def _before_rounding(sigma: float) -> float:
+    """Return the deviation of the normal noise that has ``sigma`` once it is in whole numbers, by bisection.
+
+    Rounding takes from a small deviation (0.2 becomes 0.11) and adds to others (1 becomes 1.04).
+    """
+    low, high = 0.0, sigma + 1
+    for _ in range(30):
+        middle = (low + high) / 2
+        low, high = (middle, high) if _rounded(middle) < sigma else (low, middle)
+    return high
+
+
+def _rounded(sigma: float) -> float:
+    """Return the deviation of normal noise in whole numbers: k² - (k - 1)² counts for all from k - 1/2 on."""
+    beyond = (math.erfc((k - 0.5) / (sigma * math.sqrt(2))) for k in range(1, math.ceil(8 * sigma) + 2))
+    return math.sqrt(sum((2 * k - 1) * share for k, share in enumerate(beyond, start=1)))
+
+
+PERFECT = Conditions()
+
+Effect = Callable[[Image, float], Image]
+"""Makes of a picture, and of the time it was captured at, another picture."""
+
+
+class Conditioned(Layer):
+    """Every device as the conditions have it; their noise belongs to the ``seed``, their gains to the ``drive``."""
+
+    def __init__(self, conditions: Conditions, seed: int, drive: Drive | None) -> None:
+        self._conditions, self._seed = conditions, seed
+        wheels = (drive.left, drive.right) if drive else ()
+        self._gains = dict(zip(wheels, (conditions.wheel_gain_left, conditions.wheel_gain_right), strict=False))
+
+    def camera(self, camera: Camera, read: Reader[Frame]) -> Reader[Frame]:
+        noise = Noise(self._seed, camera.name, self._conditions.camera_noise)
+        effects = list(_effects(self._conditions, noise))
+        return Developed(read, effects) if effects else read
+
+    def range_sensor(self, sensor: RangeSensor, read: Reader[Range]) -> Reader[Range]:
+        """Return what reads the range sensor: off by a bias and by noise."""
+        bias, sigma = self._conditions.range_bias_m, self._conditions.range_noise_m
+        return Erring(sensor, read, bias, Noise(self._seed, sensor.name, sigma)) if bias or sigma else read
+
+    def motor(self, motor: Motor) -> Motor:
+        """Return the motor, whose wheel turns its gain times as fast as it is told."""
+        gain = self._gains.get(motor.name, 1.0)
+        return motor if gain == 1.0 else GainedMotor(motor, gain)
+
+
+class Developed:
+    """Frames after some effects, one after the other; their time and number stay."""
+
+    def __init__(self, read: Reader[Frame], effects: Sequence[Effect]) -> None:
+        self._read, self._effects = read, effects
+
+    def __call__(self) -> Frame:
+        frame = self._read()
+        image = frame.image
+        for effect in self._effects:
+            image = effect(image, frame.time)
+        image.flags.writeable = False
+        return Frame(image, frame.time, frame.sequence)
+
+
+class Erring:
+    """Distances that are off: never nearer than the sensor can tell; past its range, and where nothing is, ``inf``."""
+
+    def __init__(self, sensor: RangeSensor, read: Reader[Range], bias: float, noise: Noise) -> None:
+        self._sensor, self._read, self._bias, self._noise = sensor, read, bias, noise
+
+    def __call__(self) -> Range:
+        reading = self._read()
+        return reading_of(self._sensor, reading, reading.distance + self._bias + self._noise.at(reading.time))
+
+
+class GainedMotor(MotorOver):
+    """A motor that turns its gain times as fast as it is told, up to its limit, and does not know."""
+
+    def __init__(self, inner: Motor, gain: float) -> None:
+        super().__init__(inner)
+        self._gain = gain
+
+    def _apply(self, rad_s: float) -> None:
+        self._inner.set_velocity(self._gain * rad_s)
+
+
+def _effects(conditions: Conditions, noise: Noise) -> Iterator[Effect]:
+    """Yield what happens to a picture, in the order in which light goes: through the lens, into the sensor, out."""
+    if conditions.camera_blur_px:
+        yield _blur(conditions.camera_blur_px)
+    if (conditions.camera_exposure, conditions.camera_warmth) != (1.0, 0.0):
+        yield _response(conditions)
+    if conditions.camera_noise:
+        yield grain(noise)
+
+
+def _blur(sigma: float) -> Effect:
+    import cv2
+
+    return lambda image, _time: np.asarray(cv2.GaussianBlur(image, (0, 0), sigma), dtype=np.uint8)
+
+
+def _response(conditions: Conditions) -> Effect:
+    """Return what answers to light by a table: blue and red against each other, and no more than white."""
+    import cv2
+
+    warmth = conditions.camera_warmth
+    gains = conditions.camera_exposure * np.array((1 - warmth, 1.0, 1 + warmth))
+    table = np.minimum(np.rint(np.arange(256)[None, :, None] * gains), 255).astype(np.uint8)
+    return lambda image, _time: np.asarray(cv2.LUT(image, table), dtype=np.uint8)
+
+
+def grain(noise: Noise) -> Effect:
+    """Return what adds noise to a picture; it ends at black and at white."""
+    import cv2
+
+    def grainy(image: Image, time: float) -> Image:
+        return np.asarray(cv2.add(image, noise.over(image.shape, time), dtype=cv2.CV_8U), dtype=np.uint8)
+
+    return grainy

@@ -1,0 +1,247 @@
+"""The guardian's process: waits until the app is silent for a lease, then stops its motors."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+from queue import SimpleQueue
+from socket import socket
+from threading import Event
+from typing import Literal
+
+from robotcore.errors import ResourceError, RobotcoreError
+from robotcore.hal.clock import Clock
+from robotcore.hal.cutoff import Cutoff, CutoffSpec, Unsure, shared
+from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.safety.guardian.protocol import BYE, DRIVING, Assignment, Report, first_line, heard
+from robotcore.threads import start_thread
+
+Deed = Literal["open", "arm", "rest", "stop", "close"]
+"""What a cutoff can be asked for."""
+
+RETRYING_S = 0.5
+"""So long a stop that fails is tried again."""
+
+_PAUSE_S = 0.02
+
+
+class Hand:
+    """Works one cutoff, so that one that fails or hangs holds up no other. Its thread waits ready for a stop.
+
+    If ``in_place`` is set, it has no thread, and `ask` does each deed in the caller's thread. No deed follows a close.
+    Raises ResourceError if the system refuses the thread.
+    """
+
+    def __init__(self, spec: CutoffSpec, clock: Clock, *, in_place: bool = False) -> None:
+        self.device = spec.device
+        self._spec, self._clock = spec, clock
+        self._cutoff: Cutoff | None = None
+        self._is_at_work = True
+        self._tasks = SimpleQueue[_Task]()
+        self._in_place = in_place
+        if not in_place:
+            start_thread(self._work, spec.device)
+
+    def ask(self, deed: Deed) -> _Task:
+        """Have a deed done after those that were asked for before."""
+        task = _Task(getattr(self, f"_{deed}"))
+        if self._in_place:
+            task.do()
+        else:
+            self._tasks.put(task)
+        return task
+
+    def _open(self) -> None:
+        self._cutoff = self._spec.make()
+        self._cutoff.open()
+
+    def _arm(self) -> None:
+        self._opened.arm()
+
+    def _rest(self) -> None:
+        self._opened.rest()
+
+    def _stop(self) -> str | None:
+        """Stop; again where it fails, for a while."""
+        end = self._clock.now() + RETRYING_S
+        while True:
+            try:
+                return self._opened.stop()
+            except Exception:
+                if self._clock.now() >= end:
+                    raise
+            self._clock.sleep_until(self._clock.now() + _PAUSE_S)
+
+    def _close(self) -> None:
+        self._is_at_work = False
+        if self._cutoff:
+            self._cutoff.close()
+
+    @property
+    def _opened(self) -> Cutoff:
+        assert self._cutoff, "open comes first"
+        return self._cutoff
+
+    def _work(self) -> None:
+        while self._is_at_work:
+            self._tasks.get().do()
+
+
+class _Task:
+    """A deed that was asked for, and what became of it."""
+
+    def __init__(self, deed: Callable[[], str | None]) -> None:
+        self._deed = deed
+        self._is_over = Event()
+        self._fault: str | None = None
+        self.told: str | None = None
+
+    def do(self) -> None:
+        try:
+            self.told = self._deed()
+        except RobotcoreError as error:
+            self._fault = str(error)
+        except Exception as error:  # noqa: BLE001  whatever a driver or its vendor's library raises
+            self._fault = f"{type(error).__name__}: {error}"
+        self._is_over.set()
+
+    def fault_within(self, seconds: float) -> str | None:
+        """Return what went wrong, None where nothing did; a deed that is not done in this time hangs."""
+        return self._fault if self._is_over.wait(max(0.0, seconds)) else "does not answer"
+
+
+def together(hands: Sequence[Hand], deed: Deed, limit: float, clock: Clock) -> Report:
+    """Have all hands do a deed at once, and tell within ``limit`` seconds what became of it."""
+    tasks = [hand.ask(deed) for hand in hands]
+    end = clock.now() + limit
+    faults = [task.fault_within(end - clock.now()) for task in tasks]
+    failed = tuple(f"{hand.device}: {fault}" for hand, fault in zip(hands, faults, strict=True) if fault)
+    over = [(hand.device, task.told) for hand, task, fault in zip(hands, tasks, faults, strict=True) if not fault]
+    done = tuple(device for device, told in over if not isinstance(told, Unsure))
+    words = (f"{device}: {told}" if isinstance(told, Unsure) else told for device, told in over if told)
+    return Report(deed, done, failed, tuple(dict.fromkeys(words)))
+
+
+OPENING_S = 10.0
+STOPPING_S = 1.0
+"""A cutoff that has not come back by then hangs, and is told."""
+
+ARMING_S = 0.1
+"""Shorter: who arms one cutoff does not watch over the others meanwhile. Who is patient with the app is so here too."""
+
+
+DEAF_TO = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGABRT)
+"""What ends all processes of a terminal or of systemd's unit, SIGABRT where its watchdog does: the app goes first."""
+
+
+def main() -> None:
+    """Guard whatever comes through the socket that the command line names by its number."""
+    for number in DEAF_TO:
+        signal.signal(number, signal.SIG_IGN)
+    link = socket(fileno=int(sys.argv[1]))
+    link.set_inheritable(False)  # what a vendor's library starts must not hold it open
+    with suppress(EOFError):
+        assignment = Assignment.from_line(first_line(link))
+        try:
+            watch = Watch(link, assignment)
+        except ResourceError as error:
+            link.sendall(Report("open", (), (str(error),)).to_line())
+        else:
+            watch.keep()
+
+
+class Watch:
+    """Guards the motors of one run; ``link`` leads to its process."""
+
+    def __init__(self, link: socket, assignment: Assignment) -> None:
+        self._link, self._lease, self._app = link, assignment.lease, assignment.app
+        self._clock = MonotonicClock()
+        self._hands = [Hand(spec, self._clock) for spec in assignment.cutoffs]
+        self._arming_s = ARMING_S + max(spec.patience_s for spec in assignment.cutoffs)
+        self._is_armed = False
+
+    def keep(self) -> None:
+        """Open the cutoffs and say so; return when there is nothing left to guard."""
+        opened = self._all("open", OPENING_S)
+        self._say(opened.to_line())
+        if not opened.failed and not self._is_dismissed():
+            _cry(self._app, self._all("stop", STOPPING_S))
+        self._all("close", STOPPING_S)
+
+    def _is_dismissed(self) -> bool:
+        """Hear the app until its end, and stop what it leaves turning; return whether it took its leave."""
+        while True:
+            self._link.settimeout(self._lease if self._is_armed else None)
+            try:
+                said = heard(self._link)
+            except TimeoutError:
+                self._is_armed = False
+                self._say((stops := self._all("stop", STOPPING_S)).to_line())
+                _tell(_warnings(stops))  # the app, which fell silent, may never hear of it
+                continue
+            if not said or said.endswith(BYE):
+                return bool(said)
+            self._say(b"\n")
+            self._attend(is_driving=said.endswith(DRIVING))
+
+    def _attend(self, *, is_driving: bool) -> None:
+        """Begin a lease, or end it."""
+        if is_driving != self._is_armed:
+            turned = self._all("arm" if is_driving else "rest", self._arming_s)
+            if turned.failed:
+                self._say(turned.to_line())
+        self._is_armed = is_driving
+
+    def _all(self, deed: Deed, limit: float) -> Report:
+        return together(self._hands, deed, limit, self._clock)
+
+    def _say(self, line: bytes) -> None:
+        with suppress(OSError):  # the app is gone: the next thing heard is its end
+            self._link.sendall(line)
+
+
+def _cry(app: int, stops: Report) -> None:
+    """Say what nobody else is left to say."""
+    stopped = f"the run of process {app} broke off; stopped {', '.join(stops.done) or 'nothing'}"
+    _tell([*([stopped] if stops.done or stops.failed else []), *stops.told, *_warnings(stops)])
+
+
+def _warnings(stops: Report) -> list[str]:
+    return [f"CANNOT STOP {fault}. Cut the motors' supply" for fault in stops.failed]
+
+
+def _tell(lines: Iterable[str]) -> None:
+    """Say lines on standard error."""
+    with suppress(OSError):
+        sys.stderr.write("".join(f"guardian: {line}\n" for line in lines))
+        sys.stderr.flush()
+
+
+LIMIT_S = 10.0
+"""For each deed of a cutoff, longer than the guardian gives: nobody waits for the next one, and a system that starts or
+ends is slow."""
+
+
+def make_stand(specs: Iterable[CutoffSpec]) -> Report:
+    """Open the cutoffs, stop, and close them; return what was stopped, and what could not be, each with its fault.
+
+    One that fails or hangs holds up no other, and nothing is raised. Without threads, which the system may refuse, one
+    that hangs holds up those after it.
+    """
+    clock = MonotonicClock()
+    hands = [_hand(spec, clock) for spec in shared(specs)]
+    opened = together(hands, "open", LIMIT_S, clock)
+    ready = [hand for hand in hands if hand.device in opened.done]
+    stopped = together(ready, "stop", LIMIT_S, clock)
+    together(hands, "close", LIMIT_S, clock)
+    return Report("stop", stopped.done, (*opened.failed, *stopped.failed), stopped.told)
+
+
+def _hand(spec: CutoffSpec, clock: Clock) -> Hand:
+    """Return a hand with a thread of its own, or without one if the system refuses it: a stop needs none."""
+    try:
+        return Hand(spec, clock)
+    except ResourceError:
+        return Hand(spec, clock, in_place=True)

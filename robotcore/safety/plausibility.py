@@ -1,0 +1,145 @@
+"""Monitors of the sensors' plausibility: wheels that do not follow their commands, range readings that never change."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from math import copysign, degrees
+
+from robotcore.errors import RangeFaultError, WheelFaultError
+from robotcore.geometry import Pose, Wheels, wrap_angle
+from robotcore.hal.clock import Clock
+from robotcore.hal.devices import Range, RangeSensor
+from robotcore.safety.latch import Latch
+
+FOLLOWING = 0.25
+"""A wheel that turns this share of what it is told follows: lag, slip and a flat battery take less away."""
+
+ENOUGH_RAD = 1.0
+"""What a wheel is told is judged when it comes to this much: of less, lag takes too large a part."""
+
+ENOUGH_COUNTS = 4
+"""The same for encoders so coarse that one count is more."""
+
+
+class WheelsFollow:
+    """A rule that changes no command, and trips the latch where a wheel does not follow.
+
+    A wheel is judged by what it was told and what it turned while it was driven one way, for ``patience`` seconds and
+    for an angle worth the name. ``told`` and ``turned`` return both wheels' angles in rad; ``count`` is what the
+    coarser encoder counts, in rad; ``motors`` and ``encoders`` are the names of the left and the right one.
+    """
+
+    cause = "wheel fault"
+
+    def __init__(
+        self,
+        clock: Clock,
+        latch: Latch,
+        told: Callable[[], Wheels],
+        turned: Callable[[], Wheels],
+        motors: tuple[str, str],
+        encoders: tuple[str, str],
+        patience: float,
+        count: float = 0.0,
+    ) -> None:
+        self._clock, self._latch, self._told, self._turned = clock, latch, told, turned
+        enough = max(ENOUGH_RAD, ENOUGH_COUNTS * count)
+        self._wheels = [_Followed(*names, patience, enough) for names in zip(motors, encoders, strict=True)]
+
+    def __call__(self, asked: Wheels, last: Wheels) -> Wheels:
+        now, told, turned = self._clock.now(), self._told(), self._turned()
+        judged = [wheel.judged(now, *each) for wheel, *each in zip(self._wheels, last, told, turned, strict=True)]
+        if faults := [fault for fault in judged if fault]:
+            self._latch.trip(WheelFaultError(faults))
+        return asked
+
+
+class _Followed:
+    """One wheel, and since when it has been driven the way it is."""
+
+    def __init__(self, motor: str, encoder: str, patience: float, enough: float) -> None:
+        self._motor, self._encoder, self._patience, self._enough = motor, encoder, patience, enough
+        self._begin(0.0, 0.0, 0.0, 0.0)
+
+    def judged(self, now: float, velocity: float, told: float, turned: float) -> str:
+        """Return in words what is wrong, or nothing; all angles are from the same instant."""
+        sense = copysign(1.0, velocity) if velocity else 0.0
+        if sense == 0.0 or sense != self._sense:
+            self._begin(now, sense, told, turned)
+            return ""
+        asked, done, passed = told - self._told, turned - self._turned, now - self._since
+        if passed < self._patience or abs(asked) < self._enough:
+            return ""
+        self._begin(now, sense, told, turned)
+        if done * sense >= FOLLOWING * abs(asked):
+            return ""
+        told_it = f"{self._motor} was told to turn {asked:.1f} rad in {passed:.1f} s"
+        return f"{told_it} and turned {round(done, 1) + 0.0} rad by {self._encoder}"  # no -0.0
+
+    def _begin(self, now: float, sense: float, told: float, turned: float) -> None:
+        self._since, self._sense, self._told, self._turned = now, sense, told, turned
+
+
+SAME_M = 0.001
+"""Distances that differ by less are the same. No true one stays so for long: the robot moves 10 mm in a tick."""
+
+TURNED_RAD = 1.0
+"""How far the robot must also have turned: along a wall, and in a corridor, a wide cone hears the same all the way."""
+
+
+class RangesChange:
+    """A rule that changes no command, and trips the latch where a range sensor tells the same wherever the robot goes.
+
+    ``pose`` is where the wheels have taken the robot, by their encoders: a robot that only believes to move hears the
+    same rightly. ``patience`` is how far it must have driven meanwhile, in metres, and it must have turned as well.
+    The sensors are read only when the robot would move forward, as for the range guard. Nothing in range, and all that
+    is nearer than a sensor can tell, may be the same for ever.
+    """
+
+    cause = "range fault"
+
+    def __init__(self, latch: Latch, sensors: Iterable[RangeSensor], pose: Callable[[], Pose], patience: float) -> None:
+        self._latch, self._pose = latch, pose
+        self._sensors = [_Told(sensor, patience) for sensor in sensors]
+
+    def __call__(self, asked: Wheels, last: Wheels) -> Wheels:
+        if asked.left + asked.right > 0:
+            pose = self._pose()
+            if faults := [fault for fault in (sensor.judged(pose) for sensor in self._sensors) if fault]:
+                self._latch.trip(RangeFaultError(faults))
+        return asked
+
+
+class _Told:
+    """What one sensor told last, since when it is the same, and how far the robot has gone from reading to reading."""
+
+    def __init__(self, sensor: RangeSensor, patience: float) -> None:
+        self._sensor, self._patience = sensor, patience
+        self._last: Range | None = None
+        self._at = Pose(0.0, 0.0, 0.0)
+        self._distance = self._driven = self._turned = 0.0
+
+    def judged(self, pose: Pose) -> str:
+        """Return in words what is wrong, or nothing."""
+        reading = self._sensor.read()
+        if self._last and reading.sequence == self._last.sequence:
+            return ""
+        self._last = reading
+        if not self._repeats(reading.distance):
+            self._begin(reading.distance, pose)
+            return ""
+        self._driven += pose.distance_to(self._at.x, self._at.y)
+        self._turned += abs(wrap_angle(pose.heading - self._at.heading))
+        self._at = pose
+        if self._driven < self._patience or self._turned < TURNED_RAD:
+            return ""
+        gone = f"drove {self._driven:.2f} m and turned {degrees(self._turned):.0f}°"
+        return f"{self._sensor.name} told the same {self._distance:.2f} m while the wheels {gone}"
+
+    def _repeats(self, distance: float) -> bool:
+        is_measured = self._sensor.min_range < distance < self._sensor.max_range
+        return is_measured and abs(distance - self._distance) < SAME_M
+
+    def _begin(self, distance: float, pose: Pose) -> None:
+        self._distance, self._at = distance, pose
+        self._driven = self._turned = 0.0

@@ -1,0 +1,111 @@
+"""Rules for batteries, displays and encoders."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from robotcore.hal.devices import Battery
+from robotcore.hal.robot import Robot, Role
+from robotcore.testing.bench import Bench, Capability, let_pass
+
+FRESH_S = 5.0
+"""A battery changes in minutes: it may be told of more rarely than anything that a robot drives by."""
+
+
+class BatteryRules(Bench):
+    """What every battery owes whose voltage a board tells."""
+
+    def test_voltage_is_a_number_above_zero(self) -> None:
+        with self.opened() as robot:
+            batteries = self._batteries(robot)
+            let_pass(robot, FRESH_S)
+            for battery in batteries:
+                voltage = battery.read().voltage
+                assert math.isfinite(voltage), f"{battery.name}: tells {voltage} V; raise DeviceError instead"
+                assert voltage > 0, (
+                    f"{battery.name}: tells {voltage} V, by which nothing would run; in volts, and above zero"
+                )
+
+    def test_battery_is_told_again(self) -> None:
+        with self.opened() as robot:
+            before = {battery.name: battery.read().time for battery in self._batteries(robot)}
+            let_pass(robot, FRESH_S)
+            for battery in self._batteries(robot):
+                assert (time := battery.read().time) > before[battery.name], (
+                    f"{battery.name}: {FRESH_S:g} s later the newest voltage is still of {time} s; ask for it again"
+                )
+
+    def _batteries(self, robot: Robot) -> list[Battery]:
+        found = [device for device in robot.devices.values() if isinstance(device, Battery)]
+        return found or pytest.skip(f"{self.backend.name} tells of no battery of {self.description.name}")
+
+
+SHAPES = {"colour": (48, 64, 3), "grey": (48, 64)}
+
+
+class DisplayRules(Bench):
+    """What every display owes."""
+
+    @pytest.mark.parametrize("kind", SHAPES)
+    def test_display_takes_a_picture(self, kind: str) -> None:
+        picture = np.full(SHAPES[kind], 99, dtype=np.uint8)
+        picture.flags.writeable = False
+        with self.opened(None, Role.DISPLAY) as robot:
+            try:
+                robot.display.show(picture)
+            except Exception as error:  # noqa: BLE001  whatever it is, it is the driver's
+                pytest.fail(f"{robot.display.name}: a read-only picture in {kind} raised {error!r}")
+
+    def test_display_leaves_the_picture_as_it_is(self) -> None:
+        picture = np.arange(48 * 64 * 3, dtype=np.uint32).astype(np.uint8).reshape(48, 64, 3)
+        shown = picture.copy()
+        with self.opened(None, Role.DISPLAY) as robot:
+            robot.display.show(shown)
+        assert np.array_equal(shown, picture), "showing a picture changed it; work on a copy"
+
+
+SPEED_RAD_S = 4.0
+
+
+class EncoderRules(Bench):
+    """What every encoder on a drive owes."""
+
+    def test_encoders_begin_at_zero(self) -> None:
+        with self.opened(None, Role.DRIVE) as robot:
+            for encoder in self.encoders(robot):
+                assert (angle := encoder.read().angle) == pytest.approx(0, abs=0.02), (
+                    f"{encoder.name}: reads {angle:+.3f} rad just after opening; angles count from there"
+                )
+
+    def test_encoders_count_forward_as_positive(self) -> None:
+        left, right = self._turned_by(SPEED_RAD_S, SPEED_RAD_S)
+        assert left > 0 < right, (
+            f"both motors were told +{SPEED_RAD_S} rad/s and the encoders moved by {left:+.2f} and {right:+.2f} rad; "
+            "driving forward must count up on both sides"
+        )
+
+    def test_each_encoder_counts_its_own_wheel(self) -> None:
+        left, right = self._turned_by(SPEED_RAD_S, 0.0)
+        assert abs(left) > 3 * abs(right), (
+            f"only the left motor was told to turn; the left encoder moved by {left:+.2f} rad, the right one "
+            f"by {right:+.2f}: are they swapped?"
+        )
+
+    def test_angles_are_in_radians(self) -> None:
+        for angle in self._turned_by(SPEED_RAD_S, SPEED_RAD_S):
+            assert abs(angle) == pytest.approx(SPEED_RAD_S, rel=0.03), (
+                f"1 s at {SPEED_RAD_S} rad/s counted {abs(angle):.3f}; expected {SPEED_RAD_S} rad within 3 %"
+            )
+
+    def _turned_by(self, left_rad_s: float, right_rad_s: float) -> tuple[float, float]:
+        """Return by how much the two encoders move in a second at these velocities."""
+        self.require(Capability.MOTION)
+        with self.opened(None, Role.DRIVE) as robot:
+            left, right = self.encoders(robot)
+            self.command(robot, left_rad_s, right_rad_s)
+            left_then, right_then = left.read().angle, right.read().angle
+            let_pass(robot, 1.0)
+            return left.read().angle - left_then, right.read().angle - right_then

@@ -1,0 +1,128 @@
+"""Rules for simulators: a true pose, twist and contacts, and runs that repeat bit by bit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from robotcore.description import CameraDescription, Mount, Start, WorldDescription
+from robotcore.geometry import Pose, Wheels, wrap_angle
+from robotcore.hal.backend import Vouch
+from robotcore.hal.devices import Frame
+from robotcore.hal.robot import Robot, Role
+from robotcore.hal.truth import TruthSource
+from robotcore.testing import worlds
+from robotcore.testing.bench import RATE_HZ, Bench, Capability, let_pass, motion_between, sensors_of
+
+ARC = (3.0, 5.0)
+"""Wheel velocities, rad/s, of a bend to the left."""
+
+
+class TruthRules(Bench):
+    """What a simulator owes that vouches for the pose or for contacts."""
+
+    def test_pose_begins_at_the_start(self) -> None:
+        self.require(Vouch.POSE, Capability.WORLD)
+        start = Start(x_m=0.5, y_m=-0.3, yaw_rad=0.7)
+        with self.opened(worlds.empty(start), Role.DRIVE) as robot:
+            x, y, heading = _truth_of(robot).pose()
+        assert (x, y, wrap_angle(heading)) == pytest.approx(start.pose, abs=0.005), (
+            f"started at {start.pose}, the truth says {(x, y, heading)}; a pose is that of the axle's middle"
+        )
+
+    def test_pose_moves_as_the_wheels_roll(self) -> None:
+        self.require(Vouch.POSE, Capability.MOTION)
+        with self.opened(None, Role.DRIVE) as robot:
+            self.command(robot, *ARC)
+            angles, pose = self._angles(robot), _truth_of(robot).pose()
+            let_pass(robot, 1.0)
+            left, right = (now - then for now, then in zip(self._angles(robot), angles, strict=True))
+            motion = motion_between(pose, _truth_of(robot).pose())
+        rolled = self.drive.geometry.to_twist(Wheels(left, right))
+        origin = Pose(0.0, 0.0, 0.0)
+        expected = motion_between(origin, origin.advanced(*rolled))
+        assert motion == pytest.approx(expected, abs=0.02), (
+            f"by the encoders the robot moved by {expected}, by the truth by {motion}: compare the wheels' radius "
+            "and the track with the description, and look for wheels that slip"
+        )
+
+    def test_twist_is_the_change_of_the_pose(self) -> None:
+        self.require(Vouch.POSE, Capability.MOTION)
+        with self.opened(None, Role.DRIVE) as robot:
+            self.command(robot, *ARC)
+            twist = _truth_of(robot).twist()
+            motion = self.motion(robot, 0.1)
+        change = (motion.forward / 0.1, motion.turn / 0.1)
+        assert tuple(twist) == pytest.approx(change, rel=0.05, abs=0.01), (
+            f"the true twist is {twist}; the pose changes by {change[0]:.3f} m/s and {change[1]:.3f} rad/s"
+        )
+
+    def test_open_ground_is_no_contact(self) -> None:
+        self.require(Vouch.CONTACTS, Capability.MOTION)
+        with self.opened(None, Role.DRIVE) as robot:
+            self.command(robot, 4.0, 4.0, seconds=1.0)
+            contacts = _truth_of(robot).contacts()
+        assert contacts == 0, f"{contacts} contacts on open ground; the floor does not count"
+
+    def test_bump_into_a_wall_is_one_contact(self) -> None:
+        self.require(Vouch.CONTACTS, Capability.MOTION, Capability.WORLD)
+        with self.opened(self._wall_close_ahead(), Role.DRIVE) as robot:
+            self.command(robot, 4.0, 4.0, seconds=2.0)
+            contacts = _truth_of(robot).contacts()
+        assert contacts == 1, f"bumping into a wall and pushing on gave {contacts} contacts; one touch is one"
+
+    def _angles(self, robot: Robot) -> Wheels:
+        left, right = self.encoders(robot)
+        return Wheels(left.read().angle, right.read().angle)
+
+    def _wall_close_ahead(self) -> WorldDescription:
+        nose = Mount(x_m=self.description.body.front_x_m, z_m=self.description.body.height_m)
+        return worlds.wall(nose, 0.1)
+
+
+def _truth_of(robot: Robot) -> TruthSource:
+    assert robot.truth is not None, "the backend vouches for the truth; it must open its robot with a TruthSource"
+    return robot.truth
+
+
+TICKS = 10
+
+
+class RepeatRules(Bench):
+    """What every simulator owes that vouches for lockstep."""
+
+    def test_two_runs_alike_are_equal_to_the_bit(self) -> None:
+        self.require(Vouch.LOCKSTEP, Capability.REPRODUCIBLE)
+        first, second = self._all_said(), self._all_said()
+        parted = [name for name in first if first[name] != second[name]]
+        assert not parted, (
+            f"two runs with equal commands parted: {', '.join(parted)}; look for time, threads, a random generator "
+            "without the run's seed, or state that outlives closing"
+        )
+
+    def _all_said(self) -> dict[str, list[Any]]:
+        """Return all that a short run reads, by device."""
+        said: dict[str, list[Any]] = {}
+        with self.opened(self._world()) as robot:
+            for tick in range(1, TICKS + 1):
+                self._steer(robot, tick)
+                robot.clock.sleep_until(tick / RATE_HZ)
+                for sensor in sensors_of(robot):
+                    said.setdefault(sensor.name, []).append(_content(sensor.read()))
+                if robot.truth:
+                    said.setdefault("the true pose", []).append(robot.truth.pose())
+        return said
+
+    def _world(self) -> WorldDescription | None:
+        eye = self.description.first_of(CameraDescription)
+        return worlds.ball(eye.mount, 0.9, 0.2) if eye else None
+
+    def _steer(self, robot: Robot, tick: int) -> None:
+        if self.description.drive:
+            self.command(robot, 1.0 + 0.3 * tick, 4.0 - 0.2 * tick, seconds=0.0)
+
+
+def _content(sample: Any) -> Any:
+    """Return what of a sample can be compared."""
+    return (sample.time, sample.image.tobytes()) if isinstance(sample, Frame) else sample

@@ -1,0 +1,147 @@
+"""Rules for clocks, for the time of samples, and for ticks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from robotcore.errors import UsageError
+from robotcore.hal.backend import Vouch
+from robotcore.hal.devices import Battery
+from robotcore.runtime.layers import assemble
+from robotcore.testing.bench import RATE_HZ, Bench, let_pass, sensors_of
+from robotcore.testing.fakes import Gate
+
+RATES_HZ = (10.0, 20.0, 30.0, 50.0)
+
+
+class ClockRules(Bench):
+    """What every robot's clock owes."""
+
+    def test_time_begins_at_zero(self) -> None:
+        self.require(Vouch.LOCKSTEP)
+        with self.opened() as robot:
+            assert (now := robot.clock.now()) == 0, f"just opened, the clock says {now} s; it counts from the opening"
+
+    def test_time_never_goes_back(self) -> None:
+        with self.opened() as robot:
+            times = [robot.clock.now()]
+            for _ in range(5):
+                robot.clock.sleep_until(times[-1] + 0.02)
+                times.append(robot.clock.now())
+        assert times == sorted(times), f"the clock went back: {times}"
+
+    def test_sleeping_ends_no_earlier_than_asked(self) -> None:
+        with self.opened() as robot:
+            deadline = robot.clock.now() + 0.1
+            robot.clock.sleep_until(deadline)
+            now = robot.clock.now()
+        assert now >= deadline - 1e-9, f"sleep_until({deadline}) ended at {now}"
+
+    @pytest.mark.parametrize("rate_hz", RATES_HZ)
+    def test_steps_divide_the_tick(self, rate_hz: float) -> None:
+        self.require(Vouch.LOCKSTEP)
+        try:
+            robot = self.open(replace(self.setup_for(), rate_hz=rate_hz))
+        except UsageError as refusal:
+            pytest.skip(f"it refuses {rate_hz} Hz: {refusal}")
+        with robot:
+            for tick in range(1, 6):
+                robot.clock.sleep_until(tick / rate_hz)
+                assert robot.clock.now() == pytest.approx(tick / rate_hz, abs=1e-9), (
+                    f"at {rate_hz} Hz, tick {tick} came at {robot.clock.now()} s instead of {tick / rate_hz} s; "
+                    "the physics step must divide the tick, see SteppedClock"
+                )
+
+    def test_calls_are_made_when_they_are_due(self) -> None:
+        called_at: list[float] = []
+        with self.opened() as robot:
+            due = robot.clock.now() + 0.1
+            robot.clock.call_at(due, lambda: called_at.append(robot.clock.now()))
+            robot.clock.sleep_until(due + 0.2)
+        assert called_at, f"a call due at {due} s was never made, though time passed until {due + 0.2} s"
+        assert due - 1e-9 <= called_at[0] < due + 0.1, f"a call due at {due} s was made at {called_at[0]} s"
+
+
+FRESH_S = 1.0
+"""Every sensor has something new within this time, but for a battery."""
+
+
+class SampleRules(Bench):
+    """What every sensor owes, whatever it reads."""
+
+    def test_capture_times_are_on_the_robots_clock(self) -> None:
+        with self.opened() as robot:
+            let_pass(robot, FRESH_S)
+            for sensor in sensors_of(robot):
+                time, now = sensor.read().time, robot.clock.now()
+                assert 0 <= time <= now, (
+                    f"{sensor.name}: a sample says it was captured at {time} s while robot.clock says {now} s; "
+                    "take the time from the robot's clock, at the capture"
+                )
+
+    def test_capture_time_advances(self) -> None:
+        with self.opened() as robot:
+            sensors = [sensor for sensor in sensors_of(robot) if not isinstance(sensor, Battery)]
+            before = {sensor.name: sensor.read().time for sensor in sensors}
+            let_pass(robot, FRESH_S)
+            for sensor in sensors:
+                assert (time := sensor.read().time) > before[sensor.name], (
+                    f"{sensor.name}: {FRESH_S} s later the newest sample is still of {time} s"
+                )
+
+    def test_new_sample_has_a_higher_sequence(self) -> None:
+        with self.opened() as robot:
+            before = {sensor.name: sensor.read() for sensor in sensors_of(robot)}
+            let_pass(robot, FRESH_S)
+            for sensor in sensors_of(robot):
+                old, new = before[sensor.name], sensor.read()
+                assert new.time == old.time or new.sequence > old.sequence, (
+                    f"{sensor.name}: the sample of {new.time} s has sequence {new.sequence}, the one of {old.time} s "
+                    f"had {old.sequence}; it counts up with each new sample"
+                )
+
+    def test_sample_read_twice_is_the_same(self) -> None:
+        with self.opened() as robot:
+            for sensor in sensors_of(robot):
+                first, second = sensor.read(), sensor.read()
+                assert (first.sequence == second.sequence) == (first.time == second.time), (
+                    f"{sensor.name}: read twice, it gave sequence {first.sequence} of {first.time} s, then "
+                    f"{second.sequence} of {second.time} s; a sample has one time and one sequence"
+                )
+
+    def test_reading_lets_no_time_pass(self) -> None:
+        self.require(Vouch.LOCKSTEP)
+        with self.opened() as robot:
+            let_pass(robot, 1 / RATE_HZ)
+            for sensor in sensors_of(robot):
+                before = robot.clock.now()
+                sensor.read()
+                assert (after := robot.clock.now()) == before, (
+                    f"{sensor.name}: read() moved the clock from {before} s to {after} s; a stepped clock moves only "
+                    "while somebody sleeps"
+                )
+
+    def test_reading_does_not_wait_for_hardware(self) -> None:
+        gate = Gate()
+        with self.open_gated(self.setup_for(), gate) as robot:
+            for sensor in sensors_of(robot):
+                sensor.read()
+                assert not gate.holds_up(sensor.read), (
+                    f"{sensor.name}: read() waited for the hardware's answer; poll the hardware in a thread of the "
+                    "driver's own and hand out the newest sample"
+                )
+
+
+class TickRules(Bench):
+    """What an app relies on within a tick."""
+
+    def test_within_a_tick_a_device_gives_one_sample(self) -> None:
+        with assemble(self.opened(), self.description, RATE_HZ).robot as robot:
+            for sensor in sensors_of(robot):
+                first = sensor.read()
+                assert all(sensor.read() is first for _ in range(3)), (
+                    f"{sensor.name}: read several times in one tick, it gave different samples; derive it from "
+                    "RangeSensor, Camera, Encoder or Battery, which the layers know"
+                )

@@ -1,0 +1,86 @@
+"""The worlds of the conformance kit: open ground, or one object placed relative to a sensor.
+
+The robot starts at the origin and looks along x. Distances are from the sensor; bearings are positive to the left.
+"""
+
+from __future__ import annotations
+
+import math
+
+from robotcore.description import COLOURS, Ball, Box, Cylinder, Floor, Mount, Start, WorldDescription
+from robotcore.geometry import Pose
+
+GROUND = Floor(length_m=12.0, width_m=12.0)
+WALL_THICKNESS_M = 0.2
+POST_RADIUS_M = 0.03
+BALL_RADIUS_M = 0.1
+
+
+def empty(start: Start | None = None) -> WorldDescription:
+    """Return open ground."""
+    return WorldDescription(name="empty", floor=GROUND, start=start or Start())
+
+
+def wall(mount: Mount, distance: float) -> WorldDescription:
+    """Return a wide wall, square to the sensor's axis, whose face is ``distance`` away."""
+    x, y = _place(mount, distance + WALL_THICKNESS_M / 2, 0.0)
+    face = Box(
+        shape="box",
+        name="wall",
+        colour=COLOURS["white"],
+        x_m=x,
+        y_m=y,
+        yaw_rad=mount.yaw_rad,
+        length_m=WALL_THICKNESS_M,
+        width_m=4.0,
+        height_m=mount.z_m + 0.5,
+    )
+    return _with(face)
+
+
+def post(mount: Mount, distance: float, bearing: float) -> WorldDescription:
+    """Return a thin post whose near side is ``distance`` away."""
+    x, y = _place(mount, distance + POST_RADIUS_M, bearing)
+    thin = Cylinder(
+        shape="cylinder",
+        name="post",
+        colour=COLOURS["white"],
+        x_m=x,
+        y_m=y,
+        radius_m=POST_RADIUS_M,
+        height_m=mount.z_m + 0.5,
+    )
+    return _with(thin)
+
+
+def ball(mount: Mount, distance: float, bearing: float) -> WorldDescription:
+    """Return a green ball on the floor; ``distance`` is to its middle, in plan."""
+    x, y = _place(mount, distance, bearing)
+    green = Ball(name="ball", colour=COLOURS["green"], x_m=x, y_m=y, radius_m=BALL_RADIUS_M)
+    return empty().model_copy(update={"targets": (green,)})
+
+
+def box(mount: Mount, distance: float, colour: str) -> WorldDescription:
+    """Return a low box straight ahead, half as high as the sensor, whose face is ``distance`` away."""
+    x, y = _place(mount, distance + 0.1, 0.0)
+    low = Box(
+        shape="box",
+        name="box",
+        colour=COLOURS[colour],
+        x_m=x,
+        y_m=y,
+        yaw_rad=mount.yaw_rad,
+        length_m=0.2,
+        width_m=0.3,
+        height_m=mount.z_m / 2,
+    )
+    return _with(low)
+
+
+def _with(obstacle: Box | Cylinder) -> WorldDescription:
+    return empty().model_copy(update={"obstacles": (obstacle,)})
+
+
+def _place(mount: Mount, distance: float, bearing: float) -> tuple[float, float]:
+    sensor = Pose(mount.x_m, mount.y_m, mount.yaw_rad)
+    return sensor.to_world(distance * math.cos(bearing), distance * math.sin(bearing))
