@@ -18,14 +18,14 @@ def command(*, as_json: bool) -> None:
     """List the apps, their needs and settings."""
     from robotcore.plugins import app_names
 
-    apps = [_told(name) for name in app_names()]
+    apps = [_app_row(name) for name in app_names()]
     if as_json:
         write_json(apps)
     else:
         write_table(("app", "needs", "settings", "what it does"), map(_row, apps))
 
 
-def _told(name: str) -> dict[str, Any]:
+def _app_row(name: str) -> dict[str, Any]:
     from robotcore.errors import BackendMissingError
     from robotcore.runtime.apps import load_app
     from robotcore.runtime.settings import settings_of

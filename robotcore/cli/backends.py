@@ -18,14 +18,14 @@ def command(*, as_json: bool) -> None:
     """List the backends, and which are installed."""
     from robotcore.plugins import backend_names
 
-    backends = [_told(name) for name in backend_names()]
+    backends = [_backend_row(name) for name in backend_names()]
     if as_json:
         write_json(backends)
     else:
         write_table(("backend", "", "vouches for", "what it is"), map(_row, backends))
 
 
-def _told(name: str) -> dict[str, Any]:
+def _backend_row(name: str) -> dict[str, Any]:
     from robotcore.errors import BackendMissingError
     from robotcore.hal.backend import load_backend
 

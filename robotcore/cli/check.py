@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from robotcore.cli.findings import write_finding
-from robotcore.cli.output import write_line
-from robotcore.cli.values import pair
+from robotcore.cli.options import pair
+from robotcore.cli.output import write_finding, write_line
 from robotcore.errors import UsageError
 from robotcore.text import counted
 

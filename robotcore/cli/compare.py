@@ -6,9 +6,9 @@ from pathlib import Path
 
 import click
 
-from robotcore.cli.answering import AnsweringCommand
+from robotcore.cli.json_answers import AnsweringCommand
 from robotcore.cli.output import write, write_json, write_line
-from robotcore.cli.outputs import require_apart
+from robotcore.cli.output_files import require_apart
 
 
 @click.command("compare", cls=AnsweringCommand)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from robotcore.cli.output import write_content, write_line
-from robotcore.cli.outputs import require_apart
+from robotcore.cli.output_files import require_apart
 from robotcore.errors import UsageError
 from robotcore.files import replace_file
 

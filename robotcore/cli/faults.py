@@ -8,12 +8,13 @@ import click
 
 from robotcore.cli.output import as_json, write_json, write_lines, write_table
 
+if TYPE_CHECKING:
+    from robotcore.runtime.faults.spec import Parameter
+
+
 _COMMON = """\
 Every fault takes after=SECONDS, from when, and lasts=SECONDS, for how long, on the robot's clock.
 Beside every=SECONDS, lasts is for how long it may come again."""
-
-if TYPE_CHECKING:
-    from robotcore.runtime.faults.spec import Parameter
 
 
 @click.command("faults")
@@ -22,7 +23,7 @@ def command(*, as_json: bool) -> None:
     """List the faults that --fault knows, and what each is on."""
     from robotcore.plugins import fault_names
 
-    faults = [_told(name) for name in fault_names()]
+    faults = [_fault_row(name) for name in fault_names()]
     if as_json:
         write_json(faults)
     else:
@@ -30,7 +31,7 @@ def command(*, as_json: bool) -> None:
         write_lines(f"\n{_COMMON}")
 
 
-def _told(name: str) -> dict[str, Any]:
+def _fault_row(name: str) -> dict[str, Any]:
     from robotcore.errors import BackendMissingError
     from robotcore.runtime.faults.planning import ROLES, effect_of, load_fault
     from robotcore.runtime.faults.spec import parameters_of

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from robotcore.cli.answering import AnsweringCommand
+from robotcore.cli.json_answers import AnsweringCommand
 from robotcore.cli.output import write, write_json, write_line
-from robotcore.cli.outputs import require_apart, require_ending
+from robotcore.cli.output_files import require_apart, require_ending
 from robotcore.errors import UsageError
 
 if TYPE_CHECKING:

@@ -12,9 +12,8 @@ from typing import NoReturn, TextIO
 
 import click
 
-from robotcore.cli.failure import tell, tell_error, tell_usage
-from robotcore.cli.lazy import LazyGroup
-from robotcore.cli.output import write_line, write_lines
+from robotcore.cli.lazy_group import LazyGroup
+from robotcore.cli.output import write_error, write_failure, write_line, write_lines, write_usage_error
 from robotcore.errors import Interrupted, RobotcoreError
 
 SIGNALLED = 128
@@ -82,15 +81,15 @@ def execute(arguments: Sequence[str]) -> int:
     try:
         status: int | None = robotcore.main(list(arguments), "robotcore", standalone_mode=False)
     except click.ClickException as error:
-        tell_usage(error)
+        write_usage_error(error)
         return error.exit_code
     except (RobotcoreError, Interrupted) as error:
-        tell_error(error)
+        write_error(error)
         return error.exit_status
     except click.Abort:
         return INTERRUPTED
     except OSError as error:
-        tell(f"the output cannot be written: {error.strerror}")
+        write_failure(f"the output cannot be written: {error.strerror}")
         return UNWRITTEN
     return status or 0
 

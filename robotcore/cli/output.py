@@ -1,8 +1,4 @@
-"""What commands write on stdout and stderr: lines, a line of JSON, or something drawn by rich.
-
-Every text of a command goes through here. A text may hold the words of a robot, a recording, a file or an app, and what
-a terminal would obey in them is escaped. A line break in such words begins no line of ours.
-"""
+"""What the command line writes: lines, tables, JSON, findings and errors, with control characters escaped."""
 
 from __future__ import annotations
 
@@ -15,10 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from robotcore.errors import BehaviourError, DescriptionError, Interrupted, RobotcoreError
 from robotcore.text import escape
 
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
+
+    from robotcore.hal.finding import Finding
+
 
 PIPED_WIDTH = 160
 INDENT = "  "
@@ -58,7 +58,7 @@ def write_content(text: str) -> None:
     click.echo(text, nl=False)
 
 
-def printing_apart(*, as_json: bool) -> AbstractContextManager[object]:
+def redirect_prints(*, as_json: bool) -> AbstractContextManager[object]:
     """While entered, what an app prints goes to stderr where stdout is for a line of JSON alone."""
     return redirect_stdout(sys.stderr) if as_json else nullcontext()
 
@@ -96,3 +96,53 @@ class _EscapedRenderable:
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         for segment in console.render(self._renderable, options):
             yield segment._replace(text=escape(segment.text, keep="\n"))
+
+
+def write_failure(fault: str) -> None:
+    """Say on stderr what went wrong; what follows its first line is indented."""
+    first, *others = fault.split("\n")
+    write_line(f"{click.style('error:', fg='red', bold=True)} {escape(first)}", is_error=True, is_styled=True)
+    for line in others:
+        write_line(f"{INDENT}{line}", is_error=True)
+
+
+def write_error(error: RobotcoreError | Interrupted) -> None:
+    """Say on stderr what was raised; where an app's own code did, after its traceback. Each fault of a file is one."""
+    if isinstance(error, BehaviourError) and error.traceback:
+        write_lines(error.traceback.rstrip("\n"), indent=INDENT, is_error=True)
+    faults = str(error).split("\n") if isinstance(error, DescriptionError) else [str(error)]
+    for fault in faults:
+        write_failure(fault)
+
+
+def write_usage_error(error: click.ClickException) -> None:
+    """Say on stderr what was wrong with the arguments, and where they are explained."""
+    context = getattr(error, "ctx", None)
+    write_failure(error.format_message())
+    write_line(f"Try '{context.command_path if context else 'robotcore'} --help'.", is_error=True)
+
+
+FINDING_STYLES = {"ok": "green", "warning": "yellow", "error": "red"}
+NEWLINE, FINDING_INDENT, FINDING_WIDTH = "\n", 23, 1000
+
+
+def write_finding(finding: Finding) -> None:
+    """Write a finding, and its remedy below it, as wide as the terminal, or in long lines."""
+    from shutil import get_terminal_size
+
+    width = max(get_terminal_size().columns, 2 * FINDING_INDENT) if sys.stdout.isatty() else FINDING_WIDTH
+    level = finding.level.value
+    lines = click.wrap_text(
+        f"{level:<9}{finding.what:<14}{_in_one_line(finding.said)}", width, "", " " * FINDING_INDENT
+    )
+    if finding.remedy:
+        lines += NEWLINE + click.wrap_text(
+            _in_one_line(finding.remedy), width, f"{'→':>{FINDING_INDENT - 1}} ", " " * FINDING_INDENT
+        )
+    for line in map(escape, lines.split(NEWLINE)):
+        styled = line.replace(level, click.style(level, FINDING_STYLES[level]), 1) if line.startswith(level) else line
+        write_line(styled, is_styled=True)
+
+
+def _in_one_line(words: str) -> str:
+    return " ".join(words.split())

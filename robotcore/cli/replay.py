@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from robotcore.cli.answering import AnsweringCommand
-from robotcore.cli.output import printing_apart, write_json, write_line
-from robotcore.cli.outputs import require_apart
-from robotcore.cli.values import pair
+from robotcore.cli.json_answers import AnsweringCommand
+from robotcore.cli.options import pair
+from robotcore.cli.output import redirect_prints, write_json, write_line
+from robotcore.cli.output_files import require_apart
 
 if TYPE_CHECKING:
     from robotcore.recording import Recording
@@ -46,7 +46,7 @@ def command(
     if picture:
         require_writable(picture)
     recording = read(file)
-    with printing_apart(as_json=as_json):
+    with redirect_prints(as_json=as_json):
         came_out = _run(recording, file, app, dict(settings))
     if as_json:
         write_json({"file": str(file), **came_out.to_dict()})
@@ -68,8 +68,7 @@ def _run(recording: Recording, file: Path, app: str | None, settings: dict[str, 
 
 
 def _tell(came_out: ReplayResult | Evaluation) -> None:
-    from robotcore.cli.failure import tell_error
-    from robotcore.cli.output import write
+    from robotcore.cli.output import write, write_error
     from robotcore.errors import DeviationError, Interrupted, RecordingEndedError, RobotcoreError
     from robotcore.view.text import format_replay
 
@@ -77,7 +76,7 @@ def _tell(came_out: ReplayResult | Evaluation) -> None:
     error = came_out.result.error
     is_told = isinstance(error, (DeviationError, RecordingEndedError)) or not came_out.exit_status
     if isinstance(error, (RobotcoreError, Interrupted)) and not is_told:
-        tell_error(error)
+        write_error(error)
 
 
 def _draw(recording: Recording, came_out: ReplayResult | Evaluation, picture: Path) -> None:

@@ -15,7 +15,7 @@ def command(*, as_json: bool) -> None:
     """List the robots that --robot knows by name."""
     from robotcore.description import robot_names
 
-    robots = [_told(name) for name in robot_names()]
+    robots = [_robot_row(name) for name in robot_names()]
     if as_json:
         write_json(robots)
     else:
@@ -23,7 +23,7 @@ def command(*, as_json: bool) -> None:
         write_table(("robot", "devices", "what it is"), rows)
 
 
-def _told(name: str) -> dict[str, Any]:
+def _robot_row(name: str) -> dict[str, Any]:
     from robotcore.description import load_robot
 
     robot = load_robot(name)

@@ -12,12 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.ending import RunCommand, prepare_telling, tell_result
-from robotcore.cli.failure import tell
-from robotcore.cli.output import printing_apart, write_line
-from robotcore.cli.recorded import recorder_for, with_recording
-from robotcore.cli.requested import requested
-from robotcore.cli.values import size
+from robotcore.cli.json_answers import RunCommand, prepare_result, write_result
+from robotcore.cli.options import run_options, size
+from robotcore.cli.output import redirect_prints, write_failure, write_line
+from robotcore.cli.output_files import finish_recording, make_recorder
 from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
@@ -35,7 +33,7 @@ if TYPE_CHECKING:
 @click.option("--backend", default="kinematic", show_default=True, help="What it runs on; see `robotcore backends`.")
 @click.option("--world", help="A world's name, or its .toml file. Simulators take arena where it is left out.")
 @click.option("--seed", type=int, help="Draw the world anew from this number.")
-@requested
+@run_options
 @click.option("--host", help="Short for --option host=…")
 @click.option("--port", help="Short for --option port=…")
 @click.option(
@@ -75,11 +73,11 @@ def command(
 
     with Interrupts() as interrupts:
         drawer = _drawer(picture)
-        recorder = recorder_for(record, dict(asked["options"]), is_jpeg=record_jpeg, limit=record_limit)
+        recorder = make_recorder(record, dict(asked["options"]), is_jpeg=record_jpeg, limit=record_limit)
         notifier = Notifier.of(os.environ)
         last_words = _last_words(recorder, notifier, as_json=as_json)
-        prepare_telling(as_json=as_json)
-        with printing_apart(as_json=as_json):
+        prepare_result(as_json=as_json)
+        with redirect_prints(as_json=as_json):
             result = _run(asked, drawer, recorder, notifier, interrupts, last_words)
         interrupts.hold()
         made = []
@@ -87,22 +85,22 @@ def command(
             result, drawn = _with_picture(result, drawer, picture)
             made += [f"The picture: {drawn}"] if drawn else []
         if recorder:
-            result, recorded = with_recording(result, recorder)
+            result, recorded = finish_recording(result, recorder)
             made += [recorded] if recorded else []
         result = notifier.completed(result) if notifier else result
-        return _told(result, made, as_json=as_json)
+        return _finish(result, made, as_json=as_json)
 
 
-def _told(result: RunResult, made: list[str], *, as_json: bool) -> int:
+def _finish(result: RunResult, made: list[str], *, as_json: bool) -> int:
     """Tell how the run ended and what it left; return its exit status, whether or not somebody can hear it."""
     try:
-        tell_result(result, as_json=as_json)
+        write_result(result, as_json=as_json)
         for line in made:
             write_line(line, is_error=as_json)
     except BrokenPipeError:
         return result.exit_status or 1
     except OSError as error:
-        tell(f"the output cannot be written: {error.strerror}")
+        write_failure(f"the output cannot be written: {error.strerror}")
         return result.exit_status or 1
     return result.exit_status
 
@@ -115,7 +113,7 @@ def _with_picture(result: RunResult, drawer: PictureRecorder, picture: Path) -> 
     try:
         return result, picture if drawer.save(picture) else None
     except UsageError as error:
-        tell(str(error))
+        write_failure(str(error))
         return replace(result, exit_status=result.exit_status or 1, reason=result.reason or str(error)), None
 
 
@@ -137,12 +135,12 @@ def _run(
     interrupts: Interrupts,
     last_words: Callable[[RunResult], None],
 ) -> RunResult:
-    from robotcore.cli.keys import SpaceBar, can_listen
+    from robotcore.cli.estop_key import EmergencyStopKey, can_listen
     from robotcore.runtime.session import RunRequest, run
 
     with ExitStack() as stack:
-        in_terminal: list[SpaceBar | Progress] = []
-        bar = stack.enter_context(closing(SpaceBar())) if can_listen() else None
+        in_terminal: list[EmergencyStopKey | Progress] = []
+        bar = stack.enter_context(closing(EmergencyStopKey())) if can_listen() else None
         if bar:
             in_terminal.append(bar)
         if sys.stderr and sys.stderr.isatty():
@@ -165,10 +163,10 @@ def _last_words(recorder: Recorder | None, notifier: Notifier | None, *, as_json
     stdout = sys.stdout
 
     def tell_the_last(result: RunResult) -> None:
-        result, recorded = with_recording(result, recorder) if recorder else (result, "")
+        result, recorded = finish_recording(result, recorder) if recorder else (result, "")
         result = notifier.completed(result) if notifier else result
         with redirect_stdout(stdout):
-            status = _told(result, [recorded] if recorded else [], as_json=as_json)
+            status = _finish(result, [recorded] if recorded else [], as_json=as_json)
         if notifier:
             os._exit(status)
 

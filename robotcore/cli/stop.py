@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from robotcore.cli.options import connection_options, merge_options
 from robotcore.cli.output import write_line
-from robotcore.cli.placed import options_of, placed
 
 if TYPE_CHECKING:
     from robotcore.hal.backend import Backend, Setup
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 @click.command("stop")
 @click.option("--backend", "name", required=True, help="What the robot runs on, such as raspberrypi.")
 @click.option("--robot", default="rover", show_default=True, help="A robot's name, or its .toml file.")
-@placed
+@connection_options
 def command(name: str, robot: str, port: str | None, options: tuple[tuple[str, str], ...]) -> int:
     """Make every motor of a robot stand, from any process.
 
@@ -27,7 +27,7 @@ def command(name: str, robot: str, port: str | None, options: tuple[tuple[str, s
 
     backend = load_backend(name)
     backend.require_installed()
-    return _stop(backend, _setup(backend, robot, options_of(port, options)))
+    return _stop(backend, _setup(backend, robot, merge_options(port, options)))
 
 
 def _setup(backend: Backend, robot: str, options: dict[str, str]) -> Setup:

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.answering import AnsweringCommand
-from robotcore.cli.output import printing_apart, write_line
-from robotcore.cli.requested import requested
+from robotcore.cli.json_answers import AnsweringCommand
+from robotcore.cli.options import Folder, count, names, run_options
+from robotcore.cli.output import redirect_prints, write_line
 from robotcore.cli.swept import tell_kept, tell_sweep
-from robotcore.cli.values import Folder, count, names
 from robotcore.errors import BackendError, Interrupted, UsageError
 
 if TYPE_CHECKING:
@@ -39,7 +38,7 @@ class _SweepCommand(AnsweringCommand):
 )
 @click.option("--world", "worlds", type=names, default="arena", show_default=True, help="One or more, by commas.")
 @click.option("--seeds", default="1-20", show_default=True, help="Draw the worlds from these: 1-200, or 1,5,9-12.")
-@requested
+@run_options
 @click.option(
     "--jobs",
     metavar="N",
@@ -96,7 +95,7 @@ def command(
     sweep = Sweep(_request(**asked), backends, worlds, seeds_of(seeds))
     engine = _engine(cluster, jobs, wall_timeout_s, backends)
     results = Results(sweep, out, fresh=fresh)
-    with printing_apart(as_json=as_json):
+    with redirect_prints(as_json=as_json):
         rehearse(sweep)
         ended_by = _run(results, engine, is_quiet=as_json)
     page = _write_report(results, report, line, bounds) if report and not ended_by else None

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from robotcore.cli.failure import tell
-from robotcore.cli.output import write, write_json, write_line
+from robotcore.cli.output import write, write_failure, write_json, write_line
 from robotcore.errors import BackendError, Interrupted
 
 if TYPE_CHECKING:
@@ -125,10 +124,10 @@ def _tell_ending(
     ended_by: Interrupted | BackendError | None,
 ) -> None:
     for miss in misses:
-        tell(miss)
+        write_failure(miss)
     if isinstance(ended_by, Interrupted):
         done = sum(group.runs for group in groups)
         words = f"{ended_by}: {done} of {len(results.sweep)} runs are kept; {results.how_to_go_on}."
         write_line(words, is_error=True)
     elif ended_by:
-        tell(str(ended_by))
+        write_failure(str(ended_by))

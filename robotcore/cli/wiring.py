@@ -1,45 +1,93 @@
-"""``robotcore wiring``: where a robot's wires go.
-
-``--json`` prints ``{"robot", "backend", "wires": [{"device", "what", "signal", "where", "pads"}, …], "pads":
-[{"number", "name", "kind"}, …], "notes": [{"device", "note"}, …]}``: a wire may go to any of its ``pads``, best to the
-first, to none of them where it does not go to the connector; ``kind`` is one of signal, power, ground, reserved.
-"""
+"""A connector drawn in the terminal: two columns of pads, as they lie on the board, and what goes to each."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from robotcore.cli.options import connection_options, load_connected_robot, merge_options
 from robotcore.cli.output import as_json, write_json, write_line, write_lines, write_table
-from robotcore.cli.placed import options_of, placed, placed_robot
+from robotcore.text import escape
 
 if TYPE_CHECKING:
-    from robotcore.hal.wiring import Wire, Wiring
+    from robotcore.hal.wiring import Pad, Wire, Wiring
+
+
+USES, NAME = 32, 7
+"""How wide what goes to a pad, and what the pad carries, may be: a row has 95 columns."""
+
+USED, FREE = "●", "○"
+STYLES = {"signal": "green", "ground": "blue", "reserved": "magenta", "3.3 V": "yellow", "5 V": "red"}
+
+
+def draw_connector(wiring: Wiring) -> Iterator[str]:
+    """Yield the lines of the drawing, none wider than 100 columns; a full dot is a pad to which something goes."""
+    edge = " " * (USES + NAME + 3)
+    yield f"{edge}┌─────────┐"
+    for left, right in zip(wiring.pads[::2], wiring.pads[1::2], strict=True):
+        numbers = f"│{left.number:>3} │{right.number:>3} │"
+        yield f"{_left(left, _uses(wiring, left))}{numbers}{_right(right, _uses(wiring, right))}"
+    yield f"{edge}└─────────┘"
+    yield f"{USED} used  {FREE} free    Pad 1 is at the corner of the board; the USB ports are at the other end."
+
+
+def _uses(wiring: Wiring, pad: Pad) -> str:
+    """Return which devices' signals go to a pad: ``left_motor + right_motor standby``."""
+    here = [wire for wire in wiring.wires if wire.pads[:1] == (pad.number,)]
+    by_signal = groupby(sorted(here, key=_signal), key=_signal)
+    text = ", ".join(f"{' + '.join(wire.device for wire in wires)} {signal}" for signal, wires in by_signal)
+    text = escape(text)
+    return text if len(text) <= USES else f"{text[: USES - 1]}…"
+
+
+def _signal(wire: Wire) -> str:
+    return wire.signal
+
+
+def _left(pad: Pad, uses: str) -> str:
+    return f"{_bold(f'{uses:>{USES}}')} {_coloured(pad, f'{pad.name:>{NAME}} {_dot(uses)}')}"
+
+
+def _right(pad: Pad, uses: str) -> str:
+    name = f"{pad.name:<{NAME}} " if uses else pad.name
+    return f"{_coloured(pad, f'{_dot(uses)} {name}')}{_bold(uses)}"
+
+
+def _dot(uses: str) -> str:
+    return USED if uses else FREE
+
+
+def _coloured(pad: Pad, words: str) -> str:
+    return click.style(words, STYLES.get(pad.name, STYLES.get(pad.kind.value)), bold=USED in words)
+
+
+def _bold(words: str) -> str:
+    return click.style(words, bold=True) if words.strip() else words
 
 
 @click.command("wiring")
 @click.argument("robot", default="rover")
 @click.option("--backend", default="raspberrypi", show_default=True, help="The board whose wiring to show.")
-@placed
+@connection_options
 @as_json
 def command(robot: str, backend: str, port: str | None, options: tuple[tuple[str, str], ...], *, as_json: bool) -> None:
     """Show where the wires of ROBOT go.
 
     As its file says: in a table and on the board's connector, if it has one, with what else there is to know.
     """
-    wiring = _wiring(robot, backend, options_of(port, options))
+    wiring = _wiring(robot, backend, merge_options(port, options))
     if as_json:
-        write_json({"robot": robot, "backend": backend, **_told(wiring)})
+        write_json({"robot": robot, "backend": backend, **_wiring_row(wiring)})
         return
-    from robotcore.cli.connector import drawing
 
     columns = ("device", "signal", "goes to", *(["pad"] if wiring.pads else []), "what it is")
     write_table(columns, _rows(wiring))
     write_line()
     if wiring.pads:
-        for line in drawing(wiring):
+        for line in draw_connector(wiring):
             write_line(line, is_styled=True)
         write_line()
     for note in _notes(wiring):
@@ -51,7 +99,7 @@ def _wiring(robot: str, name: str, options: Mapping[str, str]) -> Wiring:
     from robotcore.hal.backend import load_backend
 
     backend = load_backend(name)
-    wiring = backend.wiring(placed_robot(backend, robot, options))
+    wiring = backend.wiring(load_connected_robot(backend, robot, options))
     if wiring is None:
         raise UsageError(f"the backend {name!r} has nothing to wire. Take the real robot's: --backend raspberrypi")
     return wiring
@@ -83,7 +131,7 @@ def _notes(wiring: Wiring) -> Iterator[str]:
         yield click.wrap_text(f"- {', '.join(names)}: {' '.join(note.split())}", 100, "", "  ")
 
 
-def _told(wiring: Wiring) -> dict[str, Any]:
+def _wiring_row(wiring: Wiring) -> dict[str, Any]:
     from dataclasses import asdict
 
     return {

@@ -15,14 +15,14 @@ def command(*, as_json: bool) -> None:
     """List the worlds that --world knows by name."""
     from robotcore.description import world_names
 
-    worlds = [_told(name) for name in world_names()]
+    worlds = [_world_row(name) for name in world_names()]
     if as_json:
         write_json(worlds)
     else:
         write_table(("world", "floor", "obstacles", "targets", "what it is"), map(_row, worlds))
 
 
-def _told(name: str) -> dict[str, Any]:
+def _world_row(name: str) -> dict[str, Any]:
     from robotcore.description import load_world
 
     world = load_world(name)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from robotcore.cli.lazy import LazyGroup
+from robotcore.cli.lazy_group import LazyGroup
 from robotcore.cli.output import write_lines
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.answering import AnsweringCommand
+from robotcore.cli.json_answers import AnsweringCommand
 from robotcore.errors import Interrupted, RobotcoreError
 
 if TYPE_CHECKING:

@@ -14,8 +14,8 @@ import click
 
 from robotcore.cli.deploy._options import AnsweringDeployCommand, link_to, on_robot
 from robotcore.cli.deploy._output import Showing
+from robotcore.cli.options import Folder
 from robotcore.cli.output import as_json, write_json, write_line
-from robotcore.cli.values import Folder
 from robotcore.errors import UsageError
 
 if TYPE_CHECKING:

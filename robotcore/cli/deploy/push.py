@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from robotcore.cli.deploy._options import DeployCommand, on_robot
+from robotcore.cli.options import pair
 from robotcore.cli.output import write_lines
-from robotcore.cli.values import pair
 from robotcore.deploy.agent.units import START_LIMIT_S
 
 if TYPE_CHECKING:

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.findings import write_finding
-from robotcore.cli.output import as_json, write_json, write_line
-from robotcore.cli.placed import options_of, placed, placed_robot
+from robotcore.cli.options import connection_options, load_connected_robot, merge_options
+from robotcore.cli.output import as_json, write_finding, write_json, write_line
 from robotcore.errors import UsageError
 from robotcore.text import counted
 
@@ -31,7 +30,7 @@ MACHINE = "machine"
 @click.command("doctor")
 @click.option("--robot", help="A robot by its name or its file, whose devices are looked at too.")
 @click.option("--backend", help="Look at this one only; by default this board's, or all that are no board's.")
-@placed
+@connection_options
 @as_json
 def command(
     robot: str | None, backend: str | None, port: str | None, options: tuple[tuple[str, str], ...], *, as_json: bool
@@ -40,7 +39,7 @@ def command(
 
     Says what is right, what is wrong and what to do about it; the exit status is 1 where there is an error.
     """
-    if (told_of := options_of(port, options)) and not (robot and backend):
+    if (told_of := merge_options(port, options)) and not (robot and backend):
         raise UsageError(f"option {next(iter(told_of))}: of which robot, on which backend? Add --robot and --backend")
     told = _told(robot, backend, told_of)
     findings = list(told if as_json else _shown(told))
@@ -74,7 +73,7 @@ def _described(robot: str, backend: str | None, options: Mapping[str, str]) -> R
     from robotcore.description import load_robot
     from robotcore.hal.backend import load_backend
 
-    return placed_robot(load_backend(backend), robot, options) if backend and options else load_robot(robot)
+    return load_connected_robot(load_backend(backend), robot, options) if backend and options else load_robot(robot)
 
 
 def _chosen() -> list[str]:

@@ -8,9 +8,7 @@ from rich.console import Group
 from rich.text import Text
 
 import robotcore.cli
-from robotcore.cli.failure import tell
-from robotcore.cli.findings import write_finding
-from robotcore.cli.output import write, write_json, write_line, write_table
+from robotcore.cli.output import write, write_failure, write_finding, write_json, write_line, write_table
 from robotcore.hal.finding import Finding
 from tests.robotcore.cli.conftest import AppFile, Cli
 
@@ -38,7 +36,7 @@ def test_words_keep_none_of_their_own_colours_beside_ours(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *, is_terminal: bool
 ) -> None:
     monkeypatch.setattr("click.utils.should_strip_ansi", lambda *_: not is_terminal)
-    tell(f"\x1b[31m{HOSTILE}")
+    write_failure(f"\x1b[31m{HOSTILE}")
     written = capsys.readouterr().err
     assert written.count("\x1b") == (3 if is_terminal else 0)
     assert f"\\x1b[31m{SHOWN}\n  error: forged\n" in written

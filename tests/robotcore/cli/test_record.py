@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from robotcore import Outcome, RunResult
-from robotcore.cli.recorded import with_recording
+from robotcore.cli.output_files import finish_recording
 from robotcore.recording import read
 from robotcore.recording.recorder import Recorder
 from tests.robotcore.cli.conftest import AppFile, Cli
@@ -71,7 +71,7 @@ def test_a_recording_whose_end_was_not_awaited_says_so(tmp_path: Path) -> None:
     recorder = Recorder(tmp_path / "run.mcap")
     recorder._thread = threading.Thread(target=is_written.wait)
     recorder._thread.start()
-    _, told = with_recording(RUN, recorder)
+    _, told = finish_recording(RUN, recorder)
     assert told == f"The recording: {recorder.path}, cut: its end was not awaited"
     is_written.set()
     recorder._thread.join()

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.cli.connector import FREE, USED, drawing
+from robotcore.cli.wiring import FREE, USED, draw_connector
 from robotcore.hal.wiring import Pad, PadKind, Wire, Wiring
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.hardware.device_drivers import EYE, NECK, register, robot_file
@@ -81,7 +81,7 @@ def test_a_robot_without_the_section_says_what_is_missing(cli: Cli, post: str) -
 
 def row(*wires: Wire) -> str:
     pads = (Pad(1, "GPIO 2", PadKind.SIGNAL), Pad(2, "5 V", PadKind.POWER))
-    return list(drawing(Wiring(pads, wires, ())))[1]
+    return list(draw_connector(Wiring(pads, wires, ())))[1]
 
 
 def test_no_row_of_the_drawing_is_wider_than_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,7 +17,7 @@ from typing import Any
 
 import pytest
 
-from robotcore.cli import keys
+from robotcore.cli import estop_key as keys
 from robotcore.errors import Interrupted
 
 ROOT = Path(__file__).parents[3]
@@ -237,15 +237,17 @@ def test_what_is_typed_just_after_it_went_behind_stops_no_job_that_drives(termin
 
 
 @pytest.fixture
-def bar(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> Iterator[keys.SpaceBar]:
+def bar(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> Iterator[keys.EmergencyStopKey]:
     """A space bar in this process, which is in front of the terminal."""
     with os.fdopen(os.dup(terminal.slave)) as stdin:
         monkeypatch.setattr(sys, "stdin", stdin)
         monkeypatch.setattr(keys, "_is_in_front", lambda _: True)
-        yield keys.SpaceBar()
+        yield keys.EmergencyStopKey()
 
 
-def test_paused_it_leaves_the_terminal_alone_though_it_still_listens(terminal: Terminal, bar: keys.SpaceBar) -> None:
+def test_paused_it_leaves_the_terminal_alone_though_it_still_listens(
+    terminal: Terminal, bar: keys.EmergencyStopKey
+) -> None:
     terminal.type(b" ")  # so that it need not wait
     bar.pause()
     with keys._keys_of(terminal.slave) as there:
@@ -259,7 +261,7 @@ def test_paused_it_leaves_the_terminal_alone_though_it_still_listens(terminal: T
 
 
 def test_the_key_is_offered_only_while_the_terminal_is_ours(
-    bar: keys.SpaceBar, monkeypatch: pytest.MonkeyPatch
+    bar: keys.EmergencyStopKey, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert not bar.hint()
     bar.go_on()
@@ -272,7 +274,7 @@ def test_the_key_is_offered_only_while_the_terminal_is_ours(
 
 
 def test_an_interrupt_just_after_the_terminal_was_taken_leaves_it_as_it_was(
-    terminal: Terminal, bar: keys.SpaceBar, monkeypatch: pytest.MonkeyPatch
+    terminal: Terminal, bar: keys.EmergencyStopKey, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def take_and_be_interrupted(*told: Any) -> None:
         termios.tcsetattr(*told)
@@ -287,7 +289,7 @@ def test_an_interrupt_just_after_the_terminal_was_taken_leaves_it_as_it_was(
 
 
 def test_an_interrupt_just_before_the_terminal_is_put_back_leaves_it_as_it_was(
-    terminal: Terminal, bar: keys.SpaceBar, monkeypatch: pytest.MonkeyPatch
+    terminal: Terminal, bar: keys.EmergencyStopKey, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def be_interrupted(*told: Any) -> None:
         raise Interrupted(signal.SIGINT)

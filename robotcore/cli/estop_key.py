@@ -34,7 +34,7 @@ def can_listen() -> bool:
     return _is_in_front(sys.stdin.fileno())
 
 
-class SpaceBar:
+class EmergencyStopKey:
     """An observer: while a run lasts, the space bar is its e-stop; the terminal is then put back as it was.
 
     A key comes at once and is not shown (``cbreak``). The program may be suspended and go on, in front or behind; in
