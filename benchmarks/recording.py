@@ -128,7 +128,7 @@ def _search_s(file: Path | None) -> float:
 
 def _run(file: Path | None, request: RunRequest, *watching: Stopwatch) -> None:
     recorder = Recorder(file) if file else None
-    run(request, [*([recorder] if recorder else []), *watching], [recorder.tap] if recorder else [])
+    run(request, [*([recorder] if recorder else []), *watching], [recorder.layer] if recorder else [])
     assert recorder is None or recorder.fault is None
 
 

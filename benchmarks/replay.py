@@ -122,7 +122,7 @@ def _drawn(draw: random.Random, backends: list[str]) -> tuple[RunRequest, Distur
 def _case(request: RunRequest, disturbance: Disturbance | None, file: Path) -> Case:
     clock, recorder = MonotonicClock(), Recorder(file)
     others = [disturbance] if disturbance else []
-    run(request, [recorder, *others], [*others, recorder.tap])
+    run(request, [recorder, *others], [*others, recorder.layer])
     if recorder.fault:
         raise recorder.fault
     recorded = clock.now()

@@ -49,9 +49,9 @@ class ReplayClock(Clock):
 
     def sleep_until(self, deadline: float) -> bool:
         is_ahead = deadline >= self._now
-        self._go_on()
+        self._advance()
         while self.tick + 1 < len(self._times) and self._times[self.tick + 1] <= deadline + _SAME_S:
-            self._go_on()
+            self._advance()
         return is_ahead
 
     def call_at(self, deadline: float, callback: Callback) -> None:
@@ -60,7 +60,7 @@ class ReplayClock(Clock):
     def close(self) -> None:
         self._calls.clear()
 
-    def _go_on(self) -> None:
+    def _advance(self) -> None:
         """Go to the next tick, and make the calls that are due on the way."""
         if self.tick + 1 == len(self._times):
             raise RecordingEndedError(len(self._times), self._now)
@@ -89,16 +89,16 @@ class SamplePlayer(Generic[RecordedT]):
 
     def __call__(self) -> RecordedT:
         """Return the sample of this read; DeviceError if there was none yet, or if it is damaged."""
-        read = self._next()
+        read = self._take_read()
         if read and read.error:
-            raise read.error.again()
+            raise read.error.rebuild()
         key = read.key if read else None
         try:
             return cast("RecordedT", self._samples[key if key and key in self._samples else self._newest_key()])
         except RecordingError as error:
             raise DeviceError(self._device, str(error)) from error
 
-    def _next(self) -> Read | None:
+    def _take_read(self) -> Read | None:
         """Return the recorded read whose turn it is in this tick, if there is one."""
         reads = self._reads[self._clock.tick]
         self._count = self._count + 1 if self._tick == self._clock.tick else 0
@@ -128,46 +128,46 @@ class ReplayMotor(Motor):
 class ReplayRangeSensor(RangeSensor):
     """The distances of a recording."""
 
-    def __init__(self, description: RangeSensorDescription, reel: SamplePlayer[Range]) -> None:
+    def __init__(self, description: RangeSensorDescription, player: SamplePlayer[Range]) -> None:
         limits = {"min_range": description.min_range_m, "max_range": description.max_range_m}
         super().__init__(description.name, cone=description.cone_rad, **limits)
-        self._reel = reel
+        self._player = player
 
     def _newest(self) -> Range:
-        return self._reel()
+        return self._player()
 
 
 class ReplayCamera(Camera):
     """The pictures of a recording."""
 
-    def __init__(self, description: CameraDescription, reel: SamplePlayer[Frame]) -> None:
+    def __init__(self, description: CameraDescription, player: SamplePlayer[Frame]) -> None:
         super().__init__(description.name, description.intrinsics)
-        self._reel = reel
+        self._player = player
 
     def _newest(self) -> Frame:
-        return self._reel()
+        return self._player()
 
 
 class ReplayEncoder(Encoder):
     """The angles of a recording."""
 
-    def __init__(self, name: str, reel: SamplePlayer[Angle]) -> None:
+    def __init__(self, name: str, player: SamplePlayer[Angle]) -> None:
         super().__init__(name)
-        self._reel = reel
+        self._player = player
 
     def _newest(self) -> Angle:
-        return self._reel()
+        return self._player()
 
 
 class ReplayBattery(Battery):
     """The voltages of a recording."""
 
-    def __init__(self, name: str, reel: SamplePlayer[Voltage]) -> None:
+    def __init__(self, name: str, player: SamplePlayer[Voltage]) -> None:
         super().__init__(name)
-        self._reel = reel
+        self._player = player
 
     def _newest(self) -> Voltage:
-        return self._reel()
+        return self._player()
 
 
 class ReplayDisplay(Display):
@@ -183,4 +183,4 @@ class ReplayDisplay(Display):
         self._count = self._count + 1 if self._tick == tick else 0
         self._tick = tick
         if (errors := self._shown[tick][self._count : self._count + 1]) and errors[0]:
-            raise errors[0].again()
+            raise errors[0].rebuild()

@@ -83,5 +83,5 @@ def _draw(recording: Recording, came_out: ReplayResult | Evaluation, picture: Pa
     from robotcore.recording.replay import Evaluation
     from robotcore.view.picture import build_figure, draw_png, save_png
 
-    is_rehearsal = isinstance(came_out, Evaluation)
-    save_png(draw_png(build_figure(recording, came_out.states, came_out.result, is_rehearsal=is_rehearsal)), picture)
+    is_evaluation = isinstance(came_out, Evaluation)
+    save_png(draw_png(build_figure(recording, came_out.states, came_out.result, is_evaluation=is_evaluation)), picture)

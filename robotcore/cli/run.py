@@ -151,7 +151,7 @@ def _run(
             lambda: [each.pause() for each in in_terminal], lambda: [each.go_on() for each in in_terminal]
         )
         observers: list[Observer] = [each for each in (notifier, recorder, drawer, *in_terminal) if each]
-        taps = [recorder.tap] if recorder else []
+        taps = [recorder.layer] if recorder else []
         return run(RunRequest(**_requested(**asked)), observers, taps, last_words=last_words)
 
 

@@ -201,7 +201,7 @@ class ChunkedFile:
                 raise RecordingError(self._path, "it is no MCAP file", "Name one that robotcore has recorded")
             yield from self._chunks(file)
 
-    def again(self, place: ChunkLocation) -> Iterator[Record]:
+    def read_again(self, place: ChunkLocation) -> Iterator[Record]:
         """Return the records of a chunk. Raises RecordingError if the file has changed."""
         try:
             with _open_regular(self._path) as file:

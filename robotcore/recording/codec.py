@@ -124,12 +124,12 @@ _BEFORE_SIZE = {0xC4, 0xDB, 0xDD, 0xFE, *range(0xE0, 0xF0)}
 
 def decode_raw_image(message: bytes | memoryview) -> Image:
     """Return the picture in a RawImage, read-only; ValueError where there is none."""
-    told = dict(read_fields(message))
-    width, height = (int.from_bytes(told[field], "little") for field in (_WIDTH, _HEIGHT))
+    values = dict(read_fields(message))
+    width, height = (int.from_bytes(values[field], "little") for field in (_WIDTH, _HEIGHT))
     _require_pixels(width, height)
-    channels = _CHANNELS[bytes(told[_ENCODING])]
+    channels = _CHANNELS[bytes(values[_ENCODING])]
     shape = (height, width, channels) if channels > 1 else (height, width)
-    return np.frombuffer(told[_DATA], np.uint8).reshape(shape)
+    return np.frombuffer(values[_DATA], np.uint8).reshape(shape)
 
 
 def decode_compressed_image(message: bytes | memoryview) -> Image:

@@ -154,7 +154,7 @@ class Comparison:
         return next((pair for pair in zip_longest(*self.milestones) if pair[0] != pair[1]), None)
 
     @property
-    def parting(self) -> FirstDifference | None:
+    def first_difference(self) -> FirstDifference | None:
         """Where their states part; None where all are the same."""
         for one, other in zip_longest(self.first.recording.ticks, self.second.recording.ticks):
             first, second = _get_state(one), _get_state(other)
@@ -183,7 +183,7 @@ class Comparison:
         return {
             "alike": self.is_alike,
             "first_other_milestone": self.first_other_milestone,
-            "parting": asdict(self.parting) if self.parting else None,
+            "parting": asdict(self.first_difference) if self.first_difference else None,
             "rooms_differ": self.do_rooms_differ,
             "first": {**self.first.to_dict(), "milestones": first},
             "second": {**self.second.to_dict(), "milestones": second},

@@ -95,7 +95,7 @@ def build_odometry_path(recording: Recording) -> PosePath:
 
 def build_true_path(recording: Recording) -> PosePath:
     """Return where the robot was by the simulator's word; empty where there is none."""
-    return {glimpse.tick: glimpse.pose for glimpse in recording.truth if _is_place(glimpse.pose)}
+    return {sample.tick: sample.pose for sample in recording.truth if _is_place(sample.pose)}
 
 
 def _is_place(pose: Pose) -> bool:

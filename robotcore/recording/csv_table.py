@@ -52,7 +52,7 @@ def _build_header(recording: Recording) -> list[str]:
 
 
 def _build_rows(recording: Recording) -> Iterator[list[Any]]:
-    truth, sensors = {glimpse.tick: glimpse.pose for glimpse in recording.truth}, list(_list_sensors(recording))
+    truth, sensors = {sample.tick: sample.pose for sample in recording.truth}, list(_list_sensors(recording))
     for tick in recording.ticks:
         true = list(truth.get(tick.number) or _build_empty_cells(3)) if truth else []
         reads = find_last_reads(tick)

@@ -42,7 +42,7 @@ class RecordedError:
     """An error of ours in words: the name of its class in `robotcore.errors`, its message, what it says of itself.
 
     >>> from robotcore.errors import DeviceError
-    >>> Raised.of(DeviceError("nose", "no echo")).again().device
+    >>> Raised.of(DeviceError("nose", "no echo")).rebuild().device
     'nose'
     """
 
@@ -52,12 +52,12 @@ class RecordedError:
 
     @classmethod
     def of(cls, error: RobotcoreError | Interrupted) -> RecordedError:
-        """Return an error in words; a kind that an app has made of ours is told as ours."""
+        """Return the record of an error. A subclass that an app has defined is recorded as its robotcore class."""
         kind, _, state = error.__reduce__()[1]
-        told = {name: value for name, value in state.items() if isinstance(value, Value) and name != "kind"}
-        return cls(kind.__name__, str(error), told)
+        attributes = {name: value for name, value in state.items() if isinstance(value, Value) and name != "kind"}
+        return cls(kind.__name__, str(error), attributes)
 
-    def again(self) -> RobotcoreError | Interrupted:
+    def rebuild(self) -> RobotcoreError | Interrupted:
         """Return the error, to be raised once more; a kind that this version does not know is a RobotcoreError.
 
         No attribute replaces what the class defines: a file does not decide on exit statuses.

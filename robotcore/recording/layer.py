@@ -47,7 +47,7 @@ class TickBuffer:
     """
 
     def __init__(self, has_room: Callable[[], bool]) -> None:
-        self.notes = TickEvents()
+        self.events = TickEvents()
         self.dropped = 0
         self.reader: str | None = None
         self.latch = Latch()
@@ -55,17 +55,17 @@ class TickBuffer:
 
     def take(self) -> TickEvents:
         """Return what was noted since it was last taken."""
-        notes, self.notes = self.notes, TickEvents()
-        return notes
+        events, self.events = self.events, TickEvents()
+        return events
 
-    def drops(self, sample: Sample) -> bool:
+    def must_drop(self, sample: Sample) -> bool:
         """Return whether a picture has to be left out; it is counted then."""
         is_dropped = isinstance(sample, Frame) and not self._has_room()
         self.dropped += is_dropped
         return is_dropped
 
     @contextmanager
-    def read_by(self, reader: str) -> Iterator[None]:
+    def set_reader(self, reader: str) -> Iterator[None]:
         """Note who reads sensors meanwhile."""
         self.reader = reader
         try:
@@ -77,55 +77,55 @@ class TickBuffer:
 class RecordedSensor(Generic[SampleT]):
     """Reads one sensor. A sample that it gives again is the same one."""
 
-    def __init__(self, book: TickBuffer, device: str, read: Reader[SampleT]) -> None:
-        self._book, self._device, self._read = book, device, read
+    def __init__(self, buffer: TickBuffer, device: str, read: Reader[SampleT]) -> None:
+        self._buffer, self._device, self._read = buffer, device, read
         self._last: SampleT | None = None
         self._number: int | None = None
-        self._kept = 0
+        self._count = 0
 
     def __call__(self) -> SampleT:
         try:
             sample = self._read()
         except RobotcoreError as error:
-            self._book.notes.reads.append(Read(self._device, error=RecordedError.of(error), by=self._book.reader))
+            self._buffer.events.reads.append(Read(self._device, error=RecordedError.of(error), by=self._buffer.reader))
             raise
         if sample is not self._last:
             self._keep(sample)
-        read = Read(self._device, sample.sequence, sample.time, self._number, by=self._book.reader)
-        self._book.notes.reads.append(read)
+        read = Read(self._device, sample.sequence, sample.time, self._number, by=self._buffer.reader)
+        self._buffer.events.reads.append(read)
         return sample
 
     def _keep(self, sample: SampleT) -> None:
         self._last, self._number = sample, None
-        if not self._book.drops(sample):
-            self._number = self._kept
-            self._kept += 1
-            self._book.notes.samples.append((SampleKey(self._device, self._number), sample))
+        if not self._buffer.must_drop(sample):
+            self._number = self._count
+            self._count += 1
+            self._buffer.events.samples.append((SampleKey(self._device, self._number), sample))
 
 
 class RecordedDisplay(Display):
     """Notes a copy of each picture: it is the app's, which may draw on in it."""
 
-    def __init__(self, book: TickBuffer, inner: Display) -> None:
+    def __init__(self, buffer: TickBuffer, inner: Display) -> None:
         super().__init__(inner.name)
-        self._book, self._inner = book, inner
-        self._kept = 0
+        self._buffer, self._inner = buffer, inner
+        self._count = 0
 
     def _show(self, image: Image) -> None:
         try:
             self._inner.show(image)
         except RobotcoreError as error:
-            self._book.notes.shown.append(ShownPicture(self.name, error=RecordedError.of(error)))
+            self._buffer.events.shown.append(ShownPicture(self.name, error=RecordedError.of(error)))
             raise
-        self._book.notes.shown.append(ShownPicture(self.name, self._keep(image)))
+        self._buffer.events.shown.append(ShownPicture(self.name, self._keep(image)))
 
     def _keep(self, image: Image) -> int | None:
         """Return the number of a picture; None where it is left out."""
-        number, picture = self._kept, Frame(image.copy(), 0.0, self._kept)
-        if self._book.drops(picture):
+        number, picture = self._count, Frame(image.copy(), 0.0, self._count)
+        if self._buffer.must_drop(picture):
             return None
-        self._kept += 1
-        self._book.notes.samples.append((SampleKey(self.name, number), picture))
+        self._count += 1
+        self._buffer.events.samples.append((SampleKey(self.name, number), picture))
         return number
 
     def _release(self) -> None:
@@ -135,39 +135,39 @@ class RecordedDisplay(Display):
 class RecordedStage:
     """Notes the commands that a drive is given, and their answers."""
 
-    def __init__(self, book: TickBuffer, inner: Stage) -> None:
-        self._book, self._inner = book, inner
+    def __init__(self, buffer: TickBuffer, inner: Stage) -> None:
+        self._buffer, self._inner = buffer, inner
 
     @property
     def asked(self) -> Wheels:
         standing = self._inner.asked
-        self._book.notes.standing.append(standing)
+        self._buffer.events.standing.append(standing)
         return standing
 
     def ask(self, wheels: Wheels) -> Wheels:
         try:
-            with self._book.read_by(GUARD):
+            with self._buffer.set_reader(GUARD):
                 given = self._inner.ask(wheels)
         except RobotcoreError as error:
-            self._book.notes.asks.append(DriveCommand(wheels, error=RecordedError.of(error)))
+            self._buffer.events.asks.append(DriveCommand(wheels, error=RecordedError.of(error)))
             raise
-        self._book.notes.asks.append(DriveCommand(wheels, given))
+        self._buffer.events.asks.append(DriveCommand(wheels, given))
         return given
 
     def stop(self) -> None:
         try:
             self._inner.stop()
         except RobotcoreError as error:
-            self._book.notes.asks.append(DriveCommand(None, error=RecordedError.of(error)))
+            self._buffer.events.asks.append(DriveCommand(None, error=RecordedError.of(error)))
             raise
-        self._book.notes.asks.append(DriveCommand(None))
+        self._buffer.events.asks.append(DriveCommand(None))
 
     def commit(self) -> Commit:
         try:
-            with self._book.read_by(GUARD):
+            with self._buffer.set_reader(GUARD):
                 return self._inner.commit()
         except RobotcoreError as error:
-            self._book.notes.commit_error = RecordedError.of(error)
+            self._buffer.events.commit_error = RecordedError.of(error)
             raise
 
 
@@ -177,31 +177,31 @@ class RecordedMotor(MotorOver):
     Once the run is ended for good, stops are the framework's as much as the app's, and steer nothing.
     """
 
-    def __init__(self, book: TickBuffer, inner: Motor) -> None:
+    def __init__(self, buffer: TickBuffer, inner: Motor) -> None:
         super().__init__(inner)
-        self._book = book
+        self._buffer = buffer
 
     def set_velocity(self, rad_s: float) -> float:
         rad_s = to_float(rad_s)
-        with self._noting_failure(rad_s):
+        with self._record_failure(rad_s):
             given = self._inner.set_velocity(rad_s)
-        self._book.notes.motor_asks.append(MotorCommand(self.name, rad_s, given))
+        self._buffer.events.motor_asks.append(MotorCommand(self.name, rad_s, given))
         return given
 
     def stop(self) -> None:
-        if self._is_closed or self._book.latch.error:
+        if self._is_closed or self._buffer.latch.error:
             super().stop()
             return
-        with self._noting_failure(None):
+        with self._record_failure(None):
             self._inner.stop()
-        self._book.notes.motor_asks.append(MotorCommand(self.name))
+        self._buffer.events.motor_asks.append(MotorCommand(self.name))
 
     @contextmanager
-    def _noting_failure(self, asked: float | None) -> Iterator[None]:
+    def _record_failure(self, asked: float | None) -> Iterator[None]:
         try:
             yield
         except RobotcoreError as error:
-            self._book.notes.motor_asks.append(MotorCommand(self.name, asked, error=RecordedError.of(error)))
+            self._buffer.events.motor_asks.append(MotorCommand(self.name, asked, error=RecordedError.of(error)))
             raise
 
     def _apply(self, rad_s: float) -> None:
@@ -212,46 +212,46 @@ class RecordingLayer(Layer):
     """Notes what passes it, tick by tick; ``has_room`` is asked before a picture is kept."""
 
     def __init__(self, has_room: Callable[[], bool]) -> None:
-        self._book = TickBuffer(has_room)
+        self._buffer = TickBuffer(has_room)
 
     @property
     def dropped(self) -> int:
         """How many pictures were left out."""
-        return self._book.dropped
+        return self._buffer.dropped
 
     def take(self) -> TickEvents:
         """Return what was noted since it was last taken."""
-        return self._book.take()
+        return self._buffer.take()
 
-    def latched(self, told: Iterable[Intervention]) -> RobotcoreError | None:
-        """Return what ends the run for good, if that is among the interventions that are told."""
-        latch = self._book.latch
-        return latch.error if latch.error and latch.cause in {each.cause for each in told} else None
+    def find_latched(self, interventions: Iterable[Intervention]) -> RobotcoreError | None:
+        """Return the error of the latch if its cause is among the interventions."""
+        latch = self._buffer.latch
+        return latch.error if latch.error and latch.cause in {each.cause for each in interventions} else None
 
     def latch(self, latch: Latch) -> None:
-        self._book.latch = latch
+        self._buffer.latch = latch
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        return RecordedSensor(self._book, sensor.name, read)
+        return RecordedSensor(self._buffer, sensor.name, read)
 
     def display(self, display: Display) -> Display:
-        return RecordedDisplay(self._book, display)
+        return RecordedDisplay(self._buffer, display)
 
     def stage(self, stage: Stage) -> Stage:
-        return RecordedStage(self._book, stage)
+        return RecordedStage(self._buffer, stage)
 
     def lone_motor(self, motor: Motor) -> Motor:
-        return RecordedMotor(self._book, motor)
+        return RecordedMotor(self._buffer, motor)
 
     def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
-        def noted() -> Wheels:
+        def read_angles() -> Wheels:
             try:
-                with self._book.read_by(ODOMETRY):
+                with self._buffer.set_reader(ODOMETRY):
                     angles = read()
             except RobotcoreError as error:
-                self._book.notes.turned.append(WheelAngles(None, RecordedError.of(error)))
+                self._buffer.events.turned.append(WheelAngles(None, RecordedError.of(error)))
                 raise
-            self._book.notes.turned.append(WheelAngles(angles))
+            self._buffer.events.turned.append(WheelAngles(angles))
             return angles
 
-        return noted
+        return read_angles

@@ -38,7 +38,7 @@ class RunLog:
         self._dropped = 0
         self._error: RecordedError | None = None
 
-    def of(self, tick: Tick) -> Iterator[LogLine]:
+    def list_new(self, tick: Tick) -> Iterator[LogLine]:
         """Yield what is new in a tick."""
         if tick.state in self._awaited:
             self._awaited.discard(tick.state)

@@ -45,8 +45,8 @@ class McapFile:
         """Return what logs JSON on a new channel: the message, and its time in ns."""
         from foxglove import Channel
 
-        told = dict(metadata or {})
-        channel = Channel(topic, schema=dict(schema), message_encoding="json", context=self.context, metadata=told)
+        entries = dict(metadata or {})
+        channel = Channel(topic, schema=dict(schema), message_encoding="json", context=self.context, metadata=entries)
         return lambda content, at: channel.log(content, log_time=at)
 
     def attach(self, name: str, media_type: str, content: bytes) -> None:
@@ -55,9 +55,9 @@ class McapFile:
             lambda: self._writer.attach(log_time=0, create_time=0, name=name, media_type=media_type, data=content)
         )
 
-    def note(self, name: str, told: Mapping[str, str]) -> None:
+    def write_metadata(self, name: str, entries: Mapping[str, str]) -> None:
         """Write a metadata record."""
-        self._try(lambda: self._writer.write_metadata(name, dict(told)))
+        self._try(lambda: self._writer.write_metadata(name, dict(entries)))
 
     def flush(self) -> None:
         """Have all that was logged written by the system; raise what kept something from it."""

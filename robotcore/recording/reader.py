@@ -77,7 +77,7 @@ class FileSamples(Mapping[SampleKey, RecordedSample]):
         return len(self._numbers) + len(self._pictures)
 
     def _read(self, place: ChunkLocation) -> dict[tuple[int, int], memoryview]:
-        records = ChunkedFile(self._path).again(place)
+        records = ChunkedFile(self._path).read_again(place)
         return {(each.channel_id, each.sequence): each.data for each in records if isinstance(each, Message)}
 
 
@@ -97,18 +97,18 @@ _TOPICS = {channels.RUN, channels.TICKS, channels.TRUTH, channels.RESULT, channe
 
 def read_file(path: Path) -> Recording:
     """Return what is in a recording. Raises RecordingError where it is none, or holds nothing of a run."""
-    file, found, at = ChunkedFile(path), _RecordingBuilder(path), 0
+    file, builder, at = ChunkedFile(path), _RecordingBuilder(path), 0
     try:
         for place, records in file.chunks():
             at = place.offset
-            found.take(place, records, file.allowance)
+            builder.add_chunk(place, records, file.allowance)
     except RecordingError:
         raise
     except UnknownFormatError as error:
         raise RecordingError(path, str(error), "Update robotcore") from error
     except DAMAGE as error:
-        return found.recording(is_whole=False, damage=format_damage(at, error))
-    return found.recording(is_whole=file.is_whole, damage=file.damage)
+        return builder.build(is_whole=False, damage=format_damage(at, error))
+    return builder.build(is_whole=file.is_whole, damage=file.damage)
 
 
 class _PictureLocation(NamedTuple):
@@ -135,7 +135,7 @@ class _Channel(NamedTuple):
 
 
 class _RecordingBuilder:
-    """What was found in a file by now."""
+    """Collects the content of a file, and builds the recording."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -149,18 +149,18 @@ class _RecordingBuilder:
         self._result: RunResult | None = None
         self._ended_early = ""
 
-    def take(self, place: ChunkLocation, records: Iterable[Record], allowance: Allowance) -> None:
+    def add_chunk(self, place: ChunkLocation, records: Iterable[Record], allowance: Allowance) -> None:
         """Take in what is in a chunk; one of `DAMAGE` where that does not fit what was before."""
         for record in records:
             if isinstance(record, Message):
-                self._take_message(place, self._channels[record.channel_id], record, allowance)
+                self._add_message(place, self._channels[record.channel_id], record, allowance)
             elif isinstance(record, Schema):
                 self._schemas[record.id] = record.name
             elif isinstance(record, Channel):
                 schema = self._schemas.get(record.schema_id, "")
                 self._channels[record.id] = _Channel(record.topic, record.metadata.get(DEVICE), schema)
 
-    def _take_message(self, place: ChunkLocation, channel: _Channel, message: Message, allowance: Allowance) -> None:
+    def _add_message(self, place: ChunkLocation, channel: _Channel, message: Message, allowance: Allowance) -> None:
         """The library counts the messages of a channel from one."""
         if channel.device is not None and channel.schema in _PICTURES:
             key = SampleKey(channel.device, message.sequence - 1)
@@ -171,9 +171,9 @@ class _RecordingBuilder:
             allowance.take_text(len(message.data))
             content = bytes(message.data)
             allowance.take_values(content)
-            self._take_text(channel, message.sequence, content)
+            self._add_json(channel, message.sequence, content)
 
-    def _take_text(self, channel: _Channel, sequence: int, content: bytes) -> None:
+    def _add_json(self, channel: _Channel, sequence: int, content: bytes) -> None:
         if channel.device is not None:
             self._numbers[SampleKey(channel.device, sequence - 1)] = parse_number(_NUMBERS[channel.schema], content)
         elif channel.topic == channels.RUN:
@@ -187,11 +187,11 @@ class _RecordingBuilder:
         else:
             self._ended_early = from_json(_End, content).reason
 
-    def recording(self, *, is_whole: bool, damage: str) -> Recording:
+    def build(self, *, is_whole: bool, damage: str) -> Recording:
         """Return all of it. Raises RecordingError where nothing tells of a run."""
         if self._metadata is None:
             raise _build_no_run_error(self._path, damage, is_whole=is_whole)
-        samples = FileSamples(self._path, self._numbers, dict(self._captured()))
+        samples = FileSamples(self._path, self._numbers, dict(self._list_pictures()))
         return Recording(
             metadata=self._metadata,
             ticks=self._ticks,
@@ -204,12 +204,12 @@ class _RecordingBuilder:
             why_not=explain_gaps(self._ticks, samples, self._jpegs()),
         )
 
-    def _captured(self) -> Iterator[tuple[SampleKey, Picture]]:
+    def _list_pictures(self) -> Iterator[tuple[SampleKey, Picture]]:
         """Yield the pictures that a tick was given or showed, as frames of that time."""
         for tick in self._ticks:
-            told = [(read.key, read.time or 0.0, read.sequence or 0) for read in tick.reads if read.key]
-            told += [(each.key, tick.time, each.key.number) for each in tick.shown if each.key]
-            for key, time, sequence in told:
+            captured = [(read.key, read.time or 0.0, read.sequence or 0) for read in tick.reads if read.key]
+            captured += [(each.key, tick.time, each.key.number) for each in tick.shown if each.key]
+            for key, time, sequence in captured:
                 if where := self._pictures.get(key):
                     yield key, Picture(*where, time, sequence)
 

@@ -88,7 +88,7 @@ JOIN_S = 60.0
 
 
 class Recorder:
-    """An observer that writes an ``.mcap`` file: ``session.run(request, [recorder], [recorder.tap])``.
+    """An observer that writes an ``.mcap`` file: ``session.run(request, [recorder], [recorder.layer])``.
 
     Simulated time waits for the disk. A real robot never does: pictures are left out (``dropped``) where they come
     faster than they can be written. What goes wrong with the file ends the recording, not the run: see ``fault``. So
@@ -100,9 +100,9 @@ class Recorder:
         self.fault: RobotcoreError | None = None
         self.ended_early = ""
         self.path, self._is_jpeg, self._limit = path, is_jpeg, limit
-        self._backlog: WriteQueue[Entry] = WriteQueue(room)
+        self._queue: WriteQueue[Entry] = WriteQueue(room)
         self._is_stepped = False
-        self.tap = RecordingLayer(lambda: self._is_stepped or self._backlog.has_room())
+        self.layer = RecordingLayer(lambda: self._is_stepped or self._queue.has_room())
         self._run: Run | None = None
         self._result: RunResult | None = None
         self._outer: BaseException | None = None
@@ -121,7 +121,7 @@ class Recorder:
     @property
     def dropped(self) -> int:
         """How many pictures were left out."""
-        return self.tap.dropped
+        return self.layer.dropped
 
     def completed(self, result: RunResult) -> RunResult:
         """Return a result that tells how many pictures were left out."""
@@ -133,84 +133,84 @@ class Recorder:
         try:
             file = McapFile(self.path)
         except RobotcoreError as fault:
-            self._give_up(fault)
+            self._set_fault(fault)
             return
         with ExitStack() as undo:
             undo.callback(self._close, file)
-            if author := self._author(file, run, about):
-                self._thread = start_thread(partial(self._write, file, author), "recorder")
+            if writer := self._build_writer(file, run, about):
+                self._thread = start_thread(partial(self._write, file, writer), "recorder")
                 undo.pop_all()
 
     def tick(self, record: TickRecord) -> None:
-        entry = Entry(record, self.tap.take(), self._glimpse(record), self._raised(record))
-        self._backlog.put(entry, entry.size, waits=self._is_stepped)
+        entry = Entry(record, self.layer.take(), self._read_truth(record), self._find_error(record))
+        self._queue.put(entry, entry.size, waits=self._is_stepped)
 
     def end(self, result: RunResult) -> None:
         self._result = self.completed(result)
-        self._backlog.end()
+        self._queue.end()
         if self._thread:
             self._thread.join(JOIN_S)
             if self._thread.is_alive():
-                self._give_up(RecordingError(self.path, "the disk takes no more", "Take another one"))
+                self._set_fault(RecordingError(self.path, "the disk takes no more", "Take another one"))
 
-    def _raised(self, record: TickRecord) -> RecordedError | None:
+    def _find_error(self, record: TickRecord) -> RecordedError | None:
         """Return what is ending the run in this tick: the loop notes a tick while that passes by.
 
         What has latched is why the run ends, whatever else is raised.
         """
-        error = self.tap.latched(record.interventions) or sys.exc_info()[1]
+        error = self.layer.find_latched(record.interventions) or sys.exc_info()[1]
         if error is self._outer or not isinstance(error, (RobotcoreError, Interrupted)):
             return None
         return RecordedError.of(error)
 
-    def _glimpse(self, record: TickRecord) -> GroundTruthSample | None:
+    def _read_truth(self, record: TickRecord) -> GroundTruthSample | None:
         """Return what the simulator knows; one that has died knows nothing."""
         if self._run and (truth := self._run.truth):
             with suppress(RobotcoreError):
                 return GroundTruthSample(record.tick, record.time, truth.pose, truth.contacts)
         return None
 
-    def _author(self, file: McapFile, run: Run, about: Metadata) -> RecordingWriter | None:
+    def _build_writer(self, file: McapFile, run: Run, about: Metadata) -> RecordingWriter | None:
         """Return who writes the file, with what comes before the first tick in it; None where that failed."""
         try:
             return RecordingWriter(file, run, about, is_jpeg=self._is_jpeg)
         except Exception as error:  # noqa: BLE001  whatever it is, it ends the recording and not the run
-            self._give_up(self._told(error))
+            self._set_fault(self._to_recording_error(error))
             return None
 
-    def _write(self, file: McapFile, author: RecordingWriter) -> None:
+    def _write(self, file: McapFile, writer: RecordingWriter) -> None:
         try:
-            self._write_all(file, author)
+            self._write_all(file, writer)
             file.close()
         except BaseException as error:  # noqa: BLE001  a library's panic too: nobody must go on waiting for this thread
-            self._give_up(self._told(error))
+            self._set_fault(self._to_recording_error(error))
         finally:
             self._close(file)
 
-    def _write_all(self, file: McapFile, author: RecordingWriter) -> None:
+    def _write_all(self, file: McapFile, writer: RecordingWriter) -> None:
         """Write until the end. The first tick is flushed at once, so that a file holds something from then on."""
         clock, due, unsaved = MonotonicClock(), 0.0, 0
-        while not self._backlog.is_over:
-            if entry := self._backlog.get():
-                author.write(entry)
+        while not self._queue.is_over:
+            if entry := self._queue.get():
+                writer.write(entry)
                 unsaved += 1
                 if self._limit is not None and file.size >= self._limit:
-                    self._end_early(author, entry)
+                    self._end_early(writer, entry)
                     return
             if unsaved and clock.now() >= due:
                 file.flush()
                 due, unsaved = clock.now() + FLUSH_S, 0
         if self._result:
-            author.end(self._result)
+            writer.end(self._result)
             file.flush()
 
-    def _end_early(self, author: RecordingWriter, last: Entry) -> None:
+    def _end_early(self, writer: RecordingWriter, last: Entry) -> None:
         size, time = f"{(self._limit or 0) / 1e6:g} MB", f"{last.record.time:.1f} s"
         self.ended_early = f"its limit of {size} was reached after {time}, and the run went on"
-        author.end_early(self.ended_early)
-        self._backlog.abandon()
+        writer.end_early(self.ended_early)
+        self._queue.abandon()
 
-    def _told(self, error: BaseException) -> RecordingError:
+    def _to_recording_error(self, error: BaseException) -> RecordingError:
         if isinstance(error, RecordingError):
             return error
         return RecordingError(self.path, f"{type(error).__name__}: {error}", "Report it as a bug")
@@ -219,6 +219,6 @@ class Recorder:
         with suppress(RecordingError):
             file.close()
 
-    def _give_up(self, fault: RobotcoreError) -> None:
+    def _set_fault(self, fault: RobotcoreError) -> None:
         self.fault = self.fault or fault
-        self._backlog.end()
+        self._queue.end()

@@ -126,7 +126,7 @@ def _device_errors(tick: Tick) -> Iterator[RecordedError]:
 
 
 def _is_of_device(error: RecordedError) -> bool:
-    kind = type(error.again())
+    kind = type(error.rebuild())
     return kind is RobotcoreError or issubclass(kind, _OF_DEVICES)
 
 

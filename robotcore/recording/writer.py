@@ -51,14 +51,14 @@ class Entry(NamedTuple):
     """A tick as it is handed over by the control thread."""
 
     record: TickRecord
-    notes: TickEvents
-    glimpse: GroundTruthSample | None
+    events: TickEvents
+    truth: GroundTruthSample | None
     error: RecordedError | None
 
     @property
     def size(self) -> int:
         """About how many bytes it holds on to."""
-        pictures = (sample.image.nbytes for _, sample in self.notes.samples if isinstance(sample, Frame))
+        pictures = (sample.image.nbytes for _, sample in self.events.samples if isinstance(sample, Frame))
         return TICK_BYTES + sum(pictures)
 
 
@@ -80,39 +80,39 @@ class RecordingWriter:
         self._pose = PoseInFrameChannel(channels.POSE, context=file.context)
         self._moving = FrameTransformsChannel(channels.TRANSFORMS, context=file.context)
         self._mounted = FrameTransformsChannel(channels.STATIC_TRANSFORMS, context=file.context)
-        self._ticks = TickBuilder(about.description)
-        self._story = RunLog(run.behaviour.milestones, run.faults)
+        self._tick_builder = TickBuilder(about.description)
+        self._run_log = RunLog(run.behaviour.milestones, run.faults)
         self._now = 0.0
         self._begin(about)
 
     def write(self, entry: Entry) -> None:
         """Write a tick, after the samples it was given: where a tick is, they are."""
         self._now = entry.record.time
-        for key, sample in entry.notes.samples:
+        for key, sample in entry.events.samples:
             self._write[key.device](sample, self._now)
-        tick = self._ticks.made_of(entry.record, entry.notes, entry.error)
+        tick = self._tick_builder.build(entry.record, entry.events, entry.error)
         self._write_tick(to_json(tick), to_nanoseconds(self._now))
-        self._tell(self._story.of(tick))
-        if entry.glimpse and self._truth:
-            self._truth(to_json(entry.glimpse), to_nanoseconds(self._now))
-        self._place(tick.pose, entry.glimpse)
+        self._write_log(self._run_log.list_new(tick))
+        if entry.truth and self._truth:
+            self._truth(to_json(entry.truth), to_nanoseconds(self._now))
+        self._write_poses(tick.pose, entry.truth)
 
     def end(self, result: RunResult) -> None:
         """Write how the run ended."""
-        self._tell([build_last_line(result)])
+        self._write_log([build_last_line(result)])
         self._file.json(channels.RESULT, RESULT_SCHEMA)(result.to_json().encode(), to_nanoseconds(self._now))
-        self._file.note("robotcore.result", {"outcome": result.outcome.value, "reason": result.reason})
+        self._file.write_metadata("robotcore.result", {"outcome": result.outcome.value, "reason": result.reason})
 
     def end_early(self, why: str) -> None:
         """Write why nothing more comes, though the run goes on."""
-        self._tell([LogLine(Level.Info, why)])
+        self._write_log([LogLine(Level.Info, why)])
         self._file.json(channels.END, END_SCHEMA)(json.dumps({"reason": why}).encode(), to_nanoseconds(self._now))
 
     def _begin(self, about: Metadata) -> None:
         from foxglove.messages import FrameTransforms
 
         self._file.json(channels.RUN, RUN_SCHEMA)(to_json(about), 0)
-        self._file.note("robotcore.run", _format_request(about))
+        self._file.write_metadata("robotcore.run", _format_request(about))
         self._file.attach("robot.json", "application/json", _to_readable_json(about.description))
         if about.world:
             self._file.attach("world.json", "application/json", _to_readable_json(about.world))
@@ -121,28 +121,30 @@ class RecordingWriter:
         self._mounted.log(FrameTransforms(transforms=list(_build_static_transforms(about))), log_time=0)
         self._file.flush()
 
-    def _place(self, believed: Pose | None, glimpse: GroundTruthSample | None) -> None:
+    def _write_poses(self, odometry_pose: Pose | None, truth: GroundTruthSample | None) -> None:
         """Write where the robot believes it is, and where it is."""
         from foxglove.messages import FrameTransforms, PoseInFrame
 
         transforms = []
-        if believed:
-            told = PoseInFrame(timestamp=to_timestamp(self._now), frame_id=ODOMETRY, pose=to_pose_message(believed))
-            self._pose.log(told, log_time=to_nanoseconds(self._now))
-            transforms.append(build_transform(ODOMETRY, BODY, believed, self._now))
-        if glimpse:
-            transforms.append(build_transform(TRUE, TRUE_BODY, glimpse.pose, self._now))
+        if odometry_pose:
+            message = PoseInFrame(
+                timestamp=to_timestamp(self._now), frame_id=ODOMETRY, pose=to_pose_message(odometry_pose)
+            )
+            self._pose.log(message, log_time=to_nanoseconds(self._now))
+            transforms.append(build_transform(ODOMETRY, BODY, odometry_pose, self._now))
+        if truth:
+            transforms.append(build_transform(TRUE, TRUE_BODY, truth.pose, self._now))
         if transforms:
             self._moving.log(FrameTransforms(transforms=transforms), log_time=to_nanoseconds(self._now))
 
-    def _tell(self, lines: Iterable[LogLine]) -> None:
+    def _write_log(self, lines: Iterable[LogLine]) -> None:
         from foxglove.messages import Log, LogLevel
 
         for level, text in lines:
-            told = Log(
+            message = Log(
                 timestamp=to_timestamp(self._now), level=getattr(LogLevel, level.name), message=text, name="robotcore"
             )
-            self._log.log(told, log_time=to_nanoseconds(self._now))
+            self._log.log(message, log_time=to_nanoseconds(self._now))
 
 
 def _build_static_transforms(about: Metadata) -> Iterator[FrameTransform]:
@@ -170,25 +172,25 @@ class TickBuilder:
     """The ticks of one run, made in turn."""
 
     def __init__(self, description: RobotDescription) -> None:
-        self._path = OdometryTracker(description.drive.geometry) if description.drive else None
+        self._odometry = OdometryTracker(description.drive.geometry) if description.drive else None
 
-    def made_of(self, record: TickRecord, notes: TickEvents, error: RecordedError | None) -> Tick:
+    def build(self, record: TickRecord, events: TickEvents, error: RecordedError | None) -> Tick:
         """Return a tick as it is recorded; ``error`` is what ended the run in it."""
         return Tick(
             number=record.tick,
             time=record.time,
             state=record.state,
-            reads=tuple(notes.reads),
-            asks=tuple(notes.asks),
-            motor_asks=tuple(notes.motor_asks),
-            turned=tuple(notes.turned),
-            standing=tuple(notes.standing),
-            pose=self._path.after(notes.turned) if self._path and notes.turned else None,
+            reads=tuple(events.reads),
+            asks=tuple(events.asks),
+            motor_asks=tuple(events.motor_asks),
+            turned=tuple(events.turned),
+            standing=tuple(events.standing),
+            pose=self._odometry.after(events.turned) if self._odometry and events.turned else None,
             asked=record.asked,
             sent=record.sent,
             interventions=record.interventions,
-            commit_error=notes.commit_error,
-            shown=tuple(notes.shown),
+            commit_error=events.commit_error,
+            shown=tuple(events.shown),
             error=error,
             warnings=record.warnings,
         )

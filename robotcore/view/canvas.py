@@ -47,12 +47,12 @@ class Canvas:
         reach = round(radius * FINENESS * 2**_SHIFT)
         cv2.circle(self._sheet, (int(x), int(y)), reach, colour[::-1], cv2.FILLED, cv2.LINE_AA, _SHIFT)
 
-    def glaze(self, corners: Sequence[Point], colour: Colour, opacity: float) -> None:
+    def fill_translucent(self, corners: Sequence[Point], colour: Colour, opacity: float) -> None:
         """Fill a polygon so that what is below shows through."""
         mask = self._mask([corners])
         self._mix(mask, colour, opacity)
 
-    def shade(self, shapes: Iterable[Sequence[Point]], opacity: float, softness: float) -> None:
+    def draw_shadow(self, shapes: Iterable[Sequence[Point]], opacity: float, softness: float) -> None:
         """Darken what is below the shapes together, with edges ``softness`` pixels soft."""
         mask = cv2.GaussianBlur(self._mask(shapes), (0, 0), softness * FINENESS)
         self._mix(np.asarray(mask, np.uint8), (20, 22, 30), opacity)

@@ -48,19 +48,19 @@ def draw_comparison(comparison: Comparison) -> Image:
 
 def _draw_map(comparison: Comparison) -> Image:
     canvas = Canvas(_MAP, _MAP, PAPER)
-    stories = [build_figure(side.recording) for side in (comparison.first, comparison.second)]
+    figures = [build_figure(summary.recording) for summary in (comparison.first, comparison.second)]
     both = Track()
-    both.steps = [step for story in stories for step in story.track.steps]
+    both.points = [step for figure in figures for step in figure.track.points]
     world = build_world(comparison.first.recording, both)
-    chart = overhead.MapTransform.fitting(world, both, _MAP)
-    overhead.draw_world(canvas, chart, world)
-    for story, colour in zip(stories, (FIRST, SECOND), strict=True):
-        if steps := story.track.steps:
-            overhead.draw_start(canvas, chart, story.robot, steps[0].pose)
-            overhead.draw_track(canvas, chart, story.track, dict.fromkeys(story.track.states, colour))
-            overhead.draw_robot(canvas, chart, story.robot, steps[-1].pose)
-            places = story.track.places(story.result.milestones)
-            overhead.draw_milestones(canvas, chart, places, dict.fromkeys(places, colour))
+    transform = overhead.MapTransform.fit(world, both, _MAP)
+    overhead.draw_world(canvas, transform, world)
+    for figure, colour in zip(figures, (FIRST, SECOND), strict=True):
+        if steps := figure.track.points:
+            overhead.draw_start(canvas, transform, figure.robot, steps[0].pose)
+            overhead.draw_track(canvas, transform, figure.track, dict.fromkeys(figure.track.states, colour))
+            overhead.draw_robot(canvas, transform, figure.robot, steps[-1].pose)
+            places = figure.track.find_milestone_poses(figure.result.milestones)
+            overhead.draw_milestones(canvas, transform, places, dict.fromkeys(places, colour))
     return canvas.image()
 
 
@@ -71,9 +71,9 @@ def _draw_table(canvas: Canvas, comparison: Comparison) -> None:
         canvas.text((x + 52, y), _shorten(title, _COLUMN_WIDTH - 52, bold=True), INK, 13, bold=True)
     canvas.line([(_SIDE, y + 14), (WIDTH - _EDGE, y + 14)], RULE, 1)
     y += _LINE + _ROW
-    for name, *told in build_rows(comparison):
+    for name, *texts in build_rows(comparison):
         canvas.text((_COLUMNS[0], y), name, FADED, 13)
-        cells = [_wrap(words.replace("–", "-")) for words in told]
+        cells = [_wrap(words.replace("–", "-")) for words in texts]
         for lines, x in zip(cells, _COLUMNS[1:], strict=True):
             for index, line in enumerate(lines):
                 canvas.text((x, y + index * _LINE), line, INK, 13)
@@ -108,15 +108,15 @@ def format_comparison(comparison: Comparison) -> RenderableType:
     """Return whether two recordings tell the same, and what they are measured by."""
     verdict = Text("alike", "bold green") if comparison.is_alike else Text("differ", "bold red")
     verdict += Text(f"  {escape(_format_finding(comparison))}")
-    parting = Text(f"  {escape(_format_state_difference(comparison))}")
+    first_difference = Text(f"  {escape(_format_state_difference(comparison))}")
     if comparison.do_rooms_differ:
-        parting += Text(f"\n  {ROOMS_DIFFER}")
+        first_difference += Text(f"\n  {ROOMS_DIFFER}")
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, header_style="bold")
     for index, title in enumerate(("", *build_titles(comparison))):
         table.add_column(escape(title), style="" if index else "cyan")
     for row in build_rows(comparison):
         table.add_row(*map(escape, row))
-    return Group(verdict, parting, Text(), table)
+    return Group(verdict, first_difference, Text(), table)
 
 
 def build_titles(comparison: Comparison) -> tuple[str, str]:
@@ -164,10 +164,10 @@ def _format_milestone_difference(comparison: Comparison, first: str | None, seco
 
 
 def _format_state_difference(comparison: Comparison) -> str:
-    if (parting := comparison.parting) is None:
+    if (first := comparison.first_difference) is None:
         return "their states are the same in every tick"
-    states = [repr(state) if state else "over" for state in (parting.first, parting.second)]
-    return f"their states part in tick {parting.tick}, at {parting.time_s:.2f} s: {states[0]} against {states[1]}"
+    states = [repr(state) if state else "over" for state in (first.first, first.second)]
+    return f"their states part in tick {first.tick}, at {first.time_s:.2f} s: {states[0]} against {states[1]}"
 
 
 def _format_seconds(time: float | None) -> str:
@@ -182,17 +182,17 @@ def _format_length(path: PosePath) -> str:
     return f"{measure_path(path.values()):.3f} m" if path else NOTHING
 
 
-def _format_pose(side: RunSummary) -> str:
-    if not side.path:
+def _format_pose(summary: RunSummary) -> str:
+    if not summary.path:
         return NOTHING
-    pose = side.path[-1]
+    pose = summary.path[-1]
     return f"{pose.x:.2f} m, {pose.y:.2f} m, {wrap_angle(pose.heading):.2f} rad"
 
 
-def _format_drift(side: RunSummary) -> str:
-    return NOTHING if side.drift is None else f"{side.drift:.3f} m"
+def _format_drift(summary: RunSummary) -> str:
+    return NOTHING if summary.drift is None else f"{summary.drift:.3f} m"
 
 
-def _format_loop(side: RunSummary) -> str:
-    rate = NOTHING if side.rate_hz is None else f"{side.rate_hz:.2f} Hz"
-    return f"{rate}, {counted(side.result.overruns, 'overrun')}"
+def _format_loop(summary: RunSummary) -> str:
+    rate = NOTHING if summary.rate_hz is None else f"{summary.rate_hz:.2f} Hz"
+    return f"{rate}, {counted(summary.result.overruns, 'overrun')}"

@@ -29,36 +29,36 @@ class Track:
     """The footsteps of a run, in order."""
 
     def __init__(self) -> None:
-        self.steps: list[TrackPoint] = []
+        self.points: list[TrackPoint] = []
 
     @property
     def states(self) -> list[str]:
         """Every state that occurred, in the order of its first time."""
-        return list(dict.fromkeys(step.state for step in self.steps))
+        return list(dict.fromkeys(step.state for step in self.points))
 
-    def stretches(self) -> Iterator[tuple[str, list[TrackPoint]]]:
-        """Yield the stretches of one state each; one begins where the one before it ends."""
+    def segments(self) -> Iterator[tuple[str, list[TrackPoint]]]:
+        """Yield the segments of one state each; one begins where the one before it ends."""
         last: list[TrackPoint] = []
-        for state, steps in groupby(self.steps, key=lambda step: step.state):
-            stretch = [*last, *steps]
-            yield state, stretch
-            last = stretch[-1:]
+        for state, steps in groupby(self.points, key=lambda step: step.state):
+            segment = [*last, *steps]
+            yield state, segment
+            last = segment[-1:]
 
-    def spells(self) -> Iterator[tuple[str, float, float]]:
+    def state_durations(self) -> Iterator[tuple[str, float, float]]:
         """Yield for each state when it was reached first and how long it lasted in all, in seconds."""
         for state in self.states:
-            stretches = [steps for name, steps in self.stretches() if name == state]
-            first = next(step.time for step in stretches[0] if step.state == state)
-            yield state, first, sum(steps[-1].time - steps[0].time for steps in stretches)
+            segments = [steps for name, steps in self.segments() if name == state]
+            first = next(step.time for step in segments[0] if step.state == state)
+            yield state, first, sum(steps[-1].time - steps[0].time for steps in segments)
 
-    def places(self, milestones: Mapping[str, float]) -> dict[str, Pose]:
+    def find_milestone_poses(self, milestones: Mapping[str, float]) -> dict[str, Pose]:
         """Return where the robot was when it reached each milestone, ``milestones`` being their times.
 
         One that was no state of it is left out.
         """
         states = set(self.states)
         return {
-            name: min(self.steps, key=lambda step: abs(step.time - time)).pose
+            name: min(self.points, key=lambda step: abs(step.time - time)).pose
             for name, time in milestones.items()
             if name in states
         }
@@ -76,51 +76,51 @@ class MapTransform:
     origin: Point
 
     @classmethod
-    def fitting(cls, world: WorldDescription, track: Track, size: float) -> MapTransform:
-        """Return the chart that shows the floor, its walls and the whole track in a square sheet."""
+    def fit(cls, world: WorldDescription, track: Track, size: float) -> MapTransform:
+        """Return the transform that shows the floor, its walls and the whole track in a square sheet."""
         wall = world.walls.thickness_m if world.walls else 0.0
         edge = max(world.floor.length_m, world.floor.width_m) / 2 + wall
-        strayed = max((max(abs(step.pose.x), abs(step.pose.y)) for step in track.steps), default=0.0)
+        strayed = max((max(abs(step.pose.x), abs(step.pose.y)) for step in track.points), default=0.0)
         reach = max(edge, strayed + ROBOT_ROOM_M) + MARGIN_M
         return cls(size / 2 / reach, (size / 2, size / 2))
 
-    def at(self, x: float, y: float) -> Point:
+    def to_pixel(self, x: float, y: float) -> Point:
         return self.origin[0] + x * self.scale, self.origin[1] - y * self.scale
 
-    def all(self, points: Sequence[tuple[float, float]]) -> list[Point]:
-        return [self.at(x, y) for x, y in points]
+    def to_pixels(self, points: Sequence[tuple[float, float]]) -> list[Point]:
+        return [self.to_pixel(x, y) for x, y in points]
 
 
-def draw_world(canvas: Canvas, chart: MapTransform, world: WorldDescription) -> None:
+def draw_world(canvas: Canvas, transform: MapTransform, world: WorldDescription) -> None:
     """Draw the floor with a line each metre, everything upright with its shadow, and the targets."""
-    _draw_floor(canvas, chart, world)
+    _draw_floor(canvas, transform, world)
     shadows = [_compute_shadow(prism, world) for prism in world.prisms]
-    canvas.shade([chart.all(shadow) for shadow in shadows], 0.28, 0.015 * chart.scale)
+    canvas.draw_shadow([transform.to_pixels(shadow) for shadow in shadows], 0.28, 0.015 * transform.scale)
     for prism in world.prisms:
-        outline = chart.all(prism.outline)
+        outline = transform.to_pixels(prism.outline)
         canvas.polygon(outline, prism.colour)
         canvas.line(outline, darken(prism.colour, 0.72), 1.5, closed=True)
     for ball in world.targets:
-        _draw_ball(canvas, chart, ball, world.light)
+        _draw_ball(canvas, transform, ball, world.light)
 
 
-def draw_track(canvas: Canvas, chart: MapTransform, track: Track, colours: Mapping[str, Colour]) -> None:
+def draw_track(canvas: Canvas, transform: MapTransform, track: Track, colours: Mapping[str, Colour]) -> None:
     """Draw where the robot went, in the colours of its states."""
-    width = max(2.0, 0.028 * chart.scale)
-    points = [chart.at(step.pose.x, step.pose.y) for step in track.steps]
+    width = max(2.0, 0.028 * transform.scale)
+    points = [transform.to_pixel(step.pose.x, step.pose.y) for step in track.points]
     canvas.line(points, PAPER, width + 4)
-    for state, steps in track.stretches():
-        canvas.line([chart.at(step.pose.x, step.pose.y) for step in steps], colours[state], width)
+    for state, steps in track.segments():
+        canvas.line([transform.to_pixel(step.pose.x, step.pose.y) for step in steps], colours[state], width)
 
 
 def draw_milestones(
-    canvas: Canvas, chart: MapTransform, places: Mapping[str, Pose], colours: Mapping[str, Colour]
+    canvas: Canvas, transform: MapTransform, places: Mapping[str, Pose], colours: Mapping[str, Colour]
 ) -> None:
     """Draw a ring where each milestone was reached; one that would hide another moves aside."""
-    radius = 0.045 * chart.scale
+    radius = 0.045 * transform.scale
     rings: list[Point] = []
     for name, place in places.items():
-        x, y = chart.at(place.x, place.y)
+        x, y = transform.to_pixel(place.x, place.y)
         while any(math.dist((x, y), ring) < 1.6 * radius for ring in rings):
             x += 1.6 * radius
         rings.append((x, y))
@@ -133,45 +133,45 @@ def draw_ring(canvas: Canvas, centre: Point, radius: float, colour: Colour) -> N
         canvas.disc(centre, radius * share, filling)
 
 
-def draw_start(canvas: Canvas, chart: MapTransform, robot: RobotDescription, pose: Pose) -> None:
+def draw_start(canvas: Canvas, transform: MapTransform, robot: RobotDescription, pose: Pose) -> None:
     """Draw the outline of the robot where it began."""
-    canvas.line(_place_shape(chart, pose, robot.body.footprint), INK, 1.5, closed=True)
-    canvas.line(_place_shape(chart, pose, _build_arrow(robot)), INK, 1.5)
+    canvas.line(_place_shape(transform, pose, robot.body.footprint), INK, 1.5, closed=True)
+    canvas.line(_place_shape(transform, pose, _build_arrow(robot)), INK, 1.5)
 
 
-def draw_robot(canvas: Canvas, chart: MapTransform, robot: RobotDescription, pose: Pose) -> None:
+def draw_robot(canvas: Canvas, transform: MapTransform, robot: RobotDescription, pose: Pose) -> None:
     """Draw the robot as it stands: its body, its wheels, and which way it looks."""
-    footprint = _place_shape(chart, pose, robot.body.footprint)
-    canvas.shade([footprint], 0.4, 0.02 * chart.scale)
+    footprint = _place_shape(transform, pose, robot.body.footprint)
+    canvas.draw_shadow([footprint], 0.4, 0.02 * transform.scale)
     canvas.polygon(footprint, robot.body.colour)
     canvas.line(footprint, PAPER, 2.0, closed=True)
     for wheel in _build_wheels(robot):
-        canvas.polygon(_place_shape(chart, pose, wheel), INK)
-    canvas.line(_place_shape(chart, pose, _build_arrow(robot)), PAPER, 2.5)
+        canvas.polygon(_place_shape(transform, pose, wheel), INK)
+    canvas.line(_place_shape(transform, pose, _build_arrow(robot)), PAPER, 2.5)
 
 
-def _draw_floor(canvas: Canvas, chart: MapTransform, world: WorldDescription) -> None:
+def _draw_floor(canvas: Canvas, transform: MapTransform, world: WorldDescription) -> None:
     x, y = world.floor.length_m / 2, world.floor.width_m / 2
     canvas.polygon(_list_corners(canvas), lighten(world.floor.colour, 0.4))
-    canvas.polygon(chart.all([(x, y), (-x, y), (-x, -y), (x, -y)]), world.floor.colour)
+    canvas.polygon(transform.to_pixels([(x, y), (-x, y), (-x, -y), (x, -y)]), world.floor.colour)
     line = lighten(world.floor.colour, 0.25)
     for metre in range(-int(x), int(x) + 1):
-        canvas.line(chart.all([(metre, -y), (metre, y)]), line, 1)
+        canvas.line(transform.to_pixels([(metre, -y), (metre, y)]), line, 1)
     for metre in range(-int(y), int(y) + 1):
-        canvas.line(chart.all([(-x, metre), (x, metre)]), line, 1)
+        canvas.line(transform.to_pixels([(-x, metre), (x, metre)]), line, 1)
 
 
 def _list_corners(canvas: Canvas) -> list[Point]:
     return [(0, 0), (canvas.width, 0), (canvas.width, canvas.height), (0, canvas.height)]
 
 
-def _draw_ball(canvas: Canvas, chart: MapTransform, ball: Ball, light: Light) -> None:
+def _draw_ball(canvas: Canvas, transform: MapTransform, ball: Ball, light: Light) -> None:
     """Draw a ball that is bright towards the lamp and throws its shadow away from it."""
-    (x, y), radius = chart.at(ball.x_m, ball.y_m), ball.radius_m * chart.scale
+    (x, y), radius = transform.to_pixel(ball.x_m, ball.y_m), ball.radius_m * transform.scale
     east, north = math.cos(light.azimuth_rad), math.sin(light.azimuth_rad)
     away = ball.radius_m * math.cos(light.elevation_rad)
-    shadow_x, shadow_y = chart.at(ball.x_m - away * east, ball.y_m - away * north)
-    canvas.shade([[(shadow_x + radius * a, shadow_y + radius * b) for a, b in _CIRCLE]], 0.35, radius * 0.15)
+    shadow_x, shadow_y = transform.to_pixel(ball.x_m - away * east, ball.y_m - away * north)
+    canvas.draw_shadow([[(shadow_x + radius * a, shadow_y + radius * b) for a, b in _CIRCLE]], 0.35, radius * 0.15)
     canvas.disc((x, y), radius, darken(ball.colour, 0.8))
     canvas.disc((x, y), radius * 0.9, ball.colour)
     canvas.disc((x + east * radius * 0.4, y - north * radius * 0.4), radius * 0.22, lighten(ball.colour, 0.6))
@@ -189,8 +189,8 @@ def _compute_shadow(prism: Prism, world: WorldDescription) -> list[tuple[float, 
     return [(float(corner[0]), float(corner[1])) for corner in hull[:, 0]]
 
 
-def _place_shape(chart: MapTransform, pose: Pose, shape: Sequence[tuple[float, float]]) -> list[Point]:
-    return chart.all([pose.to_world(x, y) for x, y in shape])
+def _place_shape(transform: MapTransform, pose: Pose, shape: Sequence[tuple[float, float]]) -> list[Point]:
+    return transform.to_pixels([pose.to_world(x, y) for x, y in shape])
 
 
 def _build_arrow(robot: RobotDescription) -> list[tuple[float, float]]:

@@ -54,7 +54,7 @@ _OUTCOME_COLOURS: dict[Outcome, Colour] = {
 
 @dataclass(frozen=True, eq=False)
 class RunFigure:
-    """All that is told of a run; ``seen`` is the last picture, BGR or grey, if there was one.
+    """The content of the picture of a run; ``seen`` is the last camera image, BGR or grey, if there was one.
 
     ``recorded`` is the run on whose samples an app only rehearsed: the track is that run's.
     """
@@ -67,25 +67,25 @@ class RunFigure:
     recorded: RunResult | None = None
 
 
-def draw_figure(story: RunFigure) -> Image:
+def draw_figure(figure: RunFigure) -> Image:
     """Return the sheet: BGR, 1000 x 1600."""
-    colours = assign_state_colours(story.track.states)
-    seen = _scale_image(story.seen)
+    colours = assign_state_colours(figure.track.states)
+    seen = _scale_image(figure.seen)
     canvas = Canvas(WIDTH, HEIGHT, PAPER)
-    _draw_title(canvas, *_format_title(story))
-    _draw_legend(canvas, _TOP + len(seen), story, colours)
+    _draw_title(canvas, *_format_title(figure))
+    _draw_legend(canvas, _TOP + len(seen), figure, colours)
     image = canvas.image()
-    _paste(image, _draw_map(story, colours), _EDGE)
+    _paste(image, _draw_map(figure, colours), _EDGE)
     _paste(image, seen, _SIDE)
     return image
 
 
-def _format_title(story: RunFigure) -> tuple[str, str, Colour, str]:
+def _format_title(figure: RunFigure) -> tuple[str, str, Colour, str]:
     """Return the heading, how it ended in a word, its colour, and what else there is to say."""
-    result = story.result
-    if story.recorded:
+    result = figure.result
+    if figure.recorded:
         words = f"{result.sim_time_s:.1f} s of what it would have decided, along the recorded path"
-        return format_evaluation_heading(result, story.recorded), "rehearsal", FAIR, words
+        return format_evaluation_heading(result, figure.recorded), "rehearsal", FAIR, words
     colour = BAD if result.dispute else _OUTCOME_COLOURS.get(result.outcome, BAD)
     return format_heading(result), result.outcome.value, colour, ", ".join(list_measures(result))
 
@@ -96,18 +96,20 @@ def _draw_title(canvas: Canvas, heading: str, word: str, colour: Colour, words: 
     canvas.text((_EDGE + width + 18, 108), words, FADED, 17)
 
 
-def _draw_map(story: RunFigure, colours: dict[str, Colour]) -> Image:
+def _draw_map(figure: RunFigure, colours: dict[str, Colour]) -> Image:
     """Return the world from above with all that happened in it."""
-    if story.world is None:
+    if figure.world is None:
         return _draw_blank(_MAP, _MAP, "no world is described for this robot")
     canvas = Canvas(_MAP, _MAP, PAPER)
-    chart = overhead.MapTransform.fitting(story.world, story.track, _MAP)
-    overhead.draw_world(canvas, chart, story.world)
-    if steps := story.track.steps:
-        overhead.draw_start(canvas, chart, story.robot, steps[0].pose)
-        overhead.draw_track(canvas, chart, story.track, colours)
-        overhead.draw_robot(canvas, chart, story.robot, steps[-1].pose)
-        overhead.draw_milestones(canvas, chart, story.track.places(story.result.milestones), colours)
+    transform = overhead.MapTransform.fit(figure.world, figure.track, _MAP)
+    overhead.draw_world(canvas, transform, figure.world)
+    if steps := figure.track.points:
+        overhead.draw_start(canvas, transform, figure.robot, steps[0].pose)
+        overhead.draw_track(canvas, transform, figure.track, colours)
+        overhead.draw_robot(canvas, transform, figure.robot, steps[-1].pose)
+        overhead.draw_milestones(
+            canvas, transform, figure.track.find_milestone_poses(figure.result.milestones), colours
+        )
     return canvas.image()
 
 
@@ -134,7 +136,7 @@ def _draw_blank(width: int, height: int, words: str) -> Image:
     return canvas.image()
 
 
-def _draw_legend(canvas: Canvas, top: int, story: RunFigure, colours: dict[str, Colour]) -> None:
+def _draw_legend(canvas: Canvas, top: int, figure: RunFigure, colours: dict[str, Colour]) -> None:
     """Draw a line for each state: its colour, when it was reached first, how long it lasted in all."""
     columns = (_SIDE + 84.0, _SIDE + _SIDE_WIDTH - 230.0, _SIDE + _SIDE_WIDTH - 80.0)
     y = top + 44.0
@@ -142,12 +144,12 @@ def _draw_legend(canvas: Canvas, top: int, story: RunFigure, colours: dict[str, 
         canvas.text((x, y), words, FADED, 13)
     canvas.line([(_SIDE, y + 14), (_SIDE + _SIDE_WIDTH, y + 14)], RULE, 1)
     y += 8
-    for state, reached, lasted in story.track.spells():
+    for state, reached, lasted in figure.track.state_durations():
         y += 36
         if y > HEIGHT - _EDGE:
             break
         canvas.line([(_SIDE + 6, y - 7), (_SIDE + 58, y - 7)], colours[state], 7)
-        if state in story.result.milestones:
+        if state in figure.result.milestones:
             overhead.draw_ring(canvas, (_SIDE + 32, y - 7), 11, colours[state])
         for x, words in zip(columns, (state, f"{reached:.1f} s", f"{lasted:.1f} s"), strict=True):
             canvas.text((x, y), words, INK, 15)
@@ -165,24 +167,24 @@ def build_figure(
     states: Sequence[str] | None = None,
     result: RunResult | None = None,
     *,
-    is_rehearsal: bool = False,
+    is_evaluation: bool = False,
 ) -> RunFigure:
-    """Return what a picture tells of a recording: the true path where a simulator told it, else the odometry's.
+    """Return the figure of a recording, with the true path if a simulator recorded it, else the odometry's.
 
     ``states`` and ``result`` are those of a replay, which may end before its recording, or of a rehearsal.
     """
     about, path = recording.metadata, build_true_path(recording) or build_odometry_path(recording)
     track = Track()
-    told = [tick.state for tick in recording.ticks] if states is None else states
-    ticks = recording.ticks[: len(told)]
-    for tick, state in zip(ticks, told, strict=False):
+    shown_states = [tick.state for tick in recording.ticks] if states is None else states
+    ticks = recording.ticks[: len(shown_states)]
+    for tick, state in zip(ticks, shown_states, strict=False):
         if tick.number in path:
-            track.steps.append(TrackPoint(tick.time, state, path[tick.number]))
+            track.points.append(TrackPoint(tick.time, state, path[tick.number]))
     recorded = build_result(recording)
     ended = replace(result, world=recorded.world) if result else recorded
     return RunFigure(
         *(about.description, build_world(recording, track), track, find_last_recorded_image(recording, ticks), ended),
-        recorded=recorded if is_rehearsal else None,
+        recorded=recorded if is_evaluation else None,
     )
 
 
@@ -205,7 +207,7 @@ def build_world(recording: Recording, track: Track) -> WorldDescription:
     """Return the recorded world; where none was described, a floor that the track fits on."""
     if world := recording.metadata.world:
         return world
-    reach = max((max(abs(step.pose.x), abs(step.pose.y)) for step in track.steps), default=0.0)
+    reach = max((max(abs(step.pose.x), abs(step.pose.y)) for step in track.points), default=0.0)
     side = min(2 * (reach + _ROOM_M), _LARGEST_M)
     return WorldDescription(name="floor", floor=Floor(length_m=side, width_m=side))
 
@@ -216,22 +218,22 @@ class PictureRecorder:
     def __init__(self) -> None:
         self._run: Run | None = None
         self._track = Track()
-        self._story: RunFigure | None = None
+        self._figure: RunFigure | None = None
 
     def begin(self, run: Run) -> None:
         self._run = run
 
     def tick(self, record: TickRecord) -> None:
         if self._run and self._run.truth:
-            self._track.steps.append(TrackPoint(record.time, record.state, self._run.truth.pose))
+            self._track.points.append(TrackPoint(record.time, record.state, self._run.truth.pose))
 
     def end(self, result: RunResult) -> None:
         if run := self._run:
-            self._story = RunFigure(run.description, run.world, self._track, find_last_image(run.robot), result)
+            self._figure = RunFigure(run.description, run.world, self._track, find_last_image(run.robot), result)
 
     def png(self) -> bytes | None:
         """Draw the run; return the PNG, or None where no run began."""
-        return None if self._story is None else draw_png(self._story)
+        return None if self._figure is None else draw_png(self._figure)
 
     def save(self, file: Path) -> bool:
         """Draw the run as a PNG; return whether one began. UsageError says why it cannot be written."""
@@ -242,9 +244,9 @@ class PictureRecorder:
         return True
 
 
-def draw_png(story: RunFigure) -> bytes:
+def draw_png(figure: RunFigure) -> bytes:
     """Draw a run; return the PNG."""
-    return encode_png(draw_figure(story))
+    return encode_png(draw_figure(figure))
 
 
 def encode_png(image: Image) -> bytes:

@@ -50,7 +50,7 @@ def format_heading(result: RunResult) -> str:
 
 
 def format_evaluation_heading(result: RunResult, recorded: RunResult) -> str:
-    """Return what was rehearsed on what: ``avoid-obstacles on the samples of green-search on kinematic, arena``."""
+    """Return a heading such as ``avoid-obstacles on the samples of green-search on kinematic, arena``."""
     return f"{result.app} on the samples of {format_heading(recorded)}"
 
 
@@ -66,8 +66,8 @@ def list_measures(result: RunResult) -> Iterator[str]:
         yield counted(result.contacts, "contact")
     if result.overruns:
         yield counted(result.overruns, "overrun")
-    for name, told in result.batteries.items():
-        yield f"{name} at {told['last_v']:.2f} V, at its lowest {told['lowest_v']:.2f} V"
+    for name, battery in result.batteries.items():
+        yield f"{name} at {battery['last_v']:.2f} V, at its lowest {battery['lowest_v']:.2f} V"
 
 
 def list_events(result: RunResult) -> Iterator[str]:
@@ -80,8 +80,8 @@ def list_events(result: RunResult) -> Iterator[str]:
 def list_faults(result: RunResult) -> Iterator[str]:
     """Yield which faults on purpose there were, and which the run did not live to see."""
     for what, is_seen in (("with faults", True), ("ended before", False)):
-        if told := [text for text in result.faults if (Spec.parse(text).after_s <= result.sim_time_s) is is_seen]:
-            yield f"{what}: {'; '.join(told)}"
+        if texts := [text for text in result.faults if (Spec.parse(text).after_s <= result.sim_time_s) is is_seen]:
+            yield f"{what}: {'; '.join(texts)}"
 
 
 _UNITS = ("bytes", "kB", "MB", "GB")
@@ -155,9 +155,9 @@ def _format_size(count: float) -> str:
 _GOOD, _FAIR, _BAD = "bold green", "bold yellow", "bold red"
 
 
-def format_replay(came_out: ReplayResult | Evaluation) -> RenderableType:
+def format_replay(replay: ReplayResult | Evaluation) -> RenderableType:
     """Return what came out of a replay."""
-    return _format_result(came_out) if isinstance(came_out, ReplayResult) else _format_evaluation(came_out)
+    return _format_result(replay) if isinstance(replay, ReplayResult) else _format_evaluation(replay)
 
 
 def _format_result(replayed: ReplayResult) -> RenderableType:
@@ -214,45 +214,45 @@ def _list_digest_findings(replayed: ReplayResult) -> Iterator[str]:
         yield f"trace {digest}"
 
 
-def _format_evaluation(rehearsed: Evaluation) -> RenderableType:
-    recorded, other = build_result(rehearsed.recording), rehearsed.result
+def _format_evaluation(evaluation: Evaluation) -> RenderableType:
+    recorded, other = build_result(evaluation.recording), evaluation.result
     title = Text(escape(format_evaluation_heading(other, recorded)), "bold")
-    parts = [Text(f"  {escape(line)}") for line in _list_differences(rehearsed)]
-    return Group(title, *parts, Text(), _build_table(rehearsed, recorded))
+    parts = [Text(f"  {escape(line)}") for line in _list_differences(evaluation)]
+    return Group(title, *parts, Text(), _build_table(evaluation, recorded))
 
 
-def _list_differences(rehearsed: Evaluation) -> Iterator[str]:
-    if rehearsed.warning:
-        yield f"the samples are not all that the run had: {rehearsed.warning}"
-    if parting := rehearsed.parting:
-        yield f"they part in tick {parting.tick}, at {parting.time:g} s: {parting.what}"
-        yield f"  recorded: {parting.recorded}"
-        yield f"  {_get_name(rehearsed)}: {parting.rehearsed}"
-        verb = "differs" if rehearsed.differing == 1 else "differ"
-        yield f"{rehearsed.differing} of {counted(rehearsed.ticks, 'tick')} {verb}"
+def _list_differences(evaluation: Evaluation) -> Iterator[str]:
+    if evaluation.warning:
+        yield f"the samples are not all that the run had: {evaluation.warning}"
+    if first_difference := evaluation.first_difference:
+        yield f"they part in tick {first_difference.tick}, at {first_difference.time:g} s: {first_difference.what}"
+        yield f"  recorded: {first_difference.recorded}"
+        yield f"  {_get_name(evaluation)}: {first_difference.evaluated}"
+        verb = "differs" if evaluation.differing == 1 else "differ"
+        yield f"{evaluation.differing} of {counted(evaluation.ticks, 'tick')} {verb}"
     else:
-        yield f"the same in all of {counted(rehearsed.ticks, 'tick')}"
-    for device, count in rehearsed.late_reads.items():
+        yield f"the same in all of {counted(evaluation.ticks, 'tick')}"
+    for device, count in evaluation.late_reads.items():
         yield f"{device}: in {counted(count, 'tick')} nobody had read it; the newest sample from before was given"
 
 
-def _build_table(rehearsed: Evaluation, recorded: RunResult) -> Table:
-    other = rehearsed.result
+def _build_table(evaluation: Evaluation, recorded: RunResult) -> Table:
+    other = evaluation.result
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, header_style="bold")
-    for title in ("", "recorded", escape(_get_name(rehearsed))):
+    for title in ("", "recorded", escape(_get_name(evaluation))):
         table.add_column(title, style="" if title else "cyan")
     for name in dict.fromkeys((*recorded.milestones, *other.milestones)):
         table.add_row(escape(name), _format_milestone_time(recorded, name), _format_milestone_time(other, name))
-    ended = "goes on where the recording ends" if rehearsed.is_at_end else other.outcome.value
+    ended = "goes on where the recording ends" if evaluation.is_at_end else other.outcome.value
     table.add_row("outcome", recorded.outcome.value, ended)
     table.add_row("time", f"{recorded.sim_time_s:.2f} s", f"{other.sim_time_s:.2f} s")
     return table
 
 
-def _get_name(rehearsed: Evaluation) -> str:
+def _get_name(evaluation: Evaluation) -> str:
     """Return what to call the other app beside the recorded one."""
-    app = rehearsed.result.app
-    return "now" if app == build_result(rehearsed.recording).app else app
+    app = evaluation.result.app
+    return "now" if app == build_result(evaluation.recording).app else app
 
 
 def _format_milestone_time(result: RunResult, milestone: str) -> str:

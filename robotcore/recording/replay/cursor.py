@@ -48,7 +48,7 @@ class Deviation:
     def of(
         cls, tick: Tick, what: str, recorded: str, replayed: str, samples: Mapping[SampleKey, RecordedSample]
     ) -> Deviation:
-        """Return what differs in a tick, told with the samples that the recorded run read in it."""
+        """Return the difference in a tick, with the samples that the recorded run read in it."""
         reads = dict.fromkeys(_format_read(read, samples) for read in tick.reads)
         return cls(tick.number, tick.time, what, recorded, replayed, tuple(reads))
 
@@ -57,9 +57,9 @@ class Deviation:
 
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON tells of it."""
-        told = asdict(self)
-        told["time_s"] = told.pop("time")
-        return told
+        payload = asdict(self)
+        payload["time_s"] = payload.pop("time")
+        return payload
 
     def lines(self) -> Iterator[str]:
         """Yield it in words, a fact each."""
@@ -111,9 +111,9 @@ class TickReader:
 
     def __init__(self, tick: Tick) -> None:
         self.tick = tick
-        self.asks = deque(tick.asks)
-        self._turned, self._standing = deque(tick.turned), deque(tick.standing)
-        self.motor_asks = deque(tick.motor_asks)
+        self.commands = deque(tick.asks)
+        self._angles, self._held_commands = deque(tick.turned), deque(tick.standing)
+        self.motor_commands = deque(tick.motor_asks)
         self._reads: dict[str, deque[Read]] = defaultdict(deque)
         for read in tick.reads:
             self._reads[read.device].append(read)
@@ -126,17 +126,17 @@ class TickReader:
         return is_signalled or any(each.cause == WatchdogError.cause for each in self.tick.interventions)
 
     @property
-    def ended_before(self) -> RobotcoreError | None:
+    def early_error(self) -> RobotcoreError | None:
         """What was latched between two ticks, an e-stop for one; this is then the tick that did not come."""
         tick = self.tick
         has_begun = tick.reads or tick.asks or tick.motor_asks or tick.turned or not tick.interventions
-        error = None if has_begun or tick.error is None else tick.error.again()
+        error = None if has_begun or tick.error is None else tick.error.rebuild()
         return error if isinstance(error, RobotcoreError) and not self.is_cut_short else None
 
     @property
-    def pressed(self) -> RobotcoreError | None:
+    def emergency_stop(self) -> RobotcoreError | None:
         """The e-stop that was pressed before the end of this tick; nothing but the drive's answers tells when."""
-        error = self.tick.error.again() if self.tick.error and not self.was_committed else None
+        error = self.tick.error.rebuild() if self.tick.error and not self.was_committed else None
         return error if isinstance(error, EmergencyStopError) else None
 
     @property
@@ -148,7 +148,7 @@ class TickReader:
         """Return whether the recorded run read the device in this tick."""
         return device in self._devices
 
-    def failed_others(self, device: str) -> int:
+    def count_other_failures(self, device: str) -> int:
         """Return how many reads before the app's next one failed the guard or the odometry: the app heard of none."""
         left, failed = self._reads[device], 0
         while left and left[0].by and left[0].error:
@@ -158,17 +158,17 @@ class TickReader:
             left.popleft()
         return failed
 
-    def next_ask(self) -> DriveCommand | None:
+    def next_command(self) -> DriveCommand | None:
         """Return the next command that the recorded run gave, if there is one left."""
-        return self.asks.popleft() if self.asks else None
+        return self.commands.popleft() if self.commands else None
 
-    def next_turned(self) -> WheelAngles | None:
+    def next_angles(self) -> WheelAngles | None:
         """Return the angles of the wheels; None where the recorded run had no drive."""
-        return _take(self._turned)
+        return _take(self._angles)
 
-    def next_standing(self) -> Wheels:
+    def next_held_command(self) -> Wheels:
         """Return what was being asked of the wheels, for an app that commands one alone."""
-        return _take(self._standing) or REST
+        return _take(self._held_commands) or REST
 
 
 def _take(left: deque[EventT]) -> EventT | None:
@@ -178,20 +178,20 @@ def _take(left: deque[EventT]) -> EventT | None:
 
 
 class ReplayCursor:
-    """The ticks of a recording, one after the other; ``compared`` of them were found equal, ``trace`` adds them up.
+    """The ticks of a recording, one after the other. ``equal_ticks`` counts the equal ones, ``trace`` hashes them.
 
-    What ended the replay is raised at every `check` from then on, whatever an app catches.
+    Every `raise_if_ended` raises the error that ended the replay, even if the app catches it.
     """
 
     def __init__(self, recording: Recording) -> None:
         self.recording = recording
-        self.cues = TickReader(recording.ticks[0])
+        self.current = TickReader(recording.ticks[0])
         self.deviation: Deviation | None = None
         self.trace = Trace(())
         self._ended_by: RobotcoreError | None = None
 
     @property
-    def compared(self) -> int:
+    def equal_ticks(self) -> int:
         return self.trace.ticks
 
     @property
@@ -199,34 +199,34 @@ class ReplayCursor:
         """Whether the recording was cut short in this tick, and the app asked for what it does not have."""
         return isinstance(self._ended_by, RecordingEndedError)
 
-    def check(self) -> None:
+    def raise_if_ended(self) -> None:
         """Raise what ended the replay, if something did."""
         if self._ended_by:
             raise self._ended_by
 
-    def deviate(self, what: str, recorded: str, replayed: str) -> NoReturn:
+    def report_difference(self, what: str, recorded: str, replayed: str) -> NoReturn:
         """Note what differs in this tick, and raise DeviationError; the first one stays."""
-        self.check()
-        self.deviation = Deviation.of(self.cues.tick, what, recorded, replayed, self.recording.samples)
-        self._end_by(DeviationError(str(self.deviation)))
+        self.raise_if_ended()
+        self.deviation = Deviation.of(self.current.tick, what, recorded, replayed, self.recording.samples)
+        self._end_with(DeviationError(str(self.deviation)))
 
-    def lack(self, what: str, recorded: str, replayed: str) -> NoReturn:
+    def report_missing(self, what: str, recorded: str, replayed: str) -> NoReturn:
         """Deviate by what the recording does not have; where it was cut short in this tick, it ends instead."""
-        if self.cues.is_cut_short:
+        if self.current.is_cut_short:
             self.end()
-        self.deviate(what, recorded, replayed)
+        self.report_difference(what, recorded, replayed)
 
     def end(self) -> NoReturn:
         """Raise RecordingEndedError: the recording was cut short in this tick."""
-        self.check()
-        self._end_by(RecordingEndedError(self.compared, self.cues.tick.time))
+        self.raise_if_ended()
+        self._end_with(RecordingEndedError(self.equal_ticks, self.current.tick.time))
 
-    def go_on(self, record: TickRecord) -> None:
+    def advance(self, record: TickRecord) -> None:
         """Count this tick as equal, and turn to the next."""
         self.trace.add(record)
-        if self.compared < len(self.recording.ticks):
-            self.cues = TickReader(self.recording.ticks[self.compared])
+        if self.equal_ticks < len(self.recording.ticks):
+            self.current = TickReader(self.recording.ticks[self.equal_ticks])
 
-    def _end_by(self, error: RobotcoreError) -> NoReturn:
+    def _end_with(self, error: RobotcoreError) -> NoReturn:
         self._ended_by = error
         raise error

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +33,17 @@ class FirstDifference:
     time: float
     what: str
     recorded: str
-    rehearsed: str
+    evaluated: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the JSON fields of the ``parting`` key."""
+        return {
+            "tick": self.tick,
+            "time": self.time,
+            "what": self.what,
+            "recorded": self.recorded,
+            "rehearsed": self.evaluated,
+        }
 
 
 @dataclass(frozen=True)
@@ -46,7 +56,7 @@ class Evaluation:
 
     recording: Recording
     result: RunResult
-    parting: FirstDifference | None
+    first_difference: FirstDifference | None
     differing: int
     late_reads: Mapping[str, int]
     states: Sequence[str]
@@ -78,7 +88,7 @@ class Evaluation:
             "ticks": self.ticks,
             "recorded_ticks": len(self.recording.ticks),
             "differing_ticks": self.differing,
-            "parting": None if self.parting is None else asdict(self.parting),
+            "parting": self.first_difference and self.first_difference.to_dict(),
             "outcome": None if self.is_at_end else self.result.outcome.value,
             "recorded_outcome": recorded.outcome.value if recorded else None,
             "milestones": self.result.milestones,
@@ -108,12 +118,12 @@ def evaluate(
     request = build_request(recording)
     name = app or request.app
     kept = request.settings if app_name(name) == app_name(request.app) else {}
-    witness = DecisionComparator(recording)
+    comparator = DecisionComparator(recording)
     request = replace(request, app=name, settings={**kept, **(settings or {})})
-    result = run(request, [witness, *observers], [witness])
+    result = run(request, [comparator, *observers], [comparator])
     if result.error and not isinstance(result.error, Interrupted) and not result.ticks:
         raise result.error
-    return witness.rehearsed(result)
+    return comparator.build_evaluation(result)
 
 
 class DecisionComparator(Layer):
@@ -124,17 +134,17 @@ class DecisionComparator(Layer):
 
     def __init__(self, recording: Recording) -> None:
         self._recording = recording
-        self._is_alike = CommandComparator()
-        self._cues = TickReader(recording.ticks[0])
-        self._tap = RecordingLayer(lambda: False)
+        self._is_equal = CommandComparator()
+        self._current = TickReader(recording.ticks[0])
+        self._layer = RecordingLayer(lambda: False)
         self._differing = 0
-        self._parting: FirstDifference | None = None
+        self._first_difference: FirstDifference | None = None
         self._late: Counter[str] = Counter()
         self._states: list[str] = []
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
         def reader() -> SampleT:
-            self._late[sensor.name] += not self._cues.was_read(sensor.name)
+            self._late[sensor.name] += not self._current.was_read(sensor.name)
             return read()
 
         return reader
@@ -143,14 +153,14 @@ class DecisionComparator(Layer):
         return read
 
     def latch(self, latch: Latch) -> None:
-        self._tap.latch(latch)
+        self._layer.latch(latch)
 
     def lone_motor(self, motor: Motor) -> Motor:
-        return self._tap.lone_motor(motor)
+        return self._layer.lone_motor(motor)
 
     def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
         def reader() -> Wheels:
-            turned = self._cues.next_turned()
+            turned = self._current.next_angles()
             return turned.angles if turned and turned.angles else read()
 
         return reader
@@ -159,28 +169,32 @@ class DecisionComparator(Layer):
         """Nothing is decided before the first tick."""
 
     def tick(self, record: TickRecord) -> None:
-        tick, motor_asks = self._cues.tick, self._tap.take().motor_asks
+        tick, motor_asks = self._current.tick, self._layer.take().motor_asks
         self._states.append(record.state)
         if record.state != tick.state:
-            self._part(tick, "the state", repr(tick.state), repr(record.state))
-        elif not self._is_alike(tick.asked, record.asked):
-            self._part(tick, "the command", _format_command(tick.asked), _format_command(record.asked))
+            self._report_difference(tick, "the state", repr(tick.state), repr(record.state))
+        elif not self._is_equal(tick.asked, record.asked):
+            self._report_difference(tick, "the command", _format_command(tick.asked), _format_command(record.asked))
         elif _format_motor_commands(tick.motor_asks) != _format_motor_commands(motor_asks):
-            self._part(tick, "the command", _format_motor_commands(tick.motor_asks), _format_motor_commands(motor_asks))
+            self._report_difference(
+                tick, "the command", _format_motor_commands(tick.motor_asks), _format_motor_commands(motor_asks)
+            )
         if len(self._states) < len(self._recording.ticks):
-            self._cues = TickReader(self._recording.ticks[len(self._states)])
+            self._current = TickReader(self._recording.ticks[len(self._states)])
 
     def end(self, result: RunResult) -> None:
-        """`rehearsed` takes the result."""
+        """`build_evaluation` takes the result."""
 
-    def rehearsed(self, result: RunResult) -> Evaluation:
+    def build_evaluation(self, result: RunResult) -> Evaluation:
         """Return how it came out."""
         late = {device: count for device, count in self._late.items() if count}
-        return Evaluation(self._recording, result, self._parting, self._differing, late, self._states)
+        return Evaluation(self._recording, result, self._first_difference, self._differing, late, self._states)
 
-    def _part(self, tick: Tick, what: str, recorded: str, rehearsed: str) -> None:
+    def _report_difference(self, tick: Tick, what: str, recorded: str, evaluated: str) -> None:
         self._differing += 1
-        self._parting = self._parting or FirstDifference(tick.number, tick.time, what, recorded, rehearsed)
+        self._first_difference = self._first_difference or FirstDifference(
+            tick.number, tick.time, what, recorded, evaluated
+        )
 
 
 def _format_motor_commands(asks: Iterable[MotorCommand]) -> str:

@@ -71,8 +71,8 @@ class ReplayedStage:
     Between ticks, where the loop and those who close a robot stop the wheels, it lets everything pass.
     """
 
-    def __init__(self, script: ReplayCursor, likeness: CommandComparator, latch: Latch) -> None:
-        self._script, self._is_alike, self._latch = script, likeness, latch
+    def __init__(self, cursor: ReplayCursor, comparator: CommandComparator, latch: Latch) -> None:
+        self._cursor, self._is_equal, self._latch = cursor, comparator, latch
         self._asked: Wheels | None = None
         self._is_in_tick = False
         self.is_committed = False
@@ -88,10 +88,10 @@ class ReplayedStage:
 
     @property
     def asked(self) -> Wheels:
-        return self._script.cues.next_standing()
+        return self._cursor.current.next_held_command()
 
     def ask(self, wheels: Wheels) -> Wheels:
-        answered = self._answered(wheels)
+        answered = self._find_answer(wheels)
         if answered.error:
             raise_recorded(answered.error, self._latch)
         self._asked = wheels
@@ -101,19 +101,19 @@ class ReplayedStage:
         if not self._is_in_tick:
             return
         self._asked = REST
-        if error := self._answered(None).error:
+        if error := self._find_answer(None).error:
             raise_recorded(error, self._latch)
 
     def commit(self) -> Commit:
-        script, tick = self._script, self._script.cues.tick
-        script.check()
-        if script.cues.is_cut_short:
-            script.end()
+        cursor, tick = self._cursor, self._cursor.current.tick
+        cursor.raise_if_ended()
+        if cursor.current.is_cut_short:
+            cursor.end()
         self.require_all()
-        if tick.error and not script.cues.was_committed:
+        if tick.error and not cursor.current.was_committed:
             self._fail(tick.error)
-        if not self._is_alike(tick.asked, self._asked):
-            script.deviate("the command of the tick", format_wheels(tick.asked), format_wheels(self._asked))
+        if not self._is_equal(tick.asked, self._asked):
+            cursor.report_difference("the command of the tick", format_wheels(tick.asked), format_wheels(self._asked))
         self.is_committed = True
         if tick.error:
             with suppress(RobotcoreError):
@@ -122,29 +122,29 @@ class ReplayedStage:
 
     def require_all(self) -> None:
         """Deviate where the recorded run gave a command more in this tick."""
-        if left := self._script.cues.asks:
-            self._script.deviate("the command", format_wheels(left[0].asked), _NO_COMMAND)
+        if left := self._cursor.current.commands:
+            self._cursor.report_difference("the command", format_wheels(left[0].asked), _NO_COMMAND)
 
-    def _answered(self, wheels: Wheels | None) -> DriveCommand:
+    def _find_answer(self, wheels: Wheels | None) -> DriveCommand:
         """Return the recorded command that this one is like; None is a stop."""
-        self._script.check()
-        recorded = self._script.cues.next_ask()
+        self._cursor.raise_if_ended()
+        recorded = self._cursor.current.next_command()
         if recorded is None:
-            self._script.lack("the command", _NO_COMMAND, format_wheels(wheels))
-        if not self._is_alike(recorded.asked, wheels):
-            self._script.deviate("the command", format_wheels(recorded.asked), format_wheels(wheels))
+            self._cursor.report_missing("the command", _NO_COMMAND, format_wheels(wheels))
+        if not self._is_equal(recorded.asked, wheels):
+            self._cursor.report_difference("the command", format_wheels(recorded.asked), format_wheels(wheels))
         return recorded
 
     def _fail(self, recorded: RecordedError) -> NoReturn:
         """Raise what ended the recorded run at the end of this tick; a deviation where it had ended before."""
-        if not (self._script.cues.tick.commit_error or isinstance(recorded.again(), SafetyStop)):
-            self._script.deviate("the end", f"raised {recorded.kind}: {recorded.message}", "the app goes on")
+        if not (self._cursor.current.tick.commit_error or isinstance(recorded.rebuild(), SafetyStop)):
+            self._cursor.report_difference("the end", f"raised {recorded.kind}: {recorded.message}", "the app goes on")
         raise_recorded(recorded, self._latch)
 
 
 def raise_recorded(recorded: RecordedError, latch: Latch) -> NoReturn:
     """Raise what was raised in the recording; a safety stop latches."""
-    error = recorded.again()
+    error = recorded.rebuild()
     if isinstance(error, SafetyStop):
         latch.trip(error)
     raise error
@@ -153,28 +153,28 @@ def raise_recorded(recorded: RecordedError, latch: Latch) -> NoReturn:
 class ReplayedMotor(MotorOver):
     """Turns nothing. Once the run is ended for good a stop is no command: robots are closed so."""
 
-    def __init__(self, inner: Motor, script: ReplayCursor, likeness: CommandComparator, latch: Latch) -> None:
+    def __init__(self, inner: Motor, cursor: ReplayCursor, comparator: CommandComparator, latch: Latch) -> None:
         super().__init__(inner)
-        self._script, self._is_alike, self._latch = script, likeness, latch
+        self._cursor, self._is_equal, self._latch = cursor, comparator, latch
 
     def set_velocity(self, rad_s: float) -> float:
         self._require_open()
-        given = self._answered(MotorCommand(self.name, rad_s)).given
+        given = self._find_answer(MotorCommand(self.name, rad_s)).given
         return 0.0 if given is None else given
 
     def stop(self) -> None:
         if not (self._is_closed or self._latch.error):
-            self._answered(MotorCommand(self.name))
+            self._find_answer(MotorCommand(self.name))
 
-    def _answered(self, ask: MotorCommand) -> MotorCommand:
+    def _find_answer(self, ask: MotorCommand) -> MotorCommand:
         """Return the recorded command that this one is like; raise what that raised."""
-        self._script.check()
-        asks = self._script.cues.motor_asks
+        self._cursor.raise_if_ended()
+        asks = self._cursor.current.motor_commands
         if not asks:
-            self._script.lack("the command", _NO_COMMAND, format_motor_command(ask))
+            self._cursor.report_missing("the command", _NO_COMMAND, format_motor_command(ask))
         recorded = asks.popleft()
-        if recorded.device != ask.device or not self._is_alike(_get_velocity(recorded), _get_velocity(ask)):
-            self._script.deviate("the command", format_motor_command(recorded), format_motor_command(ask))
+        if recorded.device != ask.device or not self._is_equal(_get_velocity(recorded), _get_velocity(ask)):
+            self._cursor.report_difference("the command", format_motor_command(recorded), format_motor_command(ask))
         if recorded.error:
             raise_recorded(recorded.error, self._latch)
         return recorded
@@ -183,10 +183,10 @@ class ReplayedMotor(MotorOver):
         self.set_velocity(rad_s)
 
 
-def require_all_motor_commands(script: ReplayCursor) -> None:
+def require_all_motor_commands(cursor: ReplayCursor) -> None:
     """Deviate where the recorded run gave a motor a command more in this tick, unless it ended in it."""
-    if (left := script.cues.motor_asks) and not script.cues.tick.error:
-        script.deviate("the command", format_motor_command(left[0]), _NO_COMMAND)
+    if (left := cursor.current.motor_commands) and not cursor.current.tick.error:
+        cursor.report_difference("the command", format_motor_command(left[0]), _NO_COMMAND)
 
 
 def _get_velocity(ask: MotorCommand) -> tuple[float] | None:
@@ -199,9 +199,9 @@ class ReplayLayer(Layer):
     Samples come from the devices below; what the safety stage answered, and the angles of the wheels, come from here.
     """
 
-    def __init__(self, recording: Recording, likeness: CommandComparator) -> None:
-        self.script = ReplayCursor(recording)
-        self._likeness = likeness
+    def __init__(self, recording: Recording, comparator: CommandComparator) -> None:
+        self.cursor = ReplayCursor(recording)
+        self._comparator = comparator
         self._latch = Latch()
         self._stage: ReplayedStage | None = None
 
@@ -212,11 +212,11 @@ class ReplayLayer(Layer):
         """Return what reads the sensor where the recorded run has read it too, as its app did."""
 
         def reader() -> SampleT:
-            self.script.check()
-            self._press()
-            if not self.script.cues.was_read(sensor.name):
-                self.script.lack(f"what is read of {sensor.name}", "not read in this tick", "read")
-            for _ in range(self.script.cues.failed_others(sensor.name)):
+            self.cursor.raise_if_ended()
+            self._raise_emergency_stop()
+            if not self.cursor.current.was_read(sensor.name):
+                self.cursor.report_missing(f"what is read of {sensor.name}", "not read in this tick", "read")
+            for _ in range(self.cursor.current.count_other_failures(sensor.name)):
                 with suppress(RobotcoreError):
                     read()
             return read()
@@ -228,11 +228,11 @@ class ReplayLayer(Layer):
         return read
 
     def stage(self, stage: Stage) -> Stage:
-        self._stage = ReplayedStage(self.script, self._likeness, self._latch)
+        self._stage = ReplayedStage(self.cursor, self._comparator, self._latch)
         return self._stage
 
     def lone_motor(self, motor: Motor) -> Motor:
-        return ReplayedMotor(motor, self.script, self._likeness, self._latch)
+        return ReplayedMotor(motor, self.cursor, self._comparator, self._latch)
 
     def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
         """Return what reads the recorded angles."""
@@ -240,8 +240,8 @@ class ReplayLayer(Layer):
         def reader() -> Wheels:
             if self._stage:
                 self._stage.begin_tick()
-            self._press()
-            turned = self.script.cues.next_turned()
+            self._raise_emergency_stop()
+            turned = self.cursor.current.next_angles()
             if turned and turned.error:
                 raise_recorded(turned.error, self._latch)
             return turned.angles if turned and turned.angles else read()
@@ -249,30 +249,30 @@ class ReplayLayer(Layer):
         return reader
 
     def begin(self, run: Run) -> None:
-        """Nothing is compared before the first tick."""
+        """Do nothing: the comparison begins with the first tick."""
 
     def tick(self, record: TickRecord) -> None:
         """Hold a tick to the recorded one. Where the app has just raised something new, `ending` tells."""
-        script, tick = self.script, self.script.cues.tick
+        cursor, tick = self.cursor, self.cursor.current.tick
         if self._stage:
             self._stage.end_tick()
-        script.check()
-        if script.cues.is_cut_short:
-            script.end()
+        cursor.raise_if_ended()
+        if cursor.current.is_cut_short:
+            cursor.end()
         if self._stage and not self._stage.is_committed:
             if tick.error is None:
                 return
             self._stage.require_all()
-        require_all_motor_commands(script)
+        require_all_motor_commands(cursor)
         if record.state != tick.state:
-            script.deviate("the state", repr(tick.state), repr(record.state))
-        script.go_on(record)
-        if error := script.cues.ended_before:
+            cursor.report_difference("the state", repr(tick.state), repr(record.state))
+        cursor.advance(record)
+        if error := cursor.current.early_error:
             self._latch.set(error)
 
-    def _press(self) -> None:
+    def _raise_emergency_stop(self) -> None:
         """Press the e-stop where it was pressed."""
-        if error := self.script.cues.pressed:
+        if error := self.cursor.current.emergency_stop:
             self._latch.set(error)
 
     def end(self, result: RunResult) -> None:

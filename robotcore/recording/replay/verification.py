@@ -55,8 +55,8 @@ class ReplayResult:
     @property
     def recorded_sha256(self) -> str | None:
         """The digest in the file; None where the run ended in the middle of a tick, or unseen."""
-        told = self.recording.result
-        return told.trace_sha256 if told and self.ticks == told.ticks else None
+        recorded = self.recording.result
+        return recorded.trace_sha256 if recorded and self.ticks == recorded.ticks else None
 
     @property
     def is_equal(self) -> bool:
@@ -112,17 +112,17 @@ def replay(
     if app is None:
         require_recorded_app(recording, file)
     platform = compare_platforms(recording.metadata.platform, BACKEND)
-    likeness = CommandComparator(PLATFORM_TOLERANCE if platform else 0.0)
-    replayer = ReplayLayer(recording, likeness)
+    comparator = CommandComparator(PLATFORM_TOLERANCE if platform else 0.0)
+    replayer = ReplayLayer(recording, comparator)
     request = build_request(recording, is_held=True)
     request = replace(request, app=app or request.app)
     result = run(request, [replayer, *observers], [replayer])
     if result.error and not isinstance(result.error, Interrupted) and not result.ticks:
         raise result.error
     if not isinstance(result.error, Interrupted):
-        check_end(replayer.script, result)
+        check_end(replayer.cursor, result)
     result = replace(result, backend=recording.metadata.request.backend)
-    return _build_result(replayer, likeness, result, platform, has_changed=has_app_changed(recording, request.app))
+    return _build_result(replayer, comparator, result, platform, has_changed=has_app_changed(recording, request.app))
 
 
 def require_ticks(recording: Recording, file: Path | str) -> None:
@@ -150,21 +150,21 @@ def build_request(recording: Recording, *, is_held: bool = False) -> RunRequest:
 
 def _build_result(
     replayer: ReplayLayer,
-    likeness: CommandComparator,
+    comparator: CommandComparator,
     result: RunResult,
     platform: Sequence[str],
     *,
     has_changed: bool | None,
 ) -> ReplayResult:
-    script = replayer.script
+    cursor = replayer.cursor
     return ReplayResult(
-        recording=script.recording,
+        recording=cursor.recording,
         result=result,
-        ticks=script.compared,
-        deviation=script.deviation,
-        is_exact=likeness.is_exact,
-        largest_difference=likeness.largest,
-        trace_sha256=script.trace.sha256,
+        ticks=cursor.equal_ticks,
+        deviation=cursor.deviation,
+        is_exact=comparator.is_exact,
+        largest_difference=comparator.largest,
+        trace_sha256=cursor.trace.sha256,
         platform=tuple(platform),
         has_app_changed=has_changed,
     )
@@ -173,10 +173,10 @@ def _build_result(
 _GOES_ON = "the app goes on"
 
 
-def check_end(script: ReplayCursor, result: RunResult) -> None:
-    """Let the script deviate where the replay ended otherwise than its recording."""
+def check_end(cursor: ReplayCursor, result: RunResult) -> None:
+    """Report a difference to the cursor if the replay ended in another way than its recording."""
     with suppress(DeviationError, RecordingEndedError):
-        _compare_end(script, result)
+        _compare_end(cursor, result)
 
 
 def explain_external_end(recording: Recording) -> str:
@@ -189,18 +189,18 @@ def explain_external_end(recording: Recording) -> str:
     return "" if is_of_the_last_tick or is_of_the_app else result.reason
 
 
-def _compare_end(script: ReplayCursor, result: RunResult) -> None:
-    if script.deviation or script.is_at_end:
+def _compare_end(cursor: ReplayCursor, result: RunResult) -> None:
+    if cursor.deviation or cursor.is_at_end:
         return
-    recording = script.recording
-    left = len(recording.ticks) - script.compared
+    recording = cursor.recording
+    left = len(recording.ticks) - cursor.equal_ticks
     if isinstance(result.error, RecordingEndedError):
         if not explain_external_end(recording):
-            script.deviate("the end", _format_recorded_end(recording), _GOES_ON)
-    elif left and not script.cues.is_cut_short:
-        script.deviate("the end", _GOES_ON, _format_end(result.outcome, result.reason))
+            cursor.report_difference("the end", _format_recorded_end(recording), _GOES_ON)
+    elif left and not cursor.current.is_cut_short:
+        cursor.report_difference("the end", _GOES_ON, _format_end(result.outcome, result.reason))
     elif not explain_external_end(recording) and _format_replayed_end(result) != _format_recorded_end(recording):
-        script.deviate("the end", _format_recorded_end(recording), _format_replayed_end(result))
+        cursor.report_difference("the end", _format_recorded_end(recording), _format_replayed_end(result))
 
 
 def _format_replayed_end(result: RunResult) -> str:

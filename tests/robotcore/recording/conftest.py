@@ -24,7 +24,7 @@ class Witness:
     """Sees what the recorder sees, and keeps it in memory."""
 
     def __init__(self) -> None:
-        self.tap = RecordingLayer(lambda: True)
+        self.layer = RecordingLayer(lambda: True)
         self.ticks: list[tuple[TickRecord, TickEvents]] = []
         self.poses: list[Pose] = []
         self.result: RunResult | None = None
@@ -33,7 +33,7 @@ class Witness:
         self.run = run
 
     def tick(self, record: TickRecord) -> None:
-        self.ticks.append((record, self.tap.take()))
+        self.ticks.append((record, self.layer.take()))
         self.poses.append(self.run.robot.drive._odometry._pose)
 
     def end(self, result: RunResult) -> None:
@@ -69,7 +69,7 @@ class Recorded:
 def record(file: Path, *below: Layer, is_jpeg: bool = False, app: str = UNRULY, **asked: Any) -> Recorded:
     """Run the unruly app, or another, and record it."""
     recorder, witness = Recorder(file, is_jpeg=is_jpeg), Witness()
-    run(RunRequest(app, **{"seed": 3, **asked}), [recorder, witness], [*below, recorder.tap, witness.tap])
+    run(RunRequest(app, **{"seed": 3, **asked}), [recorder, witness], [*below, recorder.layer, witness.layer])
     return Recorded(file, witness, recorder)
 
 

@@ -37,7 +37,7 @@ def main(file: str, limit: str | None = None) -> None:
     recorder = Recorder(Path(file))
     settings = {"duration_s": 2 if limit else 60}
     request = RunRequest("avoid-obstacles", robot="rover", settings=settings, realtime=not limit)
-    run(request, [recorder, Teller()], [recorder.tap])
+    run(request, [recorder, Teller()], [recorder.layer])
     say(str(recorder.fault))
 
 

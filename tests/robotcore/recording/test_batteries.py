@@ -39,7 +39,7 @@ def recorded(monkeypatch: pytest.MonkeyPatch, file: Path, volts: Script = draini
     rover = str(powered.powered_rover(file.parent).file)
     recorder = Recorder(file)
     request = RunRequest("avoid-obstacles", "powered", rover, "open", settings={"duration_s": 5.0})
-    run(request, [recorder], [recorder.tap])
+    run(request, [recorder], [recorder.layer])
     assert recorder.fault is None
     return read(file)
 
@@ -56,7 +56,7 @@ def test_its_warning_is_in_its_tick_and_in_the_log(monkeypatch: pytest.MonkeyPat
     recording = recorded(monkeypatch, file, 6.0)
     assert recording.ticks[0].warnings == ("cells: 6.00 V, and it is to be charged below 6.6 V. Charge it",)
     assert all(not tick.warnings for tick in recording.ticks[1:])
-    assert LogLine(Level.Warning, *recording.ticks[0].warnings) in list(RunLog(()).of(recording.ticks[0]))
+    assert LogLine(Level.Warning, *recording.ticks[0].warnings) in list(RunLog(()).list_new(recording.ticks[0]))
 
 
 def test_a_table_has_its_voltage_where_it_was_read(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
@@ -100,9 +100,9 @@ def test_a_replay_that_reads_it_at_another_pace_does_not_deviate(
 def test_two_runs_are_compared_by_their_lowest_voltages(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
     one = recorded(monkeypatch, file)
     other = replace(one, result=replace(one.result, batteries={})) if one.result else one
-    told = [
+    row = [
         row
         for row in build_rows(Comparison(RunSummary("a", one), RunSummary("b", other)))
         if row[0].startswith("cells")
     ]
-    assert told == [("cells, lowest", "6.29 V", "–")]
+    assert row == [("cells, lowest", "6.29 V", "–")]

@@ -92,8 +92,8 @@ def bits(value: Any) -> Any:
 
 
 def test_what_is_no_number_travels_as_a_string_so_that_the_json_is_one_that_all_read() -> None:
-    told = json.loads(to_json(Wheels(float("inf"), float("nan"))), parse_constant=pytest.fail)
-    assert told == {"left": "inf", "right": "nan"}
+    values = json.loads(to_json(Wheels(float("inf"), float("nan"))), parse_constant=pytest.fail)
+    assert values == {"left": "inf", "right": "nan"}
 
 
 def test_numpy_numbers_and_members_of_enumerations_are_told_as_what_they_are() -> None:

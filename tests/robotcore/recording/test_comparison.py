@@ -48,7 +48,7 @@ def with_milestones(recording: Recording, **milestones: float) -> Recording:
 
 def test_recording_is_like_itself(run: Recording) -> None:
     same = compared(run, run)
-    assert (same.is_alike, same.exit_status, same.parting, same.first_other_milestone) == (True, 0, None, None)
+    assert (same.is_alike, same.exit_status, same.first_difference, same.first_other_milestone) == (True, 0, None, None)
 
 
 def test_times_of_milestones_may_differ(run: Recording) -> None:
@@ -116,14 +116,14 @@ def test_other_outcome_is_not_alike(run: Recording) -> None:
 
 
 def test_states_part_in_the_first_tick_that_differs(run: Recording) -> None:
-    parting = compared(run, changed(changed(run, 9, state="lost"), 30, state="lost")).parting
-    assert parting == FirstDifference(9, run.ticks[9].time, run.ticks[9].state, "lost")
+    first_difference = compared(run, changed(changed(run, 9, state="lost"), 30, state="lost")).first_difference
+    assert first_difference == FirstDifference(9, run.ticks[9].time, run.ticks[9].state, "lost")
 
 
 def test_run_that_is_over_earlier_parts_there(run: Recording) -> None:
-    parting = compared(run, replace(run, ticks=run.ticks[:20])).parting
-    assert parting
-    assert (parting.tick, parting.second) == (20, None)
+    first_difference = compared(run, replace(run, ticks=run.ticks[:20])).first_difference
+    assert first_difference
+    assert (first_difference.tick, first_difference.second) == (20, None)
 
 
 def test_file_that_was_cut_is_measured_by_what_it_has(run: Recording) -> None:

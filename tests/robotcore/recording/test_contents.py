@@ -40,14 +40,14 @@ def test_sample_that_is_read_again_counts_once(search: Recording) -> None:
 
 
 def test_cut_recording_says_so_and_has_no_outcome(search: Recording) -> None:
-    told = summarise_contents(replace(search, result=None, is_cut=True, why_not="2 sample(s) are missing"))
-    assert (told["whole"], told["outcome"], told["replayable"]) == (False, None, False)
-    assert told["why_not"] == "2 sample(s) are missing"
+    summary = summarise_contents(replace(search, result=None, is_cut=True, why_not="2 sample(s) are missing"))
+    assert (summary["whole"], summary["outcome"], summary["replayable"]) == (False, None, False)
+    assert summary["why_not"] == "2 sample(s) are missing"
 
 
 def test_recording_without_a_tick_is_told_too(search: Recording) -> None:
-    told = summarise_contents(replace(search, ticks=[], result=None, is_cut=True))
-    assert (told["ticks"], told["rate_hz"], told["duration_s"]) == (0, None, 0.0)
+    summary = summarise_contents(replace(search, ticks=[], result=None, is_cut=True))
+    assert (summary["ticks"], summary["rate_hz"], summary["duration_s"]) == (0, None, 0.0)
 
 
 def test_table_has_a_row_a_tick_and_every_digit(search: Recording, tmp_path: Path) -> None:

@@ -68,8 +68,8 @@ def test_whoever_looks_at_any_time_is_given_every_frame_by_the_last_message_of_e
 
 def transforms_in(message: bytes) -> list[tuple[str, str]]:
     """Return parent and child of each (FrameTransforms.proto, FrameTransform.proto)."""
-    told = [dict(read_fields(bytes(each))) for _, each in read_fields(message)]
-    return [(bytes(each[2]).decode(), bytes(each[3]).decode()) for each in told]
+    transforms = [dict(read_fields(bytes(each))) for _, each in read_fields(message)]
+    return [(bytes(each[2]).decode(), bytes(each[3]).decode()) for each in transforms]
 
 
 def test_a_picture_that_was_read_again_is_stored_once(recorded: Recorded) -> None:

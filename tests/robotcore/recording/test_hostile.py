@@ -93,7 +93,7 @@ def read_all(file: Path) -> Recording | None:
         assert not fault or "damaged" in fault
     for tick in recording.ticks:
         errors = [read.error for read in tick.reads if read.error] + [tick.error] * (tick.error is not None)
-        assert all(error.again().args for error in errors if error)
+        assert all(error.rebuild().args for error in errors if error)
     summarise_contents(recording)
     format_contents(recording, file)
     build_odometry_path(recording)
@@ -167,11 +167,11 @@ def test_place_of_the_damage_is_where_the_chunk_begins(base: Path, file: Path) -
 
 @pytest.mark.parametrize("kind", ["signal", "Sequence", "_Portable", "format_exception", "none"])
 def test_error_of_a_kind_that_is_none_is_raised_again_as_ours(kind: str) -> None:
-    assert type(RecordedError(kind, "no echo").again()) is RobotcoreError
+    assert type(RecordedError(kind, "no echo").rebuild()) is RobotcoreError
 
 
 def test_recorded_attribute_does_not_replace_what_an_error_defines() -> None:
-    error = RecordedError("WatchdogError", "late", {"exit_status": 0, "cause": "none", "device": "nose"}).again()
+    error = RecordedError("WatchdogError", "late", {"exit_status": 0, "cause": "none", "device": "nose"}).rebuild()
     assert isinstance(error, WatchdogError)
     assert (error.exit_status, error.cause) == (4, "watchdog")
 

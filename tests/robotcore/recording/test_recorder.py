@@ -34,15 +34,15 @@ def file(tmp_path: Path) -> Path:
 def test_a_killed_process_leaves_all_but_the_last_moment(file: Path) -> None:
     with subprocess.Popen([*COMMAND, str(file)], stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout
-        told = ["0.0"]
-        while float(told[-1]) < 1.5:
-            told.append(process.stdout.readline())
+        lines = ["0.0"]
+        while float(lines[-1]) < 1.5:
+            lines.append(process.stdout.readline())
         process.send_signal(signal.SIGKILL)
-        told += process.stdout.read().split()
+        lines += process.stdout.read().split()
     recording = read(file)
     assert recording.is_cut
     assert recording.is_replayable
-    assert float(told[-1]) - recording.ticks[-1].time < 1.2
+    assert float(lines[-1]) - recording.ticks[-1].time < 1.2
 
 
 def test_a_process_that_is_killed_at_its_first_tick_leaves_a_file_that_tells_of_the_run(file: Path) -> None:
@@ -68,7 +68,7 @@ def test_the_first_tick_is_in_the_file_at_once(file: Path, monkeypatch: pytest.M
 
     monkeypatch.setattr(McapFile, "flush", heard)
     recorder = Recorder(file)
-    run(RunRequest(UNRULY), [recorder, Waiting()], [recorder.tap])
+    run(RunRequest(UNRULY), [recorder, Waiting()], [recorder.layer])
 
 
 def test_an_interrupted_run_ends_its_recording_properly(file: Path) -> None:
@@ -77,8 +77,8 @@ def test_an_interrupted_run_ends_its_recording_properly(file: Path) -> None:
         for _ in range(5):
             process.stdout.readline()
         process.send_signal(signal.SIGTERM)
-        told = process.stdout.read().split()
-    assert told[-2:] == ["interrupted", "None"]
+        lines = process.stdout.read().split()
+    assert lines[-2:] == ["interrupted", "None"]
     recording = read(file)
     assert not recording.is_cut
     assert recording.result
@@ -91,9 +91,9 @@ def test_a_signal_before_the_first_tick_leaves_a_file_that_is_closed_and_not_cal
     def interrupted(*_: object, **__: object) -> None:
         raise Interrupted(signal.SIGINT)
 
-    monkeypatch.setattr("robotcore.recording.recorder.Author", interrupted)
+    monkeypatch.setattr("robotcore.recording.recorder.RecordingWriter", interrupted)
     recorder = Recorder(file)
-    assert run(RunRequest(UNRULY), [recorder], [recorder.tap]).outcome is Outcome.INTERRUPTED
+    assert run(RunRequest(UNRULY), [recorder], [recorder.layer]).outcome is Outcome.INTERRUPTED
     assert (recorder.has_begun, recorder.fault) == (False, None)
     with pytest.raises(RecordingError, match="it holds no run"):
         read(file)
@@ -115,7 +115,7 @@ def test_a_recording_that_has_its_limit_ends_whole_and_the_run_goes_on(
 ) -> None:
     monkeypatch.setattr("robotcore.hal.clock.SteppedClock.is_lockstep", is_lockstep)
     recorder, limit = Recorder(file, limit=200_000), 200_000
-    result = run(RunRequest(UNRULY, settings={"ticks": 400}), [recorder], [recorder.tap])
+    result = run(RunRequest(UNRULY, settings={"ticks": 400}), [recorder], [recorder.layer])
     assert (result.ticks, recorder.fault, recorder.dropped) == (400, None, 0)
     assert limit <= file.stat().st_size < 2 * limit
     recording = read(file)
@@ -128,14 +128,14 @@ def test_a_recording_that_has_its_limit_ends_whole_and_the_run_goes_on(
 
 def test_a_run_that_ends_below_the_limit_is_recorded_to_its_end(file: Path) -> None:
     recorder = Recorder(file, limit=10**9)
-    run(RunRequest(UNRULY), [recorder], [recorder.tap])
+    run(RunRequest(UNRULY), [recorder], [recorder.layer])
     assert recorder.ended_early == ""
     assert read(file).result
 
 
 def test_a_folder_that_is_gone_by_then_is_told_and_the_run_goes_on(tmp_path: Path) -> None:
     recorded = Recorder(tmp_path / "gone" / "run.mcap")
-    assert run(RunRequest(UNRULY), [recorded], [recorded.tap]).ticks == 8
+    assert run(RunRequest(UNRULY), [recorded], [recorded.layer]).ticks == 8
     assert str(recorded.fault).endswith(
         "No such file or directory. Name a file that can be written, where there is room"
     )
@@ -149,13 +149,13 @@ def test_a_fault_of_the_writer_itself_ends_the_recording_and_not_the_run(
 
     monkeypatch.setattr("robotcore.recording.writer.to_json", failing)
     recorder = Recorder(file)
-    assert run(RunRequest(UNRULY), [recorder], [recorder.tap]).ticks == 8
+    assert run(RunRequest(UNRULY), [recorder], [recorder.layer]).ticks == 8
     assert "TypeError: a bug" in str(recorder.fault)
 
 
 def test_simulated_time_waits_for_a_disk_that_is_too_slow(file: Path) -> None:
     recorder = Recorder(file, room=1)
-    run(RunRequest(UNRULY), [recorder], [recorder.tap])
+    run(RunRequest(UNRULY), [recorder], [recorder.layer])
     assert recorder.dropped == 0
     assert read(file).is_replayable
 
@@ -163,7 +163,7 @@ def test_simulated_time_waits_for_a_disk_that_is_too_slow(file: Path) -> None:
 def test_a_real_robot_does_not_wait_but_loses_pictures_and_says_so(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("robotcore.hal.clock.SteppedClock.is_lockstep", False)
     recorder = Recorder(file, room=0)
-    result = run(RunRequest(UNRULY), [recorder], [recorder.tap])
+    result = run(RunRequest(UNRULY), [recorder], [recorder.layer])
     recording = read(file)
     assert len(recording.ticks) == result.ticks == 8
     assert recorder.dropped == 16  # the camera's and those shown

@@ -33,9 +33,9 @@ class DriveByAnArray(Behaviour):
 def test_ticks_come_back_to_the_bit(recorded: Recorded) -> None:
     ticks, seen = recorded.recording.ticks, recorded.witness.ticks
     assert len(ticks) == len(seen) == 30
-    for tick, (told, notes) in zip(ticks, seen, strict=True):
-        assert bits((tick.number, tick.time, tick.state, tick.asked, tick.sent)) == bits(tuple(told)[:5])
-        assert bits(tick.interventions) == bits(told.interventions)
+    for tick, (recorded_value, notes) in zip(ticks, seen, strict=True):
+        assert bits((tick.number, tick.time, tick.state, tick.asked, tick.sent)) == bits(tuple(recorded_value)[:5])
+        assert bits(tick.interventions) == bits(recorded_value.interventions)
         for kind in ("reads", "asks", "turned", "standing", "shown"):
             assert bits(getattr(tick, kind)) == bits(tuple(getattr(notes, kind))), kind
 
@@ -44,7 +44,7 @@ def test_a_command_that_is_a_number_of_an_array_comes_back(tmp_path: Path) -> No
     app = tmp_path / "where.py"
     app.write_text(DRIVES_BY_AN_ARRAY)
     recorder = Recorder(tmp_path / "run.mcap")
-    run(RunRequest(str(app), timeout_s=0.2), [recorder], [recorder.tap])
+    run(RunRequest(str(app), timeout_s=0.2), [recorder], [recorder.layer])
     assert recorder.fault is None
     assert {tick.asked for tick in read(recorder.path).ticks} == {Wheels(0.5, 0.5)}
 
@@ -76,7 +76,7 @@ def test_every_read_of_a_tick_finds_its_sample_or_its_error(recorded: Recorded) 
 def test_a_device_that_failed_fails_again_in_the_same_words(recorded: Recorded) -> None:
     failed = [read.error for tick in recorded.recording.ticks for read in tick.reads if read.error]
     assert failed
-    again = failed[0].again()
+    again = failed[0].rebuild()
     assert isinstance(again, DeviceError)
     assert again.device == "eye"
     assert str(again).startswith("eye: ")
@@ -88,14 +88,14 @@ def test_the_pose_is_the_odometry_s(recorded: Recorded) -> None:
 
 
 def test_the_run_is_told_in_full(recorded: Recorded) -> None:
-    told, run = recorded.recording.metadata, recorded.witness.run
-    assert told.request == run.request
-    assert (told.description, told.world) == (run.description, run.world)
-    assert told.devices == tuple(run.robot.devices)
-    assert told.settings == {"end": "success", "ticks": 30}
-    assert told.source == Path(UNRULY).read_text()
-    assert told.is_stepped
-    assert {"python", "numpy", "machine"} <= set(told.platform)
+    recorded_value, run = recorded.recording.metadata, recorded.witness.run
+    assert recorded_value.request == run.request
+    assert (recorded_value.description, recorded_value.world) == (run.description, run.world)
+    assert recorded_value.devices == tuple(run.robot.devices)
+    assert recorded_value.settings == {"end": "success", "ticks": 30}
+    assert recorded_value.source == Path(UNRULY).read_text()
+    assert recorded_value.is_stepped
+    assert {"python", "numpy", "machine"} <= set(recorded_value.platform)
 
 
 def test_the_end_is_told_and_the_whole_can_be_replayed(recorded: Recorded) -> None:
@@ -131,7 +131,7 @@ def test_a_command_that_is_no_number_is_kept_with_its_answer(file: Path, end: st
     assert ask.asked
     assert not all(map(math.isfinite, ask.asked))
     assert ask.error
-    assert isinstance(ask.error.again(), InvalidCommandError)
+    assert isinstance(ask.error.rebuild(), InvalidCommandError)
 
 
 class Button:
@@ -149,7 +149,7 @@ class Button:
 
 def test_an_e_stop_is_the_error_of_the_last_tick(file: Path) -> None:
     recorder = Recorder(file)
-    run(RunRequest(UNRULY), [Button(), recorder], [recorder.tap])
+    run(RunRequest(UNRULY), [Button(), recorder], [recorder.layer])
     recording = read(file)
     errors = [tick.error for tick in recording.ticks]
     assert errors[:-1] == [None] * (len(errors) - 1)

@@ -100,7 +100,7 @@ def test_without_a_word_of_it_a_loss_ends_the_run_at_once() -> None:
 def test_a_recorded_loss_is_replayed_with_the_same_decisions(patient: str, lost: str) -> None:
     memory = Memory()
     request = RunRequest("green-search", robot=patient, seed=7, timeout_s=3.0, faults=(f"{lost} after=1",))
-    run(request, [memory], [memory.tap])
+    run(request, [memory], [memory.layer])
     verdict = replay(memory.recording)
     assert verdict.exit_status == 0
     assert verdict.result.ticks == len(memory.ticks)

@@ -18,7 +18,7 @@ def track() -> Track:
     for tick in range(10 * len(STATES)):
         state = STATES[tick // 10]
         pose = start.advanced(max(0, tick - 10) * 0.02, 0.0)
-        track.steps.append(TrackPoint(tick / 20, state, pose))
+        track.points.append(TrackPoint(tick / 20, state, pose))
     return track
 
 
@@ -31,5 +31,5 @@ def result() -> RunResult:
 
 
 @pytest.fixture
-def story(track: Track, result: RunResult) -> RunFigure:
+def figure(track: Track, result: RunResult) -> RunFigure:
     return RunFigure(load_robot("rover"), load_world("arena"), track, None, result)

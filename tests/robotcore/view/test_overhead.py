@@ -13,7 +13,7 @@ from robotcore.view.overhead import Track, TrackPoint
 @pytest.fixture
 def track() -> Track:
     track = Track()
-    track.steps = [TrackPoint(float(time), state, Pose(time, 0.0, 0.0)) for time, state in enumerate("aabba")]
+    track.points = [TrackPoint(float(time), state, Pose(time, 0.0, 0.0)) for time, state in enumerate("aabba")]
     return track
 
 
@@ -22,20 +22,20 @@ def test_states_come_in_the_order_of_their_first_time(track: Track) -> None:
 
 
 def test_stretches_join_without_a_gap(track: Track) -> None:
-    times = [(state, [step.time for step in steps]) for state, steps in track.stretches()]
+    times = [(state, [step.time for step in steps]) for state, steps in track.segments()]
     assert times == [("a", [0, 1]), ("b", [1, 2, 3]), ("a", [3, 4])]
 
 
 def test_a_state_lasts_as_long_as_all_its_stretches(track: Track) -> None:
-    assert list(track.spells()) == [("a", 0.0, 2.0), ("b", 2.0, 2.0)]
+    assert list(track.state_durations()) == [("a", 0.0, 2.0), ("b", 2.0, 2.0)]
 
 
 def test_a_milestone_is_where_the_robot_was_then(track: Track) -> None:
-    assert track.places({"b": 2.2}) == {"b": Pose(2, 0.0, 0.0)}
+    assert track.find_milestone_poses({"b": 2.2}) == {"b": Pose(2, 0.0, 0.0)}
 
 
 def test_nothing_recorded_is_nowhere() -> None:
-    assert Track().places({"a": 0.0}) == {}
+    assert Track().find_milestone_poses({"a": 0.0}) == {}
 
 
 def test_text_that_opencv_cannot_write_is_drawn_as_its_escape() -> None:

@@ -41,77 +41,77 @@ def colours_near(image: Image, x: float, y: float, reach: int = 2) -> list[Rgb]:
     return [(int(red), int(green), int(blue)) for red, green, blue in patch]
 
 
-def on_sheet(story: RunFigure, x: float, y: float) -> tuple[float, float]:
+def on_sheet(figure: RunFigure, x: float, y: float) -> tuple[float, float]:
     """Where a point of the world lies on the sheet."""
-    assert story.world
-    column, row = MapTransform.fitting(story.world, story.track, _MAP).at(x, y)
+    assert figure.world
+    column, row = MapTransform.fit(figure.world, figure.track, _MAP).to_pixel(x, y)
     return column + _EDGE, row + _TOP
 
 
-def test_the_ball_has_its_colour_where_it_lies(story: RunFigure) -> None:
-    assert story.world
-    assert story.world.target
-    ball = story.world.target
+def test_the_ball_has_its_colour_where_it_lies(figure: RunFigure) -> None:
+    assert figure.world
+    assert figure.world.target
+    ball = figure.world.target
     around = [(ball.x_m + dx, ball.y_m + dy) for dx, dy in ((0, 0), (-0.06, 0), (0, -0.06))]
-    image = draw_figure(story)
-    assert all(ball.colour in colours_near(image, *on_sheet(story, *place)) for place in around)
+    image = draw_figure(figure)
+    assert all(ball.colour in colours_near(image, *on_sheet(figure, *place)) for place in around)
 
 
-def test_every_obstacle_has_its_colour_in_its_middle(story: RunFigure) -> None:
-    assert story.world
-    image = draw_figure(story)
-    for thing in story.world.obstacles:
-        assert thing.colour in colours_near(image, *on_sheet(story, thing.x_m, thing.y_m))
+def test_every_obstacle_has_its_colour_in_its_middle(figure: RunFigure) -> None:
+    assert figure.world
+    image = draw_figure(figure)
+    for thing in figure.world.obstacles:
+        assert thing.colour in colours_near(image, *on_sheet(figure, thing.x_m, thing.y_m))
 
 
-def test_north_is_up_and_east_is_right(story: RunFigure) -> None:
-    x, y = on_sheet(story, 0.0, 0.0)
-    east, north = on_sheet(story, 1.0, 0.0), on_sheet(story, 0.0, 1.0)
+def test_north_is_up_and_east_is_right(figure: RunFigure) -> None:
+    x, y = on_sheet(figure, 0.0, 0.0)
+    east, north = on_sheet(figure, 1.0, 0.0), on_sheet(figure, 0.0, 1.0)
     assert east[0] > x
     assert north[1] < y
     assert east[1] - y == north[0] - x == 0
 
 
-def test_the_path_has_the_colour_of_its_state_all_along(story: RunFigure) -> None:
-    image = draw_figure(story)
-    colours = assign_state_colours(story.track.states)
-    for step in story.track.steps[16:34:4]:
-        assert colours[step.state] in colours_near(image, *on_sheet(story, step.pose.x, step.pose.y), reach=4)
+def test_the_path_has_the_colour_of_its_state_all_along(figure: RunFigure) -> None:
+    image = draw_figure(figure)
+    colours = assign_state_colours(figure.track.states)
+    for step in figure.track.points[16:34:4]:
+        assert colours[step.state] in colours_near(image, *on_sheet(figure, step.pose.x, step.pose.y), reach=4)
 
 
-def test_the_robot_stands_where_it_ended(story: RunFigure) -> None:
-    pose = story.track.steps[-1].pose
+def test_the_robot_stands_where_it_ended(figure: RunFigure) -> None:
+    pose = figure.track.points[-1].pose
     belly = pose.to_world(0.05, 0.06)
-    assert story.robot.body.colour in colours_near(draw_figure(story), *on_sheet(story, *belly))
+    assert figure.robot.body.colour in colours_near(draw_figure(figure), *on_sheet(figure, *belly))
 
 
-def test_milestones_at_one_place_do_not_hide_each_other(story: RunFigure) -> None:
-    story.track.steps = [step._replace(pose=story.track.steps[0].pose) for step in story.track.steps]
-    image = draw_figure(story)
-    x, y = on_sheet(story, *story.track.steps[0].pose[:2])
+def test_milestones_at_one_place_do_not_hide_each_other(figure: RunFigure) -> None:
+    figure.track.points = [step._replace(pose=figure.track.points[0].pose) for step in figure.track.points]
+    image = draw_figure(figure)
+    x, y = on_sheet(figure, *figure.track.points[0].pose[:2])
     row = {tuple(int(part) for part in pixel) for pixel in image[round(y), round(x) : round(x) + 90, ::-1]}
-    assert set(assign_state_colours(story.track.states).values()) <= row
+    assert set(assign_state_colours(figure.track.states).values()) <= row
 
 
-def test_a_robot_that_left_the_floor_is_still_on_the_map(story: RunFigure) -> None:
-    far = story.track.steps[-1].pose._replace(x=5.0, y=-0.3)
-    story.track.steps.append(story.track.steps[-1]._replace(pose=far))
-    x, _ = on_sheet(story, far.x + story.robot.body.reach_m, far.y)
+def test_a_robot_that_left_the_floor_is_still_on_the_map(figure: RunFigure) -> None:
+    far = figure.track.points[-1].pose._replace(x=5.0, y=-0.3)
+    figure.track.points.append(figure.track.points[-1]._replace(pose=far))
+    x, _ = on_sheet(figure, far.x + figure.robot.body.reach_m, far.y)
     assert x < _EDGE + _MAP
 
 
 @pytest.mark.parametrize("shape", [(240, 320, 3), (240, 320), (480, 320, 3)])
-def test_the_last_picture_is_beside_the_map_in_colour_or_grey(story: RunFigure, shape: tuple[int, ...]) -> None:
+def test_the_last_picture_is_beside_the_map_in_colour_or_grey(figure: RunFigure, shape: tuple[int, ...]) -> None:
     seen = np.full(shape, 77, np.uint8)
-    image = draw_figure(dataclasses.replace(story, seen=seen))
+    image = draw_figure(dataclasses.replace(figure, seen=seen))
     assert colours_near(image, _SIDE + 40, _TOP + 40) == [(77, 77, 77)] * 25
 
 
 @pytest.mark.parametrize("verified, is_green", [(True, True), (None, True), (False, False)])
 def test_success_is_green_unless_the_simulator_does_not_agree(
-    story: RunFigure, *, verified: bool | None, is_green: bool
+    figure: RunFigure, *, verified: bool | None, is_green: bool
 ) -> None:
-    title = draw_figure(dataclasses.replace(story, result=dataclasses.replace(story.result, verified=verified)))[
+    title = draw_figure(dataclasses.replace(figure, result=dataclasses.replace(figure.result, verified=verified)))[
         80:_TOP
     ]
     assert ((title[..., ::-1] == GOOD).all(axis=2).any(), (title[..., ::-1] == BAD).all(axis=2).any()) == (
@@ -120,19 +120,19 @@ def test_success_is_green_unless_the_simulator_does_not_agree(
     )
 
 
-def test_a_rehearsal_is_no_success_of_its_own(story: RunFigure) -> None:
-    title = draw_figure(dataclasses.replace(story, recorded=story.result))[:_TOP, :, ::-1]
+def test_a_rehearsal_is_no_success_of_its_own(figure: RunFigure) -> None:
+    title = draw_figure(dataclasses.replace(figure, recorded=figure.result))[:_TOP, :, ::-1]
     assert [(title == colour).all(axis=2).any() for colour in (GOOD, BAD, FAIR)] == [False, False, True]
 
 
-def test_without_a_camera_a_world_or_a_truth_there_is_still_a_sheet(story: RunFigure) -> None:
-    bare = RunFigure(story.robot, None, Track(), None, story.result)
+def test_without_a_camera_a_world_or_a_truth_there_is_still_a_sheet(figure: RunFigure) -> None:
+    bare = RunFigure(figure.robot, None, Track(), None, figure.result)
     assert draw_figure(bare).shape == (1000, 1600, 3)
 
 
 @pytest.mark.parametrize("world", ["arena", "clutter", "occluded", "open"])
-def test_every_shipped_world_can_be_drawn(story: RunFigure, world: str) -> None:
-    assert draw_figure(dataclasses.replace(story, world=load_world(world))).std() > 20
+def test_every_shipped_world_can_be_drawn(figure: RunFigure, world: str) -> None:
+    assert draw_figure(dataclasses.replace(figure, world=load_world(world))).std() > 20
 
 
 def test_more_states_than_colours_begin_anew() -> None:
@@ -169,7 +169,7 @@ def test_records_the_true_pose_of_every_tick() -> None:
     recorder = Looker()
     result = run(REQUEST, [recorder])
     assert recorder.run.world
-    steps = recorder._track.steps
+    steps = recorder._track.points
     assert len(steps) == result.ticks
     assert steps[0].pose == recorder.run.world.start.pose
     assert steps[-1].pose.distance_to(*steps[0].pose[:2]) > 0.1

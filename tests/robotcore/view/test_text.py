@@ -31,19 +31,19 @@ def test_a_success_that_is_disputed_is_not_green(result: RunResult) -> None:
 
 
 def test_a_success_that_nobody_can_verify_is_told_without_a_verdict(result: RunResult) -> None:
-    told = format_summary(dataclasses.replace(result, verified=None)).plain
-    assert "verified" not in told
-    assert "agree" not in told
+    shown_states = format_summary(dataclasses.replace(result, verified=None)).plain
+    assert "verified" not in shown_states
+    assert "agree" not in shown_states
 
 
 def test_the_voltages_of_a_battery_are_told(result: RunResult) -> None:
-    told = dataclasses.replace(result, batteries={"cells": {"lowest_v": 6.912, "last_v": 7.2}})
-    assert "cells at 7.20 V, at its lowest 6.91 V" in format_summary(told).plain
+    shown_states = dataclasses.replace(result, batteries={"cells": {"lowest_v": 6.912, "last_v": 7.2}})
+    assert "cells at 7.20 V, at its lowest 6.91 V" in format_summary(shown_states).plain
 
 
 def test_a_timeout_needs_no_verdict_but_a_reason(result: RunResult) -> None:
-    told = dataclasses.replace(result, outcome=Outcome.TIMEOUT, verified=False, reason="not done after 120 s")
-    lines = format_summary(told).plain.splitlines()
+    shown_states = dataclasses.replace(result, outcome=Outcome.TIMEOUT, verified=False, reason="not done after 120 s")
+    lines = format_summary(shown_states).plain.splitlines()
     assert lines[0].startswith("timeout")
     assert "simulator" not in lines[1]
     assert lines[-1] == "  not done after 120 s"

@@ -20,7 +20,7 @@ class Memory:
     """An observer that keeps what its tap notes."""
 
     def __init__(self) -> None:
-        self.tap = RecordingLayer(lambda: True)
+        self.layer = RecordingLayer(lambda: True)
         self.ticks: list[Tick] = []
         self.samples: dict[SampleKey, RecordedSample] = {}
         self.truth: list[GroundTruthSample] = []
@@ -34,11 +34,11 @@ class Memory:
         self._ticks = TickBuilder(run.description)
 
     def tick(self, record: TickRecord) -> None:
-        notes, error = self.tap.take(), self.tap.latched(record.interventions) or sys.exc_info()[1]
+        notes, error = self.layer.take(), self.layer.find_latched(record.interventions) or sys.exc_info()[1]
         self.samples |= dict(notes.samples)  # type: ignore[arg-type]  # samples of ours are recorded ones
         assert self._ticks, "a run has begun"
         raised = RecordedError.of(error) if isinstance(error, (RobotcoreError, Interrupted)) else None
-        self.ticks.append(self._ticks.made_of(record, notes, raised))
+        self.ticks.append(self._ticks.build(record, notes, raised))
         if self._run and self._run.truth:
             truth = self._run.truth
             self.truth.append(GroundTruthSample(record.tick, record.time, truth.pose, truth.contacts))
@@ -56,7 +56,7 @@ def recorded(app: str = "green-search", *, disturbed_by: Any = None, **asked: An
     """Run an app, and return its recording; what disturbs the run is an observer and a tap below the recording one."""
     memory = Memory()
     others = [disturbed_by] if disturbed_by else []
-    run(RunRequest(app, **asked), [memory, *others], [*others, memory.tap])
+    run(RunRequest(app, **asked), [memory, *others], [*others, memory.layer])
     return memory.recording
 
 

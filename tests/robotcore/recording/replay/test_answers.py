@@ -91,8 +91,8 @@ class TestMotorOutsideTheDrive:
 
     def test_parts_a_rehearsal_too(self) -> None:
         rehearsed = evaluate(gripping(), settings={"speed": 1.25})
-        assert rehearsed.parting
-        assert rehearsed.parting.tick == 0
+        assert rehearsed.first_difference
+        assert rehearsed.first_difference.tick == 0
 
 
 class Deaf(Layer):

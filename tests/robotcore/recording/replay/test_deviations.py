@@ -53,7 +53,7 @@ def app(monkeypatch: pytest.MonkeyPatch) -> Doing:
 @pytest.fixture
 def recording(app: Doing) -> Recording:
     memory = Memory()
-    run(RunRequest("doing", seed=1), [memory], [memory.tap])
+    run(RunRequest("doing", seed=1), [memory], [memory.layer])
     app.count = -1
     return memory.recording
 
@@ -142,7 +142,7 @@ def test_app_that_raises_deviates_by_its_error(app: Doing, recording: Recording)
 def test_app_that_raises_no_more_deviates(app: Doing, recording: Recording) -> None:
     app.deed = an_error
     memory = Memory()
-    run(RunRequest("doing", seed=1), [memory], [memory.tap])
+    run(RunRequest("doing", seed=1), [memory], [memory.layer])
     app.count, app.deed = -1, no_command
     deviation = deviation_of(memory.recording)
     assert deviation.tick == AT

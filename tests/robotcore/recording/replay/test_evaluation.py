@@ -25,7 +25,7 @@ def search() -> Recording:
 
 def test_the_same_app_decides_the_same_behind_its_own_safety_stage(search: Recording) -> None:
     rehearsed = evaluate(search)
-    assert (rehearsed.parting, rehearsed.differing) == (None, 0)
+    assert (rehearsed.first_difference, rehearsed.differing) == (None, 0)
     assert rehearsed.ticks == len(search.ticks)
     assert search.result
     assert rehearsed.result.trace_sha256 == search.result.trace_sha256
@@ -33,10 +33,10 @@ def test_the_same_app_decides_the_same_behind_its_own_safety_stage(search: Recor
 
 def test_another_setting_parts_where_it_first_matters(search: Recording) -> None:
     rehearsed = evaluate(search, settings={"speed_m_s": "0.1"})
-    parting = rehearsed.parting
-    assert parting
-    assert parting.what == "the command"
-    assert parting.tick > 0
+    first_difference = rehearsed.first_difference
+    assert first_difference
+    assert first_difference.what == "the command"
+    assert first_difference.tick > 0
     assert 0 < rehearsed.differing <= rehearsed.ticks
     assert rehearsed.exit_status == 0
 
