@@ -20,7 +20,7 @@ from robotcore.hal.devices import Encoder, Motor
 from robotcore.hal.robot import Robot
 from robotcore.hardware import open_robot
 from robotcore.testing import Capability
-from robotcore.testing import worlds as scenes
+from robotcore.testing import worlds
 from robotcore.testing.bench import RATE_HZ, Bench
 from robotcore.testing.fakes import MotorSpy
 from tests.doubles.serial.board import PERIOD_S, BoardDouble, Powered
@@ -106,7 +106,7 @@ class Rig:
         self.clock = SteppedClock(RATE_HZ, lambda _steps: None, PERIOD_S)
         self._powered = Powered(board, self.pty, self.clock)
         described = wired(load_robot("rover"), devices, self.pty.path, extra)
-        self._setup = Setup(described, scenes.empty(), frozenset(devices), RATE_HZ)
+        self._setup = Setup(described, worlds.empty(), frozenset(devices), RATE_HZ)
         self._robot: Robot | None = None
 
     @property

@@ -19,7 +19,7 @@ from robotcore.recording.log import Level, LogLine, RunLog
 from robotcore.recording.recorder import Recorder
 from robotcore.recording.replay import replay
 from robotcore.recording.replay.evaluation import evaluate
-from robotcore.runtime import monitors as gauges
+from robotcore.runtime import monitors
 from robotcore.runtime.session import RunRequest, run
 from robotcore.view.comparison import build_rows
 from tests.doubles import powered
@@ -92,7 +92,7 @@ def test_a_replay_that_reads_it_at_another_pace_does_not_deviate(
     monkeypatch: pytest.MonkeyPatch, file: Path, period: float
 ) -> None:
     recording = recorded(monkeypatch, file)
-    monkeypatch.setattr(gauges, "PERIOD_S", period)
+    monkeypatch.setattr(monitors, "PERIOD_S", period)
     assert replay(recording).deviation is None
     assert not evaluate(recording).late_reads
 

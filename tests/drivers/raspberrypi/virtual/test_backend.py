@@ -36,7 +36,7 @@ from robotcore.hal.robot import Robot
 from robotcore.hardware.motor_model import DutyMotor
 from robotcore.plugins import DEVICES, device_driver_names, load_registered
 from robotcore.runtime.plan import Plan
-from robotcore.testing import worlds as scenes
+from robotcore.testing import worlds
 from tests.drivers.raspberrypi import foreign
 
 ROVER = load_robot("rover")
@@ -45,7 +45,7 @@ NOSE = next(device for device in ROVER.devices if isinstance(device, RangeSensor
 
 def setup(*devices: str, world: WorldDescription | None = None, **options: Any) -> Setup:
     chosen = devices or tuple(device.name for device in ROVER.devices)
-    return Setup(ROVER, world or scenes.empty(), frozenset(chosen), options=options)
+    return Setup(ROVER, world or worlds.empty(), frozenset(chosen), options=options)
 
 
 def _rewired(device: str, **changed: Any) -> RobotDescription:
@@ -111,13 +111,13 @@ def _turned_in_a_second(asked: Setup, rad_s: float) -> float:
 
 
 def test_wall_beyond_the_maximum_gives_an_echo_by_which_the_driver_vouches_for_inf() -> None:
-    asked = setup("nose", world=scenes.wall(NOSE.mount, NOSE.max_range_m + 0.5))
+    asked = setup("nose", world=worlds.wall(NOSE.mount, NOSE.max_range_m + 0.5))
     assert set(distances_heard(replace(asked, robot=_rewired("nose", echo_free_cycles=0)))) == {math.inf}
 
 
 @pytest.mark.parametrize("share, most", [(0.0, 51), (0.5, 35), (1.0, 0)])
 def test_lost_echoes_are_no_samples(share: float, most: int) -> None:
-    world = scenes.wall(NOSE.mount, 0.7)
+    world = worlds.wall(NOSE.mount, 0.7)
     heard = [distance for distance in distances_heard(setup("nose", world=world, lost_echoes=share)) if distance < 2]
     assert heard == pytest.approx([0.7] * len(heard), abs=0.001)
     assert most - 20 < len(heard) <= most
@@ -130,7 +130,7 @@ def test_the_seed_says_which_echoes_are_lost() -> None:
 
 def _times_heard(seed: int) -> list[float]:
     """Return when the echoes were heard of which some are lost."""
-    asked = setup("nose", world=scenes.wall(NOSE.mount, 0.7), lost_echoes="0.5")
+    asked = setup("nose", world=worlds.wall(NOSE.mount, 0.7), lost_echoes="0.5")
     times = []
     with VirtualPiBackend().open(replace(asked, seed=seed)) as robot:
         for tick in range(1, 41):
