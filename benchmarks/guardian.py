@@ -24,8 +24,8 @@ from benchmarks.report import at_least_one, machine, print_table
 from robotcore.description import load_robot
 from robotcore.runtime.plan import RunRequest
 from robotcore.safety.deadman import MIN_LEASE_S, PATIENCE_S
-from tests.robotcore.safety.guardian.diary import Note, notes
-from tests.robotcore.safety.guardian.recording import MOTORS
+from tests.robotcore.safety.guardian.doubles import MOTORS
+from tests.robotcore.safety.guardian.recorder import Note, notes
 
 MOMENTS_S = 0.3
 """A process is killed within this time, some ticks, after its third tick."""

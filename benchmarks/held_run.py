@@ -12,9 +12,9 @@ from time import sleep
 from robotcore.hal.robot import Robot
 from robotcore.runtime.behaviour import Status
 from tests.robotcore.fakes import Deed
-from tests.robotcore.safety.guardian.diary import Diary
+from tests.robotcore.safety.guardian.doubles import RecordingBackend
 from tests.robotcore.safety.guardian.guarded_run import Causes, run_on
-from tests.robotcore.safety.guardian.recording import RecordingBackend
+from tests.robotcore.safety.guardian.recorder import Diary
 
 HOLD_S = 0.5
 BETWEEN_S = (0.3, 0.6)

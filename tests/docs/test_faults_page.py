@@ -22,7 +22,7 @@ from robotcore.runtime.faults.spec import parameters_of, specs_in
 from tests.docs.listings import Exchange, code_in, exchanges, listings, rows
 from tests.robotcore.fakes import picture
 from tests.robotcore.runtime.faults.rigs import faulty
-from tests.robotcore.runtime.test_outages import Board, Line
+from tests.robotcore.runtime.test_device_loss import Board, Line
 
 if sys.version_info >= (3, 11):
     import tomllib

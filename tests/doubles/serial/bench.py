@@ -19,8 +19,7 @@ from robotcore.hal.clock import Clock, SteppedClock
 from robotcore.hal.devices import Encoder, Motor
 from robotcore.hal.robot import Robot
 from robotcore.hardware import open_robot
-from robotcore.testing import Capability
-from robotcore.testing import worlds
+from robotcore.testing import Capability, worlds
 from robotcore.testing.bench import RATE_HZ, Bench
 from robotcore.testing.fakes import MotorSpy
 from tests.doubles.serial.board import PERIOD_S, BoardDouble, Powered

@@ -8,8 +8,8 @@ import pytest
 from robotcore.hal.backend import Setup
 from robotcore.hal.cutoff import CutoffSpec
 from tests.robotcore.cli.conftest import Cli
-from tests.robotcore.safety.guardian.diary import notes
-from tests.robotcore.safety.guardian.recording import RecordingBackend, cutoff
+from tests.robotcore.safety.guardian.doubles import RecordingBackend, cutoff
+from tests.robotcore.safety.guardian.recorder import notes
 
 
 class Unopened(RecordingBackend):

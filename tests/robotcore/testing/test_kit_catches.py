@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.robotcore.testing.broken import BROKEN
-from tests.robotcore.testing.broken.batteries import Powered
+from tests.robotcore.testing.broken.devices import Powered
 from tests.robotcore.testing.harness import Broken, Sound, failing_rules, rule_names
 
 

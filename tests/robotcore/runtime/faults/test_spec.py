@@ -1,9 +1,20 @@
+"""Whatever is written: it is a fault, or is refused with a UsageError in one or two lines."""
+
 from __future__ import annotations
 
-import pytest
+from contextlib import suppress
+from pathlib import Path
 
-from robotcore.errors import UsageError
-from robotcore.runtime.faults import Spec
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from robotcore.errors import DescriptionError, RobotcoreError, UsageError
+from robotcore.runtime.faults import Spec, plan_faults
+from robotcore.runtime.faults.planning import effects, targets_of
+from robotcore.runtime.faults.spec import specs_in
+from tests.robotcore.fakes import ROVER
+from tests.robotcore.runtime.faults.rigs import TICK_S, faulty
 
 
 @pytest.mark.parametrize(
@@ -46,3 +57,168 @@ def test_a_long_text_is_not_told_in_full() -> None:
     with pytest.raises(UsageError) as raised:
         Spec.parse("x" * 10_000)
     assert len(str(raised.value)) < 250
+
+
+FILE = """
+[[fault]]
+target = "camera"
+effect = "drop"
+value = 0.20
+after = 5
+
+[[fault]]
+target = "right_motor"
+effect = "dead"
+lasts = 1.5
+after = 10.0
+"""
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    file = tmp_path / "faults.toml"
+    file.write_text(FILE)
+    return file
+
+
+def test_a_file_stands_for_what_is_in_it_among_the_others(file: Path) -> None:
+    assert specs_in(["loop stall=0.30", str(file), "camera  freeze"]) == (
+        "loop stall=0.3",
+        "camera drop=0.2 after=5",
+        "right_motor dead after=10 lasts=1.5",
+        "camera freeze",
+    )
+
+
+@pytest.mark.parametrize(
+    "old, new, told",
+    [
+        ('effect = "drop"', "", "fault[#1].effect: is missing. Add it"),
+        ('"camera"', "3", "fault[#1]: '3.0 drop=0.2 after=5.0': '3.0' is no name. Write TARGET"),
+        ("value = 0.20", "value = true", "fault[#1].value: is neither a number nor a word. Write a number, or"),
+        ("value = 0.20", "value = nan", "fault[#1].value: is neither a number nor a word. Write a number, or"),
+        ("lasts = 1.5", "lasts = [1.5]", "fault[#2].lasts: is neither a number nor a word"),
+        ("lasts = 1.5", 'lasts = ""', "fault[#2]: 'right_motor dead lasts= after=10.0': 'lasts=' has no value. Write"),
+        ("[[fault]]", "[[faults]]", "faults: is unknown. Correct it or take it out. Did you mean 'fault'?"),
+        (FILE, "", "fault: is missing. Add it"),
+        (FILE, "fault = []", "fault: should be one or more tables: [[fault]], got a list of 0. Correct it"),
+        (FILE, "[fault]", "fault: should be one or more tables: [[fault]], got a table. Correct it"),
+        (FILE, "[[fault]", "it is not TOML"),
+    ],
+)
+def test_what_is_wrong_with_a_file_is_told_in_one_line_with_its_place(
+    file: Path, old: str, new: str, told: str
+) -> None:
+    assert old in FILE
+    file.write_text(FILE.replace(old, new))
+    with pytest.raises(UsageError) as raised:
+        specs_in([str(file)])
+    assert str(raised.value).startswith(f"{file}: {told}")
+    assert "\n" not in str(raised.value)
+
+
+def test_a_file_that_is_not_there_is_told(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"gone.toml: No such file"):
+        specs_in([str(tmp_path / "gone.toml")])
+
+
+def test_a_file_that_is_no_text_is_told(file: Path) -> None:
+    file.write_bytes(b"\xff\xfe")
+    with pytest.raises(DescriptionError, match="it is not text"):
+        specs_in([str(file)])
+
+
+NAMES = [device.name for device in ROVER.devices]
+TARGETS = [*targets_of(ROVER, NAMES), "screen", "x"]
+VALUES = ["0", "1", "0.5", "0.001", "-1", "1e999", "1e-320", "60", "100000", "nan", "inf", "x", "'", "٣", "\\", "0x1"]
+TOML_VALUES = [*VALUES, "[]", "{}", "true", '""', "9" * 400, "0x" + "f" * 5000, "1979-05-27"]
+TOML_KEYS = ["x", "target", '"a b"', '""', "model_config", "__pydantic_extra__"]
+WORDS = st.one_of(st.sampled_from(VALUES), st.text(max_size=8), st.floats().map(str))
+KEYS = st.sampled_from(["after", "lasts", "every", "value", "model_config", "on", "x"])
+QUICK = settings(
+    max_examples=200,
+    deadline=None,
+    derandomize=True,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
+
+specs = st.builds(
+    lambda target, effect, value, rest: " ".join([target, effect + value, *(f"{key}={word}" for key, word in rest)]),
+    st.sampled_from(TARGETS),
+    st.sampled_from([*effects(), "noise.camera", "x"]),
+    st.one_of(st.just(""), WORDS.map(lambda word: f"={word}")),
+    st.lists(st.tuples(KEYS, WORDS), max_size=3),
+)
+
+
+def check(*texts: str) -> None:
+    try:
+        plan_faults(specs_in(texts), ROVER, NAMES)
+    except UsageError as error:
+        lines = str(error).splitlines()  # a file has a line for each of its faults
+        assert lines
+        assert all(map(str.strip, lines))
+
+
+@QUICK
+@given(st.text(max_size=60))
+def test_any_text(text: str) -> None:
+    check(text)
+
+
+@QUICK
+@given(specs)
+def test_anything_that_looks_like_a_spec(text: str) -> None:
+    check(text)
+
+
+@QUICK
+@given(
+    st.sampled_from(TARGETS),
+    st.sampled_from(effects()),
+    st.sampled_from(["", *(f"={value}" for value in VALUES)]),
+    st.lists(st.tuples(st.sampled_from(["after", "lasts", "every"]), st.sampled_from(VALUES)), max_size=2),
+)
+def test_whatever_is_a_fault_can_be_lived_with(
+    target: str, effect: str, value: str, rest: list[tuple[str, str]]
+) -> None:
+    try:
+        rig = faulty(" ".join([target, effect + value, *(f"{key}={word}" for key, word in rest)]))
+    except UsageError:
+        return
+    for _ in range(3):
+        with suppress(RobotcoreError):
+            rig.robot.camera.read()
+            rig.robot.drive.set_velocity(0.1, 0.0)
+            rig.commit()
+        rig.sleep(TICK_S)
+    rig.robot.close()
+    assert rig.wheels == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("source", [st.binary(max_size=100), st.none()], ids=["bytes", "mangled"])
+@QUICK
+@given(data=st.data())
+def test_any_file(tmp_path: Path, source: st.SearchStrategy[bytes | None], data: st.DataObject) -> None:
+    file = tmp_path / "faults.toml"
+    file.write_bytes(data.draw(source) or data.draw(_mangled()).encode())
+    check(str(file))
+
+
+@st.composite
+def _mangled(draw: st.DrawFn) -> str:
+    """Return a file with some lines taken out, doubled or given another value."""
+    lines = FILE.splitlines()
+    for _ in range(draw(st.integers(1, 4))):
+        index = draw(st.integers(0, len(lines) - 1))
+        key, _, value = lines[index].partition("=")
+        change = draw(st.sampled_from(["delete", "double", "value", "key"]))
+        if change == "delete" and len(lines) > 1:
+            del lines[index]
+        elif change == "double":
+            lines.insert(draw(st.integers(0, len(lines))), lines[index])
+        elif change == "value" and value:
+            lines[index] = f"{key}= {draw(st.sampled_from(TOML_VALUES))}"
+        elif value:
+            lines[index] = f"{draw(st.sampled_from(TOML_KEYS))} ={value}"
+    return "\n".join(lines)

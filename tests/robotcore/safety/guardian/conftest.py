@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.robotcore.safety.guardian.processes import END_S, Running, Start
+from tests.robotcore.safety.guardian.doubles import END_S, Running, Start
 
 
 @pytest.fixture

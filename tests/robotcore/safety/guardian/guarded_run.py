@@ -23,8 +23,8 @@ from robotcore.runtime.behaviour import Behaviour, Status
 from robotcore.runtime.session import Observer, Run, RunRequest, RunResult, run
 from robotcore.runtime.trace import TickRecord
 from tests.robotcore.fakes import Deed
-from tests.robotcore.safety.guardian.diary import Diary
-from tests.robotcore.safety.guardian.recording import RecordingBackend, RecordingMotor
+from tests.robotcore.safety.guardian.doubles import RecordingBackend, RecordingMotor
+from tests.robotcore.safety.guardian.recorder import Diary
 
 HANG_S = 3600.0
 HOARD: list[bytearray] = []

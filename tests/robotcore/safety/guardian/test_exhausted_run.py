@@ -7,9 +7,8 @@ import sys
 
 import pytest
 
-from tests.robotcore.safety.guardian.diary import notes
-from tests.robotcore.safety.guardian.processes import Running, Start
-from tests.robotcore.safety.guardian.recording import MOTORS, UNGUARDED
+from tests.robotcore.safety.guardian.doubles import MOTORS, UNGUARDED, Running, Start
+from tests.robotcore.safety.guardian.recorder import notes
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the limit is one of Linux's address space")
 

@@ -10,9 +10,8 @@ from collections.abc import Sequence
 
 import pytest
 
-from tests.robotcore.safety.guardian.diary import notes
-from tests.robotcore.safety.guardian.processes import Running, Start
-from tests.robotcore.safety.guardian.recording import MOTORS
+from tests.robotcore.safety.guardian.doubles import MOTORS, Running, Start
+from tests.robotcore.safety.guardian.recorder import notes
 
 
 def of(deed: str, motors: Sequence[str] = MOTORS) -> set[str]:

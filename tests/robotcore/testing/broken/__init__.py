@@ -1,28 +1,17 @@
 """Deliberately broken drivers, a file for each kind of device."""
 
-from tests.robotcore.testing.broken import (
-    batteries,
-    cameras,
-    clocks,
-    displays,
-    encoders,
-    lifecycles,
-    motors,
-    ranges,
-    samples,
-    truths,
-)
+from tests.robotcore.testing.broken import cameras, devices, lifecycles, motors, ranges, times, truths
 from tests.robotcore.testing.harness import Broken
 
 BROKEN: tuple[Broken, ...] = (
     *motors.BROKEN,
-    *encoders.BROKEN,
+    *devices.BROKEN_ENCODERS,
     *ranges.BROKEN,
     *cameras.BROKEN,
-    *batteries.BROKEN,
-    *samples.BROKEN,
-    *displays.BROKEN,
-    *clocks.BROKEN,
+    *devices.BROKEN_BATTERIES,
+    *times.BROKEN_SAMPLES,
+    *devices.BROKEN_DISPLAYS,
+    *times.BROKEN_CLOCKS,
     *truths.BROKEN,
     *lifecycles.BROKEN,
 )

@@ -12,17 +12,35 @@ from pathlib import Path
 import pytest
 
 import robotcore.description
-from robotcore.errors import WatchdogError
+from robotcore.errors import BackendError, WatchdogError
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.behaviour import Status
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.result import Outcome, RunResult
+from robotcore.runtime.time_limits import judging
 from robotcore.runtime.trace import TickRecord
 from robotcore.safety.motor_stop import STOP_S
-from tests.robotcore.fakes import RigBackend
+from tests.robotcore.fakes import Deed, RigBackend
 from tests.robotcore.runs import Runner, Watcher, ended_by, then
+
+
+class Judge(Deed):
+    """An app of this file."""
+
+
+def test_a_judge_that_hangs_is_named_by_its_line() -> None:
+    error = judging(Judge(lambda _: None), "rig").error(10.0, sys._getframe())
+    assert isinstance(error, WatchdogError)
+    assert str(error).startswith("Judge has not come back from verify for 10.0 s, at test_overdue.py:")
+
+
+def test_a_simulator_that_does_not_tell_the_truth_is_named() -> None:
+    error = judging(Judge(lambda _: None), "rig").error(10.0, None)
+    assert isinstance(error, BackendError)
+    assert "'rig' has not told the truth" in str(error)
+
 
 HASTY = "watchdog_s = 0.4\nanswer_s = 0.3\n"
 

@@ -8,7 +8,7 @@ from robotcore.hal.devices import Range, RangeSensor, Sensor
 from robotcore.hal.robot import Robot
 from robotcore.testing import Gate
 from tests.robotcore.testing.broken.sensing import saying
-from tests.robotcore.testing.harness import Broken, Sound, broken
+from tests.robotcore.testing.harness import Broken, Sound, broken, swap_in
 
 EPOCH_S = 1.7e9
 
@@ -56,7 +56,7 @@ def _after(gate: Gate, sample: Range) -> Range:
     return sample
 
 
-BROKEN = (
+BROKEN_SAMPLES = (
     broken(
         "capture times are those of the machine",
         "capture_times_are_on_the_robots_clock",
@@ -78,4 +78,47 @@ BROKEN = (
         "a sensor is of no kind that the layers know", "within_a_tick_a_device_gives_one_sample", of_an_unknown_kind
     ),
     Broken("reading asks the hardware", frozenset({"reading_does_not_wait_for_hardware"}), WaitsForHardware),
+)
+
+
+def one_step_late(robot: Robot) -> None:
+    robot.clock.sleep_until(1 / 240)
+
+
+def ending_early(robot: Robot) -> None:
+    sleep_until = robot.clock.sleep_until
+    swap_in(robot.clock, "sleep_until", lambda deadline: sleep_until(deadline - 0.005))
+
+
+def going_back(robot: Robot) -> None:
+    """Show a second too little after the fourth sleep."""
+    now, sleep_until = robot.clock.now, robot.clock.sleep_until
+    sleeps: list[float] = []
+
+    def sleep(deadline: float) -> bool:
+        sleeps.append(deadline)
+        return sleep_until(deadline)
+
+    swap_in(robot.clock, "sleep_until", sleep)
+    swap_in(robot.clock, "now", lambda: now() - (1.0 if len(sleeps) == 4 else 0.0))
+
+
+def forgetting_calls(robot: Robot) -> None:
+    swap_in(robot.clock, "call_at", lambda deadline, callback: None)
+
+
+BROKEN_CLOCKS = (
+    broken("time begins before the opening", "time_begins_at_zero", one_step_late),
+    broken("the clock is set back", "time_never_goes_back steps_divide_the_tick", going_back),
+    broken(
+        "sleep ends early",
+        "sleeping_ends_no_earlier_than_asked steps_divide_the_tick",
+        ending_early,
+    ),
+    broken(
+        "the physics step is 1/240 s at every rate",
+        "steps_divide_the_tick",
+        setup_for=lambda setup: replace(setup, rate_hz=20.0),
+    ),
+    broken("calls are forgotten", "calls_are_made_when_they_are_due", forgetting_calls),
 )

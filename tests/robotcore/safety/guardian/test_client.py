@@ -14,8 +14,8 @@ from robotcore.hal.cutoff import CutoffSpec
 from robotcore.safety.guardian import client
 from robotcore.safety.guardian.client import Guardian
 from robotcore.safety.guardian.protocol import Report
-from tests.robotcore.safety.guardian.diary import notes
-from tests.robotcore.safety.guardian.recording import cutoff
+from tests.robotcore.safety.guardian.doubles import cutoff
+from tests.robotcore.safety.guardian.recorder import notes
 
 LEASE_S = 0.2
 

@@ -1,16 +1,21 @@
-"""A robot whose motors only note what they are told, and whose cutoffs note what the guardian does."""
+"""A robot whose motors record their commands, and runs of it in processes of their own."""
 
 from __future__ import annotations
 
+import json
+import subprocess
+import sys
 import threading
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.devices import Motor
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
-from tests.robotcore.safety.guardian.diary import Diary
+from tests.robotcore.safety.guardian.recorder import Diary, notes
 
 UNGUARDED = "unguarded"
 
@@ -55,3 +60,48 @@ class RecordingBackend(Backend):
 def cutoff(diary: Path, device: str = "left_motor", manner: str = "good") -> CutoffSpec:
     parameters = {"diary": str(diary), "device": device, "manner": manner}
     return CutoffSpec(device, "tests.robotcore.safety.guardian.recorder:Recorder", parameters)
+
+
+ROOT = Path(__file__).parents[4]
+END_S = 60.0
+
+
+class Running:
+    """A run that drives; what is told of motors is in its diary."""
+
+    def __init__(self, app: str, diary: Path, *manner: str) -> None:
+        self.diary = diary
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "tests.robotcore.safety.guardian.guarded_run", app, str(diary), *manner],
+            cwd=ROOT,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+        assert self.process.stdout
+        assert self.process.stdout.readline() == "moving\n"
+
+    def end(self) -> tuple[str, str]:
+        """Return what it has printed, once neither it nor its guardian is there any more, for both hold its stderr."""
+        return self.process.communicate(timeout=END_S)
+
+    def told(self) -> dict[str, Any]:
+        """Return how it ended."""
+        out, err = self.end()
+        assert not err
+        told: dict[str, Any] = json.loads(out)
+        return told
+
+    @property
+    def deeds(self) -> list[str]:
+        return [note.what for note in notes(self.diary)]
+
+    @property
+    def guardian(self) -> int:
+        """The number of the guardian's process."""
+        return next(note.process for note in notes(self.diary) if note.what.startswith("open"))
+
+
+Start = Callable[..., Running]

@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from robotcore.testing import fakes as gate_module
+from robotcore.testing import fakes
 from robotcore.testing.fakes import Gate
 
 
@@ -53,7 +53,7 @@ def test_read_that_asks_the_hardware_is_held_up() -> None:
 
 
 def test_read_that_waits_for_the_pollers_lock_is_held_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(gate_module, "PATIENCE_S", 0.05)
+    monkeypatch.setattr(fakes, "PATIENCE_S", 0.05)
     gate, lock, has_lock = Gate(), threading.Lock(), threading.Event()
 
     def poll() -> None:

@@ -8,8 +8,8 @@ from robotcore.errors import ResourceError
 from robotcore.safety.guardian import process
 from robotcore.safety.guardian.process import make_stand
 from robotcore.safety.guardian.protocol import Report
-from tests.robotcore.safety.guardian.diary import notes
-from tests.robotcore.safety.guardian.recording import cutoff
+from tests.robotcore.safety.guardian.doubles import cutoff
+from tests.robotcore.safety.guardian.recorder import notes
 
 
 @pytest.fixture

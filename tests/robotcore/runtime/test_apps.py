@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import platform
 import sys
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from robotcore.runtime import apps as siblings
+from robotcore.runtime import apps, versions
 from robotcore.runtime.apps import import_beside
 
 
@@ -17,7 +19,7 @@ from robotcore.runtime.apps import import_beside
 def _as_before(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Leave no folder of a test to import from."""
     monkeypatch.setattr(sys, "path", list(sys.path))
-    monkeypatch.setattr(siblings, "_folders", {})
+    monkeypatch.setattr(apps, "_folders", {})
     modules = set(sys.modules)
     yield
     for name in set(sys.modules) - modules:
@@ -95,3 +97,8 @@ def test_a_library_below_the_folder_and_what_was_there_before_stay(
     import_beside(other)
     assert sys.modules["library"] is library
     assert sys.modules["cog"] is early
+
+
+def test_libraries_count_also_where_python_does_not_know_who_brought_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(versions, "_owners", dict)
+    assert versions.libraries(()) == {"python": platform.python_version(), "numpy": np.__version__}

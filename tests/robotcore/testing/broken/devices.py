@@ -1,0 +1,110 @@
+"""Broken displays, batteries and encoders."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+from robotcore.description import BatteryDescription, RobotDescription, load_robot
+from robotcore.hal.backend import Setup
+from robotcore.hal.devices import Battery, Encoder, Image, Voltage
+from robotcore.hal.robot import Robot
+from tests.doubles.powered import PoweredBackend
+from tests.robotcore.testing.broken.sensing import Damage, saying
+from tests.robotcore.testing.harness import Broken, Sound, broken, swap_in
+
+
+def refusing_grey(robot: Robot) -> None:
+    def show(image: Image) -> None:
+        _, _, _ = image.shape
+
+    if "screen" in robot.devices:
+        swap_in(robot["screen"], "_show", show)
+
+
+def drawing_a_frame(robot: Robot) -> None:
+    def show(image: Image) -> None:
+        if image.flags.writeable:
+            image[0] = 0
+
+    if "screen" in robot.devices:
+        swap_in(robot["screen"], "_show", show)
+
+
+BROKEN_DISPLAYS = (
+    broken("grey pictures are not taken", "display_takes_a_picture", refusing_grey),
+    broken("the display draws on the app's picture", "display_leaves_the_picture_as_it_is", drawing_a_frame),
+)
+
+
+ROVER = load_robot("rover")
+POWERED = ROVER.model_copy(update={"devices": (*ROVER.devices, BatteryDescription(kind="battery", name="cells"))})
+
+
+class Powered(Sound):
+    """The suite on a robot with a battery."""
+
+    backend = PoweredBackend
+
+    @property
+    def description(self) -> RobotDescription:
+        return POWERED
+
+
+def broken_battery(fault: str, rules: str, change: Callable[[Voltage], Voltage]) -> Broken:
+    class Suite(Powered):
+        def open(self, setup: Setup) -> Robot:
+            robot = super().open(setup)
+            saying(Battery, change)(robot)
+            return robot
+
+    return Broken(fault, frozenset(rules.split()), Suite)
+
+
+BROKEN_BATTERIES = (
+    broken_battery(
+        "a battery that cannot be read has zero volts",
+        "voltage_is_a_number_above_zero",
+        lambda sample: replace(sample, voltage=0.0),
+    ),
+    broken_battery(
+        "a battery that cannot be read has nan volts",
+        "voltage_is_a_number_above_zero",
+        lambda sample: replace(sample, voltage=math.nan),
+    ),
+    broken_battery("a battery is asked once", "battery_is_told_again", lambda _: Voltage(7.4, 0.0, 0)),
+)
+
+
+def angle_scaled(factor: float, offset: float = 0.0) -> Damage:
+    return saying(Encoder, lambda sample: replace(sample, angle=factor * sample.angle + offset))
+
+
+def swapped(robot: Robot) -> None:
+    encoders = [device for device in robot.devices.values() if isinstance(device, Encoder)]
+    if len(encoders) == 2:
+        left, right = encoders
+        left_newest, right_newest = left._newest, right._newest
+        swap_in(left, "_newest", right_newest)
+        swap_in(right, "_newest", left_newest)
+
+
+BROKEN_ENCODERS = (
+    broken("angles do not count from the opening", "encoders_begin_at_zero", angle_scaled(1.0, 7.0)),
+    broken(
+        "encoders count backwards",
+        "encoders_count_forward_as_positive pose_moves_as_the_wheels_roll",
+        angle_scaled(-1.0),
+    ),
+    broken(
+        "angles are in degrees",
+        "angles_are_in_radians pose_moves_as_the_wheels_roll",
+        angle_scaled(math.degrees(1.0)),
+    ),
+    broken(
+        "left and right encoder are swapped",
+        "each_encoder_counts_its_own_wheel pose_moves_as_the_wheels_roll",
+        swapped,
+    ),
+)
