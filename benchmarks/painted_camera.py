@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from benchmarks.report import at_least_one, machine, print_table
 from drivers.kinematic.clearance import Clearance
-from drivers.mujoco.camera import MujocoCamera
+from drivers.mujoco.devices import MujocoCamera
 from drivers.pybullet.sensors import BulletCamera
 from robotcore.description import (
     Ball,

@@ -15,7 +15,7 @@ from coppeliasim_zmqremoteapi_client import RemoteAPIClient
 from benchmarks.remote.cycles import DEVICES, Cycle, speeds
 from drivers.vrep.wire import requests
 from drivers.vrep.wire.link import Link
-from drivers.vrep.wire.request import Request
+from drivers.vrep.wire.requests import Request
 from robotcore.hal.backend import Setup, load_backend
 
 LONG_S = 10.0

@@ -10,8 +10,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from types import TracebackType
 
-from drivers.vrep.wire.messages import decoded
-from drivers.vrep.wire.packets import Unpacker
+from drivers.vrep.wire.messages import Unpacker, decode_message
 from tests.doubles.coppeliasim.legacy.codes import Code
 
 CHUNK_BYTES = 1 << 18
@@ -31,7 +30,7 @@ def calls_in(request: bytes) -> str:
 def messages_in(request: bytes) -> str:
     """Return the commands in a message of the legacy remote API."""
     message = Unpacker().feed(request)
-    commands = decoded(message)[1] if message else []
+    commands = decode_message(message)[1] if message else []
     return ", ".join(Code(each.command).name.lower() for each in commands) or "nothing more"
 
 

@@ -8,21 +8,20 @@ from functools import partial
 
 from pydantic import Field, PositiveFloat
 
-from drivers.coppeliasim.address import Address
-from drivers.coppeliasim.building import build, leave, make_room
-from drivers.coppeliasim.connection import Connection
-from drivers.coppeliasim.examining import examine
-from drivers.coppeliasim.opening import open_scene
+from drivers.coppeliasim.builder import SceneBuilder
+from drivers.coppeliasim.connection import Address, Connection
+from drivers.coppeliasim.doctor import diagnose
+from drivers.coppeliasim.lease import Lease
 from drivers.coppeliasim.scene import CoppeliaSimScene
-from drivers.coppeliasim.simulation import Simulation
-from drivers.coppeliasim.workshop import Workshop
+from drivers.coppeliasim.sensors import proximity_works
+from drivers.coppeliasim.simulation import Simulation, build_scene, clear_scene, leave_scene
 from robotcore.description import RobotDescription, StrictModel, WorldDescription
 from robotcore.errors import UsageError
 from robotcore.hal.backend import Backend, Setup, Vouch
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.finding import Finding
 from robotcore.hal.robot import Robot
-from robotcore.simulation.remote_scene import Whose, join, look, places
+from robotcore.simulation.remote_scene import Owner, State, inspect_scene, open_in_scene, read_bindings
 from robotcore.text import counted
 
 SECTION = "coppeliasim"
@@ -47,7 +46,7 @@ class CoppeliaSimOptions(StrictModel):
     port: int = Field(default=23000, ge=1, le=65535)
     answer_s: PositiveFloat | None = None
     keep: bool = False
-    simulation: Whose = Whose.OURS
+    simulation: Owner = Owner.OURS
 
     @property
     def address(self) -> Address:
@@ -61,7 +60,6 @@ class CoppeliaSimBackend(Backend):
     """
 
     name = "coppeliasim"
-    is_smoke_tested = False
     summary = "CoppeliaSim 4.6 and newer, over its ZeroMQ remote API"
     vouches_for = frozenset({Vouch.CONTACTS, Vouch.POSE, Vouch.LOCKSTEP})
     needs_world = True
@@ -78,7 +76,7 @@ class CoppeliaSimBackend(Backend):
     def check(self, robot: RobotDescription) -> str:
         if self.builds_world(robot):
             return ""
-        placed = places(robot, SECTION)
+        placed = read_bindings(robot, SECTION)
         return counted(len(placed), "object")
 
     def look(self, setup: Setup) -> Iterator[Finding]:
@@ -89,27 +87,27 @@ class CoppeliaSimBackend(Backend):
                 f"nothing is looked for in the scene. Leave --backend out, or add [{SECTION}.DEVICE] with path for "
                 "each device that is in the scene"
             )
-        places(setup.robot, SECTION)  # what is wrong with a file is told before anybody is asked
+        read_bindings(setup.robot, SECTION)  # what is wrong with a file is told before anybody is asked
         self.require_installed()
-        with closing(CoppeliaSimScene(Connection.open(options.address, _answer_s(options, setup)))) as scene:
-            yield from look(setup.robot, SECTION, scene)
+        with closing(_scene(Connection.open(options.address, _answer_s(options, setup)))) as scene:
+            yield from inspect_scene(setup.robot, SECTION, scene)
 
     def examine(self, robot: RobotDescription | None) -> Iterator[Finding]:
         if not self.is_installed:
             yield Finding.warning(self.name, "is not installed", self.remedy)
         else:
-            yield from examine(Address())
+            yield from diagnose(Address())
 
     def open(self, setup: Setup) -> Robot:
         options, setup = setup.options_as(CoppeliaSimOptions), setup.without_batteries()
         self.require_installed()
-        may_stop = self.builds_world(setup.robot) or options.simulation is Whose.OURS
+        may_stop = self.builds_world(setup.robot) or options.simulation is Owner.OURS
         connect = partial(open_scene, options.address, _answer_s(options, setup), may_stop=may_stop)
         cutoffs = partial(_cutoffs, options)
         if not self.builds_world(setup.robot):
             if options.keep:
                 raise UsageError("option keep: the scene is somebody's and stays as it is; leave the option out")
-            return join(setup, SECTION, connect, options.simulation, cutoffs=cutoffs)
+            return open_in_scene(setup, SECTION, connect, options.simulation, cutoffs=cutoffs)
         if setup.world is None:
             raise UsageError("the coppeliasim backend needs a world; name one with --world")
         return _built(setup, setup.world, connect, cutoffs, keep=options.keep)
@@ -138,10 +136,10 @@ def _built(
     with ExitStack() as undo:
         scene = connect()
         undo.callback(scene.close)
-        workshop = Workshop(scene.connection)
-        make_room(scene, workshop)
-        undo.callback(leave, scene, workshop, keep=keep)
-        simulation = Simulation(scene, setup, build(scene, workshop, setup, world))
+        workshop = SceneBuilder(scene.connection)
+        clear_scene(scene, workshop)
+        undo.callback(leave_scene, scene, workshop, keep=keep)
+        simulation = Simulation(scene, setup, build_scene(scene, workshop, setup, world))
         simulation.start()
         devices = setup.open_each(simulation.open)
         release = undo.pop_all().close
@@ -154,3 +152,24 @@ def _built(
         notes=simulation.notes,
         cutoffs=cutoffs(simulation.driven),
     )
+
+
+def open_scene(address: Address, answer_s: float, *, may_stop: bool) -> CoppeliaSimScene:
+    """Connect, keep others out, and recover the simulation from a program that was killed, where we ``may_stop`` it.
+
+    Raises BackendError where nobody answers, or another program drives this CoppeliaSim.
+    """
+    with ExitStack() as undo:
+        connection = Connection.open(address, answer_s)
+        undo.callback(connection.close)
+        lease = Lease(connection)
+        scene = _scene(connection, lease)
+        undo.callback(scene.close)
+        if lease.take() and may_stop and scene.state() is not State.STOPPED:
+            scene.stop()
+        undo.pop_all()
+    return scene
+
+
+def _scene(connection: Connection, lease: Lease | None = None) -> CoppeliaSimScene:
+    return CoppeliaSimScene(connection, lease, partial(proximity_works, SceneBuilder(connection)))

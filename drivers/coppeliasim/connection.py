@@ -1,19 +1,22 @@
-"""The one way to a CoppeliaSim: its functions by name, each call with a deadline, and its errors as ours."""
+"""The connection to a CoppeliaSim: its functions by name, a time limit for each call, and its errors as ours."""
 
 from __future__ import annotations
 
+import socket
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from drivers.coppeliasim import failures
-from drivers.coppeliasim.address import ZEROMQ, Address, greeting, listens
+from pydantic import Field
+
+from robotcore.description import StrictModel
 from robotcore.errors import BackendError
-from robotcore.simulation.executor import Uninterrupted
+from robotcore.simulation.executor import SerialExecutor
 
 if TYPE_CHECKING:
     from drivers.coppeliasim.client import Client
+
 
 T = TypeVar("T")
 
@@ -59,7 +62,7 @@ class Connection:
         self.address, self.answer_s = address, answer_s
         self._client = client
         self._failure: BackendError | None = None
-        self._talks = Uninterrupted("zmq remote api")
+        self._talks = SerialExecutor("zmq remote api")
         self._known: Mapping[str, Any] = {}
 
     @classmethod
@@ -103,7 +106,7 @@ class Connection:
         told = self._known.get(name)
         if isinstance(told, Mapping) and isinstance(told.get("const"), (int, float)):
             return int(told["const"])
-        raise failures.lacking(self.address, f"sim.{name}")
+        raise function_missing(self.address, f"sim.{name}")
 
     def call(self, function: str, *arguments: Any, within_s: float | None = None) -> Any:
         """Call any function of the server; raises BackendError. Threads may call it: one call at a time."""
@@ -130,18 +133,18 @@ class Connection:
         except Refused as error:
             raise RefusedError(f"coppeliasim: {self.address} refused {function}: {error}") from error
         except Unanswered as error:
-            is_there = listens(self.address)
-            silent = failures.silent(self.address, function, limit, is_known=bool(self._known))
-            self._failure = silent if is_there else failures.gone(self.address, function)
+            is_there = is_listening(self.address)
+            silent = timed_out(self.address, function, limit, is_known=bool(self._known))
+            self._failure = silent if is_there else server_gone(self.address, function)
             raise self._failure from error
         except Gone as error:
-            self._failure = failures.gone(self.address, function)
+            self._failure = server_gone(self.address, function)
             raise self._failure from error
         except FirstProtocol as error:
-            self._failure = failures.too_old(self.address)
+            self._failure = server_too_old(self.address)
             raise self._failure from error
         except Garbled as error:
-            self._failure = failures.garbled(self.address, function, error)
+            self._failure = unexpected_answer(self.address, function, error)
             raise self._failure from error
 
     def told(self, convert: Callable[[Any], T], name: str, *arguments: Any) -> T:
@@ -150,7 +153,7 @@ class Connection:
         try:
             return convert(answer)
         except (TypeError, ValueError, LookupError) as error:
-            raise failures.garbled(self.address, f"sim.{name}", f"{answer!r:.80}") from error
+            raise unexpected_answer(self.address, f"sim.{name}", f"{answer!r:.80}") from error
 
     def close(self) -> None:
         """Say goodbye where somebody listens, and let go. May be called again; never raises."""
@@ -163,7 +166,7 @@ class Connection:
 
     def _learn(self, info: Any) -> None:
         if not isinstance(info, Mapping) or "getObjectPosition" not in info:
-            self._failure = failures.garbled(self.address, "zmqRemoteApi.info", "no list of functions")
+            self._failure = unexpected_answer(self.address, "zmqRemoteApi.info", "no list of functions")
             raise self._failure
         self._known = info
 
@@ -174,7 +177,7 @@ class Connection:
         older = OLDER.get(function)
         if older and older.removeprefix("sim.") in self._known:
             return older
-        raise failures.lacking(self.address, function)
+        raise function_missing(self.address, function)
 
 
 def _connected(client: type[Client], address: Address) -> Client:
@@ -189,8 +192,113 @@ def _connected(client: type[Client], address: Address) -> Client:
 def _require_greeting(address: Address) -> None:
     """Raise BackendError where nobody listens, or who listens does not begin as ZeroMQ does."""
     try:
-        said = greeting(address)
+        said = read_greeting(address)
     except OSError as error:
-        raise failures.nobody(address, error) from error
+        raise connection_refused(address, error) from error
     if said != ZEROMQ:
-        raise failures.stranger(address, said)
+        raise wrong_protocol(address, said)
+
+
+_PROBE_S = 0.3
+
+GREETING_S = 3.0
+"""How long who has taken a connection may take to greet."""
+
+ZEROMQ = b"\xff"
+"""With which a server of ZeroMQ begins, at once and unasked, however busy its program is
+(https://rfc.zeromq.org/spec/23, the signature). The legacy remote API's servers wait to be asked.
+"""
+
+
+class Address(StrictModel):
+    """Where a CoppeliaSim listens."""
+
+    host: str = "127.0.0.1"
+    port: int = Field(default=23000, ge=1, le=65535)
+
+    def __str__(self) -> str:
+        return f"{self.host}:{self.port}"
+
+
+def is_listening(address: Address) -> bool:
+    """Return whether anybody takes connections there."""
+    try:
+        socket.create_connection((address.host, address.port), _PROBE_S).close()
+    except OSError:
+        return False
+    return True
+
+
+def read_greeting(address: Address) -> bytes | None:
+    """Return the first byte of a server's; none where it hangs up, None where nothing comes. Raises OSError."""
+    with socket.create_connection((address.host, address.port), _PROBE_S) as line:
+        line.settimeout(GREETING_S)
+        try:
+            return line.recv(1)
+        except TimeoutError:
+            return None
+        except ConnectionError:
+            return b""
+
+
+def connection_refused(address: Address, why: OSError) -> BackendError:
+    """Return the error for an address where there is no server."""
+    reason = "" if isinstance(why, ConnectionRefusedError) else f" ({why.strerror or why})"
+    return BackendError(
+        f"coppeliasim: nobody listens at {address}{reason}. Start CoppeliaSim, or name where it runs with --host and "
+        "--port"
+    )
+
+
+def wrong_protocol(address: Address, said: bytes | None) -> BackendError:
+    """Return the error for a server that greets otherwise than ZeroMQ, None being not at all."""
+    spoken = f"begins with the byte {said.hex()}" if said else "hangs up"
+    does = "says nothing" if said is None else spoken
+    return BackendError(
+        f"coppeliasim: who listens at {address} {does}; that is not CoppeliaSim's ZeroMQ remote API, or it is frozen. "
+        "The legacy remote API is --backend vrep; else look which program listens there, and name the right port with "
+        "--port: 23000 as CoppeliaSim is shipped"
+    )
+
+
+def server_gone(address: Address, function: str) -> BackendError:
+    """Return the error for a server that has ended during a call."""
+    return BackendError(
+        f"coppeliasim: the CoppeliaSim at {address} is gone; it died or was closed in {function}. "
+        "Start it again, and run again"
+    )
+
+
+def timed_out(address: Address, function: str, limit_s: float, *, is_known: bool) -> BackendError:
+    """Return the error for a server that lets wait; one that ``is_known`` has answered before."""
+    advice = (
+        "Look whether it shows a dialogue or hangs; where it is only slow, raise safety.answer_s in the robot's "
+        "description"
+        if is_known
+        else "Look whether a dialogue of CoppeliaSim's waits for somebody, or it is busy"
+    )
+    return BackendError(f"coppeliasim: {address} has not answered {function} for {limit_s:.1f} s. {advice}")
+
+
+def unexpected_answer(address: Address, function: str, what: object) -> BackendError:
+    """Return the error for an answer that is none of this protocol."""
+    return BackendError(
+        f"coppeliasim: {address} answered {function} with {what}; that is not CoppeliaSim's ZeroMQ remote API. "
+        "Look which program listens there, and name the right one with --port"
+    )
+
+
+def server_too_old(address: Address) -> BackendError:
+    """Return the error for a server of the first protocol."""
+    return BackendError(
+        f"coppeliasim: {address} speaks the first protocol of the ZeroMQ remote API, as CoppeliaSim up to 4.5 does. "
+        "Install CoppeliaSim 4.6 or newer, or use --backend vrep"
+    )
+
+
+def function_missing(address: Address, function: str) -> BackendError:
+    """Return the error for a function that a server does not offer, nor an older one that does the same."""
+    return BackendError(
+        f"coppeliasim: the CoppeliaSim at {address} has no {function}. Install a newer one; 4.10 is what this was "
+        "made with"
+    )

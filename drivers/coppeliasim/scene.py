@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
 from drivers.coppeliasim.connection import LOADING_S, Connection, RefusedError
-from drivers.coppeliasim.eyes import across
 from drivers.coppeliasim.lease import Lease
-from drivers.coppeliasim.workshop import Workshop
 from robotcore.errors import BackendError
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.simulation.remote_scene import Kind, Lens, Point, RawPicture, Scene, SceneObject, State
+from robotcore.simulation.remote_scene import (
+    CameraOptics,
+    ObjectKind,
+    Point,
+    RawPicture,
+    Scene,
+    SceneObject,
+    State,
+    horizontal_fov,
+)
 
 _SAME_S = 1e-6
 _PAUSED, _ADVANCING = 8, 16
@@ -25,20 +32,26 @@ _STOPPING = (21, 22)
 _STOPPING_S, _NAP_S = 0.5, 0.01
 """Such a stop is waited for so long, and looked at so often."""
 
+Probe = Callable[[Callable[[int], Point | None]], bool]
+"""Return whether proximity sensors work. The argument returns the point that the sensor with this handle detects."""
+
 _LOOK = "Look into its window or its log for what it says"
 
 
 class CoppeliaSimScene(Scene):
-    """Asks a CoppeliaSim, call by call; a ``lease`` is given back when it is closed."""
+    """A scene that is asked call by call.
 
-    def __init__(self, connection: Connection, lease: Lease | None = None) -> None:
+    ``close`` gives the ``lease`` back. Without a ``probe`` every proximity sensor counts as reliable.
+    """
+
+    def __init__(self, connection: Connection, lease: Lease | None = None, probe: Probe | None = None) -> None:
         self.connection = connection
-        self._lease = lease
+        self._lease, self._probe = lease, probe
         self._kinds = {
-            connection.constant("object_joint_type"): Kind.JOINT,
-            connection.constant("object_proximitysensor_type"): Kind.PROXIMITY_SENSOR,
-            connection.constant("object_visionsensor_type"): Kind.VISION_SENSOR,
-            connection.constant("object_shape_type"): Kind.SHAPE,
+            connection.constant("object_joint_type"): ObjectKind.JOINT,
+            connection.constant("object_proximitysensor_type"): ObjectKind.PROXIMITY_SENSOR,
+            connection.constant("object_visionsensor_type"): ObjectKind.VISION_SENSOR,
+            connection.constant("object_shape_type"): ObjectKind.SHAPE,
         }
         self._explicit: dict[int, bool] = {}
         self._step_s = self._time = 0.0
@@ -108,26 +121,24 @@ class CoppeliaSimScene(Scene):
         return self.connection.told(_detected_point, name, sensor)
 
     def blindness(self, sensor: int) -> str | None:
-        from drivers.coppeliasim.proximity import looks  # which needs a scene
-
-        if looks(Workshop(self.connection), self):
+        if self._probe is None or self._probe(self.detected):
             return None
         return (
             f"the CoppeliaSim at {self.connection.address} does not detect a box in front of a proximity sensor, so "
             "that every way seems free. Take one with the plug-in for them, as the maker's downloads are"
         )
 
-    def lens(self, sensor: int) -> Lens:
+    def lens(self, sensor: int) -> CameraOptics:
         width, height = self.connection.told(_size, "getVisionSensorRes", sensor)
         is_perspective = self.connection.told(
             int, "getObjectInt32Param", sensor, self.connection.constant("visionintparam_perspective_operation")
         )
         if not is_perspective:
-            return Lens(width, height, None)
+            return CameraOptics(width, height, None)
         wide = self.connection.told(
             float, "getObjectFloatParam", sensor, self.connection.constant("visionfloatparam_perspective_angle")
         )
-        return Lens(width, height, across(wide, width, height))
+        return CameraOptics(width, height, horizontal_fov(wide, width, height))
 
     def picture(self, sensor: int) -> RawPicture:
         """Return what it sees now, if it is handled explicitly; else what it saw at the end of the last step."""
@@ -163,7 +174,7 @@ class CoppeliaSimScene(Scene):
     def _object(self, handle: int) -> SceneObject:
         number = self.connection.told(int, "getObjectType", handle)
         path = self.connection.told(str, "getObjectAlias", handle, 1)
-        return SceneObject(handle, path, self._kinds.get(number, Kind.OTHER))
+        return SceneObject(handle, path, self._kinds.get(number, ObjectKind.OTHER))
 
     def _is_explicit(self, sensor: int) -> bool:
         if sensor not in self._explicit:

@@ -1,40 +1,63 @@
-"""One robot in one world, both built in a scene, and how each of its devices is opened."""
+"""One robot in one world: both are built in a scene, simulated and removed again."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import partial
+from typing import NamedTuple
 
-from drivers.coppeliasim.building import Built
-from drivers.coppeliasim.proximity import ProximityRangeSensor
-from drivers.coppeliasim.ranging import FanRangeSensor
+from drivers.coppeliasim.builder import FORWARD, Placement, SceneBuilder, place_mount, place_on_floor
+from drivers.coppeliasim.connection import LOADING_S
+from drivers.coppeliasim.restore import (
+    Undo,
+    finish_building,
+    release,
+    require_empty,
+    restore,
+    save_scene_state,
+    undo_collections,
+)
+from drivers.coppeliasim.robot_model import BuiltEncoder, BuiltMotor, BuiltRobot, build_robot
 from drivers.coppeliasim.scene import CoppeliaSimScene
-from drivers.coppeliasim.truth import CoppeliaSimTruth, Touches
-from drivers.coppeliasim.wheels import BuiltEncoder, BuiltMotor
+from drivers.coppeliasim.sensors import (
+    FanRangeSensor,
+    ProximityRangeSensor,
+    VisionSensorSpec,
+    add_fan,
+    add_proximity_sensor,
+    add_vision_sensor,
+    proximity_works,
+    require_depth,
+)
+from drivers.coppeliasim.truth import ContactCounter, CoppeliaSimTruth
+from drivers.coppeliasim.world_model import BuiltWorld, build_world
 from robotcore.description import (
+    AnyDevice,
     CameraDescription,
     DisplayDescription,
     EncoderDescription,
     MotorDescription,
     RangeSensorDescription,
     SimulatedDevice,
+    WorldDescription,
 )
-from robotcore.errors import DeviceError
+from robotcore.errors import BackendError, DeviceError
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.devices import Device
-from robotcore.simulation.remote_scene.pictures import SceneCamera, SceneDisplay
+from robotcore.simulation.remote_scene import State
+from robotcore.simulation.remote_scene.devices import SceneCamera, SceneDisplay
 
 
 class Simulation:
     """What was built, and the clock that moves it."""
 
-    def __init__(self, scene: CoppeliaSimScene, setup: Setup, built: Built) -> None:
+    def __init__(self, scene: CoppeliaSimScene, setup: Setup, built: BuiltScene) -> None:
         self._scene, self._built = scene, built
         self._chosen = setup.chosen
         self._motors: list[BuiltMotor] = []
         body = built.robot.body
-        self._touches = Touches(scene.connection, body, built.world.things)
+        self._touches = ContactCounter(scene.connection, body, built.world.things)
         self.clock = SteppedClock(setup.rate_hz, self._advance, scene.time_step())
         self.truth = CoppeliaSimTruth(scene.connection, body, built.robot.frame, self._touches)
 
@@ -88,3 +111,122 @@ class Simulation:
         if name not in self._built.robot.joints:
             raise DeviceError(name, "sits on no wheel; name it in the robot's drive")
         return self._built.robot.joints[name]
+
+
+SCREEN = (320, 240)
+_SCREEN_FOV_RAD, _SCREEN_HEIGHT_M = 1.0, 3.0
+_SAME = 1e-6
+
+
+class BuiltScene(NamedTuple):
+    """What was built: the handles of world and robot, and of the sensors by their devices' names."""
+
+    world: BuiltWorld
+    robot: BuiltRobot
+    sensors: Mapping[str, int]
+    has_proximity: bool
+    """Whether distances come from proximity sensors; else from pictures of depth."""
+
+
+def clear_scene(scene: CoppeliaSimScene, workshop: SceneBuilder) -> None:
+    """Remove what a program that was killed has left; raise BackendError where somebody else uses the scene."""
+    if (state := scene.state()) is not State.STOPPED:
+        raise BackendError(
+            f"coppeliasim: a simulation of somebody's is {state.value} in the CoppeliaSim at "
+            f"{scene.connection.address}. Stop it, and run again"
+        )
+    restore(workshop)
+    require_empty(workshop)
+
+
+def leave_scene(scene: CoppeliaSimScene, workshop: SceneBuilder, *, keep: bool) -> None:
+    """Stop, and remove what was made and give back what was changed, or hand it over where it is to be kept.
+
+    Where the simulator is gone or hangs, that is left to whoever comes next.
+    """
+    if scene.connection.is_lost:
+        return
+    scene.stop()
+    if keep:
+        release(workshop)
+    else:
+        restore(workshop)
+
+
+def build_scene(scene: CoppeliaSimScene, workshop: SceneBuilder, setup: Setup, world: WorldDescription) -> BuiltScene:
+    """Build the world and the robot in it, in a scene that has room, and let a tick be a step of its time."""
+    built_world = build_world(workshop, world)
+    has_proximity = proximity_works(workshop, scene.detected)
+    if not has_proximity and any(isinstance(told, RangeSensorDescription) for told in setup.chosen):
+        require_depth(workshop, scene.connection)
+    undo: list[Undo] = [_undo_engine(workshop), _undo_time_step(scene, workshop)]
+    undo += undo_collections(built_world.root, (built_world.seen, built_world.met))
+    save_scene_state(workshop, built_world.root, world.light, undo)
+    _set_engine(workshop)
+    _set_time_step(scene, workshop, 1 / setup.rate_hz)
+    robot = build_robot(workshop, setup.robot, world.start.pose)
+    sensors = _Sensors(
+        workshop, robot.body, place_on_floor(world.start.pose), built_world, sky_grey(world), has_proximity
+    )
+    handles = {told.name: handle for told in setup.chosen if (handle := sensors.add(told)) is not None}
+    finish_building(workshop, built_world.root)
+    return BuiltScene(built_world, robot, handles, has_proximity)
+
+
+def sky_grey(world: WorldDescription) -> float:
+    """Return the grey, from 0 to 1, that is next to the sky's colour."""
+    return sum(world.light.sky_colour) / 3 / 255
+
+
+class _Sensors(NamedTuple):
+    """Where and how sensors are added to a robot's body."""
+
+    workshop: SceneBuilder
+    body: int
+    frame: Placement
+    world: BuiltWorld
+    sky: float
+    has_proximity: bool
+
+    def add(self, told: AnyDevice) -> int | None:
+        """Make what a device is, and return its handle; None where it is no sensor."""
+        if isinstance(told, RangeSensorDescription):
+            add = add_proximity_sensor if self.has_proximity else add_fan
+            return add(self.workshop, told, self.body, self.frame, self.world.met)
+        if isinstance(told, CameraDescription):
+            size, fov = (told.width_px, told.height_px), told.horizontal_fov_rad
+            eye = VisionSensorSpec(size, fov, empty=self.sky, seen=self.world.seen, ignored="depth")
+            return add_vision_sensor(self.workshop, eye, told.name, self.frame.at(place_mount(told.mount)), self.body)
+        if isinstance(told, DisplayDescription):
+            place = self.frame.at(FORWARD._replace(z=_SCREEN_HEIGHT_M))
+            return add_vision_sensor(
+                self.workshop, VisionSensorSpec(SCREEN, _SCREEN_FOV_RAD), told.name, place, self.body
+            )
+        return None
+
+
+def _undo_engine(workshop: SceneBuilder) -> Undo:
+    """Return the call that lets what computes the physics be as it is now."""
+    parameter = workshop.constant("intparam_dynamic_engine")
+    return "setInt32Param", parameter, workshop.call("getInt32Param", parameter)
+
+
+def _set_engine(workshop: SceneBuilder) -> None:
+    """Let Bullet compute the physics, for which the wheels are made: with others they slip, or do not turn."""
+    workshop.call("setInt32Param", workshop.constant("intparam_dynamic_engine"), workshop.constant("physics_bullet"))
+
+
+def _undo_time_step(scene: CoppeliaSimScene, workshop: SceneBuilder) -> Undo:
+    """Return the call that lets the time step be as it is now."""
+    return "setFloatParam", workshop.constant("floatparam_simulation_time_step"), scene.time_step()
+
+
+def _set_time_step(scene: CoppeliaSimScene, workshop: SceneBuilder, step_s: float) -> None:
+    """Let the simulation step so; raises BackendError where it does not take it."""
+    parameter = workshop.constant("floatparam_simulation_time_step")
+    scene.connection.sim("setFloatParam", parameter, step_s, within_s=LOADING_S)
+    if abs((got := scene.time_step()) - step_s) > _SAME * step_s:
+        raise BackendError(
+            f"coppeliasim: the simulation's time step was set to {step_s:g} s and is {got:g} s. "
+            "Open a new scene in CoppeliaSim, or take another --rate"
+        )

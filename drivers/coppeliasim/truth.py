@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 
+from drivers.coppeliasim.builder import Placement
 from drivers.coppeliasim.connection import Connection
-from drivers.coppeliasim.placing import Placement
 from robotcore.geometry import Pose, Twist
 
 
-class Touches:
+class ContactCounter:
     """Counts the touches of the robot's body with things; one touch is one, however long it lasts.
 
     Asked after each step, it is told of all physics steps in it. ``patience`` steps without a touch end it: a body that
@@ -45,7 +45,7 @@ class Touches:
 class CoppeliaSimTruth:
     """The true state of a robot, whose own frame lies at ``frame`` in its body's."""
 
-    def __init__(self, connection: Connection, body: int, frame: Placement, touches: Touches) -> None:
+    def __init__(self, connection: Connection, body: int, frame: Placement, touches: ContactCounter) -> None:
         self._connection, self._body, self._frame, self._touches = connection, body, frame, touches
 
     def pose(self) -> Pose:

@@ -22,7 +22,7 @@ from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Angle, Camera, Encoder, Frame, Image, Motor, Range, RangeSensor
 from robotcore.optics import View
 from robotcore.raycast import FAN_SETBACK_M, Fan, cast, edges_of
-from robotcore.simulation.sampling import OnceAnInstant
+from robotcore.simulation.sampling import SampleCache
 
 
 class KinematicMotor(Motor):
@@ -43,7 +43,7 @@ class KinematicEncoder(Encoder):
         super().__init__(description.name)
         self._wheel = wheel
         self._quantised = description.quantised
-        self._newest_at = OnceAnInstant(clock, self._read_wheel)
+        self._newest_at = SampleCache(clock, self._read_wheel)
 
     def _newest(self) -> Angle:
         return self._newest_at()
@@ -64,7 +64,7 @@ class KinematicRangeSensor(RangeSensor):
         )
         self._sonar = Sonar(description, simulation.world)
         self._simulation = simulation
-        self._newest_at = OnceAnInstant(simulation.clock, self._listen)
+        self._newest_at = SampleCache(simulation.clock, self._listen)
 
     def _newest(self) -> Range:
         return self._newest_at()
@@ -81,7 +81,7 @@ class KinematicCamera(Camera):
         super().__init__(description.name, description.intrinsics)
         self._mount = description.mount
         self._simulation = simulation
-        self._newest_at = OnceAnInstant(simulation.clock, self._expose)
+        self._newest_at = SampleCache(simulation.clock, self._expose)
 
     def _newest(self) -> Frame:
         return self._newest_at()

@@ -5,10 +5,25 @@ from __future__ import annotations
 import os
 from contextlib import ExitStack
 
-from drivers.mujoco.simulation import Simulation
-from robotcore.description import RobotDescription, StrictModel, WorldDescription
+from drivers.mujoco.devices import CameraSet, MujocoEncoder, MujocoMotor, MujocoRangeSensor
+from drivers.mujoco.model import build, compile_model
+from drivers.mujoco.physics import Body, MujocoTruth, Physics
+from drivers.mujoco.window import Window
+from robotcore.description import (
+    CameraDescription,
+    DisplayDescription,
+    EncoderDescription,
+    MotorDescription,
+    RangeSensorDescription,
+    RobotDescription,
+    SimulatedDevice,
+    StrictModel,
+    WorldDescription,
+)
 from robotcore.errors import BackendMissingError, UsageError
 from robotcore.hal.backend import Backend, Exported, Setup, Vouch
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.devices import Device, MemoryDisplay
 from robotcore.hal.robot import Robot
 
 OLDEST = (3, 5)
@@ -77,3 +92,44 @@ class MujocoBackend(Backend):
 
         self.require_installed()
         return mjcf(robot, world, folder)
+
+
+class Simulation:
+    """The world, the robot in it, and the clock that moves both."""
+
+    def __init__(self, setup: Setup, world: WorldDescription) -> None:
+        self._physics = Physics(setup.rate_hz, lambda step: compile_model(build(setup.robot, world, step)))
+        self.model, self.data = self._physics.model, self._physics.data
+        self._body = Body(self.model, self.data, setup.robot)
+        self._eyes = CameraSet(self.model, self.data, world)
+        self.truth = MujocoTruth(self._body, self._physics)
+        self._closing = ExitStack()
+        self._closing.callback(self._eyes.close)
+        if setup.gui:
+            self._open_window(max(world.floor.length_m, world.floor.width_m))
+
+    @property
+    def clock(self) -> SteppedClock:
+        return self._physics.clock
+
+    def open(self, told: SimulatedDevice) -> Device:
+        """Open one device; raises DeviceError where it sits on a wheel that is not there."""
+        if isinstance(told, MotorDescription):
+            return MujocoMotor(self.model, self.data, told, self._body)
+        if isinstance(told, EncoderDescription):
+            return MujocoEncoder(told, self.clock, self._body)
+        if isinstance(told, RangeSensorDescription):
+            return MujocoRangeSensor(self.model, self.data, told, self.clock, self._body)
+        if isinstance(told, CameraDescription):
+            return self._eyes.open(told, self.clock, self._body)
+        display: DisplayDescription = told  # of a new kind of device, the type checker tells
+        return MemoryDisplay(display.name)
+
+    def close(self) -> None:
+        """Let OpenGL and the window go. May be called again."""
+        self._closing.close()
+
+    def _open_window(self, breadth: float) -> None:
+        window = Window(self.model, self.data, breadth)
+        self._closing.callback(window.close)
+        self._physics.onlookers.append(window.show)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
-from drivers.mujoco.model import build, compiled
-from drivers.mujoco.model.turned import mounted
+from drivers.mujoco.model import build, compile_model
+from drivers.mujoco.model.attributes import mount_orientation
 from robotcore.description import RobotDescription, WorldDescription
 from robotcore.description.urdf import BASE, frame
 from robotcore.hal.backend import Exported
@@ -30,7 +30,7 @@ def mjcf(robot: RobotDescription, world: WorldDescription | None, folder: str | 
     _add_frames(spec, robot)
     textures = [texture for texture in spec.textures if texture.data]
     notes = () if folder is not None else _leave_out(spec, textures)
-    compiled(spec)
+    compile_model(spec)
     pictures = {f"{folder}/{texture.name}.png": texture for texture in textures} if folder is not None else {}
     for file, texture in pictures.items():
         texture.file = file
@@ -41,7 +41,7 @@ def _add_frames(spec: MjSpec, robot: RobotDescription) -> None:
     base = spec.body(BASE)
     for sensor, mount in robot.mounts.items():
         place = [mount.x_m, mount.y_m, mount.z_m]
-        base.add_site(name=frame(sensor), pos=place, quat=mounted(mount), size=[SITE_M] * 3)
+        base.add_site(name=frame(sensor), pos=place, quat=mount_orientation(mount), size=[SITE_M] * 3)
 
 
 def _leave_out(spec: MjSpec, textures: list[MjsTexture]) -> tuple[str, ...]:

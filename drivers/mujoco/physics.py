@@ -1,14 +1,18 @@
-"""Physics steps: at each one touches are counted."""
+"""The stepped physics, the robot's body, its contacts, and the ground truth."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from robotcore.description.urdf import BASE
-from robotcore.errors import BackendError
+from robotcore.description import RobotDescription
+from robotcore.description.urdf import BASE, wheel_joint
+from robotcore.errors import BackendError, DeviceError
+from robotcore.geometry import Pose, Twist
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.truth import RELEASE_M
 
@@ -32,7 +36,7 @@ class Physics:
         self.data = MjData(self.model)
         self._move, self._look_round = mj_step2, mj_step1
         self._look_round(self.model, self.data)
-        self.touches = Touches(self.model, self.data)
+        self.touches = ContactCounter(self.model, self.data)
         self.onlookers: list[Callable[[], None]] = []
 
     def _advance(self, steps: int) -> None:
@@ -59,7 +63,7 @@ class Physics:
             raise BackendError(f"mujoco: {told} Look at the masses and torques in the robot's description")
 
 
-class Touches:
+class ContactCounter:
     """Counts the touches of the robot's body with things; one touch is one, however long it lasts."""
 
     def __init__(self, model: MjModel, data: MjData) -> None:
@@ -82,3 +86,68 @@ class Touches:
 
     def _is_near(self, thing: int) -> bool:
         return bool(self._distance(self._model, self._data, self._body, thing, 2 * RELEASE_M, None) <= RELEASE_M)
+
+
+Array = NDArray[np.float64]
+
+
+class Body:
+    """Its frame has its origin on the floor under the middle of the axle."""
+
+    def __init__(self, model: MjModel, data: MjData, description: RobotDescription) -> None:
+        self._data = data
+        self.number = model.body(BASE).id
+        self._is_free = description.drive is not None
+        self._joints = _joints(model, description)
+
+    def joint_of(self, device: str) -> int:
+        """Return where in the model's positions the wheel is that a motor or an encoder sits on."""
+        if device not in self._joints:
+            raise DeviceError(device, "sits on no wheel; name it in the robot's drive")
+        return self._joints[device]
+
+    def angle(self, joint: int) -> float:
+        """Return how far a wheel has turned, in radians."""
+        return float(self._data.qpos[joint])
+
+    def transform(self) -> tuple[Array, Array]:
+        """Return the rotation, (3, 3), and the origin, (3,), of the robot's frame in the world."""
+        data = self._data
+        return data.xmat[self.number].reshape(3, 3), data.xpos[self.number]
+
+    def pose(self) -> Pose:
+        """Return where the middle of the axle is, in plan."""
+        rotation, origin = self.transform()
+        return Pose(float(origin[0]), float(origin[1]), math.atan2(rotation[1, 0], rotation[0, 0]))
+
+    def twist(self) -> Twist:
+        """Return how the middle of the axle moves."""
+        if not self._is_free:
+            return Twist(0.0, 0.0)
+        velocity = self._data.qvel
+        return Twist(float(self.transform()[0][:, 0] @ velocity[:3]), float(velocity[5]))
+
+
+def _joints(model: MjModel, description: RobotDescription) -> dict[str, int]:
+    if (drive := description.drive) is None:
+        return {}
+    return {name: int(model.joint(wheel_joint(motor)).qposadr[0]) for name, motor in drive.on_wheels.items()}
+
+
+class MujocoTruth:
+    """The true state of the robot. Raises BackendError where MuJoCo has lost it."""
+
+    def __init__(self, body: Body, physics: Physics) -> None:
+        self._body, self._physics = body, physics
+
+    def pose(self) -> Pose:
+        self._physics.require_sound()
+        return self._body.pose()
+
+    def twist(self) -> Twist:
+        self._physics.require_sound()
+        return self._body.twist()
+
+    def contacts(self) -> int:
+        self._physics.require_sound()
+        return self._physics.touches.count

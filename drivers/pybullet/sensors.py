@@ -18,7 +18,7 @@ from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Angle, Camera, Encoder, Frame, Image, Range, RangeSensor
 from robotcore.optics import View
 from robotcore.raycast import FAN_SETBACK_M, Fan
-from robotcore.simulation.sampling import OnceAnInstant
+from robotcore.simulation.sampling import SampleCache
 
 
 class BulletEncoder(Encoder):
@@ -29,7 +29,7 @@ class BulletEncoder(Encoder):
         self._description = description
         self._joint_state = bullet.getJointState
         self._body, self._joint = body.number, body.joint_of(self.name)
-        self._newest_at = OnceAnInstant(clock, self._count)
+        self._newest_at = SampleCache(clock, self._count)
 
     def _newest(self) -> Angle:
         return self._newest_at()
@@ -51,7 +51,7 @@ class BulletRangeSensor(RangeSensor):
         self._rays = directions * self._length
         self._cast = bullet.rayTestBatch
         self._body = body
-        self._newest_at = OnceAnInstant(clock, self._listen)
+        self._newest_at = SampleCache(clock, self._listen)
 
     def _newest(self) -> Range:
         return self._newest_at()
@@ -81,7 +81,7 @@ class BulletCamera(Camera):
         self._light = scene.light
         self.things = scene.things
         self._on_body = View.of(self.intrinsics, description.mount, Pose(0.0, 0.0, 0.0))
-        self._newest_at = OnceAnInstant(clock, self._expose)
+        self._newest_at = SampleCache(clock, self._expose)
 
     def picture(self, view: View) -> Image:
         """Render what any camera would see; works without the robot being there. BGR, read-only."""

@@ -17,7 +17,7 @@ from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Angle, Device, Encoder
 from robotcore.hardware import Connection, DeviceDriver, Host, motor_of
-from robotcore.simulation.sampling import OnceAnInstant
+from robotcore.simulation.sampling import SampleCache
 
 if TYPE_CHECKING:
     from gpiozero import Factory, Pin
@@ -69,7 +69,7 @@ class PinEncoder(Encoder):
         super().__init__(name)
         self._counter, self._opened = counter, opened
         self._edge_rad = math.tau / edges_per_turn
-        self._newest_at = OnceAnInstant(clock, self._take)
+        self._newest_at = SampleCache(clock, self._take)
         self._lock = Lock()
 
     def _newest(self) -> Angle:

@@ -13,7 +13,7 @@ from robotcore.hal.backend import Backend, Setup, Vouch
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.finding import Finding
 from robotcore.hal.robot import Robot
-from robotcore.simulation.remote_scene import Scene, Whose, join, look, places
+from robotcore.simulation.remote_scene import Owner, Scene, inspect_scene, open_in_scene, read_bindings
 from robotcore.text import counted
 
 SECTION = "vrep"
@@ -39,7 +39,7 @@ class VrepOptions(StrictModel):
     host: str = "127.0.0.1"
     port: int = Field(default=19997, ge=1, le=65535)
     stepped: bool | None = None
-    simulation: Whose = Whose.OURS
+    simulation: Owner = Owner.OURS
     answer_s: float | None = Field(default=None, gt=0, le=3600)
     binding: str | None = None
 
@@ -60,21 +60,23 @@ class VrepBackend(Backend):
     vouches_for = frozenset({Vouch.POSE, Vouch.LOCKSTEP})
 
     def check(self, robot: RobotDescription) -> str:
-        placed = places(robot, SECTION)
+        placed = read_bindings(robot, SECTION)
         return counted(len(placed), "object")
 
     def look(self, setup: Setup) -> Iterator[Finding]:
         options = setup.options_as(VrepOptions)
-        places(setup.robot, SECTION)  # what is wrong with a file is told before anybody is asked
+        read_bindings(setup.robot, SECTION)  # what is wrong with a file is told before anybody is asked
         with closing(_connected(options, _answer_s(options, setup))) as scene:
-            yield from look(setup.robot, SECTION, scene)
+            yield from inspect_scene(setup.robot, SECTION, scene)
 
     def open(self, setup: Setup) -> Robot:
         options, setup = setup.options_as(VrepOptions), setup.without_batteries()
         answer_s = _answer_s(options, setup)
         connect = partial(_connected, options, answer_s)
         cutoffs = partial(_cutoffs, options)
-        return join(setup, SECTION, connect, options.simulation, is_stepped=options.is_stepped, cutoffs=cutoffs)
+        return open_in_scene(
+            setup, SECTION, connect, options.simulation, is_stepped=options.is_stepped, cutoffs=cutoffs
+        )
 
 
 def _answer_s(options: VrepOptions, setup: Setup) -> float:
@@ -83,9 +85,8 @@ def _answer_s(options: VrepOptions, setup: Setup) -> float:
 
 def _connected(options: VrepOptions, answer_s: float) -> Scene:
     if options.binding is not None:
-        from drivers.vrep.official.binding import load_binding
-        from drivers.vrep.official.calls import Calls
-        from drivers.vrep.official.scene import OfficialScene
+        from drivers.vrep.official_binding import Calls, load_binding
+        from drivers.vrep.official_scene import OfficialScene
 
         calls = Calls(load_binding(options.binding), options.host, options.port, answer_s)
         return OfficialScene(calls, answer_s, is_stepped=options.is_stepped)
@@ -94,10 +95,9 @@ def _connected(options: VrepOptions, answer_s: float) -> Scene:
         from drivers.vrep.stepped import SteppedScene
 
         return SteppedScene(Connection.to(options.host, options.port, answer_s))
-    from drivers.vrep.followed import FollowedScene
-    from drivers.vrep.following import Following
+    from drivers.vrep.streaming import StreamedScene, StreamReader
 
-    return FollowedScene(Following.to(options.host, options.port, answer_s), answer_s)
+    return StreamedScene(StreamReader.to(options.host, options.port, answer_s), answer_s)
 
 
 def _cutoffs(options: VrepOptions, joints: Mapping[str, int]) -> Iterator[CutoffSpec]:

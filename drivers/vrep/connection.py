@@ -1,21 +1,85 @@
-"""A simulator in lockstep: it waits for us before each step, and we for it after."""
+"""A simulator in lockstep: it waits for a trigger before each step, and the program waits for the step's end."""
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, TypeVar
 
-from drivers.vrep.answers import Answers
 from drivers.vrep.wire import requests
-from drivers.vrep.wire.errors import RemoteApiError, ServerHangsError, ServerLostError
+from drivers.vrep.wire.errors import RemoteApiError, ServerHangsError, ServerLostError, SimulationHaltedError
 from drivers.vrep.wire.link import PATIENCE_S, RETRY_S, TIMEOUT_S, Link
-from drivers.vrep.wire.messages import NOTHING_DONE, Header
-from drivers.vrep.wire.request import Identity, Request
+from drivers.vrep.wire.messages import NOTHING_DONE, Header, Piece
+from drivers.vrep.wire.requests import Identity, Request
 from robotcore.hal.wall_clock import MonotonicClock
+
+
+class PendingRequests:
+    """The answers to ``reads``; after a step, only those that were given after it.
+
+    An answer counts if the server had our question when it gave it, and, where ``trigger`` is the number of the message
+    that triggered a step, if the simulation's time has passed since the trigger was done. What was answered too soon
+    is to be asked for again.
+    """
+
+    def __init__(self, reads: Sequence[Request[Any]], trigger: int | None = None) -> None:
+        self._reads = {read.identity: read for read in reads}
+        self._trigger = trigger
+        self._begun_ms = None if trigger is not None else -1
+        self._asked: dict[Identity, int] = {}
+        self._found: dict[Identity, Piece] = {}
+
+    @property
+    def are_complete(self) -> bool:
+        return len(self._found) == len(self._reads)
+
+    def __getitem__(self, read: Request[Any]) -> Piece:
+        return self._found[read.identity]
+
+    def to_ask(self, number: int) -> list[Request[Any]]:
+        """Return what to ask for in the message of that number."""
+        asked = {one: read for one, read in self._reads.items() if one not in self._found and one not in self._asked}
+        self._asked.update(dict.fromkeys(asked, number))
+        return list(asked.values())
+
+    def take(self, server: Header, pieces: Iterable[Piece]) -> None:
+        """Take what has come; SimulationHaltedError if that says that no step will be taken."""
+        for piece in pieces:
+            if (piece.command, piece.key) == requests.TRIGGER.identity:
+                self._begin(server, piece)
+            else:
+                self._take(server, piece)
+        if self._trigger is not None and server.message >= self._trigger:
+            self._check(server)
+
+    def _begin(self, server: Header, piece: Piece) -> None:
+        if self._trigger is not None and server.message >= self._trigger:
+            if piece.is_failed:
+                raise SimulationHaltedError(_NO_STEP)
+            self._begun_ms = piece.time_ms
+
+    def _take(self, server: Header, piece: Piece) -> None:
+        identity = piece.command, piece.key
+        if server.message < self._asked.get(identity, server.message + 1):
+            return
+        del self._asked[identity]
+        if self._begun_ms is not None and piece.time_ms > self._begun_ms:
+            self._found[identity] = piece
+
+    def _check(self, server: Header) -> None:
+        if self.are_complete:
+            return
+        if not server.is_running:
+            raise SimulationHaltedError("the simulation was stopped: no step can be taken. Run again to start it anew")
+        if server.is_paused:
+            raise SimulationHaltedError("the simulation is paused: no step can be taken. Let it go on, and run again")
+
+
+_NO_STEP = "the simulator takes no step: its simulation does not run, or does not wait for our triggers. Run again"
+
 
 T = TypeVar("T")
 
@@ -101,7 +165,7 @@ class Connection:
         """Return the answer, with all that waits done before; RefusedError if it cannot be done."""
         with self._turn:
             self._send_waiting()
-            return request.read(self._fetch(Answers([request]))[request])
+            return request.read(self._fetch(PendingRequests([request]))[request])
 
     def step(self, *reads: Request[Any]) -> Step:
         """Send what waits, let the simulation take one step, and return what is read after it.
@@ -111,7 +175,7 @@ class Connection:
         """
         with self._turn:
             number = self._send_waiting(requests.TRIGGER)
-            answers = self._fetch(Answers(reads or (requests.CLOCK,), number))
+            answers = self._fetch(PendingRequests(reads or (requests.CLOCK,), number))
             return Step(self.time_s, tuple(read.read(answers[read]) for read in reads))
 
     def wait_for_triggers(self, *, wait: bool) -> None:
@@ -149,7 +213,7 @@ class Connection:
         self._unconfirmed |= waiting
         return self._exchange([*waiting.values(), *more]) if waiting or more else self._number
 
-    def _fetch(self, answers: Answers) -> Answers:
+    def _fetch(self, answers: PendingRequests) -> PendingRequests:
         """Ask until the answers are complete."""
         deadline = self._clock.now() + self._timeout_s
         for pause_s in _pauses():
@@ -175,7 +239,7 @@ class Connection:
             "Does it show a dialog, or wait for another program?"
         )
 
-    def _exchange(self, asked: Iterable[Request[Any]], answers: Answers | None = None) -> int:
+    def _exchange(self, asked: Iterable[Request[Any]], answers: PendingRequests | None = None) -> int:
         """Exchange one message; return its number."""
         number, self._number = self._number, self._number + 1
         self.server, pieces = self._link.exchange(number, [request.encoded() for request in asked])

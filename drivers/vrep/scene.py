@@ -1,18 +1,27 @@
-"""A scene behind the legacy remote API: what both ways of talking to it have in common."""
+"""A scene behind the legacy remote API: the parts that lockstep and streaming have in common."""
 
 from __future__ import annotations
 
-import math
+import struct
 from abc import abstractmethod
 from functools import cached_property
-from typing import TypeVar
+from typing import Any, NamedTuple, TypeVar
 
-from drivers.vrep import listing
 from drivers.vrep.wire import requests
 from drivers.vrep.wire.errors import RefusedError
 from drivers.vrep.wire.messages import Header
-from drivers.vrep.wire.request import Request
-from robotcore.simulation.remote_scene import Kind, Lens, Point, RawPicture, Scene, SceneObject, State
+from drivers.vrep.wire.requests import Request, of_handles
+from drivers.vrep.wire.values import read_float, read_int
+from robotcore.simulation.remote_scene import (
+    CameraOptics,
+    ObjectKind,
+    Point,
+    RawPicture,
+    Scene,
+    SceneObject,
+    State,
+    horizontal_fov,
+)
 
 T = TypeVar("T")
 
@@ -22,7 +31,7 @@ TIME_STEP = 1
 STARTS = 3
 """So often is a simulation started whose time does not move: servers have been seen to need a second start."""
 
-KINDS = {0: Kind.SHAPE, 1: Kind.JOINT, 5: Kind.PROXIMITY_SENSOR, 9: Kind.VISION_SENSOR}
+KINDS = {0: ObjectKind.SHAPE, 1: ObjectKind.JOINT, 5: ObjectKind.PROXIMITY_SENSOR, 9: ObjectKind.VISION_SENSOR}
 
 
 class LegacyScene(Scene):
@@ -50,13 +59,13 @@ class LegacyScene(Scene):
             handle = self._once(requests.object_handle(path))
         except RefusedError:
             return None
-        return SceneObject(handle, path, self._kinds.get(handle, Kind.OTHER))
+        return SceneObject(handle, path, self._kinds.get(handle, ObjectKind.OTHER))
 
     def objects(self) -> list[SceneObject]:
         """Return all objects under their names: this API does not tell their paths."""
-        named = self._once(listing.NAMES)
+        named = self._once(NAMES)
         return [
-            SceneObject(handle, name, self._kinds.get(handle, Kind.OTHER))
+            SceneObject(handle, name, self._kinds.get(handle, ObjectKind.OTHER))
             for handle, name in zip(named.handles, named.texts, strict=False)
         ]
 
@@ -79,9 +88,9 @@ class LegacyScene(Scene):
         seen = self._newest(requests.proximity(sensor))
         return _point(seen.point) if seen.is_detected else None
 
-    def lens(self, sensor: int) -> Lens:
-        width, height = self._once(listing.columns(sensor)), self._once(listing.rows(sensor))
-        return Lens(width, height, across(self._once(listing.view_angle(sensor)), width, height))
+    def lens(self, sensor: int) -> CameraOptics:
+        width, height = self._once(columns(sensor)), self._once(rows(sensor))
+        return CameraOptics(width, height, horizontal_fov(self._once(view_angle(sensor)), width, height))
 
     def picture(self, sensor: int) -> RawPicture:
         pixels = self._newest(requests.colour_image(sensor))
@@ -94,19 +103,15 @@ class LegacyScene(Scene):
         return _point(self._newest(requests.object_position(handle)))
 
     @cached_property
-    def _kinds(self) -> dict[int, Kind]:
-        told = self._once(listing.TYPES)
+    def _kinds(self) -> dict[int, ObjectKind]:
+        told = self._once(TYPES)
         return {
-            handle: KINDS.get(number, Kind.OTHER) for handle, number in zip(told.handles, told.numbers, strict=False)
+            handle: KINDS.get(number, ObjectKind.OTHER)
+            for handle, number in zip(told.handles, told.numbers, strict=False)
         }
 
 
-def across(longer: float, width: int, height: int) -> float:
-    """Return the horizontal field of view of a picture whose longer side takes in that angle, in rad."""
-    return longer if width >= height else 2 * math.atan(math.tan(longer / 2) * width / height)
-
-
-def moved(before: Point, after: Point, seconds: float) -> Point:
+def velocity_between(before: Point, after: Point, seconds: float) -> Point:
     """Return the velocity of what has moved so in that time."""
     return _point([(there - here) / seconds for here, there in zip(before, after, strict=True)])
 
@@ -114,3 +119,57 @@ def moved(before: Point, after: Point, seconds: float) -> Point:
 def _point(values: list[float] | tuple[float, ...]) -> Point:
     x, y, z = values
     return x, y, z
+
+
+EVERYTHING = 109
+"""All objects of a scene: ``sim_appobj_object_type``."""
+
+NAMES_OF, TYPES_OF = 0, 1
+"""What is to be told of a group of objects."""
+
+RESOLUTION_X, RESOLUTION_Y, VIEW_ANGLE = 1002, 1003, 1004
+
+
+class Group(NamedTuple):
+    """What a server tells of many objects at once: their handles, and whole numbers or texts, one of each."""
+
+    handles: tuple[int, ...]
+    numbers: tuple[int, ...]
+    texts: tuple[str, ...]
+
+
+def read_group(data: memoryview) -> Group:
+    """Return the four counts' worth of handles, whole numbers, floats (which are left out), and texts.
+
+    As ``simxGetObjectGroupData`` in the maker's extApi.c reads them.
+    """
+    handles, numbers, floats, texts = struct.unpack_from("<4i", data)
+    if min(handles, numbers, floats, texts) < 0:
+        raise ValueError("a count below zero")
+    whole = struct.unpack_from(f"<{handles + numbers}i", data, 16)
+    rest = bytes(data[16 + 4 * (handles + numbers + floats) :])
+    words = tuple(part.decode("utf-8", "replace") for part in rest.split(b"\0")[:texts])
+    return Group(whole[:handles], whole[handles:], words)
+
+
+NAMES: Request[Group] = of_handles("name the objects of the scene", 0x200C, EVERYTHING, NAMES_OF, read_group)
+TYPES: Request[Group] = of_handles("tell the types of the scene's objects", 0x200C, EVERYTHING, TYPES_OF, read_group)
+
+
+def columns(sensor: int) -> Request[int]:
+    """How many pixels wide a vision sensor's picture is."""
+    return _parameter(sensor, 0x2008, RESOLUTION_X, read_int)
+
+
+def rows(sensor: int) -> Request[int]:
+    """How many pixels high a vision sensor's picture is."""
+    return _parameter(sensor, 0x2008, RESOLUTION_Y, read_int)
+
+
+def view_angle(sensor: int) -> Request[float]:
+    """The angle that the longer side of a vision sensor's picture takes in, in rad."""
+    return _parameter(sensor, 0x2007, VIEW_ANGLE, read_float)
+
+
+def _parameter(sensor: int, command: int, number: int, decode: Any) -> Request[Any]:
+    return of_handles("tell a parameter of vision sensor", command, sensor, number, decode)

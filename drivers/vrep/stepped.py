@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any, TypeVar
 
 from drivers.vrep.connection import Connection, Step
-from drivers.vrep.scene import STARTS, LegacyScene, moved
+from drivers.vrep.scene import STARTS, LegacyScene, velocity_between
 from drivers.vrep.wire import requests
 from drivers.vrep.wire.errors import (
     GarbledReplyError,
@@ -18,9 +18,9 @@ from drivers.vrep.wire.errors import (
     SimulationHaltedError,
 )
 from drivers.vrep.wire.messages import Header
-from drivers.vrep.wire.request import Identity, Request
+from drivers.vrep.wire.requests import Identity, Request
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.simulation.executor import Uninterrupted
+from robotcore.simulation.executor import SerialExecutor
 from robotcore.simulation.remote_scene import Point, State
 
 T = TypeVar("T")
@@ -38,7 +38,7 @@ class SteppedScene(LegacyScene):
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
-        self._talks = Uninterrupted("remote api")
+        self._talks = SerialExecutor("remote api")
         self._failure: RemoteApiError | None = None
         self._read: dict[Identity, Any] = {}
         self._asked: dict[Identity, Request[Any]] = {}
@@ -80,7 +80,7 @@ class SteppedScene(LegacyScene):
         return there
 
     def velocity(self, handle: int) -> Point:
-        return moved(self._followed[handle], self.position(handle), self._step_s)
+        return velocity_between(self._followed[handle], self.position(handle), self._step_s)
 
     def close(self) -> None:
         """Let a simulation that goes on without us go on by itself, and leave."""

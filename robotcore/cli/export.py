@@ -29,15 +29,15 @@ def command(robot: str, file_format: str, world: str | None, seed: int | None, o
     folder FILE_textures beside the file, FILE without its ending; on stdout they are left out.
     """
     from robotcore.description import is_own, load_robot
-    from robotcore.simulation.export import exported, placed
+    from robotcore.simulation.export import export_model, prepare_world
 
     require_apart("--output", output, *(name for name in (robot, world) if name and is_own(name)))
     described, around = load_robot(robot), None
     if world is not None:
-        described, around = placed(described, world, seed)
+        described, around = prepare_world(described, world, seed)
     elif seed is not None:
         raise UsageError("--seed draws a world, and there is none. Name one, for example --world arena")
-    model = exported(file_format, described, around, _folder_of(output) if output else None)
+    model = export_model(file_format, described, around, _folder_of(output) if output else None)
     _write(model, output)
     for note in model.notes:
         write_line(f"note: {note}", is_error=True)

@@ -15,14 +15,14 @@ CLOSING_S = 2.0
 """Work that hangs does not keep its thread from being left for longer."""
 
 
-class Uninterrupted:
+class SerialExecutor:
     """Does work in one thread of its own, a piece at a time, in the order in which it is asked for.
 
     A signal (Ctrl-C, for one) raises where the program is. Half-way through an exchange with a server it would leave a
     line on which nothing can be said any more, not even that wheels are to stand. Here it interrupts who waits, while
     the work goes on; the next piece of work begins when that is done.
 
-    >>> work = Uninterrupted("doctest")
+    >>> work = SerialExecutor("doctest")
     >>> work.do(lambda: 6 * 7)
     42
     >>> work.close()

@@ -10,7 +10,7 @@ from robotcore.hal.backend import Exported, loadable_backends
 URDF = "urdf"
 
 
-def placed(robot: RobotDescription, world: str, seed: int | None) -> tuple[RobotDescription, WorldDescription]:
+def prepare_world(robot: RobotDescription, world: str, seed: int | None) -> tuple[RobotDescription, WorldDescription]:
     """Return a robot and a world, by its name or from its file, as they are simulated.
 
     With a seed the world is the one that the seed draws for this robot, else it stands as its file has it.
@@ -24,7 +24,7 @@ def placed(robot: RobotDescription, world: str, seed: int | None) -> tuple[Robot
     return robot.under(described.conditions), described
 
 
-def exported(
+def export_model(
     file_format: str, robot: RobotDescription, world: WorldDescription | None = None, folder: str | None = None
 ) -> Exported:
     """Return the model of a robot in a format, at the start of a world if there is one.

@@ -9,7 +9,7 @@ from robotcore.hal.clock import Clock
 from robotcore.hal.devices import SampleT
 
 
-class OnceAnInstant(Generic[SampleT]):
+class SampleCache(Generic[SampleT]):
     """Calls ``take(time, sequence)`` at the first read of each instant; samples are numbered from 0."""
 
     def __init__(self, clock: Clock, take: Callable[[float, int], SampleT]) -> None:

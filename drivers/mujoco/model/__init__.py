@@ -1,5 +1,5 @@
 """The descriptions as a MuJoCo model."""
 
-from drivers.mujoco.model.building import build, compiled
+from drivers.mujoco.model.builder import build, compile_model
 
-__all__ = ["build", "compiled"]
+__all__ = ["build", "compile_model"]

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from drivers.mujoco.model.groups import Meets, Shown
-from drivers.mujoco.model.looks import Looks
-from drivers.mujoco.model.turned import about_z
-from robotcore.description import Ball, Box, Floor, Light, WorldDescription
+import numpy as np
+
+from drivers.mujoco.model.attributes import CollisionGroup, Colour, RenderGroup, about_z, rgba
+from robotcore.description import Ball, Box, Floor, Light, Texture, WorldDescription
 from robotcore.description.meshes import Mesh, ground_mesh, prism_mesh
 from robotcore.description.world import Prism
 
 if TYPE_CHECKING:
     from mujoco import MjSpec
+
 
 GROUND_HALF_M = 200.0
 """The ground is drawn this far; its edge lies a pixel's fraction below the horizon."""
@@ -31,7 +32,7 @@ def seen_name(thing: str) -> str:
 
 def add_world(spec: MjSpec, world: WorldDescription) -> None:
     """Add all that stands in a world; each thing's shape that is touched has the thing's name."""
-    looks = Looks(spec)
+    looks = Materials(spec)
     _add_light(spec, world.light)
     looks.add_sky(world.light.sky_colour)
     _add_floor(spec, world.floor, looks)
@@ -59,28 +60,33 @@ def _add_light(spec: MjSpec, light: Light) -> None:
     )
 
 
-def _add_floor(spec: MjSpec, floor: Floor, looks: Looks) -> None:
+def _add_floor(spec: MjSpec, floor: Floor, looks: Materials) -> None:
     import mujoco
 
     spec.worldbody.add_geom(
         name=GROUND,
         type=mujoco.mjtGeom.mjGEOM_PLANE,
         size=[0.0, 0.0, 1.0],
-        contype=Meets.FLOOR,
-        conaffinity=Meets.NOTHING,
+        contype=CollisionGroup.FLOOR,
+        conaffinity=CollisionGroup.NOTHING,
         friction=[1.0, 0.0, 0.0],
-        group=Shown.TOUCHED_ROBOT,
+        group=RenderGroup.TOUCHED_ROBOT,
     )
-    _add_seen(spec, GROUND, ground_mesh(GROUND_HALF_M, floor), looks.of(floor.colour, floor.texture), Shown.FLOOR)
+    _add_seen(spec, GROUND, ground_mesh(GROUND_HALF_M, floor), looks.of(floor.colour, floor.texture), RenderGroup.FLOOR)
 
 
-def _add_prism(spec: MjSpec, prism: Prism, looks: Looks) -> None:
+def _add_prism(spec: MjSpec, prism: Prism, looks: Materials) -> None:
     import mujoco
 
     mesh = prism_mesh(prism)
     place = {"pos": [prism.x_m, prism.y_m, 0.0], "quat": about_z(prism.yaw_rad)}
-    _add_seen(spec, prism.name, mesh, looks.of(prism.colour, prism.texture), Shown.WORLD, **place)
-    touched = {"contype": Meets.THING, "conaffinity": Meets.NOTHING, "group": Shown.TOUCHED_THING, "name": prism.name}
+    _add_seen(spec, prism.name, mesh, looks.of(prism.colour, prism.texture), RenderGroup.WORLD, **place)
+    touched = {
+        "contype": CollisionGroup.THING,
+        "conaffinity": CollisionGroup.NOTHING,
+        "group": RenderGroup.TOUCHED_THING,
+        "name": prism.name,
+    }
     if isinstance(prism, Box):
         half = prism.height_m / 2
         size = [prism.length_m / 2, prism.width_m / 2, half]
@@ -90,21 +96,21 @@ def _add_prism(spec: MjSpec, prism: Prism, looks: Looks) -> None:
         spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=_mesh_name(prism.name), **place, **touched)
 
 
-def _add_ball(spec: MjSpec, ball: Ball, looks: Looks) -> None:
+def _add_ball(spec: MjSpec, ball: Ball, looks: Materials) -> None:
     import mujoco
 
     sphere = {
         "type": mujoco.mjtGeom.mjGEOM_SPHERE,
         "size": [ball.radius_m, 0.0, 0.0],
         "pos": [ball.x_m, ball.y_m, ball.radius_m],
-        "conaffinity": Meets.NOTHING,
+        "conaffinity": CollisionGroup.NOTHING,
     }
-    seen = {"contype": Meets.NOTHING, "group": Shown.WORLD, "material": looks.of(ball.colour, None)}
+    seen = {"contype": CollisionGroup.NOTHING, "group": RenderGroup.WORLD, "material": looks.of(ball.colour, None)}
     spec.worldbody.add_geom(name=seen_name(ball.name), **sphere, **seen)
-    spec.worldbody.add_geom(name=ball.name, **sphere, contype=Meets.THING, group=Shown.TOUCHED_THING)
+    spec.worldbody.add_geom(name=ball.name, **sphere, contype=CollisionGroup.THING, group=RenderGroup.TOUCHED_THING)
 
 
-def _add_seen(spec: MjSpec, name: str, mesh: Mesh, material: str, group: Shown, **place: Any) -> None:
+def _add_seen(spec: MjSpec, name: str, mesh: Mesh, material: str, group: RenderGroup, **place: Any) -> None:
     """Add what is only seen of a thing: a mesh with a look."""
     import mujoco
 
@@ -120,8 +126,8 @@ def _add_seen(spec: MjSpec, name: str, mesh: Mesh, material: str, group: Shown, 
         type=mujoco.mjtGeom.mjGEOM_MESH,
         meshname=made.name,
         material=material,
-        contype=Meets.NOTHING,
-        conaffinity=Meets.NOTHING,
+        contype=CollisionGroup.NOTHING,
+        conaffinity=CollisionGroup.NOTHING,
         group=group,
         **place,
     )
@@ -129,3 +135,54 @@ def _add_seen(spec: MjSpec, name: str, mesh: Mesh, material: str, group: Shown, 
 
 def _mesh_name(thing: str) -> str:
     return f"{thing}_mesh"
+
+
+class Materials:
+    """Materials of a model: matt, so that a face shows its colour times the light, and nothing else."""
+
+    def __init__(self, spec: MjSpec) -> None:
+        self._spec = spec
+        self._names: dict[tuple[Colour, Texture | None], str] = {}
+        self._textures: dict[Texture, str] = {}
+
+    def of(self, colour: Colour, texture: Texture | None) -> str:
+        """Return the name of the material of a colour, darkened by a texture where there is one."""
+        key = (colour, texture)
+        if key not in self._names:
+            self._names[key] = name = f"look_{len(self._names)}"
+            material = self._spec.add_material(
+                name=name, rgba=rgba(colour), specular=0.0, shininess=0.0, reflectance=0.0
+            )
+            if texture:
+                import mujoco
+
+                material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = self._texture(texture)
+        return self._names[key]
+
+    def add_sky(self, colour: Colour) -> None:
+        """Let every direction in which nothing stands show one colour."""
+        import mujoco
+
+        rgb = [part / 255 for part in colour]
+        self._spec.add_texture(
+            name="sky",
+            type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+            builtin=mujoco.mjtBuiltin.mjBUILTIN_FLAT,
+            rgb1=rgb,
+            rgb2=rgb,
+            width=8,
+            height=48,
+        )
+
+    def _texture(self, texture: Texture) -> str:
+        import mujoco
+
+        if texture not in self._textures:
+            self._textures[texture] = name = f"texture_{len(self._textures)}"
+            tile = np.repeat(texture.tile[:, :, None], 3, axis=2)
+            height, width, channels = tile.shape
+            made = self._spec.add_texture(
+                name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, width=width, height=height, nchannel=channels
+            )
+            made.data = tile.tobytes()
+        return self._textures[texture]

@@ -12,9 +12,7 @@ from __future__ import annotations
 from typing import NoReturn
 
 from drivers.vrep.simx.constants import *  # noqa: F403
-from drivers.vrep.simx.joints import *  # noqa: F403
-from drivers.vrep.simx.objects import *  # noqa: F403
-from drivers.vrep.simx.parameters import *  # noqa: F403
+from drivers.vrep.simx.objects import *  # noqa: F403  # noqa: F403  # noqa: F403
 from drivers.vrep.simx.sensors import *  # noqa: F403
 from drivers.vrep.simx.service import *  # noqa: F403
 from drivers.vrep.simx.signals import *  # noqa: F403

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import struct
 import threading
 from dataclasses import dataclass
 from functools import partial
+from typing import TypeVar
 
-from drivers.vrep.mailbox import Mailbox
+from drivers.vrep.message_pump import MessagePump
 from drivers.vrep.simx import constants as c
 from drivers.vrep.wire.link import Link
 from drivers.vrep.wire.messages import Piece
-from drivers.vrep.wire.request import BLOCKING, BUFFER, REMOVE, Request
+from drivers.vrep.wire.requests import BLOCKING, BUFFER, REMOVE, Request
 
 MAX_CLIENTS = 255
 REPLY_TIMEOUT_S = 5.0
@@ -43,7 +45,7 @@ class Client:
         self.address, self._terms = address, terms
         self.last_command_ms = 0
         connect = partial(Link.to, *address, _EXCHANGE_TIMEOUT_S)
-        self.mailbox = Mailbox(connect, terms.period_s, terms.patience_s, reconnects=terms.reconnects)
+        self.mailbox = MessagePump(connect, terms.period_s, terms.patience_s, reconnects=terms.reconnects)
 
     def ask(self, request: Request[object], operation_mode: int) -> tuple[int, Piece | None]:
         """Do what the operation mode says; return the code and the newest answer, if there is one."""
@@ -103,3 +105,33 @@ class Clients:
 
 
 CLIENTS = Clients()
+
+
+T = TypeVar("T")
+U = TypeVar("U")
+
+
+def send(client: int, request: Request[None], operation_mode: int) -> int:
+    """Return the code."""
+    if (known := CLIENTS.get(client)) is None:
+        return c.simx_return_initialize_error_flag
+    return known.ask(request, operation_mode)[0]
+
+
+def read(client: int, request: Request[T], operation_mode: int, nothing: U) -> tuple[int, T | U]:
+    """Return the code and the value, or ``nothing`` where there is none: the official binding's untouched variable."""
+    if (known := CLIENTS.get(client)) is None:
+        return c.simx_return_initialize_error_flag, nothing
+    code, answer = known.ask(request, operation_mode)
+    if code or answer is None:
+        return code, nothing
+    try:
+        return code, request.decode(answer.data)
+    except (struct.error, ValueError):
+        return c.simx_return_local_error_flag, nothing
+
+
+def read_list(client: int, request: Request[tuple[float, ...]], mode: int, length: int) -> tuple[int, list[float]]:
+    """Return the code and a list of so many numbers, zeros where there is no value."""
+    code, values = read(client, request, mode, (0.0,) * length)
+    return code, list(values)

@@ -1,14 +1,17 @@
-"""Objects, in the official binding's words: metres, radians, and -1 for the world."""
-# ruff: noqa: N802, N803, D103  the official binding's names; its manual says what they do
+"""Objects, joints and parameters by the official names: m, rad, N and N·m; handle -1 is the world."""
 
 from __future__ import annotations
 
+# ruff: noqa: N802, N803, D103  the official binding's names; its manual says what they do
 from collections.abc import Sequence
 
-from drivers.vrep.simx.calls import read, read_list, send
+from drivers.vrep.simx.clients import read, read_list, send
 from drivers.vrep.wire import requests
 from drivers.vrep.wire.requests import of_handle, of_handles, of_name
-from drivers.vrep.wire.values import floats, packed_floats, packed_ints, read_float, read_int, read_nothing
+
+# ruff: noqa: N802, N803, N816, D103  the official binding's names; its manual says what they do
+# ruff: noqa: N802, N803, N816, D103  the official binding's names; its manual says what they do
+from drivers.vrep.wire.values import floats, pack_floats, pack_ints, read_float, read_int, read_nothing, read_text
 
 
 def simxGetObjectHandle(clientID: int, objectName: str | bytes, operationMode: int) -> tuple[int, int]:
@@ -72,7 +75,7 @@ def simxSetObjectParent(
     keepInPlace: bool,  # noqa: FBT001
     operationMode: int,
 ) -> int:
-    data = packed_ints(parentObject) + bytes([bool(keepInPlace)])
+    data = pack_ints(parentObject) + bytes([bool(keepInPlace)])
     return send(clientID, of_handle("give a parent to object", 0x101C, objectHandle, read_nothing, data), operationMode)
 
 
@@ -105,5 +108,137 @@ def simxCheckDistance(clientID: int, entity1: int, entity2: int, operationMode: 
 
 
 def _place(client: int, command: int, handle: int, relative_to: int, values: Sequence[float], mode: int) -> int:
-    data = packed_ints(relative_to) + packed_floats(*values)
+    data = pack_ints(relative_to) + pack_floats(*values)
     return send(client, of_handle("place object", command, handle, read_nothing, data), mode)
+
+
+def simxGetJointPosition(clientID: int, jointHandle: int, operationMode: int) -> tuple[int, float]:
+    return read(clientID, requests.joint_position(jointHandle), operationMode, 0.0)
+
+
+def simxSetJointPosition(clientID: int, jointHandle: int, position: float, operationMode: int) -> int:
+    return _set_joint(clientID, 0x1002, jointHandle, [position], operationMode)
+
+
+def simxSetJointTargetVelocity(clientID: int, jointHandle: int, targetVelocity: float, operationMode: int) -> int:
+    return send(clientID, requests.joint_target_velocity(jointHandle, targetVelocity), operationMode)
+
+
+def simxSetJointTargetPosition(clientID: int, jointHandle: int, targetPosition: float, operationMode: int) -> int:
+    return _set_joint(clientID, 0x100C, jointHandle, [targetPosition], operationMode)
+
+
+def simxGetJointMatrix(clientID: int, jointHandle: int, operationMode: int) -> tuple[int, list[float]]:
+    return read_list(
+        clientID, of_handle("tell the matrix of joint", 0x100A, jointHandle, floats(12)), operationMode, 12
+    )
+
+
+def simxSetSphericalJointMatrix(clientID: int, jointHandle: int, matrix: Sequence[float], operationMode: int) -> int:
+    return _set_joint(clientID, 0x100B, jointHandle, matrix, operationMode)
+
+
+def simxGetJointForce(clientID: int, jointHandle: int, operationMode: int) -> tuple[int, float]:
+    return read(clientID, of_handle("tell the force of joint", 0x100D, jointHandle, read_float), operationMode, 0.0)
+
+
+def simxGetJointMaxForce(clientID: int, jointHandle: int, operationMode: int) -> tuple[int, float]:
+    return read(clientID, of_handle("tell the force of joint", 0x1038, jointHandle, read_float), operationMode, 0.0)
+
+
+def simxSetJointMaxForce(clientID: int, jointHandle: int, force: float, operationMode: int) -> int:
+    return _set_joint(clientID, 0x100E, jointHandle, [force], operationMode)
+
+
+simxJointGetForce = simxGetJointForce
+simxSetJointForce = simxSetJointMaxForce
+
+
+def _set_joint(client: int, command: int, joint: int, values: Sequence[float], mode: int) -> int:
+    return send(client, of_handle("set joint", command, joint, read_nothing, pack_floats(*values)), mode)
+
+
+def simxGetBoolParam(clientID: int, paramIdentifier: int, operationMode: int) -> tuple[int, bool]:
+    code, value = read(clientID, of_handle("tell parameter", 0x101F, paramIdentifier, read_int), operationMode, 0)
+    return code, value != 0
+
+
+def simxSetBoolParam(clientID: int, paramIdentifier: int, paramValue: bool, operationMode: int) -> int:  # noqa: FBT001
+    return _set_parameter(clientID, 0x1020, paramIdentifier, pack_ints(bool(paramValue)), operationMode)
+
+
+def simxGetInt32Param(clientID: int, paramIdentifier: int, operationMode: int) -> tuple[int, int]:
+    return read(clientID, requests.int_parameter(paramIdentifier), operationMode, 0)
+
+
+def simxSetInt32Param(clientID: int, paramIdentifier: int, paramValue: int, operationMode: int) -> int:
+    return _set_parameter(clientID, 0x1022, paramIdentifier, pack_ints(paramValue), operationMode)
+
+
+def simxGetFloatParam(clientID: int, paramIdentifier: int, operationMode: int) -> tuple[int, float]:
+    return read(clientID, requests.float_parameter(paramIdentifier), operationMode, 0.0)
+
+
+def simxSetFloatParam(clientID: int, paramIdentifier: int, paramValue: float, operationMode: int) -> int:
+    return send(clientID, requests.set_float_parameter(paramIdentifier, paramValue), operationMode)
+
+
+def simxGetStringParam(clientID: int, paramIdentifier: int, operationMode: int) -> tuple[int, str]:
+    return read(clientID, of_handle("tell parameter", 0x1025, paramIdentifier, read_text), operationMode, "")
+
+
+def simxGetArrayParam(clientID: int, paramIdentifier: int, operationMode: int) -> tuple[int, list[float]]:
+    return read_list(clientID, of_handle("tell parameter", 0x101D, paramIdentifier, floats(3)), operationMode, 3)
+
+
+def simxSetArrayParam(clientID: int, paramIdentifier: int, paramValues: Sequence[float], operationMode: int) -> int:
+    return _set_parameter(clientID, 0x101E, paramIdentifier, pack_floats(*paramValues), operationMode)
+
+
+def simxGetObjectFloatParam(
+    clientID: int, objectHandle: int, parameterID: int, operationMode: int
+) -> tuple[int, float]:
+    request = of_handles("tell a parameter of object", 0x2007, objectHandle, parameterID, read_float)
+    return read(clientID, request, operationMode, 0.0)
+
+
+def simxSetObjectFloatParam(
+    clientID: int, objectHandle: int, parameterID: int, parameterValue: float, operationMode: int
+) -> int:
+    return _set_object_parameter(
+        clientID, 0x2009, objectHandle, parameterID, pack_floats(parameterValue), operationMode
+    )
+
+
+def simxGetObjectInt32Param(clientID: int, objectHandle: int, parameterID: int, operationMode: int) -> tuple[int, int]:
+    request = of_handles("tell a parameter of object", 0x2008, objectHandle, parameterID, read_int)
+    return read(clientID, request, operationMode, 0)
+
+
+def simxSetObjectInt32Param(
+    clientID: int, objectHandle: int, parameterID: int, parameterValue: int, operationMode: int
+) -> int:
+    return _set_object_parameter(clientID, 0x200A, objectHandle, parameterID, pack_ints(parameterValue), operationMode)
+
+
+simxGetBooleanParameter = simxGetBoolParam
+simxSetBooleanParameter = simxSetBoolParam
+simxGetIntegerParameter = simxGetInt32Param
+simxSetIntegerParameter = simxSetInt32Param
+simxGetFloatingParameter = simxGetFloatParam
+simxSetFloatingParameter = simxSetFloatParam
+simxGetStringParameter = simxGetStringParam
+simxGetArrayParameter = simxGetArrayParam
+simxSetArrayParameter = simxSetArrayParam
+simxGetObjectFloatParameter = simxGetObjectFloatParam
+simxSetObjectFloatParameter = simxSetObjectFloatParam
+simxGetObjectIntParameter = simxGetObjectInt32Param
+simxSetObjectIntParameter = simxSetObjectInt32Param
+
+
+def _set_parameter(client: int, command: int, number: int, data: bytes, mode: int) -> int:
+    return send(client, of_handle("set parameter", command, number, read_nothing, data), mode)
+
+
+def _set_object_parameter(client: int, command: int, handle: int, number: int, data: bytes, mode: int) -> int:
+    return send(client, of_handles("set a parameter of object", command, handle, number, read_nothing, data), mode)

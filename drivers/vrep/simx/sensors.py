@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from drivers.vrep.simx.calls import read, send
+from drivers.vrep.simx.clients import read, send
 from drivers.vrep.wire import requests
 from drivers.vrep.wire.requests import of_handle
 from drivers.vrep.wire.values import Pixels, Proximity, read_depth

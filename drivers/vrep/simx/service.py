@@ -4,8 +4,7 @@
 from __future__ import annotations
 
 from drivers.vrep.simx import constants as c
-from drivers.vrep.simx.calls import read, send
-from drivers.vrep.simx.clients import CLIENTS, REPLY_TIMEOUT_S, Terms
+from drivers.vrep.simx.clients import CLIENTS, REPLY_TIMEOUT_S, Terms, read, send
 from drivers.vrep.wire import requests
 from drivers.vrep.wire.messages import VERSION, Header
 from drivers.vrep.wire.values import read_nothing

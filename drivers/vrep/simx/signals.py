@@ -7,11 +7,9 @@ import struct
 from collections.abc import Sequence
 
 from drivers.vrep.simx import constants as c
-from drivers.vrep.simx.calls import read, send
-from drivers.vrep.simx.clients import CLIENTS
-from drivers.vrep.wire.request import Request
-from drivers.vrep.wire.requests import of_name
-from drivers.vrep.wire.values import packed_floats, packed_ints, read_float, read_int, read_nothing
+from drivers.vrep.simx.clients import CLIENTS, read, send
+from drivers.vrep.wire.requests import Request, of_name
+from drivers.vrep.wire.values import pack_floats, pack_ints, read_float, read_int, read_nothing
 
 Bytes = str | bytes | bytearray
 Results = tuple[list[int], list[float], list[str], bytearray]
@@ -22,7 +20,7 @@ def simxGetFloatSignal(clientID: int, signalName: str | bytes, operationMode: in
 
 
 def simxSetFloatSignal(clientID: int, signalName: str | bytes, signalValue: float, operationMode: int) -> int:
-    return _set(clientID, 0x3013, signalName, packed_floats(signalValue), operationMode)
+    return _set(clientID, 0x3013, signalName, pack_floats(signalValue), operationMode)
 
 
 def simxClearFloatSignal(clientID: int, signalName: str | bytes, operationMode: int) -> int:
@@ -34,7 +32,7 @@ def simxGetInt32Signal(clientID: int, signalName: str | bytes, operationMode: in
 
 
 def simxSetInt32Signal(clientID: int, signalName: str | bytes, signalValue: int, operationMode: int) -> int:
-    return _set(clientID, 0x3014, signalName, packed_ints(signalValue), operationMode)
+    return _set(clientID, 0x3014, signalName, pack_ints(signalValue), operationMode)
 
 
 def simxClearInt32Signal(clientID: int, signalName: str | bytes, operationMode: int) -> int:
@@ -88,10 +86,10 @@ def simxCallScriptFunction(
     inputBuffer: Bytes,
     operationMode: int,
 ) -> tuple[int, list[int], list[float], list[str], bytearray]:
-    key = packed_ints(options) + _terminated(scriptDescription) + _terminated(functionName)
+    key = pack_ints(options) + _terminated(scriptDescription) + _terminated(functionName)
     buffer = _raw(inputBuffer)
-    counts = packed_ints(len(inputInts), len(inputFloats), len(inputStrings), len(buffer))
-    numbers = packed_ints(*inputInts) + packed_floats(*inputFloats)
+    counts = pack_ints(len(inputInts), len(inputFloats), len(inputStrings), len(buffer))
+    numbers = pack_ints(*inputInts) + pack_floats(*inputFloats)
     data = counts + numbers + b"".join(map(_terminated, inputStrings)) + buffer
     nothing: Results = ([], [], [], bytearray())
     call = Request(f"call {functionName!r} of {scriptDescription!r}", 0x3401, key, data, _results)
@@ -106,7 +104,7 @@ simxWriteStringStream = simxAppendStringSignal
 
 
 def simxPackInts(intList: Sequence[int]) -> bytearray:
-    return bytearray(packed_ints(*intList))
+    return bytearray(pack_ints(*intList))
 
 
 def simxUnpackInts(intsPackedInString: Bytes) -> list[int]:
@@ -115,7 +113,7 @@ def simxUnpackInts(intsPackedInString: Bytes) -> list[int]:
 
 
 def simxPackFloats(floatList: Sequence[float]) -> bytearray:
-    return bytearray(packed_floats(*floatList))
+    return bytearray(pack_floats(*floatList))
 
 
 def simxUnpackFloats(floatsPackedInString: Bytes) -> list[float]:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import socket
 from collections.abc import Iterable
 from contextlib import suppress
+from dataclasses import replace
 from types import TracebackType
 
 from drivers.vrep.wire.errors import NobodyListensError, ServerHangsError, ServerLostError
-from drivers.vrep.wire.messages import Header, Piece, decoded, encoded
-from drivers.vrep.wire.packets import Unpacker, packed
-from drivers.vrep.wire.pieces import Assembly
+from drivers.vrep.wire.messages import Header, Piece, Unpacker, decode_message, encode_message, encode_packets
+from drivers.vrep.wire.requests import Identity
 from robotcore.hal.wall_clock import MonotonicClock
 
 TIMEOUT_S = 1.5
@@ -55,7 +55,7 @@ class Link:
         The answers to these commands come with a later reply, when the simulator's main thread has done them.
         """
         try:
-            header, pieces = decoded(self._reply_to(encoded(number, self._client_time_ms(), commands)))
+            header, pieces = decode_message(self._reply_to(encode_message(number, self._client_time_ms(), commands)))
         except BaseException:
             self.close()
             raise
@@ -86,7 +86,7 @@ class Link:
         deadline = self._clock.now() + self._timeout_s
         try:
             self._line.settimeout(self._timeout_s)
-            self._line.sendall(packed(message))
+            self._line.sendall(encode_packets(message))
             return self._received(deadline)
         except TimeoutError as error:
             raise ServerHangsError(self._why_silent()) from error
@@ -145,3 +145,24 @@ def _line_to(host: str, port: int, timeout_s: float) -> socket.socket:
         ) from error
     line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     return line
+
+
+class Assembly:
+    """Keeps pieces until their answer is whole. An answer of another size begins anew."""
+
+    def __init__(self) -> None:
+        self._begun: dict[Identity, bytearray] = {}
+
+    def whole(self, piece: Piece) -> Piece | None:
+        """Return the answer if this piece makes it whole."""
+        if piece.is_whole:
+            return piece
+        identity = piece.command, piece.key
+        begun = self._begun.get(identity)
+        if begun is None or len(begun) != piece.total:
+            begun = self._begun[identity] = bytearray(piece.total)
+        end = piece.offset + len(piece.data)
+        begun[piece.offset : end] = piece.data
+        if end < piece.total:
+            return None
+        return replace(piece, data=memoryview(bytes(self._begun.pop(identity))), offset=0)

@@ -71,14 +71,14 @@ class Piece:
         return len(self.data) == self.total
 
 
-def encoded(number: int, time_ms: int, commands: Iterable[bytes]) -> bytes:
+def encode_message(number: int, time_ms: int, commands: Iterable[bytes]) -> bytes:
     """Return the message of that number, sent at ``time_ms`` of the client's own time."""
     header = _HEADER.pack(0, VERSION, number, time_ms, 0, 0, 0)
     rest = b"".join((header[_CRC_BYTES:], *commands))
     return crc_hqx(rest, 0).to_bytes(_CRC_BYTES, "little") + rest
 
 
-def encoded_command(command: int, mode: int, delay: int, key: bytes, data: bytes) -> bytes:
+def encode_command(command: int, mode: int, delay: int, key: bytes, data: bytes) -> bytes:
     """Return a command as it stands in a message.
 
     ``delay`` is the least time in ms between streamed answers, or how many bytes one piece of a split answer has.
@@ -87,7 +87,7 @@ def encoded_command(command: int, mode: int, delay: int, key: bytes, data: bytes
     return _COMMAND.pack(size, size, len(key), 0, command | mode, delay, 0, 0, 0) + key + data
 
 
-def decoded(message: bytes) -> tuple[Header, list[Piece]]:
+def decode_message(message: bytes) -> tuple[Header, list[Piece]]:
     """Return what a reply says; GarbledReplyError if it is none."""
     if len(message) < _HEADER.size:
         raise GarbledReplyError(f"its header has {len(message)} bytes instead of {_HEADER.size}")
@@ -119,3 +119,66 @@ def _piece(rest: memoryview) -> tuple[Piece, int]:
     number, mode = command & NUMBER_MASK, command & ~NUMBER_MASK
     key, data = bytes(rest[_COMMAND.size : first]), rest[first:size]
     return Piece(number, key, mode, time_ms, bool(status & _FAILED), data, offset, full - first), size
+
+
+_PACKET_HEADER = struct.Struct("<HHH")
+_BYTE_ORDER = 1
+MAX_PACKET_BYTES = 1300
+_ZEROMQ = bytes.fromhex("ff 00 00 00 00 00")
+"""With which a server of ZeroMQ greets, https://rfc.zeromq.org/spec/23."""
+_MAX_PAYLOAD_BYTES = MAX_PACKET_BYTES - _PACKET_HEADER.size
+
+
+def encode_packets(message: bytes) -> bytes:
+    """Return a message, at least one byte, as the packets that carry it, one after the other."""
+    view = memoryview(message)
+    payloads = [view[at : at + _MAX_PAYLOAD_BYTES] for at in range(0, len(view), _MAX_PAYLOAD_BYTES)]
+    parts: list[bytes | memoryview] = []
+    for left, payload in zip(reversed(range(len(payloads))), payloads, strict=True):
+        parts += (_PACKET_HEADER.pack(_BYTE_ORDER, len(payload), left), payload)
+    return b"".join(parts)
+
+
+class Unpacker:
+    """Puts one message together from what is received, however it is cut."""
+
+    def __init__(self) -> None:
+        self._received = bytearray()
+        self._message = bytearray()
+        self._left: int | None = None
+
+    def feed(self, chunk: bytes | memoryview) -> bytes | None:
+        """Take what has been received; return the message when it is whole.
+
+        Bytes after its end raise GarbledReplyError: a server speaks only when it was asked.
+        """
+        self._received += chunk
+        taken = 0
+        while self._left != 0 and (payload := self._packet_at(taken)):
+            self._message += memoryview(self._received)[payload]
+            taken = payload.stop
+        del self._received[:taken]
+        if self._left != 0:
+            return None
+        if self._received:
+            raise GarbledReplyError(f"{len(self._received)} bytes follow its end")
+        return bytes(self._message)
+
+    def _packet_at(self, start: int) -> slice | None:
+        """Return where the payload of the packet is that begins at ``start``, if all of it is there."""
+        first = start + _PACKET_HEADER.size
+        if len(self._received) < first:
+            return None
+        order, size, left = _PACKET_HEADER.unpack_from(self._received, start)
+        if order != _BYTE_ORDER or size == 0 or (self._left is not None and left != self._left - 1):
+            raise GarbledReplyError(_describe_header(bytes(self._received[start:first])))
+        if len(self._received) < first + size:
+            return None
+        self._left = left
+        return slice(first, first + size)
+
+
+def _describe_header(header: bytes) -> str:
+    if header == _ZEROMQ:
+        return "it greets as CoppeliaSim's ZeroMQ remote API does, which is --backend coppeliasim"
+    return f"a packet begins with {header.hex(' ')}"

@@ -1,22 +1,21 @@
-"""What this client asks simulators for. Handles are whole numbers, -1 is the world.
-
-The numbers of the commands are those of `simx_cmd_…` in the maker's simConst.h, the data that of the functions of the
-same names in extApi.c. Every number is packed as a C type here, so that no type of NumPy's reaches the line.
-"""
+"""One request of the legacy remote API: a command, what it is about, and how its answer is read."""
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable
-from typing import TypeVar
+from dataclasses import dataclass, field
+from typing import Generic, TypeVar
 
-from drivers.vrep.wire.request import Request
+from drivers.vrep.wire.errors import GarbledReplyError, RefusedError
+from drivers.vrep.wire.messages import Piece, encode_command
 from drivers.vrep.wire.values import (
     Pixels,
     Proximity,
     Vector,
     floats,
-    packed_floats,
-    packed_ints,
+    pack_floats,
+    pack_ints,
     read_colour,
     read_errors,
     read_float,
@@ -26,6 +25,52 @@ from drivers.vrep.wire.values import (
     read_nothing,
     read_proximity,
 )
+
+T_co = TypeVar("T_co", covariant=True)
+
+ONESHOT = 0x000000
+BLOCKING = 0x010000
+STREAMING = 0x020000
+ONESHOT_SPLIT = 0x030000
+STREAMING_SPLIT = 0x040000
+DISCONTINUE = 0x050000
+BUFFER = 0x060000
+REMOVE = 0x070000
+
+Identity = tuple[int, bytes]
+"""A command's number and its key: a later command of the same identity takes the place of an earlier one."""
+
+
+@dataclass(frozen=True)
+class Request(Generic[T_co]):
+    """Ask ``command`` about ``key``, the handles or names it concerns, with ``data``; ``decode`` reads the answer.
+
+    ``words`` are for error messages.
+    """
+
+    words: str
+    command: int
+    key: bytes
+    data: bytes
+    decode: Callable[[memoryview], T_co] = field(compare=False)
+
+    @property
+    def identity(self) -> Identity:
+        return self.command, self.key
+
+    def encoded(self, mode: int = ONESHOT, delay: int = 0) -> bytes:
+        """Return it as it stands in a message."""
+        return encode_command(self.command, mode, delay, self.key, self.data)
+
+    def read(self, answer: Piece) -> T_co:
+        """Return the value in an answer; RefusedError if the server could not do it."""
+        if answer.is_failed:
+            raise RefusedError(f"the simulator refused to {self.words}")
+        try:
+            return self.decode(answer.data)
+        except (struct.error, ValueError) as error:
+            raise GarbledReplyError(f"{len(answer.data)} bytes answer the request to {self.words}") from error
+
 
 T = TypeVar("T")
 
@@ -42,14 +87,14 @@ def of_handle(
     words: str, command: int, handle: int, decode: Callable[[memoryview], T], data: bytes = b""
 ) -> Request[T]:
     """Return a request about one object."""
-    return Request(f"{words} {handle}", command, packed_ints(handle), data, decode)
+    return Request(f"{words} {handle}", command, pack_ints(handle), data, decode)
 
 
 def of_handles(
     words: str, command: int, handle: int, other: int, decode: Callable[[memoryview], T], data: bytes = b""
 ) -> Request[T]:
     """Return a request about two objects, or one and something of it."""
-    return Request(f"{words} {handle}", command, packed_ints(handle, other), data, decode)
+    return Request(f"{words} {handle}", command, pack_ints(handle, other), data, decode)
 
 
 def of_name(
@@ -83,7 +128,7 @@ def joint_position(joint: int) -> Request[float]:
 
 def joint_target_velocity(joint: int, velocity: float) -> Request[None]:
     """In rad/s, or in m/s where it slides."""
-    return of_handle("drive joint", 0x1008, joint, read_nothing, packed_floats(velocity))
+    return of_handle("drive joint", 0x1008, joint, read_nothing, pack_floats(velocity))
 
 
 def proximity(sensor: int) -> Request[Proximity]:
@@ -143,7 +188,7 @@ def float_parameter(number: int) -> Request[float]:
 
 def set_float_parameter(number: int, value: float) -> Request[None]:
     """One of `sim_floatparam_…`."""
-    return of_handle("set parameter", 0x1024, number, read_nothing, packed_floats(value))
+    return of_handle("set parameter", 0x1024, number, read_nothing, pack_floats(value))
 
 
 def int_parameter(number: int) -> Request[int]:

@@ -88,12 +88,12 @@ def read_ints(data: memoryview) -> list[int]:
     return list(struct.unpack_from(f"<{max(read_int(data), 0)}i", data, 4))
 
 
-def packed_floats(*values: float) -> bytes:
+def pack_floats(*values: float) -> bytes:
     """Return numbers as C's floats, whatever type they are of."""
     return struct.pack(f"<{len(values)}f", *values)
 
 
-def packed_ints(*values: int) -> bytes:
+def pack_ints(*values: int) -> bytes:
     """Return numbers as C's ints, whatever type they are of."""
     return struct.pack(f"<{len(values)}i", *values)
 

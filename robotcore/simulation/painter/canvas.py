@@ -1,12 +1,16 @@
-"""What is painted on, with what, and what paints."""
+"""The canvas: colours under the lamp, packed as 32-bit inks, and convex polygons filled with them."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+from robotcore.description import Light
+from robotcore.simulation.painter.planes import Array
 
 Canvas = NDArray[np.uint32]
 """Height x width; a pixel is an ink: blue, green, red and a spare byte in memory, or a thing's number."""
@@ -32,3 +36,90 @@ class Stroke(Protocol):
     @property
     def columns(self) -> tuple[float, float]: ...
     def paint(self, canvas: Canvas, palette: Palette) -> None: ...
+
+
+Inks = NDArray[np.uint32]
+
+RAMP_STEPS = 1024
+SHADES = 256
+
+
+def shade_inks(colours: Array, cosines: Array, light: Light) -> Inks:
+    """Return the inks, (n,), of faces of these colours, (n, 3) red, green, blue.
+
+    ``cosines``, (n,), are of the angles between the faces and the lamp.
+    """
+    shade = np.minimum(light.ambient + light.diffuse * np.maximum(cosines, 0.0), 1.0) * light.brightness
+    return pack_inks(colours * shade[:, None])
+
+
+def shade_colours(colours: Array, cosines: Array, light: Light) -> Inks:
+    """Return the inks of faces as `shade_inks`, from nothing of their colour to all of it, (n, SHADES)."""
+    parts = np.linspace(0.0, 1.0, SHADES)[:, None]
+    darkened = (colours[:, None] * parts).reshape(-1, 3)
+    return shade_inks(darkened, np.repeat(cosines, SHADES), light).reshape(-1, SHADES)
+
+
+def shade_ramp(colour: tuple[int, int, int], light: Light) -> Inks:
+    """Return the inks of one colour from edge-on to facing the lamp, (RAMP_STEPS,)."""
+    return shade_inks(np.full((RAMP_STEPS, 3), colour, dtype=np.float64), np.linspace(0.0, 1.0, RAMP_STEPS), light)
+
+
+def pack_inks(colours: Array) -> Inks:
+    """Return colours, (n, 3) red, green, blue, as inks, (n,); what is too bright is as bright as can be."""
+    pixels = np.zeros((len(colours), 4), dtype=np.uint8)
+    pixels[:, :3] = np.rint(np.minimum(colours, 255.0))[:, ::-1]
+    return pixels.view(np.uint32)[:, 0]
+
+
+Point = Sequence[float]
+
+SEAM = 1e-6
+"""Neighbouring polygons overlap by this part of a pixel, so that rounding leaves no gap between them.
+
+A level edge is looked at from as far inside, where it is no edge of either flank.
+"""
+
+
+def fill(canvas: NDArray[np.uint32], polygon: Sequence[Point], ink: int) -> None:
+    """Give ``ink`` to the pixels of a polygon whose corners, (u, v), go round clockwise as seen.
+
+    `cv2.fillConvexPoly` will not do: it paints half a pixel beyond each edge, and cannot be asked not to.
+    """
+    columns, rows = (
+        _span(axis, size) for axis, size in zip(zip(*polygon, strict=True), canvas.shape[::-1], strict=True)
+    )
+    if len(columns) < len(rows):
+        _fill_lines(canvas.T, [(v, u) for u, v in reversed(polygon)], columns, ink)
+    else:
+        _fill_lines(canvas, polygon, rows, ink)
+
+
+def _span(places: Sequence[float], size: int) -> range:
+    """Return the lines of the canvas that lie between the first and the last of some places."""
+    return range(max(math.ceil(min(places)), 0), min(math.floor(max(places)), size - 1) + 1)
+
+
+def _fill_lines(canvas: NDArray[np.uint32], polygon: Sequence[Point], lines: range, ink: int) -> None:
+    if not lines:
+        return
+    heights = [v for _, v in polygon]
+    levels = np.clip(np.arange(lines.start, lines.stop, dtype=np.float64), min(heights) + SEAM, max(heights) - SEAM)
+    left, right = _flanks(polygon, heights)
+    bounds = np.stack((_along(left, levels) - SEAM, _along(right, levels) + SEAM))
+    begins, ends = np.clip(np.ceil(bounds), 0, canvas.shape[1]).astype(np.intp).tolist()
+    for line, begin, end in zip(canvas[lines.start : lines.stop], begins, ends, strict=True):
+        line[begin:end] = ink
+
+
+def _flanks(polygon: Sequence[Point], heights: list[float]) -> tuple[Sequence[Point], Sequence[Point]]:
+    """Return the corners from top to bottom, on the left and on the right."""
+    top = heights.index(min(heights))
+    ring = [*polygon[top:], *polygon[: top + 1]]
+    bottom = (heights.index(max(heights)) - top) % len(polygon)
+    return ring[bottom:][::-1], ring[: bottom + 1]
+
+
+def _along(flank: Sequence[Point], levels: NDArray[np.float64]) -> NDArray[np.float64]:
+    columns, heights = zip(*flank, strict=True)
+    return np.asarray(np.interp(levels, heights, columns))

@@ -1,4 +1,4 @@
-"""The faces of blocks, and how they appear in a picture."""
+"""The prisms of a world as blocks that do not overlap, and their faces in a picture."""
 
 from __future__ import annotations
 
@@ -9,12 +9,66 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.description import Light
+from robotcore.description.generation.clearance import gap_between
+from robotcore.description.world import Outline, WorldDescription
 from robotcore.optics import View
-from robotcore.simulation.painter.blocks import Block, clip
-from robotcore.simulation.painter.canvas import Canvas, Palette
-from robotcore.simulation.painter.planes import Array, run_starts
-from robotcore.simulation.painter.scanline import fill
-from robotcore.simulation.painter.shading import Inks, inks_of
+from robotcore.raycast import edges_of
+from robotcore.simulation.painter.canvas import Canvas, Inks, Palette, fill, shade_inks
+from robotcore.simulation.painter.planes import Array, half_planes, run_starts
+
+TOUCHING_M = 1e-9
+"""Things that overlap by less are side by side."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """A convex prism on the floor; ``thing`` is the place among the world's prisms of the one it is part of."""
+
+    outline: Outline
+    height: float
+    colour: tuple[int, int, int]
+    thing: int
+
+
+def split_into_blocks(world: WorldDescription) -> list[Block]:
+    """Return the world's prisms, cut where they overlap."""
+    blocks: list[Block] = []
+    tallest_first = sorted(enumerate(world.prisms), key=lambda entry: -entry[1].height_m)
+    for thing, prism in tallest_first:
+        rest: list[Outline] = [prism.outline]
+        for taller in blocks:
+            rest = [part for outline in rest for part in _outside(outline, taller.outline)]
+        blocks += [Block(outline, prism.height_m, prism.colour, thing) for outline in rest]
+    return blocks
+
+
+def clip(polygon: Sequence[Array], depths: Sequence[float]) -> list[Array]:
+    """Return the corners of that part of a convex polygon where the depth, given at its corners, is not negative.
+
+    Sutherland and Hodgman, Reentrant Polygon Clipping, 1974.
+    """
+    kept: list[Array] = []
+    for i, (here, depth) in enumerate(zip(polygon, depths, strict=True)):
+        before = depths[i - 1]
+        if before * depth < 0:
+            kept.append(polygon[i - 1] + (here - polygon[i - 1]) * (before / (before - depth)))
+        if depth >= 0:
+            kept.append(here)
+    return kept
+
+
+def _outside(outline: Outline, hole: Outline) -> Iterator[Outline]:
+    """Yield convex parts that make up what of an outline lies outside another."""
+    if gap_between(outline, hole) > -TOUCHING_M:
+        yield outline
+        return
+    rest = list(np.array(outline))
+    for normal, offset in zip(*half_planes(edges_of([hole])), strict=True):
+        past = np.round(np.array(rest) @ normal - offset, 9)
+        if (past > 0).any():
+            yield tuple((float(x), float(y)) for x, y in clip(rest, past.tolist()))
+            rest = clip(rest, (-past).tolist())
+
 
 Polygon = list[list[float]]
 
@@ -71,7 +125,7 @@ class Faces:
 
     def lit(self, light: Light) -> Inks:
         """Return the ink of each face under a light, (n,)."""
-        return inks_of(self.colours, self.normals @ np.array(light.direction), light)
+        return shade_inks(self.colours, self.normals @ np.array(light.direction), light)
 
     def facets(self, view: View) -> Iterator[Facet]:
         """Yield the faces that are turned to the eye and not wholly outside the picture."""

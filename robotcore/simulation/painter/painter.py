@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 from robotcore.description import WorldDescription
 from robotcore.hal.devices import Image
 from robotcore.optics import View
-from robotcore.simulation.painter.blocks import Block, blocks_of
-from robotcore.simulation.painter.canvas import Canvas, Palette, Stroke
-from robotcore.simulation.painter.faces import Faces, Facet
-from robotcore.simulation.painter.order import Partitions, back_to_front, side_by_side
-from robotcore.simulation.painter.shading import inks_of, packed, ramp_of
+from robotcore.simulation.painter.canvas import Canvas, Palette, Stroke, pack_inks, shade_inks, shade_ramp
+from robotcore.simulation.painter.faces import Block, Faces, Facet, split_into_blocks
+from robotcore.simulation.painter.occlusion import OcclusionPlanes, back_to_front, side_by_side
 from robotcore.simulation.painter.spheres import Sphere
 from robotcore.simulation.painter.texturing import Texturing
 
@@ -38,12 +36,12 @@ class Painter:
 
     def __init__(self, world: WorldDescription) -> None:
         self.things = tuple(thing.name for thing in (*world.prisms, *world.targets))
-        blocks = blocks_of(world)
+        blocks = split_into_blocks(world)
         self._faces = Faces(blocks)
         self._balls = dict(enumerate(world.targets, start=len(blocks)))
         self._lamp = np.array(world.light.direction)
         discs = np.array([(ball.x_m, ball.y_m, ball.radius_m) for ball in world.targets]).reshape(-1, 3)
-        self._partitions = Partitions([block.outline for block in blocks], discs)
+        self._partitions = OcclusionPlanes([block.outline for block in blocks], discs)
         self._colours = self._lit(world)
         self._numbers = self._numbered(blocks)
         self._texturing = Texturing(world, blocks, self._faces)
@@ -84,10 +82,10 @@ class Painter:
     def _lit(self, world: WorldDescription) -> Palette:
         light = world.light
         return Palette(
-            sky=int(packed(np.array([light.sky_colour]))[0]),
-            ground=int(inks_of(np.array([world.floor.colour]), self._lamp[2:], light)[0]),
+            sky=int(pack_inks(np.array([light.sky_colour]))[0]),
+            ground=int(shade_inks(np.array([world.floor.colour]), self._lamp[2:], light)[0]),
             faces=self._faces.lit(light).tolist(),
-            balls={part: ramp_of(ball.colour, light) for part, ball in self._balls.items()},
+            balls={part: shade_ramp(ball.colour, light) for part, ball in self._balls.items()},
         )
 
     def _numbered(self, blocks: Sequence[Block]) -> Palette:

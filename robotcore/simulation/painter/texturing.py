@@ -13,10 +13,8 @@ from robotcore.description import WorldDescription
 from robotcore.description.meshes import face_wrap, floor_wrap
 from robotcore.description.texture import TILE_PX
 from robotcore.optics import View
-from robotcore.simulation.painter.blocks import Block
-from robotcore.simulation.painter.canvas import Canvas
-from robotcore.simulation.painter.faces import Faces, Facet
-from robotcore.simulation.painter.shading import shades_of
+from robotcore.simulation.painter.canvas import Canvas, shade_colours
+from robotcore.simulation.painter.faces import Block, Faces, Facet
 
 UP = (0.0, 0.0, 1.0)
 
@@ -49,7 +47,7 @@ class Texturing:
         self._normals = np.vstack((UP, faces.normals))[surfaces]
         self._offsets = np.array((0.0, *faces.offsets))[surfaces]
         colours = np.vstack((world.floor.colour, faces.colours))[surfaces]
-        self._shades = shades_of(colours, self._normals @ np.array(world.light.direction), world.light)
+        self._shades = shade_colours(colours, self._normals @ np.array(world.light.direction), world.light)
         self._axes = TILE_PX * np.array([wrap.axes for wrap in wraps]).reshape(-1, 2, 3)
         self._shifts = TILE_PX * np.array([wrap.shift for wrap in wraps]).reshape(-1, 2)
         self._scales = np.array([wrap.texture.scale_m for wrap in wraps])

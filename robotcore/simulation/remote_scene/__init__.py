@@ -1,23 +1,31 @@
-"""Somebody's scene in a simulator that is a server: objects by path, and devices over them."""
+"""An existing scene in a simulator that is a server: objects by path, and devices that use them."""
 
-from robotcore.simulation.remote_scene.joining import join
-from robotcore.simulation.remote_scene.looking import look
-from robotcore.simulation.remote_scene.port import Kind, Lens, Point, RawPicture, Scene, SceneObject, State
-from robotcore.simulation.remote_scene.section import Placed, places
-from robotcore.simulation.remote_scene.simulating import Whose, running
+from robotcore.simulation.remote_scene.bindings import SceneBinding, inspect_scene, read_bindings
+from robotcore.simulation.remote_scene.interface import (
+    CameraOptics,
+    ObjectKind,
+    Point,
+    RawPicture,
+    Scene,
+    SceneObject,
+    State,
+    horizontal_fov,
+)
+from robotcore.simulation.remote_scene.session import Owner, keep_running, open_in_scene
 
 __all__ = [
-    "Kind",
-    "Lens",
-    "Placed",
+    "CameraOptics",
+    "ObjectKind",
+    "Owner",
     "Point",
     "RawPicture",
     "Scene",
+    "SceneBinding",
     "SceneObject",
     "State",
-    "Whose",
-    "join",
-    "look",
-    "places",
-    "running",
+    "horizontal_fov",
+    "inspect_scene",
+    "keep_running",
+    "open_in_scene",
+    "read_bindings",
 ]

@@ -16,7 +16,7 @@ from robotcore.hal.robot import Robot
 from robotcore.testing import Capability, ConformanceSuite, worlds
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.scenes import default_scene, described_scene
-from tests.drivers.coppeliasim.joined import joined
+from tests.drivers.coppeliasim.servers import joined
 
 EVERY_ECHO = "every ray that is cast is answered"
 NO_HARDWARE = "there is no hardware to wait for"

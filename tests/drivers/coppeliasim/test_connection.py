@@ -16,15 +16,16 @@ import zmq
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drivers.coppeliasim.address import Address
 from drivers.coppeliasim.client import Client
-from drivers.coppeliasim.connection import Connection, RefusedError
-from drivers.coppeliasim.examining import examine
+from drivers.coppeliasim.connection import Address, Connection, RefusedError
+from drivers.coppeliasim.doctor import diagnose
 from robotcore.errors import BackendError
 from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.coppeliasim.double import Double
+from tests.doubles.coppeliasim.scene import Simulator
 from tests.doubles.coppeliasim.scenes import default_scene
-from tests.drivers.coppeliasim.babbling import Babbling
+from tests.doubles.coppeliasim.zmq import ZmqServer
+from tests.drivers.coppeliasim.servers import Babbling
 
 ANSWER_S = 0.2
 BOUND_S = 5.0
@@ -68,13 +69,13 @@ def test_where_nobody_listens_it_says_what_to_start() -> None:
 def test_doctor_names_no_option_as_its_own() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         address = Address(port=taken.getsockname()[1])
-    (finding,) = examine(address)
+    (finding,) = diagnose(address)
     assert "nobody listens" in finding.said
     assert f"of robotcore run and check: the doctor looks at {address} alone" in finding.remedy
 
 
 def test_port_where_who_listens_says_nothing_is_told_soon(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("drivers.coppeliasim.address.GREETING_S", ANSWER_S)
+    monkeypatch.setattr("drivers.coppeliasim.connection.GREETING_S", ANSWER_S)
     with (
         socket.create_server(("127.0.0.1", 0)) as silent,
         pytest.raises(BackendError, match=r"says nothing; that is not .* --backend vrep"),
@@ -85,7 +86,7 @@ def test_port_where_who_listens_says_nothing_is_told_soon(monkeypatch: pytest.Mo
 def test_port_of_the_legacy_remote_api_is_told_with_its_backend(
     double: Double, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("drivers.coppeliasim.address.GREETING_S", ANSWER_S)
+    monkeypatch.setattr("drivers.coppeliasim.connection.GREETING_S", ANSWER_S)
     with pytest.raises(BackendError, match=r"says nothing; that is not .* --backend vrep"):
         connected(double.legacy_port)
 
@@ -252,3 +253,27 @@ def test_closed_connection_asks_nobody(double: Double) -> None:
     connection.close()
     with pytest.raises(BackendError, match="is closed"):
         connection.sim("getSimulationState")
+
+
+VERY_LONG_S = 600.0
+
+
+def connected_to(server: ZmqServer) -> Connection:
+    return Connection.open(Address(port=server.port), VERY_LONG_S)
+
+
+def test_server_that_is_gone_is_not_waited_for() -> None:
+    with ZmqServer(Simulator()) as server:
+        connection = connected_to(server)
+        assert connection.sim("getSimulationTime") == 0
+    with pytest.raises(BackendError, match=r"is gone; it died or was closed in sim\.getSimulationTime"):
+        connection.sim("getSimulationTime")
+    connection.close()
+
+
+def test_server_that_was_started_again_is_not_taken_for_the_one_before() -> None:
+    with ZmqServer(Simulator()) as server:
+        connection = connected_to(server)
+    with ZmqServer(Simulator(), server.port), pytest.raises(BackendError, match="is gone"):
+        connection.sim("getSimulationTime")
+    connection.close()

@@ -1,15 +1,24 @@
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+from importlib.metadata import requires
 from pathlib import Path
 from zlib import crc32
 
+import mujoco
 import pytest
 
-from drivers.mujoco.backend import MujocoBackend
-from drivers.mujoco.simulation import Simulation
-from robotcore.errors import BackendError, DeviceClosedError, DeviceGroupError, UnknownNameError, UsageError
+from drivers.mujoco.backend import OLDEST, MujocoBackend, Simulation
+from robotcore.errors import (
+    BackendError,
+    BackendMissingError,
+    DeviceClosedError,
+    DeviceGroupError,
+    UnknownNameError,
+    UsageError,
+)
 from robotcore.hal.devices import Motor
 from tests.drivers.physics.worlds import ROVER, ball, box, drive, setup, truth_of, world
 
@@ -130,3 +139,38 @@ def test_a_thing_may_have_any_name(name: str) -> None:
     thing = box(1.0).model_copy(update={"name": name})
     with MujocoBackend().open(setup(world(thing), devices=["nose"])) as robot:
         assert robot.range.read().distance < 1.0
+
+
+pytest.importorskip("mujoco")
+
+
+@pytest.mark.parametrize(
+    "command", [("run", "avoid-obstacles", "--backend", "mujoco"), ("export", "rover", "--format", "mjcf")]
+)
+def test_an_opengl_that_mujoco_does_not_know_is_told_in_a_line(command: tuple[str, ...]) -> None:
+    environment = {**os.environ, "MUJOCO_GL": "crayon"}
+    told = subprocess.run(
+        [sys.executable, "-m", "robotcore", *command], env=environment, capture_output=True, text=True, check=False
+    )
+    assert (told.returncode, told.stdout) == (3, "")
+    assert told.stderr == (
+        "error: MuJoCo cannot be imported: invalid value for environment variable MUJOCO_GL: crayon. "
+        "Unset MUJOCO_GL, which is 'crayon': what works is found\n"
+    )
+
+
+def test_without_the_library_nothing_opens_and_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(MujocoBackend, "modules", ("no_such_library",))
+    with pytest.raises(BackendMissingError, match=r"'mujoco' is not installed.*pip install \"robotcore\[sim\]\""):
+        MujocoBackend().open(setup(world()))
+
+
+@pytest.mark.parametrize("version", ["3.4.0", "2.10.1"])
+def test_a_library_that_is_too_old_is_told_with_what_to_install(monkeypatch: pytest.MonkeyPatch, version: str) -> None:
+    monkeypatch.setattr(mujoco, "__version__", version)
+    with pytest.raises(BackendMissingError, match=rf"MuJoCo {version} is too old.*pip install --upgrade"):
+        MujocoBackend().require_installed()
+
+
+def test_the_oldest_that_works_is_the_oldest_that_is_installed() -> None:
+    assert any(line.startswith("mujoco>={}.{};".format(*OLDEST)) for line in requires("robotcore") or ())

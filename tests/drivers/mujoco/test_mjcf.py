@@ -9,7 +9,7 @@ import pytest
 
 from robotcore.description import RobotDescription, Texture, WorldDescription, load_robot, load_world
 from robotcore.hal.backend import Exported
-from robotcore.simulation.export import exported, placed
+from robotcore.simulation.export import export_model, prepare_world
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -41,8 +41,8 @@ def textured(name: str = "arena") -> WorldDescription:
 
 @pytest.mark.parametrize("robot, seed", [("rover", 7), ("lookout", None)])
 def test_what_is_exported_is_what_is_simulated(robot: str, seed: int | None, tmp_path: Path) -> None:
-    described, world = placed(load_robot(robot), "arena", seed)
-    written, meant = loaded(exported("mjcf", described, world), tmp_path), simulated(described, world)
+    described, world = prepare_world(load_robot(robot), "arena", seed)
+    written, meant = loaded(export_model("mjcf", described, world), tmp_path), simulated(described, world)
     of_moving = (
         "body_mass",
         "body_inertia",
@@ -68,7 +68,7 @@ def test_what_is_exported_is_what_is_simulated(robot: str, seed: int | None, tmp
 def test_the_exported_robot_drives_as_the_simulated_one(tmp_path: Path) -> None:
     robot, world = load_robot("rover"), load_world("open")
     ends = []
-    for model in (loaded(exported("mjcf", robot, world), tmp_path), simulated(robot, world)):
+    for model in (loaded(export_model("mjcf", robot, world), tmp_path), simulated(robot, world)):
         data = mujoco.MjData(model)
         data.actuator("left_motor").ctrl, data.actuator("right_motor").ctrl = 5.0, 7.0
         mujoco.mj_step(model, data, 240)
@@ -78,7 +78,7 @@ def test_the_exported_robot_drives_as_the_simulated_one(tmp_path: Path) -> None:
 
 
 def test_every_sensor_has_a_frame_that_looks_where_it_does(tmp_path: Path) -> None:
-    model = loaded(exported("mjcf", load_robot("lookout")), tmp_path)
+    model = loaded(export_model("mjcf", load_robot("lookout")), tmp_path)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     eye, frame = data.camera("eye"), data.site("eye_frame")
@@ -90,7 +90,7 @@ def test_every_sensor_has_a_frame_that_looks_where_it_does(tmp_path: Path) -> No
 
 def test_textures_are_the_same_picture_to_the_pixel(tmp_path: Path) -> None:
     robot, world = load_robot("rover"), textured()
-    model = exported("mjcf", robot, world, "arena_textures")
+    model = export_model("mjcf", robot, world, "arena_textures")
     assert len(model.pictures) == 2
     assert all(name.startswith("arena_textures/") for name in model.pictures)
     assert model.notes == ()
@@ -106,7 +106,7 @@ def test_textures_are_the_same_picture_to_the_pixel(tmp_path: Path) -> None:
 
 
 def test_without_a_folder_textures_are_left_out_with_a_note(tmp_path: Path) -> None:
-    model = exported("mjcf", load_robot("rover"), textured())
+    model = export_model("mjcf", load_robot("rover"), textured())
     assert model.pictures == {}
     (note,) = model.notes
     assert note.startswith("2 textures left out")
@@ -116,13 +116,13 @@ def test_without_a_folder_textures_are_left_out_with_a_note(tmp_path: Path) -> N
 def test_wheels_lag_as_the_worlds_conditions_say(tmp_path: Path) -> None:
     world = tmp_path / "slow.toml"
     world.write_text('name = "slow"\n[floor]\nlength_m = 3.0\nwidth_m = 3.0\n[conditions]\nwheel_lag_s = 0.2\n')
-    slow = loaded(exported("mjcf", *placed(load_robot("rover"), str(world), None)), tmp_path)
-    own = loaded(exported("mjcf", load_robot("rover")), tmp_path)
+    slow = loaded(export_model("mjcf", *prepare_world(load_robot("rover"), str(world), None)), tmp_path)
+    own = loaded(export_model("mjcf", load_robot("rover")), tmp_path)
     gains = [model.actuator("left_motor").gainprm[0] for model in (slow, own)]
     steps_on_the_way = [-math.expm1(-1 / 240 / lag_s) for lag_s in (0.2, 0.05)]
     assert gains[0] / gains[1] == pytest.approx(steps_on_the_way[0] / steps_on_the_way[1], rel=1e-4)
 
 
 def test_a_camera_tells_the_size_of_its_pictures(tmp_path: Path) -> None:
-    model = loaded(exported("mjcf", load_robot("rover")), tmp_path)
+    model = loaded(export_model("mjcf", load_robot("rover")), tmp_path)
     assert list(model.cam_resolution[model.camera("eye").id]) == [320, 240]

@@ -2,5 +2,5 @@
 
 import pytest
 
-for rules in ("driving", "ranging", "seeing", "texturing"):
+for rules in ("driving", "ranging", "seeing"):
     pytest.register_assert_rewrite(f"{__name__}.{rules}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any, ClassVar
 
-from drivers.mujoco.camera import MujocoCamera
+from drivers.mujoco.devices import MujocoCamera
 from drivers.pybullet.sensors import BulletCamera
 from robotcore.description import (
     COLOURS,

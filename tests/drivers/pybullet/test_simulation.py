@@ -10,7 +10,7 @@ import pytest
 
 from drivers.pybullet.backend import PyBulletBackend
 from robotcore.description import Texture
-from tests.drivers.physics import driving, ranging, seeing, texturing
+from tests.drivers.physics import driving, ranging, seeing
 from tests.drivers.physics.worlds import box
 from tests.drivers.pybullet.worlds import opened
 
@@ -27,7 +27,7 @@ class TestRanging(ranging.Ranging):
     backend = PyBulletBackend
 
 
-class TestTexturing(texturing.Texturing):
+class TestTexturing(seeing.Texturing):
     backend = PyBulletBackend
 
 

@@ -12,7 +12,7 @@ from robotcore.testing import Capability
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.pacing import Pacer
 from tests.doubles.coppeliasim.scene.simulator import Simulator
-from tests.drivers.vrep.served import OnDoubles
+from tests.drivers.vrep.scenes import OnDoubles
 
 PACE = 5
 """So much faster than it should, time passes in a simulation that goes on by itself: rules wait for it."""

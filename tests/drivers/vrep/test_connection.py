@@ -9,9 +9,11 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from drivers.vrep.connection import Connection
+from drivers.vrep.connection import Connection, PendingRequests
 from drivers.vrep.wire import requests
 from drivers.vrep.wire.errors import RefusedError, ServerHangsError, SimulationHaltedError
+from drivers.vrep.wire.messages import Header, Piece
+from drivers.vrep.wire.requests import Request
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.objects import Joint
 from tests.doubles.coppeliasim.scene.simulator import Simulator
@@ -177,3 +179,69 @@ def test_an_image_is_as_the_sensor_has_it_and_read_only(stepped: Connection) -> 
 def test_a_message_of_the_wrong_size_is_no_image(stepped: Connection) -> None:
     with pytest.raises(RefusedError, match="show an image"):
         stepped.call(requests.set_colour_image(CAMERA, struct.pack("3B", 1, 2, 3)))
+
+
+RUNNING, PAUSED = 1, 3
+JOINT = requests.joint_position(7)
+TRIGGER = 5
+
+
+@pytest.fixture
+def answers() -> PendingRequests:
+    return PendingRequests([JOINT], TRIGGER)
+
+
+def server(message: int, state: int = RUNNING) -> Header:
+    return Header(11, message, 0, 0, 0, state)
+
+
+def piece(request: Request[object], time_ms: int, *, failed: bool = False) -> Piece:
+    return Piece(request.command, request.key, 0, time_ms, failed, memoryview(bytes(4)), 0, 4)
+
+
+def test_what_is_read_together_with_the_trigger_is_of_before_and_asked_for_again(answers: PendingRequests) -> None:
+    assert answers.to_ask(6) == [JOINT]
+    answers.take(server(6), [piece(requests.TRIGGER, 100), piece(JOINT, 100)])
+    assert not answers.are_complete
+    assert answers.to_ask(7) == [JOINT]
+    answers.take(server(7), [piece(JOINT, 150)])
+    assert answers.are_complete
+    assert answers[JOINT].time_ms == 150
+
+
+def test_what_was_asked_is_not_asked_again_while_its_answer_is_due(answers: PendingRequests) -> None:
+    assert [answers.to_ask(6), answers.to_ask(7)] == [[JOINT], []]
+
+
+def test_an_answer_to_an_earlier_question_is_not_taken(answers: PendingRequests) -> None:
+    answers.to_ask(6)
+    answers.take(server(5), [piece(requests.TRIGGER, 100), piece(JOINT, 150)])
+    assert not answers.are_complete
+    answers.take(server(6), [piece(JOINT, 150)])
+    assert answers.are_complete
+
+
+def test_a_trigger_of_an_earlier_step_begins_none(answers: PendingRequests) -> None:
+    answers.to_ask(6)
+    answers.take(server(4), [piece(requests.TRIGGER, 50, failed=True)])
+    answers.take(server(6), [piece(JOINT, 150)])
+    assert not answers.are_complete
+
+
+def test_a_trigger_that_is_refused_is_told(answers: PendingRequests) -> None:
+    with pytest.raises(SimulationHaltedError, match="takes no step"):
+        answers.take(server(5), [piece(requests.TRIGGER, 0, failed=True)])
+
+
+def test_without_a_trigger_the_first_answer_counts() -> None:
+    answers = PendingRequests([JOINT])
+    answers.to_ask(0)
+    answers.take(server(0, state=0), [piece(JOINT, 0)])
+    assert answers.are_complete
+
+
+@pytest.mark.parametrize("state, told", [(0, "was stopped"), (PAUSED, "is paused")])
+def test_a_simulation_that_halts_before_the_step_is_told(state: int, told: str, answers: PendingRequests) -> None:
+    answers.take(server(5), [piece(requests.TRIGGER, 100)])
+    with pytest.raises(SimulationHaltedError, match=told):
+        answers.take(server(6, state), [])

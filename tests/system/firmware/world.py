@@ -15,7 +15,7 @@ from robotcore.hal.backend import Setup
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Camera, Frame, Image
 from robotcore.optics import View
-from robotcore.simulation.sampling import OnceAnInstant
+from robotcore.simulation.sampling import SampleCache
 from tests.system.firmware.simulated import SimulatedRobot
 
 STEPS_S = 240
@@ -94,7 +94,7 @@ class FollowedCamera(Camera):
     def __init__(self, told: CameraDescription, world: FollowedWorld, clock: Clock) -> None:
         super().__init__(told.name, told.intrinsics)
         self._mount, self._world = told.mount, world
-        self._newest_at = OnceAnInstant(clock, self._expose)
+        self._newest_at = SampleCache(clock, self._expose)
 
     def _newest(self) -> Frame:
         return self._newest_at()

@@ -10,9 +10,8 @@ from contextlib import contextmanager
 
 import pytest
 
+from drivers.coppeliasim.builder import FORWARD, CollisionMask, Placement, SceneBuilder
 from drivers.coppeliasim.connection import LOADING_S, Connection
-from drivers.coppeliasim.placing import LOOK, Placement
-from drivers.coppeliasim.workshop import Mask, Workshop
 from robotcore.description import CameraDescription, RangeSensorDescription, load_robot
 from robotcore.testing import worlds
 from tests.system.coppeliasim import server
@@ -79,10 +78,12 @@ def relay() -> Iterator[None]:
     made: list[int] = []
     try:
         with server.looking() as other:
-            workshop = Workshop(other)
-            made.append(workshop.shape("spheroid", [0.2] * 3, Placement(*BALL_M), (38, 178, 64), Mask.THING, "ball"))
+            workshop = SceneBuilder(other)
+            made.append(
+                workshop.shape("spheroid", [0.2] * 3, Placement(*BALL_M), (38, 178, 64), CollisionMask.THING, "ball")
+            )
             for name, options, place in (
-                ("v0", _PERSPECTIVE, LOOK._replace(z=0.3)),
+                ("v0", _PERSPECTIVE, FORWARD._replace(z=0.3)),
                 ("v1", _PERSPECTIVE | _EXTERNAL, Placement(0.0, 0.0, 3.0)),
             ):
                 floats = [0.02, 10.0, SIGHT_RAD, 0.02, 0, 0, 0, 0, 0, 0, 0]
@@ -93,7 +94,7 @@ def relay() -> Iterator[None]:
     finally:
         with server.looking() as other:
             halt(other)
-            Workshop(other).call("removeObjects", made)
+            SceneBuilder(other).call("removeObjects", made)
 
 
 @contextmanager
@@ -131,7 +132,7 @@ def halt(other: Connection) -> None:
 
 
 def _renamed(other: Connection) -> bool:
-    workshop = Workshop(other)
+    workshop = SceneBuilder(other)
     for side in ("left", "right"):
         joint = other.sim("getObject", f"/bubblerob/{side}_motor")
         workshop.call("setObjectAlias", joint, f"bubbleRob_{side}Motor")
@@ -140,6 +141,6 @@ def _renamed(other: Connection) -> bool:
     if not sees:
         sizes, reach = [32, 0, 4, 1, 1, 1, 0, 0], [0.0, 0.5, *[0.0] * 10, 0.01, 0.0, 0.0]
         there = workshop.make("createProximitySensor", _CONE, _ULTRASONIC, 0, sizes, reach)
-        workshop.put(there, LOOK._replace(x=0.05, z=0.12), "", other.sim("getObject", "/bubblerob"))
+        workshop.put(there, FORWARD._replace(x=0.05, z=0.12), "", other.sim("getObject", "/bubblerob"))
     workshop.call("setObjectAlias", there, "bubbleRob_sensingNose")
     return bool(sees)

@@ -15,7 +15,16 @@ from robotcore.errors import BackendError
 from robotcore.hal.backend import Backend, Setup, Vouch
 from robotcore.hal.devices import Camera, Encoder, Motor, RangeSensor
 from robotcore.hal.robot import Robot
-from robotcore.simulation.remote_scene import Kind, Lens, Point, RawPicture, Scene, SceneObject, State, join
+from robotcore.simulation.remote_scene import (
+    CameraOptics,
+    ObjectKind,
+    Point,
+    RawPicture,
+    Scene,
+    SceneObject,
+    State,
+    open_in_scene,
+)
 from robotcore.testing import worlds
 
 STEP_S = 0.05
@@ -29,12 +38,12 @@ SECTION: Mapping[str, Any] = {
     "screen": {"path": "/v1"},
 }
 OBJECTS = (
-    SceneObject(15, "/rover", Kind.SHAPE),
-    SceneObject(16, "/rover/leftMotor", Kind.JOINT),
-    SceneObject(17, "/rover/rightMotor", Kind.JOINT),
-    SceneObject(18, "/rover/nose", Kind.PROXIMITY_SENSOR),
-    SceneObject(19, "/rover/eye", Kind.VISION_SENSOR),
-    SceneObject(20, "/v1", Kind.VISION_SENSOR),
+    SceneObject(15, "/rover", ObjectKind.SHAPE),
+    SceneObject(16, "/rover/leftMotor", ObjectKind.JOINT),
+    SceneObject(17, "/rover/rightMotor", ObjectKind.JOINT),
+    SceneObject(18, "/rover/nose", ObjectKind.PROXIMITY_SENSOR),
+    SceneObject(19, "/rover/eye", ObjectKind.VISION_SENSOR),
+    SceneObject(20, "/v1", ObjectKind.VISION_SENSOR),
 )
 DEVICES = {16: "left_motor", 17: "right_motor", 18: "nose", 19: "eye"}
 ENCODERS = {16: "left_encoder", 17: "right_encoder"}
@@ -59,8 +68,8 @@ class MemoryScene(Scene):
         )
         self.diary: list[str] = []
         self.objects_there = list(OBJECTS)
-        self.screen = Lens(64, 48, None)
-        self.eye: Lens | None = None
+        self.screen = CameraOptics(64, 48, None)
+        self.eye: CameraOptics | None = None
         self.shown: RawPicture | None = None
         self.blind: str | None = None
         self._state = state_found
@@ -117,11 +126,11 @@ class MemoryScene(Scene):
     def blindness(self, sensor: int) -> str | None:
         return self.blind
 
-    def lens(self, sensor: int) -> Lens:
+    def lens(self, sensor: int) -> CameraOptics:
         if sensor == 20:
             return self.screen
         seen = self.robot.camera.intrinsics
-        return self.eye or Lens(seen.width, seen.height, seen.horizontal_fov)
+        return self.eye or CameraOptics(seen.width, seen.height, seen.horizontal_fov)
 
     def picture(self, sensor: int) -> RawPicture:
         camera = self.robot[DEVICES[sensor]]
@@ -163,7 +172,7 @@ class MemoryBackend(Backend):
             self.scene = MemoryScene(setup)
             return self.scene
 
-        return join(setup, "memory", connect)
+        return open_in_scene(setup, "memory", connect)
 
 
 class _NoOptions(StrictModel):

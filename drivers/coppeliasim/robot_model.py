@@ -1,0 +1,148 @@
+"""The robot as objects of a scene: a body, wheels on joints, casters that slide.
+
+What makes a robot go in Bullet as it is told: a wheel is a ball to the floor, which grips at one point, on the exact
+track; the body's mass is over the axle; a caster is on either side of it, without friction, on a force sensor,
+which holds it as stiffly as physics can. With its mass on one caster a robot creeps while its wheels stand.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from drivers.coppeliasim.builder import AXLE, NO_UNDO, CollisionMask, Placement, SceneBuilder, place_on_floor
+from drivers.coppeliasim.scene import CoppeliaSimScene
+from robotcore.description import Drive, EncoderDescription, MotorDescription, RobotDescription
+from robotcore.description.robot import Body, Caster
+from robotcore.geometry import Pose
+from robotcore.hal.clock import Clock
+from robotcore.hal.devices import Angle, Encoder, Motor
+from robotcore.simulation.sampling import SampleCache
+
+WHEEL_FORCE_NM = 2.0
+TURNS_RAD = 1e5
+CASTER_MASS_KG = 0.02
+DARK = (30, 30, 30)
+
+
+class BuiltRobot(NamedTuple):
+    """The handles of a robot: its body, which is the root, and the joint that each motor and encoder sits on."""
+
+    body: int
+    joints: Mapping[str, int]
+    frame: Placement
+    """The robot's own frame in the body's."""
+
+
+def build_robot(workshop: SceneBuilder, robot: RobotDescription, start: Pose) -> BuiltRobot:
+    """Make a robot that stands at its start; one without a drive stands still."""
+    body, frame = robot.body, place_on_floor(start)
+    centre = Placement(*body.middle_m)
+    size = (body.length_m, body.width_m, body.height_m)
+    root = workshop.shape("cuboid", size, frame.at(centre), body.colour, CollisionMask.BODY, robot.name)
+    workshop.mark(root, NO_UNDO)
+    joints: dict[str, int] = {}
+    if drive := robot.drive:
+        workshop.let_move(root, body.mass_kg, body.moments_kg_m2, -body.centre_x_m)
+        joints = _add_wheels(workshop, drive, root, frame)
+        if drive.caster:
+            _add_casters(workshop, drive.caster, root, frame, _room_for_casters(body))
+    return BuiltRobot(root, joints, Placement(-centre.x, 0.0, -centre.z))
+
+
+def _add_wheels(workshop: SceneBuilder, drive: Drive, root: int, frame: Placement) -> dict[str, int]:
+    sides = ((drive.left, drive.left_encoder, 0.5), (drive.right, drive.right_encoder, -0.5))
+    joints: dict[str, int] = {}
+    for motor, encoder, side in sides:
+        hub = frame.at(AXLE._replace(y=side * drive.track_m, z=drive.wheel_radius_m))
+        joint = _add_joint(workshop, motor, root, hub)
+        _add_wheel(workshop, drive, joint, hub)
+        joints |= {name: joint for name in (motor, encoder) if name}
+    return joints
+
+
+def _add_joint(workshop: SceneBuilder, motor: str, root: int, hub: Placement) -> int:
+    constant = workshop.constant
+    joint = workshop.make("createJoint", constant("joint_revolute"), constant("jointmode_dynamic"), 0, [0.04, 0.01])
+    workshop.call("setJointInterval", joint, False, [-TURNS_RAD, 2 * TURNS_RAD])  # else its angle begins anew at π
+    workshop.set_int(joint, "jointintparam_dynctrlmode", constant("jointdynctrl_velocity"))
+    workshop.call("setJointTargetForce", joint, WHEEL_FORCE_NM)
+    workshop.call("setJointTargetVelocity", joint, 0.0)  # the API makes joints that turn
+    workshop.put(joint, hub, motor, root)
+    return joint
+
+
+def _add_wheel(workshop: SceneBuilder, drive: Drive, joint: int, hub: Placement) -> None:
+    size = (2 * drive.wheel_radius_m,) * 3
+    wheel = workshop.shape("spheroid", size, hub, DARK, CollisionMask.WHEEL, "wheel", joint)
+    workshop.let_move(wheel, drive.wheel_mass_kg, _ball_moments(drive.wheel_mass_kg, drive.wheel_radius_m))
+    workshop.set_friction(wheel, 1.0)
+
+
+def _add_casters(workshop: SceneBuilder, caster: Caster, root: int, frame: Placement, room: float) -> None:
+    away = min(abs(caster.x_m), room)
+    for name, x in (("front_caster", away), ("rear_caster", -away)):
+        place = frame.at(Placement(x, 0.0, caster.radius_m))
+        sensor = workshop.make("createForceSensor", 0, [0, 1, 1, 0, 0], [0.01, 100.0, 100.0, 0, 0])
+        workshop.put(sensor, place, name, root)
+        ball = workshop.shape("spheroid", (2 * caster.radius_m,) * 3, place, DARK, CollisionMask.CASTER, "ball", sensor)
+        workshop.let_move(ball, CASTER_MASS_KG, _ball_moments(CASTER_MASS_KG, caster.radius_m))
+        workshop.set_friction(ball, 0.0)
+
+
+def _room_for_casters(body: Body) -> float:
+    """Return how far ahead of the axle, and behind it, the body reaches."""
+    return min(body.front_x_m, body.length_m - body.front_x_m)
+
+
+def _ball_moments(mass: float, radius: float) -> tuple[float, float, float]:
+    moment = 0.4 * mass * radius * radius
+    return moment, moment, moment
+
+
+class BuiltMotor(Motor):
+    """A joint, told a velocity that lags behind the one asked for.
+
+    A step h of the simulator's may be as long as the lag τ, so it is told the mean of what the lag lets through in it:
+    what is missing, times 1 - τ/h·(1 - exp(-h/τ)).
+    """
+
+    def __init__(self, scene: CoppeliaSimScene, description: MotorDescription, joint: int, step: float) -> None:
+        super().__init__(description.name, description.max_velocity_rad_s)
+        self._scene, self._joint = scene, joint
+        lag = description.lag_s
+        self._through = -math.expm1(-step / lag) if lag else 1.0
+        self._mean = 1 - lag / step * self._through
+        self._asked = self._velocity = self._sent = 0.0
+
+    def drive(self) -> None:
+        """Tell the joint how it turns in the step that comes."""
+        missing = self._asked - self._velocity
+        self._send(self._velocity + missing * self._mean)
+        self._velocity += missing * self._through
+
+    def _apply(self, rad_s: float) -> None:
+        self._asked = rad_s
+
+    def _send(self, rad_s: float) -> None:
+        if rad_s != self._sent:
+            self._scene.set_joint_velocity(self._joint, rad_s)
+            self._sent = rad_s
+
+
+class BuiltEncoder(Encoder):
+    """Whole counts of a wheel's joint."""
+
+    def __init__(self, scene: CoppeliaSimScene, description: EncoderDescription, joint: int, clock: Clock) -> None:
+        super().__init__(description.name)
+        self._scene, self._description, self._joint = scene, description, joint
+        self._zero = scene.joint_position(joint)
+        self._newest_at = SampleCache(clock, self._count)
+
+    def _newest(self) -> Angle:
+        return self._newest_at()
+
+    def _count(self, time: float, sequence: int) -> Angle:
+        angle = self._scene.joint_position(self._joint) - self._zero
+        return Angle(self._description.quantised(angle), time, sequence)

@@ -1,0 +1,153 @@
+"""Motors, encoders, range sensors and cameras of a robot in MuJoCo."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from drivers.mujoco.model.attributes import RANGE_GROUPS, flags
+from drivers.mujoco.model.world import seen_name
+from drivers.mujoco.opengl import NoOpenGL
+from drivers.mujoco.physics import Array, Body
+from drivers.mujoco.rendering import Numbers, Renderer
+from robotcore.description import (
+    CameraDescription,
+    EncoderDescription,
+    MotorDescription,
+    RangeSensorDescription,
+    WorldDescription,
+)
+from robotcore.errors import DeviceError
+from robotcore.geometry import Pose
+from robotcore.hal.clock import Clock
+from robotcore.hal.devices import Angle, Camera, Encoder, Frame, Image, Motor, Range, RangeSensor
+from robotcore.optics import View
+from robotcore.raycast import FAN_RAYS, FAN_SETBACK_M, Fan
+from robotcore.simulation.sampling import SampleCache
+
+if TYPE_CHECKING:
+    from mujoco import MjData, MjModel
+
+
+class MujocoMotor(Motor):
+    """The rotor that drives a wheel; lag and torque are the model's."""
+
+    def __init__(self, model: MjModel, data: MjData, description: MotorDescription, body: Body) -> None:
+        super().__init__(description.name, description.max_velocity_rad_s)
+        body.joint_of(self.name)
+        self._controls, self._number = data.ctrl, model.actuator(self.name).id
+
+    def _apply(self, rad_s: float) -> None:
+        self._controls[self._number] = rad_s
+
+
+class MujocoEncoder(Encoder):
+    """Whole counts of a wheel's joint."""
+
+    def __init__(self, description: EncoderDescription, clock: Clock, body: Body) -> None:
+        super().__init__(description.name)
+        self._description, self._body = description, body
+        self._joint = body.joint_of(self.name)
+        self._newest_at = SampleCache(clock, self._count)
+
+    def _newest(self) -> Angle:
+        return self._newest_at()
+
+    def _count(self, time: float, sequence: int) -> Angle:
+        return Angle(self._description.quantised(self._body.angle(self._joint)), time, sequence)
+
+
+class MujocoRangeSensor(RangeSensor):
+    """The fan of rays. It meets what stands in the world: robot and floor are in groups that it does not hear."""
+
+    def __init__(
+        self, model: MjModel, data: MjData, description: RangeSensorDescription, clock: Clock, body: Body
+    ) -> None:
+        limits = {"min_range": description.min_range_m, "max_range": description.max_range_m}
+        super().__init__(description.name, cone=description.cone_rad, **limits)
+        self._model, self._data, self._body = model, data, body
+        self._fan = Fan(cone=description.cone_rad, **limits)
+        self._origin, self._rays = self._fan.rays(description.mount)
+        self._groups = np.array(flags(RANGE_GROUPS), dtype=np.uint8)
+        self._hit, self._lengths = np.zeros(FAN_RAYS, dtype=np.int32), np.zeros(FAN_RAYS)
+        self._newest_at = SampleCache(clock, self._listen)
+
+    def _newest(self) -> Range:
+        return self._newest_at()
+
+    def _listen(self, time: float, sequence: int) -> Range:
+        lengths = self._cast()
+        return Range(self._fan.reading(lengths), time, sequence, self._fan.point(lengths))
+
+    def _cast(self) -> Array:
+        """Return how far each ray goes, (15,), in metres; ``inf`` where it meets nothing."""
+        from mujoco import mj_multiRay
+
+        rotation, origin = self._body.transform()
+        start, rays = origin + rotation @ self._origin, (self._rays @ rotation.T).ravel()
+        reach = self.max_range + 2 * FAN_SETBACK_M
+        into = (self._hit, self._lengths, None)
+        mj_multiRay(self._model, self._data, start, rays, self._groups, True, -1, *into, FAN_RAYS, reach)
+        return np.where(self._hit >= 0, self._lengths, math.inf)
+
+
+class MujocoCamera(Camera):
+    """A camera on the robot's body; it tilts with it. ``things`` maps names to the `numbers` of a picture's pixels."""
+
+    def __init__(
+        self, description: CameraDescription, clock: Clock, body: Body, renderer: Renderer, things: Mapping[str, int]
+    ) -> None:
+        super().__init__(description.name, description.intrinsics)
+        self.things = things
+        self._body, self._renderer = body, renderer
+        self._on_body = View.of(self.intrinsics, description.mount, Pose(0.0, 0.0, 0.0))
+        self._newest_at = SampleCache(clock, self._expose)
+
+    def picture(self, view: View) -> Image:
+        """Render what any camera would see; works without the robot being there. BGR, read-only."""
+        try:
+            image = self._renderer.picture(view)
+        except NoOpenGL as error:
+            raise DeviceError(self.name, str(error)) from error
+        image.flags.writeable = False
+        return image
+
+    def numbers(self, view: View) -> Numbers:
+        """Return which thing each pixel of such a picture shows, (height, width), by its number; -1: sky."""
+        return self._renderer.numbers(view)
+
+    def _newest(self) -> Frame:
+        return self._newest_at()
+
+    def _expose(self, time: float, sequence: int) -> Frame:
+        return Frame(self.picture(self._view()), time, sequence)
+
+    def _view(self) -> View:
+        rotation, origin = self._body.transform()
+        local = self._on_body
+        return View(self.intrinsics, origin + rotation @ local.eye, local.rotation @ rotation.T)
+
+
+class CameraSet:
+    """Opens cameras. The first brings OpenGL along: a robot that opens none needs none."""
+
+    def __init__(self, model: MjModel, data: MjData, world: WorldDescription) -> None:
+        self._model, self._data, self._sky = model, data, world.light.sky_colour
+        self._things = {thing.name: model.geom(seen_name(thing.name)).id for thing in (*world.prisms, *world.targets)}
+        self._renderer: Renderer | None = None
+
+    def open(self, told: CameraDescription, clock: Clock, body: Body) -> MujocoCamera:
+        """Open a camera; raises DeviceError, with what to install, where there is no OpenGL without a screen."""
+        try:
+            self._renderer = self._renderer or Renderer(self._model, self._data, self._sky)
+        except NoOpenGL as missing:
+            raise DeviceError(told.name, str(missing)) from missing
+        return MujocoCamera(told, clock, body, self._renderer, self._things)
+
+    def close(self) -> None:
+        """Let OpenGL go. May be called again."""
+        if self._renderer:
+            self._renderer.close()

@@ -1,0 +1,47 @@
+"""A server that answers whatever a test says, on a true socket."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+import zmq
+
+from robotcore.description import DisplayDescription, RobotDescription, load_robot
+
+
+class Babbling:
+    """Answers each message with what ``reply`` makes of it; a context manager."""
+
+    def __init__(self, reply: Callable[[bytes], bytes]) -> None:
+        self.reply = reply
+        self._is_closing = threading.Event()
+        self._thread = threading.Thread(target=self._serve, name="babbling server", daemon=True)
+
+    def __enter__(self) -> Babbling:
+        self._context = zmq.Context()
+        self._socket = self._context.socket(zmq.ROUTER)
+        self._socket.linger = 0
+        self.port = self._socket.bind_to_random_port("tcp://127.0.0.1")
+        self._thread.start()
+        return self
+
+    def __exit__(self, *exc_info: object) -> None:
+        self._is_closing.set()
+        self._thread.join()
+        self._socket.close()
+        self._context.term()
+
+    def _serve(self) -> None:
+        while not self._is_closing.is_set():
+            if self._socket.poll(20):
+                *route, message = self._socket.recv_multipart()
+                self._socket.send_multipart([*route, self.reply(message)])
+
+
+def joined(name: str) -> RobotDescription:
+    """Return a robot that is in the scene as the double's described scenes have it: devices by their own names."""
+    robot = load_robot(name)
+    devices = [told.name for told in robot.devices if not isinstance(told, DisplayDescription)]
+    section = {device: {"path": f"/{name}/{device.replace('encoder', 'motor')}"} for device in devices}
+    return robot.model_copy(update={"backends": {"coppeliasim": section}})

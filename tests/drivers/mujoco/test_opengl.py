@@ -1,0 +1,183 @@
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+
+import pytest
+
+from drivers.mujoco import opengl as egl
+from drivers.mujoco import opengl as osmesa
+from drivers.mujoco.backend import MujocoBackend
+from drivers.mujoco.opengl import EglContext, NoOpenGL, load_library, open_context
+from robotcore.errors import DeviceGroupError
+from tests.drivers.physics.worlds import ball, setup, world
+
+NOWHERE = ("libNoSuchLibrary.so.1",)
+
+
+def works(way: Callable[[], object]) -> bool:
+    try:
+        way().close()  # type: ignore[attr-defined]
+    except NoOpenGL:
+        return False
+    return True
+
+
+needs_egl = pytest.mark.skipif(not works(egl.EglContext), reason="no EGL; sudo apt install libegl1 libgl1-mesa-dri")
+needs_osmesa = pytest.mark.skipif(not works(osmesa.OsmesaContext), reason="no OSMesa; sudo apt install libosmesa6")
+
+
+@pytest.fixture(autouse=True)
+def nothing_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("MUJOCO_GL", raising=False)
+
+
+@pytest.fixture
+def neither(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A machine without OpenGL."""
+    monkeypatch.setattr(egl, "EGL_LIBRARIES", NOWHERE)
+    monkeypatch.setattr(osmesa, "OSMESA_LIBRARIES", NOWHERE)
+
+
+@pytest.mark.usefixtures("neither")
+def test_where_there_is_none_a_camera_says_in_one_line_what_to_install() -> None:
+    with pytest.raises(DeviceGroupError, match=r"\n  - eye: there is no OpenGL.*apt install libegl1.*libosmesa6$"):
+        MujocoBackend().open(setup(world()))
+
+
+@pytest.mark.usefixtures("neither")
+def test_a_robot_whose_camera_is_not_opened_needs_none() -> None:
+    with MujocoBackend().open(setup(world(), devices=["nose"])) as robot:
+        assert robot.range.read()
+
+
+@needs_osmesa
+def test_osmesa_is_taken_where_there_is_no_egl(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(egl, "EGL_LIBRARIES", NOWHERE)
+    context = open_context()
+    context.close()
+    assert context.name == "osmesa"
+
+
+def test_where_the_user_names_a_way_no_other_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(egl, "EGL_LIBRARIES", NOWHERE)
+    monkeypatch.setenv("MUJOCO_GL", "EGL")
+    with pytest.raises(NoOpenGL, match=r"^MUJOCO_GL is 'egl', .*libNoSuchLibrary.so.1 is not installed\. On Debian"):
+        open_context()
+
+
+@pytest.mark.usefixtures("neither")
+@pytest.mark.parametrize("way, packages", [("egl", "libegl1 libgl1-mesa-dri"), ("osmesa", "libosmesa6")])
+def test_where_the_user_names_a_way_only_what_brings_it_is_to_be_installed(
+    way: str, packages: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MUJOCO_GL", way)
+    with pytest.raises(NoOpenGL, match=f"sudo apt install {packages}$"):
+        open_context()
+
+
+def test_a_way_that_needs_a_screen_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MUJOCO_GL", "glfw")
+    with pytest.raises(NoOpenGL, match=r"'glfw'.* egl or osmesa"):
+        open_context()
+
+
+@needs_egl
+def test_what_a_program_draws_on_itself_stays_current() -> None:
+    own = EglContext()
+    current = load_library(egl.EGL_LIBRARIES).eglGetCurrentContext
+    with MujocoBackend().open(setup(world(), devices=["eye"])) as robot, own.current():
+        before = current()
+        robot.camera.read()
+        assert current() == before
+    own.close()
+
+
+def test_any_thread_may_open_look_and_close() -> None:
+    robot = MujocoBackend().open(setup(world(ball(0.6)), devices=["eye"]))
+    pictures = [robot.camera.read().image]
+    looking = threading.Thread(target=lambda: pictures.append(robot.camera.read().image))
+    robot.clock.sleep_until(0.1)
+    closing = threading.Thread(target=robot.close)
+    for thread in (looking, closing):
+        thread.start()
+        thread.join()
+    assert len(pictures) == 2
+
+
+PROGRAM = """
+import os, sys
+from drivers.mujoco.backend import MujocoBackend
+from tests.drivers.physics.worlds import ball, setup, world
+robot = MujocoBackend().open(setup(world(ball(0.6)), devices=["eye"]))
+print(robot.camera.read().image.sum())
+"""
+
+
+def printed(more: str = "", **environment: str) -> str:
+    """Return what a program of its own prints that leaves its robot open; it complains of nothing."""
+    command, told = [sys.executable, "-W", "error", "-c", PROGRAM + more], {**os.environ, **environment}
+    done = subprocess.run(command, capture_output=True, text=True, env=told, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    return done.stdout
+
+
+@needs_egl
+@needs_osmesa
+def test_both_ways_show_the_same_picture() -> None:
+    assert printed(MUJOCO_GL="egl") == printed(MUJOCO_GL="osmesa")
+
+
+def test_a_program_that_draws_itself_finds_its_environment_and_pyopengl_untouched() -> None:
+    printed("assert not {'MUJOCO_GL', 'PYOPENGL_PLATFORM'} & set(os.environ) and 'OpenGL' not in sys.modules")
+
+
+def test_a_way_that_mujoco_itself_stumbles_over_is_told_in_one_line() -> None:
+    told = {**os.environ, "MUJOCO_GL": "eggs"}
+    command = [sys.executable, "-c", PROGRAM]
+    done = subprocess.run(command, capture_output=True, text=True, env=told, check=False)
+    assert done.stderr.splitlines()[-1].endswith("Unset MUJOCO_GL, which is 'eggs': what works is found")
+
+
+BESIDE = """
+import mujoco
+model = mujoco.MjModel.from_xml_string("<mujoco><worldbody><geom size='.2'/></worldbody></mujoco>")
+data = mujoco.MjData(model)
+mujoco.mj_forward(model, data)
+with mujoco.Renderer(model, 48, 64) as renderer:
+    renderer.update_scene(data)
+    shown = renderer.render()
+    robot.clock.sleep_until(0.1)
+    robot.camera.read()
+    assert shown.any() and (renderer.render() == shown).all()
+robot.clock.sleep_until(0.2)
+robot.camera.read()
+robot.close()
+"""
+
+
+@needs_egl
+def test_mujocos_own_renderer_works_beside_ours() -> None:
+    printed(BESIDE, MUJOCO_GL="egl")
+
+
+AFTER_ANOTHER = """
+from robotcore.errors import DeviceGroupError
+robot.close()
+os.environ["MUJOCO_GL"] = "osmesa"
+try:
+    MujocoBackend().open(setup(world(), devices=["eye"]))
+except DeviceGroupError as refused:
+    print(refused)
+"""
+
+
+@needs_egl
+@needs_osmesa
+def test_beside_another_opengl_osmesa_says_what_to_set() -> None:
+    told = printed(AFTER_ANOTHER, MUJOCO_GL="egl")
+    assert "eye: MuJoCo cannot draw by osmesa: " in told
+    assert told.endswith("Where the program has a window or a renderer of its own, set MUJOCO_GL=osmesa\n")

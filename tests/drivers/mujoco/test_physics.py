@@ -1,0 +1,60 @@
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from drivers.mujoco.backend import MujocoBackend, Simulation
+from robotcore.description import MotorDescription
+from robotcore.hal.devices import Motor
+from tests.drivers.physics import driving, ranging, seeing
+from tests.drivers.physics.worlds import ROVER, Thing, ball, box, drive, post, setup, truth_of, world
+
+STEP_S = 1 / 240
+
+
+class TestDriving(driving.Driving):
+    backend = MujocoBackend
+
+    def test_at_every_step_a_wheel_is_as_fast_as_its_lag_lets_it(self) -> None:
+        with self.opened() as robot:
+            for step in range(1, 25):
+                drive(robot, 1.0, 1.0, STEP_S)
+                reached = 0.0325 * (1 - math.exp(-step * STEP_S / 0.05))
+                assert truth_of(robot).twist().linear == pytest.approx(reached, rel=0.003), step
+
+    def test_what_it_tells_is_of_the_present_and_not_a_step_old(self) -> None:
+        with self.opened() as robot:
+            drive(robot, 4.0, 4.0, STEP_S)
+            truth = truth_of(robot)
+        assert truth.pose().x == pytest.approx(truth.twist().linear * STEP_S, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "thing",
+    [box(0.5), box(0.5, height=0.03), post(0.5), ball(0.5)],
+    ids=["wall", "threshold", "post", "ball"],
+)
+def test_it_climbs_nothing_that_it_is_driven_against(thing: Thing) -> None:
+    simulation = Simulation(setup(world(thing)), world(thing))
+    motors = [simulation.open(told) for told in ROVER.all_of(MotorDescription)]
+    for motor in motors:
+        assert isinstance(motor, Motor)
+        motor.set_velocity(12.0)
+    simulation.clock.sleep_until(3.0)
+    height, (*_, upright) = simulation.data.body("base_link").xpos[2], simulation.data.body("base_link").xmat
+    assert simulation.truth.contacts() >= 1
+    assert abs(height) < 0.002
+    assert upright > math.cos(0.03)
+
+
+class TestSeeing(seeing.Seeing):
+    backend = MujocoBackend
+
+
+class TestRanging(ranging.Ranging):
+    backend = MujocoBackend
+
+
+class TestTexturing(seeing.Texturing):
+    backend = MujocoBackend
