@@ -25,8 +25,8 @@
     │   ├── StaleSampleError (TimeoutError)  a needed sample is too old
     │   ├── WatchdogError (TimeoutError)     the app has not come back
     │   ├── EmergencyStopError               somebody pressed the e-stop
-    │   ├── WheelFaultError                  a wheel does not do what it is told
-    │   └── RangeFaultError                  a range sensor tells the same wherever the robot goes
+    │   ├── WheelFaultError                  a wheel does not follow its command
+    │   └── RangeFaultError                  a range sensor returns the same distance wherever the robot goes
     └── BehaviourError                       the app raised: exit 5
     Interrupted (BaseException)              a signal ended the run: exit 128 + its number
 
@@ -51,9 +51,9 @@ MAX_EXCEPTION_TEXT = 2000
 
 
 class _Portable(BaseException):
-    """An exception that another process can be told of, whatever its constructor takes.
+    """An exception that pickles, whatever arguments its constructor takes.
 
-    A kind that an app has made of ours is told as ours, in words: nobody else knows its class.
+    An app's own subclass arrives as its robotcore class, with the text: other processes do not know the subclass.
     """
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -300,7 +300,7 @@ class EmergencyStopError(SafetyStop):
 
 
 class WheelFaultError(SafetyStop):
-    """Wheels do not turn as they are told, by their encoders; each is told of in words."""
+    """By their encoders, wheels do not follow their commands; ``faults`` describes each."""
 
     kind = "wheel-fault"
     cause = "wheel fault"
@@ -313,7 +313,7 @@ class WheelFaultError(SafetyStop):
 
 
 class RangeFaultError(SafetyStop):
-    """Range sensors tell the same distance wherever the robot goes; each is told of in words."""
+    """Range sensors return the same distance wherever the robot goes; ``faults`` describes each."""
 
     kind = "range-fault"
     cause = "range fault"
@@ -330,20 +330,20 @@ class BehaviourError(RobotcoreError):
 
     kind = "behaviour"
     exit_status = 5
-    _told_traceback = ""
+    _traceback_text = ""
 
     def __reduce__(self) -> tuple[Any, ...]:
         restored, (kind, args, state) = super().__reduce__()
-        return restored, (kind, args, {**state, "_told_traceback": self.traceback})
+        return restored, (kind, args, {**state, "_traceback_text": self.traceback})
 
     @property
     def traceback(self) -> str:
         """The cause's traceback in words, from the app's own code on; empty where there is no cause.
 
-        Another process is told it too.
+        It survives pickling.
         """
         if (cause := self.__cause__) is None:
-            return self._told_traceback
+            return self._traceback_text
         return "".join(format_exception(type(cause), cause, _from_the_app_on(cause.__traceback__)))
 
     @classmethod

@@ -38,12 +38,15 @@ def command(
     """
     from robotcore.description import RobotDescription, load_any
 
-    told = {**dict(options), **{key: value for key, value in (("host", host), ("port", port)) if value is not None}}
-    if told and backend is None:
-        raise UsageError(f"option {next(iter(told))}: of which backend? Name it with --backend")
+    chosen_options = {
+        **dict(options),
+        **{key: value for key, value in (("host", host), ("port", port)) if value is not None},
+    }
+    if chosen_options and backend is None:
+        raise UsageError(f"option {next(iter(chosen_options))}: of which backend? Name it with --backend")
     described = load_any(file)
     if isinstance(described, RobotDescription):
-        return _look(file, described, backend, told) if backend else _check(file, described)
+        return _look(file, described, backend, chosen_options) if backend else _check(file, described)
     if backend:
         raise UsageError(f"{file} describes a world; --backend looks for the devices of a robot. Leave it out")
     write_line(f"{file}: OK, {_world(described)}")

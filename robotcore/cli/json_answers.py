@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 class AnsweringCommand(click.Command):
     """With ``--json``, whatever keeps it from its own answer ends in one line with ``app``, ``error``, ``exit_status``.
 
-    What is raised goes on, to be told on stderr. While it runs, a signal raises Interrupted.
+    The error is raised again, and written on stderr. While the command runs, a signal raises Interrupted.
     """
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:

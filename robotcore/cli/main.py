@@ -76,7 +76,7 @@ def run_app(name: str) -> NoReturn:
 def execute(arguments: Sequence[str]) -> int:
     """Run one command; return its exit status, 128 + n after the signal n.
 
-    What can be expected is told in a line or two on stderr.
+    Expected errors are written in a line or two on stderr.
     """
     try:
         status: int | None = robotcore.main(list(arguments), "robotcore", standalone_mode=False)

@@ -123,8 +123,8 @@ def run_options(command: Command) -> Command:
 
 def connection_options(command: Command) -> Command:
     """Give a command ``--port`` and ``--option``; `merge_options` puts together what it takes for them."""
-    told = click.option("--option", "options", metavar="KEY=VALUE", type=pair, multiple=True, help="Of the backend.")
-    return click.option("--port", help="Short for --option port=…: where the robot is plugged in.")(told(command))
+    option = click.option("--option", "options", metavar="KEY=VALUE", type=pair, multiple=True, help="Of the backend.")
+    return click.option("--port", help="Short for --option port=…: where the robot is plugged in.")(option(command))
 
 
 def merge_options(port: str | None, options: tuple[tuple[str, str], ...]) -> dict[str, str]:

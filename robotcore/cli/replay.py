@@ -74,8 +74,8 @@ def _tell(came_out: ReplayResult | Evaluation) -> None:
 
     write(format_replay(came_out))
     error = came_out.result.error
-    is_told = isinstance(error, (DeviationError, RecordingEndedError)) or not came_out.exit_status
-    if isinstance(error, (RobotcoreError, Interrupted)) and not is_told:
+    is_reported = isinstance(error, (DeviationError, RecordingEndedError)) or not came_out.exit_status
+    if isinstance(error, (RobotcoreError, Interrupted)) and not is_reported:
         write_error(error)
 
 

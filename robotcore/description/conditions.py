@@ -58,7 +58,7 @@ class Conditions(StrictModel):
     A camera is out of focus by a Gaussian of ``camera_blur_px``, takes ``camera_exposure`` times the light, sees red
     stronger and blue weaker by the part ``camera_warmth``, and adds noise of the standard deviation
     ``camera_noise``, in grey levels. A range sensor errs by ``range_bias_m``, and by noise of the standard
-    deviation ``range_noise_m``. A wheel turns its gain times as fast as it is told, and lags behind by
+    deviation ``range_noise_m``. A wheel turns its gain times as fast as it is commanded, and lags behind by
     ``wheel_lag_s``, where that is given instead of the motors' own.
     """
 

@@ -49,7 +49,7 @@ class Mount(StrictModel):
 
 
 class MotorDescription(StrictModel):
-    """A wheel's motor: a first-order lag towards the velocity that it is told."""
+    """A wheel's motor: a first-order lag towards the commanded velocity."""
 
     kind: Literal["motor"]
     name: Name

@@ -92,7 +92,7 @@ def load_world(name_or_file: str) -> WorldDescription:
 
 
 def read_table(file: str) -> Table:
-    """Return what is in a TOML file of the user's, its lists as tuples; what cannot be read is told by its name."""
+    """Return what is in a TOML file of the user's, its lists as tuples; an error names what cannot be read."""
     return _parsed(file, _content(Path(file)))
 
 
@@ -113,9 +113,9 @@ def _robot(file: str, table: Table, own: str | None) -> RobotDescription:
             file, BACKENDS, "a backend's section stands at the top", "Write [NAME], not [backends.NAME]"
         )
     sections = backend_names()
-    told = {name: table[name] for name in sections if name in table}
-    rest = {key: value for key, value in table.items() if key not in told}
-    return _validated(RobotDescription, file, {**rest, BACKENDS: told}, sections, own)
+    present = {name: table[name] for name in sections if name in table}
+    rest = {key: value for key, value in table.items() if key not in present}
+    return _validated(RobotDescription, file, {**rest, BACKENDS: present}, sections, own)
 
 
 def _world(file: str, table: Table) -> WorldDescription:

@@ -33,25 +33,25 @@ def read_each(
     section: str,
     needed: Collection[str],
     read: Callable[[AnyDevice, str, Any], T],
-    untold: Callable[[AnyDevice], str],
+    missing_remedy: Callable[[AnyDevice], str],
 ) -> tuple[list[T], list[MistakeParts]]:
     """Return what ``read`` makes of each device, its key and its table, and what is wrong with the section.
 
-    ``untold`` is the remedy where a device that is ``needed`` has no table. ``read`` raises MistakesError.
+    ``missing_remedy`` returns the remedy if a device that is ``needed`` has no table. ``read`` raises MistakesError.
     """
     table = robot.backends.get(section, {})
     strangers = _unknown_devices(robot, table)
     made: list[T] = []
     faults = list(_mistakes_of_unknown_devices(section, strangers))
-    for told in robot.devices:
-        key = f"{section}.{told.name}"
-        if told.name in table:
+    for device in robot.devices:
+        key = f"{section}.{device.name}"
+        if device.name in table:
             try:
-                made.append(read(told, key, table[told.name]))
+                made.append(read(device, key, table[device.name]))
             except MistakesError as unfit:
                 faults += unfit.faults
-        elif told.name in needed and told.name not in strangers.values():
-            faults.append((key, "is missing", untold(told)))
+        elif device.name in needed and device.name not in strangers.values():
+            faults.append((key, "is missing", missing_remedy(device)))
     return made, list(limit_errors(faults))
 
 
@@ -61,16 +61,19 @@ def validate_table(model: type[DescribedT], key: str, table: Mapping[str, Any]) 
         return model.model_validate(table, strict=True)
     except ValidationError as error:
         faults = find_mistakes(error, model, table)
-        told = ((f"{key}.{fault.key}".rstrip("."), fault.fault, fault.remedy) for fault in faults)
-        raise MistakesError(*told) from error
+        mistakes = ((f"{key}.{fault.key}".rstrip("."), fault.fault, fault.remedy) for fault in faults)
+        raise MistakesError(*mistakes) from error
 
 
 def _unknown_devices(robot: RobotDescription, table: Mapping[str, Any]) -> dict[str, str | None]:
     """Return the names in a section that no device has, and which device without a table each probably means."""
     names = [device.name for device in robot.devices]
-    untold = [name for name in names if name not in table]
+    without_table = [name for name in names if name not in table]
     strangers = [name for name in table if name not in names]
-    return {name: nearest(name, untold) if number < MAX_FILE_ERRORS else None for number, name in enumerate(strangers)}
+    return {
+        name: nearest(name, without_table) if number < MAX_FILE_ERRORS else None
+        for number, name in enumerate(strangers)
+    }
 
 
 def _mistakes_of_unknown_devices(section: str, strangers: Mapping[str, str | None]) -> Iterator[MistakeParts]:

@@ -36,7 +36,7 @@ Number = TypeVar("Number", bound=float)
 class StrictModel(BaseModel):
     """A part of a description: no unknown keys, no change afterwards, finite numbers.
 
-    A type's ``description``, where it has one, says how it is written in a file; faults are told with it.
+    A type's ``description``, where it has one, says how it is written in a file; messages about mistakes quote it.
     A validator that refuses raises ValueError with the fault and, after a semicolon, the remedy.
     """
 

@@ -182,7 +182,7 @@ WORLD = "world"
 
 FLOOR = "floor"
 GROUND_M = 100.0
-"""The ground goes on beyond the floor's edge; a tool that puts a box there has to be told how far."""
+"""The ground goes on beyond the floor's edge; a tool that puts a box there needs its size."""
 
 _GROUND_DEPTH_M = 0.1
 

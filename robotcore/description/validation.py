@@ -148,12 +148,12 @@ def limit_errors(faults: Iterable[tuple[str, str, str]]) -> list[Mistake]:
     return [*found_faults[:MAX_FILE_ERRORS], *[more] * (len(found_faults) > MAX_FILE_ERRORS)]
 
 
-def _is_misspelt(missing: Mistake, told: Iterable[Mistake]) -> bool:
+def _is_misspelt(missing: Mistake, mistakes: Iterable[Mistake]) -> bool:
     """Return whether one of the faults is another spelling of a key that is missing."""
     *table, key = missing.key.split(".")
     meant = f"Did you mean {key!r}?"
     return missing.fault == _MESSAGES["missing"] and any(
-        other.key.split(".")[:-1] == table and other.remedy.endswith(meant) for other in told
+        other.key.split(".")[:-1] == table and other.remedy.endswith(meant) for other in mistakes
     )
 
 

@@ -56,7 +56,7 @@ class Vouch(str, Enum):
 
 @dataclass(frozen=True)
 class Setup:
-    """All that a backend is told when it opens a robot; ``devices`` are the names to open."""
+    """What a backend needs to open a robot; ``devices`` are the names to open."""
 
     robot: RobotDescription
     world: WorldDescription | None
@@ -92,9 +92,9 @@ class Setup:
     def open_each(self, open_one: Callable[[Any], Device]) -> list[Device]:
         """Return the devices to open, each opened by its description; raise DeviceGroupError with all that failed."""
         devices, failures = [], []
-        for told in self.chosen:
+        for description in self.chosen:
             try:
-                devices.append(open_one(told))
+                devices.append(open_one(description))
             except DeviceError as failure:  # noqa: PERF203  every device that fails is to be named
                 failures.append(failure)
         if failures:
@@ -152,7 +152,7 @@ class Backend(ABC):
     def openable(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
         """Return the names of all devices that it can open: all but the batteries of which it tells nothing."""
         batteries = {battery.name for battery in robot.all_of(BatteryDescription)}
-        return frozenset({told.name for told in robot.devices} - batteries) | self.batteries(robot, options)
+        return frozenset({device.name for device in robot.devices} - batteries) | self.batteries(robot, options)
 
     def builds_world(self, robot: RobotDescription) -> bool:
         """Whether it makes the world for this robot, and does not find it as it is."""

@@ -88,19 +88,19 @@ class Odometry:
 
 
 class CommandedWheels:
-    """The angles that two wheels would have turned to if they did as they were told: for want of encoders."""
+    """The angles that two wheels would have turned to if they followed their commands: for a drive without encoders."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._since = clock.now()
         self._velocity = self._angle = Wheels(0.0, 0.0)
-        self._told: deque[tuple[float, Wheels]] = deque(maxlen=COMMANDS)
+        self._history: deque[tuple[float, Wheels]] = deque(maxlen=COMMANDS)
 
     def turn_at(self, wheels: Wheels, now: float) -> None:
-        """Note that the wheels were told another velocity, in rad/s, at a time that an app may not see yet."""
+        """Note a new commanded velocity, in rad/s, at a time that an app may not see yet."""
         self._angle = self._angles_at(now)
         self._velocity = wheels
-        self._told.append((now, wheels))
+        self._history.append((now, wheels))
 
     def angles(self) -> Wheels:
         """Return the angles until now, in radians."""
@@ -110,7 +110,7 @@ class CommandedWheels:
         """Return how far they would have turned from ``time`` until now, in radians; from the oldest command on."""
         left = right = 0.0
         until = self._clock.now()
-        for since, velocity in reversed(tuple(self._told)):
+        for since, velocity in reversed(tuple(self._history)):
             if until <= time:
                 break
             passed = max(0.0, until - max(since, time))

@@ -67,16 +67,16 @@ def findings_of(checks: Iterable[tuple[str, Check]]) -> Iterator[Finding]:
     for what, check in checks:
         try:
             yield from check()
-        except Exception as error:  # noqa: BLE001, PERF203  whatever a check comes across is told, and the next one made
+        except Exception as error:  # noqa: BLE001, PERF203  whatever a check comes across is text, and the next one made
             yield Finding.unchecked(what, _in_a_line(error))
 
 
 def _in_a_line(error: Exception) -> str:
     if isinstance(error, OSError) and error.filename:
         return f"{error.filename}: {error.strerror}"
-    told = " ".join(str(error).split())
-    return told if told and isinstance(error, OSError | ValueError | RuntimeError) else _named(error, told)
+    text = " ".join(str(error).split())
+    return text if text and isinstance(error, OSError | ValueError | RuntimeError) else _named(error, text)
 
 
-def _named(error: Exception, told: str) -> str:
-    return f"{type(error).__name__}: {told}".removesuffix(": ")
+def _named(error: Exception, text: str) -> str:
+    return f"{type(error).__name__}: {text}".removesuffix(": ")

@@ -33,7 +33,7 @@ class Threaded(Polling):
             self._thread.join(STOPPING_S)
 
     def _run(self) -> None:
-        with suppress(BackendError):  # a server's time that fails is told to whoever sleeps by it
+        with suppress(BackendError):  # `sleep_until` raises the failure of a server's time
             due = self._clock.now() + self._period
             while not self._stopping.wait(max(0.0, due - self._clock.now())):
                 self._work()

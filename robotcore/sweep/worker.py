@@ -45,7 +45,7 @@ MAX_REPLY_BYTES = 64 * 2**20
 _ERROR = "robotcore.errors"
 """The key that tells an error from a mapping."""
 
-_OWN = {"_told_traceback", "kind", "fields"}
+_OWN = {"_traceback_text", "kind", "fields"}
 """The attributes of an error that its class gives a default. No other one replaces what the class defines, such as an
 exit status."""
 

@@ -29,12 +29,12 @@ class Exchange(NamedTuple):
     """A command of a console, and what is told for it; ``…`` is anything."""
 
     command: str
-    told: str
+    answer: str
 
-    def is_answered_by(self, told: str) -> bool:
+    def is_answered_by(self, answer: str) -> bool:
         """Return whether the words are these, and each decimal within a tenth: versions of OpenCV differ a little."""
-        found = re.fullmatch(_pattern(self.told), " ".join(told.split()))
-        expected = DECIMAL.findall(self.told)
+        found = re.fullmatch(_pattern(self.answer), " ".join(answer.split()))
+        expected = DECIMAL.findall(self.answer)
         return found is not None and list(map(float, found.groups())) == pytest.approx(
             list(map(float, expected)), rel=0.1
         )
@@ -48,8 +48,8 @@ def listings(page: str) -> list[Listing]:
 def exchanges(console: str) -> Iterator[Exchange]:
     """Yield the commands of a console listing."""
     for part in re.split(r"^\$ ", console, flags=re.MULTILINE)[1:]:
-        command, _, told = part.partition("\n")
-        yield Exchange(command, told)
+        command, _, answer = part.partition("\n")
+        yield Exchange(command, answer)
 
 
 def rows(page: str, heading: str) -> list[list[str]]:
@@ -64,6 +64,6 @@ def code_in(text: str) -> list[str]:
     return CODE.findall(FENCE.sub("", text))
 
 
-def _pattern(told: str) -> str:
-    parts = DECIMAL.split(" ".join(told.split()))
+def _pattern(answer: str) -> str:
+    parts = DECIMAL.split(" ".join(answer.split()))
     return r"(\d+\.\d+)".join(re.escape(part).replace("…", ".*?") for part in parts[::2])

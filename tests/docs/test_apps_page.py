@@ -69,8 +69,8 @@ def test_command_tells_what_the_page_says(exchange: Exchange, folder: Path, capf
         execute(arguments)
     else:
         subprocess.run([sys.executable, "-m", program, *arguments], check=False)
-    told = "".join(capfd.readouterr())
-    assert exchange.is_answered_by(told), told
+    answer = "".join(capfd.readouterr())
+    assert exchange.is_answered_by(answer), answer
 
 
 @pytest.mark.parametrize("code", PARTS)

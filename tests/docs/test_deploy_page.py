@@ -30,5 +30,5 @@ def test_the_listing_pushes_the_project_that_it_is_run_in(tmp_path: Path, monkey
 
 
 @pytest.mark.parametrize("phrase", [phrase for row in rows(PAGE, "What a failure means") for phrase in code_in(row[0])])
-def test_each_failure_is_told_so(phrase: str) -> None:
+def test_each_failure_is_reported_so(phrase: str) -> None:
     assert all(part in WORDS for part in map(str.strip, phrase.split("…")))

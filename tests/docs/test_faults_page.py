@@ -68,8 +68,8 @@ def test_commands_at_the_top_are_understood() -> None:
 
 
 def test_table_has_every_effect_with_its_unit_and_what_it_is_on() -> None:
-    told = {(code_in(row[0])[0], tuple(code_in(row[1]))) for row in rows(PAGE, "What there is")}
-    assert told == {_written(name) for name in fault_names()}
+    answer = {(code_in(row[0])[0], tuple(code_in(row[1]))) for row in rows(PAGE, "What there is")}
+    assert answer == {_written(name) for name in fault_names()}
 
 
 def test_test_of_an_app_passes(folder: Path) -> None:

@@ -16,14 +16,14 @@ def test_the_listing_records_a_run_and_reads_it(
     monkeypatch.chdir(tmp_path)
     (listing,) = (each.text for each in listings(PAGE) if each.language == "python")
     exec(compile(listing, "recording.md", "exec"), {})  # noqa: S102  the page's own
-    told = capsys.readouterr().out.splitlines()
-    assert told[0].startswith("2.0 ")
-    assert any(line.startswith("nose Range(") for line in told[1:])
+    answer = capsys.readouterr().out.splitlines()
+    assert answer[0].startswith("2.0 ")
+    assert any(line.startswith("nose Range(") for line in answer[1:])
 
 
 def test_the_table_names_every_channel_and_its_schema() -> None:
-    told = [(CODE.findall(channels), CODE.findall(schema)) for channels, schema, _ in rows(PAGE, "Look at it")]
-    assert {channel for channels, _ in told for channel in channels} == set(SCHEMAS)
-    for channels, schemas in told:
+    answer = [(CODE.findall(channels), CODE.findall(schema)) for channels, schema, _ in rows(PAGE, "Look at it")]
+    assert {channel for channels, _ in answer for channel in channels} == set(SCHEMAS)
+    for channels, schemas in answer:
         named = [schema for schema in schemas if "." in schema]
         assert not named or {SCHEMAS[channel] for channel in channels} <= set(named)

@@ -29,8 +29,8 @@ def sections() -> Iterator[Any]:
 
 def test_the_table_has_every_driver_and_no_other() -> None:
     rows = re.findall(r"(?m)^\| (`[^|]*`) \|.*\|.*\|.*\|$", PAGE[PAGE.index("| driver | for |") :])
-    told = {name for row in rows for name in re.findall(r"`([a-z-]+)`", row)}
-    assert told == set(DRIVERS)
+    answer = {name for row in rows for name in re.findall(r"`([a-z-]+)`", row)}
+    assert answer == set(DRIVERS)
 
 
 @pytest.mark.parametrize("section", [*sections()], ids=lambda section: section["driver"])

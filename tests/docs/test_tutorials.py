@@ -100,8 +100,8 @@ def test_command_tells_what_the_page_says(
     double: Double, exchange: Exchange, folder: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     execute(arguments(exchange.command, double))
-    told = "".join(capfd.readouterr())
-    assert exchange.is_answered_by(told), told
+    answer = "".join(capfd.readouterr())
+    assert exchange.is_answered_by(answer), answer
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -115,8 +115,8 @@ def test_command_is_one_that_there_is(command: str) -> None:
 @pytest.mark.parametrize("simulator", ["bubblerob"], indirect=True)
 def test_old_reflex_tells_what_the_page_says(double: Double, folder: Path) -> None:
     with old_script(folder, double, "old_reflex.py") as script:
-        told, _ = script.communicate(timeout=PATIENCE_S)
-    assert OLD_REFLEX.is_answered_by(told), told
+        answer, _ = script.communicate(timeout=PATIENCE_S)
+    assert OLD_REFLEX.is_answered_by(answer), answer
 
 
 @pytest.mark.parametrize("simulator", ["green-relay"], indirect=True)

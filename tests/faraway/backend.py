@@ -74,8 +74,8 @@ class FarMotor(Motor):
 
 
 class FarRange(RangeSensor):
-    def __init__(self, told: RangeSensorDescription, wire: Wire) -> None:
-        super().__init__(told.name, min_range=told.min_range_m, max_range=told.max_range_m, cone=told.cone_rad)
+    def __init__(self, answer: RangeSensorDescription, wire: Wire) -> None:
+        super().__init__(answer.name, min_range=answer.min_range_m, max_range=answer.max_range_m, cone=answer.cone_rad)
         self._wire = wire
 
     def _newest(self) -> Range:

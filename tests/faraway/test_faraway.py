@@ -61,7 +61,7 @@ def lost(server: subprocess.Popen[str], monkeypatch: pytest.MonkeyPatch, number:
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
-def test_the_end_has_a_name_and_every_motor_was_told_to_stop(
+def test_the_end_has_a_name_and_every_motor_was_reported_to_stop(
     server: subprocess.Popen[str], backend: FarawayBackend, monkeypatch: pytest.MonkeyPatch, number: signal.Signals
 ) -> None:
     result = lost(server, monkeypatch, number)
@@ -82,6 +82,6 @@ def test_it_is_found_as_an_installed_backend_is_and_comes_to_the_same_decisions(
     digests = []
     for arguments in (["--backend", "faraway", "--port", port_of(server)], ["--backend", "kinematic"]):
         env = {**os.environ, "PYTHONPATH": path}
-        told = subprocess.run([*run_it, *arguments], env=env, capture_output=True, text=True, check=False)
-        digests.append(json.loads(told.stdout)["trace_sha256"])
+        answer = subprocess.run([*run_it, *arguments], env=env, capture_output=True, text=True, check=False)
+        digests.append(json.loads(answer.stdout)["trace_sha256"])
     assert digests[0] == digests[1]

@@ -58,7 +58,9 @@ def test_the_tree_draws_each_error_with_its_bases(name: str) -> None:
     assert drawn <= {base.__name__ for base in DEFINED[name].__mro__}
 
 
-TOLD = [(name, int(found[1])) for name, (*_, told) in _drawn().items() if (found := re.search(r"exit (\d)$", told))]
+TOLD = [
+    (name, int(found[1])) for name, (*_, valuess) in _drawn().items() if (found := re.search(r"exit (\d)$", valuess))
+]
 
 
 @pytest.mark.parametrize("name, status", TOLD)
@@ -135,8 +137,8 @@ def test_an_app_whose_exception_has_no_text_or_endless_text_gives_a_short_error(
     ],
     ids=lambda error: type(error).__name__,
 )
-def test_another_process_can_be_told_of_it(error: BaseException) -> None:
-    told = pickle.loads(pickle.dumps(error))  # noqa: S301  our own
-    assert type(told) is type(error)
-    assert str(told) == str(error)
-    assert told.__dict__.keys() == error.__dict__.keys()
+def test_another_process_can_be_reported_of_it(error: BaseException) -> None:
+    valuess = pickle.loads(pickle.dumps(error))  # noqa: S301  our own
+    assert type(valuess) is type(error)
+    assert str(valuess) == str(error)
+    assert valuess.__dict__.keys() == error.__dict__.keys()

@@ -58,7 +58,7 @@ def test_an_unknown_name_offers_the_nearest(register: Register) -> None:
 
 
 @pytest.mark.parametrize("name, what", [("my_apps", "a folder"), ("my_apps/notes.txt", "no .py file")])
-def test_what_is_there_and_no_app_file_is_told_so(
+def test_what_is_there_and_no_app_file_is_reported_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, what: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -85,7 +85,7 @@ def test_a_project_that_is_not_installed_says_what_to_do(register: Register) -> 
 
 
 @pytest.mark.parametrize("value", ["no_such_module:Thing", "tests.robotcore.fakes:NoSuchThing"])
-def test_what_cannot_be_loaded_is_told_with_its_place_and_the_cause(register: Register, value: str) -> None:
+def test_what_cannot_be_loaded_is_reported_with_its_place_and_the_cause(register: Register, value: str) -> None:
     register(broken=value)
     with pytest.raises(
         BackendMissingError, match=rf"the backend 'broken' \({value}\) cannot be loaded: .*\w"

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from robotcore.description import RobotDescription
     from robotcore.hal.finding import Finding
 
-    Told = tuple[str, Finding]
+    AboutFinding = tuple[str, Finding]
 
 
 MACHINE = "machine"
@@ -39,10 +39,12 @@ def command(
 
     Says what is right, what is wrong and what to do about it; the exit status is 1 where there is an error.
     """
-    if (told_of := merge_options(port, options)) and not (robot and backend):
-        raise UsageError(f"option {next(iter(told_of))}: of which robot, on which backend? Add --robot and --backend")
-    told = _told(robot, backend, told_of)
-    findings = list(told if as_json else _shown(told))
+    if (chosen_options := merge_options(port, options)) and not (robot and backend):
+        raise UsageError(
+            f"option {next(iter(chosen_options))}: of which robot, on which backend? Add --robot and --backend"
+        )
+    found = _find(robot, backend, chosen_options)
+    findings = list(found if as_json else _shown(found))
     levels = [finding.level.value for _, finding in findings]
     warnings, errors = levels.count("warning"), levels.count("error")
     status = 1 if errors else 0
@@ -55,7 +57,7 @@ def command(
     return status
 
 
-def _told(robot: str | None, backend: str | None, options: Mapping[str, str]) -> Iterator[Told]:
+def _find(robot: str | None, backend: str | None, options: Mapping[str, str]) -> Iterator[AboutFinding]:
     """Yield what is found, as it is found; what robots are made of is imported after the machine was looked at."""
     from robotcore.cli.doctor.machine import machine_checks
     from robotcore.hal.finding import findings_of
@@ -85,7 +87,7 @@ def _chosen() -> list[str]:
 
     at_home = []
     for name in backend_names():
-        with suppress(Exception):  # what it raises is told when it is examined
+        with suppress(Exception):  # `_examined` reports what it raises
             at_home += [name] if load_backend(name).is_at_home else []
     return at_home or backend_names()
 
@@ -115,9 +117,9 @@ def _halves(message: str) -> tuple[str, str]:
     return fault, remedy
 
 
-def _shown(told: Iterable[Told]) -> Iterator[Told]:
+def _shown(found: Iterable[AboutFinding]) -> Iterator[AboutFinding]:
     """Write each finding as it comes."""
-    for about, finding in told:
+    for about, finding in found:
         write_finding(finding)
         yield about, finding
 

@@ -55,5 +55,5 @@ def opencv() -> Iterator[Finding]:
 
 
 def _broken(what: str, error: Exception, remedy: str) -> Finding:
-    told = " ".join(str(error).split())
-    return Finding.error(what, f"does not work: {type(error).__name__}: {told}", remedy)
+    text = " ".join(str(error).split())
+    return Finding.error(what, f"does not work: {type(error).__name__}: {text}", remedy)

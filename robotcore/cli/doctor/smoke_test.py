@@ -53,15 +53,15 @@ def _tried(backend: Backend, robot: RobotDescription) -> Finding:
     except RobotcoreError as error:
         return _unopened(backend, str(error))
     except Exception as error:  # noqa: BLE001  a simulator of another build raises anything
-        told = " ".join(str(error).split())
-        return Finding.error(backend.name, f"does not work: {type(error).__name__}: {told}", backend.remedy)
+        text = " ".join(str(error).split())
+        return Finding.error(backend.name, f"does not work: {type(error).__name__}: {text}", backend.remedy)
 
 
-def _unopened(backend: Backend, told: str) -> Finding:
+def _unopened(backend: Backend, text: str) -> Finding:
     """Return an error in its own words, which end with what to do about it, if anybody knows."""
-    fault, _, remedy = told.rpartition(". ")
+    fault, _, remedy = text.rpartition(". ")
     if not fault:
-        return Finding.error(backend.name, told, f"Try robotcore run green-search --backend {backend.name}")
+        return Finding.error(backend.name, text, f"Try robotcore run green-search --backend {backend.name}")
     return Finding.error(backend.name, fault, remedy)
 
 

@@ -47,7 +47,7 @@ class Randomised(NamedTuple):
     """A world, and by name what was drawn for it."""
 
     world: WorldDescription
-    told: DrawnValues
+    values: DrawnValues
 
 
 def randomise(world: WorldDescription, seed: int) -> Randomised:
@@ -56,7 +56,7 @@ def randomise(world: WorldDescription, seed: int) -> Randomised:
     Raises DescriptionError where the targets leave no hue to the rest.
     """
     drawing = _Randomiser(world, seed)
-    return Randomised(drawing.world(), drawing.told)
+    return Randomised(drawing.world(), drawing.drawn)
 
 
 class _Randomiser:
@@ -67,7 +67,7 @@ class _Randomiser:
     """
 
     def __init__(self, world: WorldDescription, seed: int) -> None:
-        self.told: DrawnValues = {}
+        self.drawn: DrawnValues = {}
         self._world, self._seed, self._ranges = world, seed, world.randomisation
         self._hues = _free_hues(world, map(self._target_hue, world.targets))
 
@@ -87,13 +87,13 @@ class _Randomiser:
         brightness = self._number("light_brightness", self._ranges.light_brightness, light.brightness)
         ambient = self._number("light_ambient", self._ranges.light_ambient, light.ambient)
         diffuse = light.diffuse if self._ranges.light_ambient is None else 1 - ambient
-        sky = self._told_colour("sky", self._colour("sky", light.sky_colour))
+        sky = self._note_colour("sky", self._colour("sky", light.sky_colour))
         return light.model_copy(
             update={"brightness": brightness, "ambient": ambient, "diffuse": diffuse, "sky_colour": sky}
         )
 
     def _surface(self, name: str, surface: SurfaceT) -> SurfaceT:
-        colour = self._told_colour(name, self._colour(name, surface.colour))
+        colour = self._note_colour(name, self._colour(name, surface.colour))
         return surface.model_copy(update={"colour": colour, "texture": self._texture(name, surface.texture)})
 
     def _obstacles(self, obstacles: tuple[Box | Cylinder, ...]) -> tuple[Box | Cylinder, ...]:
@@ -109,13 +109,13 @@ class _Randomiser:
         )
 
     def _target(self, ball: Ball) -> Ball:
-        """Return it in another shade of its own hue. What is told is the first one's."""
+        """Return it in another shade of its own hue. The first shade is the one that is noted."""
         ranges, (_, saturation, value) = self._ranges, _hsv(ball.colour)
         saturation *= self._drawn(f"target {ball.name} saturation", ranges.target_saturation, 1.0)
         value *= self._drawn(f"target {ball.name} value", ranges.target_value, 1.0)
         colour = _rgb(self._target_hue(ball), saturation, value)
         if ball == self._world.target:
-            self._told_colour("target", colour)
+            self._note_colour("target", colour)
         return ball.model_copy(update={"colour": colour})
 
     def _target_hue(self, ball: Ball) -> float:
@@ -143,25 +143,25 @@ class _Randomiser:
             return written
         old = written or Texture(pattern="plain")
         pattern = ranges.patterns[int(len(ranges.patterns) * self._share(f"{name}_pattern"))]
-        self.told[f"{name}_pattern"] = pattern
+        self.drawn[f"{name}_pattern"] = pattern
         scale = self._number(f"{name}_pattern_scale_m", ranges.pattern_scale_m, old.scale_m)
         contrast = self._number(f"{name}_pattern_contrast", ranges.pattern_contrast, old.contrast)
         return None if pattern == "plain" else Texture(pattern=pattern, scale_m=scale, contrast=contrast)
 
-    def _told_colour(self, name: str, colour: Rgb) -> Rgb:
+    def _note_colour(self, name: str, colour: Rgb) -> Rgb:
         parts = zip(("hue_deg", "saturation", "value"), _hsv(colour), strict=True)
-        self.told |= {f"{name}_{part}": round(value, 4) for part, value in parts}
+        self.drawn |= {f"{name}_{part}": round(value, 4) for part, value in parts}
         return colour
 
     def _number(self, name: str, limits: Limits | None, written: float) -> float:
-        """Return a number that is told, drawn or as it was."""
+        """Return a number, drawn or as it was, and note it."""
         number = self._drawn(name, limits, written)
         if limits is not None:
-            self.told[name] = number
+            self.drawn[name] = number
         return number
 
     def _drawn(self, name: str, limits: Limits | None, written: float) -> float:
-        """Return a number within limits, to four places, so that it can be told in full."""
+        """Return a number within limits, to four places, so that its text is exact."""
         if limits is None:
             return written
         low, high = limits
@@ -203,8 +203,8 @@ def describe_light(light: Light) -> DrawnValues:
 
 def describe_conditions(conditions: Conditions) -> DrawnValues:
     """Return by name the conditions that are not perfect."""
-    told: DrawnValues = conditions.model_dump(exclude_defaults=True)
-    return told
+    values: DrawnValues = conditions.model_dump(exclude_defaults=True)
+    return values
 
 
 def describe_picture(drawn: DrawnValues) -> DrawnValues:

@@ -96,8 +96,8 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
     file = tmp_path_factory.mktemp("recorded") / "search.mcap"
     with redirect_stdout(StringIO()) as out:
         assert execute(["run", "green-search", "--seed", "7", "--record", str(file), "--json"]) == 0
-    told = json.loads(out.getvalue())
-    return Recorded(file, told["ticks"], f"{told['sim_time_s']:.2f} s")
+    answer = json.loads(out.getvalue())
+    return Recorded(file, answer["ticks"], f"{answer['sim_time_s']:.2f} s")
 
 
 @pytest.fixture(scope="session")

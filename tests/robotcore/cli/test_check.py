@@ -30,20 +30,20 @@ def _registered(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("robotcore.hal.backend.load_backend", lambda _name: Looking())
 
 
-def test_what_is_there_is_told_device_by_device(cli: Cli) -> None:
-    told = cli("check", "rover", "--backend", "memory", "--port", "19997", "--option", "stepped=false")
-    assert (told.status, told.err) == (0, "")
-    assert told.out.splitlines()[1].split() == ["ok", "left_motor", "/rover/leftMotor,", "a", "joint"]
+def test_what_is_there_is_reported_device_by_device(cli: Cli) -> None:
+    answer = cli("check", "rover", "--backend", "memory", "--port", "19997", "--option", "stepped=false")
+    assert (answer.status, answer.err) == (0, "")
+    assert answer.out.splitlines()[1].split() == ["ok", "left_motor", "/rover/leftMotor,", "a", "joint"]
     assert Looking.asked.robot.name == "rover"
     assert Looking.asked.options == {"port": "19997", "stepped": "false"}
 
 
-def test_what_is_missing_fails_and_is_told_with_what_to_do(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_missing_fails_and_is_reported_with_what_to_do(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Looking, "found", (LOST, JOINT))
-    told = cli("check", "rover", "--backend", "memory")
-    assert told.status == 1
-    assert "the scene has no object '/nose'" in told.out
-    assert "→ Did you mean '/rover/nose'?" in told.out
+    answer = cli("check", "rover", "--backend", "memory")
+    assert answer.status == 1
+    assert "the scene has no object '/nose'" in answer.out
+    assert "→ Did you mean '/rover/nose'?" in answer.out
 
 
 def test_simulator_that_does_not_answer_is_the_backends_failure(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -51,15 +51,15 @@ def test_simulator_that_does_not_answer_is_the_backends_failure(cli: Cli, monkey
         raise BackendError("nobody answers at 127.0.0.1:19997")
 
     monkeypatch.setattr(Looking, "look", dead)
-    told = cli("check", "rover", "--backend", "memory")
-    assert (told.status, told.err) == (3, "error: nobody answers at 127.0.0.1:19997\n")
+    answer = cli("check", "rover", "--backend", "memory")
+    assert (answer.status, answer.err) == (3, "error: nobody answers at 127.0.0.1:19997\n")
 
 
 def test_backend_that_joins_no_scene_has_nothing_to_look_at(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delattr(Looking, "look")
-    told = cli("check", "rover", "--backend", "memory")
-    assert told.status == 2
-    assert "nothing to look at" in told.err
+    answer = cli("check", "rover", "--backend", "memory")
+    assert answer.status == 2
+    assert "nothing to look at" in answer.err
 
 
 @pytest.mark.parametrize("asked", [("arena", "--backend", "memory"), ("rover", "--port", "19997")])

@@ -16,8 +16,8 @@ from tests.robotcore.hardware.device_drivers import EYE, NECK, register, robot_f
     ],
 )
 def test_check_says_what_is_described(cli: Cli, name: str, summary: str) -> None:
-    told = cli("check", name)
-    assert (told.status, told.out.splitlines()[0], told.err) == (0, f"{name}: OK, {summary}", "")
+    answer = cli("check", name)
+    assert (answer.status, answer.out.splitlines()[0], answer.err) == (0, f"{name}: OK, {summary}", "")
 
 
 def test_check_lets_a_backend_check_its_own_section(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -34,9 +34,9 @@ def test_check_tells_what_may_do_harm_and_passes(cli: Cli, tmp_path: Path, monke
     )
     file = tmp_path / "post.toml"
     file.write_text(robot_file(NECK + EYE))
-    told = cli("check", str(file))
-    assert told.status == 0
-    assert told.out.splitlines()[2:] == [f"{file}: [plugboard] warning: neck: it wobbles. Tie it"]
+    answer = cli("check", str(file))
+    assert answer.status == 0
+    assert answer.out.splitlines()[2:] == [f"{file}: [plugboard] warning: neck: it wobbles. Tie it"]
 
 
 def test_check_tells_all_that_is_wrong_with_a_section_by_the_files_own_name(
@@ -45,9 +45,9 @@ def test_check_tells_all_that_is_wrong_with_a_section_by_the_files_own_name(
     register(monkeypatch)
     file = tmp_path / "post.toml"
     file.write_text(robot_file(NECK.replace("pin", "pni") + EYE.replace("2", "10")))
-    told = cli("check", str(file))
-    assert (told.status, told.out) == (2, "")
-    assert [line.removeprefix(f"error: {file}: ").partition(":")[0] for line in told.err.splitlines()] == [
+    answer = cli("check", str(file))
+    assert (answer.status, answer.out) == (2, "")
+    assert [line.removeprefix(f"error: {file}: ").partition(":")[0] for line in answer.err.splitlines()] == [
         *("plugboard.neck.pni", "plugboard.eye.pin")
     ]
 
@@ -56,9 +56,9 @@ def test_check_says_which_section_no_backend_reads(cli: Cli, tmp_path: Path, mon
     register(monkeypatch)
     file = tmp_path / "post.toml"
     file.write_text(robot_file(f"{NECK}{EYE}[kinematic]\nx = 1\n"))
-    told = cli("check", str(file))
-    assert told.status == 0
-    assert f"{file}: [kinematic] was not checked: the backend reads no section" in told.out.splitlines()
+    answer = cli("check", str(file))
+    assert answer.status == 0
+    assert f"{file}: [kinematic] was not checked: the backend reads no section" in answer.out.splitlines()
 
 
 def test_check_fails_where_a_section_cannot_be_checked_and_checks_the_others_all_the_same(
@@ -68,24 +68,24 @@ def test_check_fails_where_a_section_cannot_be_checked_and_checks_the_others_all
     file = tmp_path / "post.toml"
     broken = EYE.replace('"plug"', '"broken"')
     file.write_text(robot_file(f'{NECK}{broken}[raspberrypi.eye]\ndriver = "plug"\npin = 2\n[kinematic]\nx = 1\n'))
-    told = cli("check", str(file))
-    assert told.status == 2
-    assert "raspberrypi.neck: is missing" in told.err
+    answer = cli("check", str(file))
+    assert answer.status == 2
+    assert "raspberrypi.neck: is missing" in answer.err
     file.write_text(robot_file(f"{NECK}{broken}[kinematic]\nx = 1\n"))
-    told = cli("check", str(file))
-    assert told.status == 3
-    assert [line.removeprefix(f"{file}: ").partition(",")[0] for line in told.out.splitlines()] == [
+    answer = cli("check", str(file))
+    assert answer.status == 3
+    assert [line.removeprefix(f"{file}: ").partition(",")[0] for line in answer.out.splitlines()] == [
         *("OK", "[kinematic] was not checked: the backend reads no section")
     ]
-    assert told.err.startswith(f"error: {file}: [plugboard] was not checked: the device driver 'broken'")
-    assert "no_such_package" in told.err
+    assert answer.err.startswith(f"error: {file}: [plugboard] was not checked: the device driver 'broken'")
+    assert "no_such_package" in answer.err
 
 
 def test_check_reads_a_users_own_file(cli: Cli, tmp_path: Path) -> None:
     file = tmp_path / "yard.toml"
     file.write_text('name = "yard"\n[floor]\nlength_m = 3.0\nwidth_m = 2.0\n')
-    told = cli("check", str(file))
-    assert told.out == f"{file}: OK, the world 'yard': 3 m x 2 m, 0 obstacles, 0 targets (nothing to search for)\n"
+    answer = cli("check", str(file))
+    assert answer.out == f"{file}: OK, the world 'yard': 3 m x 2 m, 0 obstacles, 0 targets (nothing to search for)\n"
 
 
 def test_check_says_which_sections_a_world_has_of_its_own(cli: Cli, tmp_path: Path) -> None:
@@ -98,18 +98,18 @@ def test_check_says_which_sections_a_world_has_of_its_own(cli: Cli, tmp_path: Pa
 def test_check_tells_a_fault_in_one_line(cli: Cli, tmp_path: Path) -> None:
     file = tmp_path / "yard.toml"
     file.write_text('name = "yard"\n[floor]\nlength_m = -3.0\nwidth_m = 2.0\n')
-    told = cli("check", str(file))
-    assert (told.status, told.out) == (2, "")
-    assert told.err.startswith(f"error: {file}: floor.length_m: ")
-    assert len(told.err.splitlines()) == 1
+    answer = cli("check", str(file))
+    assert (answer.status, answer.out) == (2, "")
+    assert answer.err.startswith(f"error: {file}: floor.length_m: ")
+    assert len(answer.err.splitlines()) == 1
 
 
 @pytest.mark.parametrize("command", [("check",), ("run", "green-search", "--world")])
-def test_all_faults_of_a_file_are_told_a_line_each(cli: Cli, tmp_path: Path, command: tuple[str, ...]) -> None:
+def test_all_faults_of_a_file_are_reported_a_line_each(cli: Cli, tmp_path: Path, command: tuple[str, ...]) -> None:
     file = tmp_path / "yard.toml"
     file.write_text('name = "Yard"\n[floor]\nlength_m = -3.0\n[flor]\n')
-    told = cli(*command, str(file))
-    assert (told.status, told.out) == (2, "")
-    assert [line.removeprefix(f"error: {file}: ").split(":")[0] for line in told.err.splitlines()] == [
+    answer = cli(*command, str(file))
+    assert (answer.status, answer.out) == (2, "")
+    assert [line.removeprefix(f"error: {file}: ").split(":")[0] for line in answer.err.splitlines()] == [
         *("name", "floor.length_m", "floor.width_m", "flor")
     ]

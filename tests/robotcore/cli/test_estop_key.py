@@ -156,9 +156,9 @@ def test_the_space_bar_stops_the_run(terminal: Terminal) -> None:
     wait_for(lambda: terminal.is_raw)
     wait_for(lambda: b"space: stop" in terminal.shown)
     terminal.type(b"x ")
-    told, exited = ended(terminal)
-    assert (told["outcome"], exited) == ("stopped", "exited 4")
-    assert told["reason"] == "e-stop: the space bar was pressed in the terminal"
+    answer, exited = ended(terminal)
+    assert (answer["outcome"], exited) == ("stopped", "exited 4")
+    assert answer["reason"] == "e-stop: the space bar was pressed in the terminal"
     assert terminal.is_as_it_was
 
 
@@ -167,8 +167,8 @@ def test_other_keys_do_nothing_and_ctrl_c_is_what_it_was(terminal: Terminal) -> 
     wait_for(lambda: terminal.is_raw)
     terminal.type(b"stop!\n")
     terminal.type(b"\x03")
-    told, exited = ended(terminal)
-    assert (told["outcome"], exited) == ("interrupted", "exited -2")
+    answer, exited = ended(terminal)
+    assert (answer["outcome"], exited) == ("interrupted", "exited -2")
     assert terminal.is_as_it_was
 
 
@@ -176,8 +176,8 @@ def test_the_terminal_is_put_back_by_a_process_that_ends_itself(terminal: Termin
     app = tmp_path / "impervious.py"
     app.write_text(IMPERVIOUS)
     terminal.run(str(app))
-    told, exited = ended(terminal)
-    assert (told["outcome"], exited) == ("stopped", "exited 4")
+    answer, exited = ended(terminal)
+    assert (answer["outcome"], exited) == ("stopped", "exited 4")
     assert terminal.is_as_it_was
 
 
@@ -187,8 +187,8 @@ def test_an_app_that_reads_the_terminal_gets_what_it_reads_and_the_run_ends(term
     terminal.run(str(app))
     wait_for(lambda: b"go on?" in terminal.shown)
     wait_for(lambda: answered(terminal))
-    told, exited = ended(terminal)
-    assert (told["outcome"], exited) == ("success", "exited 0")
+    answer, exited = ended(terminal)
+    assert (answer["outcome"], exited) == ("success", "exited 0")
     assert terminal.is_as_it_was
 
 
@@ -201,8 +201,8 @@ def test_a_debugger_has_the_terminal_to_itself(terminal: Terminal, tmp_path: Pat
     terminal.type(b"p 6 * 7\n")
     wait_for(lambda: b"42" in terminal.shown)
     terminal.type(b"continue\n")
-    told, exited = ended(terminal)
-    assert (told["outcome"], exited) == ("success", "exited 0")
+    answer, exited = ended(terminal)
+    assert (answer["outcome"], exited) == ("success", "exited 0")
     assert terminal.is_as_it_was
 
 
@@ -215,16 +215,16 @@ def test_suspended_it_leaves_the_terminal_to_the_shell_and_takes_it_again(termin
     terminal.go_on()
     wait_for(lambda: terminal.is_raw)
     terminal.type(b" ")
-    told, exited = ended(terminal)
-    assert (told["outcome"], exited) == ("stopped", "exited 4")
+    answer, exited = ended(terminal)
+    assert (answer["outcome"], exited) == ("stopped", "exited 4")
     assert terminal.is_as_it_was
 
 
 def test_in_the_background_it_leaves_the_terminal_alone(terminal: Terminal) -> None:
     terminal.run("avoid-obstacles", "--realtime", "--timeout", "1", place="behind")
     terminal.type(b"  \n")
-    told, exited = ended(terminal)
-    assert (told["outcome"], exited) == ("timeout", "exited 1")
+    answer, exited = ended(terminal)
+    assert (answer["outcome"], exited) == ("timeout", "exited 1")
     assert terminal.is_as_it_was
 
 
@@ -232,8 +232,8 @@ def test_what_is_typed_just_after_it_went_behind_stops_no_job_that_drives(termin
     drive = ("avoid-obstacles", "--realtime", "--timeout", "2", "--world", "open")
     terminal.run(*drive, place="behind", program=("-c", JUST_BEHIND))
     terminal.type(b"  \n")
-    told, exited = ended(terminal)
-    assert (told["outcome"], exited) == ("timeout", "exited 1")
+    answer, exited = ended(terminal)
+    assert (answer["outcome"], exited) == ("timeout", "exited 1")
 
 
 @pytest.fixture
@@ -276,8 +276,8 @@ def test_the_key_is_offered_only_while_the_terminal_is_ours(
 def test_an_interrupt_just_after_the_terminal_was_taken_leaves_it_as_it_was(
     terminal: Terminal, bar: keys.EmergencyStopKey, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def take_and_be_interrupted(*told: Any) -> None:
-        termios.tcsetattr(*told)
+    def take_and_be_interrupted(*answer: Any) -> None:
+        termios.tcsetattr(*answer)
         raise Interrupted(signal.SIGINT)
 
     monkeypatch.setattr(tty, "tcsetattr", take_and_be_interrupted)
@@ -291,7 +291,7 @@ def test_an_interrupt_just_after_the_terminal_was_taken_leaves_it_as_it_was(
 def test_an_interrupt_just_before_the_terminal_is_put_back_leaves_it_as_it_was(
     terminal: Terminal, bar: keys.EmergencyStopKey, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def be_interrupted(*told: Any) -> None:
+    def be_interrupted(*answer: Any) -> None:
         raise Interrupted(signal.SIGINT)
 
     bar.go_on()

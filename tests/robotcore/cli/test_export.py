@@ -67,14 +67,14 @@ def test_names_no_picture_by_what_is_no_unicode(cli: Cli, tmp_path: Path) -> Non
 
 @pytest.mark.usefixtures("_pictured")
 def test_says_what_is_left_out_beside_what_goes_to_stdout(cli: Cli) -> None:
-    told = cli("export", "rover", "--format", "mjcf")
-    assert (told.status, told.out, told.err) == (0, "<model/>\n", "note: 1 texture left out\n")
+    answer = cli("export", "rover", "--format", "mjcf")
+    assert (answer.status, answer.out, answer.err) == (0, "<model/>\n", "note: 1 texture left out\n")
 
 
 def test_says_that_urdf_knows_no_patterns(cli: Cli, tmp_path: Path) -> None:
     (tmp_path / "hall.toml").write_text(TEXTURED)
-    told = cli("export", "rover", "--world", str(tmp_path / "hall.toml"))
-    assert (told.status, told.err) == (0, "note: URDF knows no patterns: each surface has its one colour\n")
+    answer = cli("export", "rover", "--world", str(tmp_path / "hall.toml"))
+    assert (answer.status, answer.err) == (0, "note: URDF knows no patterns: each surface has its one colour\n")
     assert cli("export", "rover", "--world", "arena").err == ""
 
 
@@ -92,24 +92,24 @@ def test_tells_in_a_line_what_cannot_be(cli: Cli, asked: list[str], status: int,
 
 def test_tells_how_to_install_a_simulator_that_is_missing(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("drivers.mujoco.backend.MujocoBackend.modules", ("no_such_simulator",))
-    told = cli("export", "rover", "--format", "mjcf")
-    assert (told.status, told.out) == (3, "")
-    assert told.err == "error: the backend 'mujoco' is not installed. pip install \"robotcore[sim]\"\n"
+    answer = cli("export", "rover", "--format", "mjcf")
+    assert (answer.status, answer.out) == (3, "")
+    assert answer.err == "error: the backend 'mujoco' is not installed. pip install \"robotcore[sim]\"\n"
 
 
 def test_says_where_it_cannot_write(cli: Cli, tmp_path: Path) -> None:
-    told = cli("export", "rover", "--output", str(tmp_path / "missing" / "rover.urdf"))
-    assert told.status == 2
-    assert "missing/rover.urdf: No such file or directory. Name a file that can be written" in told.err
+    answer = cli("export", "rover", "--output", str(tmp_path / "missing" / "rover.urdf"))
+    assert answer.status == 2
+    assert "missing/rover.urdf: No such file or directory. Name a file that can be written" in answer.err
 
 
 @pytest.mark.usefixtures("_pictured")
 def test_says_which_file_is_in_the_way_of_the_pictures(cli: Cli, tmp_path: Path) -> None:
     (tmp_path / "hall_textures").touch()
-    told = cli("export", "rover", "--format", "mjcf", "--output", str(tmp_path / "hall.xml"))
-    assert told.status == 2
-    assert f"{tmp_path / 'hall_textures'}: File exists" in told.err
-    assert len(told.err.splitlines()) == 1
+    answer = cli("export", "rover", "--format", "mjcf", "--output", str(tmp_path / "hall.xml"))
+    assert answer.status == 2
+    assert f"{tmp_path / 'hall_textures'}: File exists" in answer.err
+    assert len(answer.err.splitlines()) == 1
 
 
 @pytest.mark.usefixtures("_pictured")
@@ -128,9 +128,9 @@ def test_leaves_no_half_of_a_model_on_a_full_disk(cli: Cli, tmp_path: Path, monk
             raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(Path, "write_bytes", fill)
-    told = cli("export", "rover", "--output", str(file))
-    assert told.status == 2
-    assert told.err == (
+    answer = cli("export", "rover", "--output", str(file))
+    assert answer.status == 2
+    assert answer.err == (
         f"error: {file}: No space left on device. Name a file that can be written, where there is room\n"
     )
     assert not file.exists()
@@ -156,8 +156,8 @@ def test_writes_over_no_description_that_it_reads(cli: Cli, tmp_path: Path, read
     robot.write_text(files.ROVER, encoding="utf-8")
     world.write_text(files.ARENA, encoding="utf-8")
     output = tmp_path / f"{read}.toml"
-    told = cli("export", str(robot), "--world", str(world), "--output", str(output))
-    assert told == (2, "", f"error: --output {output}: this is the file that is read. Name another one\n")
+    answer = cli("export", str(robot), "--world", str(world), "--output", str(output))
+    assert answer == (2, "", f"error: --output {output}: this is the file that is read. Name another one\n")
     assert (robot.read_text(), world.read_text()) == (files.ROVER, files.ARENA)
 
 

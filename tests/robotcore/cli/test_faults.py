@@ -20,9 +20,9 @@ def test_a_run_tells_its_faults_in_their_canonical_form(cli: Cli, tmp_path: Path
     file.write_text('[[fault]]\ntarget = "left_motor"\neffect = "weak"\nvalue = 0.60\n')
     asked = ("--fault", str(file), "--fault", "range  no-echo=0.10  after=60")
     assert cli("run", *SHORT, *asked, "--json").json["faults"] == ["left_motor weak=0.6", "range no_echo=0.1 after=60"]
-    told = cli("run", *SHORT, *asked).out
-    assert "with faults: left_motor weak=0.6" in told
-    assert "ended before: range no_echo=0.1 after=60" in told
+    answer = cli("run", *SHORT, *asked).out
+    assert "with faults: left_motor weak=0.6" in answer
+    assert "ended before: range no_echo=0.1 after=60" in answer
 
 
 @pytest.mark.parametrize("command", ["run", "sweep"])
@@ -40,9 +40,9 @@ def test_a_wrong_fault_is_refused_before_anything_runs(
     cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str, spec: str, lines: list[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    told = cli(command, *SHORT, "--fault", spec)
-    assert told.status == 2
-    first, second = told.err.splitlines()
+    answer = cli(command, *SHORT, "--fault", spec)
+    assert answer.status == 2
+    first, second = answer.err.splitlines()
     assert lines[0] in first
     assert lines[1] in second
     assert list(tmp_path.iterdir()) == []
@@ -50,11 +50,11 @@ def test_a_wrong_fault_is_refused_before_anything_runs(
 
 
 def test_a_run_that_does_not_begin_answers_with_the_faults_it_was_asked_for(cli: Cli) -> None:
-    told = cli("run", "avoid-obstacles", "--world", "nowhere", "--fault", "range  drop=0.50", "--json")
-    assert (told.status, told.json["faults"]) == (2, ["range drop=0.5"])
+    answer = cli("run", "avoid-obstacles", "--world", "nowhere", "--fault", "range  drop=0.50", "--json")
+    assert (answer.status, answer.json["faults"]) == (2, ["range drop=0.5"])
 
 
-def test_a_run_that_never_came_back_is_told_with_its_faults() -> None:
+def test_a_run_that_never_came_back_is_reported_with_its_faults() -> None:
     request = RunRequest("avoid-obstacles", world="open", faults=("range drop=0.5",))
     assert unfinished(request, BackendError("died")).record.result.faults == ["range drop=0.5"]
 

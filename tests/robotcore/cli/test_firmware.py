@@ -55,11 +55,11 @@ def test_flashed_board_tells_what_it_runs(cli: Cli, tools: Tools, pty: Pty, deaf
     tools.put("avrdude")
     board = AnsweringBoard(pty, b"\xf0noise\r\nrobotcore-bridge 1\r\n", deaf_lines)
     try:
-        told = cli("firmware", "flash", "--board", "nano-old", "--port", str(pty.path))
+        answer = cli("firmware", "flash", "--board", "nano-old", "--port", str(pty.path))
     finally:
         board.close()
-    assert (told.status, told.err) == (0, "")
-    assert told.out == (
+    assert (answer.status, answer.err) == (0, "")
+    assert answer.out == (
         f"built robotcore_bridge.ino.hex with arduino-cli: 4 of 30720 bytes\nflashing the nano-old at {pty.path} ...\n"
         f"flashed and verified with avrdude\n{pty.path} answers: robotcore-bridge 1\n"
     )
@@ -75,43 +75,43 @@ def test_board_that_does_not_answer_as_ours_does_is_no_success(
     tools.put("avrdude")
     board = AnsweringBoard(pty, says)
     try:
-        told = cli("firmware", "flash", "--port", str(pty.path))
+        answer = cli("firmware", "flash", "--port", str(pty.path))
     finally:
         board.close()
-    assert told.status == 3
-    assert f"{pty.path}: was flashed, but asked for its version at 57600 baud it said {told_as}. Press" in told.err
+    assert answer.status == 3
+    assert f"{pty.path}: was flashed, but asked for its version at 57600 baud it said {told_as}. Press" in answer.err
 
 
 def test_avrdude_that_fails_is_quoted_and_the_board_is_not_asked(cli: Cli, tools: Tools, pty: Pty) -> None:
     tools.put("avrdude", "echo 'avrdude: stk500_recv(): programmer is not responding' >&2; exit 1")
-    told = cli("firmware", "flash", "--port", str(pty.path))
-    assert (told.status, pty.heard()) == (3, b"")
-    assert "avrdude failed (exit 1). A board that does not respond may have the other bootloader: try " in told.err
-    assert "It said:\n  avrdude: stk500_recv(): programmer is not responding" in told.err
+    answer = cli("firmware", "flash", "--port", str(pty.path))
+    assert (answer.status, pty.heard()) == (3, b"")
+    assert "avrdude failed (exit 1). A board that does not respond may have the other bootloader: try " in answer.err
+    assert "It said:\n  avrdude: stk500_recv(): programmer is not responding" in answer.err
 
 
 def test_without_avrdude_arduino_cli_uploads(cli: Cli, tools: Tools, pty: Pty) -> None:
     board = AnsweringBoard(pty, b"robotcore-bridge 1\r\n")
     try:
-        told = cli("firmware", "flash", "--board", "nano", "--port", str(pty.path))
+        answer = cli("firmware", "flash", "--board", "nano", "--port", str(pty.path))
     finally:
         board.close()
-    assert "flashed and verified with arduino-cli\n" in told.out
+    assert "flashed and verified with arduino-cli\n" in answer.out
     called = tools.calls[-1]
     assert called.startswith(f"arduino-cli upload --fqbn arduino:avr:nano --port {pty.path} --verify --input-file /")
 
 
 def test_what_flashes_is_named_where_there_is_nothing(cli: Cli, tools: Tools, pty: Pty) -> None:
     (pty.path.parent / "bin" / "arduino-cli").unlink()
-    told = cli("firmware", "flash", "--port", str(pty.path))
-    assert (told.status, told.out) == (3, "")
-    assert "nothing here builds for a uno. Install arduino-cli" in told.err
+    answer = cli("firmware", "flash", "--port", str(pty.path))
+    assert (answer.status, answer.out) == (3, "")
+    assert "nothing here builds for a uno. Install arduino-cli" in answer.err
 
 
 def test_built_program_is_left_where_it_was_asked_for(cli: Cli, tools: Tools, tmp_path: Path) -> None:
-    told = cli("firmware", "build", "--into", str(tmp_path / "new" / "folder"))
+    answer = cli("firmware", "build", "--into", str(tmp_path / "new" / "folder"))
     image = tmp_path / "new" / "folder" / "robotcore_bridge.ino.hex"
-    assert told.out.splitlines()[-1] == str(image)
+    assert answer.out.splitlines()[-1] == str(image)
     assert image.is_file()
 
 
@@ -125,6 +125,6 @@ def test_copy_tells_which_file_to_edit_and_what_to_do_then(cli: Cli, tmp_path: P
 
 
 def test_board_that_is_none_is_refused(cli: Cli) -> None:
-    told = cli("firmware", "build", "--board", "mega")
-    assert told.status == 2
-    assert "'mega' is not one of 'uno', 'nano', 'nano-old'" in told.err
+    answer = cli("firmware", "build", "--board", "mega")
+    assert answer.status == 2
+    assert "'mega' is not one of 'uno', 'nano', 'nano-old'" in answer.err

@@ -21,9 +21,9 @@ def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-def _answer(told: Told) -> tuple[str, str, int]:
-    assert told.json["exit_status"] == told.status
-    return told.json["app"], told.json["error"], told.status
+def _answer(answer: Told) -> tuple[str, str, int]:
+    assert answer.json["exit_status"] == answer.status
+    return answer.json["app"], answer.json["error"], answer.status
 
 
 @BOTH
@@ -38,39 +38,39 @@ def _answer(told: Told) -> tuple[str, str, int]:
         ([], 2, "Missing argument 'APP'"),
     ],
 )
-def test_what_cannot_begin_is_told_in_one_line_of_json_and_on_stderr(
+def test_what_cannot_begin_is_reported_in_one_line_of_json_and_on_stderr(
     cli: Cli, command: str, arguments: list[str], status: int, fault: str
 ) -> None:
-    told = cli(command, *arguments, "--json")
-    app, error, exit_status = _answer(told)
+    answer = cli(command, *arguments, "--json")
+    app, error, exit_status = _answer(answer)
     assert (app, exit_status) == ("".join(arguments[:1]), status)
     assert fault in error
-    assert error in told.err
+    assert error in answer.err
 
 
 @BOTH
-def test_an_app_file_that_cannot_be_imported_is_told_with_its_traceback(cli: Cli, command: str) -> None:
+def test_an_app_file_that_cannot_be_imported_is_reported_with_its_traceback(cli: Cli, command: str) -> None:
     Path("odd.py").write_text("x = (\n")
-    told = cli(command, "odd.py", "--json")
-    assert _answer(told) == ("odd.py", told.err.splitlines()[-1].removeprefix("error: "), 5)
-    assert "SyntaxError" in told.json["error"]
-    assert re.match(r' +File ".*odd\.py", line 1\n +x = \(\n', told.err), "and nothing of what imports it"
+    answer = cli(command, "odd.py", "--json")
+    assert _answer(answer) == ("odd.py", answer.err.splitlines()[-1].removeprefix("error: "), 5)
+    assert "SyntaxError" in answer.json["error"]
+    assert re.match(r' +File ".*odd\.py", line 1\n +x = \(\n', answer.err), "and nothing of what imports it"
 
 
-def test_options_that_do_not_go_together_are_told(cli: Cli) -> None:
+def test_options_that_do_not_go_together_are_reported(cli: Cli) -> None:
     app, error, status = _answer(cli("sweep", "green-search", "--cluster", "tcp://lab:8786", "--jobs", "2", "--json"))
     assert (app, status) == ("green-search", 2)
     assert "--jobs is for this machine" in error
 
 
-def test_a_missing_backend_is_told_with_its_remedy(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_backend_is_reported_with_its_remedy(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("drivers.kinematic.backend.KinematicBackend.modules", ("no_such_simulator",))
     app, error, status = _answer(cli("run", "green-search", "--json"))
     assert (app, status) == ("green-search", 3)
     assert "kinematic" in error
 
 
-def test_a_folder_that_is_refused_and_a_backend_that_fails_in_the_middle_are_told(
+def test_a_folder_that_is_refused_and_a_backend_that_fails_in_the_middle_are_reported(
     cli: Cli, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(*_: object) -> None:
@@ -85,9 +85,9 @@ def test_a_folder_that_is_refused_and_a_backend_that_fails_in_the_middle_are_tol
 
 @BOTH
 def test_without_json_nothing_is_on_stdout(cli: Cli, command: str) -> None:
-    told = cli(command, "green-serch")
-    assert (told.status, told.out) == (2, "")
-    assert "Did you mean" in told.err
+    answer = cli(command, "green-serch")
+    assert (answer.status, answer.out) == (2, "")
+    assert "Did you mean" in answer.err
 
 
 @BOTH
@@ -95,17 +95,17 @@ def test_without_json_nothing_is_on_stdout(cli: Cli, command: str) -> None:
 def test_a_signal_before_the_first_run_has_its_line_too(cli: Cli, command: str, number: signal.Signals) -> None:
     process = {"run": "os.getpid()", "sweep": SWEEP}[command]  # a sweep looks at the app in another process
     Path("odd.py").write_text(f"import os\nos.kill({process}, {int(number)})\nwhile True: ...\n")
-    told = cli(command, "odd.py", "--json")
-    assert _answer(told) == ("odd.py", f"interrupted by {number.name}", 128 + number)
-    assert told.err == f"error: interrupted by {number.name}\n"
+    answer = cli(command, "odd.py", "--json")
+    assert _answer(answer) == ("odd.py", f"interrupted by {number.name}", 128 + number)
+    assert answer.err == f"error: interrupted by {number.name}\n"
 
 
 @BOTH
 def test_what_an_app_prints_while_it_is_looked_at_does_not_get_into_the_json(cli: Cli, command: str) -> None:
     Path("odd.py").write_text("print('hello')\n1 / 0\n")
-    told = cli(command, "odd.py", "--json")
-    assert told.json["exit_status"] == 5
-    assert told.err.startswith("hello\n")
+    answer = cli(command, "odd.py", "--json")
+    assert answer.json["exit_status"] == 5
+    assert answer.err.startswith("hello\n")
 
 
 def test_a_line_that_nobody_reads_leaves_the_exit_status_as_it_is() -> None:
@@ -121,8 +121,8 @@ def test_a_class_is_collected_with_the_one_whose_file_is_broken(cli: Cli) -> Non
     works = "from robotcore import Behaviour, Status\nclass Ready(Behaviour):\n"
     Path("ann.py").write_text(f"{works}    def step(self, robot):\n        return Status.SUCCESS\n")
     Path("bob.py").write_text(f"{works}    def step(self, robot)\n")
-    told = [
+    answer = [
         cli("sweep", app, "--world", "open", "--seeds", "1", "--jobs", "1", "--json") for app in ("ann.py", "bob.py")
     ]
-    grades = [json.loads(line) for each in told for line in each.out.splitlines()]
+    grades = [json.loads(line) for each in answer for line in each.out.splitlines()]
     assert [(grade["app"], "error" in grade) for grade in grades] == [("ann.py", False), ("bob.py", True)]

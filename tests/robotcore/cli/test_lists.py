@@ -31,10 +31,10 @@ def test_a_broken_plugin_does_not_hide_the_others(cli: Cli, monkeypatch: pytest.
     points = {group: {**registry._points(group), "broken": broken} for group in (registry.BACKENDS, registry.APPS)}
     monkeypatch.setattr("robotcore.plugins._points", points.get)
     for name, other in (("backends", "kinematic"), ("apps", "green-search")):
-        told = cli(name)
-        assert told.status == 0
-        assert other in told.out
-        assert "no_such_package" in told.out
+        answer = cli(name)
+        assert answer.status == 0
+        assert other in answer.out
+        assert "no_such_package" in answer.out
 
 
 def test_apps_tell_needs_settings_and_milestones(cli: Cli) -> None:

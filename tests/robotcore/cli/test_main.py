@@ -18,11 +18,11 @@ HEAVY = ("numpy", "cv2", "pydantic", "rich")
 
 
 def test_help_lists_every_command_with_a_whole_line_about_it(cli: Cli) -> None:
-    told = cli("--help")
+    answer = cli("--help")
     context = click.Context(robotcore)
-    assert told.status == 0
+    assert answer.status == 0
     for name in robotcore.list_commands(context):
-        line = next(line for line in told.out.splitlines() if line.startswith(f"  {name} "))
+        line = next(line for line in answer.out.splitlines() if line.startswith(f"  {name} "))
         assert line.endswith(".")
         assert not line.endswith("...")
 
@@ -53,11 +53,11 @@ def test_unknown_command_offers_the_nearest(cli: Cli) -> None:
     assert cli("bakends") == (2, "", "error: unknown command 'bakends'. Did you mean 'backends'?\n")
 
 
-def test_unknown_option_is_told_in_two_lines(cli: Cli) -> None:
-    told = cli("run", "--sead", "3")
-    assert told.status == 2
-    assert told.err.startswith("error: No such option")
-    assert told.err.splitlines()[1] == "Try 'robotcore run --help'."
+def test_unknown_option_is_reported_in_two_lines(cli: Cli) -> None:
+    answer = cli("run", "--sead", "3")
+    assert answer.status == 2
+    assert answer.err.startswith("error: No such option")
+    assert answer.err.splitlines()[1] == "Try 'robotcore run --help'."
 
 
 def test_a_pipe_that_is_closed_early_is_no_noise() -> None:
@@ -78,7 +78,7 @@ def test_interrupted_outside_a_run_is_128_plus_sigint(cli: Cli, monkeypatch: pyt
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_process_that_was_interrupted_dies_of_the_signal_with_all_told(app_file: AppFile, number: int) -> None:
+def test_a_process_that_was_interrupted_dies_of_the_signal_with_all_reported(app_file: AppFile, number: int) -> None:
     command = [sys.executable, "-m", "robotcore", "run", app_file(f"os.kill(os.getpid(), {int(number)})"), "--json"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (-number, "")

@@ -18,8 +18,8 @@ from tests.robotcore.cli.conftest import AppFile, Cli
 def address(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     """Of systemd's socket, as a service's process is given it."""
     path = str(tmp_path / "notify")
-    told = {"NOTIFY_SOCKET": path, "WATCHDOG_USEC": "60000000", "WATCHDOG_PID": str(os.getpid())}
-    for name, value in told.items():
+    answer = {"NOTIFY_SOCKET": path, "WATCHDOG_USEC": "60000000", "WATCHDOG_PID": str(os.getpid())}
+    for name, value in answer.items():
         monkeypatch.setenv(name, value)
     return path
 
@@ -28,9 +28,9 @@ def test_a_run_tells_systemd_and_hides_it_from_what_the_app_starts(cli: Cli, app
     app = app_file("raise ValueError(sorted(each for each in os.environ if each.startswith(('NOTIFY', 'WATCHDOG'))))")
     with socket(AF_UNIX, SOCK_DGRAM) as systemd:
         systemd.bind(address)
-        told = cli("run", app, "--world", "open", "--json")
+        answer = cli("run", app, "--world", "open", "--json")
         heard = [systemd.recv(4096).decode() for _ in range(4)]
-    assert told.json["reason"] == "Odd raised ValueError: []"
+    assert answer.json["reason"] == "Odd raised ValueError: []"
     assert heard[:2] == ["READY=1", "WATCHDOG=1"]
     assert heard[2].startswith("STATUS=")
     assert heard[3].splitlines()[::2] == ["STOPPING=1", "STATUS=error: Odd raised ValueError: []"]
@@ -57,15 +57,15 @@ HANGS = {
 
 
 @pytest.mark.parametrize("deed", HANGS.values(), ids=HANGS)
-def test_a_service_that_hangs_is_told_from_one_that_the_safety_stage_stopped(
+def test_a_service_that_hangs_is_reported_from_one_that_the_safety_stage_stopped(
     app_file: AppFile, hasty: str, address: str, deed: str
 ) -> None:
     """systemd starts what ended with 5 again, and never what ended with 4."""
     command = (sys.executable, "-m", "robotcore", "run", app_file(deed), "--world", "open", "--robot", hasty)
     environment = {**os.environ, "WATCHDOG_PID": ""}
-    told = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-    assert "has not come back from step" in told.stderr
-    assert told.returncode == 5
+    answer = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert "has not come back from step" in answer.stderr
+    assert answer.returncode == 5
 
 
 def test_what_the_safety_stage_found_keeps_its_status_in_a_service(cli: Cli, app_file: AppFile, address: str) -> None:

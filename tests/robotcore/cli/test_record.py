@@ -28,19 +28,19 @@ SHORT = ("run", "avoid-obstacles", "--world", "open", "--set", "duration_s=0.5")
 
 def test_a_run_is_recorded_and_says_where(cli: Cli, tmp_path: Path) -> None:
     file = tmp_path / "run.mcap"
-    told = cli(*SHORT, "--record", str(file))
-    assert told.status == 0
-    assert told.out.endswith(f"The recording: {file}\n")
+    answer = cli(*SHORT, "--record", str(file))
+    assert answer.status == 0
+    assert answer.out.endswith(f"The recording: {file}\n")
     recording = read(file)
     assert recording.is_replayable
     assert recording.metadata.settings["duration_s"] == 0.5
 
 
 def test_with_json_the_file_is_named_apart(cli: Cli, tmp_path: Path) -> None:
-    told = cli(*SHORT, "--record", str(tmp_path / "run.mcap"), "--json")
-    assert told.json["outcome"] == "success"
-    assert told.json["dropped_pictures"] == 0
-    assert "The recording: " in told.err
+    answer = cli(*SHORT, "--record", str(tmp_path / "run.mcap"), "--json")
+    assert answer.json["outcome"] == "success"
+    assert answer.json["dropped_pictures"] == 0
+    assert "The recording: " in answer.err
 
 
 def test_pictures_that_were_dropped_are_counted(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -48,13 +48,13 @@ def test_pictures_that_were_dropped_are_counted(cli: Cli, tmp_path: Path, monkey
     monkeypatch.setattr("robotcore.recording.recorder.WriteQueue.has_room", lambda _: False)
     file = tmp_path / "run.mcap"
     command = ("run", "mark-green", "--robot", "lookout", "--world", "open", "--timeout", "0.3")
-    told = cli(*command, "--record", str(file), "--json")
-    assert told.json["dropped_pictures"] > 0
-    assert f"{told.json['dropped_pictures']} picture(s) dropped" in told.err
-    assert cli("info", str(file), "--json").json["dropped_pictures"] == told.json["dropped_pictures"]
+    answer = cli(*command, "--record", str(file), "--json")
+    assert answer.json["dropped_pictures"] > 0
+    assert f"{answer.json['dropped_pictures']} picture(s) dropped" in answer.err
+    assert cli("info", str(file), "--json").json["dropped_pictures"] == answer.json["dropped_pictures"]
 
 
-def test_an_app_that_never_comes_back_leaves_its_recording_and_is_told_with_what_stopped_it(
+def test_an_app_that_never_comes_back_leaves_its_recording_and_is_reported_with_what_stopped_it(
     app_file: AppFile, tmp_path: Path
 ) -> None:
     file = tmp_path / "run.mcap"
@@ -71,18 +71,18 @@ def test_a_recording_whose_end_was_not_awaited_says_so(tmp_path: Path) -> None:
     recorder = Recorder(tmp_path / "run.mcap")
     recorder._thread = threading.Thread(target=is_written.wait)
     recorder._thread.start()
-    _, told = finish_recording(RUN, recorder)
-    assert told == f"The recording: {recorder.path}, cut: its end was not awaited"
+    _, answer = finish_recording(RUN, recorder)
+    assert answer == f"The recording: {recorder.path}, cut: its end was not awaited"
     is_written.set()
     recorder._thread.join()
 
 
-def test_a_recording_that_has_its_limit_is_told_and_is_no_fault(cli: Cli, tmp_path: Path) -> None:
+def test_a_recording_that_has_its_limit_is_reported_and_is_no_fault(cli: Cli, tmp_path: Path) -> None:
     file = tmp_path / "run.mcap"
-    told = cli(*SHORT, "--record", str(file), "--record-limit", "1 kB")
-    assert (told.status, told.err) == (0, "")
+    answer = cli(*SHORT, "--record", str(file), "--record-limit", "1 kB")
+    assert (answer.status, answer.err) == (0, "")
     why = "its limit of 0.001 MB was reached after 0.0 s, and the run went on"
-    assert told.out.endswith(f"The recording: {file}; {why}\n")
+    assert answer.out.endswith(f"The recording: {file}; {why}\n")
     about = cli("info", str(file), "--json").json
     assert (about["whole"], about["ticks"], about["outcome"], about["reason"]) == (True, 1, None, why)
     replayed = cli("replay", str(file))
@@ -111,9 +111,9 @@ def test_what_could_not_be_recorded_is_refused_before_the_run(
     cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], fault: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    told = cli(*SHORT, *arguments)
-    assert (told.status, told.out) == (2, "")
-    assert fault in told.err
+    answer = cli(*SHORT, *arguments)
+    assert (answer.status, answer.out) == (2, "")
+    assert fault in answer.err
 
 
 def test_the_recording_that_is_replayed_is_not_written_over(cli: Cli, tmp_path: Path) -> None:
@@ -121,29 +121,29 @@ def test_the_recording_that_is_replayed_is_not_written_over(cli: Cli, tmp_path: 
     cli(*SHORT, "--record", str(file))
     before = file.read_bytes()
     replayed = ("run", "avoid-obstacles", "--backend", "replay", "--option", f"file={file}")
-    told = cli(*replayed, "--record", str(tmp_path / "." / "run.mcap"))
-    assert (told.status, told.out) == (2, "")
-    assert "the backend reads this file. Name another one" in told.err
+    answer = cli(*replayed, "--record", str(tmp_path / "." / "run.mcap"))
+    assert (answer.status, answer.out) == (2, "")
+    assert "the backend reads this file. Name another one" in answer.err
     assert file.read_bytes() == before
     assert cli(*replayed, "--record", str(tmp_path / "again.mcap"), "--set", "duration_s=0.5").status == 0
 
 
-def test_a_recording_that_is_not_whole_is_a_failure_that_is_told(
+def test_a_recording_that_is_not_whole_is_a_failure_that_is_reported(
     cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("robotcore.recording.mcap_file._Sink._write_all", full)
-    told = cli(*SHORT, "--record", str(tmp_path / "run.mcap"), "--json")
-    assert told.status == told.json["exit_status"] == 1
-    assert told.json["outcome"] == "success"
-    assert "No space left on device. Make room" in told.json["reason"]
-    assert told.err.count("\n") == 1
+    answer = cli(*SHORT, "--record", str(tmp_path / "run.mcap"), "--json")
+    assert answer.status == answer.json["exit_status"] == 1
+    assert answer.json["outcome"] == "success"
+    assert "No space left on device. Make room" in answer.json["reason"]
+    assert answer.err.count("\n") == 1
 
 
 def test_a_run_that_did_not_begin_leaves_no_recording(cli: Cli, tmp_path: Path) -> None:
-    told = cli("run", "green-search", "--robot", "nobody", "--record", str(tmp_path / "run.mcap"))
-    assert told.status == 2
+    answer = cli("run", "green-search", "--robot", "nobody", "--record", str(tmp_path / "run.mcap"))
+    assert answer.status == 2
     assert not (tmp_path / "run.mcap").exists()
-    assert "recording" not in told.out
+    assert "recording" not in answer.out

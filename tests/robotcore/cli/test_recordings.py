@@ -24,27 +24,27 @@ HEAD_BYTES = 9
 
 
 def test_same_app_is_bit_equal(cli: Cli, recorded: Recorded) -> None:
-    told = cli("replay", str(recorded.file))
-    assert told.status == 0
+    answers = cli("replay", str(recorded.file))
+    assert answers.status == 0
     run = f"green-search on kinematic, arena, seed 7\n  {recorded.ticks} ticks, {recorded.time}"
-    assert told.out.startswith(f"bit-equal  {run}\n  trace ")
-    assert "as recorded" in told.out
-    assert told.err == ""
+    assert answers.out.startswith(f"bit-equal  {run}\n  trace ")
+    assert "as recorded" in answers.out
+    assert answers.err == ""
 
 
 def test_json_is_one_line_with_the_digests(cli: Cli, recorded: Recorded) -> None:
-    told = cli("replay", str(recorded.file), "--json").json
-    assert (told["bit_equal"], told["deviation"], told["exit_status"]) == (True, None, 0)
-    assert told["ticks"] == recorded.ticks
-    assert told["trace_sha256"] == told["recorded_sha256"]
+    answers = cli("replay", str(recorded.file), "--json").json
+    assert (answers["bit_equal"], answers["deviation"], answers["exit_status"]) == (True, None, 0)
+    assert answers["ticks"] == recorded.ticks
+    assert answers["trace_sha256"] == answers["recorded_sha256"]
 
 
 def test_another_setting_is_rehearsed_and_drawn(cli: Cli, search: Path, tmp_path: Path) -> None:
     picture = tmp_path / "other.png"
-    told = cli("replay", str(search), "--set", "speed_m_s=0.1", "--picture", str(picture))
-    assert told.status == 0
-    assert "they part in tick" in told.out
-    assert "ticks differ" in told.out
+    answers = cli("replay", str(search), "--set", "speed_m_s=0.1", "--picture", str(picture))
+    assert answers.status == 0
+    assert "they part in tick" in answers.out
+    assert "ticks differ" in answers.out
     drawn = cv2.imread(str(picture))
     assert drawn is not None
     assert drawn.shape == (1000, 1600, 3)
@@ -52,9 +52,9 @@ def test_another_setting_is_rehearsed_and_drawn(cli: Cli, search: Path, tmp_path
 
 
 def test_app_that_needs_another_sensor_is_refused_by_its_name(cli: Cli, brief: Path) -> None:
-    told = cli("replay", str(brief), "--app", "green-search")
-    assert told.status == 2
-    assert "drive" in told.err
+    answers = cli("replay", str(brief), "--app", "green-search")
+    assert answers.status == 2
+    assert "drive" in answers.err
 
 
 def test_lossy_recording_is_refused_and_rehearsed_with_a_warning(cli: Cli, tmp_path: Path) -> None:
@@ -63,52 +63,52 @@ def test_lossy_recording_is_refused_and_rehearsed_with_a_warning(cli: Cli, tmp_p
     refused = cli("replay", file)
     assert refused.status == 2
     assert "JPEG is not what the app saw" in refused.err
-    told = cli("replay", file, "--app", "mark-green")
-    assert told.status == 0
-    assert "JPEG is not what the app saw" in told.out
+    answers = cli("replay", file, "--app", "mark-green")
+    assert answers.status == 0
+    assert "JPEG is not what the app saw" in answers.out
 
 
 def test_comparison_of_a_run_with_itself_is_alike(cli: Cli, search: Path, tmp_path: Path) -> None:
     picture = tmp_path / "both.png"
-    told = cli("compare", str(search), str(search), "--picture", str(picture))
-    assert told.status == 0
-    assert told.out.startswith("alike  the same milestones in the same order")
+    answers = cli("compare", str(search), str(search), "--picture", str(picture))
+    assert answers.status == 0
+    assert answers.out.startswith("alike  the same milestones in the same order")
     assert picture.stat().st_size > 10_000
 
 
 def test_comparison_of_different_runs_has_exit_status_1(cli: Cli, search: Path, brief: Path) -> None:
-    told = cli("compare", str(search), str(brief), "--json")
-    assert told.status == told.json["exit_status"] == 1
-    assert (told.json["first"]["outcome"], told.json["second"]["outcome"]) == ("success", "timeout")
+    answers = cli("compare", str(search), str(brief), "--json")
+    assert answers.status == answers.json["exit_status"] == 1
+    assert (answers.json["first"]["outcome"], answers.json["second"]["outcome"]) == ("success", "timeout")
 
 
 def test_info_tells_the_run_its_devices_and_what_it_is_good_for(cli: Cli, recorded: Recorded) -> None:
-    told = cli("info", str(recorded.file))
-    assert told.status == 0
+    answers = cli("info", str(recorded.file))
+    assert answers.status == 0
     for words in (
         "whole, replayable",
         f"{recorded.ticks} ticks at 20.00 Hz",
         "verified by the simulator",
         "range sensor",
     ):
-        assert words in told.out
+        assert words in answers.out
 
 
-def test_error_without_words_is_told_without_a_colon(cli: Cli, app_file: AppFile) -> None:
-    told = cli("run", app_file("raise ValueError"))
-    assert "Odd raised ValueError\n" in told.err
+def test_error_without_words_is_reported_without_a_colon(cli: Cli, app_file: AppFile) -> None:
+    answers = cli("run", app_file("raise ValueError"))
+    assert "Odd raised ValueError\n" in answers.err
 
 
 @pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize("content", [None, b"", b"no recording", b"\x89MCAP0\r\n", b"\x89MCAP0\r\n\x89MCAP0\r\n"])
-def test_what_is_no_recording_is_told_by_its_file(cli: Cli, tmp_path: Path, command: str, content: Any) -> None:
+def test_what_is_no_recording_is_reported_by_its_file(cli: Cli, tmp_path: Path, command: str, content: Any) -> None:
     file = tmp_path / "odd.mcap"
     if content is not None:
         file.write_bytes(content)
-    told = cli(command, *[str(file)] * (2 if command == "compare" else 1))
-    assert (told.status, told.out) == (2, "")
-    assert told.err.startswith("error: ")
-    assert "odd.mcap" in told.err
+    answers = cli(command, *[str(file)] * (2 if command == "compare" else 1))
+    assert (answers.status, answers.out) == (2, "")
+    assert answers.err.startswith("error: ")
+    assert "odd.mcap" in answers.err
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -116,19 +116,21 @@ def test_missing_extra_is_named_with_its_remedy(
     cli: Cli, search: Path, monkeypatch: pytest.MonkeyPatch, command: str
 ) -> None:
     monkeypatch.setattr("robotcore.recording.mcap_file.find_spec", lambda _: None)
-    told = cli(command, *[str(search)] * (2 if command == "compare" else 1))
-    assert told.status == 3
-    assert "pip install 'robotcore[record]'" in told.err
+    answers = cli(command, *[str(search)] * (2 if command == "compare" else 1))
+    assert answers.status == 3
+    assert "pip install 'robotcore[record]'" in answers.err
 
 
-def test_damage_is_told_by_its_time_and_what_came_before_is_replayed(cli: Cli, search: Path, tmp_path: Path) -> None:
+def test_damage_is_reported_by_its_time_and_what_came_before_is_replayed(
+    cli: Cli, search: Path, tmp_path: Path
+) -> None:
     file = tmp_path / "damaged.mcap"
     chunk = _middle_chunk(search)
     file.write_bytes(_flipped(search.read_bytes(), chunk.offset + chunk.length // 2))
     info, replayed = cli("info", str(file)), cli("replay", str(file))
-    told = cli("info", str(file), "--json").json
-    assert (info.status, told["damaged"], told["whole"]) == (0, True, False)
-    words = f"the file is damaged at {told['duration_s']:.1f} s: what comes after is not read"
+    answers = cli("info", str(file), "--json").json
+    assert (info.status, answers["damaged"], answers["whole"]) == (0, True, False)
+    words = f"the file is damaged at {answers['duration_s']:.1f} s: what comes after is not read"
     assert f"damaged  {words}" in info.out
     assert "cut" not in info.out
     assert replayed.status == 0
@@ -140,9 +142,9 @@ def test_damage_between_two_chunks_costs_nothing_of_the_run(cli: Cli, recorded: 
     file = tmp_path / "damaged.mcap"
     chunk = _middle_chunk(recorded.file)
     file.write_bytes(_flipped(recorded.file.read_bytes(), chunk.offset + chunk.length + HEAD_BYTES))
-    told, replayed = cli("info", str(file), "--json").json, cli("replay", str(file))
-    assert (told["damaged"], told["replayable"], told["outcome"]) == (True, True, "success")
-    assert told["ticks"] == recorded.ticks
+    answers, replayed = cli("info", str(file), "--json").json, cli("replay", str(file))
+    assert (answers["damaged"], answers["replayable"], answers["outcome"]) == (True, True, "success")
+    assert answers["ticks"] == recorded.ticks
     assert replayed.status == 0
     assert replayed.out.startswith("bit-equal")
 
@@ -161,11 +163,11 @@ def test_damaged_file_ends_in_a_shorter_recording_or_a_named_error(
 ) -> None:
     file = tmp_path / "damaged.mcap"
     file.write_bytes(_damaged(brief.read_bytes(), damage))
-    told = cli(*_arguments(command, file, brief, tmp_path))
-    assert told.status in (0, 1, 2, 3)
-    assert "Traceback" not in told.err
-    assert told.status != 2 or "damaged.mcap" in told.err
-    assert told.status == 0 or told.out or told.err
+    answers = cli(*_arguments(command, file, brief, tmp_path))
+    assert answers.status in (0, 1, 2, 3)
+    assert "Traceback" not in answers.err
+    assert answers.status != 2 or "damaged.mcap" in answers.err
+    assert answers.status == 0 or answers.out or answers.err
 
 
 def _arguments(command: str, file: Path, whole: Path, folder: Path) -> list[str]:
@@ -200,25 +202,25 @@ def _damaged(content: bytes, damage: list[tuple[str, float, int]]) -> bytes:
 
 def test_info_names_what_it_has_made_also_where_the_next_fails(cli: Cli, search: Path, tmp_path: Path) -> None:
     table = tmp_path / "run.csv"
-    told = cli("info", str(search), "--csv", str(table), "--video", str(tmp_path / "gone" / "run.mp4"))
-    assert told.status == 2
-    assert told.out.endswith(f"The table: {table}\n")
+    answers = cli("info", str(search), "--csv", str(table), "--video", str(tmp_path / "gone" / "run.mp4"))
+    assert answers.status == 2
+    assert answers.out.endswith(f"The table: {table}\n")
 
 
 def test_info_makes_all_that_it_is_asked_for(cli: Cli, recorded: Recorded, tmp_path: Path) -> None:
     picture, film = tmp_path / "a.png", tmp_path / "a.mp4"
     files = ["--picture", str(picture), "--csv", str(tmp_path), "--video", str(film)]
-    told = cli("info", str(recorded.file), *files, "--json")
-    assert told.json["replayable"] is True
+    answers = cli("info", str(recorded.file), *files, "--json")
+    assert answers.json["replayable"] is True
     assert len((tmp_path / "search.csv").read_text().splitlines()) == 1 + recorded.ticks
     assert picture.stat().st_size > 10_000
     assert film.stat().st_size > 10_000
 
 
 def test_device_without_a_film_is_refused(cli: Cli, search: Path) -> None:
-    told = cli("info", str(search), "--device", "eye")
-    assert told.status == 2
-    assert "--video" in told.err
+    answers = cli("info", str(search), "--device", "eye")
+    assert answers.status == 2
+    assert "--video" in answers.err
 
 
 @pytest.mark.parametrize(
@@ -240,9 +242,9 @@ def test_no_output_is_written_over_the_recording_that_is_read(
     file.write_bytes(brief.read_bytes())
     link.symlink_to(file)
     twin.hardlink_to(file)
-    told = cli(*(each.format(file, link, twin) for each in arguments))
-    assert (told.status, told.out) == (2, "")
-    assert "this is the file that is read. Name another one" in told.err
+    answers = cli(*(each.format(file, link, twin) for each in arguments))
+    assert (answers.status, answers.out) == (2, "")
+    assert "this is the file that is read. Name another one" in answers.err
     assert file.read_bytes() == brief.read_bytes()
 
 
@@ -259,32 +261,32 @@ def test_recording_named_as_a_table_is_not_written_over_by_its_table_in_its_fold
 def test_output_of_an_ending_that_does_not_fit_is_refused_before_it_is_made(
     cli: Cli, brief: Path, tmp_path: Path, option: str, name: str
 ) -> None:
-    told = cli("info", str(brief), option, str(tmp_path / name))
-    assert (told.status, told.out) == (2, "")
-    assert "Give it that ending" in told.err
-    assert told.err.count("\n") == 1
+    answers = cli("info", str(brief), option, str(tmp_path / name))
+    assert (answers.status, answers.out) == (2, "")
+    assert "Give it that ending" in answers.err
+    assert answers.err.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("name", ["v.mp4", "v.avi", "V.MP4"])
 def test_film_is_written_without_a_word_of_the_library(cli: Cli, brief: Path, tmp_path: Path, name: str) -> None:
-    told = cli("info", str(brief), "--video", str(tmp_path / name))
-    assert (told.status, told.err) == (0, "")
+    answers = cli("info", str(brief), "--video", str(tmp_path / name))
+    assert (answers.status, answers.err) == (0, "")
     assert cv2.VideoCapture(str(tmp_path / name)).read()[0]
 
 
-def test_film_that_cannot_be_written_is_told_without_a_word_of_the_library(
+def test_film_that_cannot_be_written_is_reported_without_a_word_of_the_library(
     cli: Cli, brief: Path, tmp_path: Path
 ) -> None:
-    told = cli("info", str(brief), "--video", str(tmp_path / "gone" / "v.mp4"))
-    assert told.status == 2
-    assert told.err.count("\n") == 1
+    answers = cli("info", str(brief), "--video", str(tmp_path / "gone" / "v.mp4"))
+    assert answers.status == 2
+    assert answers.err.count("\n") == 1
 
 
 def test_camera_that_is_not_there_offers_the_nearest(cli: Cli, brief: Path, tmp_path: Path) -> None:
-    told = cli("info", str(brief), "--video", str(tmp_path / "v.mp4"), "--device", "eey")
-    assert told.status == 2
-    assert "unknown camera or display of the recording 'eey'. Did you mean 'eye'?" in told.err
+    answers = cli("info", str(brief), "--video", str(tmp_path / "v.mp4"), "--device", "eey")
+    assert answers.status == 2
+    assert "unknown camera or display of the recording 'eey'. Did you mean 'eye'?" in answers.err
 
 
 OUTPUTS = [("--csv", "t.csv"), ("--picture", "p.png"), ("--video", "v.mp4")]

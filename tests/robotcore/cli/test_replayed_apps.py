@@ -66,29 +66,29 @@ def set_in(file: Path, settings: dict[str, object], app: str = "choosing.py") ->
     return str(forged)
 
 
-def test_own_app_that_has_changed_since_is_told_where(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
+def test_own_app_that_has_changed_since_is_reported_where(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
     app, file = app_file("pass"), str(tmp_path / "own.mcap")
     assert cli("run", app, "--timeout", "1", "--record", file).status == 1
     same = cli("replay", file)
     assert same.status == 0
     assert "was recorded" not in same.out
     app_file("robot.drive.set_velocity(0.125, 0.0)")
-    told = cli("replay", file, "--app", app)
-    assert told.status == 1
-    assert "odd.py has changed since it was recorded" in told.out
-    assert "differs" in told.out
-    assert "tick 2, at 0.1 s, the command differs" in told.out
-    assert "before it, 2 of 21 ticks are equal" in told.out
+    answers = cli("replay", file, "--app", app)
+    assert answers.status == 1
+    assert "odd.py has changed since it was recorded" in answers.out
+    assert "differs" in answers.out
+    assert "tick 2, at 0.1 s, the command differs" in answers.out
+    assert "before it, 2 of 21 ticks are equal" in answers.out
     assert cli("replay", file, "--app", app, "--json").json["deviation"]["tick"] == 2
 
 
-def test_own_app_that_has_changed_but_decides_the_same_is_told(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
+def test_own_app_that_has_changed_but_decides_the_same_is_reported(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
     app, file = app_file("pass"), str(tmp_path / "own.mcap")
     cli("run", app, "--timeout", "1", "--record", file)
     app_file("...")
-    told = cli("replay", file, "--app", app)
-    assert told.status == 0
-    assert "odd.py has changed since it was recorded" in told.out
+    answers = cli("replay", file, "--app", app)
+    assert answers.status == 0
+    assert "odd.py has changed since it was recorded" in answers.out
     assert cli("replay", file, "--app", app, "--json").json["app_changed"] is True
 
 
@@ -98,36 +98,36 @@ def test_own_app_that_is_the_same_but_decides_otherwise_is_asked_for_chance(
     chance = "robot.drive.set_velocity(int.from_bytes(os.urandom(3), 'big') * 1e-8, 0.0)"
     file = str(tmp_path / "own.mcap")
     cli("run", app_file(chance), "--timeout", "1", "--record", file)
-    told = cli("replay", file)
-    assert told.status == 1
-    assert "odd.py is the file that was recorded: does it use random numbers, the time, or another file?" in told.out
+    answers = cli("replay", file)
+    assert answers.status == 1
+    assert "odd.py is the file that was recorded: does it use random numbers, the time, or another file?" in answers.out
 
 
 def test_own_app_that_is_gone_is_named_with_what_to_do(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
     app, file = app_file("pass"), str(tmp_path / "own.mcap")
     cli("run", app, "--timeout", "1", "--record", file)
     Path(app).unlink()
-    told = cli("replay", file)
-    assert told.status == 2
-    assert f"own.mcap: its app, {app}, is not here. Replay it from the folder that it was run in" in told.err
-    assert cli("replay", file, "--set", "speed=1").err == told.err
+    answers = cli("replay", file)
+    assert answers.status == 2
+    assert f"own.mcap: its app, {app}, is not here. Replay it from the folder that it was run in" in answers.err
+    assert cli("replay", file, "--set", "speed=1").err == answers.err
 
 
-def test_own_app_that_raises_now_is_told_with_its_traceback(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
+def test_own_app_that_raises_now_is_reported_with_its_traceback(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
     app, file = app_file("pass"), str(tmp_path / "own.mcap")
     cli("run", app, "--timeout", "1", "--record", file)
     app_file("1 / 0")
-    told = cli("replay", file, "--app", app)
-    assert told.status == 1
-    assert "Odd raised ZeroDivisionError" in told.out
-    assert "odd.py" in told.err
+    answers = cli("replay", file, "--app", app)
+    assert answers.status == 1
+    assert "Odd raised ZeroDivisionError" in answers.out
+    assert "odd.py" in answers.err
 
 
 def test_app_that_raised_then_is_replayed_without_a_word_of_it(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
     file = str(tmp_path / "own.mcap")
     assert cli("run", app_file("1 / 0"), "--record", file).status == 5
-    told = cli("replay", file)
-    assert (told.status, told.err) == (0, "")
+    answers = cli("replay", file)
+    assert (answers.status, answers.err) == (0, "")
 
 
 def test_run_that_a_signal_ended_says_so(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
@@ -135,19 +135,21 @@ def test_run_that_a_signal_ended_says_so(cli: Cli, app_file: AppFile, tmp_path: 
     app = app_file("os.kill(os.getpid(), signal.SIGTERM)")
     assert cli("run", app, "--record", file).status == 143
     app_file("pass")
-    told = cli("replay", file, "--app", app)
-    assert told.status == 0
-    assert "the recording ends here: interrupted by SIGTERM" in told.out
+    answers = cli("replay", file, "--app", app)
+    assert answers.status == 0
+    assert "the recording ends here: interrupted by SIGTERM" in answers.out
 
 
-def test_end_that_alone_differs_is_told_beside_what_was_decided(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
+def test_end_that_alone_differs_is_reported_beside_what_was_decided(
+    cli: Cli, app_file: AppFile, tmp_path: Path
+) -> None:
     app, file = app_file("return Status.SUCCESS"), str(tmp_path / "own.mcap")
     cli("run", app, "--record", file)
     app_file("return Status.FAILURE")
-    told = cli("replay", file, "--app", app)
-    assert "the end differs" in told.out
-    assert "before it" not in told.out
-    assert "all that was decided in 3 ticks is equal" in told.out
+    answers = cli("replay", file, "--app", app)
+    assert "the end differs" in answers.out
+    assert "before it" not in answers.out
+    assert "all that was decided in 3 ticks is equal" in answers.out
 
 
 def test_app_that_changed_within_a_second_and_is_as_long_is_taken_as_it_is(

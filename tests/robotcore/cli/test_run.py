@@ -20,11 +20,11 @@ SHORT = ("run", "avoid-obstacles", "--world", "open", "--set", "duration_s=0.5")
 
 
 def test_json_is_one_line_with_every_key(cli: Cli) -> None:
-    told = cli(*SHORT, "--seed", "4", "--json")
-    assert told.status == 0
-    assert set(told.json) == KEYS
-    assert (told.json["outcome"], told.json["world"], told.json["seed"]) == ("success", "open", 4)
-    assert told.err == ""
+    answer = cli(*SHORT, "--seed", "4", "--json")
+    assert answer.status == 0
+    assert set(answer.json) == KEYS
+    assert (answer.json["outcome"], answer.json["world"], answer.json["seed"]) == ("success", "open", 4)
+    assert answer.err == ""
 
 
 def test_randomise_tells_in_json_what_was_drawn_and_runs_alike_twice(cli: Cli) -> None:
@@ -43,33 +43,33 @@ def test_what_an_app_prints_does_not_get_into_the_json(cli: Cli, tmp_path: Path)
         "        print('hello')\n"
         "        return Status.SUCCESS\n"
     )
-    told = cli("run", str(app), "--json")
-    assert told.json["outcome"] == "success"
-    assert "hello" in told.err
+    answer = cli("run", str(app), "--json")
+    assert answer.json["outcome"] == "success"
+    assert "hello" in answer.err
 
 
 def test_without_json_the_outcome_comes_first(cli: Cli) -> None:
-    told = cli(*SHORT)
-    assert told.out.startswith("success  avoid-obstacles on kinematic, open\n")
-    assert told.err == ""
+    answer = cli(*SHORT)
+    assert answer.out.startswith("success  avoid-obstacles on kinematic, open\n")
+    assert answer.err == ""
 
 
 def test_a_success_that_the_simulator_does_not_see_is_not_one(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
     judge = tmp_path / "judge.py"
     app = Path(app_file("return Status.SUCCESS"))
     judge.write_text(app.read_text() + "\n    def verify(self, truth):\n        return False\n")
-    told = cli("run", str(judge))
-    assert (told.status, told.err) == (1, "")
-    assert told.out.startswith("success  ")
-    assert "\n  the simulator does not agree, " in told.out
+    answer = cli("run", str(judge))
+    assert (answer.status, answer.err) == (1, "")
+    assert answer.out.startswith("success  ")
+    assert "\n  the simulator does not agree, " in answer.out
     assert "\n  the judge does not agree, " in cli("run", str(app), "--judge", str(judge)).out
     result = cli("run", str(app), "--judge", str(judge), "--json").json
     assert [result[key] for key in ("outcome", "verified", "judge", "exit_status")] == ["success", False, str(judge), 1]
 
 
 def test_timeout_is_a_failure(cli: Cli) -> None:
-    told = cli("run", "green-search", "--world", "open", "--timeout", "0.2", "--json")
-    assert (told.status, told.json["outcome"], told.json["ticks"]) == (1, "timeout", 5)
+    answer = cli("run", "green-search", "--world", "open", "--timeout", "0.2", "--json")
+    assert (answer.status, answer.json["outcome"], answer.json["ticks"]) == (1, "timeout", 5)
 
 
 @pytest.mark.parametrize(
@@ -91,70 +91,70 @@ def test_timeout_is_a_failure(cli: Cli) -> None:
         ([], 2, "Missing argument 'APP'"),
     ],
 )
-def test_what_cannot_be_run_is_told_on_stderr_and_in_json(
+def test_what_cannot_be_run_is_reported_on_stderr_and_in_json(
     cli: Cli, arguments: list[str], status: int, fault: str
 ) -> None:
-    told = cli("run", *arguments, "--json")
-    assert told.status == told.json["exit_status"] == status
-    assert told.json["outcome"] == "error"
-    assert told.json["app"] == "".join(arguments[:1])
-    assert fault in told.json["reason"]
-    assert fault in told.err
-    assert len(told.err.splitlines()) <= 2
+    answer = cli("run", *arguments, "--json")
+    assert answer.status == answer.json["exit_status"] == status
+    assert answer.json["outcome"] == "error"
+    assert answer.json["app"] == "".join(arguments[:1])
+    assert fault in answer.json["reason"]
+    assert fault in answer.err
+    assert len(answer.err.splitlines()) <= 2
 
 
 def test_an_app_that_raises_shows_its_own_part_of_the_traceback(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
-    told = cli("run", app_file("1 / 0"), "--json")
-    assert (told.status, told.json["outcome"], told.json["ticks"]) == (5, "error", 3)
-    assert told.err.startswith("  Traceback (most recent call last):\n    File ")
-    assert [line for line in told.err.splitlines() if "File " in line] == [
+    answer = cli("run", app_file("1 / 0"), "--json")
+    assert (answer.status, answer.json["outcome"], answer.json["ticks"]) == (5, "error", 3)
+    assert answer.err.startswith("  Traceback (most recent call last):\n    File ")
+    assert [line for line in answer.err.splitlines() if "File " in line] == [
         f'    File "{tmp_path}/odd.py", line 13, in step'
     ]
-    assert told.err.splitlines()[-1] == "error: Odd raised ZeroDivisionError: division by zero"
+    assert answer.err.splitlines()[-1] == "error: Odd raised ZeroDivisionError: division by zero"
 
 
 def test_a_traceback_goes_on_from_the_app_into_what_it_calls(cli: Cli, app_file: AppFile) -> None:
-    told = cli("run", app_file("robot.drive.set_velocity('fast', 0)"))
-    first, second = [line for line in told.err.splitlines() if "File " in line][:2]
+    answer = cli("run", app_file("robot.drive.set_velocity('fast', 0)"))
+    first, second = [line for line in answer.err.splitlines() if "File " in line][:2]
     assert ("odd.py" in first, "robotcore" in second) == (True, True)
 
 
-def test_an_app_that_exits_when_it_is_imported_is_told(cli: Cli, tmp_path: Path) -> None:
+def test_an_app_that_exits_when_it_is_imported_is_reported(cli: Cli, tmp_path: Path) -> None:
     app = tmp_path / "script.py"
     app.write_text("exit()")
-    told = cli("run", str(app))
-    assert (told.status, told.out) == (2, "")
-    assert told.err.startswith(f"error: {app} ends its process when it is imported, by exit(). Put what it does")
+    answer = cli("run", str(app))
+    assert (answer.status, answer.out) == (2, "")
+    assert answer.err.startswith(f"error: {app} ends its process when it is imported, by exit(). Put what it does")
 
 
 def test_an_app_that_exits_when_it_is_made_has_raised(cli: Cli, app_file: AppFile) -> None:
     app = Path(app_file("pass"))
     app.write_text(app.read_text() + "\n    def __init__(self):\n        exit(0)\n")
-    told = cli("run", str(app))
-    assert (told.status, told.out) == (5, "")
-    assert told.err.endswith("error: Odd raised SystemExit: 0\n")
+    answer = cli("run", str(app))
+    assert (answer.status, answer.out) == (5, "")
+    assert answer.err.endswith("error: Odd raised SystemExit: 0\n")
 
 
 def test_a_velocity_that_is_no_number_is_a_safety_stop(cli: Cli, app_file: AppFile) -> None:
-    told = cli("run", app_file("robot.drive.set_velocity(float('nan'), 0)"), "--json")
-    assert (told.status, told.json["outcome"]) == (4, "stopped")
-    assert "Traceback" not in told.err
+    answer = cli("run", app_file("robot.drive.set_velocity(float('nan'), 0)"), "--json")
+    assert (answer.status, answer.json["outcome"]) == (4, "stopped")
+    assert "Traceback" not in answer.err
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_the_run_with_its_line(cli: Cli, app_file: AppFile, number: signal.Signals) -> None:
-    told = cli("run", app_file(f"os.kill(os.getpid(), {int(number)})"), "--json")
-    assert told.status == 128 + number
-    assert (told.json["outcome"], told.json["ticks"]) == ("interrupted", 3)
-    assert number.name in told.json["reason"]
-    assert told.err == ""
+    answer = cli("run", app_file(f"os.kill(os.getpid(), {int(number)})"), "--json")
+    assert answer.status == 128 + number
+    assert (answer.json["outcome"], answer.json["ticks"]) == ("interrupted", 3)
+    assert number.name in answer.json["reason"]
+    assert answer.err == ""
 
 
 def test_a_signal_before_the_run_has_its_line_too(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("robotcore.runtime.session.run", lambda *_, **__: signal.raise_signal(signal.SIGTERM))
-    told = cli(*SHORT, "--json")
-    assert told.status == 143
-    assert (told.json["outcome"], told.json["app"]) == ("interrupted", "avoid-obstacles")
+    answer = cli(*SHORT, "--json")
+    assert answer.status == 143
+    assert (answer.json["outcome"], answer.json["app"]) == ("interrupted", "avoid-obstacles")
 
 
 def test_host_and_port_are_options_of_the_backend(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -182,8 +182,8 @@ def test_picture_is_a_png_of_the_run(cli: Cli, tmp_path: Path) -> None:
 
 
 def test_where_the_picture_is_does_not_get_into_the_json(cli: Cli, tmp_path: Path) -> None:
-    told = cli(*SHORT, "--picture", str(tmp_path / "run.png"), "--json")
-    assert (told.json["exit_status"], told.err) == (0, f"The picture: {tmp_path / 'run.png'}\n")
+    answer = cli(*SHORT, "--picture", str(tmp_path / "run.png"), "--json")
+    assert (answer.json["exit_status"], answer.err) == (0, f"The picture: {tmp_path / 'run.png'}\n")
 
 
 @pytest.mark.parametrize("name", ["missing/run.png", "run.jpg", "folder.png"])
@@ -192,9 +192,9 @@ def test_picture_that_cannot_be_written_is_refused_before_the_run(
 ) -> None:
     requests = _requests(monkeypatch)
     (tmp_path / "folder.png").mkdir()
-    told = cli(*SHORT, "--json", "--picture", str(tmp_path / name))
-    assert (told.status, requests) == (2, [])
-    assert name in told.json["reason"]
+    answer = cli(*SHORT, "--json", "--picture", str(tmp_path / name))
+    assert (answer.status, requests) == (2, [])
+    assert name in answer.json["reason"]
 
 
 def test_a_run_that_did_not_begin_leaves_no_picture(cli: Cli, tmp_path: Path) -> None:

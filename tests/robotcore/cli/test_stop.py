@@ -40,8 +40,8 @@ def test_every_motor_is_stopped_and_nothing_else_is_asked_for(
     cli: Cli, diary: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     backend = given(monkeypatch, Unopened(diary))
-    told = cli("stop", "--backend", "recording", "--option", "port=7")
-    assert told == (0, "rover: stopped left_motor, right_motor\n", "")
+    answer = cli("stop", "--backend", "recording", "--option", "port=7")
+    assert answer == (0, "rover: stopped left_motor, right_motor\n", "")
     assert {"stop left_motor", "stop right_motor"} <= {note.what for note in notes(diary)}
     (setup,) = backend.asked
     assert (sorted(setup.devices), dict(setup.options)) == (["left_motor", "right_motor"], {"port": "7"})
@@ -51,17 +51,17 @@ def test_a_motor_that_cannot_be_stopped_is_named_and_the_others_are_stopped(
     cli: Cli, diary: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     given(monkeypatch, Unopened(diary, failing="left_motor"))
-    told = cli("stop", "--backend", "recording")
-    assert (told.status, told.out) == (3, "rover: stopped right_motor\n")
-    assert told.err == "error: CANNOT STOP left_motor: OSError: no stop. Cut the motors' supply\n"
+    answer = cli("stop", "--backend", "recording")
+    assert (answer.status, answer.out) == (3, "rover: stopped right_motor\n")
+    assert answer.err == "error: CANNOT STOP left_motor: OSError: no stop. Cut the motors' supply\n"
 
 
 def test_a_motor_of_which_nobody_can_tell_is_not_said_to_be_stopped(
     cli: Cli, diary: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     given(monkeypatch, Unopened(diary, failing="left_motor", manner="is unsure"))
-    told = cli("stop", "--backend", "recording")
-    assert told == (0, "rover: stopped right_motor\nrover: left_motor: nobody can tell\n", "")
+    answer = cli("stop", "--backend", "recording")
+    assert answer == (0, "rover: stopped right_motor\nrover: left_motor: nobody can tell\n", "")
 
 
 @pytest.mark.parametrize("backend", ["kinematic", "virtualpi", "mock"])
@@ -79,6 +79,6 @@ def test_where_motors_turn_no_longer_than_their_run_there_is_nothing_to_stop(cli
     ],
 )
 def test_what_is_asked_for_wrongly_is_refused(cli: Cli, arguments: tuple[str, ...], fault: str) -> None:
-    told = cli("stop", *arguments)
-    assert (told.status, told.out) == (2, "")
-    assert fault in told.err
+    answer = cli("stop", *arguments)
+    assert (answer.status, answer.out) == (2, "")
+    assert fault in answer.err

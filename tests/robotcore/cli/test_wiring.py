@@ -21,9 +21,9 @@ def post(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 
 def test_each_wire_has_a_row_and_a_place_on_the_board(cli: Cli, post: str) -> None:
-    told = cli("wiring", post, "--backend", "plugboard")
-    assert (told.status, told.err) == (0, "")
-    lines = told.out.splitlines()
+    answer = cli("wiring", post, "--backend", "plugboard")
+    assert (answer.status, answer.err) == (0, "")
+    lines = answer.out.splitlines()
     assert [line.split() for line in lines if line.startswith(("neck", "eye"))] == [
         ["neck", "pin", "hole", "1", "1", "motor-plug"],
         ["eye", "pin", "hole", "2", "2", "plug"],
@@ -34,49 +34,50 @@ def test_each_wire_has_a_row_and_a_place_on_the_board(cli: Cli, post: str) -> No
 
 
 def test_where_there_is_no_connector_there_is_no_column_for_its_pads(cli: Cli) -> None:
-    told = cli("wiring", "rover", "--backend", "serial").out.splitlines()
-    assert told[0].split() == ["device", "signal", "goes", "to", "what", "it", "is"]
-    assert told[2].split() == ["left_motor", "port", "serial", "/dev/ttyACM0", "motor,", "ros-arduino-motor"]
+    answer = cli("wiring", "rover", "--backend", "serial").out.splitlines()
+    assert answer[0].split() == ["device", "signal", "goes", "to", "what", "it", "is"]
+    assert answer[2].split() == ["left_motor", "port", "serial", "/dev/ttyACM0", "motor,", "ros-arduino-motor"]
 
 
-def test_a_note_is_told_once_with_all_devices_that_it_belongs_to(cli: Cli, post: str) -> None:
+def test_a_note_is_reported_once_with_all_devices_that_it_belongs_to(cli: Cli, post: str) -> None:
     assert "- neck, eye: Push it in all the way.\n" in cli("wiring", post, "--backend", "plugboard").out
 
 
 def test_json_tells_wires_pads_and_notes(cli: Cli, post: str) -> None:
-    told = cli("wiring", post, "--backend", "plugboard", "--json").json
-    assert (told["robot"], told["backend"]) == (post, "plugboard")
-    assert told["wires"][0] == {
+    answer = cli("wiring", post, "--backend", "plugboard", "--json").json
+    assert (answer["robot"], answer["backend"]) == (post, "plugboard")
+    assert answer["wires"][0] == {
         "device": "neck",
         "what": "motor-plug",
         "signal": "pin",
         "where": "hole 1",
         "pads": [1],
     }
-    assert told["pads"][1] == {"number": 2, "name": "ground", "kind": "ground"}
-    assert told["notes"][0] == {"device": "neck", "note": "Push it in all the way."}
+    assert answer["pads"][1] == {"number": 2, "name": "ground", "kind": "ground"}
+    assert answer["notes"][0] == {"device": "neck", "note": "Push it in all the way."}
 
 
 def test_a_backend_without_wires_says_which_has_some(cli: Cli) -> None:
-    told = cli("wiring", "rover", "--backend", "kinematic")
-    assert (told.status, told.out) == (2, "")
+    answer = cli("wiring", "rover", "--backend", "kinematic")
+    assert (answer.status, answer.out) == (2, "")
     assert (
-        told.err == "error: the backend 'kinematic' has nothing to wire. Take the real robot's: --backend raspberrypi\n"
+        answer.err
+        == "error: the backend 'kinematic' has nothing to wire. Take the real robot's: --backend raspberrypi\n"
     )
 
 
-def test_a_robot_that_is_connected_wrongly_is_told_all_its_faults(cli: Cli, post: str) -> None:
+def test_a_robot_that_is_connected_wrongly_is_reported_all_its_faults(cli: Cli, post: str) -> None:
     Path(post).write_text(robot_file(NECK + EYE.replace("2", "1")))
-    told = cli("wiring", post, "--backend", "plugboard")
-    assert (told.status, told.out) == (2, "")
-    assert "plugboard.eye.pin: hole 1 is already plugboard.neck.pin" in told.err
+    answer = cli("wiring", post, "--backend", "plugboard")
+    assert (answer.status, answer.out) == (2, "")
+    assert "plugboard.eye.pin: hole 1 is already plugboard.neck.pin" in answer.err
 
 
 def test_a_robot_without_the_section_says_what_is_missing(cli: Cli, post: str) -> None:
     Path(post).write_text(robot_file(""))
-    told = cli("wiring", post)
-    assert told.status == 2
-    assert "raspberrypi: is missing. Say how each device is connected, from [raspberrypi.neck] on" in told.err
+    answer = cli("wiring", post)
+    assert answer.status == 2
+    assert "raspberrypi: is missing. Say how each device is connected, from [raspberrypi.neck] on" in answer.err
 
 
 def row(*wires: Wire) -> str:
@@ -92,7 +93,7 @@ def test_no_row_of_the_drawing_is_wider_than_a_terminal(monkeypatch: pytest.Monk
     assert drawn.count(USED) == 2
 
 
-def test_devices_that_share_a_pad_are_told_with_their_signal_once() -> None:
+def test_devices_that_share_a_pad_are_reported_with_their_signal_once() -> None:
     shared = (Wire(name, "", "standby", "", (1,)) for name in ("left", "right"))
     assert "left + right standby" in row(*shared)
 
@@ -104,6 +105,6 @@ def test_a_wire_is_drawn_at_its_best_pad_only() -> None:
 
 
 def test_a_place_is_refused_by_a_backend_that_takes_none(cli: Cli, post: str) -> None:
-    told = cli("wiring", post, "--backend", "plugboard", "--port", "7")
-    assert told.status == 2
-    assert "unknown option 'port'" in told.err
+    answer = cli("wiring", post, "--backend", "plugboard", "--port", "7")
+    assert answer.status == 2
+    assert "unknown option 'port'" in answer.err

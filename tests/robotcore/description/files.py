@@ -15,7 +15,7 @@ ROVER = SHIPPED.joinpath("robots", "rover.toml").read_text(encoding="utf-8")
 ARENA = SHIPPED.joinpath("worlds", "arena.toml").read_text(encoding="utf-8")
 
 
-def told(tmp_path: Path, content: str | bytes) -> str:
+def values(tmp_path: Path, content: str | bytes) -> str:
     """Return the one line that is said about a file with this content, from the key on."""
     (error,) = errors(tmp_path, content)
     line = str(error)

@@ -16,7 +16,7 @@ from robotcore.description import (
     world_names,
 )
 from robotcore.errors import DescriptionError, UnknownNameError, UsageError
-from tests.robotcore.description.files import ARENA, ROVER, told
+from tests.robotcore.description.files import ARENA, ROVER, values
 
 
 @pytest.mark.parametrize("name", robot_names())
@@ -31,7 +31,7 @@ def test_a_shipped_world_loads_by_its_name(name: str) -> None:
     assert load_world(name).name == name
 
 
-def test_a_file_is_told_by_its_content(tmp_path: Path) -> None:
+def test_a_file_is_reported_by_its_content(tmp_path: Path) -> None:
     robot, world = tmp_path / "one.toml", tmp_path / "two.toml"
     robot.write_text(ROVER, encoding="utf-8")
     world.write_text(ARENA, encoding="utf-8")
@@ -39,7 +39,7 @@ def test_a_file_is_told_by_its_content(tmp_path: Path) -> None:
     assert isinstance(load_any(str(world)), WorldDescription)
 
 
-def test_a_robot_is_told_by_the_file_that_it_is_from_which_makes_no_other_robot_of_it(tmp_path: Path) -> None:
+def test_a_robot_is_reported_by_the_file_that_it_is_from_which_makes_no_other_robot_of_it(tmp_path: Path) -> None:
     file = tmp_path / "my.toml"
     file.write_text(ROVER, encoding="utf-8")
     shipped = load_robot("rover")
@@ -75,7 +75,7 @@ def test_a_name_that_can_be_no_file_is_unknown_all_the_same(name: str) -> None:
         load_robot(name)
 
 
-def test_a_robot_given_as_a_world_is_told_so_and_the_other_way_round(tmp_path: Path) -> None:
+def test_a_robot_given_as_a_world_is_reported_so_and_the_other_way_round(tmp_path: Path) -> None:
     robot, world = tmp_path / "one.toml", tmp_path / "two.toml"
     robot.write_text(ROVER, encoding="utf-8")
     world.write_text(ARENA, encoding="utf-8")
@@ -98,8 +98,8 @@ def test_a_robot_given_as_a_world_is_told_so_and_the_other_way_round(tmp_path: P
     ],
     ids=["empty", "bytes", "utf-16", "lists", "tables", "syntax", "number"],
 )
-def test_what_is_no_description_is_told_in_one_line(tmp_path: Path, content: bytes, said: str) -> None:
-    assert told(tmp_path, content).startswith(said)
+def test_what_is_no_description_is_reported_in_one_line(tmp_path: Path, content: bytes, said: str) -> None:
+    assert values(tmp_path, content).startswith(said)
 
 
 def test_a_byte_order_mark_does_no_harm(tmp_path: Path) -> None:
@@ -132,7 +132,7 @@ def test_an_unknown_name_offers_the_nearest() -> None:
 
 
 @pytest.mark.parametrize("name", ["missing.toml", ".", "none/such", "with\0null.toml"])
-def test_what_cannot_be_read_is_told_with_its_reason(name: str, tmp_path: Path) -> None:
+def test_what_cannot_be_read_is_reported_with_its_reason(name: str, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=r"Name a file that can be read") as caught:
         load_any(f"{tmp_path}/{name}")
     assert "\n" not in str(caught.value)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.robotcore.description.files import ARENA, ROVER, changed, errors, told
+from tests.robotcore.description.files import ARENA, ROVER, changed, errors, values
 
 COLOUR = "[red, green, blue] from 0 to 255, or the name of a colour"
 
@@ -138,8 +138,8 @@ COLOUR = "[red, green, blue] from 0 to 255, or the name of a colour"
         ),
     ],
 )
-def test_a_fault_of_a_robot_is_told_in_one_line(tmp_path: Path, old: str, new: str, line: str) -> None:
-    assert told(tmp_path, changed(ROVER, old, new)) == line
+def test_a_fault_of_a_robot_is_reported_in_one_line(tmp_path: Path, old: str, new: str, line: str) -> None:
+    assert values(tmp_path, changed(ROVER, old, new)) == line
 
 
 @pytest.mark.parametrize(
@@ -227,8 +227,8 @@ def test_a_fault_of_a_robot_is_told_in_one_line(tmp_path: Path, old: str, new: s
         ),
     ],
 )
-def test_a_fault_of_a_world_is_told_in_one_line(tmp_path: Path, old: str, new: str, line: str) -> None:
-    assert told(tmp_path, changed(ARENA, old, new)) == line
+def test_a_fault_of_a_world_is_reported_in_one_line(tmp_path: Path, old: str, new: str, line: str) -> None:
+    assert values(tmp_path, changed(ARENA, old, new)) == line
 
 
 @pytest.mark.parametrize(
@@ -245,10 +245,10 @@ def test_a_fault_of_a_world_is_told_in_one_line(tmp_path: Path, old: str, new: s
         ("patterns", '"plain"', "a list of one pattern or more, or false", "'plain'"),
     ],
 )
-def test_what_is_no_range_is_told_with_how_one_is_written(
+def test_what_is_no_range_is_reported_with_how_one_is_written(
     tmp_path: Path, key: str, value: str, form: str, got: str
 ) -> None:
-    line = told(tmp_path, f"{ARENA}[randomisation]\n{key} = {value}\n")
+    line = values(tmp_path, f"{ARENA}[randomisation]\n{key} = {value}\n")
     assert line == f"randomisation.{key}: should be {form}, got {got}. Correct it"
 
 
@@ -260,24 +260,24 @@ def test_what_is_no_range_is_told_with_how_one_is_written(
         ("[floor]", "[[floor]]", "floor: should be a table, got a list of 1"),
     ],
 )
-def test_a_value_of_another_type_is_told_with_the_type_that_is_expected(
+def test_a_value_of_another_type_is_reported_with_the_type_that_is_expected(
     tmp_path: Path, old: str, new: str, line: str
 ) -> None:
-    assert told(tmp_path, changed(ARENA, old, new)).removeprefix("variation.") == f"{line}. Correct it"
+    assert values(tmp_path, changed(ARENA, old, new)).removeprefix("variation.") == f"{line}. Correct it"
 
 
 def test_a_thing_in_a_list_without_a_name_is_counted_from_one(tmp_path: Path) -> None:
-    assert told(tmp_path, changed(ROVER, 'name = "left_encoder"\n', "")).startswith("devices[#3].name: is missing")
+    assert values(tmp_path, changed(ROVER, 'name = "left_encoder"\n', "")).startswith("devices[#3].name: is missing")
 
 
 def test_an_unknown_key_at_the_top_may_have_the_name_of_a_device_kind(tmp_path: Path) -> None:
-    line = told(tmp_path, "encoder = 1\n" + ROVER)
+    line = values(tmp_path, "encoder = 1\n" + ROVER)
     assert line.startswith("encoder: is unknown. Correct it or take it out. There are: body, ")
     assert {"devices", "drive"} <= set(line.partition("There are: ")[2].rstrip(".").split(", "))
 
 
 def test_an_unknown_key_may_have_the_name_of_the_kind_that_it_stands_in(tmp_path: Path) -> None:
-    line = told(tmp_path, changed(ROVER, 'kind = "camera"', 'kind = "camera"\ncamera = 1'))
+    line = values(tmp_path, changed(ROVER, 'kind = "camera"', 'kind = "camera"\ncamera = 1'))
     assert line.startswith("devices[eye].camera: is unknown")
 
 
@@ -291,12 +291,12 @@ def test_an_unknown_key_may_have_the_name_of_the_kind_that_it_stands_in(tmp_path
     ],
     ids=["misspelt", "missing", "items", "short"],
 )
-def test_every_fault_is_told_once_and_none_that_follows_from_another(
+def test_every_fault_is_reported_once_and_none_that_follows_from_another(
     tmp_path: Path, old: str, new: str, keys: list[str]
 ) -> None:
     assert [error.key for error in errors(tmp_path, changed(ROVER, old, new))] == keys
 
 
-def test_all_things_that_stand_in_each_other_are_told(tmp_path: Path) -> None:
+def test_all_things_that_stand_in_each_other_are_reported(tmp_path: Path) -> None:
     world = changed(changed(ARENA, "x_m = 1.35", "x_m = 1.95"), "x_m = -1.4", "x_m = -0.5")
     assert [error.key for error in errors(tmp_path, world)] == ["targets[ball]", "start"]

@@ -24,10 +24,10 @@ def test_a_board_tells_of_it_where_the_file_does(tmp_path: Path, backend: str, b
     file = Path(str(rover.file))
     assert load_backend(backend).batteries(rover, {}) == set()
     file.write_text(file.read_text() + SECTIONS)
-    told = load_robot(str(file))
-    assert load_backend(backend).batteries(told, {}) == batteries
-    everything = {device.name for device in told.devices}
-    assert load_backend(backend).openable(told, {}) == everything - {"cells"} | batteries
+    answer = load_robot(str(file))
+    assert load_backend(backend).batteries(answer, {}) == batteries
+    everything = {device.name for device in answer.devices}
+    assert load_backend(backend).openable(answer, {}) == everything - {"cells"} | batteries
 
 
 @pytest.mark.parametrize("backend", ["kinematic", "mujoco", "pybullet", "virtualpi", "mock"])

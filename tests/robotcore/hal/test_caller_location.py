@@ -16,13 +16,13 @@ from robotcore.safety.rules import VelocityLimit
 from tests.robotcore.runs import Runner, driving, then
 
 
-def test_whoever_calls_the_framework_is_told_by_line() -> None:
+def test_whoever_calls_the_framework_is_reported_by_line() -> None:
     file, line = asking_line().split(":")
     assert (file, line.isdigit()) == (Path(__file__).name, True)
 
 
 @pytest.mark.parametrize("is_swallowed", [False, True])
-def test_an_app_that_asks_for_no_number_is_told_where(perform: Runner, *, is_swallowed: bool) -> None:
+def test_an_app_that_asks_for_no_number_is_reported_where(perform: Runner, *, is_swallowed: bool) -> None:
     def ask(robot: Robot) -> None:
         try:
             driving(robot, math.nan)

@@ -160,7 +160,7 @@ class TestSteppedClock:
 
 
 class TestMomentsOfTheKernel:
-    def test_are_told_in_the_time_of_a_clock_that_runs_with_the_machine(self, fake_time: FakeTime) -> None:
+    def test_are_reported_in_the_time_of_a_clock_that_runs_with_the_machine(self, fake_time: FakeTime) -> None:
         fake_time.t = 1000.0
         clock = MonotonicClock()
         fake_time.t = 1003.0
@@ -260,7 +260,7 @@ class TestFollowingClock:
         assert fake_time.t == pytest.approx(1000.2, abs=0.006)
         assert max(fake_time.naps) <= 0.005
 
-    def test_a_server_that_fails_while_a_call_is_awaited_is_told_to_the_sleeper(self) -> None:
+    def test_a_server_that_fails_while_a_call_is_awaited_is_reported_to_the_sleeper(self) -> None:
         asked_by_thread = threading.Event()
 
         def source() -> float:
@@ -285,7 +285,7 @@ class TestPacedClock:
         assert clock.now() == 0.1
         assert fake_time.naps == pytest.approx([0.05, 0.05])
 
-    def test_a_machine_that_is_too_slow_is_told_and_delays_the_clock(self, fake_time: FakeTime) -> None:
+    def test_a_machine_that_is_too_slow_is_reported_and_delays_the_clock(self, fake_time: FakeTime) -> None:
         clock = PacedClock(SteppedClock(20, lambda _: fake_time.sleep(0.08)))
         assert not clock.sleep_until(0.05)
         fake_time.naps.clear()

@@ -24,9 +24,9 @@ def sensor() -> NullRange:
     return NullRange(SteppedClock(20, lambda _: None), distance=0.5)
 
 
-@pytest.mark.parametrize("fault, told", [(OSError("no bus"), "OSError: no bus"), (KeyError(), "KeyError")])
-def test_what_a_driver_has_not_translated_is_told_by_the_devices_name(
-    motor: NullMotor, sensor: NullRange, monkeypatch: pytest.MonkeyPatch, fault: Exception, told: str
+@pytest.mark.parametrize("fault, answer", [(OSError("no bus"), "OSError: no bus"), (KeyError(), "KeyError")])
+def test_what_a_driver_has_not_translated_is_reported_by_the_devices_name(
+    motor: NullMotor, sensor: NullRange, monkeypatch: pytest.MonkeyPatch, fault: Exception, answer: str
 ) -> None:
     def fail(*_: object) -> None:
         raise fault
@@ -34,7 +34,7 @@ def test_what_a_driver_has_not_translated_is_told_by_the_devices_name(
     monkeypatch.setattr(motor, "_apply", fail)
     monkeypatch.setattr(sensor, "_newest", fail)
     for name, use in (("left", lambda: motor.set_velocity(1.0)), ("left", motor.stop), ("nose", sensor.read)):
-        with pytest.raises(DeviceError, match=rf"^{name}: {told}$") as raised:
+        with pytest.raises(DeviceError, match=rf"^{name}: {answer}$") as raised:
             use()
         assert raised.value.__cause__ is fault
 
@@ -55,7 +55,7 @@ def test_what_a_driver_has_translated_is_raised_as_it_is(
         assert raised.value is fault
 
 
-def test_what_closing_raises_is_told_by_the_device_s_name(
+def test_what_closing_raises_is_reported_by_the_device_s_name(
     motor: NullMotor, sensor: NullRange, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail() -> None:

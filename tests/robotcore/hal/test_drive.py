@@ -107,7 +107,7 @@ class TestOdometry:
 
 
 class TestCommandedWheels:
-    def test_angles_are_those_of_wheels_that_do_as_they_are_told(self) -> None:
+    def test_angles_are_those_of_wheels_that_do_as_they_are_reported(self) -> None:
         clock = SteppedClock(20, lambda _: None)
         wheels = CommandedWheels(clock)
         wheels.turn_at(Wheels(2.0, 4.0), clock.now())

@@ -28,10 +28,12 @@ def test_a_check_that_fails_keeps_none_from_being_made_nor_takes_back_what_it_fo
     assert found[1].said == "could not be checked: /dev/video0: Permission denied"
 
 
-@pytest.mark.parametrize("error, told", [(KeyError("gpio"), "KeyError: 'gpio'"), (AssertionError(), "AssertionError")])
-def test_an_error_that_says_little_is_told_by_its_kind(error: Exception, told: str) -> None:
+@pytest.mark.parametrize(
+    "error, answer", [(KeyError("gpio"), "KeyError: 'gpio'"), (AssertionError(), "AssertionError")]
+)
+def test_an_error_that_says_little_is_reported_by_its_kind(error: Exception, answer: str) -> None:
     def broken() -> Iterator[Finding]:
         raise error
         yield
 
-    assert [each.said for each in findings_of([("disk", broken)])] == [f"could not be checked: {told}"]
+    assert [each.said for each in findings_of([("disk", broken)])] == [f"could not be checked: {answer}"]

@@ -163,7 +163,7 @@ def test_an_app_polls_nothing(stepped: SteppedClock) -> None:
         AppClock(TickClock(stepped)).every(0.1, lambda: None, "echo")
 
 
-def test_work_by_a_servers_time_ends_quietly_with_the_server_and_the_sleeper_is_told() -> None:
+def test_work_by_a_servers_time_ends_quietly_with_the_server_and_the_sleeper_is_reported() -> None:
     is_gone = threading.Event()
     wall = MonotonicClock()
 

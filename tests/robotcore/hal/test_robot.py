@@ -44,7 +44,7 @@ class TestClosing:
         assert all(motor.sent[-1] == 0.0 for motor in motors if not motor.is_broken)
         assert [motor.releases for motor in motors] == [1, 1, 1]
 
-    def test_every_failure_is_told_once(self) -> None:
+    def test_every_failure_is_reported_once(self) -> None:
         robot, motors = make("left", "right", "arm")
         motors[0].is_broken = motors[2].is_broken = True
         with pytest.raises(DeviceGroupError) as raised:
@@ -59,7 +59,7 @@ class TestClosing:
             robot.close()
         assert released_after == [1]
 
-    def test_a_release_that_fails_is_told_with_the_devices(self) -> None:
+    def test_a_release_that_fails_is_reported_with_the_devices(self) -> None:
         def release() -> None:
             raise DeviceError("simulator", "has gone")
 
@@ -67,7 +67,7 @@ class TestClosing:
         with pytest.raises(DeviceGroupError, match="simulator: has gone"):
             robot.close()
 
-    def test_a_robot_beneath_that_fails_in_the_same_way_is_not_told_of_again(self) -> None:
+    def test_a_robot_beneath_that_fails_in_the_same_way_is_not_reported_of_again(self) -> None:
         beneath, motors = make("left", "right")
         motors[0].is_broken = motors[1].is_broken = True
         robot = Robot("rover", SteppedClock(20, lambda _: None), [motors[0]], release=beneath.close)
@@ -105,7 +105,7 @@ class TestRoles:
         assert robot["back"] is noses[1]
 
     @pytest.mark.parametrize("role", Role)
-    def test_a_role_that_nothing_fills_is_told_by_name(self, role: Role) -> None:
+    def test_a_role_that_nothing_fills_is_reported_by_name(self, role: Role) -> None:
         robot = Robot("pole", SteppedClock(20, lambda _: None), [])
         assert not robot.has(role)
         with pytest.raises(UnmetNeedError, match=f"pole has no {role.value} open"):

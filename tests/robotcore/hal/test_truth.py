@@ -37,8 +37,8 @@ def truth(
 
 
 def test_pose_and_contacts_are_the_simulators() -> None:
-    told = truth(pose=Pose(1.0, 2.0, 3.0))
-    assert (told.pose, told.contacts) == (Pose(1.0, 2.0, 3.0), 2)
+    answer = truth(pose=Pose(1.0, 2.0, 3.0))
+    assert (answer.pose, answer.contacts) == (Pose(1.0, 2.0, 3.0), 2)
 
 
 @pytest.mark.parametrize(

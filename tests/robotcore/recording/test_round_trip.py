@@ -162,7 +162,7 @@ def test_an_app_that_raises_leaves_its_traceback(file: Path) -> None:
     error = record(file, settings={"end": "crash"}).recording.ticks[-1].error
     assert error
     assert error.kind == "BehaviourError"
-    assert "in _end" in str(error.attributes["_told_traceback"])
+    assert "in _end" in str(error.attributes["_traceback_text"])
 
 
 def test_a_run_within_somebody_s_except_has_no_error_of_theirs(file: Path) -> None:

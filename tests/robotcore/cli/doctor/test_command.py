@@ -61,9 +61,9 @@ def ward(monkeypatch: pytest.MonkeyPatch) -> type[Ward]:
 
 def test_an_error_is_exit_status_1(cli: Cli, ward: type[Ward]) -> None:
     ward.found = (FINE, POOR, BAD)
-    told = cli("doctor", "--backend", "ward")
-    assert told.status == 1
-    assert told.out.endswith("\n1 error, 1 warning\n")
+    answer = cli("doctor", "--backend", "ward")
+    assert answer.status == 1
+    assert answer.out.endswith("\n1 error, 1 warning\n")
 
 
 def test_a_warning_alone_is_none(cli: Cli, ward: type[Ward]) -> None:
@@ -83,11 +83,11 @@ def test_each_finding_is_a_line_with_its_remedy_below(cli: Cli, ward: type[Ward]
 
 def test_json_is_one_line_with_all_findings(cli: Cli, ward: type[Ward]) -> None:
     ward.found = (POOR, BAD)
-    told = cli("doctor", "--backend", "ward", "--json")
-    assert (told.status, told.json["exit_status"]) == (1, 1)
-    assert (told.json["warnings"], told.json["errors"]) == (1, 1)
-    assert [each["about"] for each in told.json["findings"]] == ["machine"] * 3 + ["ward"] * 2
-    assert told.json["findings"][-1] == {
+    answer = cli("doctor", "--backend", "ward", "--json")
+    assert (answer.status, answer.json["exit_status"]) == (1, 1)
+    assert (answer.json["warnings"], answer.json["errors"]) == (1, 1)
+    assert [each["about"] for each in answer.json["findings"]] == ["machine"] * 3 + ["ward"] * 2
+    assert answer.json["findings"][-1] == {
         "about": "ward",
         "level": "error",
         "what": "pins",
@@ -102,8 +102,8 @@ def test_a_backend_that_is_asked_for_and_is_not_installed_is_an_error(
 ) -> None:
     monkeypatch.setattr(ward, "modules", ("no_such_module",))
     ward.is_here, ward.found = True, (Finding.warning("ward", "is not installed", "pip install ward"), POOR)
-    told = cli("doctor", *asked)
-    assert (told.status, told.out.splitlines()[-1]) == (
+    answer = cli("doctor", *asked)
+    assert (answer.status, answer.out.splitlines()[-1]) == (
         status,
         f"{status} error{'' if status else 's'}, " + ("1 warning" if status else "2 warnings"),
     )
@@ -118,18 +118,18 @@ def test_on_its_own_board_a_backend_is_looked_at_alone(cli: Cli, ward: type[Ward
 
 def test_elsewhere_all_are_looked_at_and_one_that_is_broken_is_an_error(cli: Cli, ward: type[Ward]) -> None:
     ward.found = (FINE,)
-    told = cli("doctor", "--json")
-    broken, fine = told.json["findings"][3:]
-    assert (told.status, broken["level"], fine["level"]) == (1, "error", "ok")
+    answer = cli("doctor", "--json")
+    broken, fine = answer.json["findings"][3:]
+    assert (answer.status, broken["level"], fine["level"]) == (1, "error", "ok")
     assert "no_such_package" in broken["said"]
     assert broken["remedy"] == "Reinstall the package it comes from"
 
 
 def test_what_a_backend_raises_is_no_traceback_and_no_ok(cli: Cli, ward: type[Ward]) -> None:
     ward.found, ward.error = (FINE,), RuntimeError("the board does not answer")
-    told = cli("doctor", "--backend", "ward")
-    assert (told.status, told.err) == (0, "")
-    assert "warning  ward          could not be checked: the board does not answer" in told.out
+    answer = cli("doctor", "--backend", "ward")
+    assert (answer.status, answer.err) == (0, "")
+    assert "warning  ward          could not be checked: the board does not answer" in answer.out
 
 
 def test_a_robot_is_looked_at_too(cli: Cli, ward: type[Ward], tmp_path: Path) -> None:
@@ -141,19 +141,19 @@ def test_a_robot_is_looked_at_too(cli: Cli, ward: type[Ward], tmp_path: Path) ->
 
 @pytest.mark.parametrize("option", [("--robot", "rovr"), ("--backend", "wrd")])
 def test_an_unknown_name_is_wrong_usage(cli: Cli, ward: type[Ward], option: tuple[str, str]) -> None:
-    told = cli("doctor", *option)
-    assert told.status == 2
-    assert "Did you mean" in told.err
+    answer = cli("doctor", *option)
+    assert answer.status == 2
+    assert "Did you mean" in answer.err
 
 
-def test_a_broken_numpy_is_told_and_nothing_that_needs_it_is_tried(
+def test_a_broken_numpy_is_reported_and_nothing_that_needs_it_is_tried(
     cli: Cli, ward: type[Ward], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ward.found = (FINE,)
     broken = Finding.error("NumPy", "does not work", "pip install numpy")
     monkeypatch.setattr("robotcore.cli.doctor.machine.machine_checks", lambda: [("NumPy", lambda: [broken])])
-    told = cli("doctor", "--json")
-    assert (told.status, len(told.json["findings"])) == (1, 1)
+    answer = cli("doctor", "--json")
+    assert (answer.status, len(answer.json["findings"])) == (1, 1)
 
 
 @pytest.mark.parametrize(
@@ -164,6 +164,6 @@ def test_a_broken_numpy_is_told_and_nothing_that_needs_it_is_tried(
     ],
 )
 def test_a_place_is_that_of_a_robot_on_a_backend_that_takes_one(cli: Cli, asked: tuple[str, ...], fault: str) -> None:
-    told = cli("doctor", *asked)
-    assert told.status == 2
-    assert fault in told.err
+    answer = cli("doctor", *asked)
+    assert answer.status == 2
+    assert fault in answer.err

@@ -42,17 +42,17 @@ def installed(package: Path) -> str:
 
 
 def test_passes_the_conformance_kit_and_runs_an_app(package: Path, typed: Typed) -> None:
-    told = typed(package, *TESTS, path=installed(package)).stdout
-    assert "48 passed" in told
-    assert "failed" not in told
+    answer = typed(package, *TESTS, path=installed(package)).stdout
+    assert "48 passed" in answer
+    assert "failed" not in answer
 
 
 def test_its_tests_say_what_is_filled_in_wrong_and_how_to_install_it(package: Path, typed: Typed) -> None:
     devices = package / "tiny_board" / "devices.py"
     devices.write_text(devices.read_text().replace("turn(self._wheel, rad_s)", "turn(self._wheel, -rad_s)"))
-    told = typed(package, *TESTS).stdout
-    assert "positive must drive it forward, on both sides" in told
-    assert "install it first: pip install -e ." in told
+    answer = typed(package, *TESTS).stdout
+    assert "positive must drive it forward, on both sides" in answer
+    assert "install it first: pip install -e ." in answer
 
 
 def test_its_backend_is_found_and_runs_with_the_shipped_robot(package: Path, typed: Typed) -> None:

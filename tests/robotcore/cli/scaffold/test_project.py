@@ -33,8 +33,8 @@ def project(tmp_path: Path) -> Path:
 
 def told_in(project: Path) -> dict[str, Any]:
     """Return what the project's file says of its app, robot and world."""
-    told: dict[str, Any] = tomllib.loads((project / "pyproject.toml").read_text())["tool"]["robotcore"]
-    return told
+    answer: dict[str, Any] = tomllib.loads((project / "pyproject.toml").read_text())["tool"]["robotcore"]
+    return answer
 
 
 def test_says_what_to_type_now(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -80,12 +80,12 @@ def test_its_robot_and_its_room_are_described_right(project: Path, capfd: pytest
     assert execute(["check", str(project / "scout.toml")]) == 0
     assert execute(["check", str(project / "room.toml")]) == 0
     assert execute(["wiring", str(project / "scout.toml")]) == 0
-    told = capfd.readouterr().out
-    assert "[raspberrypi] OK, 6 devices" in told
-    assert "warning" not in told
+    answer = capfd.readouterr().out
+    assert "[raspberrypi] OK, 6 devices" in answer
+    assert "warning" not in answer
 
 
 @pytest.mark.parametrize("backend", ["kinematic", "virtualpi"])
 def test_its_app_finds_the_ball_on_the_desk_and_on_the_robots_own_drivers(project: Path, backend: str) -> None:
-    told: dict[str, Any] = {key: str(project / name) for key, name in told_in(project).items() if key != "deploy"}
-    assert run(RunRequest(**told, backend=backend, seed=7)).verified
+    answer: dict[str, Any] = {key: str(project / name) for key, name in told_in(project).items() if key != "deploy"}
+    assert run(RunRequest(**answer, backend=backend, seed=7)).verified

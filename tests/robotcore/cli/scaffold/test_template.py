@@ -110,8 +110,8 @@ def texts_of(folder: Path) -> dict[str, str]:
 def test_nothing_is_left_of_the_templates_own_name(template: Template, tmp_path: Path) -> None:
     made = tmp_path / "hauls-2"
     make(template, made)
-    told = str(texts_of(made)).lower()
-    assert not [each for each in ("my-robot", "my_robot", "my-board", "my_board", "myboard") if each in told]
+    answer = str(texts_of(made)).lower()
+    assert not [each for each in ("my-robot", "my_robot", "my-board", "my_board", "myboard") if each in answer]
     assert "hauls_2.toml" in texts_of(made)
 
 

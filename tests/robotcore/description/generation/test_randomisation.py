@@ -93,26 +93,34 @@ def test_a_seed_always_draws_the_same_and_another_seed_another() -> None:
 
 
 def test_a_seed_draws_what_it_drew_when_this_was_written() -> None:
-    told = randomise(ARENA, 7).told
-    assert (told["light_brightness"], told["camera_noise"], told["wheel_gain_left"]) == (0.5339, 3.1636, 0.9966)
-    assert (told["floor_pattern"], told["walls_pattern"], told["obstacles_pattern"]) == ("checker", "checker", "planks")
+    valuess = randomise(ARENA, 7).values
+    assert (valuess["light_brightness"], valuess["camera_noise"], valuess["wheel_gain_left"]) == (
+        0.5339,
+        3.1636,
+        0.9966,
+    )
+    assert (valuess["floor_pattern"], valuess["walls_pattern"], valuess["obstacles_pattern"]) == (
+        "checker",
+        "checker",
+        "planks",
+    )
 
 
-def test_what_is_told_is_what_the_world_has() -> None:
-    for world, told in drawn():
-        assert told["light_brightness"] == world.light.brightness
-        assert told["light_ambient"] == world.light.ambient == pytest.approx(1 - world.light.diffuse)
-        assert told["floor_hue_deg"] == pytest.approx(hue_degrees(world.floor.colour), abs=1e-3)
-        assert told["target_hue_deg"] == pytest.approx(hue_degrees(world.targets[0].colour), abs=1e-3)
-        assert told["floor_pattern"] == (world.floor.texture.pattern if world.floor.texture else "plain")
-        assert {name: told[name] for name in Conditions.model_fields} == world.conditions.model_dump()
+def test_what_is_reported_is_what_the_world_has() -> None:
+    for world, valuess in drawn():
+        assert valuess["light_brightness"] == world.light.brightness
+        assert valuess["light_ambient"] == world.light.ambient == pytest.approx(1 - world.light.diffuse)
+        assert valuess["floor_hue_deg"] == pytest.approx(hue_degrees(world.floor.colour), abs=1e-3)
+        assert valuess["target_hue_deg"] == pytest.approx(hue_degrees(world.targets[0].colour), abs=1e-3)
+        assert valuess["floor_pattern"] == (world.floor.texture.pattern if world.floor.texture else "plain")
+        assert {name: valuess[name] for name in Conditions.model_fields} == world.conditions.model_dump()
 
 
 def test_every_quantity_stays_in_its_range_and_takes_all_of_it() -> None:
     ranges = Randomisation().model_dump()
     for name in ("light_brightness", "light_ambient", "camera_noise", "camera_exposure", "range_bias_m", "wheel_lag_s"):
         low, high = ranges[name]
-        values = [float(one.told[name]) for one in drawn()]
+        values = [float(one.values[name]) for one in drawn()]
         assert low <= min(values) < low + (high - low) / 3
         assert high - (high - low) / 3 < max(values) <= high
 
@@ -129,7 +137,7 @@ def test_one_that_is_switched_off_leaves_all_others_what_they_were(off: str) -> 
     without: dict[str, Any] = {off: False}
     for whole, part in zip(drawn(), drawn(**without), strict=True):
         group = {"hue_gap_deg": "_hue_deg", "target_value": "target_", "patterns": "_pattern"}.get(off, off)
-        assert {k: v for k, v in part.told.items() if group not in k}.items() <= whole.told.items()
+        assert {k: v for k, v in part.values.items() if group not in k}.items() <= whole.values.items()
         assert part != whole
 
 
@@ -145,7 +153,7 @@ def test_what_is_switched_off_stays_as_the_file_has_it() -> None:
         assert one.world.floor.texture == planks
         assert (one.world.conditions.camera_noise, one.world.conditions.wheel_lag_s) == (3.0, 0.2)
         assert one.world.light.brightness == ARENA.light.brightness
-        assert not {"camera_noise", "wheel_lag_s", "light_brightness", "floor_pattern"} & one.told.keys()
+        assert not {"camera_noise", "wheel_lag_s", "light_brightness", "floor_pattern"} & one.values.keys()
 
 
 @pytest.mark.parametrize("gap", [50, 60, 80])
@@ -181,13 +189,13 @@ def test_obstacles_have_a_colour_each_and_one_pattern() -> None:
         assert len({obstacle.texture for obstacle in world.obstacles}) == 1
 
 
-def test_targets_that_leave_no_hue_are_told_with_the_key_to_change() -> None:
+def test_targets_that_leave_no_hue_are_reported_with_the_key_to_change() -> None:
     balls = [ball(name, colour=name, x_m=float(place)) for place, name in enumerate(("red", "green", "blue"))]
     with pytest.raises(DescriptionError, match=r"randomisation.hue_gap_deg: it leaves no hue .* got 80. Take"):
         drawn(room(*balls), hue_gap_deg=80)
 
 
-def test_a_world_without_walls_has_none_told() -> None:
-    for world, told in drawn(load_world("open")):
+def test_a_world_without_walls_has_none_reported() -> None:
+    for world, valuess in drawn(load_world("open")):
         assert world.walls is None
-        assert not any(name.startswith("walls") for name in told)
+        assert not any(name.startswith("walls") for name in valuess)

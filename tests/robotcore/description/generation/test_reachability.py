@@ -119,7 +119,7 @@ def test_a_target_is_in_view_only_where_the_camera_looks() -> None:
     assert not is_target_in_view(room(box(x_m=-0.5), ball(x_m=0.5), start=WEST), LOOKOUT)
 
 
-def test_parts_across_the_ball_are_told_from_right_to_left() -> None:
+def test_parts_across_the_ball_are_reported_from_right_to_left() -> None:
     right_half_hidden = edges_of([((1.0, -1.0), (1.0, 0.0))])
     seen = visible_parts(np.array([(0.0, -0.001)]), ball(x_m=2.0), right_half_hidden)
     assert seen.tolist() == [[False, False, False, False, True, True, True]]

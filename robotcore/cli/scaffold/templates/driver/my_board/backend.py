@@ -27,7 +27,7 @@ from my_board.failures import in_words
 
 
 class MyBoardOptions(StrictModel):
-    """What can be told with ``--option``, each as a field: ``port: str = "/dev/ttyUSB0"``. Nothing yet."""
+    """Options for ``--option``, each as a field: ``port: str = "/dev/ttyUSB0"``. Nothing yet."""
 
 
 class MyBoardBackend(Backend):
@@ -56,22 +56,22 @@ class MyBoardBackend(Backend):
             clock = board.clock(setup.rate_hz)
             opened.callback(clock.close)
             open_one = partial(_opened, setup.robot.drive, board, clock)
-            devices = setup.open_each(lambda told: opened.enter_context(closing(open_one(told))))
+            devices = setup.open_each(lambda description: opened.enter_context(closing(open_one(description))))
             opened.pop_all()
         return Robot(setup.robot.name, clock, devices, release=board.disconnect)
 
 
-def _opened(drive: Drive | None, board: Board, clock: Clock, told: AnyDevice) -> Device:
-    match told:
+def _opened(drive: Drive | None, board: Board, clock: Clock, description: AnyDevice) -> Device:
+    match description:
         case MotorDescription():
-            return BoardMotor(told, board, _wheel_of(told.name, drive))
+            return BoardMotor(description, board, _wheel_of(description.name, drive))
         case EncoderDescription():
-            return BoardEncoder(told, board, _wheel_of(told.name, drive), clock)
+            return BoardEncoder(description, board, _wheel_of(description.name, drive), clock)
         case RangeSensorDescription():
-            return BoardRange(told, board, clock)
+            return BoardRange(description, board, clock)
         case BatteryDescription():
-            return BoardBattery(told, board, clock)
-    raise DeviceError(told.name, f"a {told.kind} is nothing that the board has")
+            return BoardBattery(description, board, clock)
+    raise DeviceError(description.name, f"a {description.kind} is nothing that the board has")
 
 
 def _wheel_of(device: str, drive: Drive | None) -> str:

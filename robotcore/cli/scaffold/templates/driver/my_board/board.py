@@ -13,7 +13,7 @@ FULL_V = 7.8
 
 
 class Board:
-    """Two wheels that turn as they are told, and a wall ahead.
+    """Two wheels that follow their commands, and a wall ahead.
 
     The app and what polls the sensors call it from threads of their own: where the library takes one call at a time,
     put a lock around it here.

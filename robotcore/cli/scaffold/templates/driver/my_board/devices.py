@@ -14,8 +14,8 @@ from my_board.polled import Polled
 class BoardMotor(Motor):
     """Turns a wheel."""
 
-    def __init__(self, told: MotorDescription, board: Board, wheel: str) -> None:
-        super().__init__(told.name, told.max_velocity_rad_s)
+    def __init__(self, description: MotorDescription, board: Board, wheel: str) -> None:
+        super().__init__(description.name, description.max_velocity_rad_s)
         self._board, self._wheel = board, wheel
 
     def _apply(self, rad_s: float) -> None:
@@ -26,8 +26,8 @@ class BoardMotor(Motor):
 class BoardEncoder(Encoder):
     """Counts from where the wheel stood when it was opened."""
 
-    def __init__(self, told: EncoderDescription, board: Board, wheel: str, clock: Clock) -> None:
-        super().__init__(told.name)
+    def __init__(self, description: EncoderDescription, board: Board, wheel: str, clock: Clock) -> None:
+        super().__init__(description.name)
         self._board, self._wheel = board, wheel
         with in_words(self.name):
             self._zero = board.angle(wheel)
@@ -46,9 +46,14 @@ class BoardEncoder(Encoder):
 class BoardRange(RangeSensor):
     """Measures what is ahead."""
 
-    def __init__(self, told: RangeSensorDescription, board: Board, clock: Clock) -> None:
-        super().__init__(told.name, min_range=told.min_range_m, max_range=told.max_range_m, cone=told.cone_rad)
-        self._board, self._mount_x = board, told.mount.x_m
+    def __init__(self, description: RangeSensorDescription, board: Board, clock: Clock) -> None:
+        super().__init__(
+            description.name,
+            min_range=description.min_range_m,
+            max_range=description.max_range_m,
+            cone=description.cone_rad,
+        )
+        self._board, self._mount_x = board, description.mount.x_m
         self._polled = Polled(self.name, clock, self._take)
 
     def _newest(self) -> Range:
@@ -65,8 +70,8 @@ class BoardRange(RangeSensor):
 class BoardBattery(Battery):
     """Tells what feeds the board; no run ends where it cannot."""
 
-    def __init__(self, told: BatteryDescription, board: Board, clock: Clock) -> None:
-        super().__init__(told.name)
+    def __init__(self, description: BatteryDescription, board: Board, clock: Clock) -> None:
+        super().__init__(description.name)
         self._board = board
         self._polled = Polled(self.name, clock, self._take)
 

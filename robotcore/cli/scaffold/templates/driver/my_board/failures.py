@@ -1,4 +1,4 @@
-"""What the board's library raises, told in words that say what to do."""
+"""What the board's library raises, as errors that say what to do."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -33,7 +33,7 @@ def test_an_app_runs_on_it_by_its_name() -> None:
     assert "avoid" in result.milestones
 
 
-def test_an_unplugged_board_is_told_by_the_devices_name() -> None:
+def test_an_unplugged_board_is_named_in_the_error() -> None:
     board = Unplugged()
     setup = Setup(load_robot(ROBOT), None, frozenset({"nose"}))
     with MyBoardBackend(lambda: board).open(setup) as robot:
