@@ -20,12 +20,12 @@ class Bumper:
     Gaps are measured anew only when the body may have moved as far as the smallest of them.
     """
 
-    def __init__(self, surroundings: Clearance, start: Pose) -> None:
+    def __init__(self, clearances: Clearance, start: Pose) -> None:
         self.contacts = 0
-        self._surroundings = surroundings
-        self._reach = surroundings.reach
+        self._clearances = clearances
+        self._reach = clearances.reach
         self._touched: dict[int, float] = {}
-        self._measure(surroundings.gaps(start))
+        self._measure(clearances.gaps(start))
 
     def permits(self, here: Pose, there: Pose, distance: float, turn: float) -> bool:
         """Return whether the body may roll ``distance`` metres while turning by ``turn``, neither below zero.
@@ -36,13 +36,13 @@ class Bumper:
         if self._travelled + travel < self._clearance:
             self._travelled += travel
             return True
-        ahead = self._surroundings.gaps(there)
+        ahead = self._clearances.gaps(there)
         is_hit = (ahead < 0) & (ahead < self._gaps)
         if not is_hit.any():
             self._measure(ahead)
             return True
         if self._travelled:
-            self._measure(self._surroundings.gaps(here))
+            self._measure(self._clearances.gaps(here))
         self._touch(is_hit)
         return False
 

@@ -27,7 +27,7 @@ class Simulation:
         self.encoded: dict[str, Wheel] = {}
         self._start = world.start.pose
         self._bumper = Bumper(Clearance(robot.body.footprint, world), self._start)
-        self._chassis = self._put_on_wheels(robot.drive) if robot.drive else None
+        self._chassis = self._build_chassis(robot.drive) if robot.drive else None
         driven = {robot.drive.left, robot.drive.right} if robot.drive else set()
         self._moving: list[Wheel | Chassis] = [wheel for name, wheel in self.wheels.items() if name not in driven]
         if self._chassis:
@@ -47,7 +47,7 @@ class Simulation:
     def contacts(self) -> int:
         return self._bumper.contacts
 
-    def _put_on_wheels(self, drive: Drive) -> Chassis:
+    def _build_chassis(self, drive: Drive) -> Chassis:
         left, right = self.wheels[drive.left], self.wheels[drive.right]
         if drive.left_encoder and drive.right_encoder:
             self.encoded = {drive.left_encoder: left, drive.right_encoder: right}

@@ -80,7 +80,7 @@ class MockBackend(Backend):
                 script = scripts.get(name, grey_picture(device.intrinsics))
                 yield MockCamera(device, script, clock, rate_hz)
             elif isinstance(device, EncoderDescription):
-                script = scripts.get(name, _turning_with(motors.get(_wheel_of(name, setup.robot.drive))))
+                script = scripts.get(name, _script_of_wheel(motors.get(_motor_of(name, setup.robot.drive))))
                 yield MockEncoder(name, script, clock, rate_hz)
             elif isinstance(device, BatteryDescription):
                 if name in scripts:
@@ -90,10 +90,10 @@ class MockBackend(Backend):
                 yield MockDisplay(display.name)
 
 
-def _wheel_of(encoder: str, drive: Drive | None) -> str:
+def _motor_of(encoder: str, drive: Drive | None) -> str:
     """Return the name of the motor whose wheel an encoder counts, or nothing."""
     return drive.on_wheels.get(encoder, "") if drive else ""
 
 
-def _turning_with(motor: MockMotor | None) -> Script:
+def _script_of_wheel(motor: MockMotor | None) -> Script:
     return (lambda _time: motor.angle) if motor else 0.0

@@ -44,7 +44,7 @@ in seconds. An exception in place of a reading makes the device fail with it."""
 
 
 @dataclass(frozen=True)
-class Played(Generic[ValueT]):
+class PlayedSample(Generic[ValueT]):
     """A reading that was played, when, and which one it is."""
 
     value: ValueT
@@ -63,10 +63,10 @@ class Playback(Generic[ValueT]):
         self._device, self._script, self._clock, self._rate_hz = device, script, clock, rate_hz
         self._convert = convert
         self._played_until = -1
-        self._newest: Played[ValueT] | None = None
+        self._newest: PlayedSample[ValueT] | None = None
         self._failure: Exception | None = None
 
-    def newest(self) -> Played[ValueT]:
+    def newest(self) -> PlayedSample[ValueT]:
         """Play up to now; return the newest reading. Raises DeviceError where the script fails here."""
         now = self._clock.now()
         tick = math.floor(now * self._rate_hz + 1e-6)
@@ -85,7 +85,7 @@ class Playback(Generic[ValueT]):
         if self._failure or reading is LOST:
             return
         sequence = self._newest.sequence + 1 if self._newest else 0
-        self._newest = Played(self._convert(reading), time, sequence)
+        self._newest = PlayedSample(self._convert(reading), time, sequence)
 
     def _reading(self, tick: int, time: float) -> Any:
         script = self._script
@@ -158,13 +158,13 @@ class MockCamera(Camera):
 
     def __init__(self, description: CameraDescription, script: Script, clock: Clock, rate_hz: float) -> None:
         super().__init__(description.name, description.intrinsics)
-        self._playback = Playback(self.name, script, clock, rate_hz, self._frozen)
+        self._playback = Playback(self.name, script, clock, rate_hz, self._check_picture)
 
     def _newest(self) -> Frame:
         played = self._playback.newest()
         return Frame(played.value, played.time, played.sequence)
 
-    def _frozen(self, picture: Any) -> Image:
+    def _check_picture(self, picture: Any) -> Image:
         """Return a read-only copy."""
         expected = (self.intrinsics.height, self.intrinsics.width, 3)
         if not isinstance(picture, np.ndarray) or picture.shape != expected or picture.dtype != np.uint8:

@@ -70,10 +70,10 @@ class MockRobot:
         where the last one ended. Raises what ends a real run: SafetyStop, DeviceError, BehaviourError.
         """
         self._app = self._app or app
-        loop = Loop(self._assembled, app, self.rate_hz, math.inf, [self._keep])
+        loop = Loop(self._assembled, app, self.rate_hz, math.inf, [self._record_tick])
         for _ in range(ticks):
             if (status := loop.tick()) is not Status.RUNNING:
-                self._halt()
+                self._stop_motors()
                 return status
             self.advance()
         return Status.RUNNING
@@ -123,11 +123,11 @@ class MockRobot:
             raise UnmetNeedError(f"{self.description.name} has no device for this script; describe one or leave it out")
         self._scripts[device.name] = script
 
-    def _halt(self) -> None:
+    def _stop_motors(self) -> None:
         if stage := self._assembled.stage:
             stage.stop()
 
-    def _keep(self, record: TickRecord) -> None:
+    def _record_tick(self, record: TickRecord) -> None:
         self.ticks.append(record)
         drive, commands = self.description.drive, self.commands
         if drive and drive.left in commands and drive.right in commands:

@@ -8,7 +8,7 @@ from contextlib import ExitStack
 
 from pydantic import PositiveInt
 
-from drivers.pybullet.bullet import Bullet, stdout_on_stderr
+from drivers.pybullet.bullet import Bullet, redirect_stdout
 from drivers.pybullet.simulation import Simulation
 from robotcore.description import StrictModel
 from robotcore.errors import UsageError
@@ -51,7 +51,7 @@ class PyBulletBackend(Backend):
             raise UsageError("the pybullet backend needs a world; name one with --world")
         options = setup.options_as(PyBulletOptions)
         self.require_installed()
-        with stdout_on_stderr(), ExitStack() as undo:
+        with redirect_stdout(), ExitStack() as undo:
             bullet = Bullet.connect(gui=setup.gui)
             undo.callback(bullet.close)
             simulation = Simulation(bullet, setup, setup.world, options.solver_iterations)

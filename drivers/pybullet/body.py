@@ -43,7 +43,7 @@ class Body:
         # On its own: named in one call with a link's friction, damping makes Bullet pass the friction over.
         bullet.changeDynamics(body, _BASE, linearDamping=0.0, angularDamping=0.0)
 
-    def through(self, bullet: Bullet) -> Body:
+    def with_connection(self, bullet: Bullet) -> Body:
         """Return the same body asked by way of another view of the connection."""
         other = copy(self)
         other._bullet = bullet  # noqa: SLF001  its own kind

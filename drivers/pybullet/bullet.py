@@ -31,7 +31,7 @@ class Bullet:
     @classmethod
     def connect(cls, *, gui: bool) -> Bullet:
         """Start a server of one's own in this process, with a window or without."""
-        library = _library()
+        library = _import_pybullet()
         if gui:
             _require_screen()
         connect = _told(library.connect, library.error, _backend_failure)
@@ -43,13 +43,13 @@ class Bullet:
         self.configureDebugVisualizer(self.COV_ENABLE_GUI, 0)
         self.resetDebugVisualizerCamera(breadth, 0.0, -60.0, [0.0, 0.0, 0.0])
 
-    def on_behalf_of(self, device: str) -> Bullet:
+    def for_device(self, device: str) -> Bullet:
         """Return the same connection for a device, which its errors are to name."""
         return Bullet(self._library, self._client, lambda fault: DeviceError(device, fault))
 
     def close(self) -> None:
         """End the server; one that has ended, as when its window was closed, is fine too."""
-        with stdout_on_stderr():
+        with redirect_stdout():
             if self._library.isConnected(self._client):
                 self._library.disconnect(self._client)
 
@@ -77,9 +77,9 @@ def _told(function: Callable[..., Any], fault: type[Exception], failure: Failure
     return call
 
 
-def _library() -> ModuleType:
+def _import_pybullet() -> ModuleType:
     """Import PyBullet without the banner that it writes to standard error."""
-    with Path(os.devnull).open("w") as nowhere, _redirected(2, nowhere.fileno()):
+    with Path(os.devnull).open("w") as nowhere, _redirect(2, nowhere.fileno()):
         import pybullet
 
     module: ModuleType = pybullet
@@ -92,13 +92,13 @@ def _require_screen() -> None:
         raise BackendError("pybullet: there is no screen to open a window on. Leave --gui out, or set DISPLAY to one")
 
 
-def stdout_on_stderr() -> AbstractContextManager[None]:
+def redirect_stdout() -> AbstractContextManager[None]:
     """Keep what Bullet prints about its threads and its window out of the program's own output."""
-    return _redirected(1, 2)
+    return _redirect(1, 2)
 
 
 @contextmanager
-def _redirected(descriptor: int, target: int) -> Iterator[None]:
+def _redirect(descriptor: int, target: int) -> Iterator[None]:
     """Let native code that writes to ``descriptor`` write to ``target``."""
     _flush()
     saved = os.dup(descriptor)

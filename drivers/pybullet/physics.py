@@ -33,7 +33,7 @@ class Physics:
             for motor in self.motors:
                 motor.drive()
             self._step()
-            self._touches.look()
+            self._touches.update()
 
 
 class BulletMotor(Motor):
@@ -78,7 +78,7 @@ class Touches:
         self._things = frozenset(things)
         self._touched: set[int] = set()
 
-    def look(self) -> None:
+    def update(self) -> None:
         """Note what is touched after a step. Bullet also lists what is near; its distance says so."""
         points = self._contact_points(bodyA=self._body, linkIndexA=-1)
         if not (points or self._touched):  # as nearly always; what comes below would take longer than Bullet's answer

@@ -107,10 +107,10 @@ class Textures:
     def number_of(self, texture: Texture) -> int:
         """Return Bullet's number for a texture."""
         if texture not in self._numbers:
-            self._numbers[texture] = self._loaded(texture)
+            self._numbers[texture] = self._load_texture(texture)
         return self._numbers[texture]
 
-    def _loaded(self, texture: Texture) -> int:
+    def _load_texture(self, texture: Texture) -> int:
         """Load a tile's picture. Its top row is the highest on the surface."""
         with TemporaryDirectory() as folder:
             file = Path(folder, "tile.png")

@@ -85,16 +85,16 @@ class BulletCamera(Camera):
 
     def picture(self, view: View) -> Image:
         """Render what any camera would see; works without the robot being there. BGR, read-only."""
-        rgba, numbers = self._rendered(view)
+        rgba, numbers = self._render(view)
         image: Image = np.asarray(cv2.cvtColor(rgba, cv2.COLOR_RGBA2BGR), dtype=np.uint8)
-        sky = _plain(self._light.sky_colour[::-1], *numbers.shape)
+        sky = _plain_image(self._light.sky_colour[::-1], *numbers.shape)
         cv2.copyTo(sky, (numbers < 0).view(np.uint8), image)  # a boolean index takes ten times as long
         image.flags.writeable = False
         return image
 
     def numbers(self, view: View) -> Numbers:
         """Return which thing each pixel of such a picture shows, (height, width), by its number; -1: sky."""
-        return self._rendered(view)[1]
+        return self._render(view)[1]
 
     def _newest(self) -> Frame:
         return self._newest_at()
@@ -102,7 +102,7 @@ class BulletCamera(Camera):
     def _expose(self, time: float, sequence: int) -> Frame:
         return Frame(self.picture(self._view()), time, sequence)
 
-    def _rendered(self, view: View) -> tuple[Image, Numbers]:
+    def _render(self, view: View) -> tuple[Image, Numbers]:
         """Return what a camera would see: RGBA, and numbers."""
         size, light = view.intrinsics, self._light
         _, _, rgba, _, numbers = self._bullet.getCameraImage(
@@ -136,7 +136,7 @@ class BulletCamera(Camera):
 
 
 @lru_cache(maxsize=8)
-def _plain(colour: tuple[int, ...], height: int, width: int) -> Image:
+def _plain_image(colour: tuple[int, ...], height: int, width: int) -> Image:
     """Return a picture of one BGR colour; making it takes longer than all else that comes after the rendering."""
     return np.full((height, width, 3), colour, dtype=np.uint8)
 

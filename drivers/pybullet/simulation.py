@@ -43,8 +43,8 @@ class Simulation:
 
     def open(self, description: SimulatedDevice) -> Device:
         """Open one device; raises DeviceError where it sits on a wheel that is not there."""
-        bullet = self._bullet.on_behalf_of(description.name)
-        body = self._body.through(bullet)
+        bullet = self._bullet.for_device(description.name)
+        body = self._body.with_connection(bullet)
         if isinstance(description, MotorDescription):
             motor = BulletMotor(bullet, description, body, self.clock.step)
             self._physics.motors.append(motor)

@@ -28,7 +28,7 @@ class Chip:
         try:
             self._handle = self._lgpio.gpiochip_open(number)
         except self._lgpio.error as error:
-            raise BackendError(why_closed(number)) from error
+            raise BackendError(explain_closed_chip(number)) from error
 
     def claim_low(self, gpios: Sequence[int]) -> None:
         """Make lines low outputs of this process; those that it has claimed before stay as they are.
@@ -37,7 +37,7 @@ class Chip:
         process has one.
         """
         if held := [gpio for gpio in gpios if not self._is_claimed(gpio)]:
-            words = "; ".join(f"GPIO {gpio} is held by {held_by(gpio)}" for gpio in held)
+            words = "; ".join(f"GPIO {gpio} is held by {find_holder(gpio)}" for gpio in held)
             raise HeldError(f"{words}. End that program first")
 
     def write(self, gpio: int, *, is_high: bool) -> None:
@@ -57,7 +57,7 @@ class Chip:
         return True
 
 
-def why_closed(number: int) -> str:
+def explain_closed_chip(number: int) -> str:
     """Return why a chip could not be opened, and what to do, which lgpio does not tell."""
     chip = Path(f"/dev/gpiochip{number}")
     if not chip.exists():
@@ -78,7 +78,7 @@ _LINE_INFO = struct.Struct("32s 32s I 188x")
 """The begin of struct gpio_v2_line_info: name, consumer, offset."""
 
 
-def held_by(gpio: int, root: Path = _ROOT) -> str:
+def find_holder(gpio: int, root: Path = _ROOT) -> str:
     """Return words for who holds a line: "process 1234 (python3)", or "somebody" where it cannot be told.
 
     Since 6.2 the kernel tells the lines of each handle (/proc/PID/fdinfo); where it does not, whoever has a handle may
@@ -86,10 +86,10 @@ def held_by(gpio: int, root: Path = _ROOT) -> str:
     """
     chip = (root / f"dev/gpiochip{chip_number(root)}").resolve().name  # gpiochip4 of a Pi 5 may be a link to gpiochip0
     handles = list(_handles(root / "proc"))
-    if holders := _all_of(process for process, info in handles if _tells(info, chip, gpio)):
+    if holders := _join(process for process, info in handles if _holds_line(info, chip, gpio)):
         return holders
     this = f"process {os.getpid()} ("
-    suspects = _all_of(process for process, info in handles if _LINE_KEY not in info and not process.startswith(this))
+    suspects = _join(process for process, info in handles if _LINE_KEY not in info and not process.startswith(this))
     who = f"perhaps {suspects}" if suspects else "somebody"
     return ", as ".join(filter(None, [who, _label(root / "dev" / chip, gpio)]))
 
@@ -105,22 +105,22 @@ def _handles(proc: Path) -> Iterator[tuple[str, str]]:
                         yield f"process {process.name} ({name})", (process / "fdinfo" / file.name).read_text()
 
 
-def _tells(info: str, chip: str, gpio: int) -> bool:
+def _holds_line(info: str, chip: str, gpio: int) -> bool:
     lines = {" ".join(line.split()) for line in info.splitlines()}
     return f"{_LINE_KEY} {gpio}" in lines and f"{_CHIP_KEY} {chip}" in lines
 
 
-def _all_of(processes: Iterator[str]) -> str:
+def _join(processes: Iterator[str]) -> str:
     return " or ".join(dict.fromkeys(processes))
 
 
 def _label(chip: Path, gpio: int) -> str:
     """Return what the holder calls a line, quoted; nothing where the chip does not tell."""
-    told = bytearray(_LINE_INFO.pack(b"", b"", gpio))
+    info = bytearray(_LINE_INFO.pack(b"", b"", gpio))
     try:
         with chip.open("rb", buffering=0) as file:
-            fcntl.ioctl(file, _GET_LINE_INFO, told)
+            fcntl.ioctl(file, _GET_LINE_INFO, info)
     except OSError:
         return ""
-    label = _LINE_INFO.unpack(told)[1].rstrip(b"\0").decode(errors="replace")
+    label = _LINE_INFO.unpack(info)[1].rstrip(b"\0").decode(errors="replace")
     return repr(label) if label else ""

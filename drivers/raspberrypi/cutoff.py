@@ -58,7 +58,7 @@ class MotorLines(Cutoff):
     def __init__(self, lines: Sequence[int], owner: int | None) -> None:
         self._lines, self._pid = lines, owner
         self._is_turning = False
-        self._told: str | None = None
+        self._report: str | None = None
 
     def open(self) -> None:
         self._chip = Chip()
@@ -77,7 +77,7 @@ class MotorLines(Cutoff):
             if self._owner is None:
                 raise
             self._claim_from(self._owner)
-        return self._told
+        return self._report
 
     def close(self) -> None:
         self._chip.close()
@@ -94,7 +94,7 @@ class MotorLines(Cutoff):
     def _end(self, owner: Owner) -> None:
         """End the owner; what it does by itself already, is not told."""
         if not owner.is_ending():
-            self._told = f"ended process {self._pid}: it was silent, and held the lines of motors that turned"
+            self._report = f"ended process {self._pid}: it was silent, and held the lines of motors that turned"
         owner.kill()
 
 

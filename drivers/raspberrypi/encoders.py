@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Protocol
 from pydantic import Field
 
 from drivers.raspberrypi.header import Gpio, gpio
-from drivers.raspberrypi.pins import claiming, stop_edge_detection
+from drivers.raspberrypi.pins import stop_edge_detection, translate_pin_errors
 from robotcore.description import EncoderDescription, RobotDescription, StrictModel
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock
@@ -45,9 +45,9 @@ class EncoderSettings(StrictModel):
     pull_up: bool = True
     bounce_s: Annotated[float, Field(gt=0, le=0.01)] | None = None
 
-    def edges_per_turn(self, told: EncoderDescription) -> int:
+    def edges_per_turn(self, description: EncoderDescription) -> int:
         """Return how many edges a turn of the wheel has, on all channels together."""
-        return told.counts_per_turn * (self.edges_per_cycle if self.counts == "cycles" else 1)
+        return description.counts_per_turn * (self.edges_per_cycle if self.counts == "cycles" else 1)
 
 
 class Counter(Protocol):
@@ -88,7 +88,7 @@ def open_input(device: str, number: int, settings: EncoderSettings, pins: Factor
     from gpiozero import InputDevice
 
     pull = {"pull_up": True} if settings.pull_up else {"pull_up": None, "active_state": True}
-    with claiming(device, (number,)):
+    with translate_pin_errors(device, (number,)):
         line = opened.enter_context(InputDevice(number, pin_factory=pins, **pull))
         line.pin.bounce = settings.bounce_s
         line.pin.edges = "both"
@@ -97,7 +97,7 @@ def open_input(device: str, number: int, settings: EncoderSettings, pins: Factor
 
 def watch(device: str, pin: Pin, changed: Callable[[float, int], None], opened: ExitStack) -> None:
     """Have a bound method told of every edge, with the tick and the level; its object has to be kept."""
-    with claiming(device, (int(pin.info.name.removeprefix("GPIO")),)):
+    with translate_pin_errors(device, (int(pin.info.name.removeprefix("GPIO")),)):
         opened.callback(stop_edge_detection, pin)
         pin.when_changed = changed
 
@@ -129,17 +129,19 @@ class Quadrature(DeviceDriver[EncoderDescription, QuadratureSettings]):
     def connections(self, settings: QuadratureSettings) -> Sequence[Connection]:
         return gpio("a", settings.a), gpio("b", settings.b)
 
-    def notes(self, told: EncoderDescription, settings: QuadratureSettings) -> Sequence[str]:
+    def notes(self, description: EncoderDescription, settings: QuadratureSettings) -> Sequence[str]:
         return (LEVELS,)
 
-    def open(self, told: EncoderDescription, settings: QuadratureSettings, host: Host) -> Encoder:
+    def open(self, description: EncoderDescription, settings: QuadratureSettings, host: Host) -> Encoder:
         with ExitStack() as opened:
-            a = open_input(told.name, settings.a, settings, host.pins, opened)
-            b = open_input(told.name, settings.b, settings, host.pins, opened)
+            a = open_input(description.name, settings.a, settings, host.pins, opened)
+            b = open_input(description.name, settings.b, settings, host.pins, opened)
             decoder = QuadratureDecoder(a=bool(a.state), b=bool(b.state))
-            watch(told.name, a, decoder.a_changed, opened)
-            watch(told.name, b, decoder.b_changed, opened)
-            return PinEncoder(told.name, host.clock, decoder, settings.edges_per_turn(told), opened.pop_all())
+            watch(description.name, a, decoder.a_changed, opened)
+            watch(description.name, b, decoder.b_changed, opened)
+            return PinEncoder(
+                description.name, host.clock, decoder, settings.edges_per_turn(description), opened.pop_all()
+            )
 
 
 class QuadratureDecoder:
@@ -205,36 +207,38 @@ class Pulses(DeviceDriver[EncoderDescription, PulsesSettings]):
     def connections(self, settings: PulsesSettings) -> Sequence[Connection]:
         return (gpio("gpio", settings.gpio),)
 
-    def notes(self, told: EncoderDescription, settings: PulsesSettings) -> Sequence[str]:
+    def notes(self, description: EncoderDescription, settings: PulsesSettings) -> Sequence[str]:
         return (LEVELS,)
 
-    def check(self, told: EncoderDescription, settings: PulsesSettings, robot: RobotDescription) -> None:
-        if motor_of(told.name, robot) is None:
+    def check(self, description: EncoderDescription, settings: PulsesSettings, robot: RobotDescription) -> None:
+        if motor_of(description.name, robot) is None:
             raise ValueError(
-                f"{told.name} is on no wheel of the drive, so no motor tells its direction; name it in [drive], or "
-                "take a quadrature encoder"
+                f"{description.name} is on no wheel of the drive, so no motor tells its direction; name it in [drive], "
+                "or take a quadrature encoder"
             )
 
     def check_beside(
         self,
-        told: EncoderDescription,
+        description: EncoderDescription,
         settings: PulsesSettings,
         robot: RobotDescription,
         drivers: Mapping[str, DeviceDriver[Any, Any]],
     ) -> None:
-        motor = motor_of(told.name, robot) or ""
+        motor = motor_of(description.name, robot) or ""
         if motor in drivers and not drivers[motor].tells_direction:
             raise ValueError(
-                f"the driver of {motor}, {drivers[motor].name!r}, tells no direction, and {told.name} has none of its "
-                "own; take a quadrature encoder for that wheel"
+                f"the driver of {motor}, {drivers[motor].name!r}, tells no direction, and {description.name} has "
+                "none of its own; take a quadrature encoder for that wheel"
             )
 
-    def open(self, told: EncoderDescription, settings: PulsesSettings, host: Host) -> Encoder:
-        counter = PulseCounter(told.name, motor_of(told.name, host.robot) or "", host.opened)
+    def open(self, description: EncoderDescription, settings: PulsesSettings, host: Host) -> Encoder:
+        counter = PulseCounter(description.name, motor_of(description.name, host.robot) or "", host.opened)
         with ExitStack() as opened:
-            pin = open_input(told.name, settings.gpio, settings, host.pins, opened)
-            watch(told.name, pin, counter.changed, opened)
-            return PinEncoder(told.name, host.clock, counter, settings.edges_per_turn(told), opened.pop_all())
+            pin = open_input(description.name, settings.gpio, settings, host.pins, opened)
+            watch(description.name, pin, counter.changed, opened)
+            return PinEncoder(
+                description.name, host.clock, counter, settings.edges_per_turn(description), opened.pop_all()
+            )
 
 
 class PulseCounter:

@@ -36,9 +36,9 @@ def load() -> ModuleType:
     """Import lgpio; raises ImportError where it is missing, or is the empty one of PyPI."""
     with _LOADING:
         if "lgpio" not in sys.modules:
-            with _fifo_apart():
+            with _private_fifo():
                 import lgpio
-            os.register_at_fork(after_in_child=let_go)
+            os.register_at_fork(after_in_child=release_lines)
         else:
             import lgpio
     if not hasattr(lgpio, "gpiochip_open"):
@@ -60,8 +60,8 @@ def chip_number(root: Path = _ROOT) -> int:
 
 def header_driver(root: Path = _ROOT) -> str | None:
     """Return the name of the kernel's driver of the header, where the kernel tells."""
-    told = [driver for _, driver in chips(root)]
-    return next((driver for driver in HEADER_DRIVERS if driver in told), None)
+    drivers = [driver for _, driver in chips(root)]
+    return next((driver for driver in HEADER_DRIVERS if driver in drivers), None)
 
 
 def chips(root: Path) -> Iterator[tuple[int, str]]:
@@ -82,7 +82,7 @@ def _chip_by_rule() -> int:
 
 
 @contextmanager
-def _fifo_apart() -> Iterator[None]:
+def _private_fifo() -> Iterator[None]:
     """Give lgpio a folder of its own for its FIFO, needed while it is opened, and come back to the working directory.
 
     The library makes the folder its working directory (lgUtil.c), cannot replace a FIFO there that is another user's,
@@ -102,7 +102,7 @@ def _fifo_apart() -> Iterator[None]:
             os.environ[FIFO_FOLDER] = before
 
 
-def let_go() -> None:
+def release_lines() -> None:
     """Let go of every line: a copy of the app's process must not keep motors on that the app has turned on.
 
     Each gives way to a file of nothing, so that its number is not given to a file that lgpio would take for its own.

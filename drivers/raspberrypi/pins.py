@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from threading import Event
 from typing import TYPE_CHECKING
 
-from drivers.raspberrypi.chip import AT_THE_DESK, held_by, why_closed
+from drivers.raspberrypi.chip import AT_THE_DESK, explain_closed_chip, find_holder
 from drivers.raspberrypi.lg import chip_number, load
 from robotcore.errors import (
     BackendError,
@@ -70,14 +70,14 @@ def _on_lgpio() -> Factory:
     try:
         return LGPIOFactory(chip_number())  # the guardian's too: lines of one number on two chips are different lines
     except lgpio.error as error:
-        raise BackendError(why_closed(chip_number())) from error
+        raise BackendError(explain_closed_chip(chip_number())) from error
 
 
 _REMEDY = f"On the Pi: sudo apt install python3-lgpio, and a venv made with --system-site-packages. {AT_THE_DESK}"
 
 
 @contextmanager
-def claiming(device: str, gpios: Sequence[int]) -> Iterator[None]:
+def translate_pin_errors(device: str, gpios: Sequence[int]) -> Iterator[None]:
     """Open what a device has on these GPIOs; where that fails, raise DeviceError, with what to do.
 
     Claim them one by one where they are to be told apart: the libraries do not say which one it was.
@@ -87,10 +87,10 @@ def claiming(device: str, gpios: Sequence[int]) -> Iterator[None]:
     except RobotcoreError:
         raise
     except Exception as error:
-        raise pin_failure(device, gpios, error) from error
+        raise build_pin_error(device, gpios, error) from error
 
 
-def pin_failure(device: str, gpios: Sequence[int], error: Exception) -> DeviceError:
+def build_pin_error(device: str, gpios: Sequence[int], error: Exception) -> DeviceError:
     """Return the error for what gpiozero or lgpio raised at the pins of a device.
 
     The two have no error in common, and lgpio's (``'GPIO busy'``) tells of its kind in words only.
@@ -101,7 +101,7 @@ def pin_failure(device: str, gpios: Sequence[int], error: Exception) -> DeviceEr
     if isinstance(error, GPIOPinInUse):
         return DeviceError(device, f"{where} is in use in this program already. Close what has it first")
     if "busy" in str(error).lower():
-        held = ", ".join(f"GPIO {gpio} is held by {held_by(gpio)}" for gpio in gpios)
+        held = ", ".join(f"GPIO {gpio} is held by {find_holder(gpio)}" for gpio in gpios)
         return DeviceError(device, f"{held}. End that program first")
     cause = f"{type(error).__name__}: {error}".removesuffix(": ")
     return DeviceError(
@@ -120,13 +120,13 @@ def stop_edge_detection(pin: Pin) -> None:
     only when that is back, and until then it is busy. Raises what the library raises where that goes on for a second.
     """
     for _ in range(_STOP_ATTEMPTS):
-        if _tries_to_stop(pin):
+        if _try_stop(pin):
             return
         Event().wait(_STOP_PAUSE_S)
     pin.when_changed = None
 
 
-def _tries_to_stop(pin: Pin) -> bool:
+def _try_stop(pin: Pin) -> bool:
     try:
         pin.when_changed = None
     except Exception as error:

@@ -33,11 +33,11 @@ class CapturingCamera(Camera):
     no picture for it. Where the source fails, `read` raises why, and it is opened again until that succeeds.
     """
 
-    def __init__(self, told: CameraDescription, settings: CameraSettings, source: Source, clock: Clock) -> None:
-        super().__init__(told.name, told.intrinsics)
+    def __init__(self, description: CameraDescription, settings: CameraSettings, source: Source, clock: Clock) -> None:
+        super().__init__(description.name, description.intrinsics)
         self._source, self._clock = source, clock
-        self._settling = ExposureLock(source, settings, clock)
-        self._framing = FrameConverter(told, settings)
+        self._exposure_lock = ExposureLock(source, settings, clock)
+        self._converter = FrameConverter(description, settings)
         self._period = 0.5 / settings.fps
         self._in_use = threading.Lock()
         self._is_running = False
@@ -59,15 +59,15 @@ class CapturingCamera(Camera):
     def _release(self) -> None:
         self._polling.stop()
         try:
-            closing = start_thread(self._let_go, f"{self.name}: closing")
+            closing = start_thread(self._close_source, f"{self.name}: closing")
         except ResourceError:
-            self._let_go()
+            self._close_source()
             return
         closing.join(CLOSING_S)
         if closing.is_alive():
             _log.warning("%s: the camera hangs; it is let go when it answers, or when the program has ended", self.name)
 
-    def _let_go(self) -> None:
+    def _close_source(self) -> None:
         """Close the source as soon as nobody waits for a picture of it: no library bears that in between."""
         with self._in_use:
             self._source.close()
@@ -80,17 +80,17 @@ class CapturingCamera(Camera):
                 self._frames.put(self._next() if self._is_running else self._begin())
             except Exception as failure:  # noqa: BLE001  whatever a camera's library raises, `read` tells it
                 self._frames.fail(failure)
-                self._give_up()
+                self._schedule_retry()
 
     def _begin(self) -> Frame:
-        frame = self._framing.frame(self._settling.begin())
+        frame = self._converter.frame(self._exposure_lock.begin())
         self._is_running, self._retry_s = True, RETRY_S
         return frame
 
     def _next(self) -> Frame:
-        return self._framing.frame(self._source.shoot())
+        return self._converter.frame(self._source.shoot())
 
-    def _give_up(self) -> None:
+    def _schedule_retry(self) -> None:
         self._source.close()
         self._is_running = False
         self._retry_at = self._clock.now() + self._retry_s
@@ -100,35 +100,36 @@ class CapturingCamera(Camera):
 class FrameConverter:
     """Turns shots into frames as the camera is described, and numbers them from 0."""
 
-    def __init__(self, told: CameraDescription, settings: CameraSettings) -> None:
-        self._told = told
+    def __init__(self, description: CameraDescription, settings: CameraSettings) -> None:
+        self._description = description
         self._flip = _flip_code(settings)
         self._count = 0
 
     def frame(self, shot: Shot) -> Frame:
         """Return the next frame; raises DeviceError where the shot shows another field of view than is described."""
-        image = np.ascontiguousarray(self._turned(self._sized(shot.image)))
+        image = np.ascontiguousarray(self._flip_image(self._resize(shot.image)))
         image.flags.writeable = False
         frame = Frame(image, shot.time, self._count)
         self._count += 1
         return frame
 
-    def _sized(self, image: Image) -> Image:
-        told, (height, width) = self._told, image.shape[:2]
-        if (width, height) == (told.width_px, told.height_px):
+    def _resize(self, image: Image) -> Image:
+        description, (height, width) = self._description, image.shape[:2]
+        if (width, height) == (description.width_px, description.height_px):
             return image
-        if abs(told.width_px * height / width - told.height_px) > 1:
+        if abs(description.width_px * height / width - description.height_px) > 1:
             raise DeviceError(
-                told.name,
-                f"it gives {width}x{height} px, the robot's description says {told.width_px}x{told.height_px}: "
-                "another shape, so another field of view. Set width_px and height_px to a size that the camera has",
+                description.name,
+                f"it gives {width}x{height} px, the robot's description says "
+                f"{description.width_px}x{description.height_px}: another shape, so another field of view. "
+                "Set width_px and height_px to a size that the camera has",
             )
         import cv2
 
-        size = (told.width_px, told.height_px)
+        size = (description.width_px, description.height_px)
         return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
-    def _turned(self, image: Image) -> Image:
+    def _flip_image(self, image: Image) -> Image:
         if self._flip is None:
             return image
         import cv2

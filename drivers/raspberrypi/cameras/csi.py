@@ -45,9 +45,9 @@ HELD = {"ExposureTime": "exposure", "AnalogueGain": "gain", "ColourGains": "whit
 class CsiSource(Source):
     """A picture's time is the sensor's: when its first row was read out, after its exposure, to a millisecond."""
 
-    def __init__(self, told: CameraDescription, settings: PiCameraSettings, clock: Clock) -> None:
-        super().__init__(told.name)
-        self._told, self._settings, self._clock = told, settings, clock
+    def __init__(self, description: CameraDescription, settings: PiCameraSettings, clock: Clock) -> None:
+        super().__init__(description.name)
+        self._description, self._settings, self._clock = description, settings, clock
         self._camera: Any = None
 
     def open(self) -> list[str]:
@@ -57,7 +57,7 @@ class CsiSource(Source):
         asked = _controls(self._settings)
         try:
             self._camera = library.Picamera2(number)
-            known = self._known(asked)
+            known = self._select_known(asked)
             self._camera.configure(self._configuration(known))
             self._camera.start()
         except (RuntimeError, OSError) as error:
@@ -73,19 +73,21 @@ class CsiSource(Source):
             words = f"has given no picture for {PICTURE_TIMEOUT_S:g} s; with the power off, push its ribbon cable home"
             raise DeviceError(self.name, words) from error
         try:
-            told = request.get_metadata()
-            return Shot(request.make_array("main"), self._stamps.time_of(told["SensorTimestamp"] / 1e9), told)
+            metadata = request.get_metadata()
+            return Shot(request.make_array("main"), self._stamps.time_of(metadata["SensorTimestamp"] / 1e9), metadata)
         finally:
             request.release()
 
-    def light(self, shot: Shot) -> ExposureState:
-        told = shot.told
-        is_found = told["AeState"] != SEARCHING if "AeState" in told else told.get("AeLocked")
-        return ExposureState((told["ExposureTime"] * told["AnalogueGain"], *told.get("ColourGains", ())), is_found)
+    def read_exposure(self, shot: Shot) -> ExposureState:
+        metadata = shot.metadata
+        is_settled = metadata["AeState"] != SEARCHING if "AeState" in metadata else metadata.get("AeLocked")
+        return ExposureState(
+            (metadata["ExposureTime"] * metadata["AnalogueGain"], *metadata.get("ColourGains", ())), is_settled
+        )
 
     def hold(self, shot: Shot) -> list[str]:
-        found = {control: shot.told[control] for control in HELD if control in shot.told}
-        known = self._known({"AeEnable": False, "AwbEnable": False, **found})
+        found = {control: shot.metadata[control] for control in HELD if control in shot.metadata}
+        known = self._select_known({"AeEnable": False, "AwbEnable": False, **found})
         self._camera.set_controls(known)
         return [HELD[control] for control in found if control not in known]
 
@@ -95,14 +97,14 @@ class CsiSource(Source):
             with suppress(RuntimeError, OSError):
                 camera.close()
 
-    def _known(self, controls: Mapping[str, Any]) -> dict[str, Any]:
+    def _select_known(self, controls: Mapping[str, Any]) -> dict[str, Any]:
         """Return those of the controls that the camera has; picamera2 refuses the others."""
         return {name: value for name, value in controls.items() if name in self._camera.camera_controls}
 
     def _configuration(self, controls: Mapping[str, Any]) -> Any:
         mode = widest_mode(self._camera.sensor_modes, self._settings.fps)
         return self._camera.create_video_configuration(
-            main={"format": BGR, "size": (self._told.width_px, self._told.height_px)},
+            main={"format": BGR, "size": (self._description.width_px, self._description.height_px)},
             raw=None,
             sensor={"output_size": mode["size"], "bit_depth": mode["bit_depth"]} if mode else {},
             controls=controls,
@@ -146,7 +148,7 @@ def require_camera(camera: str, library: ModuleType, number: int) -> None:
     there = library.Picamera2.global_camera_info()
     if number < len(there):
         return
-    cameras = ", ".join(f"{index} ({told['Model']})" for index, told in enumerate(there))
+    cameras = ", ".join(f"{index} ({camera['Model']})" for index, camera in enumerate(there))
     offer = f"there are: {cameras}" if cameras else "there is none: with the power off, look at its ribbon cable"
     raise DeviceError(camera, f"the Pi has no camera {number}; {offer}. rpicam-hello --list-cameras tells the same")
 
@@ -188,9 +190,9 @@ class PiCamera(DeviceDriver[CameraDescription, PiCameraSettings]):
     modules = ("picamera2",)
     remedy = REMEDY
 
-    def open(self, told: CameraDescription, settings: PiCameraSettings, host: Host) -> CapturingCamera:
+    def open(self, description: CameraDescription, settings: PiCameraSettings, host: Host) -> CapturingCamera:
 
-        camera = CapturingCamera(told, settings, CsiSource(told, settings, host.clock), host.clock)
+        camera = CapturingCamera(description, settings, CsiSource(description, settings, host.clock), host.clock)
         camera.open()
         return camera
 

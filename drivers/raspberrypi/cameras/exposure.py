@@ -20,11 +20,11 @@ STEADY_RATIO = 1.03
 DARK = 4.0
 """So many levels of 255 are added before a ratio is taken: black is noise, and divides by nothing."""
 
-UNDER_WAY = 8
+FRAMES_IN_FLIGHT = 8
 """As many pictures may be under way, taken by what was set before: libcamera's queue and the sensor's own delay.
 Source: https://github.com/raspberrypi/libcamera, src/ipa/rpi: two frames of delay; picamera2: six buffers."""
 
-BRIGHTER = 1.25
+BRIGHTNESS_TOLERANCE = 1.25
 """A picture whose brightness changes by more when it is held was not held where it was."""
 
 _log = logging.getLogger(__name__)
@@ -44,26 +44,26 @@ class ExposureLock:
         shot = self._source.shoot()
         if not self._settings.lock:
             return shot
-        return self._held(self._settled(shot))
+        return self._hold(self._settle(shot))
 
-    def _settled(self, shot: Shot) -> Shot:
+    def _settle(self, shot: Shot) -> Shot:
         until = self._clock.now() + self._settings.settle_s
-        lights: deque[ExposureState] = deque(maxlen=STEADY_SHOTS)
+        states: deque[ExposureState] = deque(maxlen=STEADY_SHOTS)
         for _ in range(math.ceil(self._settings.settle_s * self._settings.fps)):
-            lights.append(self._source.light(shot))
-            if _is_steady(lights) or self._clock.now() >= until:
+            states.append(self._source.read_exposure(shot))
+            if _is_steady(states) or self._clock.now() >= until:
                 break
             shot = self._source.shoot()
         return shot
 
-    def _held(self, before: Shot) -> Shot:
+    def _hold(self, before: Shot) -> Shot:
         refused = self._source.hold(before)
-        for _ in range(UNDER_WAY):
+        for _ in range(FRAMES_IN_FLIGHT):
             after = self._source.shoot()
         if refused:
             self._warn(f"does not let its {' and '.join(refused)} be held; colours may drift as the robot drives")
         change = (after.image.mean() + DARK) / (before.image.mean() + DARK)
-        if not 1 / BRIGHTER < change < BRIGHTER:
+        if not 1 / BRIGHTNESS_TOLERANCE < change < BRIGHTNESS_TOLERANCE:
             self._warn(f"became {change:.1f} times as bright when it was held; set exposure_s by hand, or lock = false")
         return after
 
@@ -73,9 +73,9 @@ class ExposureLock:
             _log.warning("%s: %s", self._source.name, words)
 
 
-def _is_steady(lights: Sequence[ExposureState]) -> bool:
+def _is_steady(states: Sequence[ExposureState]) -> bool:
     """Return whether nothing has moved for long enough, and the camera says nothing else."""
-    if len(lights) < STEADY_SHOTS or lights[-1].is_found is False:
+    if len(states) < STEADY_SHOTS or states[-1].is_settled is False:
         return False
-    courses = zip(*(light.values for light in lights), strict=True)
+    courses = zip(*(state.values for state in states), strict=True)
     return all(max(course) <= STEADY_RATIO * min(course) for course in courses)

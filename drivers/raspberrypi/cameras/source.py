@@ -15,7 +15,7 @@ class Shot(NamedTuple):
 
     image: Image
     time: float
-    told: Mapping[str, Any] = {}
+    metadata: Mapping[str, Any] = {}
 
 
 class ExposureState(NamedTuple):
@@ -25,7 +25,7 @@ class ExposureState(NamedTuple):
     """
 
     values: tuple[float, ...]
-    is_found: bool | None = None
+    is_settled: bool | None = None
 
 
 class Source(ABC):
@@ -49,7 +49,7 @@ class Source(ABC):
         """Wait for the next picture, but not for ever; the memory is the caller's."""
 
     @abstractmethod
-    def light(self, shot: Shot) -> ExposureState:
+    def read_exposure(self, shot: Shot) -> ExposureState:
         """Return how far it has settled by a shot."""
 
     @abstractmethod
@@ -74,11 +74,11 @@ class TimestampConverter:
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
-        self._are_believed: bool | None = None
+        self._is_trusted: bool | None = None
 
     def time_of(self, monotonic_s: float) -> float:
         """Return the time of capture, never in the future."""
         now, stamped = self._clock.now(), self._clock.time_of(monotonic_s)
-        if self._are_believed is None:
-            self._are_believed = now - stamped < FRESH_S
-        return stamped if self._are_believed else now
+        if self._is_trusted is None:
+            self._is_trusted = now - stamped < FRESH_S
+        return stamped if self._is_trusted else now

@@ -7,7 +7,7 @@ import numpy as np
 
 from drivers.raspberrypi.cameras.settings import UsbCameraSettings
 from drivers.raspberrypi.cameras.source import ExposureState, Shot, Source, TimestampConverter
-from drivers.raspberrypi.cameras.v4l2 import why_unusable
+from drivers.raspberrypi.cameras.v4l2 import explain_unusable
 from robotcore.description import CameraDescription
 from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.hal.clock import Clock
@@ -26,27 +26,27 @@ class UsbSource(Source):
     pulled its file may still be there, and when it is in again its file is another user's for a moment.
     """
 
-    def __init__(self, told: CameraDescription, settings: UsbCameraSettings, clock: Clock) -> None:
-        super().__init__(told.name)
-        self._told, self._settings, self._clock = told, settings, clock
+    def __init__(self, description: CameraDescription, settings: UsbCameraSettings, clock: Clock) -> None:
+        super().__init__(description.name)
+        self._description, self._settings, self._clock = description, settings, clock
         self._capture: cv2.VideoCapture | None = None
         self._was_there = False
 
     def open(self) -> list[str]:
         path = self._settings.path
-        if why := why_unusable(path, was_there=self._was_there):
-            raise self._failed(why)
+        if why := explain_unusable(path, was_there=self._was_there):
+            raise self._build_error(why)
         if cv2.CAP_V4L2 not in cv2.videoio_registry.getCameraBackends():
             raise DeviceError(self.name, "this OpenCV is built without V4L2. Run pip install opencv-python-headless")
         self._capture = capture = cv2.VideoCapture(str(path), cv2.CAP_V4L2)
         if not capture.isOpened():
-            raise self._failed(
+            raise self._build_error(
                 f"{path} cannot be opened as a camera. Is another program using it (fuser {path})? "
                 "v4l2-ctl --list-devices tells which cameras there are"
             )
         self._was_there = True
         self._stamps = TimestampConverter(self._clock)
-        self._ask_for(capture)
+        self._request_format(capture)
         return UsbControls(capture).set_by_hand(self._settings)
 
     def shoot(self) -> Shot:
@@ -59,10 +59,10 @@ class UsbSource(Source):
             if is_whole:
                 return Shot(np.asarray(image, dtype=np.uint8), time)
         path = self._settings.path
-        why = why_unusable(path, was_there=True)
-        raise self._failed(why or f"{path} gives no more pictures; look at its plug and its cable")
+        why = explain_unusable(path, was_there=True)
+        raise self._build_error(why or f"{path} gives no more pictures; look at its plug and its cable")
 
-    def light(self, shot: Shot) -> ExposureState:
+    def read_exposure(self, shot: Shot) -> ExposureState:
         return ExposureState(cv2.mean(shot.image)[:3])
 
     def hold(self, shot: Shot) -> list[str]:
@@ -74,15 +74,15 @@ class UsbSource(Source):
         if capture is not None:
             capture.release()
 
-    def _failed(self, fault: str) -> DeviceError:
+    def _build_error(self, fault: str) -> DeviceError:
         return (DeviceLostError if self._was_there else DeviceError)(self.name, fault)
 
-    def _ask_for(self, capture: cv2.VideoCapture) -> None:
+    def _request_format(self, capture: cv2.VideoCapture) -> None:
         """Ask for a format, a size and a rate. V4L2 gives the nearest that the camera has, and never refuses."""
         if self._settings.pixel_format:
             capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*self._settings.pixel_format))
-        capture.set(cv2.CAP_PROP_FRAME_WIDTH, self._told.width_px)
-        capture.set(cv2.CAP_PROP_FRAME_HEIGHT, self._told.height_px)
+        capture.set(cv2.CAP_PROP_FRAME_WIDTH, self._description.width_px)
+        capture.set(cv2.CAP_PROP_FRAME_HEIGHT, self._description.height_px)
         capture.set(cv2.CAP_PROP_FPS, self._settings.fps)
         capture.set(cv2.CAP_PROP_BUFFERSIZE, BUFFERS)
 

@@ -23,10 +23,10 @@ class UsbCamera(DeviceDriver[CameraDescription, UsbCameraSettings]):
     modules = ("cv2",)
     remedy = "pip install opencv-python-headless"
 
-    def open(self, told: CameraDescription, settings: UsbCameraSettings, host: Host) -> CapturingCamera:
+    def open(self, description: CameraDescription, settings: UsbCameraSettings, host: Host) -> CapturingCamera:
         from drivers.raspberrypi.cameras.usb_source import UsbSource
 
-        camera = CapturingCamera(told, settings, UsbSource(told, settings, host.clock), host.clock)
+        camera = CapturingCamera(description, settings, UsbSource(description, settings, host.clock), host.clock)
         camera.open()
         return camera
 
@@ -40,10 +40,10 @@ CLASS = Path("/sys/class/video4linux")
 Source: https://www.kernel.org/doc/html/latest/driver-api/media/v4l2-dev.html."""
 
 
-def why_unusable(path: Path, *, was_there: bool) -> str:
+def explain_unusable(path: Path, *, was_there: bool) -> str:
     """Say that there is no such file, or that this user may not use it; nothing where it can be used."""
     if not path.exists():
-        return f"{path} is gone; plug it in again" if was_there else f"there is no {path}. {_offer()}"
+        return f"{path} is gone; plug it in again" if was_there else f"there is no {path}. {_list_cameras()}"
     if not os.access(path, os.R_OK | os.W_OK):
         return f"this user may not use {path}. Run sudo usermod -aG video $USER, then log out and in again"
     return ""
@@ -66,6 +66,6 @@ def _told(node: Path, attribute: str) -> str:
     return (node / attribute).read_text().strip()
 
 
-def _offer() -> str:
+def _list_cameras() -> str:
     cameras = usb_cameras()
     return f"There are: {', '.join(cameras)}" if cameras else "There is no camera on USB: plug it in, and look at lsusb"

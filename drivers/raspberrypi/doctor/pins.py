@@ -23,13 +23,13 @@ Users = Callable[[Collection[int]], Mapping[int, str]]
 
 def find_users(gpios: Collection[int]) -> dict[int, str]:
     """Return of those GPIOs that are not free who has them, by the kernel's word; none of them is touched."""
-    from drivers.raspberrypi.chip import held_by
+    from drivers.raspberrypi.chip import find_holder
     from drivers.raspberrypi.lg import chip_number, load
 
     lgpio = load()
     chip = lgpio.gpiochip_open(chip_number())
     try:
-        return {gpio: held_by(gpio) for gpio in gpios if lgpio.gpio_get_line_info(chip, gpio)[2] & IN_USE}
+        return {gpio: find_holder(gpio) for gpio in gpios if lgpio.gpio_get_line_info(chip, gpio)[2] & IN_USE}
     finally:
         lgpio.gpiochip_close(chip)
 

@@ -48,8 +48,8 @@ class HBridge(MotorDriver[HBridgeSettings]):
             return inputs
         return (*inputs, gpio("enable", settings.enable, instead="make it standby, which motors may share"))
 
-    def notes(self, told: MotorDescription, settings: HBridgeSettings) -> Sequence[str]:
-        return (*super().notes(told, settings), INPUTS)
+    def notes(self, description: MotorDescription, settings: HBridgeSettings) -> Sequence[str]:
+        return (*super().notes(description, settings), INPUTS)
 
     def bridge(self, name: str, settings: HBridgeSettings, host: Host) -> Bridge:
         with ExitStack() as opened:

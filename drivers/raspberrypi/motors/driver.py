@@ -86,36 +86,36 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
         wires = self.wires(settings)
         return wires if settings.standby is None else (*wires, gpio("standby", settings.standby, is_shared=True))
 
-    def notes(self, told: MotorDescription, settings: SettingsT) -> Sequence[str]:
+    def notes(self, description: MotorDescription, settings: SettingsT) -> Sequence[str]:
         return (BATTERY, UNGUARDED if settings.standby is None else PULLED_DOWN.format(line=settings.standby))
 
     def warnings(self, settings: SettingsT) -> Sequence[str]:
         lines = [line for line in self._enabling(settings) if line in PULLED_UP]
         return (RISING.format(lines=f"GPIO {', '.join(map(str, lines))}"),) if lines else ()
 
-    def check(self, told: MotorDescription, settings: SettingsT, robot: RobotDescription) -> None:
+    def check(self, description: MotorDescription, settings: SettingsT, robot: RobotDescription) -> None:
         if held := [line for line in self._enabling(settings) if line in HELD_UP]:
             raise ValueError(
-                f"GPIO {held[0]} is held high by a resistor on the Pi, so {told.name} may turn when no program runs; "
-                "take another one, best of 9 to 27"
+                f"GPIO {held[0]} is held high by a resistor on the Pi, so {description.name} may turn when no program "
+                "runs; take another one, best of 9 to 27"
             )
-        require_drivable(told, settings.model, settings.control, robot)
+        require_drivable(description, settings.model, settings.control, robot)
         if settings.control:
             _require_whole_cycles(settings.control, settings.frequency_hz)
 
-    def open(self, told: MotorDescription, settings: SettingsT, host: Host) -> Motor:
-        bridge = partial(self.bridge, told.name, settings, host)
-        return open_motor(told, settings.model, settings.control, bridge, host)
+    def open(self, description: MotorDescription, settings: SettingsT, host: Host) -> Motor:
+        bridge = partial(self.bridge, description.name, settings, host)
+        return open_motor(description, settings.model, settings.control, bridge, host)
 
-    def cutoffs(self, told: MotorDescription, settings: SettingsT, host: Host) -> Sequence[CutoffSpec]:
+    def cutoffs(self, description: MotorDescription, settings: SettingsT, host: Host) -> Sequence[CutoffSpec]:
         from gpiozero.pins.mock import MockFactory
 
         if isinstance(host.pins, MockFactory):  # nobody else sees these pins
             return ()
         if settings.standby is not None:
-            return (CutoffSpec(told.name, "drivers.raspberrypi.cutoff:StandbyLine", {"line": settings.standby}),)
+            return (CutoffSpec(description.name, "drivers.raspberrypi.cutoff:StandbyLine", {"line": settings.standby}),)
         lines = {"lines": list(self._gpios(settings)), "owner": host.owner}
-        return (CutoffSpec(told.name, "drivers.raspberrypi.cutoff:MotorLines", lines, PAUSE_S),)
+        return (CutoffSpec(description.name, "drivers.raspberrypi.cutoff:MotorLines", lines, PAUSE_S),)
 
     def _enabling(self, settings: SettingsT) -> tuple[int, ...]:
         """Return the lines that must be low where nobody drives them, or the motor may turn: standby alone does it."""

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING
 
-from drivers.raspberrypi.pins import claiming, pin_failure
+from drivers.raspberrypi.pins import build_pin_error, translate_pin_errors
 from robotcore.hardware.motor_model import Output
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ def pwm_output(device: str, number: int, frequency_hz: int, pins: Factory, opene
     """Return a line whose ``value`` is a duty from 0 to 1, low by now; raises DeviceError."""
     from gpiozero import PWMOutputDevice
 
-    with claiming(device, (number,)):
+    with translate_pin_errors(device, (number,)):
         output = PWMOutputDevice(number, frequency=frequency_hz, pin_factory=pins)
         opened.callback(_pull_down, device, number, pins)
         return opened.enter_context(output)
@@ -29,7 +29,7 @@ def digital_output(device: str, number: int, pins: Factory, opened: ExitStack, *
     """Return a line that is high or low; raises DeviceError."""
     from gpiozero import DigitalOutputDevice
 
-    with claiming(device, (number,)):
+    with translate_pin_errors(device, (number,)):
         output = DigitalOutputDevice(number, initial_value=is_high, pin_factory=pins)
         opened.callback(_pull_down, device, number, pins)
         return opened.enter_context(output)
@@ -42,7 +42,10 @@ def _pull_down(device: str, number: int, pins: Factory) -> None:
     """
     from gpiozero import PinFixedPull
 
-    with claiming(device, (number,)), suppress(PinFixedPull):  # GPIO 2 and 3 have resistors to 3.3 V on the Pi
+    with (
+        translate_pin_errors(device, (number,)),
+        suppress(PinFixedPull),
+    ):  # GPIO 2 and 3 have resistors to 3.3 V on the Pi
         pins.pin(number).pull = "down"
 
 
@@ -76,11 +79,11 @@ class Bridge(Output):
         try:
             self.put(whole_percent(duty))
         except Exception as error:
-            raise pin_failure(self.motor, self.gpios, error) from error
+            raise build_pin_error(self.motor, self.gpios, error) from error
 
     def close(self) -> None:
         """Let go of each line, even where another one fails."""
-        with claiming(self.motor, self.gpios):
+        with translate_pin_errors(self.motor, self.gpios):
             self._opened.close()
 
 

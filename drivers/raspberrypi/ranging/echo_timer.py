@@ -85,7 +85,7 @@ class EchoTimer:
                 return
             is_whole = self._echo is _Echo.HIGH and not is_high
             self._echo = _Echo.OVER
-            self._judge(self._elapsed(ticks, self._risen) if is_whole else math.nan)
+            self._classify(self._elapsed(ticks, self._risen) if is_whole else math.nan)
             self.ended.set()
 
     def fail(self, error: Exception) -> None:
@@ -98,7 +98,7 @@ class EchoTimer:
         with self._lock:
             self._echo = _Echo.OVER
 
-    def _judge(self, pulse: float) -> None:
+    def _classify(self, pulse: float) -> None:
         """Tell what a pulse of that many seconds says; it is NaN where an edge of it is missing."""
         if 0 <= pulse <= LONGEST_ECHO_S:
             self._findings.found(pulse * self._speed / 2, self._time)

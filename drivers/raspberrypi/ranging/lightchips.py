@@ -33,7 +33,7 @@ class RangeStatus(Enum):
 class Measurement:
     """What was seen, and the distance in metres that is told with it."""
 
-    seen: RangeStatus
+    status: RangeStatus
     distance: float
 
 
@@ -49,7 +49,7 @@ class LightChip(ABC):
     _result: ClassVar[bytes]
     """The register of the status; the distance in millimetres follows ``_distance`` bytes later, high byte first."""
     _distance: ClassVar[int]
-    _seen: ClassVar[Mapping[int, RangeStatus]]
+    _statuses: ClassVar[Mapping[int, RangeStatus]]
     """What a status says."""
 
     def __init__(self, bus: Any, address: int, max_range: float) -> None:
@@ -68,7 +68,7 @@ class LightChip(ABC):
             registers.readinto(result)
         self._clear()
         millimetres = int.from_bytes(result[self._distance :], "big")
-        return Measurement(self._seen.get(self._status(result[0]), RangeStatus.UNCLEAR), millimetres / 1000)
+        return Measurement(self._statuses.get(self._status(result[0]), RangeStatus.UNCLEAR), millimetres / 1000)
 
     @abstractmethod
     def stop(self) -> None:
@@ -95,7 +95,7 @@ class VL53L0XChip(LightChip):
 
     reach = 1.2
     _result, _distance = b"\x14", 10
-    _seen: ClassVar[Mapping[int, RangeStatus]] = {
+    _statuses: ClassVar[Mapping[int, RangeStatus]] = {
         1: RangeStatus.BROKEN,
         2: RangeStatus.BROKEN,
         3: RangeStatus.BROKEN,
@@ -131,7 +131,7 @@ class VL53L1XChip(LightChip):
 
     reach = 3.6
     _result, _distance = b"\x00\x89", 13
-    _seen: ClassVar[Mapping[int, RangeStatus]] = {
+    _statuses: ClassVar[Mapping[int, RangeStatus]] = {
         1: RangeStatus.BROKEN,
         2: RangeStatus.BROKEN,
         3: RangeStatus.BROKEN,
@@ -151,9 +151,9 @@ class VL53L1XChip(LightChip):
     def _begin(self, bus: Any, address: int, max_range: float) -> Any:
         from adafruit_vl53l1x import VL53L1X
 
-        patience = TransactionLimit(bus, self._FIRST_TRANSACTIONS)
-        library = VL53L1X(patience, address)
-        patience.free()
+        limit = TransactionLimit(bus, self._FIRST_TRANSACTIONS)
+        library = VL53L1X(limit, address)
+        limit.lift()
         library.distance_mode = 1 if max_range <= self._SHORT_REACH else 2
         library.start_ranging()
         return library
@@ -175,7 +175,7 @@ class TransactionLimit:
         self._bus = bus
         self._left: float = transactions
 
-    def free(self) -> None:
+    def lift(self) -> None:
         """Let any number of transactions follow."""
         self._left = math.inf
 
@@ -209,38 +209,38 @@ class ChipAddress:
 class I2CChip:
     """A chip that is connected. Making it, and every call, raises DeviceError."""
 
-    def __init__(self, kind: type[LightChip], place: ChipAddress, max_range: float) -> None:
-        self._place = place
-        with _translate_errors(place), ExitStack() as undo:
+    def __init__(self, kind: type[LightChip], chip_address: ChipAddress, max_range: float) -> None:
+        self._chip_address = chip_address
+        with _translate_errors(chip_address), ExitStack() as undo:
             from adafruit_extended_bus import ExtendedI2C
 
-            bus = ExtendedI2C(place.bus, frequency=None)  # Linux sets it at boot
+            bus = ExtendedI2C(chip_address.bus, frequency=None)  # Linux sets it at boot
             undo.callback(bus.deinit)
-            self._chip = kind(bus, place.address, max_range)
+            self._chip = kind(bus, chip_address.address, max_range)
             self._undo = undo.pop_all()
 
     def measure(self) -> Measurement | None:
         """Return the newest measurement, once; None where there is no newer."""
-        with _translate_errors(self._place):
+        with _translate_errors(self._chip_address):
             return self._chip.measure()
 
     def close(self) -> None:
         """Let the laser rest, if the chip still answers, and let the bus go."""
-        with self._undo, suppress(DeviceError), _translate_errors(self._place):
+        with self._undo, suppress(DeviceError), _translate_errors(self._chip_address):
             self._chip.stop()
 
 
 @contextmanager
-def _translate_errors(place: ChipAddress) -> Iterator[None]:
+def _translate_errors(chip_address: ChipAddress) -> Iterator[None]:
     try:
         with _LIBRARY_LOCK:
             yield
     except ImportError as error:
         fault = f"its library is not installed ({error}); pip install 'robotcore[tof]'"
-        raise DeviceError(place.device, fault) from error
+        raise DeviceError(chip_address.device, fault) from error
     except Exception as error:
         fault = (
-            f"no answer at {place} ({error}); is I2C switched on (raspi-config), are SDA, SCL, 3.3 V and ground "
+            f"no answer at {chip_address} ({error}); is I2C switched on (raspi-config), are SDA, SCL, 3.3 V and ground "
             "connected, and is it the chip that the robot's file names"
         )
-        raise DeviceError(place.device, fault) from error
+        raise DeviceError(chip_address.device, fault) from error

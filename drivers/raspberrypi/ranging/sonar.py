@@ -7,7 +7,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from typing import Any
 
-from drivers.raspberrypi.pins import claiming, stop_edge_detection
+from drivers.raspberrypi.pins import stop_edge_detection, translate_pin_errors
 from drivers.raspberrypi.ranging.echo_timer import EchoTimer
 from robotcore.description import RangeSensorDescription
 from robotcore.hal.clock import Clock, Polling
@@ -20,45 +20,50 @@ class Sonar(RangeSensor):
 
     def __init__(
         self,
-        told: RangeSensorDescription,
+        description: RangeSensorDescription,
         findings: Findings,
-        hearing: EchoTimer,
+        timer: EchoTimer,
         pins: EchoPins,
         clock: Clock,
-        turns: TriggerScheduler,
+        scheduler: TriggerScheduler,
         cycle_s: float,
     ) -> None:
-        super().__init__(told.name, min_range=told.min_range_m, max_range=told.max_range_m, cone=told.cone_rad)
-        self._findings, self._hearing, self._pins = findings, hearing, pins
-        self._clock, self._turns, self._cycle_s = clock, turns, cycle_s
+        super().__init__(
+            description.name,
+            min_range=description.min_range_m,
+            max_range=description.max_range_m,
+            cone=description.cone_rad,
+        )
+        self._findings, self._timer, self._pins = findings, timer, pins
+        self._clock, self._scheduler, self._cycle_s = clock, scheduler, cycle_s
         self._stopping = ExitStack()
 
     def start(self, first_cycles: int) -> None:
         """Hear something within so many cycles, then go on beside the app; raises DeviceError."""
         self._stopping.callback(self._pins.close)
-        self._stopping.callback(self._hearing.stop)
-        self._pins.listen(self._hearing.edge)
-        self._turns.pause()
+        self._stopping.callback(self._timer.stop)
+        self._pins.listen(self._timer.edge)
+        self._scheduler.pause()
         for _ in range(first_cycles):
             self._cycle()
-            self._hearing.ended.wait(self._cycle_s)
+            self._timer.ended.wait(self._cycle_s)
             if self._findings.has_told:
                 break
         self._newest()
-        self._stopping.callback(self._turns.leave, self._cycle)
-        self._turns.join(self._cycle, self._cycle_s)
+        self._stopping.callback(self._scheduler.leave, self._cycle)
+        self._scheduler.join(self._cycle, self._cycle_s)
 
     def _cycle(self) -> None:
         try:
             self._trigger()
         except Exception as error:  # noqa: BLE001  told by whoever reads
-            self._hearing.fail(error)
+            self._timer.fail(error)
 
     def _trigger(self) -> None:
         if self._pins.is_high:
-            self._hearing.wait()
+            self._timer.wait()
             return
-        self._hearing.begin(self._clock.now(), self._pins.ticks())
+        self._timer.begin(self._clock.now(), self._pins.ticks())
         self._pins.trigger()
 
     def _newest(self) -> Range:
@@ -82,9 +87,9 @@ class EchoPins:
         self._factory = pins
         self._never = threading.Event()
         with ExitStack() as undo:
-            with claiming(device, (trigger,)):
+            with translate_pin_errors(device, (trigger,)):
                 self._trigger = undo.enter_context(OutputDevice(trigger, pin_factory=pins))
-            with claiming(device, (echo,)):
+            with translate_pin_errors(device, (echo,)):
                 self._echo = undo.enter_context(InputDevice(echo, pin_factory=pins))
             self._undo = undo.pop_all()
 

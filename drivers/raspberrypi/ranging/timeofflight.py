@@ -59,11 +59,13 @@ class TimeOfFlight(DeviceDriver[RangeSensorDescription, TimeOfFlightSettings]):
     remedy = "On the Pi: pip install 'robotcore[tof]'"
     chip: ClassVar[type[LightChip]]
 
-    def check(self, told: RangeSensorDescription, settings: TimeOfFlightSettings, robot: RobotDescription) -> None:
-        if told.max_range_m > self.chip.reach:
+    def check(
+        self, description: RangeSensorDescription, settings: TimeOfFlightSettings, robot: RobotDescription
+    ) -> None:
+        if description.max_range_m > self.chip.reach:
             raise ValueError(
-                f"a {self.name.upper()} sees as far as {self.chip.reach:g} m, and max_range_m is {told.max_range_m:g}; "
-                "lower it"
+                f"a {self.name.upper()} sees as far as {self.chip.reach:g} m, and max_range_m is "
+                f"{description.max_range_m:g}; lower it"
             )
         require_timely(settings.echo_free_cycles, settings.cycle_s, robot)
 
@@ -76,11 +78,11 @@ class TimeOfFlight(DeviceDriver[RangeSensorDescription, TimeOfFlightSettings]):
             return (*lines, address)
         return gpio("SDA", _SDA, is_shared=True), gpio("SCL", _SCL, is_shared=True), address
 
-    def open(self, told: RangeSensorDescription, settings: TimeOfFlightSettings, host: Host) -> RangeSensor:
-        place = ChipAddress(told.name, settings.bus, settings.address)
-        connect = partial(I2CChip, self.chip, place, told.max_range_m)
+    def open(self, description: RangeSensorDescription, settings: TimeOfFlightSettings, host: Host) -> RangeSensor:
+        chip_address = ChipAddress(description.name, settings.bus, settings.address)
+        connect = partial(I2CChip, self.chip, chip_address, description.max_range_m)
         with ExitStack() as undo:
-            lidar = Lidar(told, Findings(told, settings.echo_free_cycles), connect, host.clock)
+            lidar = Lidar(description, Findings(description, settings.echo_free_cycles), connect, host.clock)
             undo.callback(lidar.close)
             lidar.start(settings.cycle_s, settings.echo_free_cycles + _MORE_CYCLES)
             undo.pop_all()
@@ -117,9 +119,14 @@ class Lidar(RangeSensor):
     """
 
     def __init__(
-        self, told: RangeSensorDescription, findings: Findings, connect: Callable[[], I2CChip], clock: Clock
+        self, description: RangeSensorDescription, findings: Findings, connect: Callable[[], I2CChip], clock: Clock
     ) -> None:
-        super().__init__(told.name, min_range=told.min_range_m, max_range=told.max_range_m, cone=told.cone_rad)
+        super().__init__(
+            description.name,
+            min_range=description.min_range_m,
+            max_range=description.max_range_m,
+            cone=description.cone_rad,
+        )
         self._findings, self._connect, self._clock = findings, connect, clock
         self._chip: I2CChip | None = None
         self._asked = self._measured = 0.0
@@ -152,15 +159,15 @@ class Lidar(RangeSensor):
         measurement = self._chip.measure()
         if measurement is not None:
             self._measured = self._asked
-            self._judge(measurement, before)
+            self._classify(measurement, before)
         elif self._asked - self._measured > STALLED_S:
             raise DeviceError(self.name, "has stopped measuring; look at its 3.3 V")
 
-    def _judge(self, measurement: Measurement, time: float) -> None:
-        if measurement.seen is RangeStatus.BROKEN:
+    def _classify(self, measurement: Measurement, time: float) -> None:
+        if measurement.status is RangeStatus.BROKEN:
             raise DeviceError(self.name, "says that its laser is broken; switch its 3.3 V off and on, or replace it")
         self._findings.recovered()
-        match measurement.seen:
+        match measurement.status:
             case RangeStatus.TARGET:
                 self._findings.found(measurement.distance, time)
             case RangeStatus.TOO_NEAR:

@@ -63,15 +63,15 @@ class Ultrasonic(DeviceDriver[RangeSensorDescription, UltrasonicSettings]):
     supply = ("5 V", "ground")
     remedy = "On the Pi: pip install 'robotcore[pi]'"
 
-    def check(self, told: RangeSensorDescription, settings: UltrasonicSettings, robot: RobotDescription) -> None:
-        if told.max_range_m > REACH_M:
+    def check(self, description: RangeSensorDescription, settings: UltrasonicSettings, robot: RobotDescription) -> None:
+        if description.max_range_m > REACH_M:
             raise ValueError(
-                f"an HC-SR04 hears as far as {REACH_M:g} m, and max_range_m is {told.max_range_m:g}; lower it"
+                f"an HC-SR04 hears as far as {REACH_M:g} m, and max_range_m is {description.max_range_m:g}; lower it"
             )
 
     def check_beside(
         self,
-        told: RangeSensorDescription,
+        description: RangeSensorDescription,
         settings: UltrasonicSettings,
         robot: RobotDescription,
         drivers: Mapping[str, DeviceDriver[Any, Any]],
@@ -82,17 +82,17 @@ class Ultrasonic(DeviceDriver[RangeSensorDescription, UltrasonicSettings]):
     def connections(self, settings: UltrasonicSettings) -> Sequence[Connection]:
         return gpio("trigger", settings.trigger), gpio("echo", settings.echo)
 
-    def notes(self, told: RangeSensorDescription, settings: UltrasonicSettings) -> Sequence[str]:
+    def notes(self, description: RangeSensorDescription, settings: UltrasonicSettings) -> Sequence[str]:
         return (LEVEL.format(echo=settings.echo),)
 
-    def open(self, told: RangeSensorDescription, settings: UltrasonicSettings, host: Host) -> RangeSensor:
-        findings = Findings(told, settings.echo_free_cycles)
+    def open(self, description: RangeSensorDescription, settings: UltrasonicSettings, host: Host) -> RangeSensor:
+        findings = Findings(description, settings.echo_free_cycles)
         speed = speed_of_sound(settings.air_temperature_c)
-        hearing = EchoTimer(told.name, findings, speed, settings.cycle_s, host.pins.ticks_diff)
-        pins = EchoPins(told.name, settings.trigger, settings.echo, host.pins)
+        timer = EchoTimer(description.name, findings, speed, settings.cycle_s, host.pins.ticks_diff)
+        pins = EchoPins(description.name, settings.trigger, settings.echo, host.pins)
         with ExitStack() as undo:
-            turns = host.shared.take(TriggerScheduler, None, lambda: TriggerScheduler(host.clock))
-            sonar = Sonar(told, findings, hearing, pins, host.clock, turns, settings.cycle_s)
+            scheduler = host.shared.take(TriggerScheduler, None, lambda: TriggerScheduler(host.clock))
+            sonar = Sonar(description, findings, timer, pins, host.clock, scheduler, settings.cycle_s)
             undo.callback(sonar.close)
             sonar.start(_VERDICT_CYCLES * max(settings.echo_free_cycles, 10))
             undo.pop_all()

@@ -51,9 +51,9 @@ class VirtualPiBackend(RaspberryPiBackend):
         return frozenset()
 
     def notes(self, setup: Setup) -> list[str]:
-        from drivers.raspberrypi.virtual.wiring import SIMULATED, unmodelled
+        from drivers.raspberrypi.virtual.wiring import SIMULATED, find_unmodelled
 
-        fittings = unmodelled(self.fittings(setup.robot, setup.devices))
+        fittings = find_unmodelled(self.fittings(setup.robot, setup.devices))
         return [
             f"{fitting.name}: its driver {fitting.driver.name!r} does not run on {self.name}; the simulator's own "
             f"{fitting.told.kind.replace('_', ' ')} stands in"
@@ -63,9 +63,9 @@ class VirtualPiBackend(RaspberryPiBackend):
 
     def examine(self, robot: RobotDescription | None) -> Iterator[Finding]:
         """Yield for which devices of a robot the simulator's own devices stand in."""
-        from drivers.raspberrypi.virtual.wiring import unmodelled
+        from drivers.raspberrypi.virtual.wiring import find_unmodelled
 
-        fittings = unmodelled(self.fittings(robot)) if robot else ()
+        fittings = find_unmodelled(self.fittings(robot)) if robot else ()
         if names := [f"{fitting.name} ({fitting.driver.name})" for fitting in fittings]:
             said = f"the simulator's own device stands in for {', '.join(names)}"
             yield Finding.ok(self.name, said, kind="stand-ins")
@@ -76,17 +76,17 @@ class VirtualPiBackend(RaspberryPiBackend):
 
     def open(self, setup: Setup) -> Robot:
         from drivers.raspberrypi.virtual.pins import VirtualPins
-        from drivers.raspberrypi.virtual.wiring import VirtualWiring, real_hardware
+        from drivers.raspberrypi.virtual.wiring import VirtualWiring, describe_hardware
 
         options, setup = setup.options_as(VirtualPiOptions), setup.without_batteries()
         simulator = self._simulator(options.simulator)
         fittings = self.fittings(setup.robot, setup.devices)
-        built = _with(setup.robot, map(real_hardware, fittings))
+        built = _replace_devices(setup.robot, map(describe_hardware, fittings))
         with ExitStack() as undo:
             simulated = undo.enter_context(simulator.open(replace(setup, robot=built, options={})))
             pins = undo.enter_context(VirtualPins(simulated.clock))
-            bench = VirtualWiring(simulated, pins, self._is_lost or _losing(options.lost_echoes, setup.seed))
-            on_pins = {fitting.name for fitting in fittings if bench.connect(fitting)}
+            wiring = VirtualWiring(simulated, pins, self._is_lost or _lose_share(options.lost_echoes, setup.seed))
+            on_pins = {fitting.name for fitting in fittings if wiring.connect(fitting)}
             release = undo.pop_all().close
         own = {name: device for name, device in simulated.devices.items() if name not in on_pins}
         return open_robot(
@@ -104,13 +104,13 @@ class VirtualPiBackend(RaspberryPiBackend):
         return simulator
 
 
-def _with(robot: RobotDescription, devices: Iterable[AnyDevice]) -> RobotDescription:
+def _replace_devices(robot: RobotDescription, devices: Iterable[AnyDevice]) -> RobotDescription:
     """Return the robot with these devices in place of those of the same name."""
     new = {device.name: device for device in devices}
     return robot.model_copy(update={"devices": tuple(new.get(device.name, device) for device in robot.devices)})
 
 
-def _losing(share: float, seed: int) -> Callable[[], bool]:
+def _lose_share(share: float, seed: int) -> Callable[[], bool]:
     """Return what loses that share of echoes, the same ones for the same seed."""
     draw = random.Random(seed).random
     return lambda: draw() < share

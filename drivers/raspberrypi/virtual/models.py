@@ -88,9 +88,9 @@ class VirtualEcho:
         self._speed, self._is_lost = speed_of_sound, is_lost
         self._is_busy = False
         echo.drive(0)
-        trigger.on_change(self._triggered)
+        trigger.on_change(self._on_trigger)
 
-    def _triggered(self) -> None:
+    def _on_trigger(self) -> None:
         if not (self._trigger.state or self._is_busy):
             self._is_busy = True
             self._send()
@@ -125,15 +125,15 @@ def wire_two_inputs(
     def duty() -> float:
         return float(forward.state) - float(backward.state) if enable is None or enable.state else 0.0
 
-    _turn_by(duty, motor, velocity, *(pin for pin in (forward, backward, enable) if pin is not None))
+    _turn_on_change(duty, motor, velocity, *(pin for pin in (forward, backward, enable) if pin is not None))
 
 
 def wire_phase_and_enable(motor: Motor, velocity: Velocity, phase: VirtualPin, enable: VirtualPin) -> None:
     """Put an H-bridge on an input for the duty, and one that is high to go backward."""
-    _turn_by(lambda: float(-enable.state if phase.state else enable.state), motor, velocity, phase, enable)
+    _turn_on_change(lambda: float(-enable.state if phase.state else enable.state), motor, velocity, phase, enable)
 
 
-def _turn_by(duty: Callable[[], float], motor: Motor, velocity: Velocity, *pins: VirtualPin) -> None:
+def _turn_on_change(duty: Callable[[], float], motor: Motor, velocity: Velocity, *pins: VirtualPin) -> None:
     """Turn a motor by what its pins ask for, as soon as one of them changes."""
     for pin in pins:
         pin.on_change(lambda: motor.set_velocity(velocity(duty())))

@@ -50,10 +50,10 @@ class VirtualWiring:
                 wire_two_inputs(motor, on.model.velocity, pin(on.forward), pin(on.backward), enable)
             case PhaseEnableSettings() as on, _, Motor() as motor:
                 wire_phase_and_enable(motor, on.model.velocity, pin(on.phase), pin(on.enable))
-            case QuadratureSettings() as on, EncoderDescription() as told, Encoder() as encoder:
-                self._turn(QuadratureDisc(encoder, math.tau / on.edges_per_turn(told), pin(on.a), pin(on.b)))
-            case PulsesSettings() as on, EncoderDescription() as told, Encoder() as encoder:
-                self._turn(SlottedDisc(encoder, math.tau / on.edges_per_turn(told), pin(on.gpio)))
+            case QuadratureSettings() as on, EncoderDescription() as description, Encoder() as encoder:
+                self._turn(QuadratureDisc(encoder, math.tau / on.edges_per_turn(description), pin(on.a), pin(on.b)))
+            case PulsesSettings() as on, EncoderDescription() as description, Encoder() as encoder:
+                self._turn(SlottedDisc(encoder, math.tau / on.edges_per_turn(description), pin(on.gpio)))
             case UltrasonicSettings() as on, _, RangeSensor() as sensor:
                 speed = speed_of_sound(on.air_temperature_c)
                 VirtualEcho(self._simulated.clock, sensor, pin(on.trigger), pin(on.echo), speed, self._is_lost)
@@ -68,7 +68,7 @@ class VirtualWiring:
         clock.every(step, disc.turn, "disc")
 
 
-def unmodelled(fittings: Iterable[Fitting]) -> list[Fitting]:
+def find_unmodelled(fittings: Iterable[Fitting]) -> list[Fitting]:
     """Return the devices for which the simulator's own stand in: their drivers do not run. It has no battery."""
     return [
         fitting
@@ -77,14 +77,14 @@ def unmodelled(fittings: Iterable[Fitting]) -> list[Fitting]:
     ]
 
 
-def real_hardware(fitting: Fitting) -> AnyDevice:
+def describe_hardware(fitting: Fitting) -> AnyDevice:
     """Return a device as its hardware is, which tells more than is described.
 
     Each edge of an encoder, and walls beyond the maximum, for which an ultrasonic module has echoes too.
     """
     match fitting.settings, fitting.told:
-        case EncoderSettings() as settings, EncoderDescription() as told:
-            return told.model_copy(update={"counts_per_turn": settings.edges_per_turn(told)})
-        case UltrasonicSettings(), told:
-            return told.model_copy(update={"max_range_m": HEARD_M})
+        case EncoderSettings() as settings, EncoderDescription() as description:
+            return description.model_copy(update={"counts_per_turn": settings.edges_per_turn(description)})
+        case UltrasonicSettings(), description:
+            return description.model_copy(update={"max_range_m": HEARD_M})
     return fitting.told

@@ -106,22 +106,22 @@ def test_turning_sweeps_the_corners_of_the_body() -> None:
 @pytest.mark.parametrize("thing", [box(0.0, 0.8, 0.5, 0.1, yaw=0.4), post(0.7, 0.5, 0.1), ball(-0.6, 0.6)])
 def test_nothing_is_ever_entered_on_a_winding_way(thing: Box | Cylinder) -> None:
     world = room(thing, walls=Walls(height_m=0.3))
-    surroundings = Clearance(ROVER.body.footprint, world)
+    clearances = Clearance(ROVER.body.footprint, world)
     with opened(world) as robot:
         for tick in range(400):
             linear, angular = 0.3 * math.sin(tick / 9), 2.0 * math.sin(tick / 23)
             drive(robot, linear, angular, 0.05)
-            assert surroundings.gaps(truth_of(robot).pose()).min() >= 0
+            assert clearances.gaps(truth_of(robot).pose()).min() >= 0
 
 
 def test_gaps_agree_with_the_descriptions_own() -> None:
     things = (box(0.9, 0.3, 0.5, 0.2, yaw=0.7), post(-0.5, 0.8, 0.2))
-    surroundings = Clearance(ROVER.body.footprint, room(*things))
+    clearances = Clearance(ROVER.body.footprint, room(*things))
     for heading in (0.0, 1.0, 2.5, -2.0):
         pose = Pose(0.2, 0.1, heading)
         body = tuple(pose.to_world(x, y) for x, y in ROVER.body.footprint)
         expected = [gap_between(body, thing.outline) for thing in things]
-        assert surroundings.gaps(pose) == pytest.approx(expected, abs=1e-12)
+        assert clearances.gaps(pose) == pytest.approx(expected, abs=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -39,12 +39,12 @@ def test_encoders_count_whole_counts_of_their_own_wheel() -> None:
             assert abs(turned - angle) <= COUNT / 2
 
 
-@pytest.mark.parametrize("turned, told", [(-0.4, 0), (-0.6, -1)])
-def test_encoders_tell_the_nearest_count_behind_zero_too(turned: float, told: int) -> None:
+@pytest.mark.parametrize("turned, count", [(-0.4, 0), (-0.6, -1)])
+def test_encoders_tell_the_nearest_count_behind_zero_too(turned: float, count: int) -> None:
     with opened() as robot:
         drive(robot, turned * COUNT * 0.0325 / 0.1, 0.0, 0.1)
         let_pass(robot, 1.0)
-        assert wheel_angles(robot) == pytest.approx((told * COUNT, told * COUNT))
+        assert wheel_angles(robot) == pytest.approx((count * COUNT, count * COUNT))
 
 
 def test_every_sample_of_an_instant_is_the_same_one() -> None:

@@ -31,7 +31,7 @@ class IrSwitch(DeviceDriver[RangeSensorDescription, IrSettings]):
     def connections(self, settings: IrSettings) -> Sequence[Connection]:
         return (Connection("out", "GPIO", str(settings.out)),)
 
-    def open(self, told: RangeSensorDescription, settings: IrSettings, host: Host) -> Device:
+    def open(self, description: RangeSensorDescription, settings: IrSettings, host: Host) -> Device:
         raise NotImplementedError
 
 
@@ -47,7 +47,7 @@ class Hat(DeviceDriver[MotorDescription, Nothing]):
     described = MotorDescription
     settings = Nothing
 
-    def open(self, told: MotorDescription, settings: Nothing, host: Host) -> Device:
+    def open(self, description: MotorDescription, settings: Nothing, host: Host) -> Device:
         raise NotImplementedError
 
 

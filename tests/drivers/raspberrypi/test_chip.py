@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from drivers.raspberrypi import chip as holders
-from drivers.raspberrypi.chip import held_by
+from drivers.raspberrypi.chip import find_holder
 
 HANDLE = "anon_inode:gpio-line"
 
@@ -45,12 +45,12 @@ def test_a_process_is_named_by_the_line_of_its_handle(processes: Processes) -> N
     processes.add(1, "systemd")
     processes.add(77, "gpioset", handle(4))
     processes.add(1234, "python3", handle(27), handle(16, 17))
-    assert held_by(17, processes.root) == "process 1234 (python3)"
+    assert find_holder(17, processes.root) == "process 1234 (python3)"
 
 
 def test_the_same_line_of_another_chip_is_another_line(processes: Processes) -> None:
     processes.add(77, "gpioset", handle(17, chip="gpiochip1"))
-    assert held_by(17, processes.root) == "somebody"
+    assert find_holder(17, processes.root) == "somebody"
 
 
 def test_a_chip_that_has_two_names_is_asked_by_its_own(processes: Processes, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -60,30 +60,30 @@ def test_a_chip_that_has_two_names_is_asked_by_its_own(processes: Processes, mon
     processes.root.joinpath("dev/gpiochip4").symlink_to("gpiochip0")
     monkeypatch.setattr(holders, "chip_number", lambda _: 4)
     processes.add(77, "gpioset", handle(17))
-    assert held_by(17, processes.root) == "process 77 (gpioset)"
+    assert find_holder(17, processes.root) == "process 77 (gpioset)"
 
 
 def test_17_is_not_7(processes: Processes) -> None:
     processes.add(77, "gpioset", handle(17))
-    assert held_by(7, processes.root) == "somebody"
+    assert find_holder(7, processes.root) == "somebody"
 
 
 def test_copies_of_a_process_that_hold_a_line_together_are_all_named(processes: Processes) -> None:
     processes.add(1234, "python3", handle(17))
     processes.add(1240, "python3", handle(17))
-    assert held_by(17, processes.root) == "process 1234 (python3) or process 1240 (python3)"
+    assert find_holder(17, processes.root) == "process 1234 (python3) or process 1240 (python3)"
 
 
 def test_a_kernel_that_tells_no_lines_leaves_all_with_handles_under_suspicion(processes: Processes) -> None:
     processes.add(77, "gpioset", "")
     processes.add(1234, "python3", "", "")
     processes.add(1300, "bash", "", link="/dev/pts/0")
-    assert held_by(17, processes.root) == "perhaps process 77 (gpioset) or process 1234 (python3)"
+    assert find_holder(17, processes.root) == "perhaps process 77 (gpioset) or process 1234 (python3)"
 
 
 def test_one_that_asks_does_not_suspect_itself(processes: Processes) -> None:
     processes.add(os.getpid(), "python3", "")
-    assert held_by(17, processes.root) == "somebody"
+    assert find_holder(17, processes.root) == "somebody"
 
 
 def test_a_process_whose_files_may_not_be_seen_is_passed_by(
@@ -99,7 +99,7 @@ def test_a_process_whose_files_may_not_be_seen_is_passed_by(
         return readlink(file)
 
     monkeypatch.setattr(Path, "readlink", refused)
-    assert held_by(17, processes.root) == "process 1234 (python3)"
+    assert find_holder(17, processes.root) == "process 1234 (python3)"
 
 
 def test_a_holder_in_the_kernel_is_named_by_its_label(processes: Processes, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -108,19 +108,19 @@ def test_a_holder_in_the_kernel_is_named_by_its_label(processes: Processes, monk
     chip.parent.mkdir()
     chip.touch()
 
-    def ioctl(file: object, request: int, told: bytearray) -> int:
-        assert (request, len(told), int.from_bytes(told[64:68], "little")) == (0xC100B405, 256, 8)
-        told[32:41] = b"spi0 CS0\0"
+    def ioctl(file: object, request: int, info: bytearray) -> int:
+        assert (request, len(info), int.from_bytes(info[64:68], "little")) == (0xC100B405, 256, 8)
+        info[32:41] = b"spi0 CS0\0"
         return 0
 
     monkeypatch.setattr("fcntl.ioctl", ioctl)
-    assert held_by(8, processes.root) == "somebody, as 'spi0 CS0'"
+    assert find_holder(8, processes.root) == "somebody, as 'spi0 CS0'"
 
 
 def test_a_file_that_is_no_chip_tells_nothing(processes: Processes) -> None:
     (processes.root / "dev").mkdir()
     (processes.root / "dev" / "gpiochip0").touch()
-    assert held_by(8, processes.root) == "somebody"
+    assert find_holder(8, processes.root) == "somebody"
 
 
 def test_a_real_process_that_holds_a_file_like_a_handle_is_found(
@@ -130,6 +130,6 @@ def test_a_real_process_that_holds_a_file_like_a_handle_is_found(
     monkeypatch.setattr(holders, "LINE", str(file))
     waiting = [sys.executable, "-c", "input()"]
     with file.open("w") as held, subprocess.Popen(waiting, stdin=subprocess.PIPE, stdout=held) as other:
-        assert held_by(17).startswith(f"perhaps process {other.pid} (python")
+        assert find_holder(17).startswith(f"perhaps process {other.pid} (python")
         other.communicate(b"\n")
-    assert held_by(17) == "somebody"
+    assert find_holder(17) == "somebody"

@@ -31,7 +31,7 @@ class TestRaspberryPi(ConformanceSuite):
     def description(self) -> RobotDescription:
         """The rover without its camera, which is on no pin."""
         rover = load_robot("rover")
-        wiring = {name: told for name, told in rover.backends["raspberrypi"].items() if name != "eye"}
+        wiring = {name: wires for name, wires in rover.backends["raspberrypi"].items() if name != "eye"}
         devices = tuple(device for device in rover.devices if device.name != "eye")
         return rover.model_copy(update={"devices": devices, "backends": {"raspberrypi": wiring}})
 

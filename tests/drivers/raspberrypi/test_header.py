@@ -95,11 +95,11 @@ def test_two_devices_more_than_there_are_pads_share_them() -> None:
     assert sorted(taken) == sorted(2 * pads_of("3.3 V"))
 
 
-@pytest.mark.parametrize("number, told", [(0, "HAT"), (1, "HAT"), (14, "serial console"), (15, "serial console")])
-def test_a_gpio_that_the_pi_has_a_use_for_itself_is_noted_with_any_device(number: int, told: str) -> None:
+@pytest.mark.parametrize("number, text", [(0, "HAT"), (1, "HAT"), (14, "serial console"), (15, "serial console")])
+def test_a_gpio_that_the_pi_has_a_use_for_itself_is_noted_with_any_device(number: int, text: str) -> None:
     ((name, note),) = wiring_of([fitting("nose", gpio("trigger", number))]).notes
     assert name == "nose"
-    assert told in note
+    assert text in note
 
 
 def test_a_gpio_that_is_free_is_not_noted() -> None:
@@ -116,7 +116,7 @@ def test_numbers_are_those_of_the_chip(number: int) -> None:
 
 
 @pytest.mark.parametrize(
-    "number, told",
+    "number, text",
     [
         (40, "there is no GPIO 40 on the header; pad 40 of the header is GPIO 21; take 0 to 27"),
         (34, "pad 34 of the header is ground; take"),
@@ -124,8 +124,8 @@ def test_numbers_are_those_of_the_chip(number: int) -> None:
         (-1, "there is no GPIO -1 on the header; take"),
     ],
 )
-def test_the_number_of_a_pad_is_told_from_that_of_a_gpio(number: int, told: str) -> None:
-    with pytest.raises(ValidationError, match=told):
+def test_the_number_of_a_pad_is_told_from_that_of_a_gpio(number: int, text: str) -> None:
+    with pytest.raises(ValidationError, match=text):
         Settings(echo=number)
 
 
@@ -137,9 +137,9 @@ def notes(driver: DeviceDriver[Any, Any], **settings: object) -> str:
 
 
 def test_the_echo_of_an_ultrasonic_module_is_too_high_for_its_own_gpio() -> None:
-    told = notes(Ultrasonic(), trigger=16, echo=26)
-    assert "5 V" in told
-    assert "1 kΩ from the echo to GPIO 26, and 2 kΩ from there to ground" in told
+    text = notes(Ultrasonic(), trigger=16, echo=26)
+    assert "5 V" in text
+    assert "1 kΩ from the echo to GPIO 26, and 2 kΩ from there to ground" in text
 
 
 @pytest.mark.parametrize(
@@ -161,9 +161,9 @@ def test_a_standby_line_is_pulled_down_and_one_that_is_missing_is_recommended() 
 
 
 def test_the_inputs_of_the_usual_boards_are_told_by_their_names() -> None:
-    told = notes(HBridge(), forward=17, backward=27, model=MODEL)
+    text = notes(HBridge(), forward=17, backward=27, model=MODEL)
     for inputs in ("TB6612: forward AIN1", "PWMB to 3.3 V", "standby nSLEEP", "L298N: forward IN1 and IN3"):
-        assert inputs in told
+        assert inputs in text
     assert "AIN1" not in notes(PhaseEnable(), phase=17, enable=27, model=MODEL)
 
 

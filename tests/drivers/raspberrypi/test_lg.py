@@ -71,8 +71,8 @@ def test_importing_leaves_neither_another_working_directory_nor_a_fifo_nor_a_set
     here.mkdir()
     temporary.mkdir()
     base = Lines(tmp_path / "dev").environment if library == "ours" else environment()
-    told = run(LEAVING, here, {**base, "TMPDIR": str(temporary)})
-    assert Path(told).samefile(here)
+    printed = run(LEAVING, here, {**base, "TMPDIR": str(temporary)})
+    assert Path(printed).samefile(here)
     assert not [*here.iterdir(), *temporary.iterdir()]
 
 

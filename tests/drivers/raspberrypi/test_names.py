@@ -26,17 +26,17 @@ from robotcore.hardware import fit
     ],
 )
 def test_a_part_is_told_with_its_driver(device: str, word: str, driver: str) -> None:
-    assert told(device, word).endswith(f"unknown device driver {word!r}. Did you mean {driver!r}?")
+    assert describe_device(device, word).endswith(f"unknown device driver {word!r}. Did you mean {driver!r}?")
 
 
 def test_what_nobody_knows_is_told_with_the_drivers_of_that_kind_alone() -> None:
-    assert told("eye", "kinect").endswith("There are: picamera2, v4l2.")
-    *_, motors = told("left_motor", "ultrasonic").partition("There are: ")
+    assert describe_device("eye", "kinect").endswith("There are: picamera2, v4l2.")
+    *_, motors = describe_device("left_motor", "ultrasonic").partition("There are: ")
     assert {"h-bridge", "phase-enable"} <= set(motors.rstrip(".").split(", "))
     assert "hc-sr04" not in motors
 
 
-def told(device: str, driver: str) -> str:
+def describe_device(device: str, driver: str) -> str:
     rover = load_robot("rover")
     section = rover.backends["raspberrypi"]
     section = {**section, device: {**section[device], "driver": driver}}

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from drivers.raspberrypi.chip import Chip, HeldError
-from drivers.raspberrypi.pins import claiming, open_pins, pin_failure, stop_edge_detection
+from drivers.raspberrypi.pins import build_pin_error, open_pins, stop_edge_detection, translate_pin_errors
 from robotcore.errors import (
     BackendError,
     BackendMissingError,
@@ -75,7 +75,7 @@ def test_a_device_whose_line_is_another_process_s_is_told_by_name_line_and_holde
 
     other.claim_low([17])
     words = r"^lamp: GPIO 17 is held by somebody\. End that program first"
-    with pytest.raises(DeviceError, match=words), claiming("lamp", [17]):
+    with pytest.raises(DeviceError, match=words), translate_pin_errors("lamp", [17]):
         LED(17, pin_factory=pins)
 
 
@@ -83,7 +83,7 @@ def test_a_line_that_two_devices_of_a_program_want_is_told_as_that(pins: Any) ->
     from gpiozero import LED
 
     words = "lamp: GPIO 17 is in use in this program already"
-    with LED(17, pin_factory=pins), pytest.raises(DeviceError, match=words), claiming("lamp", [17]):
+    with LED(17, pin_factory=pins), pytest.raises(DeviceError, match=words), translate_pin_errors("lamp", [17]):
         LED(17, pin_factory=pins)
 
 
@@ -171,15 +171,15 @@ def test_the_backend_that_is_not_installed_says_what_takes_its_place_at_the_desk
 
 
 def test_a_busy_gpio_is_told_with_who_holds_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("drivers.raspberrypi.pins.held_by", lambda gpio: f"process {1000 + gpio} (python3)")
-    with pytest.raises(DeviceError) as told, claiming("left_motor", (17,)):
+    monkeypatch.setattr("drivers.raspberrypi.pins.find_holder", lambda gpio: f"process {1000 + gpio} (python3)")
+    with pytest.raises(DeviceError) as raised, translate_pin_errors("left_motor", (17,)):
         raise LgpioError("GPIO busy")
-    assert str(told.value) == "left_motor: GPIO 17 is held by process 1017 (python3). End that program first"
-    assert isinstance(told.value.__cause__, LgpioError)
+    assert str(raised.value) == "left_motor: GPIO 17 is held by process 1017 (python3). End that program first"
+    assert isinstance(raised.value.__cause__, LgpioError)
 
 
 def test_anything_else_is_told_with_the_gpios_the_cause_and_what_to_do() -> None:
-    failure = pin_failure("nose", (16, 26), LgpioError("bad handle"))
+    failure = build_pin_error("nose", (16, 26), LgpioError("bad handle"))
     assert str(failure) == (
         "nose: GPIO 16, 26 failed (LgpioError: 'bad handle'). "
         "Look at the wiring in the robot's file, and run robotcore doctor"
@@ -188,9 +188,9 @@ def test_anything_else_is_told_with_the_gpios_the_cause_and_what_to_do() -> None
 
 def test_an_error_of_ours_stays_what_it_is() -> None:
     closed = DeviceClosedError("nose")
-    with pytest.raises(DeviceClosedError) as told, claiming("nose", (16,)):
+    with pytest.raises(DeviceClosedError) as raised, translate_pin_errors("nose", (16,)):
         raise closed
-    assert told.value is closed
+    assert raised.value is closed
 
 
 class LgpioError(Exception):

@@ -49,7 +49,7 @@ class Deeds:
     """What becomes of a program whose motor turns."""
 
     def drives(self, motor: Motor) -> None:
-        while not _is_told_to_end(0.02):
+        while not _is_asked_to_end(0.02):
             motor.turn()
         motor.stop()
 
@@ -77,12 +77,12 @@ class Deeds:
         """Leave a copy of the process behind, which lives until it is told to end."""
         warnings.simplefilter("ignore", DeprecationWarning)  # of forks of a process that has threads
         if os.fork() == 0:
-            _is_told_to_end(None)
+            _is_asked_to_end(None)
             os._exit(0)
         os.kill(os.getpid(), signal.SIGKILL)
 
 
-def _is_told_to_end(seconds: float | None) -> bool:
+def _is_asked_to_end(seconds: float | None) -> bool:
     return bool(select([sys.stdin], [], [], seconds)[0])
 
 

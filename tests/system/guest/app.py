@@ -12,9 +12,9 @@ from tests.system.guest.models import Disc, Wheels, answering
 def result_of(command: list[str]) -> dict[str, Any]:
     run = subprocess.run(command, capture_output=True, text=True, check=False)
     assert run.stdout, run.stderr
-    told = json.loads(run.stdout)
-    assert isinstance(told, dict)
-    return told
+    result = json.loads(run.stdout)
+    assert isinstance(result, dict)
+    return result
 
 
 def outputs(chip: Chip) -> list[int]:

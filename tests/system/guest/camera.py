@@ -50,9 +50,9 @@ def clock() -> MonotonicClock:
 def open_eye(clock: MonotonicClock) -> Iterator[Open]:
     opened: list[Camera] = []
 
-    def open_it(told: CameraDescription = EYE, **settings: Any) -> Camera:
+    def open_it(description: CameraDescription = EYE, **settings: Any) -> Camera:
         settings = {"fps": RATE_HZ, **settings}
-        opened.append(UsbCamera().open(told, UsbCameraSettings(**settings), Host(ROBOT, clock)))
+        opened.append(UsbCamera().open(description, UsbCameraSettings(**settings), Host(ROBOT, clock)))
         return opened[-1]
 
     yield open_it
@@ -102,18 +102,18 @@ def test_pictures_are_numbered_and_stamped_in_order_and_never_in_the_future(
 
 def test_the_kernels_stamps_are_believed(open_eye: Open) -> None:
     camera: Any = open_eye()
-    assert camera._source._stamps._are_believed
+    assert camera._source._stamps._is_trusted
 
 
 def test_another_size_of_the_same_shape_is_made_the_described_one(open_eye: Open) -> None:
-    told = EYE.model_copy(update={"width_px": 160, "height_px": 90})
-    assert open_eye(told).read().image.shape == (90, 160, 3)
+    description = EYE.model_copy(update={"width_px": 160, "height_px": 90})
+    assert open_eye(description).read().image.shape == (90, 160, 3)
 
 
 def test_another_shape_is_refused(open_eye: Open) -> None:
-    told = EYE.model_copy(update={"width_px": 320, "height_px": 240})
+    description = EYE.model_copy(update={"width_px": 320, "height_px": 240})
     with pytest.raises(DeviceError, match="eye: it gives 320x180 px, the robot's description says 320x240"):
-        open_eye(told)
+        open_eye(description)
 
 
 def test_an_exposure_that_it_does_not_let_itself_hold_is_said(open_eye: Open, caplog: pytest.LogCaptureFixture) -> None:

@@ -37,8 +37,8 @@ def test_sigterm_while_driving_leaves_every_line_low(chip: Chip) -> None:
     with started(run_command(ONWARDS, "plain")) as app:
         assert settled(lambda: chip.level(FORWARD), 1) == 1
         app.send_signal(signal.SIGTERM)
-        told, _ = app.communicate()
-    assert (app.returncode, json.loads(told)["exit_status"]) == (-signal.SIGTERM, 128 + signal.SIGTERM)
+        printed, _ = app.communicate()
+    assert (app.returncode, json.loads(printed)["exit_status"]) == (-signal.SIGTERM, 128 + signal.SIGTERM)
     assert settled(chip.high, []) == []
 
 

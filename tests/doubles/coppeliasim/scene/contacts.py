@@ -48,13 +48,13 @@ class Feeler(Bumper):
 
     def move_to(self, surroundings: Clearance | None, start: Pose) -> None:
         """Begin anew, elsewhere or among other things."""
-        super().__init__(surroundings or self._surroundings, start)
+        super().__init__(surroundings or self._clearances, start)
         self.touching = set()
 
     def permits(self, here: Pose, there: Pose, distance: float, turn: float) -> bool:
         is_free = super().permits(here, there, distance, turn)
         if not is_free:
-            self.touching.update(np.flatnonzero(self._surroundings.gaps(there) < 0).tolist())
+            self.touching.update(np.flatnonzero(self._clearances.gaps(there) < 0).tolist())
         return is_free
 
 

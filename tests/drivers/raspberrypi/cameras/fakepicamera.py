@@ -157,13 +157,15 @@ class FakePicamera2:
         exposure = self._exposures.pop(0) if self._exposures else FOUND_US
         if self.set.get("AeEnable", True):
             exposure = round(exposure / self.lamp)
-        told: dict[str, Any] = {
+        metadata: dict[str, Any] = {
             "SensorTimestamp": round((self.bench.clock.monotonic_s - self.bench.latency_s) * 1e9),
             "ExposureTime": self.set.get("ExposureTime", exposure),
             "AnalogueGain": self.set.get("AnalogueGain", FOUND_GAIN),
             "ColourGains": self.set.get("ColourGains", FOUND_GAINS),
         }
-        return told | ({"AeState": 1 if is_searching else 2} if self.bench.is_new else {"AeLocked": not is_searching})
+        return metadata | (
+            {"AeState": 1 if is_searching else 2} if self.bench.is_new else {"AeLocked": not is_searching}
+        )
 
 
 class FakeCamera:

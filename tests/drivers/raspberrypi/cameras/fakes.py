@@ -59,7 +59,7 @@ class FakeSource(Source):
         self.untaken: list[str] = []
         self.refused: list[str] = []
         self.failing: Exception | None = None
-        self.is_found: bool | None = None
+        self.is_settled: bool | None = None
         self.picture: Callable[[int], Image] = plain
         self.on_shot: Callable[[], object] = lambda: None
         self.shots = 0
@@ -77,8 +77,8 @@ class FakeSource(Source):
         level = self.levels.pop(0) if len(self.levels) > 1 else self.levels[0]
         return Shot(self.picture(level), self._clock.now())
 
-    def light(self, shot: Shot) -> ExposureState:
-        return ExposureState((float(shot.image[0, 0, 0]),), self.is_found)
+    def read_exposure(self, shot: Shot) -> ExposureState:
+        return ExposureState((float(shot.image[0, 0, 0]),), self.is_settled)
 
     def hold(self, shot: Shot) -> list[str]:
         self.diary.append(f"hold {shot.image[0, 0, 0]}")
@@ -96,8 +96,8 @@ def gone() -> DeviceError:
     return DeviceError("eye", "/dev/video0 is gone; plug it in again")
 
 
-def opened(source: Source, clock: Clock, told: CameraDescription = EYE, **settings: Any) -> CapturingCamera:
-    camera = CapturingCamera(told, CameraSettings(**settings), source, clock)
+def opened(source: Source, clock: Clock, description: CameraDescription = EYE, **settings: Any) -> CapturingCamera:
+    camera = CapturingCamera(description, CameraSettings(**settings), source, clock)
     camera.open()
     return camera
 

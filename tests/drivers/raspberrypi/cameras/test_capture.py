@@ -294,6 +294,6 @@ def test_another_shape_is_refused_for_its_field_of_view(width: int, height: int)
 
 
 def test_a_shape_that_differs_by_the_rounding_of_a_pixel_only_is_no_other() -> None:
-    told = EYE.model_copy(update={"width_px": 854, "height_px": 480})
-    image = FrameConverter(told, CameraSettings()).frame(Shot(plain(width=1920, height=1080), 0.0)).image
+    description = EYE.model_copy(update={"width_px": 854, "height_px": 480})
+    image = FrameConverter(description, CameraSettings()).frame(Shot(plain(width=1920, height=1080), 0.0)).image
     assert image.shape == (480, 854, 3)

@@ -34,8 +34,8 @@ def camera(clock: LabClock, monkeypatch: pytest.MonkeyPatch) -> FakeCamera:
     return camera
 
 
-def opened(clock: LabClock, told: CameraDescription = EYE, **settings: Any) -> CapturingCamera:
-    return PiCamera().open(told, PiCameraSettings(**settings), Host(ROVER, clock))
+def opened(clock: LabClock, description: CameraDescription = EYE, **settings: Any) -> CapturingCamera:
+    return PiCamera().open(description, PiCameraSettings(**settings), Host(ROVER, clock))
 
 
 def test_red_is_in_the_last_channel(clock: LabClock, camera: FakeCamera) -> None:
@@ -49,8 +49,8 @@ def test_the_picture_is_as_described(clock: LabClock, camera: FakeCamera) -> Non
 
 
 def test_an_odd_size_which_no_stream_has_is_made_up_to(clock: LabClock, camera: FakeCamera) -> None:
-    told = EYE.model_copy(update={"width_px": 33, "height_px": 25})
-    assert opened(clock, told).read().image.shape == (25, 33, 3)
+    description = EYE.model_copy(update={"width_px": 33, "height_px": 25})
+    assert opened(clock, description).read().image.shape == (25, 33, 3)
 
 
 def test_a_frame_s_time_is_the_sensor_s(clock: LabClock, camera: FakeCamera) -> None:
@@ -80,7 +80,7 @@ def test_what_was_found_is_held_whatever_the_light_does_then(is_new: bool, clock
 
 
 @pytest.mark.parametrize(
-    "told, is_found",
+    "metadata, is_settled",
     [
         ({"AeState": 1}, False),
         ({"AeState": 2}, True),
@@ -91,11 +91,11 @@ def test_what_was_found_is_held_whatever_the_light_does_then(is_new: bool, clock
     ],
 )
 def test_the_camera_s_word_on_its_exposure_is_taken_from_old_libraries_and_new_ones(
-    told: dict[str, Any], is_found: bool | None, clock: LabClock
+    metadata: dict[str, Any], is_settled: bool | None, clock: LabClock
 ) -> None:
     source = CsiSource(EYE, PiCameraSettings(), clock)
-    shot = Shot(plain(), 0.0, {"ExposureTime": 10_000, "AnalogueGain": 2.0, **told})
-    assert source.light(shot) == ((20_000.0,), is_found)
+    shot = Shot(plain(), 0.0, {"ExposureTime": 10_000, "AnalogueGain": 2.0, **metadata})
+    assert source.read_exposure(shot) == ((20_000.0,), is_settled)
 
 
 def test_nothing_is_held_that_is_to_follow_the_light(clock: LabClock, camera: FakeCamera) -> None:

@@ -22,11 +22,11 @@ def test_what_moves_is_waited_for_and_then_held(clock: LabClock) -> None:
 
 def test_the_camera_s_own_word_is_waited_for(clock: LabClock) -> None:
     source = FakeSource(clock)
-    source.is_found = False
+    source.is_settled = False
     found_at = 25
 
     def finds() -> None:
-        source.is_found = source.shots >= found_at
+        source.is_settled = source.shots >= found_at
 
     source.on_shot = finds
     held_after: list[int] = []

@@ -42,8 +42,8 @@ def webcam(clock: LabClock, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def opened(webcam: FakeWebcam, **settings: Any) -> CapturingCamera:
-    told = UsbCameraSettings.model_construct(**{"device": str(webcam.path), **settings})
-    return UsbCamera().open(EYE, told, Host(ROVER, webcam.clock))
+    camera_settings = UsbCameraSettings.model_construct(**{"device": str(webcam.path), **settings})
+    return UsbCamera().open(EYE, camera_settings, Host(ROVER, webcam.clock))
 
 
 def test_red_is_in_the_last_channel(webcam: FakeWebcam) -> None:
@@ -262,13 +262,13 @@ def test_what_a_file_says_wrong_is_told_by_its_key(table: dict[str, Any], words:
 
 def _sysfs(folder: Path) -> Path:
     """Lay out what the kernel tells of a webcam with a second file, of another one, and of a Pi's codec."""
-    told = {
+    nodes = {
         "video2": ("usb1/1-1", "HD Webcam", 0),
         "video3": ("usb1/1-1", "HD Webcam", 1),
         "video10": ("usb1/1-2", "Other", 0),
         "video11": ("platform/soc", "bcm2835-codec-decode", 0),
     }
-    for node, (plug, name, index) in told.items():
+    for node, (plug, name, index) in nodes.items():
         device = folder.parent / "devices" / plug
         device.mkdir(parents=True, exist_ok=True)
         (folder / node).mkdir(parents=True)

@@ -55,8 +55,8 @@ def test_fields_of_a_release_are_read_with_quotes_or_without() -> None:
 
 
 def found(word: str) -> list[tuple[Level, str, str]]:
-    told = check_power(Path("/"), lambda _: f"throttled={word}\n")
-    return [(each.level, each.said, each.remedy) for each in told]
+    findings = check_power(Path("/"), lambda _: f"throttled={word}\n")
+    return [(each.level, each.said, each.remedy) for each in findings]
 
 
 def test_a_board_that_was_always_strong_and_cool_is_ok() -> None:

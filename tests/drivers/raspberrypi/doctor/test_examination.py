@@ -99,8 +99,8 @@ def test_each_fault_of_a_robots_section_is_an_error_and_its_devices_are_left_alo
 
     monkeypatch.setattr("drivers.raspberrypi.doctor.examination.fit", unfit)
     found = list(examine(load_robot("rover"), "raspberrypi", pi_4))
-    told = [(each.level, each.said, each.remedy) for each in found if each.what == "robot"]
-    assert told == [(Level.ERROR, "raspberrypi.nose: is missing", "Add it"), (Level.ERROR, "b: c", "D")]
+    findings = [(each.level, each.said, each.remedy) for each in found if each.what == "robot"]
+    assert findings == [(Level.ERROR, "raspberrypi.nose: is missing", "Add it"), (Level.ERROR, "b: c", "D")]
     assert "camera" not in levels(found)
 
 
@@ -113,7 +113,7 @@ def test_what_may_do_harm_as_it_is_connected_is_a_warning(pi_4: Path) -> None:
         update={"backends": {"raspberrypi": {**section, "left_motor": left, "right_motor": right}}}
     )
     found = list(examine(wired, "raspberrypi", pi_4))
-    told = [each for each in found if each.what == "robot" and each.level is Level.WARNING]
-    assert [each.said.partition(":")[0] for each in told] == ["left_motor", "right_motor"]
-    assert "GPIO 8 may turn this motor" in told[0].said
-    assert told[0].remedy.startswith("Take GPIO 9 to 27")
+    findings = [each for each in found if each.what == "robot" and each.level is Level.WARNING]
+    assert [each.said.partition(":")[0] for each in findings] == ["left_motor", "right_motor"]
+    assert "GPIO 8 may turn this motor" in findings[0].said
+    assert findings[0].remedy.startswith("Take GPIO 9 to 27")

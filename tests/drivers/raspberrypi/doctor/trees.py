@@ -94,13 +94,13 @@ class Plugged(DeviceDriver[AnyDevice, StrictModel]):
     def __init__(self, wires: tuple[Connection, ...], notes: tuple[str, ...]) -> None:
         self._wires, self._notes = wires, notes
 
-    def open(self, told: AnyDevice, settings: StrictModel, host: Host) -> Device:
+    def open(self, description: AnyDevice, settings: StrictModel, host: Host) -> Device:
         raise NotImplementedError
 
     def connections(self, settings: StrictModel) -> tuple[Connection, ...]:
         return self._wires
 
-    def notes(self, told: AnyDevice, settings: StrictModel) -> tuple[str, ...]:
+    def notes(self, description: AnyDevice, settings: StrictModel) -> tuple[str, ...]:
         return self._notes
 
 
@@ -112,5 +112,5 @@ class Fed(Plugged):
 
 def fitting(name: str, *wires: Connection, notes: tuple[str, ...] = (), kind: type[Plugged] = Plugged) -> Fitting:
     """Return a device of the rover's on these wires."""
-    told = next(device for device in load_robot("rover").devices if device.name == name)
-    return Fitting(told, kind(wires, notes), StrictModel())
+    description = next(device for device in load_robot("rover").devices if device.name == name)
+    return Fitting(description, kind(wires, notes), StrictModel())

@@ -92,12 +92,12 @@ class Rig:
 
 def rover(section: Mapping[str, Any], counts_per_turn: int = 960) -> RobotDescription:
     """Return the rover with these devices on a Pi, and with encoders that count so."""
-    told = load_robot("rover")
+    description = load_robot("rover")
     devices = [
         device.model_copy(update={"counts_per_turn": counts_per_turn}) if device.kind == "encoder" else device
-        for device in told.devices
+        for device in description.devices
     ]
-    return told.model_copy(update={"devices": tuple(devices), "backends": {"raspberrypi": dict(section)}})
+    return description.model_copy(update={"devices": tuple(devices), "backends": {"raspberrypi": dict(section)}})
 
 
 def _drive(pin: Any, is_high: bool) -> None:

@@ -14,7 +14,7 @@ from robotcore.hardware import fit
 from tests.drivers.raspberrypi.motors.rig import H_BRIDGE, MODEL
 
 
-def told(**motor: Any) -> list[str]:
+def find_faults_of_motor(**motor: Any) -> list[str]:
     """Return what is told of the left motor's section, with these keys in place of its own; None takes one out."""
     section = {key: value for key, value in {**H_BRIDGE, **motor}.items() if value is not None}
     return faults({"left_motor": section})
@@ -29,25 +29,25 @@ def faults(section: Mapping[str, Any]) -> list[str]:
 
 
 def test_a_model_that_is_missing_is_shown_with_where_to_read_on() -> None:
-    (fault,) = told(model=None)
+    (fault,) = find_faults_of_motor(model=None)
     shown = "{ dead_band = 0.1, forward_rad_s = 14.0, backward_rad_s = 14.0 }"
     assert fault.startswith(f"left_motor.model: is missing. Add it: a table such as {shown}; docs/raspberry-pi.md")
 
 
 def test_a_velocity_of_a_model_that_is_missing_is_told_with_what_it_is() -> None:
-    (fault,) = told(model={"forward_rad_s": 14.0})
+    (fault,) = find_faults_of_motor(model={"forward_rad_s": 14.0})
     assert fault == (
         "left_motor.model.backward_rad_s: is missing. Add it: the wheel's velocity at full duty in rad/s, such as 14.0"
     )
 
 
 def test_a_key_of_a_model_that_is_misspelt_is_told_with_the_nearest() -> None:
-    (fault,) = told(model={**MODEL, "dead_bnd": 0.1})
+    (fault,) = find_faults_of_motor(model={**MODEL, "dead_bnd": 0.1})
     assert fault.endswith("Did you mean 'dead_band'?")
 
 
 def test_a_pin_that_is_missing_is_told_with_what_it_is() -> None:
-    assert told(forward=None) == [
+    assert find_faults_of_motor(forward=None) == [
         "left_motor.forward: is missing. Add it: the number of a GPIO on the header (BCM), 0 to 27"
     ]
 

@@ -131,7 +131,7 @@ def test_a_line_that_a_resistor_holds_high_is_refused(lines: dict[str, int]) -> 
 
 
 @pytest.mark.parametrize(
-    "lines, told",
+    "lines, is_noted",
     [
         ({}, False),
         ({"forward": 9}, False),
@@ -140,10 +140,10 @@ def test_a_line_that_a_resistor_holds_high_is_refused(lines: dict[str, int]) -> 
         ({"forward": 8, "standby": 22}, False),
     ],
 )
-def test_a_line_that_is_pulled_up_while_the_pi_starts_is_noted(lines: dict[str, int], told: bool) -> None:
+def test_a_line_that_is_pulled_up_while_the_pi_starts_is_noted(lines: dict[str, int], is_noted: bool) -> None:
     (fitting,) = fit(rover({"left_motor": {**H_BRIDGE, **lines}}), "raspberrypi", ["left_motor"])
-    assert any("are pulled up" in note for note in fitting.notes) is told
-    assert bool(fitting.warnings) is told
+    assert any("are pulled up" in note for note in fitting.notes) is is_noted
+    assert bool(fitting.warnings) is is_noted
 
 
 @pytest.mark.parametrize("broken, other", [(FORWARD, BACKWARD), (BACKWARD, FORWARD)])
@@ -183,9 +183,9 @@ def test_a_line_that_cannot_be_pulled_down_is_told_alone_and_once() -> None:
 def test_what_fails_while_it_turns_is_told_by_name_with_what_to_do() -> None:
     rig = Rig(pin_class=Unwilling)
     rig.pins.pin(BACKWARD).is_broken = True
-    with pytest.raises(DeviceError, match=r"left_motor: .*wiring.*robotcore doctor") as told:
+    with pytest.raises(DeviceError, match=r"left_motor: .*wiring.*robotcore doctor") as raised:
         rig.motor.set_velocity(1.0)
-    assert isinstance(told.value.__cause__, PinInvalidState)
+    assert isinstance(raised.value.__cause__, PinInvalidState)
     assert rig.pins.pin(FORWARD).state == 0
 
 

@@ -82,7 +82,7 @@ def levels(rig: Rig) -> tuple[Any, Any]:
 
 
 def test_only_the_line_that_turns_the_motor_must_not_be_held_high() -> None:
-    told = {"driver": "phase-enable", "phase": 2, "enable": 17, "model": dict(MODEL)}
-    assert fit(rover({"left_motor": told}), "raspberrypi", ["left_motor"])
+    wires = {"driver": "phase-enable", "phase": 2, "enable": 17, "model": dict(MODEL)}
+    assert fit(rover({"left_motor": wires}), "raspberrypi", ["left_motor"])
     with pytest.raises(DescriptionError, match="GPIO 2 is held high"):
-        fit(rover({"left_motor": {**told, "phase": 17, "enable": 2}}), "raspberrypi", ["left_motor"])
+        fit(rover({"left_motor": {**wires, "phase": 17, "enable": 2}}), "raspberrypi", ["left_motor"])

@@ -114,7 +114,7 @@ class Bench:
 
     answers: list[Edges]
     settings: dict[str, Any] = field(default_factory=dict)
-    told: RangeSensorDescription = NOSE
+    description: RangeSensorDescription = NOSE
 
     def __post_init__(self) -> None:
         self.clock = SteppedClock(10000, lambda _steps: None)
@@ -124,7 +124,7 @@ class Bench:
     def open(self) -> RangeSensor:
         settings = UltrasonicSettings(trigger=TRIGGER, echo=ECHO, **self.settings)
         self.module.is_at_once = True
-        sensor = Ultrasonic().open(self.told, settings, Host(load_robot("rover"), self.clock, self.pins))
+        sensor = Ultrasonic().open(self.description, settings, Host(load_robot("rover"), self.clock, self.pins))
         self.module.is_at_once = False
         return sensor
 

@@ -34,16 +34,16 @@ class Event:
 
 
 @st.composite
-def events(draw: st.DrawFn) -> list[Event]:
+def event_rows(draw: st.DrawFn) -> list[Event]:
     """Anything that pins and noise may do: edges missing, twice, late by a cycle or more, and in any order."""
-    now, told = 1000.0, []
+    now, events = 1000.0, []
     pulse: list[Kind] = ["rise", "fall"]
     for edges in draw(st.lists(st.one_of(st.just(pulse), st.lists(st.sampled_from(EDGES), max_size=4)), max_size=12)):
-        told.append(Event("trigger", now := now + 0.001))
+        events.append(Event("trigger", now := now + 0.001))
         for kind in edges:
             now += draw(SECONDS)
-            told.append(Event(kind, now - draw(st.sampled_from([0.0] * 8 + [0.05, 1.0]))))
-    return told
+            events.append(Event(kind, now - draw(st.sampled_from([0.0] * 8 + [0.05, 1.0]))))
+    return events
 
 
 def listening() -> tuple[Findings, EchoTimer]:
@@ -51,18 +51,18 @@ def listening() -> tuple[Findings, EchoTimer]:
     return findings, EchoTimer("nose", findings, SPEED, 0.06, lambda later, earlier: later - earlier)
 
 
-def heard(told: list[Event]) -> Iterator[tuple[Range, int]]:
+def heard(events: list[Event]) -> Iterator[tuple[Range, int]]:
     """Yield every sample, and after how many events it came."""
-    findings, hearing = listening()
+    findings, timer = listening()
     last = None
-    for count, event in enumerate(told, 1):
+    for count, event in enumerate(events, 1):
         match event.kind:
             case "trigger":
-                hearing.begin(event.ticks, event.ticks)
+                timer.begin(event.ticks, event.ticks)
             case "wait":
-                hearing.wait()
+                timer.wait()
             case _:
-                hearing.edge(event.ticks, event.kind == "rise")
+                timer.edge(event.ticks, event.kind == "rise")
         try:
             sample = findings.newest.get()
         except DeviceError:
@@ -72,13 +72,13 @@ def heard(told: list[Event]) -> Iterator[tuple[Range, int]]:
             yield sample, count
 
 
-def pulses(told: list[Event]) -> list[float]:
+def pulses(events: list[Event]) -> list[float]:
     """Return the pulse of each trigger, in order; NaN where that was not one rise and then its fall.
 
     Edges from before their trigger are left out, and what comes after the pulse.
     """
     cycles: list[list[Event]] = []
-    for event in told:
+    for event in events:
         if event.kind == "trigger":
             cycles.append([event])
         elif cycles and event.kind != "wait" and event.ticks >= cycles[-1][0].ticks:
@@ -88,10 +88,10 @@ def pulses(told: list[Event]) -> list[float]:
 
 
 @UNHURRIED
-@given(events())
-def test_no_value_is_told_that_no_measured_pulse_supports(told: list[Event]) -> None:
-    for sample, count in heard(told):
-        *_, pulse = row = pulses(told[:count])
+@given(event_rows())
+def test_no_value_is_told_that_no_measured_pulse_supports(events: list[Event]) -> None:
+    for sample, count in heard(events):
+        *_, pulse = row = pulses(events[:count])
         if math.isfinite(sample.distance):
             assert sample.distance == pytest.approx(max(pulse * SPEED / 2, NOSE.min_range_m))
             assert sample.distance <= NOSE.max_range_m
@@ -101,36 +101,36 @@ def test_no_value_is_told_that_no_measured_pulse_supports(told: list[Event]) -> 
 
 
 @UNHURRIED
-@given(events())
-def test_a_sample_is_of_the_newest_trigger_and_each_trigger_gives_one_at_most(told: list[Event]) -> None:
-    samples = list(heard(told))
+@given(event_rows())
+def test_a_sample_is_of_the_newest_trigger_and_each_trigger_gives_one_at_most(events: list[Event]) -> None:
+    samples = list(heard(events))
     for sample, count in samples:
-        assert sample.time == max(event.ticks for event in told[:count] if event.kind == "trigger")
+        assert sample.time == max(event.ticks for event in events[:count] if event.kind == "trigger")
     assert all(before.time < after.time for (before, _), (after, _) in pairwise(samples))
     assert [sample.sequence for sample, _ in samples] == list(range(len(samples)))
 
 
 def test_edges_before_the_first_trigger_say_nothing() -> None:
-    findings, hearing = listening()
-    hearing.edge(1.0, is_high=True)
-    hearing.edge(1.005, is_high=False)
+    findings, timer = listening()
+    timer.edge(1.0, is_high=True)
+    timer.edge(1.005, is_high=False)
     assert not findings.has_told
 
 
 def test_a_cycle_without_a_trigger_is_not_over_before_it_has_begun() -> None:
-    _, hearing = listening()
-    hearing.begin(0.0, 1.0)
-    hearing.edge(1.001, is_high=False)
-    assert hearing.ended.is_set()
-    hearing.wait()
-    assert not hearing.ended.is_set()
+    _, timer = listening()
+    timer.begin(0.0, 1.0)
+    timer.edge(1.001, is_high=False)
+    assert timer.ended.is_set()
+    timer.wait()
+    assert not timer.ended.is_set()
 
 
 @pytest.mark.parametrize("pulse, is_vouched", [(0.0285, False), (0.031, True), (0.299, True), (0.301, False)])
 def test_only_pulses_that_are_a_modules_time_out_make_a_cycle_echo_free(pulse: float, is_vouched: bool) -> None:
-    findings, hearing = listening()
+    findings, timer = listening()
     for cycle in range(ECHO_FREE_CYCLES):
-        hearing.begin(float(cycle), float(cycle))
-        hearing.edge(cycle + 0.001, is_high=True)
-        hearing.edge(cycle + 0.001 + pulse, is_high=False)
+        timer.begin(float(cycle), float(cycle))
+        timer.edge(cycle + 0.001, is_high=True)
+        timer.edge(cycle + 0.001 + pulse, is_high=False)
     assert findings.has_told == is_vouched

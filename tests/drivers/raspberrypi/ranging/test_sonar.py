@@ -69,18 +69,18 @@ def test_no_module_is_triggered_while_another_is_being_opened(pair: Pair) -> Non
         pair.tail._triggered()
 
     pair.tail.trigger.on_fall = triggered
-    told = len(pair.nose.triggers)
+    triggers = len(pair.nose.triggers)
     pair.open("tail", pair.tail)
-    assert len(pair.nose.triggers) == told
+    assert len(pair.nose.triggers) == triggers
 
 
 def test_the_one_that_is_left_has_every_turn(pair: Pair) -> None:
     nose, tail = pair.open("nose", pair.nose), pair.open("tail", pair.tail)
     pair.clock.sleep_until(0.13)
     nose.close()
-    told = len(pair.nose.triggers)
+    triggers = len(pair.nose.triggers)
     pair.clock.sleep_until(0.38)
-    assert len(pair.nose.triggers) == told
+    assert len(pair.nose.triggers) == triggers
     assert pair.tail.triggers[-4:] == pytest.approx([0.19, 0.25, 0.31, 0.37])
     tail.close()
     pair.clock.sleep_until(0.6)

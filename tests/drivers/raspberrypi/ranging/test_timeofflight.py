@@ -17,7 +17,7 @@ from tests.drivers.raspberrypi.ranging.modules import NOSE
 
 extended_bus = pytest.importorskip("adafruit_extended_bus", reason="needs pip install 'robotcore[tof]'")
 
-TOLD = NOSE.model_copy(update={"max_range_m": 1.2})
+DESCRIPTION = NOSE.model_copy(update={"max_range_m": 1.2})
 
 
 @dataclass
@@ -52,7 +52,7 @@ class Bench:
 
     def open(self, **settings: Any) -> RangeSensor:
         host = Host(load_robot("rover"), self.clock)
-        return self.kind.driver().open(TOLD, TimeOfFlightSettings(**settings), host)
+        return self.kind.driver().open(DESCRIPTION, TimeOfFlightSettings(**settings), host)
 
     def measures(self, status: int, millimetres: int = 500, cycles: int = 1) -> None:
         self.chip.status, self.chip.millimetres = status, millimetres
@@ -96,10 +96,10 @@ def test_a_measurement_is_taken_once(bench: Bench) -> None:
 def test_nearer_than_min_range_reads_min_range(bench: Bench) -> None:
     sensor = bench.open()
     bench.measures(bench.kind.target, 3)
-    assert sensor.read().distance == TOLD.min_range_m
+    assert sensor.read().distance == DESCRIPTION.min_range_m
     bench.measures(bench.kind.target)
     bench.measures(bench.kind.too_near, 700)
-    assert (sensor.read().distance, sensor.read().sequence) == (TOLD.min_range_m, 3)
+    assert (sensor.read().distance, sensor.read().sequence) == (DESCRIPTION.min_range_m, 3)
 
 
 def test_a_target_beyond_max_range_and_a_status_that_says_so_are_inf(bench: Bench) -> None:
@@ -233,7 +233,7 @@ def test_a_chip_that_answers_and_never_measures_does_not_hang_the_opening(
 def test_a_bus_that_is_switched_off_is_told_by_its_number() -> None:
     host = Host(load_robot("rover"), SteppedClock(1000, lambda _steps: None))
     with pytest.raises(DeviceError, match=r"nose: no answer at I2C 0x29 on bus 30 .*/dev/i2c-30.*is I2C switched on"):
-        VL53L1X().open(TOLD, TimeOfFlightSettings(bus=30), host)
+        VL53L1X().open(DESCRIPTION, TimeOfFlightSettings(bus=30), host)
 
 
 def test_a_library_that_is_missing_is_told_with_its_remedy(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -247,8 +247,8 @@ def test_the_long_range_is_asked_of_a_vl53l1x_only_where_it_is_needed(
     max_range_m: float, is_short: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bench = Bench(KINDS[1], monkeypatch)
-    told = TOLD.model_copy(update={"max_range_m": max_range_m})
-    VL53L1X().open(told, TimeOfFlightSettings(), Host(load_robot("rover"), bench.clock))
+    description = DESCRIPTION.model_copy(update={"max_range_m": max_range_m})
+    VL53L1X().open(description, TimeOfFlightSettings(), Host(load_robot("rover"), bench.clock))
     assert bench.chip.registers[0x004B] == (0x14 if is_short else 0x0A)
 
 

@@ -278,8 +278,8 @@ def test_a_run_has_the_note_in_its_result_and_on_standard_error(
     assert execute(["run", "avoid-obstacles", "--backend", "virtualpi", "--set", "duration_s=0.5", "--json"]) == 0
     said = capfd.readouterr()
     assert said.err == f"note: {NOTE}\n"
-    told: dict[str, Any] = json.loads(said.out)
-    assert told["notes"] == [NOTE]
+    payload: dict[str, Any] = json.loads(said.out)
+    assert payload["notes"] == [NOTE]
 
 
 @pytest.mark.usefixtures("_installed")
