@@ -28,7 +28,7 @@ from robotcore.deploy.agent.releases import PROJECT, SITE, Release
 from robotcore.deploy.answers import ProbeAnswer
 from robotcore.deploy.host import Host
 from robotcore.deploy.rpc import Link
-from robotcore.deploy.wheels import Target, wheels_for
+from robotcore.deploy.wheels import Target, fetch_wheels
 from tests.system import needs
 from tests.system.deploy.desk import HOST, Desk
 from tests.system.deploy.machine import machine as boot_machine
@@ -73,8 +73,8 @@ def main() -> bool:
         until: statistics.median(taken[SECOND, until]) / statistics.median(taken[FIRST, until])
         for until in (DRIVING, ENDED)
     }
-    told = ", ".join(f"{ratio:.2f} {until}" for until, ratio in ratios.items())
-    print(f"the second takes of the first: {told}; to be reached: {BOUND}")
+    shown = ", ".join(f"{ratio:.2f} {until}" for until, ratio in ratios.items())
+    print(f"the second takes of the first: {shown}; to be reached: {BOUND}")
     return ratios[ENDED] <= BOUND
 
 
@@ -94,7 +94,7 @@ def _deployed(rover: Rover, what: str) -> Iterator[tuple[str, str, float]]:
     rover.done("push", "--skip-checks", "--offline")
     yield what, ENDED, monotonic() - start
     process = rover.motors.await_driving()
-    drove = min(told.time_s for told in rover.motors.told() if told.process == process and told.rad_s)
+    drove = min(each.time_s for each in rover.motors.told() if each.process == process and each.rad_s)
     yield what, DRIVING, drove - start
 
 
@@ -113,7 +113,7 @@ def _by_hand(rover: Rover) -> float:
 def _wheels(rover: Rover, requirements: tuple[str, ...]) -> Path:
     """Return where the desk keeps what it brought for pip."""
     with Link(Host.parse(HOST), rover.desk.config) as link:
-        return wheels_for(requirements, Target.of(link.call("probe", ProbeAnswer)), print)
+        return fetch_wheels(requirements, Target.of(link.call("probe", ProbeAnswer)), print)
 
 
 if __name__ == "__main__":

@@ -97,8 +97,8 @@ def _taken_s(rover: Rover, need: str) -> float:
 def _tried(rover: Rover, drawn: Interruption) -> str:
     """Push, interrupt, and return what runs when all has come to rest."""
     old = rover.release
-    told = [f"speed_rad_s={drawn.speed_rad_s:g}", *(["deed=raises", "at=5"] if drawn.is_broken else [])]
-    settings = [word for setting in told for word in ("--set", setting)]
+    chosen = [f"speed_rad_s={drawn.speed_rad_s:g}", *(["deed=raises", "at=5"] if drawn.is_broken else [])]
+    settings = [word for setting in chosen for word in ("--set", setting)]
     with needing(rover.project, drawn.need) if drawn.need else nullcontext(), rover.pushing(*settings) as push:
         with suppress(subprocess.TimeoutExpired):
             push.wait(drawn.after_s)
@@ -118,8 +118,8 @@ def _running(rover: Rover, old: str, drawn: Interruption) -> str:
 
 def _speed_of(rover: Rover) -> float:
     """Return the speed of the release that is in place, as its manifest has it."""
-    told = json.loads((rover.files / "current" / "release.json").read_text())["run"]
-    return next(float(word.partition("=")[2]) for word in told if word.startswith("speed_rad_s="))
+    words = json.loads((rover.files / "current" / "release.json").read_text())["run"]
+    return next(float(word.partition("=")[2]) for word in words if word.startswith("speed_rad_s="))
 
 
 def _interrupt(kind: str, rover: Rover, push: subprocess.Popen[str]) -> None:

@@ -1,1 +1,1 @@
-"""A project put on a robot by ssh and kept running there: from the desk (this package), and on the robot (aboard)."""
+"""Put a project on a robot by ssh and keep it running there; ``agent`` is the part that runs on the robot."""

@@ -32,7 +32,7 @@ def _require_remote_folder(path: str) -> str:
     return path
 
 
-def _is_not_broken(kind: str) -> str:
+def _reject_broken(kind: str) -> str:
     if kind == BROKEN:
         raise ValueError("is a kind that only the desk gives")
     return kind
@@ -65,10 +65,10 @@ class Refusal(Answer):
 
     fault: str
     remedy: str
-    kind: Annotated[str, AfterValidator(_is_not_broken)] = ""
+    kind: Annotated[str, AfterValidator(_reject_broken)] = ""
 
 
-class Nothing(Answer):
+class EmptyAnswer(Answer):
     """The answer of an action that has nothing to return."""
 
 
@@ -109,7 +109,7 @@ class InstallAnswer(Answer):
     findings: Annotated[list[Finding], Field(max_length=MOST_ITEMS)]
 
 
-class Judgement(Answer):
+class HealthResult(Answer):
     """The answer of ``activate`` and ``rollback``: how a release did on trial, and what runs now."""
 
     release: ReleaseName
@@ -121,7 +121,7 @@ class Judgement(Answer):
     is_standing: bool
 
 
-class LastTrial(Answer):
+class LastRelease(Answer):
     """The newest release that was tried, if no release is in place."""
 
     name: ReleaseName
@@ -142,7 +142,7 @@ class State(Answer):
     release: ReleaseName | None
     verdict: str | None
     on_trial: ReleaseName | None
-    last: LastTrial | None
+    last: LastRelease | None
     state: str
     for_s: Annotated[float, Field(ge=0, le=1e10)] | None
     restarts: Count

@@ -17,10 +17,9 @@ from urllib.parse import unquote, urlsplit
 import robotcore
 from robotcore.deploy.agent.releases import PROJECT, SITE
 from robotcore.deploy.project import FILE, Project
-from robotcore.deploy.requirements import ROBOTCORE, Requirement, needed, requirements_of
-from robotcore.deploy.staging import Listing, copied
-from robotcore.deploy.wheels import pip_error as told_by_pip
-from robotcore.deploy.wheels import run_pip
+from robotcore.deploy.requirements import ROBOTCORE, Requirement, collect_requirements, find_entry_points
+from robotcore.deploy.staging import Listing, copy_files
+from robotcore.deploy.wheels import pip_error, run_pip
 from robotcore.description import read_table
 from robotcore.errors import DeployError, UsageError
 from robotcore.text import escape, list_names
@@ -33,7 +32,7 @@ MOST_SECRETS = 50
 
 
 @dataclass(frozen=True)
-class Staged:
+class Bundle:
     """A project, and the folder that is to be sent: the user's files in ``project``, what they import in ``site``.
 
     ``requirements`` are what pip installs there; ``notes`` are what whoever sends it should know.
@@ -45,24 +44,24 @@ class Staged:
     notes: tuple[str, ...] = ()
 
 
-def stage(project: Project, folder: Path) -> Staged:
+def build_bundle(project: Project, folder: Path) -> Bundle:
     """Put into an empty folder what is sent, but for the manifest, which `Release.write` adds.
 
     Raises UsageError where a link leads out of the project or nowhere, where a file that the project names would not be
     sent, and for code that is compiled for this machine; DeployError where the project cannot be built.
     """
-    listing = _with_files(project, folder / PROJECT)
-    pinned, secrets = fill(project, folder / PROJECT, folder / SITE)
-    return Staged(
-        project, folder, requirements_of(project, folder / SITE, pinned), _notes((*listing.secrets, *secrets))
+    listing = _copy_project(project, folder / PROJECT)
+    pinned, secrets = _fill_site(project, folder / PROJECT, folder / SITE)
+    return Bundle(
+        project, folder, collect_requirements(project, folder / SITE, pinned), _notes((*listing.secrets, *secrets))
     )
 
 
-def _with_files(project: Project, target: Path) -> Listing:
+def _copy_project(project: Project, target: Path) -> Listing:
     target.mkdir()
     if project.folder is None:
         return Listing(())
-    listing = copied(project.folder, target)
+    listing = copy_files(project.folder, target)
     for name in map(os.path.normpath, project.files):
         if name not in listing.names:
             why, remedy = ("may hold a secret", "Rename it") if name in listing.secrets else _IGNORED
@@ -79,31 +78,31 @@ def _notes(secrets: Sequence[str]) -> tuple[str, ...]:
 METADATA = ("METADATA", "entry_points.txt", "top_level.txt")
 """What of a distribution is read where it runs; the rest tells where it is installed here."""
 
-_LEFT = shutil.ignore_patterns("__pycache__", "*.py[co]", ".*")
+_NOT_COPIED = shutil.ignore_patterns("__pycache__", "*.py[co]", ".*")
 
 
-def fill(project: Project, source: Path, site: Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def _fill_site(project: Project, source: Path, site: Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Make ``site``: robotcore, the project's own package, and those of its robot that are installed from this machine.
 
     ``source`` is what is sent of the project. Return the requirements for those that an index has, and the files
-    that are left out because they may hold a secret. Raises DeployError and UsageError as `build` does.
+    that are left out because they may hold a secret. Raises DeployError and UsageError as `build_package` does.
     """
     site.mkdir()
-    _bring_robotcore(site)
+    _copy_robotcore(site)
     if project.folder and project.is_package:
-        build(source, site)
+        build_package(source, site)
     pinned: list[str] = []
     secrets: list[str] = []
-    for dist in _others(project):
-        place = _origin(dist)
+    for dist in _find_distributions(project):
+        place = _find_origin(dist)
         if isinstance(place, str):
             pinned.append(place)
         elif place != project.folder:
-            secrets += build(place, site)
+            secrets += build_package(place, site)
     return tuple(pinned), tuple(secrets)
 
 
-def _bring_robotcore(site: Path) -> None:
+def _copy_robotcore(site: Path) -> None:
     """Copy its packages, those that its entry points lead to, and its metadata, by which these are found there.
 
     They are those beside the one that runs: of the same names there may be others in the folder that somebody works in.
@@ -111,36 +110,36 @@ def _bring_robotcore(site: Path) -> None:
     beside = Path(robotcore.__file__).parents[1]
     dist = distribution(ROBOTCORE)
     for package in {ROBOTCORE, *(point.value.partition(".")[0] for point in dist.entry_points)}:
-        shutil.copytree(beside / package, site / package, ignore=_LEFT)
-    told = site / f"{ROBOTCORE}-{dist.version}.dist-info"
-    told.mkdir()
+        shutil.copytree(beside / package, site / package, ignore=_NOT_COPIED)
+    metadata = site / f"{ROBOTCORE}-{dist.version}.dist-info"
+    metadata.mkdir()
     for name in METADATA:
         if text := dist.read_text(name):
-            (told / name).write_text(text, encoding="utf-8")
+            (metadata / name).write_text(text, encoding="utf-8")
 
 
-def _others(project: Project) -> Iterator[Distribution]:
+def _find_distributions(project: Project) -> Iterator[Distribution]:
     """Yield the distributions besides robotcore that what the robot runs with comes from."""
-    found = {point.dist.name: point.dist for point in needed(project) if point.dist}
+    found = {point.dist.name: point.dist for point in find_entry_points(project) if point.dist}
     return (dist for name, dist in sorted(found.items()) if name != ROBOTCORE)
 
 
-def _origin(dist: Distribution) -> Path | str:
+def _find_origin(dist: Distribution) -> Path | str:
     """Return where a distribution is on this machine, or the requirement by which pip finds it elsewhere.
 
     Installed from a folder, an archive or a repository it says so itself (PEP 610).
     """
-    told: dict[str, Any] = json.loads(dist.read_text("direct_url.json") or "{}")
-    url = told.get("url", "")
+    origin: dict[str, Any] = json.loads(dist.read_text("direct_url.json") or "{}")
+    url = origin.get("url", "")
     if not url:
         return f"{dist.name}=={dist.version}"
     if url.startswith("file:"):
-        return _local(dist, Path(unquote(urlsplit(url).path), told.get("subdirectory", "")))
-    vcs = told.get("vcs_info")
+        return _require_folder(dist, Path(unquote(urlsplit(url).path), origin.get("subdirectory", "")))
+    vcs = origin.get("vcs_info")
     return f"{dist.name} @ {vcs['vcs']}+{url}@{vcs['commit_id']}" if vcs else f"{dist.name} @ {url}"
 
 
-def _local(dist: Distribution, place: Path) -> Path:
+def _require_folder(dist: Distribution, place: Path) -> Path:
     if not place.exists():
         raise DeployError(
             f"{dist.name} was installed from {place}, which is gone. Install it anew from where it is now"
@@ -148,14 +147,14 @@ def _local(dist: Distribution, place: Path) -> Path:
     return place
 
 
-COMPILED = (".so", ".pyd", ".dylib")
+COMPILED_SUFFIXES = (".so", ".pyd", ".dylib")
 """What holds machine code."""
 
 _OF_THIS_MACHINE = ("RECORD", "direct_url.json", "REQUESTED", "INSTALLER")
 """Of a package's metadata, what tells where it is installed here."""
 
 
-def build(source: Path, site: Path) -> tuple[str, ...]:
+def build_package(source: Path, site: Path) -> tuple[str, ...]:
     """Install a package, a folder or an archive, into ``site`` without what it depends on.
 
     A folder is built from a copy of what would be sent of it, so that nothing is left in it. Returns its files that
@@ -164,33 +163,33 @@ def build(source: Path, site: Path) -> tuple[str, ...]:
     """
     with TemporaryDirectory(prefix="robotcore-") as scratch:
         tree, built = Path(scratch, "source"), Path(scratch, "built")
-        secrets = copied(source, tree).secrets if source.is_dir() else ()
-        asked = run_pip(
+        secrets = copy_files(source, tree).secrets if source.is_dir() else ()
+        process = run_pip(
             [
                 *("install", "--quiet", "--no-deps", "--no-compile", "--target", str(built)),
-                *(["--no-build-isolation"] if _has_all_to_build(tree) else []),
+                *(["--no-build-isolation"] if _has_build_requirements(tree) else []),
                 str(tree if source.is_dir() else source),
             ]
         )
-        if asked.returncode:
+        if process.returncode:
             raise DeployError(
-                f"{escape(str(source))} cannot be built: {told_by_pip(asked)}. Build it here until it works: "
+                f"{escape(str(source))} cannot be built: {pip_error(process)}. Build it here until it works: "
                 f"pip wheel --no-deps {shlex.quote(str(source))}"
             )
         _require_pure(source, built)
-        _move(built, site)
+        _move_into_site(built, site)
     return tuple(f"{source.name}/{name}" for name in secrets)
 
 
-def _has_all_to_build(tree: Path) -> bool:
-    """Return whether what it is built with is installed here, so that no index has to be asked."""
+def _has_build_requirements(tree: Path) -> bool:
+    """Return whether what it is built with is installed here, so that no index has to be process."""
     if not (tree / FILE).is_file():
         return False
     table = read_table(str(tree / FILE)).get("build-system", {})
-    return "requires" in table and all(map(_is_here, table["requires"]))
+    return "requires" in table and all(map(_is_installed, table["requires"]))
 
 
-def _is_here(text: str) -> bool:
+def _is_installed(text: str) -> bool:
     requirement = Requirement(text)
     if requirement.marker and not requirement.marker.evaluate():
         return True
@@ -201,7 +200,7 @@ def _is_here(text: str) -> bool:
 
 
 def _require_pure(source: Path, built: Path) -> None:
-    compiled = next((file for file in built.rglob("*") if file.suffix in COMPILED), None)
+    compiled = next((file for file in built.rglob("*") if file.suffix in COMPILED_SUFFIXES), None)
     if compiled:
         raise UsageError(
             f"{escape(str(source))} has code compiled for this machine ({escape(compiled.name)}). Publish it with "
@@ -209,7 +208,7 @@ def _require_pure(source: Path, built: Path) -> None:
         )
 
 
-def _move(built: Path, site: Path) -> None:
+def _move_into_site(built: Path, site: Path) -> None:
     """Put what was built beside what is in ``site``; commands stay here, as does what tells of this machine."""
     shutil.rmtree(built / "bin", ignore_errors=True)
     for name in _OF_THIS_MACHINE:

@@ -15,19 +15,16 @@ from pathlib import Path
 from subprocess import CompletedProcess
 from typing import Generic, TypeVar
 
-from robotcore.deploy.progress import Tell, begin
+from robotcore.deploy.progress import OnStep, Say, begin_step
 from robotcore.deploy.project import Project
-from robotcore.deploy.staging import listed
+from robotcore.deploy.staging import list_files
 from robotcore.description import RobotDescription, load_world
 from robotcore.errors import BackendMissingError, DescriptionError, UnprovenError
 from robotcore.hal.backend import load_backend
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.text import escape
 
-Say = Callable[[str], object]
-"""Is told in words what goes on."""
-
-LOOK_S = 0.5
+POLL_S = 0.5
 """So often somebody looks how far a process is."""
 
 
@@ -35,7 +32,7 @@ LOOK_S = 0.5
 class CheckResult:
     """What was proven, in a line, and what its reader should know besides."""
 
-    said: str
+    summary: str
     notes: tuple[str, ...] = ()
 
 
@@ -66,7 +63,7 @@ def run_python(
         try:
             while clock.now() < limit_s:
                 with suppress(subprocess.TimeoutExpired):
-                    out, err = process.communicate(timeout=min(LOOK_S, limit_s))
+                    out, err = process.communicate(timeout=min(POLL_S, limit_s))
                     return subprocess.CompletedProcess(process.args, process.returncode, out, err)
                 look()
         except BaseException:
@@ -82,9 +79,11 @@ def command_line(project: Project, line: str) -> str:
     return line if is_here else f"cd {shlex.quote(str(project.folder))} && {line}"
 
 
-def process_error(asked: subprocess.CompletedProcess[str]) -> str:
+def process_error(process: subprocess.CompletedProcess[str]) -> str:
     """Return what a process said went wrong: without robotcore's ``error:`` before it."""
-    return (asked.stderr.strip() or asked.stdout.strip() or f"exit status {asked.returncode}").removeprefix("error: ")
+    return (process.stderr.strip() or process.stdout.strip() or f"exit status {process.returncode}").removeprefix(
+        "error: "
+    )
 
 
 NO_TESTS = 5
@@ -96,7 +95,7 @@ LIMIT_S = 600.0
 MAX_FAILURES = 5
 """So many failing tests are named; the command tells of all."""
 
-_IS_TEST = re.compile(r"(?:.*/)?(?:test_[^/]*|[^/]*_test)\.py", re.DOTALL)
+_TEST_FILE = re.compile(r"(?:.*/)?(?:test_[^/]*|[^/]*_test)\.py", re.DOTALL)
 _COUNTS = re.compile(r"^=* ?(\d+ [a-z]+(?:, \d+ [a-z]+)*) in [\d.]+s", re.MULTILINE)
 _FAILURES = re.compile(r"^(?:FAILED|ERROR) .*", re.MULTILINE)
 
@@ -108,7 +107,7 @@ def run_tests(project: Project, say: Say) -> CheckResult:
     """
     if project.folder is None:
         return CheckResult("none: what is sent is installed, and nothing of yours")
-    if not any(map(_IS_TEST.fullmatch, listed(project.folder).names)):
+    if not any(map(_TEST_FILE.fullmatch, list_files(project.folder).names)):
         return CheckResult(
             "none", ("the project has no tests; robotcore new makes one that runs the app in simulation",)
         )
@@ -118,30 +117,32 @@ def run_tests(project: Project, say: Say) -> CheckResult:
         )
     say("pytest")
     try:
-        asked = run_python(project.folder, ["-m", "pytest", "-q", "--color=no"], limit_s=LIMIT_S)
+        process = run_python(project.folder, ["-m", "pytest", "-q", "--color=no"], limit_s=LIMIT_S)
     except TimeoutError as error:
         again = command_line(project, "python -m pytest -v")
         raise UnprovenError(
             f"tests: {error}. Does one of them hang? Mend it, or send them untried: --skip-checks\n"
             f"Which one that is: {again}"
         ) from error
-    if asked.returncode == NO_TESTS:
+    if process.returncode == NO_TESTS:
         return CheckResult("none")
-    if asked.returncode:
-        raise UnprovenError(f"tests: {_failed(asked)}\nRepeat it: {command_line(project, 'python -m pytest')}")
-    return CheckResult(_counts(asked) or "passed")
+    if process.returncode:
+        raise UnprovenError(
+            f"tests: {_format_failures(process)}\nRepeat it: {command_line(project, 'python -m pytest')}"
+        )
+    return CheckResult(_find_counts(process) or "passed")
 
 
-def _counts(asked: CompletedProcess[str]) -> str:
-    found = _COUNTS.findall(asked.stdout)
+def _find_counts(process: CompletedProcess[str]) -> str:
+    found = _COUNTS.findall(process.stdout)
     return str(found[-1]) if found else ""
 
 
-def _failed(asked: CompletedProcess[str]) -> str:
+def _format_failures(process: CompletedProcess[str]) -> str:
     """Return what failed: the first few tests by their names, or the last line of what pytest said."""
-    lines = _FAILURES.findall(asked.stdout)[:MAX_FAILURES]
-    last = (asked.stderr.strip() or asked.stdout.strip() or "no answer").splitlines()[-1]
-    counts = _counts(asked) or f"pytest ended with exit status {asked.returncode}: {last}"
+    lines = _FAILURES.findall(process.stdout)[:MAX_FAILURES]
+    last = (process.stderr.strip() or process.stdout.strip() or "no answer").splitlines()[-1]
+    counts = _find_counts(process) or f"pytest ended with exit status {process.returncode}: {last}"
     return "\n  ".join((counts, *lines))
 
 
@@ -151,7 +152,7 @@ def check_descriptions(project: Project, say: Say) -> CheckResult:
     for name in filter(None, (project.robot, project.world)):
         say(escape(name))
         try:
-            notes += _checked(project, name)
+            notes += _check_description(project, name)
         except DescriptionError as error:
             again = command_line(project, shlex.join(["robotcore", "check", name]))
             raise UnprovenError(f"check: {error}\nRepeat it: {again}") from error
@@ -160,11 +161,11 @@ def check_descriptions(project: Project, say: Say) -> CheckResult:
     )
 
 
-def _checked(project: Project, name: str) -> list[str]:
+def _check_description(project: Project, name: str) -> list[str]:
     if name == project.world:
-        load_world(project.at_desk(name))
+        load_world(project.resolve(name))
         return []
-    robot = project.described()
+    robot = project.load_description()
     return [note for backend in {*robot.backends, project.backend} for note in _warnings(robot, backend)]
 
 
@@ -183,13 +184,13 @@ SubjectT = TypeVar("SubjectT")
 
 @dataclass(frozen=True)
 class Check(Generic[SubjectT]):
-    """One of the things to pass. ``prove`` returns the proof, or raises UnprovenError: why, and what repeats it.
+    """One of the things to pass. ``run`` returns the result, or raises UnprovenError: why, and what repeats it.
 
     It also raises what is wrong with the project's files, or with this machine, as it is. ``say`` is told what goes on.
     """
 
     name: str
-    prove: Callable[[SubjectT, Say], CheckResult]
+    run: Callable[[SubjectT, Say], CheckResult]
 
 
 CHECKS_OF_PROJECT = (Check[Project]("tests", run_tests), Check[Project]("check", check_descriptions))
@@ -200,18 +201,18 @@ SIMULATION = "simulation"
 NAMES = (*(check.name for check in CHECKS_OF_PROJECT), SIMULATION)
 
 
-def run_checks(gates: Sequence[Check[SubjectT]], subject: SubjectT, tell: Tell) -> tuple[str, ...]:
-    """Pass gates; return a line for each, as a release keeps them: ``tests: 12 passed``."""
+def run_checks(checks: Sequence[Check[SubjectT]], subject: SubjectT, on_step: OnStep) -> tuple[str, ...]:
+    """Pass checks; return a line for each, as a release keeps them: ``tests: 12 passed``."""
     lines = []
-    for gate in gates:
-        step = begin(gate.name, tell)
-        proof = gate.prove(subject, step.say)
-        step.done(proof.said, *proof.notes)
-        lines.append(f"{gate.name}: {proof.said}")
+    for check in checks:
+        step = begin_step(check.name, on_step)
+        result = check.run(subject, step.update)
+        step.finish(result.summary, *result.notes)
+        lines.append(f"{check.name}: {result.summary}")
     return tuple(lines)
 
 
-def skip_checks(tell: Tell) -> tuple[str, ...]:
+def skip_checks(on_step: OnStep) -> tuple[str, ...]:
     """Say that none is passed; return a line for each, as a release keeps them."""
-    begin("skipped", tell).done(", ".join(NAMES))
+    begin_step("skipped", on_step).finish(", ".join(NAMES))
     return tuple(f"{name}: skipped" for name in NAMES)

@@ -15,7 +15,7 @@ from robotcore.errors import DeployError
 SSH_FAILED = 255
 """What ssh exits with when it is not the command there that failed."""
 
-NO_COMMAND = 127
+COMMAND_NOT_FOUND = 127
 
 BROKEN = "broken"
 """The kind of a DeployError for a connection that broke."""
@@ -29,7 +29,7 @@ _FILES = {"file", "key"}
 
 
 @dataclass(frozen=True)
-class Failure:
+class KnownFailure:
     """What to look for in what was said, a word for it, what it means and what to do.
 
     In both of the latter ``{host}`` is the host as the user wrote it, ``{login}`` as ssh takes it, and a group of the
@@ -41,7 +41,7 @@ class Failure:
     fault: str
     remedy: str
 
-    def told_of(self, host: Host, said: str, folders: Iterable[Path] = (), **more: str) -> DeployError | None:
+    def match(self, host: Host, said: str, folders: Iterable[Path] = (), **more: str) -> DeployError | None:
         """Return the error, if this is what was said; ``more`` goes into its words by name.
 
         A file that is named must lie in one of the ``folders``: a robot may have written what was said.
@@ -55,69 +55,69 @@ class Failure:
         return DeployError(f"{host}: {fault}. {remedy}", kind=self.kind)
 
 
-SSH = (
-    Failure(
+SSH_FAILURES = (
+    KnownFailure(
         r"\A(?P<line>[^\n]+ line \d+: [^\n]+)",
         "configuration",
         "ssh does not understand its configuration: {line}",
         "Mend it, or take another file: --ssh-config FILE",
     ),
-    Failure(
+    KnownFailure(
         r"^ssh: Could not resolve hostname (?P<name>[^\s:]+)",
         "unknown",
         "there is no host of the name {name}",
         "Is it switched on, in this network, and spelt so? Its address does as well: pi@192.168.1.20",
     ),
-    Failure(
+    KnownFailure(
         r"^ssh: connect to host \S+ port (?P<port>\d+): Connection refused",
         "refused",
         "it is there, but nothing answers at port {port}",
         "Is the port right? If so, switch ssh on there: sudo systemctl enable --now ssh",
     ),
-    Failure(
+    KnownFailure(
         r"^ssh: connect to host [^\n]*: (?:No route to host|Network is unreachable|Host is down)",
         "no route",
         "there is no way to it",
         "Is it switched on, and in the same network as this machine?",
     ),
-    Failure(
+    KnownFailure(
         r"^(?:ssh: connect to host|Connection) [^\n]*timed out",
         "time-out",
         "it does not answer",
         "Is it switched on, in this network, and does no firewall keep ssh out?",
     ),
-    Failure(
+    KnownFailure(
         r"^(?:kex_exchange_identification|Connection (?:closed|reset) by)",
         "hung up",
         "it hung up before the login",
         "Is it ssh that answers there? If so, too many logins may have failed: wait some minutes",
     ),
-    Failure(
+    KnownFailure(
         r"^@ +WARNING: REMOTE HOST IDENTIFICATION HAS CHANGED!.*^Offending \S+ key in (?P<file>[^\n]+):\d+.*"
         r"^[^\n]*[Hh]ost key for (?P<known>\S+) has changed",
         "host key changed",
         "it shows another host key than before: it was installed anew, or something else answers in its name",
         "If it was installed anew, forget the old key: ssh-keygen -f {file} -R {known}",
     ),
-    Failure(
+    KnownFailure(
         r"^Host key verification failed",
         "host key unknown",
         "its host key is not known here, and nobody could be asked",
         "Log in once, and compare the key: ssh {login}",
     ),
-    Failure(
+    KnownFailure(
         r"^Permissions \S+ for '(?P<key>[^']+)' are too open",
         "open key",
         "others on this machine may read the key {key}, so ssh does not use it",
         "Close it: chmod 600 {key}",
     ),
-    Failure(
+    KnownFailure(
         r"^Received disconnect from [^\n]*Too many authentication failures",
         "denied",
         "it has had enough of keys that are not the right one",
         "Offer it one alone, by IdentityFile and IdentitiesOnly in ~/.ssh/config",
     ),
-    Failure(
+    KnownFailure(
         r"^(?P<user>[^\s@]+)@\S+: Permission denied \((?P<ways>[^)]*)\)",
         "denied",
         "it does not let {user} in; it would take: {ways}",
@@ -126,26 +126,26 @@ SSH = (
 )
 """Before the connection is there; the first that fits counts."""
 
-RSYNC = (
-    Failure(
+RSYNC_FAILURES = (
+    KnownFailure(
         r"No space left on device|Disk quota exceeded",
         "disk full",
         "the disk of {where} is full",
         MAKE_ROOM,
     ),
-    Failure(
+    KnownFailure(
         r"is your shell clean",
         "unclean shell",
         "its login shell prints something where nobody looks, and rsync takes it for an answer",
         "Let it print only where somebody is: case $- in *i*) … esac in ~/.bashrc there",
     ),
-    Failure(
+    KnownFailure(
         r"remote command not found|rsync: (?:[Cc]ommand )?not found|Unknown command:? '?rsync",  # any shell's words
         "no rsync",
         "there is no rsync",
         "Install it there: sudo apt install rsync",
     ),
-    Failure(
+    KnownFailure(
         r"unknown option|unrecognized option",
         "old rsync",
         "rsync here is not the one it should be, or too old",
@@ -155,12 +155,12 @@ RSYNC = (
 """Of a transfer over a connection that is still there; ``{where}`` is the side that is written to."""
 
 
-def no_program(name: str, package: str) -> DeployError:
+def program_missing(name: str, package: str) -> DeployError:
     """Return the error for a program that is missing on this machine."""
     return DeployError(f"{name} is not installed here. Get it: sudo apt install {package}", kind="no program")
 
 
-def refused_by(host: Host, status: int, said: str, config: Path | None = None) -> DeployError:
+def connection_failed(host: Host, status: int, said: str, config: Path | None = None) -> DeployError:
     """Return the error for a connection that did not come about: ssh's exit status, and what was said.
 
     The robot chooses the reason of a disconnect, so what follows the first line of it is not searched. A remedy names
@@ -170,17 +170,19 @@ def refused_by(host: Host, status: int, said: str, config: Path | None = None) -
     if status == SSH_FAILED:
         folders = [Path.home() / ".ssh", *([config.parent] if config else [])]
         own = re.sub(r"(?ms)(^Received disconnect from [^\n]*).*", r"\1", said)
-        return _told(SSH, host, own, folders) or DeployError(f"{host}: ssh says: {last_line(said)}. {by_hand}")
+        return _match_failure(SSH_FAILURES, host, own, folders) or DeployError(
+            f"{host}: ssh says: {last_line(said)}. {by_hand}"
+        )
     return DeployError(f"{host}: its login shell ended at once (status {status}): {last_line(said)}. {by_hand}")
 
 
-def silent(host: Host, seconds: float) -> DeployError:
+def login_timed_out(host: Host, seconds: float) -> DeployError:
     """Return the error for a robot that lets somebody in and then says nothing."""
     problem = f"nothing came back within {seconds:g} s of the login"
     return DeployError(f"{host}: {problem}. Does its login shell wait for something? ssh {_login(host)}")
 
 
-def broken_by(host: Host, said: str) -> DeployError:
+def connection_lost(host: Host, said: str) -> DeployError:
     """Return the error for a connection that broke, by what ssh said of it."""
     words = f" ({last})" if (last := last_line(said)) else ""
     return DeployError(
@@ -188,16 +190,16 @@ def broken_by(host: Host, said: str) -> DeployError:
     )
 
 
-def unanswered(host: Host, status: int, said: str) -> DeployError:
+def call_failed(host: Host, status: int, said: str) -> DeployError:
     """Return the error for a call that ended without an answer: its exit status, and what it wrote on stderr."""
-    if status == NO_COMMAND:
+    if status == COMMAND_NOT_FOUND:
         return DeployError(f"{host}: there is no python3. Install it there: sudo apt install python3", kind="python")
     return DeployError(
         f"{host}: it failed there (status {status}): {last_line(said)}. Look at it there: ssh {_login(host)}"
     )
 
 
-def damaged(host: Host, action: str, problem: str) -> DeployError:
+def damaged_answer(host: Host, action: str, problem: str) -> DeployError:
     """Return the error for an answer that is not as it has to be."""
     return DeployError(
         f"{host}: its answer to {action!r} is damaged: it {problem}. Check that it is the right robot and that its "
@@ -208,7 +210,7 @@ def damaged(host: Host, action: str, problem: str) -> DeployError:
 
 def transfer_failed(host: Host, status: int, said: str, where: str) -> DeployError:
     """Return the error for a transfer that failed: rsync's exit status and words, and the side that is written to."""
-    return _told(RSYNC, host, said, where=where) or DeployError(
+    return _match_failure(RSYNC_FAILURES, host, said, where=where) or DeployError(
         f"{host}: rsync failed (status {status}): {first_line(said)}. What was there before is as it was"
     )
 
@@ -230,10 +232,10 @@ def _login(host: Host) -> str:
     return port + (f"{host.user}@{host.name}" if host.user else host.name)
 
 
-def _told(
-    failures: Iterable[Failure], host: Host, said: str, folders: Sequence[Path] = (), **more: str
+def _match_failure(
+    failures: Iterable[KnownFailure], host: Host, said: str, folders: Sequence[Path] = (), **more: str
 ) -> DeployError | None:
-    return next((told for failure in failures if (told := failure.told_of(host, said, folders, **more))), None)
+    return next((error for failure in failures if (error := failure.match(host, said, folders, **more))), None)
 
 
 def _is_within(file: str, folders: Iterable[Path]) -> bool:

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from robotcore.deploy.answers import Judgement, Notice
+from robotcore.deploy.answers import HealthResult, Notice
 from robotcore.deploy.errors import BROKEN
 from robotcore.deploy.host import Host, command_hint
-from robotcore.deploy.progress import Step, Tell, begin
+from robotcore.deploy.progress import OnStep, Step, begin_step
 from robotcore.deploy.rpc import Link
 from robotcore.errors import DeployError, UnhealthyError, UsageError
 from robotcore.hal.wall_clock import MonotonicClock
@@ -22,31 +22,31 @@ HEALTHY_WITHIN_S = 60.0
 ATTEMPTS, PAUSE_S = 10, 3.0
 """So often a broken connection is made anew, with a pause before each."""
 
-ERROR, NO_MODULE = "error: ", "ModuleNotFoundError: "
+ERROR_PREFIX, NO_MODULE = "error: ", "ModuleNotFoundError: "
 """What stands before an error in what robotcore writes, and in one where something is not installed."""
 
 HEALTHY, UNHEALTHY = "healthy", "unhealthy"
-NAME = "name"
+UNKNOWN_RELEASE = "name"
 """The kind of a DeployError that tells of a release that is not there."""
 
 
-def rollback(host: Host, ssh_config: Path | None, release: str | None, tell: Tell = print) -> str:
+def rollback(host: Host, ssh_config: Path | None, release: str | None, on_step: OnStep = print) -> str:
     """Let the healthy release before run again, or a named one; return its name.
 
     Raises as `Trial.follow` does, and UsageError where no release has that name.
     """
     with Link(host, ssh_config) as link:
-        trial = Trial(host, ssh_config, begin(STEP, tell))
+        check = HealthCheck(host, ssh_config, begin_step(STEP, on_step))
         try:
-            return trial.follow(link, "rollback", release=release, healthy_within_s=HEALTHY_WITHIN_S)
+            return check.follow(link, "rollback", release=release, healthy_within_s=HEALTHY_WITHIN_S)
         except DeployError as error:
-            if error.kind == NAME:
+            if error.kind == UNKNOWN_RELEASE:
                 raise UsageError(str(error)) from error
             raise
 
 
 @dataclass
-class Trial:
+class HealthCheck:
     """A trial that a desk looks on. ``release`` is what is tried; the robot tells which one that is, where it chose."""
 
     host: Host
@@ -54,64 +54,65 @@ class Trial:
     step: Step
     release: str | None = None
 
-    def follow(self, link: Link, action: str, release: str | None, **told: Any) -> str:
+    def follow(self, link: Link, action: str, release: str | None, **arguments: Any) -> str:
         """Let the robot try a release, and tell how it does; return its name once it lives.
 
         Raises UnhealthyError where it does not, and DeployError where that is not known.
         """
         self.release = release
         try:
-            came = link.call(action, Judgement, on_say=self._hear, release=release, **told)
+            result = link.call(action, HealthResult, on_notice=self._show_notice, release=release, **arguments)
         except DeployError as error:
             if error.kind != BROKEN:
                 raise
-            came = self._found_again(error, told)
-        return self._judged(came)
+            result = self._reconnect(error, arguments)
+        return self._finish(result)
 
-    def _hear(self, notice: Notice) -> None:
+    def _show_notice(self, notice: Notice) -> None:
         self.release = notice.release or self.release
-        self.step.say(notice.say)
+        self.step.update(notice.say)
 
-    def _found_again(self, broken: DeployError, told: Mapping[str, Any]) -> Judgement:
-        """Connect until the robot has told what came of a release that is known by name."""
+    def _reconnect(self, broken: DeployError, arguments: Mapping[str, Any]) -> HealthResult:
+        """Connect again until the robot returns the result for a release whose name is known."""
         clock = MonotonicClock()
         for _ in range(ATTEMPTS if self.release else 0):
-            self.step.say("the connection broke; the trial goes on there, and is looked for")
+            self.step.update("the connection broke; the trial goes on there, and is looked for")
             clock.sleep_until(clock.now() + PAUSE_S)
             try:
                 with Link(self.host, self.ssh_config) as link:
-                    return link.call("activate", Judgement, on_say=self._hear, release=self.release, **told)
+                    return link.call(
+                        "activate", HealthResult, on_notice=self._show_notice, release=self.release, **arguments
+                    )
             except DeployError as error:
                 broken = error
-        raise DeployError(f"{broken}. {goes_on(self.host, self.ssh_config)}", kind=broken.kind) from broken
+        raise DeployError(f"{broken}. {status_hint(self.host, self.ssh_config)}", kind=broken.kind) from broken
 
-    def _judged(self, came: Judgement) -> str:
-        if came.outcome != HEALTHY:
+    def _finish(self, result: HealthResult) -> str:
+        if result.outcome != HEALTHY:
             logs = command_hint("logs", self.host, self.ssh_config)
-            raise UnhealthyError(_unhealthy(self.host, came, logs))
-        self.step.done(f"{came.release} is healthy; {'it runs' if came.is_running else came.reason}")
-        return came.release
+            raise UnhealthyError(_format_failure(self.host, result, logs))
+        self.step.finish(f"{result.release} is healthy; {'it runs' if result.is_running else result.reason}")
+        return result.release
 
 
-def goes_on(host: Host, ssh_config: Path | None) -> str:
+def status_hint(host: Host, ssh_config: Path | None) -> str:
     """Say what a desk that looks away leaves behind."""
     return f"The trial goes on there: {command_hint('status', host, ssh_config)}"
 
 
-def _unhealthy(host: Host, came: Judgement, logs: str) -> str:
-    """Say what came of a release that does not live, in the app's own last words too: first what it ended with."""
-    what = "did not live" if came.outcome == UNHEALTHY else "was not judged"
-    how = "stands as before" if came.is_standing else "does not run either"
-    now = f"{came.current} {'runs again' if came.is_running else f'is in place again, and {how}'}"
-    lines = "".join(f"\n  {line}" for line in came.lines)
-    why = ": ".join([came.reason, *_error_in(came.lines)])
-    return (
-        f"{host}: {came.release} {what}: {why}. {now if came.current else 'Nothing runs'}. All it said: {logs}{lines}"
-    )
+def _format_failure(host: Host, result: HealthResult, logs: str) -> str:
+    """Return the message for a release that is not healthy: the reason, what runs now, and the app's last lines."""
+    what = "did not live" if result.outcome == UNHEALTHY else "was not judged"
+    how = "stands as before" if result.is_standing else "does not run either"
+    now = f"{result.current} {'runs again' if result.is_running else f'is in place again, and {how}'}"
+    lines = "".join(f"\n  {line}" for line in result.lines)
+    why = ": ".join([result.reason, *_find_error(result.lines)])
+    running = now if result.current else "Nothing runs"
+    return f"{host}: {result.release} {what}: {why}. {running}. All it said: {logs}{lines}"
 
 
-def _error_in(lines: Sequence[str]) -> list[str]:
-    """Return the first error that robotcore told of, as far as there is one, and what to do where that is known."""
-    errors = [line.removeprefix(ERROR) for line in lines if line.startswith(ERROR)]
+def _find_error(lines: Sequence[str]) -> list[str]:
+    """Return the first line that is an error of robotcore, with a remedy if one is known."""
+    errors = [line.removeprefix(ERROR_PREFIX) for line in lines if line.startswith(ERROR_PREFIX)]
     remedy = ". Add it to dependencies in pyproject.toml" if any(NO_MODULE in error for error in errors[:1]) else ""
     return [error.rstrip(".") + remedy for error in errors[:1]]

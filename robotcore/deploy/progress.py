@@ -14,7 +14,7 @@ class Progress:
     """
 
     step: str
-    said: str = ""
+    text: str = ""
     notes: tuple[str, ...] = ()
     is_done: bool = False
 
@@ -25,10 +25,13 @@ class Progress:
           doctor       9 ok, 1 warning
             warning: the disk is nearly full
         """
-        return "\n".join((f"  {self.step:<13}{self.said}".rstrip(), *(f"    {note}" for note in self.notes)))
+        return "\n".join((f"  {self.step:<13}{self.text}".rstrip(), *(f"    {note}" for note in self.notes)))
 
 
-Tell = Callable[[Progress], object]
+Say = Callable[[str], object]
+"""Is called with a text on what a step is doing."""
+
+OnStep = Callable[[Progress], object]
 """Is told of each step: as it begins, as it goes on, and when it is done."""
 
 
@@ -37,19 +40,19 @@ class Step:
     """A step that is being told of."""
 
     name: str
-    tell: Tell
+    on_step: OnStep
 
-    def say(self, words: str = "") -> None:
+    def update(self, text: str = "") -> None:
         """Tell what goes on."""
-        self.tell(Progress(self.name, words))
+        self.on_step(Progress(self.name, text))
 
-    def done(self, said: str, *notes: str) -> None:
+    def finish(self, text: str, *notes: str) -> None:
         """Tell what came of it."""
-        self.tell(Progress(self.name, said, notes, is_done=True))
+        self.on_step(Progress(self.name, text, notes, is_done=True))
 
 
-def begin(name: str, tell: Tell) -> Step:
+def begin_step(name: str, on_step: OnStep) -> Step:
     """Tell that a step begins."""
-    step = Step(name, tell)
-    step.say()
+    step = Step(name, on_step)
+    step.update()
     return step

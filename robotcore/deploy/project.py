@@ -31,7 +31,7 @@ Text = Annotated[str, StringConstraints(min_length=1)]
 Texts = Annotated[tuple[Text, ...], Field(description="a list of strings")]
 
 
-def _told(value: Any) -> str:
+def _format_value(value: Any) -> str:
     """Return a value as a command line says it."""
     if isinstance(value, bool):
         return str(value).lower()
@@ -40,7 +40,7 @@ def _told(value: Any) -> str:
     raise ValueError("should be a string, a number, true or false; correct it")
 
 
-Said = Annotated[str, BeforeValidator(_told)]
+OptionText = Annotated[str, BeforeValidator(_format_value)]
 """A setting or an option, in the words of a command line."""
 
 
@@ -48,8 +48,8 @@ class DeployTable(StrictModel):
     """``[tool.robotcore.deploy]``: each key as the option of ``robotcore deploy push`` that overrides it."""
 
     backend: Text = "raspberrypi"
-    settings: dict[str, Said] = Field(default_factory=dict)
-    options: dict[str, Said] = Field(default_factory=dict)
+    settings: dict[str, OptionText] = Field(default_factory=dict)
+    options: dict[str, OptionText] = Field(default_factory=dict)
     rate_hz: Annotated[float, Field(gt=0)] = 20.0
     record: bool = True
     seeds: Text = "1-3"
@@ -88,7 +88,7 @@ class Tables(StrictModel):
     is_package: bool = False
 
 
-def tables_of(folder: Path) -> Tables:
+def read_tables(folder: Path) -> Tables:
     """Return what a folder's ``pyproject.toml`` says, nothing where there is none; DescriptionError has every fault."""
     file = folder / FILE
     if not file.is_file():
@@ -97,13 +97,13 @@ def tables_of(folder: Path) -> Tables:
     tools = table.get("tool", {})
     ours = tools.get(TABLE) if isinstance(tools, Mapping) else None
     return Tables(
-        robotcore=None if ours is None else _validated(RobotcoreTable, file, f"tool.{TABLE}", ours),
-        project=_validated(ProjectTable, file, "project", table.get("project", {})),
+        robotcore=None if ours is None else _validate_table(RobotcoreTable, file, f"tool.{TABLE}", ours),
+        project=_validate_table(ProjectTable, file, "project", table.get("project", {})),
         is_package="build-system" in table,
     )
 
 
-def _validated(model: type[ModelT], file: Path, where: str, table: Any) -> ModelT:
+def _validate_table(model: type[ModelT], file: Path, where: str, table: Any) -> ModelT:
     try:
         return model.model_validate(table, strict=True)
     except ValidationError as error:
@@ -113,7 +113,7 @@ def _validated(model: type[ModelT], file: Path, where: str, table: Any) -> Model
         raise DescriptionError.of_all(str(file), faults) from error
 
 
-def inside(folder: Path, base: Path, name: str, kind: str) -> str:
+def relative_file(folder: Path, base: Path, name: str, kind: str) -> str:
     """Return a file, named from ``base``, as its project's folder calls it; what stands behind a colon stays.
 
     It is a file to whoever reads it: ``./`` goes before what could be taken for an option or for something installed.
@@ -144,7 +144,7 @@ def require_sendable(folder: Path) -> None:
 
 
 @dataclass(frozen=True)
-class Asked:
+class DeployOptions:
     """What a command line says; None is left to the project's file. Names of files are relative to where it was typed.
 
     ``settings`` and ``options`` are added to the project's, and go before them; ``folder`` is ``--project``.
@@ -169,7 +169,7 @@ class Project:
 
     ``folder`` is the user's, absolute; None where only what is installed was named, and nothing of the user's is sent.
     ``app``, ``robot`` and ``world`` are names, or files relative to the folder. ``require`` are the bounds of a sweep
-    that the app must keep, none for the usual ones. ``extras`` are robotcore's or the project's. ``told`` is
+    that the app must keep, none for the usual ones. ``extras`` are robotcore's or the project's. ``metadata`` is
     ``[project]`` of its file; ``is_package`` where the folder can be built and installed.
     """
 
@@ -187,7 +187,7 @@ class Project:
     extras: tuple[str, ...] = ()
     is_recorded: bool = True
     is_package: bool = False
-    told: ProjectTable = field(default_factory=ProjectTable)
+    metadata: ProjectTable = field(default_factory=ProjectTable)
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -195,16 +195,16 @@ class Project:
         app = (self.app.partition(":")[0],) if is_app_file(self.app) else ()
         return (*app, *(name for name in (self.robot, self.world) if name and is_own(name)))
 
-    def described(self) -> RobotDescription:
+    def load_description(self) -> RobotDescription:
         """Return the robot; raises what `load_robot` raises."""
-        return load_robot(self.at_desk(self.robot))
+        return load_robot(self.resolve(self.robot))
 
-    def at_desk(self, name: str) -> str:
+    def resolve(self, name: str) -> str:
         """Return a name or a file of the project as this process finds it, wherever it works."""
         return str(self.folder / name) if self.folder and (is_own(name) or is_app_file(name)) else name
 
 
-def project_of(asked: Asked, here: Path | None = None) -> Project:
+def build_project(options: DeployOptions, here: Path | None = None) -> Project:
     """Return what is to be deployed from ``here``, by default the folder that this process works in.
 
     The project is the folder that was asked for; or this one, where its ``pyproject.toml`` has a ``[tool.robotcore]``,
@@ -212,64 +212,64 @@ def project_of(asked: Asked, here: Path | None = None) -> Project:
     DescriptionError where ``pyproject.toml`` is wrong.
     """
     here = (here or Path.cwd()).absolute()
-    folder = here / asked.folder if asked.folder else here
-    if asked.folder and not folder.is_dir():
-        raise UsageError(f"--project {asked.folder}: there is no such folder. Name the one with your {FILE}")
-    tables = tables_of(folder)
-    if not (asked.folder or tables.robotcore or any(map(_is_file, _named(asked)))):
-        return _checked(_merged(asked, Tables(), None, here))
+    folder = here / options.folder if options.folder else here
+    if options.folder and not folder.is_dir():
+        raise UsageError(f"--project {options.folder}: there is no such folder. Name the one with your {FILE}")
+    tables = read_tables(folder)
+    if not (options.folder or tables.robotcore or any(map(_is_file, _given_names(options)))):
+        return _validate_project(_merge(options, Tables(), None, here))
     require_sendable(folder)
-    return _checked(_merged(asked, tables, folder.resolve(), here))
+    return _validate_project(_merge(options, tables, folder.resolve(), here))
 
 
-def _merged(asked: Asked, tables: Tables, folder: Path | None, here: Path) -> Project:
+def _merge(options: DeployOptions, tables: Tables, folder: Path | None, here: Path) -> Project:
     """Return the project as the table has it, overridden by what was asked for."""
     table = tables.robotcore or RobotcoreTable()
     deploy = table.deploy
-    app = _named_by(asked, table, "app", folder, here)
+    app = _resolve_name(options, table, "app", folder, here)
     return Project(
         folder=folder,
         name=tables.project.name or (folder.name if folder else app_name(app)),
         app=app,
-        robot=_named_by(asked, table, "robot", folder, here),
-        world=_named_by(asked, table, "world", folder, here) if asked.world or table.world else None,
-        backend=asked.backend or deploy.backend,
-        settings={**deploy.settings, **asked.settings},
-        options={**deploy.options, **asked.options},
-        rate_hz=_first(asked.rate_hz, deploy.rate_hz),
-        seeds=_first(asked.seeds, deploy.seeds),
-        require=_first(asked.require, deploy.require),
+        robot=_resolve_name(options, table, "robot", folder, here),
+        world=_resolve_name(options, table, "world", folder, here) if options.world or table.world else None,
+        backend=options.backend or deploy.backend,
+        settings={**deploy.settings, **options.settings},
+        options={**deploy.options, **options.options},
+        rate_hz=_first_given(options.rate_hz, deploy.rate_hz),
+        seeds=_first_given(options.seeds, deploy.seeds),
+        require=_first_given(options.require, deploy.require),
         extras=deploy.extras,
-        is_recorded=_first(asked.record, deploy.record),
+        is_recorded=_first_given(options.record, deploy.record),
         is_package=tables.is_package,
-        told=tables.project,
+        metadata=tables.project,
     )
 
 
-def _first(asked: Any, told: Any) -> Any:
-    return told if asked is None else asked
+def _first_given(option: Any, default: Any) -> Any:
+    return default if option is None else option
 
 
-def _named(asked: Asked) -> list[str]:
-    return [name for name in (asked.app, asked.robot, asked.world) if name]
+def _given_names(options: DeployOptions) -> list[str]:
+    return [name for name in (options.app, options.robot, options.world) if name]
 
 
 def _is_file(name: str) -> bool:
     return is_app_file(name) or is_own(name)
 
 
-def _named_by(asked: Asked, table: RobotcoreTable, kind: str, folder: Path | None, here: Path) -> str:
+def _resolve_name(options: DeployOptions, table: RobotcoreTable, kind: str, folder: Path | None, here: Path) -> str:
     """Return the app, robot or world; a file of it relative to the project's folder."""
-    said, told = getattr(asked, kind), getattr(table, kind)
-    name = said or told
+    given = getattr(options, kind)
+    name = given or getattr(table, kind)
     if not name:
         raise UsageError(f'which {kind}? Name it with --{kind}, or in {FILE}: [tool.robotcore] {kind} = "…"')
     if folder is None or not _is_file(name):
         return str(name)
-    return inside(folder, here if said else folder, name, kind)
+    return relative_file(folder, here if given else folder, name, kind)
 
 
-def _checked(project: Project) -> Project:
+def _validate_project(project: Project) -> Project:
     """Return the project; raise UsageError where something that it names is not there, or a number or a bound is none.
 
     The settings of an app of the user's own are looked at where it runs: its file is not imported here.

@@ -26,7 +26,7 @@ except ImportError as error:
         "robotcore deploy needs packaging, which is not installed. pip install packaging"
     ) from error
 
-__all__ = ["ROBOTCORE", "Requirement", "SpecifierSet", "canonicalize_name", "requirements_of"]
+__all__ = ["ROBOTCORE", "Requirement", "SpecifierSet", "canonicalize_name", "collect_requirements"]
 
 ROBOTCORE = "robotcore"
 
@@ -37,23 +37,23 @@ _SECRET = re.compile(":.*@", re.DOTALL)
 """Where a password is in an address, however that is written."""
 
 
-def requirements_of(project: Project, site: Path, pinned: Iterable[str] = ()) -> tuple[str, ...]:
+def collect_requirements(project: Project, site: Path, pinned: Iterable[str] = ()) -> tuple[str, ...]:
     """Return what pip is to install, sorted: of robotcore in ``site``, of the packages beside it, of the project.
 
     Markers stay as they are: the robot's pip decides by its own Python and machine. Raises UsageError for what a robot
     cannot install: a file of this machine's, an address with a password in it, another robotcore than this one.
     """
     brought = {canonicalize_name(each.metadata["Name"]): each for each in distributions(path=[str(site)])}
-    own = _extras(project, brought[canonicalize_name(ROBOTCORE)])
-    walk = _Walk(brought)
+    own = _require_extras(project, brought[canonicalize_name(ROBOTCORE)])
+    walk = _RequirementWalk(brought)
     for name in brought:
         walk.visit(Requirement(f"{name}[{','.join(sorted(own))}]"))
-    for text in (*_of_project(project), *pinned):
-        walk.visit(_parsed(text))
+    for text in (*_project_requirements(project), *pinned):
+        walk.visit(_parse(text))
     return tuple(sorted(walk.found))
 
 
-class _Walk:
+class _RequirementWalk:
     """Goes from requirement to requirement: through what is brought to what is not."""
 
     def __init__(self, brought: Mapping[NormalizedName, Distribution]) -> None:
@@ -77,7 +77,7 @@ class _Walk:
 
 def _requires(dist: Distribution, extra: str) -> Iterator[Requirement]:
     """Yield what a distribution requires for an extra alone or, where that is empty, always."""
-    for requirement in map(_parsed, dist.requires or ()):
+    for requirement in map(_parse, dist.requires or ()):
         of_extra = _EXTRA.fullmatch(str(requirement.marker or ""))
         if (of_extra["extra"] if of_extra else "") == extra:
             if of_extra:
@@ -85,30 +85,30 @@ def _requires(dist: Distribution, extra: str) -> Iterator[Requirement]:
             yield requirement
 
 
-def _of_project(project: Project) -> Iterator[str]:
+def _project_requirements(project: Project) -> Iterator[str]:
     """Yield what ``[project]`` depends on; where it is a package, its own metadata tells that, and what is dynamic."""
     if project.is_package:
         return
-    yield from project.told.dependencies
+    yield from project.metadata.dependencies
     for extra in project.extras:
-        yield from project.told.optional.get(extra, ())
+        yield from project.metadata.optional.get(extra, ())
 
 
-def _extras(project: Project, robotcore: Distribution) -> set[str]:
+def _require_extras(project: Project, robotcore: Distribution) -> set[str]:
     """Return the extras to install, of robotcore and of the project; raises UnknownNameError."""
-    known = {*robotcore.metadata.get_all("Provides-Extra", ()), *project.told.optional}
+    known = {*robotcore.metadata.get_all("Provides-Extra", ()), *project.metadata.optional}
     for extra in project.extras:
         if extra not in known:
             raise UnknownNameError("extra", extra, sorted(known))
-    return {*extras(project), *project.extras}
+    return {*find_extras(project), *project.extras}
 
 
-def _parsed(text: str) -> Requirement:
+def _parse(text: str) -> Requirement:
     try:
         return Requirement(text)
     except InvalidRequirement as error:  # it quotes what may hold a password
-        told, why = (_SECRET.sub(":****@", each) for each in (repr(text), str(error).splitlines()[0]))
-        raise UsageError(f"{FILE}: {told} is no requirement: {why}. Write it as pip takes it") from None
+        shown, why = (_SECRET.sub(":****@", each) for each in (repr(text), str(error).splitlines()[0]))
+        raise UsageError(f"{FILE}: {shown} is no requirement: {why}. Write it as pip takes it") from None
 
 
 def _require_version(requirement: Requirement, dist: Distribution) -> None:
@@ -139,37 +139,37 @@ RECORD = "record"
 _EXTRAS = re.compile(r"robotcore\[([\w,-]+)\]")
 
 
-def needed(project: Project) -> list[EntryPoint]:
+def find_entry_points(project: Project) -> list[EntryPoint]:
     """Return the entry points of the backend, of the drivers of the robot's devices, and of an app that is a name."""
-    wanted = [(BACKENDS, project.backend), *((DEVICES, name) for name in _drivers(project))]
+    wanted = [(BACKENDS, project.backend), *((DEVICES, name) for name in _driver_names(project))]
     if not is_app_file(project.app):
         wanted.append((APPS, app_name(project.app)))
     return [point for group, name in wanted for point in entry_points(group=group, name=name)]
 
 
-def extras(project: Project) -> set[str]:
+def find_extras(project: Project) -> set[str]:
     """Return the extras of robotcore that it runs with: a backend and a device driver name theirs in their remedy."""
     remedies = [load_backend(project.backend).remedy]
-    for name in _drivers(project):
+    for name in _driver_names(project):
         with suppress(BackendMissingError):  # of a package that is broken; `robotcore check` tells it
             remedies.append(load_registered("device driver", DEVICES, name).remedy)
     named = {extra for remedy in remedies for found in _EXTRAS.findall(remedy) for extra in found.split(",")}
     return named | ({RECORD} if project.is_recorded else set())
 
 
-def _drivers(project: Project) -> set[str]:
+def _driver_names(project: Project) -> set[str]:
     """Return the drivers that the robot's file names, where the backend reads such a section; DescriptionError."""
-    robot = project.described()
+    robot = project.load_description()
     if not load_backend(project.backend).check(robot):
         return set()
-    return {point.name for point in entry_points(group=DEVICES)} & set(_named(robot.backends))
+    return {point.name for point in entry_points(group=DEVICES)} & set(_find_drivers(robot.backends))
 
 
-def _named(value: Any) -> Iterator[str]:
+def _find_drivers(value: Any) -> Iterator[str]:
     """Yield each ``driver`` in tables within tables."""
     if not isinstance(value, dict):
         return
     for key, item in value.items():
         if key == "driver" and isinstance(item, str):
             yield item
-        yield from _named(item)
+        yield from _find_drivers(item)

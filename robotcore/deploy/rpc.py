@@ -15,8 +15,8 @@ from typing import IO, TYPE_CHECKING, Any, Generic
 
 from robotcore.deploy import rsync
 from robotcore.deploy.agent.rpc import MARK
-from robotcore.deploy.answers import AnswerT, Nothing, Notice, Refusal, parse, validate
-from robotcore.deploy.errors import damaged, unanswered
+from robotcore.deploy.answers import AnswerT, EmptyAnswer, Notice, Refusal, parse, validate
+from robotcore.deploy.errors import call_failed, damaged_answer
 from robotcore.deploy.host import Host
 from robotcore.deploy.process_output import MalformedError, ProcessOutput, split_lines
 from robotcore.deploy.rsync import OnPoll, OnProgress, Transfer
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from importlib.abc import Traversable  # moved in 3.11, and gone from here in 3.14
 
 
-OnSay = Callable[[Notice], object]
+OnNotice = Callable[[Notice], object]
 """Is called with what the robot says of progress."""
 
 OnLine = Callable[[str], object]
@@ -42,7 +42,7 @@ SILENCE_S = 900.0
 """A call has failed if nothing comes for this time. Building by pip and reading large recordings take less."""
 
 
-def unheard(*arguments: object, **more: object) -> None:
+def ignore(*arguments: object, **more: object) -> None:
     """Hear nothing."""
 
 
@@ -66,43 +66,43 @@ class Link:
     ) -> None:
         self._connection.__exit__(kind, error, traceback)
 
-    def call(self, action: str, answer: type[AnswerT], /, on_say: OnSay = unheard, **arguments: Any) -> AnswerT:
+    def call(self, action: str, answer: type[AnswerT], /, on_notice: OnNotice = ignore, **arguments: Any) -> AnswerT:
         """Let the robot do an action with these arguments, and return its validated answer.
 
         Raises DeployError with the robot's ``kind`` if the robot refuses, and with the kind `DAMAGED` if its answer
         does not fit the model, is too long, or does not come.
         """
-        return self._ask(Call(action, answer, on_say), arguments)
+        return self._ask(Call(action, answer, on_notice), arguments)
 
     def stream(self, action: str, /, on_line: OnLine, most: int | None, **arguments: Any) -> None:
         """Do an action, and pass on each line that it lets through, escaped, until one side ends it.
 
         ``most`` is how many bytes may come; None is for a stream that is followed without an end.
         """
-        self._ask(Call(action, Nothing, on_line=on_line, most=most), arguments)
+        self._ask(Call(action, EmptyAnswer, on_line=on_line, most=most), arguments)
 
-    def send(self, folder: Path, to: str, copy_from: str | None = None, on_progress: OnProgress = unheard) -> Transfer:
+    def send(self, folder: Path, to: str, copy_from: str | None = None, on_progress: OnProgress = ignore) -> Transfer:
         """Send what is in a folder into a folder that is there, below `Layout.root`.
 
         A file that is the same in ``copy_from``, a folder below `Layout.root` too, is copied there.
         """
         return rsync.send(self._connection, self.host, folder, to, copy_from, on_progress)
 
-    def bring(
+    def receive(
         self,
         what: Sequence[str],
         folder: Path,
         *,
         partial: Path | None = None,
-        on_poll: OnPoll = unheard,
-        on_progress: OnProgress = unheard,
+        on_poll: OnPoll = ignore,
+        on_progress: OnProgress = ignore,
     ) -> Transfer:
         """Bring recordings by name into a folder here; nothing is deleted on the robot.
 
         What comes in part when the connection breaks is kept in ``partial``, and goes on next time. ``on_poll`` is
         called while it goes on, at least every half second, and ends it by what it raises.
         """
-        return rsync.bring(self._connection, self.host, what, folder, partial, on_poll, on_progress)
+        return rsync.receive(self._connection, self.host, what, folder, partial, on_poll, on_progress)
 
     def _ask(self, call: Call[AnswerT], arguments: Mapping[str, Any]) -> AnswerT:
         with tempfile.TemporaryFile() as script:
@@ -113,9 +113,9 @@ class Link:
                 try:
                     answer = call.parse_answer(output.pieces())
                 except MalformedError as error:
-                    raise damaged(self.host, call.action, str(error)) from error
+                    raise damaged_answer(self.host, call.action, str(error)) from error
             if answer is None:
-                raise self._connection.blame(unanswered(self.host, process.returncode, output.stderr_excerpt))
+                raise self._connection.find_cause(call_failed(self.host, process.returncode, output.stderr_excerpt))
         if isinstance(answer, Refusal):
             raise DeployError(f"{self.host}: {answer.fault}. {answer.remedy}", kind=answer.kind)
         return answer
@@ -123,7 +123,7 @@ class Link:
     @contextmanager
     def _running(self, script: IO[bytes]) -> Iterator[subprocess.Popen[bytes]]:
         """Run a script there; whatever is raised meanwhile ends it."""
-        command = [*self._connection.client, COMMAND]
+        command = [*self._connection.client, REMOTE_COMMAND]
         with subprocess.Popen(  # noqa: S603  words of ours alone
             command, stdin=script, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True
         ) as process:
@@ -141,8 +141,8 @@ class Call(Generic[AnswerT]):
 
     action: str
     answer: type[AnswerT]
-    on_say: OnSay = unheard
-    on_line: OnLine = unheard
+    on_notice: OnNotice = ignore
+    on_line: OnLine = ignore
     most: int | None = MAX_ANSWER_BYTES
 
     def parse_answer(self, pieces: Iterable[bytes]) -> AnswerT | Refusal | None:
@@ -163,7 +163,7 @@ class Call(Generic[AnswerT]):
     def _read(self, message: Mapping[str, Any]) -> AnswerT | Refusal | None:
         """Return the answer in a message, or None if the message is about progress."""
         if "say" in message:
-            self.on_say(validate(Notice, message, "progress"))
+            self.on_notice(validate(Notice, message, "progress"))
         elif "refused" in message:
             return validate(Refusal, message["refused"], "refused")
         elif "done" in message:
@@ -183,24 +183,24 @@ class Call(Generic[AnswerT]):
             yield piece
 
 
-COMMAND = "python3 -I -"
+REMOTE_COMMAND = "python3 -I -"
 """All that a shell on the robot is ever given for a call."""
 
-PACKAGE = "robotcore.deploy.agent"
-OUTSIDE = ("robotcore/__init__.py", "robotcore/deploy/__init__.py")
+AGENT_PACKAGE = "robotcore.deploy.agent"
+EMPTY_PACKAGES = ("robotcore/__init__.py", "robotcore/deploy/__init__.py")
 """The packages around it, which are empty on the robot."""
 
 
-def build_script(action: str, told: Mapping[str, Any]) -> str:
+def build_script(action: str, arguments: Mapping[str, Any]) -> str:
     """Return what makes a robot's Python do an action with what it is told by name, in ASCII."""
-    first = files(PACKAGE).joinpath("bootstrap.py").read_text(encoding="utf-8")
-    given = ", ".join(map(ascii, (json.dumps(agent_sources()), action, json.dumps(told))))
+    first = files(AGENT_PACKAGE).joinpath("bootstrap.py").read_text(encoding="utf-8")
+    given = ", ".join(map(ascii, (json.dumps(agent_sources()), action, json.dumps(arguments))))
     return f"{first}\n\nsys.exit(answer_call({given}))\n"
 
 
 def agent_sources() -> dict[str, str]:
     """Return the source of each module that works on the robot, by its file."""
-    return dict.fromkeys(OUTSIDE, "") | dict(_sources(files(PACKAGE), PACKAGE.replace(".", "/")))
+    return dict.fromkeys(EMPTY_PACKAGES, "") | dict(_sources(files(AGENT_PACKAGE), AGENT_PACKAGE.replace(".", "/")))
 
 
 def _sources(folder: Traversable, path: str) -> Iterator[tuple[str, str]]:

@@ -17,7 +17,7 @@ from typing import IO
 
 from robotcore.deploy.agent.files import FOLDER
 from robotcore.deploy.answers import REMOTE_FOLDER
-from robotcore.deploy.errors import no_program, transfer_failed
+from robotcore.deploy.errors import program_missing, transfer_failed
 from robotcore.deploy.host import Host
 from robotcore.deploy.process_output import ProcessOutput
 from robotcore.deploy.ssh import Connection
@@ -31,7 +31,7 @@ OnPoll = Callable[[], object]
 TIMEOUT_S = 60
 """A transfer in which nothing moves for so long has failed."""
 
-COMMON = (
+COMMON_OPTIONS = (
     "--times",
     "--no-protect-args",  # the robot's shell is to find the home, and no other character means anything to it
     "--no-human-readable",
@@ -40,9 +40,17 @@ COMMON = (
     f"--timeout={TIMEOUT_S}",
 )
 
-SENDING = ("--recursive", "--links", "--executability", "--checksum", "--whole-file", "--delete", "--compress")
+SEND_OPTIONS = ("--recursive", "--links", "--executability", "--checksum", "--whole-file", "--delete", "--compress")
 
-BRINGING = ("--no-links", "--no-devices", "--no-specials", "--chmod=F644", "--no-relative", "--from0", "--files-from=-")
+RECEIVE_OPTIONS = (
+    "--no-links",
+    "--no-devices",
+    "--no-specials",
+    "--chmod=F644",
+    "--no-relative",
+    "--from0",
+    "--files-from=-",
+)
 """Plain files alone come over, by name, and none can be executed."""
 
 RECORDING = re.compile(r"\w[\w.-]{0,94}\.mcap", re.ASCII)
@@ -79,14 +87,14 @@ def send(
     whole: rsync 3.2.7 as Debian 12 has it fails to verify one that is patched from a folder of --copy-dest. What else
     is there goes: a push takes over what a broken one has sent.
     """
-    options = [*SENDING, "--no-inc-recursive"]
+    options = [*SEND_OPTIONS, "--no-inc-recursive"]
     if copy_from is not None:
         options.append(f"--copy-dest={os.path.relpath(_require_remote_folder(copy_from), _require_remote_folder(to))}")
     ends = (f"{folder.absolute()}/", f"robot:~/{FOLDER}/{_require_remote_folder(to)}/")
     return _transfer(connection, host, (*options, *ends), on_progress, where=str(host))
 
 
-def bring(
+def receive(
     connection: Connection,
     host: Host,
     what: Sequence[str],
@@ -95,10 +103,10 @@ def bring(
     on_poll: OnPoll,
     on_progress: OnProgress,
 ) -> Transfer:
-    """Bring recordings by name, as `Link.bring` has it; the names go through rsync, not through a shell."""
-    options = BRINGING if partial is None else (f"--partial-dir={partial.absolute()}", *BRINGING)
+    """Bring recordings by name, as `Link.receive` has it; the names go through rsync, not through a shell."""
+    options = RECEIVE_OPTIONS if partial is None else (f"--partial-dir={partial.absolute()}", *RECEIVE_OPTIONS)
     ends = (f"robot:~/{FOLDER}/recordings/", f"{folder.absolute()}/")
-    names = b"".join(_recording(name).encode() + b"\0" for name in what)
+    names = b"".join(_require_recording_name(name).encode() + b"\0" for name in what)
     return _transfer(connection, host, (*options, *ends), on_progress, names, on_poll, where="this machine")
 
 
@@ -108,7 +116,7 @@ def _require_remote_folder(path: str) -> str:
     return path
 
 
-def _recording(name: str) -> str:
+def _require_recording_name(name: str) -> str:
     if not RECORDING.fullmatch(name):
         raise ValueError(f"{name!r} is not the name of a recording")
     return name
@@ -126,8 +134,8 @@ def _transfer(
 ) -> Transfer:
     """Let rsync do it; ``where`` is the side that is written to."""
     if not shutil.which("rsync"):
-        raise no_program("rsync", "rsync")
-    command = ["rsync", *COMMON, "-e", shlex.join(connection.client[:-1]), *arguments]
+        raise program_missing("rsync", "rsync")
+    command = ["rsync", *COMMON_OPTIONS, "-e", shlex.join(connection.client[:-1]), *arguments]
     with tempfile.TemporaryFile() as stdin:
         stdin.write(given)
         stdin.seek(0)
@@ -135,7 +143,7 @@ def _transfer(
             output = ProcessOutput(process)
             printed = _read(output.pieces(), on_progress, on_poll)
         if process.returncode:
-            raise connection.blame(transfer_failed(host, process.returncode, output.stderr_excerpt, where))
+            raise connection.find_cause(transfer_failed(host, process.returncode, output.stderr_excerpt, where))
     return Transfer(**{name: int(found[1]) if (found := each.search(printed)) else 0 for name, each in STATS.items()})
 
 

@@ -14,8 +14,9 @@ from typing import Any
 
 from robotcore.deploy.agent import service
 from robotcore.deploy.agent.releases import PROJECT, SITE
-from robotcore.deploy.bundle import Staged
-from robotcore.deploy.checks import SIMULATION, Check, CheckResult, Say, command_line, process_error, run_python
+from robotcore.deploy.bundle import Bundle
+from robotcore.deploy.checks import SIMULATION, Check, CheckResult, command_line, process_error, run_python
+from robotcore.deploy.progress import Say
 from robotcore.deploy.project import Project
 from robotcore.errors import UnprovenError, UsageError
 from robotcore.hal.backend import load_backend
@@ -25,24 +26,24 @@ from robotcore.sweep.record import Record, fault
 from robotcore.sweep.spec import seeds_of, words_of
 from robotcore.text import escape
 
-PINS, PLAIN = "virtualpi", "kinematic"
+PINS_SIMULATOR, PLAIN_SIMULATOR = "virtualpi", "kinematic"
 """The simulator with the robot's own drivers in it, and the one that needs nothing."""
 
 SECTION = "raspberrypi"
 ROBOTCORE, RESULTS = "robotcore", "results.jsonl"
 
-SPARE_S = 60.0
+HANG_MARGIN_S = 60.0
 """A run may take so much longer by the wall clock than its time-out in simulation, before it counts as hung."""
 
 
-def simulate(staged: Staged, say: Say) -> CheckResult:
+def simulate(bundle: Bundle, say: Say) -> CheckResult:
     """Return how many runs passed; raises UnprovenError where one does not, with the line that repeats it.
 
     What runs is what is sent, and not what lies beside it at the desk. Where bounds are required, they decide. Else
-    every run has to pass: see `passes`.
+    every run has to pass: see `is_pass`.
     """
-    project = staged.project
-    backend, notes = simulator_of(project)
+    project = bundle.project
+    backend, notes = choose_simulator(project)
     world = project.world or DEFAULT_WORLD
     if "," in world:
         raise UsageError(f"simulation: {escape(world)}: a sweep parts worlds at commas. Take the comma out of the name")
@@ -50,44 +51,44 @@ def simulate(staged: Staged, say: Say) -> CheckResult:
     say(where)
     with TemporaryDirectory(prefix="robotcore-") as scratch:
         results = Path(scratch, "results")
-        answer = _swept(
-            staged,
-            words_for(project, backend, world),
+        answer = _run_sweep(
+            bundle,
+            sweep_arguments(project, backend, world),
             Path(scratch),
             results,
             lambda done, runs: say(f"{where}: {done} of {runs} runs"),
         )
         records = [Record.from_json(line) for line in (results / RESULTS).read_bytes().splitlines()]
-    _require(project, answer["missed"], [record for record in records if not passes(record)])
+    _require_pass(project, answer["missed"], [record for record in records if not is_pass(record)])
     is_judged = any(record.result.verified is not None for record in records)
-    passed = sum(map(passes, records))
+    passed = sum(map(is_pass, records))
     return CheckResult(f"{where}: {passed} of {len(records)} {'verified' if is_judged else 'without a contact'}", notes)
 
 
-def simulator_of(project: Project) -> tuple[str, tuple[str, ...]]:
+def choose_simulator(project: Project) -> tuple[str, tuple[str, ...]]:
     """Return what to simulate on, and what is to be known of that.
 
     A simulator that the robot itself is to run is taken as it is; else the robot's own drivers on simulated pins, where
     it has some and their library is here.
     """
-    robot = project.described()
+    robot = project.load_description()
     if load_backend(project.backend).builds_world(robot):
         return project.backend, ()
     if SECTION not in robot.backends:
-        return PLAIN, ()
+        return PLAIN_SIMULATOR, ()
     if find_spec("gpiozero") is None:
-        return PLAIN, (f"its own drivers were not tried: {PINS} needs pip install gpiozero",)
-    return PINS, ()
+        return PLAIN_SIMULATOR, (f"its own drivers were not tried: {PINS_SIMULATOR} needs pip install gpiozero",)
+    return PINS_SIMULATOR, ()
 
 
-def passes(record: Record) -> bool:
+def is_pass(record: Record) -> bool:
     """Return whether a run passes where nothing is required: see `simulate`."""
     result = record.result
     goes_on = result.outcome is Outcome.TIMEOUT and result.verified is None and not result.contacts
     return goes_on or not record.is_failure
 
 
-def words_for(project: Project, backend: str, world: str) -> list[str]:
+def sweep_arguments(project: Project, backend: str, world: str) -> list[str]:
     """Return the sweep, word by word; the options are those of the robot's own backend, and no other's."""
     options = project.options if backend == project.backend else {}
     request = RunRequest(
@@ -98,24 +99,24 @@ def words_for(project: Project, backend: str, world: str) -> list[str]:
     return ["sweep", project.app, *where, *words_of(request), *bounds]
 
 
-def _swept(
-    staged: Staged, words: Sequence[str], scratch: Path, results: Path, tell: Callable[[int, int], object]
+def _run_sweep(
+    bundle: Bundle, words: Sequence[str], scratch: Path, results: Path, tell: Callable[[int, int], object]
 ) -> dict[str, Any]:
     """Return the answer of ``robotcore sweep``; raises UnprovenError where it came to no end.
 
     It runs in a copy: what an app writes beside itself is not to be sent, nor what Python compiles. How many runs are
     done, and of how many, is told.
     """
-    copy = shutil.copytree(staged.folder, scratch / "sent", symlinks=True)
-    runs, patience_s = len(seeds_of(staged.project.seeds)), SPARE_S + RunRequest.timeout_s
+    copy = shutil.copytree(bundle.folder, scratch / "sent", symlinks=True)
+    runs, patience_s = len(seeds_of(bundle.project.seeds)), HANG_MARGIN_S + RunRequest.timeout_s
     line = [*service.ROBOTCORE_ARGUMENTS, *words, "--wall-timeout", f"{patience_s:g}", "--out", str(results), "--json"]
     try:
         asked = run_python(
             copy / PROJECT,
             line,
             _environment(copy / SITE),
-            limit_s=SPARE_S + runs * patience_s,
-            look=lambda: tell(_done(results / RESULTS), runs),
+            limit_s=HANG_MARGIN_S + runs * patience_s,
+            look=lambda: tell(_count_results(results / RESULTS), runs),
         )
         answer: dict[str, Any] = json.loads(asked.stdout)
     except TimeoutError as error:
@@ -123,16 +124,16 @@ def _swept(
     except ValueError:
         answer = {"error": process_error(asked)}
     if "error" in answer:
-        again = _again(staged.project, shlex.join([ROBOTCORE, *words]))
+        again = _format_repeat(bundle.project, shlex.join([ROBOTCORE, *words]))
         raise UnprovenError(f"simulation: {answer['error']}{again}")
     return answer
 
 
-def _done(file: Path) -> int:
+def _count_results(file: Path) -> int:
     return file.read_bytes().count(b"\n") if file.exists() else 0
 
 
-def _again(project: Project, line: str) -> str:
+def _format_repeat(project: Project, line: str) -> str:
     """Return what repeats it, in the user's own folder: there is more in that than is sent."""
     more = "\nIf it passes then, it lacks a file that is not sent: git ignores it, or it may hold a secret"
     return f"\nRepeat it: {command_line(project, line)}{more if project.folder else ''}"
@@ -144,16 +145,16 @@ def _environment(site: Path) -> dict[str, str]:
     return {"PYTHONPATH": os.pathsep.join(paths)}
 
 
-def _require(project: Project, missed: Sequence[str], failing: Sequence[Record]) -> None:
+def _require_pass(project: Project, missed: Sequence[str], failing: Sequence[Record]) -> None:
     """Raise UnprovenError where a required bound is missed or, where none is required, where a run does not pass."""
     if not (missed if project.require else failing):
         return
     first = failing[0] if failing else None
     why = "; ".join(missed) or f"{len(failing)} of the runs fail"
     which = f". Seed {first.result.seed}: {fault(first)}" if first else ""
-    again = _again(project, first.command) if first else ""
+    again = _format_repeat(project, first.command) if first else ""
     raise UnprovenError(f"simulation: {why}{which}{again}")
 
 
-CHECKS_OF_BUNDLE = (Check[Staged](SIMULATION, simulate),)
+CHECKS_OF_BUNDLE = (Check[Bundle](SIMULATION, simulate),)
 """Looks at what is to be sent; that is gathered in between."""

@@ -11,7 +11,14 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from types import TracebackType
 
-from robotcore.deploy.errors import SSH_FAILED, broken_by, damaged, no_program, refused_by, silent
+from robotcore.deploy.errors import (
+    SSH_FAILED,
+    connection_failed,
+    connection_lost,
+    damaged_answer,
+    login_timed_out,
+    program_missing,
+)
 from robotcore.deploy.host import Host
 from robotcore.deploy.process_output import decode_output
 from robotcore.errors import DeployError
@@ -22,15 +29,15 @@ CONNECT_S, ALIVE_S, ALIVE_COUNT = 10, 5, 3
 LOGIN_S = 150
 """An sshd hangs up after 120 s without a login, and the login shell takes its time."""
 
-ENDING_S = 5
+EXIT_GRACE_S = 5
 
-WITHDRAWING_S = 0.2
+TERMINATE_RETRY_S = 0.2
 """ssh does not see a signal that comes just before it waits for what is typed; so it is given another."""
 
-GOING_S = 1
+BREAK_GRACE_S = 1
 """A connection that breaks takes others with it before it is gone itself."""
 
-ROOM = "/tmp"  # noqa: S108  a folder of nobody else's is made in it
+SOCKET_FOLDER = "/tmp"  # noqa: S108  a folder of nobody else's is made in it
 """Where the socket lies: its path must be short, and macOS's own folder for temporary files is deep."""
 
 GREETING = b"\x1erobotcore\n"
@@ -51,16 +58,16 @@ MASTER_OPTIONS = {
 """What we need, over the user's own configuration; all else is as he has it. A quiet ssh does not say why it fails.
 At the level INFO it would print the banner of the robot among its own messages."""
 
-MOST_HEARD = 1 << 20
+MAX_LOGIN_BYTES = 1 << 20
 """Bytes that a login shell may print."""
 
 LOG_BLOCKS = 1 << 16
 """What a robot writes on stderr goes into the log of ssh: after 32 MB, in blocks of POSIX's ulimit, ssh ends."""
 
-MOST_READ = 1 << 13
+LOG_TAIL_BYTES = 1 << 13
 """Bytes at the end of that log that are read."""
 
-STARTED_BY = ("sh", "-c", f'trap "" INT; ulimit -S -f {LOG_BLOCKS} || :; exec "$@"', "sh")
+LAUNCHER = ("sh", "-c", f'trap "" INT; ulimit -S -f {LOG_BLOCKS} || :; exec "$@"', "sh")
 """A terminal sends Ctrl-C to the connection too; we still have to say there that nothing more comes."""
 
 
@@ -83,10 +90,12 @@ class Connection:
 
     def __enter__(self) -> Connection:
         if not shutil.which("ssh"):
-            raise no_program("ssh", "openssh-client")
+            raise program_missing("ssh", "openssh-client")
         with ExitStack() as unwind:
-            self._folder = Path(unwind.enter_context(tempfile.TemporaryDirectory(prefix="robotcore-ssh-", dir=ROOM)))
-            self._master = self._started()
+            self._folder = Path(
+                unwind.enter_context(tempfile.TemporaryDirectory(prefix="robotcore-ssh-", dir=SOCKET_FOLDER))
+            )
+            self._master = self._start()
             unwind.callback(self._end)
             self._greet()
             self._unwind = unwind.pop_all()
@@ -97,16 +106,16 @@ class Connection:
     ) -> None:
         self._unwind.close()
 
-    def blame(self, error: DeployError) -> DeployError:
+    def find_cause(self, error: DeployError) -> DeployError:
         """Return the error that tells why something over this connection failed: that it is gone, or the one given."""
         if error.kind == DeployError.kind:
             with suppress(subprocess.TimeoutExpired):
-                self._master.wait(GOING_S)
-                return broken_by(self._host, self._log())
+                self._master.wait(BREAK_GRACE_S)
+                return connection_lost(self._host, self._log())
         return error
 
-    def _started(self) -> subprocess.Popen[bytes]:
-        command = (*STARTED_BY, "ssh", *self._options(), "--", self._host.name, "cat")
+    def _start(self) -> subprocess.Popen[bytes]:
+        command = (*LAUNCHER, "ssh", *self._options(), "--", self._host.name, "cat")
         with (self._folder / "log").open("ab") as log:  # what ssh says of a broken connection is ours to tell
             return subprocess.Popen(  # noqa: S603  the host is checked, the rest is ours
                 command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log
@@ -132,37 +141,37 @@ class Connection:
             self._master.stdin.write(GREETING)
             self._master.stdin.flush()
         try:
-            self._hear(self._master.stdout.fileno())
+            self._await_greeting(self._master.stdout.fileno())
         except BaseException:
-            self._withdraw()
+            self._cancel()
             raise
 
-    def _withdraw(self) -> None:
+    def _cancel(self) -> None:
         """End it while it may be asking: killed outright, it would leave a terminal that shows nothing typed."""
-        for _ in range(int(ENDING_S / WITHDRAWING_S)):
+        for _ in range(int(EXIT_GRACE_S / TERMINATE_RETRY_S)):
             self._master.terminate()
             with suppress(subprocess.TimeoutExpired):
-                self._master.wait(WITHDRAWING_S)
+                self._master.wait(TERMINATE_RETRY_S)
                 return
 
-    def _hear(self, answers: int) -> None:
-        heard = b""
-        while not heard.endswith(GREETING):
+    def _await_greeting(self, answers: int) -> None:
+        received = b""
+        while not received.endswith(GREETING):
             if not select.select([answers], [], [], LOGIN_S)[0]:
-                raise silent(self._host, LOGIN_S)
+                raise login_timed_out(self._host, LOGIN_S)
             if not (more := os.read(answers, 4096)):
                 status = self._master.wait()
-                said = self._log() if status == SSH_FAILED else decode_output(heard[-MOST_READ:])
-                raise refused_by(self._host, status, said, self._config)
-            heard += more
-            if len(heard) > MOST_HEARD:
-                problem = f"has more than {MOST_HEARD} bytes from the login shell before the greeting"
-                raise damaged(self._host, "login", problem)
+                said = self._log() if status == SSH_FAILED else decode_output(received[-LOG_TAIL_BYTES:])
+                raise connection_failed(self._host, status, said, self._config)
+            received += more
+            if len(received) > MAX_LOGIN_BYTES:
+                problem = f"has more than {MAX_LOGIN_BYTES} bytes from the login shell before the greeting"
+                raise damaged_answer(self._host, "login", problem)
 
     def _log(self) -> str:
         with suppress(FileNotFoundError), (self._folder / "log").open("rb") as log:
-            log.seek(max(0, os.fstat(log.fileno()).st_size - MOST_READ))
-            return decode_output(log.read(MOST_READ))
+            log.seek(max(0, os.fstat(log.fileno()).st_size - LOG_TAIL_BYTES))
+            return decode_output(log.read(LOG_TAIL_BYTES))
         return ""
 
     def _end(self) -> None:
@@ -173,7 +182,7 @@ class Connection:
                 master.stdin.close()
             for end in (master.terminate, master.kill):
                 with suppress(subprocess.TimeoutExpired):
-                    master.wait(ENDING_S)
+                    master.wait(EXIT_GRACE_S)
                     return
                 end()
 

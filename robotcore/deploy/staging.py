@@ -13,7 +13,7 @@ from pathlib import Path
 from robotcore.errors import UsageError
 from robotcore.text import escape, list_names
 
-LEFT_BY_PROGRAMS = re.compile(
+GENERATED = re.compile(
     r"""\.git|\.hg|\.svn|\.jj|__pycache__|\.venv|venv|\.tox|\.nox|node_modules|\.[a-z]+_cache|\.hypothesis|\.idea|\.vscode
     |\.ipynb_checkpoints|\.DS_Store|\.coverage|.*\.egg-info|.*\.py[co]|.*\.mcap|.+~|\.\#.*|.*\.sw[po]""",
     re.VERBOSE | re.DOTALL,
@@ -38,29 +38,29 @@ class Listing:
     secrets: tuple[str, ...] = ()
 
 
-def listed(folder: Path) -> Listing:
+def list_files(folder: Path) -> Listing:
     """Return what is sent of a folder, in order. What git ignores is not, and no secret is, tracked or not.
 
     Raises UsageError where a folder in it cannot be read.
     """
     try:
-        of_git = _git(folder)
-        found = sorted(set(_walked(folder, folder) if of_git is None else of_git))
+        of_git = _list_by_git(folder)
+        found = sorted(set(_walk(folder, folder) if of_git is None else of_git))
     except OSError as error:
         raise UsageError(f"{escape(str(error.filename))}: {error.strerror}. Let it be read, or move it away") from error
     secrets = {name for name in found if is_secret(folder, name)}
     return Listing(tuple(name for name in found if name not in secrets), tuple(sorted(secrets)))
 
 
-def _git(folder: Path) -> list[str] | None:
+def _list_by_git(folder: Path) -> list[str] | None:
     """Return what git lists; None where the folder is in no work tree, or ignored as a whole."""
     tracked = _ls_files(folder, "--cached")
     others = _ls_files(folder, "--others", "--exclude-standard")
     if tracked is None or others is None:
         return None
     environments = {Path(name).parent for name in others if Path(name).name == ENVIRONMENT}
-    others = [name for name in others if not _is_left(name) and environments.isdisjoint(Path(name).parents)]
-    return list(_files_of(folder, [*tracked, *others])) or None
+    others = [name for name in others if not _is_generated(name) and environments.isdisjoint(Path(name).parents)]
+    return list(_expand_repositories(folder, [*tracked, *others])) or None
 
 
 def _ls_files(folder: Path, *which: str) -> list[str] | None:
@@ -82,33 +82,33 @@ def git_environment() -> dict[str, str]:
     return {name: value for name, value in os.environ.items() if name not in _GIT_VARIABLES}
 
 
-def _files_of(folder: Path, names: Iterable[str]) -> Iterator[str]:
+def _expand_repositories(folder: Path, names: Iterable[str]) -> Iterator[str]:
     """Yield the files that are there; a folder stands for a repository in this one, and has its own list."""
     for name in names:
         path = folder / name
         if path.is_dir() and not path.is_symlink():
-            inner = _git(path)
-            yield from _walked(folder, path) if inner is None else (str(Path(name, each)) for each in inner)
+            inner = _list_by_git(path)
+            yield from _walk(folder, path) if inner is None else (str(Path(name, each)) for each in inner)
         elif os.path.lexists(path):
             yield name
 
 
-def _walked(folder: Path, below: Path) -> Iterator[str]:
+def _walk(folder: Path, below: Path) -> Iterator[str]:
     """Yield the files and links below, by their names from ``folder`` on, without what programs leave."""
     for path in below.iterdir():
         name = str(path.relative_to(folder))
-        if _is_left(name):
+        if _is_generated(name):
             continue
         if path.is_symlink() or not path.is_dir():
             yield name
         elif not (path / ENVIRONMENT).exists():
-            yield from _walked(folder, path)
+            yield from _walk(folder, path)
 
 
-def _is_left(name: str) -> bool:
+def _is_generated(name: str) -> bool:
     """Return whether a program has left it, or the folder that it is in."""
     parts = Path(name).parts
-    return parts[0] in RESULTS or any(map(LEFT_BY_PROGRAMS.fullmatch, parts))
+    return parts[0] in RESULTS or any(map(GENERATED.fullmatch, parts))
 
 
 _FILES = re.compile(
@@ -184,32 +184,32 @@ def _is_private_key(file: Path) -> bool:
     return bool(_PRIVATE_KEY.search(beginning.replace(b"\0", b"").removeprefix(b"\xef\xbb\xbf").lstrip(b"\xff\xfe")))
 
 
-def copied(folder: Path, target: Path) -> Listing:
+def copy_files(folder: Path, target: Path) -> Listing:
     """Copy what is sent of an absolute folder; a socket or a pipe is nobody's to send, and is passed over.
 
     A link is kept where it leads to something that is sent too, and made relative. Raises UsageError with all those
     that do not: they would lead to nothing there, or to somebody else's file.
     """
-    listing = listed(folder)
-    links = dict(_links(folder, listing.names))
+    listing = list_files(folder)
+    links = dict(_find_links(folder, listing.names))
     for name in listing.names:
         place = target / name
         place.parent.mkdir(parents=True, exist_ok=True)
         if name in links:
             place.symlink_to(links[name])
         elif (folder / name).is_file():
-            _copy(folder / name, place)
+            _copy_file(folder / name, place)
     return listing
 
 
-def _copy(file: Path, place: Path) -> None:
+def _copy_file(file: Path, place: Path) -> None:
     try:
         shutil.copy(file, place)
     except OSError as error:
         raise UsageError(f"{escape(str(file))}: {error.strerror}. Let it be read, or let git ignore it") from error
 
 
-def _links(folder: Path, names: Collection[str]) -> Iterator[tuple[str, str]]:
+def _find_links(folder: Path, names: Collection[str]) -> Iterator[tuple[str, str]]:
     """Yield the links among the names and where they lead, from beside them."""
     top = folder.resolve()
     sent = {Path(name) for name in names}

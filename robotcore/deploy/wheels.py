@@ -9,7 +9,7 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from email import message_from_string
 from importlib.util import find_spec
@@ -18,6 +18,7 @@ from tempfile import TemporaryDirectory
 from zipfile import ZipFile
 
 from robotcore.deploy.answers import ProbeAnswer
+from robotcore.deploy.progress import Say
 from robotcore.deploy.project import FILE, Project
 from robotcore.deploy.requirements import Requirement, SpecifierSet, canonicalize_name
 from robotcore.errors import DeployError, DescriptionError
@@ -83,7 +84,7 @@ class Target:
 
     def require_python(self, project: Project) -> None:
         """Raise DeployError where the project needs another Python than the robot has, DescriptionError for no such."""
-        needed = project.told.requires_python
+        needed = project.metadata.requires_python
         try:
             is_met = SpecifierSet(needed).contains(self.python, prereleases=True)
         except ValueError as error:
@@ -96,32 +97,30 @@ class Target:
             )
 
 
-Say = Callable[[str], object]
-
 _NOT_FOUND = re.compile(r"No matching distribution found for ([^\s(]+)")
 _UNREACHABLE = re.compile(r"NewConnectionError|NameResolutionError|ConnectTimeoutError|Network is unreachable")
 
 
-def wheels_for(requirements: Iterable[str], target: Target, say: Say, cache: Path | None = None) -> Path:
+def fetch_wheels(requirements: Iterable[str], target: Target, say: Say, cache: Path | None = None) -> Path:
     """Return a folder with a wheel for each of the requirements, and for all that they need on that robot.
 
     They are fetched once, and kept at the desk; remove the folder to fetch newer ones. Raises DeployError where
     something has no wheel for the robot, or where no index can be reached.
     """
     wanted = sorted(requirements)
-    told_of = json.dumps([wanted, target.python_version, target.platforms])
-    folder = (cache or _cache()) / hashlib.sha256(told_of.encode()).hexdigest()[:16]
+    key = json.dumps([wanted, target.python_version, target.platforms])
+    folder = (cache or _cache_folder()) / hashlib.sha256(key.encode()).hexdigest()[:16]
     if not folder.is_dir():
         folder.parent.mkdir(parents=True, exist_ok=True)
         with TemporaryDirectory(dir=folder.parent) as scratch:
             whole = Path(scratch, "wheels")
             whole.mkdir()
-            _gather([Requirement(each) for each in wanted], target, whole, say)
-            _keep(whole, folder)
+            _download_all([Requirement(each) for each in wanted], target, whole, say)
+            _move_to_cache(whole, folder)
     return folder
 
 
-def _keep(whole: Path, folder: Path) -> None:
+def _move_to_cache(whole: Path, folder: Path) -> None:
     """Give gathered wheels their place at once; somebody who was faster has put the same there."""
     try:
         whole.rename(folder)
@@ -130,21 +129,21 @@ def _keep(whole: Path, folder: Path) -> None:
             raise
 
 
-def _cache() -> Path:
+def _cache_folder() -> Path:
     """Return where programs keep what can be made again (XDG base directory specification)."""
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache", "robotcore", "wheels")
 
 
-def _gather(requirements: list[Requirement], target: Target, folder: Path, say: Say) -> None:
+def _download_all(requirements: list[Requirement], target: Target, folder: Path, say: Say) -> None:
     """Fetch what is required until nothing is missing: pip asks markers of its own Python, not of the robot's."""
     asked: list[Requirement] = []
-    missing = list(_for(requirements, target, {""}))
+    missing = list(_select_applicable(requirements, target, {""}))
     while missing:
         _require_names(missing)
         asked += missing
         say(f"fetching wheels for {target}")
         _download(asked, target, folder)
-        missing = list(_missing(asked, target, folder))
+        missing = list(_find_missing(asked, target, folder))
 
 
 def _require_names(requirements: Iterable[Requirement]) -> None:
@@ -170,19 +169,19 @@ def _download(asked: Sequence[Requirement], target: Target, folder: Path) -> Non
             raise DeployError(f"the wheels for {target} cannot be fetched: {pip_error(answer)}")
         if _UNREACHABLE.search(answer.stderr):
             raise _unreachable(found[1], target)
-        if found[1] in built or not _has_built(found[1], folder):
+        if found[1] in built or not _build_wheel(found[1], folder):
             raise _without_wheel(found[1], target)
         built.add(found[1])
 
 
-def _has_built(requirement: str, folder: Path) -> bool:
+def _build_wheel(requirement: str, folder: Path) -> bool:
     """Build a wheel from source into the folder; return whether there was one, and it is pure Python."""
     with TemporaryDirectory() as scratch:
-        asked = run_pip(["wheel", "--quiet", "--no-deps", "--wheel-dir", scratch, "--", requirement])
+        process = run_pip(["wheel", "--quiet", "--no-deps", "--wheel-dir", scratch, "--", requirement])
         pure = list(Path(scratch).glob("*-none-any.whl"))
         for wheel in pure:
             shutil.copy(wheel, folder)
-        return asked.returncode == 0 and bool(pure)
+        return process.returncode == 0 and bool(pure)
 
 
 def _unreachable(requirement: str, target: Target) -> DeployError:
@@ -199,9 +198,9 @@ def _without_wheel(requirement: str, target: Target) -> DeployError:
     )
 
 
-def _missing(asked: Iterable[Requirement], target: Target, folder: Path) -> Iterator[Requirement]:
+def _find_missing(asked: Iterable[Requirement], target: Target, folder: Path) -> Iterator[Requirement]:
     """Yield what the wheels need on the robot, and no wheel is there for."""
-    needs = {canonicalize_name(name): each for name, each in map(_metadata, folder.glob("*.whl"))}
+    needs = {canonicalize_name(name): each for name, each in map(_read_metadata, folder.glob("*.whl"))}
     seen: set[str] = set()
     queue = list(asked)
     while queue:
@@ -211,10 +210,12 @@ def _missing(asked: Iterable[Requirement], target: Target, folder: Path) -> Iter
             yield requirement
         elif str(requirement) not in seen:
             seen.add(str(requirement))
-            queue += _for(needs[name], target, {"", *requirement.extras})
+            queue += _select_applicable(needs[name], target, {"", *requirement.extras})
 
 
-def _for(requirements: Iterable[Requirement], target: Target, extras: Iterable[str]) -> Iterator[Requirement]:
+def _select_applicable(
+    requirements: Iterable[Requirement], target: Target, extras: Iterable[str]
+) -> Iterator[Requirement]:
     """Yield the requirements that hold on the robot with one of those extras, without their markers."""
     environments = [{**target.markers, "extra": extra} for extra in extras]
     for each in requirements:
@@ -224,12 +225,12 @@ def _for(requirements: Iterable[Requirement], target: Target, extras: Iterable[s
             yield held
 
 
-def _metadata(wheel: Path) -> tuple[str, list[Requirement]]:
+def _read_metadata(wheel: Path) -> tuple[str, list[Requirement]]:
     """Return the name of what is in a wheel, and what that requires."""
     with ZipFile(wheel) as opened:
         (file,) = (name for name in opened.namelist() if re.fullmatch(r"[^/]+\.dist-info/METADATA", name))
-        told_by_it = message_from_string(opened.read(file).decode())
-    return told_by_it["Name"], [Requirement(each) for each in told_by_it.get_all("Requires-Dist", ())]
+        metadata = message_from_string(opened.read(file).decode())
+    return metadata["Name"], [Requirement(each) for each in metadata.get_all("Requires-Dist", ())]
 
 
 def run_pip(words: Sequence[str]) -> subprocess.CompletedProcess[str]:
@@ -246,8 +247,8 @@ def run_pip(words: Sequence[str]) -> subprocess.CompletedProcess[str]:
     )
 
 
-def pip_error(asked: subprocess.CompletedProcess[str]) -> str:
+def pip_error(process: subprocess.CompletedProcess[str]) -> str:
     """Return what pip said went wrong: its last line that says error, or its last line."""
-    lines = [line.strip() for line in asked.stderr.splitlines() if line.strip()]
+    lines = [line.strip() for line in process.stderr.splitlines() if line.strip()]
     errors = [line.removeprefix("ERROR: ") for line in lines if line.startswith("ERROR: ")]
-    return (errors or lines or [f"exit status {asked.returncode}"])[-1]
+    return (errors or lines or [f"exit status {process.returncode}"])[-1]

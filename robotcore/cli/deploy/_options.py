@@ -33,7 +33,7 @@ class AnsweringDeployCommand(AnsweringCommand):
         return {"host": str(asked.get("host") or ""), "error": str(error), "exit_status": error.exit_status}
 
 
-def on_robot(command: Callable[..., Any]) -> Callable[..., Any]:
+def robot_arguments(command: Callable[..., Any]) -> Callable[..., Any]:
     """Give a command HOST and ``--ssh-config``."""
     config = click.option(
         "--ssh-config",
@@ -41,17 +41,17 @@ def on_robot(command: Callable[..., Any]) -> Callable[..., Any]:
         type=click.Path(path_type=Path, exists=True, dir_okay=False),
         help="An ssh configuration instead of yours.",
     )
-    return click.argument("host", type=_host)(config(command))
+    return click.argument("host", type=_parse_host)(config(command))
 
 
-def link_to(host: Host, ssh_config: Path | None) -> Link:
+def make_link(host: Host, ssh_config: Path | None) -> Link:
     """Return the link to a robot, not yet connected."""
     from robotcore.deploy.rpc import Link
 
     return Link(host, ssh_config)
 
 
-def _host(value: str) -> Host:
+def _parse_host(value: str) -> Host:
     from robotcore.deploy.host import Host
 
     return Host.parse(value)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from robotcore.deploy.host import Host
 
 
-class Showing:
+class StepDisplay:
     """Shows what it is told. ``step`` is the one that was begun last.
 
     While a step has nothing to say, nothing moves: ssh may be asking for a password.
@@ -27,12 +27,12 @@ class Showing:
 
     def __init__(self) -> None:
         self.step = ""
-        self._live = _live() if sys.stderr and sys.stderr.isatty() else None
+        self._live = _make_live() if sys.stderr and sys.stderr.isatty() else None
 
     def __call__(self, progress: Progress) -> None:
         self.step = progress.step
-        if self._live and progress.said and not progress.is_done:
-            self._live.update(_moving(progress))
+        if self._live and progress.text and not progress.is_done:
+            self._live.update(_make_spinner(progress))
             self._live.start()
         else:
             self.close()
@@ -44,7 +44,7 @@ class Showing:
         if self._live:
             self._live.stop()
 
-    def __enter__(self) -> Showing:
+    def __enter__(self) -> StepDisplay:
         return self
 
     def __exit__(
@@ -53,57 +53,59 @@ class Showing:
         self.close()
 
 
-def _live() -> Live:
+def _make_live() -> Live:
     from rich.console import Console
     from rich.live import Live
 
     return Live(console=Console(stderr=True, highlight=False, markup=False), transient=True)
 
 
-def _moving(progress: Progress) -> Spinner:
+def _make_spinner(progress: Progress) -> Spinner:
     from rich.spinner import Spinner
     from rich.text import Text
 
-    return Spinner("dots", Text(f"{progress.step:<13}{progress.said}"))  # of a string, rich would obey its markup
+    return Spinner("dots", Text(f"{progress.step:<13}{progress.text}"))  # of a string, rich would obey its markup
 
 
-LIVES = ("running", "ended")
+GOOD_STATES = ("running", "ended")
 """The states of a release that does what it is to do."""
 
 
-def status_of(state: State) -> int:
+def state_exit_status(state: State) -> int:
     """Return the exit status: whether it runs, or has ended with a success."""
-    return 0 if state.state in LIVES else 1
+    return 0 if state.state in GOOD_STATES else 1
 
 
-def tell_state(host: Host, ssh_config: Path | None, state: State) -> None:
+def write_state(host: Host, ssh_config: Path | None, state: State) -> None:
     """Print what a robot tells of itself."""
-    for line in lines_of(host, ssh_config, state):
+    for line in format_state(host, ssh_config, state):
         write_line(line)
 
 
-def lines_of(host: Host, ssh_config: Path | None, state: State) -> Iterator[str]:
+def format_state(host: Host, ssh_config: Path | None, state: State) -> Iterator[str]:
     """Yield what a robot tells of itself, in lines: what runs, then what its user should know."""
     from robotcore.deploy.agent.files import format_bytes
     from robotcore.deploy.host import command_hint
 
     if state.release is None:
-        yield f"{host}: {_nothing(state)}. {command_hint('push', host, ssh_config)}"
+        yield f"{host}: {_format_empty_robot(state)}. {command_hint('push', host, ssh_config)}"
         return
-    yield f"{host}: {_state(state)}"
+    yield f"{host}: {_format_release(state)}"
     if state.on_trial:
-        yield _row("on trial", f"{state.on_trial}; if it does not live, the release before runs again")
+        yield _format_row("on trial", f"{state.on_trial}; if it does not live, the release before runs again")
     if state.words:
-        yield _row("says", state.words)
+        yield _format_row("says", state.words)
     if state.reason:
-        yield _row("restarted" if state.state in LIVES else "failed", state.reason)
+        yield _format_row("restarted" if state.state in GOOD_STATES else "failed", state.reason)
         yield from (f"    {line}" for line in state.lines)
     recorded = state.recordings
-    yield _row("recordings", f"{recorded.files}, {format_bytes(recorded.bytes)}; {format_bytes(state.free_bytes)} free")
-    yield from _warnings(state, command_hint("start", host, ssh_config))
+    yield _format_row(
+        "recordings", f"{recorded.files}, {format_bytes(recorded.bytes)}; {format_bytes(state.free_bytes)} free"
+    )
+    yield from _format_warnings(state, command_hint("start", host, ssh_config))
 
 
-def _nothing(state: State) -> str:
+def _format_empty_robot(state: State) -> str:
     from robotcore.deploy.health import UNHEALTHY
 
     if state.on_trial:
@@ -114,25 +116,25 @@ def _nothing(state: State) -> str:
     return "nothing was put there yet"
 
 
-def _state(state: State) -> str:
-    since = f" for {duration(state.for_s)}" if state.for_s is not None else ""
+def _format_release(state: State) -> str:
+    since = f" for {format_duration(state.for_s)}" if state.for_s is not None else ""
     times = "once" if state.restarts == 1 else f"{state.restarts} times"
     again = f", restarted {times}" if state.restarts else ""
     return f"{state.release} {state.state}{since}{again}"
 
 
-def _warnings(state: State, start: str) -> Iterator[str]:
+def _format_warnings(state: State, start: str) -> Iterator[str]:
     if not state.lingers:
-        yield _row("warning", "it ends with the last login. On the robot: sudo loginctl enable-linger")
+        yield _format_row("warning", "it ends with the last login. On the robot: sudo loginctl enable-linger")
     if not state.starts_with_robot:
-        yield _row("note", f"it does not start with the robot: {start}")
+        yield _format_row("note", f"it does not start with the robot: {start}")
 
 
-def _row(name: str, said: str) -> str:
+def _format_row(name: str, said: str) -> str:
     return f"  {name:<13}{said}"
 
 
-def duration(seconds: float) -> str:
+def format_duration(seconds: float) -> str:
     """Return a time in the two largest units that it has.
 
     >>> duration(3 * 3600 + 62)

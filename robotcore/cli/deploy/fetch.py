@@ -12,22 +12,23 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.deploy._options import AnsweringDeployCommand, link_to, on_robot
-from robotcore.cli.deploy._output import Showing
+from robotcore.cli.deploy._options import AnsweringDeployCommand, make_link, robot_arguments
+from robotcore.cli.deploy._output import StepDisplay
 from robotcore.cli.options import Folder
 from robotcore.cli.output import as_json, write_json, write_line
 from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
-    from robotcore.deploy.fetch import Fetched
+    from robotcore.deploy.fetch import FetchResult
     from robotcore.deploy.host import Host
+
 
 RECORDINGS = Path("recordings")
 """Here, with a folder for each robot."""
 
 
 @click.command("fetch", cls=AnsweringDeployCommand)
-@on_robot
+@robot_arguments
 @click.option("-o", "--out", metavar="DIR", type=Folder(), help="Where to; recordings/HOST if left out.")
 @click.option("--move", "moves", is_flag=True, help="Delete there what is here, byte for byte.")
 @as_json
@@ -40,13 +41,13 @@ def command(host: Host, ssh_config: Path | None, out: Path | None, *, moves: boo
     from robotcore.deploy.fetch import fetch
 
     folder = out or _default_folder(host)
-    with Showing() as showing, link_to(host, ssh_config) as link:
-        fetched = fetch(link, folder, _ignore_progress if as_json else showing, moves=moves)
-    status = 1 if fetched.different else 0
+    with StepDisplay() as display, make_link(host, ssh_config) as link:
+        result = fetch(link, folder, _ignore_progress if as_json else display, moves=moves)
+    status = 1 if result.different else 0
     if as_json:
-        write_json({"host": str(host), **_build_payload(fetched), "exit_status": status})
+        write_json({"host": str(host), **_build_payload(result), "exit_status": status})
     else:
-        _tell_what_next(fetched)
+        _write_next_commands(result)
     return status
 
 
@@ -66,23 +67,23 @@ def _ignore_progress(_progress: object) -> None:
     """Show nothing: the answer is one line of JSON."""
 
 
-def _build_payload(fetched: Fetched) -> dict[str, Any]:
+def _build_payload(result: FetchResult) -> dict[str, Any]:
     return {
-        "folder": str(fetched.folder),
-        "brought": fetched.brought,
-        "here": fetched.here,
-        "different": fetched.different,
-        "being_written": fetched.written,
-        "left": fetched.left,
-        "erased": fetched.erased,
-        "newest": str(fetched.newest) if fetched.newest else None,
+        "folder": str(result.folder),
+        "brought": result.fetched,
+        "here": result.present,
+        "different": result.different,
+        "being_written": result.being_written,
+        "left": result.skipped,
+        "erased": result.erased,
+        "newest": str(result.newest) if result.newest else None,
     }
 
 
-def _tell_what_next(fetched: Fetched) -> None:
+def _write_next_commands(result: FetchResult) -> None:
     from robotcore.text import escape
 
-    if fetched.newest:
-        file = escape(shlex.quote(str(fetched.newest)))
+    if result.newest:
+        file = escape(shlex.quote(str(result.newest)))
         write_line(f"Replay the newest: robotcore replay {file}")
         write_line(f"Compare it with a simulated run: robotcore compare {file} run.mcap")

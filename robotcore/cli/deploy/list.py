@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from robotcore.cli.deploy._options import AnsweringDeployCommand, link_to, on_robot
+from robotcore.cli.deploy._options import AnsweringDeployCommand, make_link, robot_arguments
 from robotcore.cli.output import as_json, write_json, write_line, write_table
 
 if TYPE_CHECKING:
     from robotcore.deploy.answers import ListedRelease, UnreadableRelease
     from robotcore.deploy.host import Host
+
 
 SKIPPED = ": skipped"
 """The end of what is told of a gate that nothing was to pass."""
@@ -27,14 +28,14 @@ COLUMNS = ("release", "state", "app", "robot", "from", "proven")
 
 
 @click.command("list", cls=AnsweringDeployCommand)
-@on_robot
+@robot_arguments
 @as_json
 def command(host: Host, ssh_config: Path | None, *, as_json: bool) -> int:
     """List the releases on HOST, the newest first, and what was proven of each before it was sent."""
     from robotcore.deploy.answers import Releases
     from robotcore.deploy.host import command_hint
 
-    with link_to(host, ssh_config) as link:
+    with make_link(host, ssh_config) as link:
         found = link.call("releases", Releases)
     if as_json:
         write_json({"host": str(host), **found.model_dump(), "exit_status": 0})
@@ -52,8 +53,8 @@ def _row(release: ListedRelease | UnreadableRelease, current: str | None) -> lis
         return [release.name, f"cannot be read: {release.unreadable}", "", "", "", ""]
     state = ", ".join(word for word in ("current" if release.name == current else "", release.verdict or "") if word)
     sender = " ".join(part for part in (release.sender, release.revision) if part)
-    return [release.name, state, release.app, release.robot, sender, _proven(release.gates)]
+    return [release.name, state, release.app, release.robot, sender, _format_checks(release.gates)]
 
 
-def _proven(gates: Sequence[str]) -> str:
+def _format_checks(gates: Sequence[str]) -> str:
     return "\n".join(gate for gate in gates if not gate.endswith(SKIPPED)) or "nothing"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from robotcore.cli.deploy._options import DeployCommand, link_to, on_robot
+from robotcore.cli.deploy._options import DeployCommand, make_link, robot_arguments
 from robotcore.cli.output import write_line
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ OVERHEAD_BYTES = 1 << 20
 
 
 @click.command("logs", cls=DeployCommand)
-@on_robot
+@robot_arguments
 @click.option("-f", "--follow", is_flag=True, help="Go on with what it says from now on, until Ctrl-C.")
 @click.option(
     "-n", "--lines", metavar="N", type=click.IntRange(1), default=50, show_default=True, help="So many from before."
@@ -32,7 +32,7 @@ def command(host: Host, ssh_config: Path | None, lines: int, *, follow: bool) ->
     from robotcore.errors import Interrupted
 
     try:
-        with link_to(host, ssh_config) as link:
+        with make_link(host, ssh_config) as link:
             most = None if follow else OVERHEAD_BYTES + lines * LINE_BYTES
             link.stream("logs", on_line=write_line, most=most, lines=lines, follow=follow)
     except Interrupted as way_out:

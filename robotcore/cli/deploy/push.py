@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.deploy._options import DeployCommand, on_robot
+from robotcore.cli.deploy._options import DeployCommand, robot_arguments
 from robotcore.cli.options import pair
 from robotcore.cli.output import write_lines
 from robotcore.deploy.agent.units import START_LIMIT_S
@@ -16,12 +16,15 @@ if TYPE_CHECKING:
     from robotcore.deploy.host import Host
     from robotcore.deploy.project import Project
 
-FOLDER = click.Path(path_type=Path, exists=True, file_okay=False)
+
+PROJECT_FOLDER = click.Path(path_type=Path, exists=True, file_okay=False)
 
 
 @click.command("push", cls=DeployCommand)
-@on_robot
-@click.option("--project", "folder", metavar="DIR", type=FOLDER, help="The project's folder, if you are not in it.")
+@robot_arguments
+@click.option(
+    "--project", "folder", metavar="DIR", type=PROJECT_FOLDER, help="The project's folder, if you are not in it."
+)
 @click.option("--app", help="An app's name, or its file; by default the project's.")
 @click.option("--robot", help="A robot's name, or its .toml file; by default the project's.")
 @click.option("--world", help="The world to try it in before; by default the project's.")
@@ -52,31 +55,31 @@ def command(
     live is rolled back by the robot itself. Exit status: 0 it lives, 1 it was not sent for what it does, or rolled
     back, 2 wrong usage, 3 the robot cannot be reached or does not take it, 128 + the signal's number when interrupted.
     """
-    from robotcore.cli.deploy._output import Showing
+    from robotcore.cli.deploy._output import StepDisplay
     from robotcore.deploy.health import STEP
-    from robotcore.deploy.push import Push, push, state_after
+    from robotcore.deploy.push import Push, describe_state_after, push
     from robotcore.errors import Interrupted, RobotcoreError
 
     wanted = Push(
         host,
-        _project(**asked),
+        _build_project(**asked),
         ssh_config,
-        is_proven=not skip_checks,
+        is_checked=not skip_checks,
         is_offline=offline,
         healthy_within_s=healthy_within_s,
     )
-    with Showing() as showing:
+    with StepDisplay() as display:
         try:
-            push(wanted, showing)
+            push(wanted, display)
         except (Interrupted, RobotcoreError) as error:
-            showing.close()
-            if showing.step != STEP or isinstance(error, Interrupted):  # else the error tells
-                write_lines(state_after(showing.step, wanted), is_error=True)
+            display.close()
+            if display.step != STEP or isinstance(error, Interrupted):  # else the error tells
+                write_lines(describe_state_after(display.step, wanted), is_error=True)
             raise
     return 0
 
 
-def _project(
+def _build_project(
     settings: tuple[tuple[str, str], ...],
     options: tuple[tuple[str, str], ...],
     require: tuple[str, ...],
@@ -84,10 +87,10 @@ def _project(
     no_record: bool,
     **asked: Any,
 ) -> Project:
-    from robotcore.deploy.project import Asked, project_of
+    from robotcore.deploy.project import DeployOptions, build_project
 
-    return project_of(
-        Asked(
+    return build_project(
+        DeployOptions(
             **asked,
             settings=dict(settings),
             options=dict(options),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from robotcore.cli.deploy._options import DeployCommand, link_to, on_robot
+from robotcore.cli.deploy._options import DeployCommand, make_link, robot_arguments
 from robotcore.cli.output import write_line
 from robotcore.errors import UsageError
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @click.command("remove", cls=DeployCommand)
-@on_robot
+@robot_arguments
 @click.option("--recordings", is_flag=True, help="The recordings too.")
 @click.option("--yes", is_flag=True, help="Do not ask.")
 def command(host: Host, ssh_config: Path | None, *, recordings: bool, yes: bool) -> int:
@@ -26,17 +26,17 @@ def command(host: Host, ssh_config: Path | None, *, recordings: bool, yes: bool)
     from robotcore.deploy.host import command_hint
 
     what = "all releases and all recordings" if recordings else "all releases, and leave the recordings"
-    if not yes and not _is_agreed(f"Stop {host}, and remove {what}?"):
+    if not yes and not _confirm(f"Stop {host}, and remove {what}?"):
         write_line("Nothing was removed")
         return 1
-    with link_to(host, ssh_config) as link:
+    with make_link(host, ssh_config) as link:
         kept = link.call("remove", RemoveAnswer, keeps_recordings=not recordings).kept
     stay = f"; the recordings stay: {command_hint('fetch', host, ssh_config)}" if kept else ""
     write_line(f"{host}: nothing of robotcore's runs there any more{stay}")
     return 0
 
 
-def _is_agreed(question: str) -> bool:
+def _confirm(question: str) -> bool:
     """Ask whoever is in front of the terminal; raises UsageError where nobody is."""
     if not sys.stdin.isatty():
         raise UsageError("remove asks before, and nobody is here to answer. If you mean it: --yes")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from robotcore.cli.deploy._options import DeployCommand, on_robot
+from robotcore.cli.deploy._options import DeployCommand, robot_arguments
 from robotcore.cli.output import write_lines
 from robotcore.errors import Interrupted
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from robotcore.deploy.host import Host
 
 
-def _release(value: str) -> str:
+def _parse_release(value: str) -> str:
     from robotcore.deploy.agent.releases import require_name
 
     try:
@@ -25,23 +25,23 @@ def _release(value: str) -> str:
 
 
 @click.command("rollback", cls=DeployCommand)
-@on_robot
-@click.argument("release", required=False, type=_release)
+@robot_arguments
+@click.argument("release", required=False, type=_parse_release)
 def command(host: Host, ssh_config: Path | None, release: str | None) -> int:
     """Let the healthy release before run on HOST again, or RELEASE.
 
     It is tried as after a push: where it does not live, the one that ran goes on. `robotcore deploy list` names those
     that are there.
     """
-    from robotcore.cli.deploy._output import Showing
-    from robotcore.deploy.health import STEP, goes_on, rollback
+    from robotcore.cli.deploy._output import StepDisplay
+    from robotcore.deploy.health import STEP, rollback, status_hint
 
-    with Showing() as showing:
+    with StepDisplay() as display:
         try:
-            rollback(host, ssh_config, release, showing)
+            rollback(host, ssh_config, release, display)
         except Interrupted:
-            showing.close()
-            if showing.step == STEP:
-                write_lines(goes_on(host, ssh_config), is_error=True)
+            display.close()
+            if display.step == STEP:
+                write_lines(status_hint(host, ssh_config), is_error=True)
             raise
     return 0

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from robotcore.cli.deploy._options import AnsweringDeployCommand, link_to, on_robot
-from robotcore.cli.deploy._output import status_of, tell_state
+from robotcore.cli.deploy._options import AnsweringDeployCommand, make_link, robot_arguments
+from robotcore.cli.deploy._output import state_exit_status, write_state
 from robotcore.cli.output import as_json, write_json
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @click.command("status", cls=AnsweringDeployCommand)
-@on_robot
+@robot_arguments
 @as_json
 def command(host: Host, ssh_config: Path | None, *, as_json: bool) -> int:
     """Tell which release HOST runs, since when, and what it is doing.
@@ -30,11 +30,11 @@ def command(host: Host, ssh_config: Path | None, *, as_json: bool) -> int:
     """
     from robotcore.deploy.answers import State
 
-    with link_to(host, ssh_config) as link:
+    with make_link(host, ssh_config) as link:
         state = link.call("status", State)
-    status = status_of(state)
+    status = state_exit_status(state)
     if as_json:
         write_json({"host": str(host), **state.model_dump(), "exit_status": status})
     else:
-        tell_state(host, ssh_config, state)
+        write_state(host, ssh_config, state)
     return status

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from robotcore.cli.deploy._options import DeployCommand, link_to, on_robot
-from robotcore.cli.deploy._output import tell_state
+from robotcore.cli.deploy._options import DeployCommand, make_link, robot_arguments
+from robotcore.cli.deploy._output import write_state
 from robotcore.cli.output import write_line
 
 if TYPE_CHECKING:
@@ -16,15 +16,15 @@ if TYPE_CHECKING:
 
 
 @click.command("stop", cls=DeployCommand)
-@on_robot
+@robot_arguments
 def command(host: Host, ssh_config: Path | None) -> int:
     """Stop the app on HOST and every motor; it stays stopped until `robotcore deploy start` or the next push."""
     from robotcore.deploy.answers import State
 
-    with link_to(host, ssh_config) as link:
+    with make_link(host, ssh_config) as link:
         state = link.call("stop", State)
     if state.release is None:
         write_line(f"{host}: nothing of robotcore's runs there")
     else:
-        tell_state(host, ssh_config, state)
+        write_state(host, ssh_config, state)
     return 0

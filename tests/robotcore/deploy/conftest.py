@@ -12,7 +12,7 @@ from robotcore.deploy.host import Host
 from robotcore.deploy.rpc import Link
 from tests.robotcore.deploy.sshd import Sshd, serving, sshd
 
-__all__ = ["aboard", "sshd"]
+__all__ = ["add_action", "sshd"]
 
 
 @pytest.fixture(scope="module")
@@ -36,11 +36,11 @@ def link(robot: Sshd, held: Link) -> Link:
     return held
 
 
-Aboard = Callable[[str, str], None]
+AddAction = Callable[[str, str], None]
 
 ECHO = """
-def act(layout, **told):
-    return {"told": told}
+def act(layout, **arguments):
+    return {"arguments": arguments}
 """
 
 WAIT = """
@@ -56,8 +56,8 @@ def act(layout):
 
 
 @pytest.fixture
-def aboard(monkeypatch: pytest.MonkeyPatch) -> Aboard:
-    """Puts an action aboard, by its name and source."""
+def add_action(monkeypatch: pytest.MonkeyPatch) -> AddAction:
+    """Puts an action add_action, by its name and source."""
     added = rpc.agent_sources()
 
     def put(name: str, source: str) -> None:

@@ -6,7 +6,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from robotcore.deploy.project import Asked, Project, project_of
+from robotcore.deploy.project import DeployOptions, Project, build_project
 
 DRIVES_ON = """
 from robotcore import Behaviour, Role, Status
@@ -44,7 +44,7 @@ def write(folder: Path, files: dict[str, str]) -> Path:
 def project_in(folder: Path, table: str = TABLE, app: str = DRIVES_ON, **asked: object) -> Project:
     """Return the project of a folder, with an app and a table in it."""
     write(folder, {"app.py": app, "pyproject.toml": table})
-    return project_of(Asked(**asked), folder)  # type: ignore[arg-type]
+    return build_project(DeployOptions(**asked), folder)  # type: ignore[arg-type]
 
 
 def git(folder: Path, *words: str) -> None:

@@ -86,8 +86,8 @@ class Sshd:
 
     def connections(self) -> list[int]:
         """Return the processes that serve a connection each."""
-        told = Path(f"/proc/{self.pid}/task/{self.pid}/children").read_text(encoding="ascii")
-        return [int(pid) for pid in told.split()]
+        output = Path(f"/proc/{self.pid}/task/{self.pid}/children").read_text(encoding="ascii")
+        return [int(pid) for pid in output.split()]
 
 
 @pytest.fixture
@@ -149,23 +149,23 @@ def _start(folder: Path, more: str, path: str) -> tuple[int, subprocess.Popen[st
         process = subprocess.Popen(
             [str(SERVER), "-D", "-e", "-f", folder / "sshd_config"], stderr=subprocess.PIPE, text=True
         )
-        told = _told_until_listening(process)
+        output = _read_until_listening(process)
         if process.poll() is None:
             return port, process
         process.communicate()
-        if "in use" not in told:
-            pytest.skip(f"sshd does not start here: {told}")
+        if "in use" not in output:
+            pytest.skip(f"sshd does not start here: {output}")
 
 
-def _told_until_listening(process: subprocess.Popen[str]) -> str:
+def _read_until_listening(process: subprocess.Popen[str]) -> str:
     assert process.stderr
-    told = ""
+    output = ""
     for line in process.stderr:
-        told += line
+        output += line
         if "Server listening" in line:
-            return told
+            return output
     process.wait()
-    return told
+    return output
 
 
 def _free_port() -> int:

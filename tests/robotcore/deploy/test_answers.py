@@ -12,13 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robotcore.deploy import answers, rpc
-from robotcore.deploy.answers import Answer, Judgement, Nothing, Notice, ProbeAnswer, Recordings, Refusal, State
+from robotcore.deploy.answers import Answer, EmptyAnswer, HealthResult, Notice, ProbeAnswer, Recordings, Refusal, State
 from robotcore.deploy.errors import DAMAGED
 from robotcore.deploy.host import Host
 from robotcore.deploy.process_output import MalformedError
 from robotcore.deploy.rpc import Call, Link
 from robotcore.errors import DeployError
-from tests.robotcore.deploy.conftest import ECHO, WAIT, Aboard
+from tests.robotcore.deploy.conftest import ECHO, WAIT, AddAction
 from tests.robotcore.deploy.sshd import serving
 
 MODELS = [each for each in vars(answers).values() if isinstance(each, type) and issubclass(each, Answer)]
@@ -58,7 +58,7 @@ def texts_in(value: Any) -> list[str]:
 def answered(model: type[Answer], *pieces: bytes) -> list[str]:
     """Let a robot say something; return each text of it that the desk has then, also in an error."""
     said: list[str] = []
-    call = Call("status", model, on_say=lambda notice: said.append(notice.say), on_line=said.append)
+    call = Call("status", model, on_notice=lambda notice: said.append(notice.say), on_line=said.append)
     try:
         answer = call.parse_answer(pieces)
     except MalformedError as error:
@@ -110,9 +110,9 @@ def test_key_that_is_unknown_is_ignored() -> None:
 
 @pytest.mark.parametrize("name", ["..", "/etc", "2026-11-21T22-40-03Z/..", "2026-11-21T22-40-03Z\n", "", "current"])
 def test_release_without_the_name_of_one_is_damaged(name: str) -> None:
-    told: dict[str, Any] = {"release": name, "outcome": "", "reason": "", "lines": [], "current": None}
+    payload: dict[str, Any] = {"release": name, "outcome": "", "reason": "", "lines": [], "current": None}
     with pytest.raises(MalformedError, match=r"done\.release"):
-        answers.validate(Judgement, {**told, "is_running": True, "is_standing": False}, "done")
+        answers.validate(HealthResult, {**payload, "is_running": True, "is_standing": False}, "done")
 
 
 def test_robot_cannot_refuse_by_a_kind_that_only_the_desk_gives() -> None:
@@ -127,15 +127,15 @@ def test_list_without_an_end_is_damaged() -> None:
 
 @pytest.mark.parametrize("for_s", [1e300, -1.0, float("nan"), float("inf"), "1"])
 def test_time_that_no_robot_has_is_damaged(for_s: Any) -> None:
-    told = {"release": None, "verdict": None, "on_trial": None, "last": None, "state": "running", "for_s": for_s}
+    payload = {"release": None, "verdict": None, "on_trial": None, "last": None, "state": "running", "for_s": for_s}
     with pytest.raises(MalformedError, match=r"done\.for_s"):
-        answers.validate(State, told, "done")
+        answers.validate(State, payload, "done")
 
 
 RAW = """
 import os, sys
 
-def act(layout, **told):
+def act(layout, **arguments):
     sys.stdout.buffer.write({raw!r})
     sys.stdout.flush()
     if {raw!r}:
@@ -166,8 +166,10 @@ class Home(Answer):
         b"\x1e" + b"9" * 5000,
     ],
 )
-def test_an_answer_that_is_not_as_it_has_to_be_is_named_as_damaged(link: Link, aboard: Aboard, raw: bytes) -> None:
-    aboard("raw", RAW.format(raw=raw))
+def test_an_answer_that_is_not_as_it_has_to_be_is_named_as_damaged(
+    link: Link, add_action: AddAction, raw: bytes
+) -> None:
+    add_action("raw", RAW.format(raw=raw))
     with pytest.raises(DeployError, match="its answer to 'raw' is damaged") as caught:
         link.call("raw", Home)
     assert caught.value.kind == DAMAGED
@@ -175,20 +177,20 @@ def test_an_answer_that_is_not_as_it_has_to_be_is_named_as_damaged(link: Link, a
 
 
 @pytest.mark.parametrize("piece", [b"x" * (1 << 16), b"x\n" * (1 << 15), b'\x1e{"say": "more"}\n' * 3000])
-def test_a_robot_that_writes_without_an_end_is_cut_off(link: Link, aboard: Aboard, piece: bytes) -> None:
-    aboard("raw", RAW.format(raw=b"") + f"    while True:\n        sys.stdout.buffer.write({piece!r})\n")
+def test_a_robot_that_writes_without_an_end_is_cut_off(link: Link, add_action: AddAction, piece: bytes) -> None:
+    add_action("raw", RAW.format(raw=b"") + f"    while True:\n        sys.stdout.buffer.write({piece!r})\n")
     with pytest.raises(DeployError, match=r"damaged: it (is longer|has a line longer) than") as caught:
         link.call("raw", Home)
     assert caught.value.kind == DAMAGED
 
 
 def test_a_robot_that_says_nothing_is_not_waited_for_without_an_end(
-    link: Link, aboard: Aboard, monkeypatch: pytest.MonkeyPatch
+    link: Link, add_action: AddAction, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(rpc, "SILENCE_S", 1.0)
-    aboard("wait", WAIT)
+    add_action("wait", WAIT)
     with pytest.raises(DeployError, match="damaged: it has not come: the robot sent nothing for 1 s"):
-        link.call("wait", Nothing)
+        link.call("wait", EmptyAnswer)
 
 
 def test_many_short_pieces_of_stderr_are_no_silence() -> None:
@@ -196,22 +198,22 @@ def test_many_short_pieces_of_stderr_are_no_silence() -> None:
     assert answer == Home(home="/home/pi")
 
 
-def test_what_a_robot_writes_on_stderr_fills_neither_memory_nor_disk(link: Link, aboard: Aboard) -> None:
+def test_what_a_robot_writes_on_stderr_fills_neither_memory_nor_disk(link: Link, add_action: AddAction) -> None:
     flood = "    for _ in range(400):\n        sys.stderr.write('\\x1b]0;t' + 'x' * 100_000 + '\\n')\n    os._exit(3)\n"
-    aboard("raw", RAW.format(raw=b"") + flood)
+    add_action("raw", RAW.format(raw=b"") + flood)
     with pytest.raises(DeployError, match="it failed there") as caught:
         link.call("raw", Home)
     assert len(str(caught.value)) < 1 << 15
     assert str(caught.value).isprintable()
 
 
-def test_what_a_robot_says_is_escaped(link: Link, aboard: Aboard) -> None:
+def test_what_a_robot_says_is_escaped(link: Link, add_action: AddAction) -> None:
     said: list[Notice] = []
     lines: list[str] = []
-    aboard(
+    add_action(
         "raw", RAW.format(raw=b'a\x1b]0;t\x07\r\tb\n\x1e{"say": "1\\n\\u001b[2J"}\n\x1e{"done": {"home": "\\u202e"}}\n')
     )
-    answer = link.call("raw", Home, on_say=said.append)
+    answer = link.call("raw", Home, on_notice=said.append)
     link.stream("raw", lines.append, most=None)
     assert (answer.home, said[0].say) == (r"\u202e", r"1\n\x1b[2J")
     assert lines == ["a\\x1b]0;t\\x07\\r\tb"]
@@ -237,8 +239,8 @@ def test_a_login_shell_that_prints_without_an_end_is_cut_off(tmp_path: Path) -> 
     assert caught.value.kind == DAMAGED
 
 
-def test_the_agent_of_the_user_is_not_handed_to_a_robot(tmp_path: Path, aboard: Aboard) -> None:
-    aboard("echo", ECHO)
+def test_the_agent_of_the_user_is_not_handed_to_a_robot(tmp_path: Path, add_action: AddAction) -> None:
+    add_action("echo", ECHO)
     note = f'env > {tmp_path}/environment; eval "$SSH_ORIGINAL_COMMAND"'
     with serving(tmp_path / "sshd", f"ForceCommand {note}") as sshd:
         command = ("ssh-agent", "-D", "-a", tmp_path / "agent")

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.deploy.bundle import Staged, build, stage
-from robotcore.deploy.project import Asked, project_of
+from robotcore.deploy.bundle import Bundle, build_bundle, build_package
+from robotcore.deploy.project import DeployOptions, build_project
 from robotcore.errors import DeployError, UnknownNameError, UsageError
 from robotcore.plugins import _points
 from tests.robotcore.deploy.projects import TABLE, git, project_in, write
@@ -41,21 +41,21 @@ ROBOT = Path(__file__).parents[3] / "robotcore" / "description" / "robots" / "ro
 
 
 @pytest.fixture
-def staged_in(tmp_path: Path) -> Path:
-    (tmp_path / "staged").mkdir()
-    return tmp_path / "staged"
+def bundle_in(tmp_path: Path) -> Path:
+    (tmp_path / "bundle").mkdir()
+    return tmp_path / "bundle"
 
 
 @pytest.fixture
 def driver(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """A driver package of the user's, installed from its folder as ``pip install -e`` leaves it."""
     source = write(tmp_path / "lidar", {"pyproject.toml": BUILT + DRIVER, "lidar_x/__init__.py": LIDAR, ".env": "A=1"})
-    told = {
+    metadata = {
         "METADATA": "Metadata-Version: 2.1\nName: lidar-x\nVersion: 0.3\n",
         "entry_points.txt": "[robotcore.devices]\nlidar-x = lidar_x:Lidar\n",
         "direct_url.json": json.dumps({"url": source.as_uri(), "dir_info": {"editable": True}}),
     }
-    installed = {f"lidar_x-0.3.dist-info/{name}": text for name, text in told.items()}
+    installed = {f"lidar_x-0.3.dist-info/{name}": text for name, text in metadata.items()}
     monkeypatch.syspath_prepend(write(tmp_path / "installed", installed))
     monkeypatch.syspath_prepend(source)
     _points.cache_clear()
@@ -71,7 +71,7 @@ def without_code(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("driver")
 def test_what_is_staged_runs_alone_and_tells_nothing_of_this_machine(
-    tmp_path: Path, staged_in: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, bundle_in: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     table = BUILT + PACKAGE + TABLE.replace('"rover"', '"my robot.toml"').replace("kinematic", "raspberrypi")
     robot = ROBOT.read_text().replace('driver = "hc-sr04"', 'driver = "lidar-x"')
@@ -79,8 +79,8 @@ def test_what_is_staged_runs_alone_and_tells_nothing_of_this_machine(
     monkeypatch.chdir(write(source, {"apps/__init__.py": "", "apps/mine.py": ""}))
     monkeypatch.syspath_prepend("")
     monkeypatch.delitem(sys.modules, "apps", raising=False)
-    staged = stage(project_in(source, table), staged_in)
-    site = staged_in / "site"
+    bundle = build_bundle(project_in(source, table), bundle_in)
+    site = bundle_in / "site"
     assert not (site / "apps" / "mine.py").exists()
     names = {dist.metadata["Name"] for dist in distributions(path=[str(site)])}
     assert names == {"robotcore", "my-rover", "lidar-x"}
@@ -88,47 +88,47 @@ def test_what_is_staged_runs_alone_and_tells_nothing_of_this_machine(
     assert (site / "lidar_x/__init__.py").exists()
     assert not {*site.rglob("__pycache__"), *site.rglob("*.pyc"), *site.rglob("direct_url.json"), *site.rglob(".env")}
     assert {"smbus2>=0.4", 'some-thing>=2; python_version > "3"'} <= {
-        each.lower().replace(".t", "-t") for each in staged.requirements
+        each.lower().replace(".t", "-t") for each in bundle.requirements
     }
-    assert not [each for each in staged.requirements if each.startswith(("robotcore", "lidar", "my-rover"))]
-    assert any(each.startswith("adafruit-circuitpython-vl53l0x") for each in staged.requirements)
-    assert staged.notes == ("left out because they may hold a secret: .env, lidar/.env",)
-    assert _runs(staged)
+    assert not [each for each in bundle.requirements if each.startswith(("robotcore", "lidar", "my-rover"))]
+    assert any(each.startswith("adafruit-circuitpython-vl53l0x") for each in bundle.requirements)
+    assert bundle.notes == ("left out because they may hold a secret: .env, lidar/.env",)
+    assert _runs(bundle)
 
 
-def _runs(staged: Staged) -> bool:
+def _runs(bundle: Bundle) -> bool:
     """Return whether an interpreter that has no robotcore, but what it needs, finds the one in ``site``."""
     lines = "import robotcore, sys; from robotcore.plugins import app_names; print(robotcore.__file__, app_names())"
     answer = subprocess.run(
         [sys.executable, "-c", lines],
-        cwd=staged.folder / "project",
-        env={"PYTHONPATH": str(staged.folder / "site"), "PYTHONDONTWRITEBYTECODE": "1"},
+        cwd=bundle.folder / "project",
+        env={"PYTHONPATH": str(bundle.folder / "site"), "PYTHONDONTWRITEBYTECODE": "1"},
         capture_output=True,
         text=True,
         check=True,
     )
-    return str(staged.folder) in answer.stdout and "green-search" in answer.stdout
+    return str(bundle.folder) in answer.stdout and "green-search" in answer.stdout
 
 
 def test_what_pip_installs_is_what_the_robot_runs_with_and_markers_are_left_to_it(
-    tmp_path: Path, staged_in: Path
+    tmp_path: Path, bundle_in: Path
 ) -> None:
-    project = project_of(Asked(app="green-search", robot="rover"), tmp_path)
-    requirements = stage(project, staged_in).requirements
+    project = build_project(DeployOptions(app="green-search", robot="rover"), tmp_path)
+    requirements = build_bundle(project, bundle_in).requirements
     assert {"gpiozero>=2.0.1", "mcap>=1.3", "numpy>=1.24"} <= set(requirements)
     assert 'numpy<2; python_version == "3.11" and platform_machine == "aarch64"' in requirements
     assert not [each for each in requirements if "extra" in each or each.startswith(("pytest", "robotcore", "jinja"))]
 
 
 @pytest.mark.usefixtures("without_code")
-def test_a_project_that_records_nothing_needs_nothing_for_it(tmp_path: Path, staged_in: Path) -> None:
-    requirements = stage(project_in(tmp_path / "project"), staged_in).requirements
+def test_a_project_that_records_nothing_needs_nothing_for_it(tmp_path: Path, bundle_in: Path) -> None:
+    requirements = build_bundle(project_in(tmp_path / "project"), bundle_in).requirements
     assert not [each for each in requirements if each.startswith(("mcap", "gpiozero"))]
 
 
 @pytest.mark.usefixtures("without_code")
 @pytest.mark.parametrize(
-    "dependency, told",
+    "dependency, message",
     [
         ("robotcore>=99", "is required, and .* is installed here"),
         ("thing @ file:///home/me/thing", "from a file of this machine"),
@@ -141,35 +141,35 @@ def test_a_project_that_records_nothing_needs_nothing_for_it(tmp_path: Path, sta
     ],
 )
 def test_a_dependency_that_no_robot_can_install_is_refused(
-    tmp_path: Path, staged_in: Path, dependency: str, told: str
+    tmp_path: Path, bundle_in: Path, dependency: str, message: str
 ) -> None:
     project = project_in(tmp_path / "project", f'[project]\ndependencies = ["{dependency}"]\n{TABLE}')
-    with pytest.raises(UsageError, match=told) as raised:
-        stage(project, staged_in)
+    with pytest.raises(UsageError, match=message) as raised:
+        build_bundle(project, bundle_in)
     assert "hunter2" not in str(raised.value)
 
 
 @pytest.mark.usefixtures("without_code")
-def test_a_repository_that_is_read_by_ssh_keeps_its_user(tmp_path: Path, staged_in: Path) -> None:
+def test_a_repository_that_is_read_by_ssh_keeps_its_user(tmp_path: Path, bundle_in: Path) -> None:
     place = "thing @ git+ssh://git@host.example/thing"
     project = project_in(tmp_path / "project", f'[project]\ndependencies = ["{place}"]\n{TABLE}')
-    assert place in stage(project, staged_in).requirements
+    assert place in build_bundle(project, bundle_in).requirements
 
 
 @pytest.mark.usefixtures("without_code")
-def test_an_extra_that_nobody_has_is_told_with_the_nearest(tmp_path: Path, staged_in: Path) -> None:
+def test_an_extra_that_nobody_has_is_told_with_the_nearest(tmp_path: Path, bundle_in: Path) -> None:
     project = project_in(tmp_path / "project", f'{TABLE}extras = ["tofu"]\n')
     with pytest.raises(UnknownNameError, match="'tof'"):
-        stage(project, staged_in)
+        build_bundle(project, bundle_in)
 
 
 @pytest.mark.usefixtures("without_code")
-def test_a_project_that_would_lack_what_it_names_is_refused(tmp_path: Path, staged_in: Path) -> None:
+def test_a_project_that_would_lack_what_it_names_is_refused(tmp_path: Path, bundle_in: Path) -> None:
     project = project_in(tmp_path / "project")
     git(tmp_path / "project", "init", "-q")
     write(tmp_path / "project", {".gitignore": "app.py\n"})
     with pytest.raises(UsageError, match=r"app\.py is ignored by git, so it is not sent.* out of \.gitignore$"):
-        stage(project, staged_in)
+        build_bundle(project, bundle_in)
 
 
 def test_compiled_code_is_refused(tmp_path: Path) -> None:
@@ -177,7 +177,7 @@ def test_compiled_code_is_refused(tmp_path: Path) -> None:
         tmp_path / "lidar", {"pyproject.toml": BUILT + DRIVER, "lidar_x/__init__.py": "", "lidar_x/fast.so": ""}
     )
     with pytest.raises(UsageError, match=r"compiled for this machine \(fast\.so\)"):
-        build(source, tmp_path / "site")
+        build_package(source, tmp_path / "site")
     assert not (tmp_path / "site").exists()
 
 
@@ -186,5 +186,5 @@ def test_a_package_that_cannot_be_built_is_told_and_its_folder_left_as_it_was(tm
     leaves_things = "def build_wheel(*_):\n    open('left', 'w').close()\n    raise OSError('no compiler')\n"
     source = write(tmp_path / "broken", {"pyproject.toml": table, "own.py": leaves_things})
     with pytest.raises(DeployError, match=r"broken cannot be built: .*pip wheel --no-deps"):
-        build(source, tmp_path / "site")
+        build_package(source, tmp_path / "site")
     assert {path.name for path in source.iterdir()} == {"pyproject.toml", "own.py"}

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.deploy.fetch import Fetched, fetch
+from robotcore.deploy.fetch import FetchResult, fetch
 from robotcore.deploy.host import Host
 from robotcore.deploy.progress import Progress
 from robotcore.deploy.rpc import Link
 from robotcore.errors import DeployError
 from robotcore.text import escape
-from tests.robotcore.deploy.conftest import Aboard
+from tests.robotcore.deploy.conftest import AddAction
 from tests.robotcore.deploy.sshd import serving, slow_rsync
 
 FIRST, SECOND, THIRD = (f"2026-11-21T22-4{minute}-00Z.mcap" for minute in range(3))
@@ -52,35 +52,35 @@ def names(folder: Path) -> list[str]:
     return sorted(file.name for file in folder.iterdir())
 
 
-def brought(link: Link, here: Path, *, moves: bool = False) -> tuple[Fetched, Progress]:
-    told: list[Progress] = []
-    fetched = fetch(link, here, told.append, moves=moves)
-    return fetched, told[-1]
+def fetch_all(link: Link, here: Path, *, moves: bool = False) -> tuple[FetchResult, Progress]:
+    steps: list[Progress] = []
+    fetched = fetch(link, here, steps.append, moves=moves)
+    return fetched, steps[-1]
 
 
 def test_what_is_not_here_is_brought_and_stays_there(link: Link, there: Path, here: Path) -> None:
-    fetched, told = brought(link, here)
+    fetched, progress = fetch_all(link, here)
     assert names(here) == names(there) == [FIRST, SECOND]
     assert (here / SECOND).read_text() == f"what {SECOND} saw"
     assert fetched.newest == here / SECOND
-    assert told.said == f"2 recordings, 68 bytes, to {here}"
+    assert progress.text == f"2 recordings, 68 bytes, to {here}"
 
 
 def test_only_what_is_new_is_brought_again(link: Link, there: Path, here: Path) -> None:
-    brought(link, here)
+    fetch_all(link, here)
     (there / THIRD).write_text("new")
-    fetched, told = brought(link, here)
-    assert (fetched.brought, fetched.here) == ((THIRD,), (FIRST, SECOND))
-    assert told.said.startswith("1 recording, 3 bytes")
+    fetched, progress = fetch_all(link, here)
+    assert (fetched.fetched, fetched.present) == ((THIRD,), (FIRST, SECOND))
+    assert progress.text.startswith("1 recording, 3 bytes")
 
 
 def test_file_with_other_content_is_never_overwritten(link: Link, there: Path, here: Path) -> None:
     here.mkdir(parents=True)
     (here / FIRST).write_text("mine")
-    fetched, told = brought(link, here)
+    fetched, progress = fetch_all(link, here)
     assert (here / FIRST).read_text() == "mine"
     assert fetched.different == (FIRST,)
-    assert FIRST in told.notes[0]
+    assert FIRST in progress.notes[0]
 
 
 @pytest.mark.parametrize(
@@ -91,10 +91,10 @@ def test_file_without_the_name_of_a_recording_is_named_and_stays_on_the_robot(
     link: Link, there: Path, here: Path, name: str
 ) -> None:
     (there / name).write_text("import os")
-    fetched, progress = brought(link, here, moves=True)
+    fetched, progress = fetch_all(link, here, moves=True)
     assert names(here) == [FIRST, SECOND]
     assert names(there) == [name]
-    assert fetched.left == (escape(name),)
+    assert fetched.skipped == (escape(name),)
     assert escape(name) in progress.notes[-1]
     assert "\x1b" not in str(progress)
 
@@ -103,15 +103,15 @@ def test_what_is_no_plain_file_is_named_and_stays_on_the_robot(link: Link, there
     (there / "folder.mcap").mkdir()
     (there / "link.mcap").symlink_to("/etc/hostname")
     os.mkfifo(there / "pipe.mcap")
-    fetched, _ = brought(link, here, moves=True)
-    assert fetched.left == ("folder.mcap", "link.mcap", "pipe.mcap")
+    fetched, _ = fetch_all(link, here, moves=True)
+    assert fetched.skipped == ("folder.mcap", "link.mcap", "pipe.mcap")
     assert names(here) == [FIRST, SECOND]
-    assert names(there) == list(fetched.left)
+    assert names(there) == list(fetched.skipped)
 
 
 def test_program_comes_as_a_plain_file(link: Link, there: Path, here: Path) -> None:
     (there / FIRST).chmod(0o6755)
-    brought(link, here)
+    fetch_all(link, here)
     assert not (here / FIRST).stat().st_mode & 0o7111
 
 
@@ -122,7 +122,7 @@ def test_link_here_is_never_written_through_nor_replaced(link: Link, there: Path
     (here / SECOND).symlink_to(tmp_path / "new.py")
     (here / ".partial").symlink_to(tmp_path / "elsewhere")
     (tmp_path / "elsewhere").mkdir()
-    fetched, _ = brought(link, here, moves=True)
+    fetched, _ = fetch_all(link, here, moves=True)
     assert fetched.different == (FIRST, SECOND)
     assert names(there) == [FIRST, SECOND]
     assert (tmp_path / "mine.py").read_text() == "mine"
@@ -138,61 +138,63 @@ def act(layout):
 
 @pytest.mark.parametrize("name", ["folder.mcap", "link.mcap", "pipe.mcap", "large.mcap", "absent.mcap"])
 def test_file_that_is_not_as_the_robot_stated_is_not_kept(
-    link: Link, there: Path, here: Path, aboard: Aboard, name: str
+    link: Link, there: Path, here: Path, add_action: AddAction, name: str
 ) -> None:
     (there / "folder.mcap").mkdir()
     (there / "link.mcap").symlink_to("/etc/hostname")
     os.mkfifo(there / "pipe.mcap")
     (there / "large.mcap").write_bytes(bytes(1000))
-    aboard("recordings", LISTED.format(name=name, size=5))
+    add_action("recordings", LISTED.format(name=name, size=5))
     with pytest.raises(DeployError):
-        brought(link, here, moves=True)
+        fetch_all(link, here, moves=True)
     assert names(here) == []
     assert name == "absent.mcap" or (there / name).lstat()
 
 
 def test_robot_that_sends_more_than_it_stated_is_stopped(
-    link: Link, there: Path, here: Path, aboard: Aboard, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    link: Link, there: Path, here: Path, add_action: AddAction, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     (there / "large.mcap").write_bytes(bytes(30_000_000))
-    aboard("recordings", LISTED.format(name="large.mcap", size=5))
+    add_action("recordings", LISTED.format(name="large.mcap", size=5))
     monkeypatch.setenv("PATH", str(slow_rsync(tmp_path / "slow")), prepend=os.pathsep)
     with pytest.raises(DeployError, match="sends more than the 5 bytes that it stated"):
-        brought(link, here)
+        fetch_all(link, here)
     assert names(here) == []
 
 
 def test_robot_that_has_more_than_the_disk_here_takes_sends_nothing(
-    link: Link, there: Path, here: Path, aboard: Aboard
+    link: Link, there: Path, here: Path, add_action: AddAction
 ) -> None:
-    aboard("recordings", LISTED.format(name="large.mcap", size=1 << 60))
+    add_action("recordings", LISTED.format(name="large.mcap", size=1 << 60))
     with pytest.raises(DeployError, match=r"not enough room: the recordings need"):
-        brought(link, here)
+        fetch_all(link, here)
     assert names(here) == []
 
 
-def test_what_arrived_before_the_connection_broke_is_here(link: Link, there: Path, here: Path, aboard: Aboard) -> None:
+def test_what_arrived_before_the_connection_broke_is_here(
+    link: Link, there: Path, here: Path, add_action: AddAction
+) -> None:
     listed = [{"name": name, "bytes": 34, "is_file": True, "is_being_written": False} for name in (FIRST, "gone.mcap")]
-    aboard("recordings", f"def act(layout):\n    return {{'recordings': {listed}}}\n")
+    add_action("recordings", f"def act(layout):\n    return {{'recordings': {listed}}}\n")
     with pytest.raises(DeployError):
-        brought(link, here)
+        fetch_all(link, here)
     assert names(here) == [FIRST]
 
 
 def test_what_is_moved_is_deleted_there(link: Link, there: Path, here: Path) -> None:
-    brought(link, here)
+    fetch_all(link, here)
     (there / THIRD).write_text("new")
-    brought(link, here, moves=True)
+    fetch_all(link, here, moves=True)
     assert names(there) == []
     assert names(here) == [FIRST, SECOND, THIRD]
 
 
 def test_what_differs_in_a_byte_is_not_deleted_there(link: Link, there: Path, here: Path) -> None:
-    brought(link, here)
+    fetch_all(link, here)
     content = (here / FIRST).read_text()
     (here / FIRST).write_text(content.upper())
     os.utime(here / FIRST, (there / FIRST).stat()[-3:-1])
-    fetched, _ = brought(link, here, moves=True)
+    fetched, _ = fetch_all(link, here, moves=True)
     assert fetched.different == (FIRST,)
     assert names(there) == [FIRST]
     assert (here / FIRST).read_text() == content.upper()
@@ -201,16 +203,16 @@ def test_what_differs_in_a_byte_is_not_deleted_there(link: Link, there: Path, he
 def test_what_is_being_written_stays_there(link: Link, there: Path, here: Path) -> None:
     with (there / THIRD).open("w") as writer:
         writer.write("half")
-        fetched, told = brought(link, here, moves=True)
-    assert fetched.written == (THIRD,)
+        fetched, progress = fetch_all(link, here, moves=True)
+    assert fetched.being_written == (THIRD,)
     assert names(there) == [THIRD]
     assert names(here) == [FIRST, SECOND]
-    assert "being written" in told.notes[0]
+    assert "being written" in progress.notes[0]
 
 
 def test_robot_that_recorded_nothing_makes_no_folder(link: Link, there: Path, here: Path) -> None:
     for file in there.iterdir():
         file.unlink()
-    fetched, _ = brought(link, here)
+    fetched, _ = fetch_all(link, here)
     assert fetched.newest is None
     assert not here.exists()

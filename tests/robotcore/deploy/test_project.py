@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.deploy.project import Asked, project_of
-from robotcore.deploy.push import UNTIL_STOPPED_S, release_of
+from robotcore.deploy.project import DeployOptions, build_project
+from robotcore.deploy.push import UNTIL_STOPPED_S, build_release
 from robotcore.errors import DescriptionError, UnknownNameError, UsageError
 from tests.robotcore.deploy.projects import DRIVES_ON, TABLE, project_in, write
 
@@ -15,7 +15,7 @@ NAME = "2026-11-21T22-40-03Z"
 
 def test_what_is_installed_needs_no_project_and_nothing_of_the_folder_is_taken(tmp_path: Path) -> None:
     write(tmp_path, {"app.py": DRIVES_ON, "pyproject.toml": "[project]\nname = 'other'\n"})
-    project = project_of(Asked(app="green-search", robot="rover"), tmp_path)
+    project = build_project(DeployOptions(app="green-search", robot="rover"), tmp_path)
     assert project.folder is None
     assert project.name == "green-search"
     assert project.files == ()
@@ -23,9 +23,9 @@ def test_what_is_installed_needs_no_project_and_nothing_of_the_folder_is_taken(t
 
 def test_a_named_file_makes_its_folder_the_project(tmp_path: Path) -> None:
     write(tmp_path, {"app.py": DRIVES_ON, "pyproject.toml": "[project]\nname = 'mine'\ndependencies = ['click']\n"})
-    project = project_of(Asked(app="app.py:Reflex", robot="rover"), tmp_path)
+    project = build_project(DeployOptions(app="app.py:Reflex", robot="rover"), tmp_path)
     assert (project.folder, project.name, project.files) == (tmp_path.resolve(), "mine", ("app.py",))
-    assert project.told.dependencies == ("click",)
+    assert project.metadata.dependencies == ("click",)
 
 
 def test_the_command_line_goes_before_the_table_and_settings_add_up(tmp_path: Path) -> None:
@@ -37,20 +37,20 @@ def test_the_command_line_goes_before_the_table_and_settings_add_up(tmp_path: Pa
 
 def test_files_are_named_from_where_they_are_typed_and_kept_as_the_project_calls_them(tmp_path: Path) -> None:
     below = write(tmp_path, {"app.py": DRIVES_ON, "apps/own.py": DRIVES_ON, "pyproject.toml": TABLE}) / "apps"
-    assert project_of(Asked(folder=Path(".."), app="own.py"), below).app == "apps/own.py"
-    assert project_of(Asked(folder=Path("..")), below).app == "app.py"
+    assert build_project(DeployOptions(folder=Path(".."), app="own.py"), below).app == "apps/own.py"
+    assert build_project(DeployOptions(folder=Path("..")), below).app == "app.py"
 
 
 @pytest.mark.parametrize("name, kept", [("-x.py", "./-x.py"), ("-x.py:A", "./-x.py:A"), ("a b'$(c).py",) * 2])
 def test_no_file_is_taken_for_an_option(tmp_path: Path, name: str, kept: str) -> None:
     write(tmp_path, {name.partition(":")[0]: DRIVES_ON})
-    assert project_of(Asked(app=name, robot="rover"), tmp_path).app == kept
+    assert build_project(DeployOptions(app=name, robot="rover"), tmp_path).app == kept
 
 
 def test_a_file_outside_of_the_project_is_refused_with_what_to_do(tmp_path: Path) -> None:
     write(tmp_path, {"app.py": DRIVES_ON, "inner/pyproject.toml": TABLE})
     with pytest.raises(UsageError, match=r"app\.py is outside of .*inner.*--project DIR"):
-        project_of(Asked(app="../app.py"), tmp_path / "inner")
+        build_project(DeployOptions(app="../app.py"), tmp_path / "inner")
 
 
 def test_the_home_is_never_sent_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -58,51 +58,53 @@ def test_the_home_is_never_sent_whole(tmp_path: Path, monkeypatch: pytest.Monkey
     write(tmp_path, {"home/app.py": DRIVES_ON, "app.py": DRIVES_ON})
     for folder in (tmp_path / "home", tmp_path):
         with pytest.raises(UsageError, match="Make a folder for the project"):
-            project_of(Asked(app="app.py", robot="rover"), folder)
+            build_project(DeployOptions(app="app.py", robot="rover"), folder)
 
 
 def test_every_fault_of_the_table_is_told_by_its_key(tmp_path: Path) -> None:
     table = '[tool.robotcore]\nap = "a.py"\n[tool.robotcore.deploy]\nsedes = "1"\nsettings = { a = [1] }\n'
     with pytest.raises(DescriptionError) as raised:
         project_in(tmp_path, table)
-    told = str(raised.value)
-    assert "tool.robotcore.ap: is unknown" in told
-    assert "Did you mean 'app'?" in told
-    assert "tool.robotcore.deploy.sedes: is unknown. Correct it or take it out. Did you mean 'seeds'?" in told
-    assert "tool.robotcore.deploy.settings.a: should be a string, a number, true or false" in told
+    message = str(raised.value)
+    assert "tool.robotcore.ap: is unknown" in message
+    assert "Did you mean 'app'?" in message
+    assert "tool.robotcore.deploy.sedes: is unknown. Correct it or take it out. Did you mean 'seeds'?" in message
+    assert "tool.robotcore.deploy.settings.a: should be a string, a number, true or false" in message
 
 
 @pytest.mark.parametrize(
-    "asked, error, told",
+    "options, error, message",
     [
-        (Asked(robot="rover"), UsageError, "which app"),
-        (Asked(app="green-search"), UsageError, "which robot"),
-        (Asked(app="gren-search", robot="rover"), UnknownNameError, "green-search"),
-        (Asked(app="green-search", robot="rovr"), UnknownNameError, "rover"),
-        (Asked(app="green-search", robot="rover", backend="raspberypi"), UnknownNameError, "raspberrypi"),
-        (Asked(app="green-search", robot="rover", seeds="3-1"), UsageError, "1-3"),
-        (Asked(app="green-search", robot="rover", require=("verifed>=1",)), UsageError, "verified"),
-        (Asked(app="green-search", robot="rover", rate_hz=0.0), UsageError, "--rate is 0"),
-        (Asked(app="green-search", robot="rover", settings={"sped": "1"}), UnknownNameError, "setting 'sped'"),
-        (Asked(app="none.py", robot="rover"), UsageError, "no such file"),
-        (Asked(folder=Path("none")), UsageError, "no such folder"),
+        (DeployOptions(robot="rover"), UsageError, "which app"),
+        (DeployOptions(app="green-search"), UsageError, "which robot"),
+        (DeployOptions(app="gren-search", robot="rover"), UnknownNameError, "green-search"),
+        (DeployOptions(app="green-search", robot="rovr"), UnknownNameError, "rover"),
+        (DeployOptions(app="green-search", robot="rover", backend="raspberypi"), UnknownNameError, "raspberrypi"),
+        (DeployOptions(app="green-search", robot="rover", seeds="3-1"), UsageError, "1-3"),
+        (DeployOptions(app="green-search", robot="rover", require=("verifed>=1",)), UsageError, "verified"),
+        (DeployOptions(app="green-search", robot="rover", rate_hz=0.0), UsageError, "--rate is 0"),
+        (DeployOptions(app="green-search", robot="rover", settings={"sped": "1"}), UnknownNameError, "setting 'sped'"),
+        (DeployOptions(app="none.py", robot="rover"), UsageError, "no such file"),
+        (DeployOptions(folder=Path("none")), UsageError, "no such folder"),
     ],
 )
 def test_what_is_not_there_is_told_before_anything_is_done(
-    tmp_path: Path, asked: Asked, error: type[Exception], told: str
+    tmp_path: Path, options: DeployOptions, error: type[Exception], message: str
 ) -> None:
-    with pytest.raises(error, match=told):
-        project_of(asked, tmp_path)
+    with pytest.raises(error, match=message):
+        build_project(options, tmp_path)
 
 
 def test_a_release_runs_until_it_is_stopped_and_can_be_stopped_without_its_app(tmp_path: Path) -> None:
-    project = replace(project_of(Asked(app="green-search", robot="rover"), tmp_path), settings={"a": "b c"})
-    release = release_of(project, NAME)
+    project = replace(build_project(DeployOptions(app="green-search", robot="rover"), tmp_path), settings={"a": "b c"})
+    release = build_release(project, NAME)
     words = ("run", "green-search", "--backend", "raspberrypi", "--timeout", f"{UNTIL_STOPPED_S:.0f}")
     assert release.run == (*words, "--set", "a=b c", "--realtime")
     assert release.stop == ("stop", "--backend", "raspberrypi", "--robot", "rover")
 
 
 def test_a_release_with_a_simulator_in_it_has_a_world(tmp_path: Path) -> None:
-    project = project_of(Asked(app="green-search", robot="rover", backend="kinematic", seeds="7-9"), tmp_path)
-    assert release_of(project, NAME).run[2:6] == ("--world", "arena", "--seed", "7")
+    project = build_project(
+        DeployOptions(app="green-search", robot="rover", backend="kinematic", seeds="7-9"), tmp_path
+    )
+    assert build_release(project, NAME).run[2:6] == ("--world", "arena", "--seed", "7")

@@ -15,12 +15,12 @@ import pytest
 
 from robotcore.deploy import rpc, ssh
 from robotcore.deploy.agent.rpc import MARK
-from robotcore.deploy.answers import Answer, Nothing, Notice
+from robotcore.deploy.answers import Answer, EmptyAnswer, Notice
 from robotcore.deploy.host import Host
 from robotcore.deploy.rpc import Link
 from robotcore.errors import DeployError
 from robotcore.text import escape
-from tests.robotcore.deploy.conftest import ECHO, WAIT, Aboard
+from tests.robotcore.deploy.conftest import ECHO, WAIT, AddAction
 from tests.robotcore.deploy.sshd import Sshd, serving, slow_rsync
 
 NASTY = {"a b": 'it\'s "so" $(touch canary) `x` \\ \n \0 ü \udcff \U0001f916', "n": [1, 2.5, None, True]}
@@ -34,11 +34,11 @@ def answers(script: str, folder: Path) -> list[dict[str, Any]]:
     return [json.loads(line) for line in done.stdout.decode().split(MARK)[1:]]
 
 
-def test_a_call_needs_nothing_there_but_pythons_standard_library(aboard: Aboard, tmp_path: Path) -> None:
-    aboard("echo", ECHO)
+def test_a_call_needs_nothing_there_but_pythons_standard_library(add_action: AddAction, tmp_path: Path) -> None:
+    add_action("echo", ECHO)
     begun, done = answers(rpc.build_script("echo", NASTY), tmp_path)
     assert begun == {"begun": "echo"}
-    assert done == {"done": {"told": NASTY}}
+    assert done == {"done": {"arguments": NASTY}}
     assert not list(tmp_path.iterdir())
 
 
@@ -51,9 +51,9 @@ def act(layout, files):
 """
 
 
-def test_all_that_works_on_the_robot_is_sent_and_stands_alone(aboard: Aboard, tmp_path: Path) -> None:
+def test_all_that_works_on_the_robot_is_sent_and_stands_alone(add_action: AddAction, tmp_path: Path) -> None:
     sent = {"files": sorted(rpc.agent_sources())}
-    aboard("import_all", IMPORT_ALL)
+    add_action("import_all", IMPORT_ALL)
     assert answers(rpc.build_script("import_all", sent), tmp_path)[-1] == {"done": sent}
 
 
@@ -71,8 +71,8 @@ def test_what_is_read_first_has_no_new_syntax() -> None:
     ast.parse(rpc.build_script("probe", {}), feature_version=(3, 7))
 
 
-def test_what_fails_there_is_told_by_its_file_and_line(aboard: Aboard) -> None:
-    aboard("fail", "def act(layout):\n    return 1 / 0\n")
+def test_what_fails_there_is_told_by_its_file_and_line(add_action: AddAction) -> None:
+    add_action("fail", "def act(layout):\n    return 1 / 0\n")
     script = rpc.build_script("fail", {}).encode("ascii")
     done = subprocess.run([sys.executable, "-I", "-"], input=script, capture_output=True, check=False)
     assert b'agent/fail_for_test.py", line 2, in act' in done.stderr
@@ -99,7 +99,7 @@ class Home(Answer):
 
 
 class Echo(Answer):
-    told: dict[str, Any]
+    arguments: dict[str, Any]
 
 
 NAMES = (
@@ -156,35 +156,35 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {str(file.relative_to(folder)): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
 
 
-def test_a_call_says_how_far_it_is_and_answers(link: Link, robot: Sshd, aboard: Aboard) -> None:
-    aboard("tell", TELL)
+def test_a_call_says_how_far_it_is_and_answers(link: Link, robot: Sshd, add_action: AddAction) -> None:
+    add_action("tell", TELL)
     said: list[Notice] = []
-    answer = link.call("tell", Home, on_say=said.append)
+    answer = link.call("tell", Home, on_notice=said.append)
     assert answer == Home(home=str(robot.home))
     assert said == [Notice(say="half of it")]
 
 
-def test_a_stream_passes_lines_on(link: Link, aboard: Aboard) -> None:
-    aboard("tell", TELL)
+def test_a_stream_passes_lines_on(link: Link, add_action: AddAction) -> None:
+    add_action("tell", TELL)
     lines: list[str] = []
     link.stream("tell", lines.append, most=None)
     assert lines == ["a line of a log"]
 
 
-def test_a_refusal_is_told_with_the_robots_remedy(link: Link, aboard: Aboard) -> None:
-    aboard("tell", TELL)
+def test_a_refusal_is_told_with_the_robots_remedy(link: Link, add_action: AddAction) -> None:
+    add_action("tell", TELL)
     with pytest.raises(DeployError, match=r"^robot: no room. Make some$") as refused:
         link.call("tell", Home, refuses=True)
     assert refused.value.kind == "full"
 
 
 def test_what_is_told_comes_as_it_is_and_nothing_of_it_runs(
-    link: Link, robot: Sshd, aboard: Aboard, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    link: Link, robot: Sshd, add_action: AddAction, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    aboard("echo", ECHO)
-    told: dict[str, Any] = {f"setting {name}": name for name in NAMES}
-    assert link.call("echo", Echo, **told).told == {key: escape(value) for key, value in told.items()}
+    add_action("echo", ECHO)
+    given: dict[str, Any] = {f"setting {name}": name for name in NAMES}
+    assert link.call("echo", Echo, **given).arguments == {key: escape(value) for key, value in given.items()}
     assert not list(tmp_path.rglob("canary"))
 
 
@@ -224,10 +224,10 @@ def test_what_a_broken_push_sent_and_this_one_does_not_goes(link: Link, robot: S
 
 
 def test_progress_comes_to_the_whole(link: Link, folder: Path) -> None:
-    told: list[tuple[int, float]] = []
-    link.send(folder, "incoming/new", on_progress=lambda done, part: told.append((done, part)))
-    assert told == sorted(told)
-    assert told[-1] == (sum(map(len, contents(folder).values())), 1.0)
+    progress: list[tuple[int, float]] = []
+    link.send(folder, "incoming/new", on_progress=lambda done, part: progress.append((done, part)))
+    assert progress == sorted(progress)
+    assert progress[-1] == (sum(map(len, contents(folder).values())), 1.0)
 
 
 def test_a_recording_that_came_in_part_goes_on_next_time(
@@ -245,9 +245,9 @@ def test_a_recording_that_came_in_part_goes_on_next_time(
     with monkeypatch.context() as patch:
         patch.setenv("PATH", str(slow_rsync(tmp_path / "slow")), prepend=os.pathsep)
         with pytest.raises(KeyboardInterrupt):
-            link.bring([recording.name], home, partial=partial, on_progress=interrupt)
+            link.receive([recording.name], home, partial=partial, on_progress=interrupt)
     assert not (home / recording.name).exists()
-    transfer = link.bring([recording.name], home, partial=partial)
+    transfer = link.receive([recording.name], home, partial=partial)
     assert transfer.received < LONG
     assert [(file.name, file.stat().st_size) for file in home.iterdir()] == [(recording.name, LONG)]
     assert recording.exists()
@@ -259,7 +259,7 @@ def test_a_recording_that_came_in_part_goes_on_next_time(
 )
 def test_nothing_else_is_brought_than_recordings(link: Link, tmp_path: Path, name: str) -> None:
     with pytest.raises(ValueError, match="not the name of a recording"):
-        link.bring([name], tmp_path)
+        link.receive([name], tmp_path)
 
 
 def test_nothing_is_sent_elsewhere(link: Link, folder: Path) -> None:
@@ -268,9 +268,9 @@ def test_nothing_is_sent_elsewhere(link: Link, folder: Path) -> None:
             link.send(folder, to)
 
 
-def test_what_is_interrupted_here_ends_there_and_the_link_still_works(link: Link, aboard: Aboard) -> None:
-    aboard("wait", WAIT)
-    aboard("echo", ECHO)
+def test_what_is_interrupted_here_ends_there_and_the_link_still_works(link: Link, add_action: AddAction) -> None:
+    add_action("wait", WAIT)
+    add_action("echo", ECHO)
     waiting: list[int] = []
 
     def interrupt(notice: Notice) -> None:
@@ -278,27 +278,27 @@ def test_what_is_interrupted_here_ends_there_and_the_link_still_works(link: Link
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        link.call("wait", Nothing, on_say=interrupt)
+        link.call("wait", EmptyAnswer, on_notice=interrupt)
     for process in waiting:
         assert select.select([process], [], [], GONE_S)[0]
         os.close(process)
-    assert link.call("echo", Echo, a=1) == Echo(told={"a": 1})
+    assert link.call("echo", Echo, a=1) == Echo(arguments={"a": 1})
 
 
-def test_an_interrupted_transfer_leaves_the_link_working(link: Link, aboard: Aboard, folder: Path) -> None:
-    aboard("echo", ECHO)
+def test_an_interrupted_transfer_leaves_the_link_working(link: Link, add_action: AddAction, folder: Path) -> None:
+    add_action("echo", ECHO)
 
     def interrupt(done: int, part: float) -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         link.send(folder, "incoming/new", on_progress=interrupt)
-    assert link.call("echo", Echo) == Echo(told={})
+    assert link.call("echo", Echo) == Echo(arguments={})
 
 
 def test_nothing_is_left_of_a_link(sshd: Sshd, monkeypatch: pytest.MonkeyPatch) -> None:
-    with TemporaryDirectory(dir=ssh.ROOM) as room:
-        monkeypatch.setattr(ssh, "ROOM", room)
+    with TemporaryDirectory(dir=ssh.SOCKET_FOLDER) as room:
+        monkeypatch.setattr(ssh, "SOCKET_FOLDER", room)
         with Link(Host.parse(sshd.host), sshd.config):
             [process] = map(os.pidfd_open, sshd.connections())
             assert list(Path(room).iterdir())
@@ -307,8 +307,8 @@ def test_nothing_is_left_of_a_link(sshd: Sshd, monkeypatch: pytest.MonkeyPatch) 
         assert not list(Path(room).iterdir())
 
 
-def test_a_login_shell_that_prints_does_not_disturb_a_call(tmp_path: Path, aboard: Aboard) -> None:
-    aboard("tell", TELL)
+def test_a_login_shell_that_prints_does_not_disturb_a_call(tmp_path: Path, add_action: AddAction) -> None:
+    add_action("tell", TELL)
     shell = "echo Welcome; printf '$ '; echo oops >&2; eval \"$SSH_ORIGINAL_COMMAND\""
     with serving(tmp_path / "sshd", f"ForceCommand {shell}") as sshd, Link(Host.parse("robot"), sshd.config) as link:
         lines: list[str] = []
@@ -320,19 +320,19 @@ def test_a_login_shell_that_prints_does_not_disturb_a_call(tmp_path: Path, aboar
 
 
 @pytest.mark.parametrize("shell", ["dash", "tcsh", "fish"])
-def test_any_login_shell_will_do(shell: str, tmp_path: Path, aboard: Aboard, folder: Path) -> None:
+def test_any_login_shell_will_do(shell: str, tmp_path: Path, add_action: AddAction, folder: Path) -> None:
     if not (program := shutil.which(shell)):
         pytest.skip(f"{shell} is not installed")
-    aboard("echo", ECHO)
+    add_action("echo", ECHO)
     command = f'ForceCommand {program} -c "$SSH_ORIGINAL_COMMAND"'
     with serving(tmp_path / "sshd", command) as sshd, Link(Host.parse("robot"), sshd.config) as link:
         (sshd.home / "robotcore").mkdir()
-        assert link.call("echo", Echo, a="$(x)") == Echo(told={"a": "$(x)"})
+        assert link.call("echo", Echo, a="$(x)") == Echo(arguments={"a": "$(x)"})
         assert link.send(folder, "new").changed == len(NAMES)
 
 
-def test_what_a_user_has_configured_for_his_own_logins_does_no_harm(sshd: Sshd, aboard: Aboard) -> None:
-    aboard("echo", ECHO)
+def test_what_a_user_has_configured_for_his_own_logins_does_no_harm(sshd: Sshd, add_action: AddAction) -> None:
+    add_action("echo", ECHO)
     own = (
         "RemoteCommand echo no",
         "RequestTTY force",
@@ -341,4 +341,4 @@ def test_what_a_user_has_configured_for_his_own_logins_does_no_harm(sshd: Sshd, 
     )
     sshd.config.write_text("\n".join((*own, "ExitOnForwardFailure yes", sshd.config.read_text())))
     with Link(Host.parse("robot"), sshd.config) as link:
-        assert link.call("echo", Echo, a=1) == Echo(told={"a": 1})
+        assert link.call("echo", Echo, a=1) == Echo(arguments={"a": 1})

@@ -179,7 +179,7 @@ def test_a_host_key_and_a_passphrase_are_asked_for(sshd: Sshd, tmp_path: Path) -
     sshd.known_hosts.write_text("")
     asking = sshd.config.read_text().replace("BatchMode yes", "").replace("Checking yes", "Checking ask")
     sshd.config.write_text(asking)
-    with TemporaryDirectory(dir=ssh.ROOM) as room, terminal(CONNECT, sshd.config, room, tmp_path) as person:
+    with TemporaryDirectory(dir=ssh.SOCKET_FOLDER) as room, terminal(CONNECT, sshd.config, room, tmp_path) as person:
         person.read_until("(yes/no/[fingerprint])?")
         person.type("yes\n")
         person.read_until("Enter passphrase for key")
@@ -192,7 +192,7 @@ def test_ctrl_c_withdraws_a_question(sshd: Sshd, tmp_path: Path) -> None:
     sshd.key.unlink()
     make_key(sshd.key, "open sesame")
     sshd.config.write_text(sshd.config.read_text().replace("BatchMode yes", ""))
-    with TemporaryDirectory(dir=ssh.ROOM) as room, terminal(CONNECT, sshd.config, room, tmp_path) as person:
+    with TemporaryDirectory(dir=ssh.SOCKET_FOLDER) as room, terminal(CONNECT, sshd.config, room, tmp_path) as person:
         person.read_until("Enter passphrase for key")
         person.type("\x03")
         person.read_until("KeyboardInterrupt")
@@ -212,7 +212,7 @@ def folder(sshd: Sshd, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_ctrl_c_ends_a_transfer_and_leaves_nothing(sshd: Sshd, folder: Path) -> None:
-    with TemporaryDirectory(dir=ssh.ROOM) as room, terminal(SEND, sshd.config, room, folder) as person:
+    with TemporaryDirectory(dir=ssh.SOCKET_FOLDER) as room, terminal(SEND, sshd.config, room, folder) as person:
         person.read_until("sending")
         [connection] = map(os.pidfd_open, sshd.connections())
         person.type("\x03")
@@ -225,7 +225,7 @@ def test_ctrl_c_ends_a_transfer_and_leaves_nothing(sshd: Sshd, folder: Path) -> 
 
 
 def test_the_connection_ends_with_a_desk_that_is_killed(sshd: Sshd, folder: Path) -> None:
-    with TemporaryDirectory(dir=ssh.ROOM) as room, terminal(SEND, sshd.config, room, folder) as person:
+    with TemporaryDirectory(dir=ssh.SOCKET_FOLDER) as room, terminal(SEND, sshd.config, room, folder) as person:
         person.read_until("sending")
         [connection] = map(os.pidfd_open, sshd.connections())
         person.program.send_signal(signal.SIGKILL)

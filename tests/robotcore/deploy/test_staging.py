@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.deploy.staging import copied, listed
+from robotcore.deploy.staging import copy_files, list_files
 from robotcore.errors import UsageError
 from tests.robotcore.deploy.projects import git, write
 
@@ -121,19 +121,19 @@ KEYS = {
 @pytest.mark.parametrize("name", SECRET_NAMES)
 def test_file_with_the_name_of_a_secret_stays_at_home(tmp_path: Path, name: str) -> None:
     write(tmp_path, {name: ""})
-    assert listed(tmp_path).secrets == (name,)
+    assert list_files(tmp_path).secrets == (name,)
 
 
 @pytest.mark.parametrize("name", SENT_NAMES)
 def test_code_and_examples_whose_names_only_have_such_a_word_are_sent(tmp_path: Path, name: str) -> None:
     write(tmp_path, {name: ""})
-    assert listed(tmp_path).names == (name,)
+    assert list_files(tmp_path).names == (name,)
 
 
 @pytest.mark.parametrize("content", KEYS.values(), ids=KEYS)
 def test_file_with_a_private_key_stays_at_home(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "notes.txt").write_bytes(content)
-    assert listed(tmp_path).secrets == ("notes.txt",)
+    assert list_files(tmp_path).secrets == ("notes.txt",)
 
 
 def test_public_key_and_text_about_keys_are_sent(tmp_path: Path) -> None:
@@ -141,7 +141,7 @@ def test_public_key_and_text_about_keys_are_sent(tmp_path: Path) -> None:
         tmp_path,
         {"a.txt": KEY.replace("RSA PRIVATE", "PUBLIC"), "b.md": "A file `-----BEGIN PRIVATE KEY-----` is one."},
     )
-    assert listed(tmp_path).names == ("a.txt", "b.md")
+    assert list_files(tmp_path).names == ("a.txt", "b.md")
 
 
 @pytest.mark.parametrize("has_git", [False, True])
@@ -149,8 +149,8 @@ def test_what_programs_leave_and_secrets_stay_at_home_and_secrets_are_told(tmp_p
     write(tmp_path, {**LEFT, **SECRETS, **PUBLIC})
     if has_git:
         git(tmp_path, "init", "-q")
-    assert set(listed(tmp_path).names) == set(PUBLIC)
-    assert set(listed(tmp_path).secrets) == set(SECRETS)
+    assert set(list_files(tmp_path).names) == set(PUBLIC)
+    assert set(list_files(tmp_path).secrets) == set(SECRETS)
 
 
 def test_git_says_what_is_the_projects(tmp_path: Path) -> None:
@@ -158,21 +158,21 @@ def test_git_says_what_is_the_projects(tmp_path: Path) -> None:
     git(tmp_path, "init", "-q")
     git(tmp_path, "add", "-f", "run.mcap", "gone.py", ".env")
     (tmp_path / "gone.py").unlink()
-    assert listed(tmp_path).names == (".gitignore", "new.py", "run.mcap")
-    assert listed(tmp_path).secrets == (".env",), "tracked or not"
+    assert list_files(tmp_path).names == (".gitignore", "new.py", "run.mcap")
+    assert list_files(tmp_path).secrets == (".env",), "tracked or not"
 
 
 def test_a_repository_within_the_project_comes_along(tmp_path: Path) -> None:
     write(tmp_path, {"app.py": "", "lib/.gitignore": "junk\n", "lib/junk": "", "lib/lib.py": ""})
     for folder in (tmp_path, tmp_path / "lib"):
         git(folder, "init", "-q")
-    assert listed(tmp_path).names == ("app.py", "lib/.gitignore", "lib/lib.py")
+    assert list_files(tmp_path).names == ("app.py", "lib/.gitignore", "lib/lib.py")
 
 
 def test_a_folder_that_git_ignores_as_a_whole_is_taken_as_it_is(tmp_path: Path) -> None:
     write(tmp_path, {".gitignore": "tried/\n", "tried/app.py": ""})
     git(tmp_path, "init", "-q")
-    assert listed(tmp_path / "tried").names == ("app.py",)
+    assert list_files(tmp_path / "tried").names == ("app.py",)
 
 
 def test_a_hook_of_another_repository_does_not_change_the_list(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -180,7 +180,7 @@ def test_a_hook_of_another_repository_does_not_change_the_list(tmp_path: Path, m
         git(write(tmp_path / name, {f"{name}.py": "", ".gitignore": "big\n", "big": ""}), "init", "-q")
     monkeypatch.setenv("GIT_DIR", str(tmp_path / "other" / ".git"))
     monkeypatch.setenv("GIT_WORK_TREE", str(tmp_path / "other"))
-    assert listed(tmp_path / "one").names == (".gitignore", "one.py")
+    assert list_files(tmp_path / "one").names == (".gitignore", "one.py")
 
 
 @pytest.mark.parametrize("has_git", [False, True])
@@ -189,7 +189,7 @@ def test_every_name_is_copied_as_it_is(tmp_path: Path, *, has_git: bool) -> None
     (source / os.fsdecode(b"latin-\xe9")).write_text("x")
     if has_git:
         git(source, "init", "-q")
-    copied(source, target)
+    copy_files(source, target)
     assert {path.name for path in target.iterdir()} == {path.name for path in source.iterdir()} - {".git"}
     assert all((target / name).read_text() == name for name in HOSTILE)
 
@@ -199,7 +199,7 @@ def test_a_link_that_leads_to_what_is_sent_is_kept_and_leads_there_from_wherever
     (source / "absolute").symlink_to(source / "data" / "map.txt")
     (source / "data" / "round").symlink_to("../../source/data/map.txt")
     (source / "folder").symlink_to("data")
-    copied(source, tmp_path / "target")
+    copy_files(source, tmp_path / "target")
     source.rename(tmp_path / "moved")
     for name in ("absolute", "data/round", "folder/map.txt"):
         assert (tmp_path / "target" / name).read_text() == "here"
@@ -211,11 +211,11 @@ def test_a_link_that_leads_to_nothing_sent_is_refused_by_its_name(tmp_path: Path
     source = write(tmp_path, {"outside.txt": "", "source/.env": "", "source/app.py": ""}) / "source"
     (source / "loop").symlink_to(leads)
     with pytest.raises(UsageError, match=f"loop -> {leads}: a link that leads to nothing that is sent"):
-        copied(source, tmp_path / "target")
+        copy_files(source, tmp_path / "target")
 
 
 def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
     source = write(tmp_path / "source", {"app.py": ""})
     os.mkfifo(source / "pipe")
-    copied(source, tmp_path / "target")
+    copy_files(source, tmp_path / "target")
     assert [path.name for path in (tmp_path / "target").iterdir()] == ["app.py"]

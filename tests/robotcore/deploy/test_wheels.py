@@ -8,7 +8,7 @@ from zipfile import ZipFile
 
 import pytest
 
-from robotcore.deploy.wheels import Target, wheels_for
+from robotcore.deploy.wheels import Target, fetch_wheels
 from robotcore.errors import DeployError
 from tests.robotcore.deploy.projects import project_in
 
@@ -26,8 +26,8 @@ def publish(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Publish:
     monkeypatch.setenv("PIP_FIND_LINKS", str(index))
 
     def published(name: str, tag: str = "py3-none-any", requires: tuple[str, ...] = ()) -> None:
-        told = [f"Requires-Dist: {each}" for each in requires]
-        metadata = "\n".join(["Metadata-Version: 2.1", f"Name: {name}", "Version: 1.0", *told, ""])
+        lines = [f"Requires-Dist: {each}" for each in requires]
+        metadata = "\n".join(["Metadata-Version: 2.1", f"Name: {name}", "Version: 1.0", *lines, ""])
         with ZipFile(index / f"{name}-1.0-{tag}.whl", "w") as wheel:
             wheel.writestr(f"{name}-1.0.dist-info/METADATA", metadata)
             wheel.writestr(f"{name}-1.0.dist-info/WHEEL", f"Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: {tag}\n")
@@ -37,7 +37,7 @@ def publish(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Publish:
 
 
 def fetched(tmp_path: Path, *requirements: str, target: Target = PI) -> list[str]:
-    return sorted(path.name for path in wheels_for(requirements, target, str, tmp_path / "cache").iterdir())
+    return sorted(path.name for path in fetch_wheels(requirements, target, str, tmp_path / "cache").iterdir())
 
 
 def test_wheels_are_the_robots_with_what_holds_there_and_are_kept(

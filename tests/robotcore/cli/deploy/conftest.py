@@ -5,10 +5,10 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from tests.robotcore.cli.conftest import Cli, Told
-from tests.robotcore.deploy.conftest import aboard
+from tests.robotcore.deploy.conftest import add_action
 from tests.robotcore.deploy.sshd import Sshd, serving
 
-__all__ = ["aboard"]
+__all__ = ["add_action"]
 
 Deploy = Callable[..., Told]
 

@@ -11,7 +11,7 @@ import pytest
 
 from robotcore import RunRequest, run
 from robotcore.cli.main import execute
-from robotcore.deploy.project import Asked, DeployTable, project_of
+from robotcore.deploy.project import DeployOptions, DeployTable, build_project
 from tests.robotcore.cli.scaffold.conftest import Typed
 
 if sys.version_info >= (3, 11):
@@ -62,9 +62,9 @@ def test_its_tests_fail_where_the_app_is_wrong(project: Path, typed: Typed) -> N
 
 
 def test_is_a_project_that_can_be_deployed(project: Path) -> None:
-    found = project_of(Asked(), here=project)
+    found = build_project(DeployOptions(), here=project)
     assert found.files == ("search.py", "scout.toml", "room.toml")
-    assert (found.name, found.described().name, found.is_package) == ("scout", "scout", False)
+    assert (found.name, found.load_description().name, found.is_package) == ("scout", "scout", False)
 
 
 def test_what_it_says_of_deploying_can_be_taken_in(project: Path) -> None:
@@ -72,7 +72,7 @@ def test_what_it_says_of_deploying_can_be_taken_in(project: Path) -> None:
     file.write_text(re.sub(r"^# (?=\w+ = )", "", file.read_text(), flags=re.MULTILINE))
     deploy = told_in(project)["deploy"]
     assert deploy.keys() == DeployTable.model_fields.keys()
-    assert project_of(Asked(), here=project).settings == {"speed_m_s": "0.15"}
+    assert build_project(DeployOptions(), here=project).settings == {"speed_m_s": "0.15"}
 
 
 def test_its_robot_and_its_room_are_described_right(project: Path, capfd: pytest.CaptureFixture[str]) -> None:
