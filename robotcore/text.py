@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection
 
 
-def counted(number: int, noun: str) -> str:
+def pluralize(number: int, noun: str) -> str:
     """Return how many there are of what, in the plural but for one.
 
-    >>> counted(1, "warning"), counted(0, "warning")
+    >>> pluralize(1, "warning"), pluralize(0, "warning")
     ('1 warning', '0 warnings')
     """
     return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -22,7 +22,7 @@ from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.finding import Finding
 from robotcore.hal.robot import Robot
 from robotcore.simulation.remote_scene import Owner, State, inspect_scene, open_in_scene, read_bindings
-from robotcore.text import counted
+from robotcore.text import pluralize
 
 SECTION = "coppeliasim"
 """Where a robot's file says which object each device is."""
@@ -63,7 +63,7 @@ class CoppeliaSimBackend(Backend):
     summary = "CoppeliaSim 4.6 and newer, over its ZeroMQ remote API"
     vouches_for = frozenset({Vouch.CONTACTS, Vouch.POSE, Vouch.LOCKSTEP})
     needs_world = True
-    serves_one = True
+    is_exclusive = True
     modules = ("coppeliasim_zmqremoteapi_client", "zmq")
 
     @property
@@ -77,9 +77,9 @@ class CoppeliaSimBackend(Backend):
         if self.builds_world(robot):
             return ""
         placed = read_bindings(robot, SECTION)
-        return counted(len(placed), "object")
+        return pluralize(len(placed), "object")
 
-    def look(self, setup: Setup) -> Iterator[Finding]:
+    def inspect_scene(self, setup: Setup) -> Iterator[Finding]:
         options = setup.options_as(CoppeliaSimOptions)
         if self.builds_world(setup.robot):
             raise UsageError(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 
-from robotcore.hal.cutoff import Cutoff, Unsure
+from robotcore.hal.cutoff import Cutoff, Unconfirmed
 
 SHORT_S = 0.3
 """A guardian does not wait long; a server that is free answers in milliseconds."""
@@ -37,7 +37,7 @@ class StandingJoints(Cutoff):
                     client.ask("sim.setJointTargetVelocity", [joint, 0.0], SHORT_S)
             client.ask("_*end*_", [], SHORT_S)
         except (Unanswered, Gone, Refused, Garbled):
-            return Unsure(f"{self._host}:{self._port} does not answer; where the simulator is gone, nothing turns")
+            return Unconfirmed(f"{self._host}:{self._port} does not answer; where the simulator is gone, nothing turns")
         finally:
             client.close()
         return None

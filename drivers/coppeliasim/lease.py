@@ -12,7 +12,7 @@ from uuid import uuid4
 
 from drivers.coppeliasim.connection import Connection
 from robotcore.errors import BackendError
-from robotcore.hal.clock import Polling
+from robotcore.hal.clock import PeriodicTask
 from robotcore.hal.wall_clock import MonotonicClock
 
 PARAMETER = "robotcore.lease"
@@ -31,7 +31,7 @@ class Lease:
         self._holder = uuid4().hex
         self._renewals = 0
         self._clock = MonotonicClock()
-        self._renewing: Polling | None = None
+        self._renewing: PeriodicTask | None = None
 
     def take(self) -> bool:
         """Take it, from then on renewing it; return whether it was left behind by somebody who died.

@@ -12,7 +12,7 @@ from drivers.mujoco.model.attributes import mount_orientation
 from robotcore.description import RobotDescription, WorldDescription
 from robotcore.description.urdf import BASE, frame
 from robotcore.hal.backend import Exported
-from robotcore.text import counted
+from robotcore.text import pluralize
 
 if TYPE_CHECKING:
     from mujoco import MjSpec, MjsTexture
@@ -53,7 +53,7 @@ def _leave_out(spec: MjSpec, textures: list[MjsTexture]) -> tuple[str, ...]:
                 material.textures[role] = ""
     for texture in textures:
         spec.delete(texture)
-    left_out = f"{counted(len(names), 'texture')} left out: they are pictures beside a file. Name one with --output"
+    left_out = f"{pluralize(len(names), 'texture')} left out: they are pictures beside a file. Name one with --output"
     return (left_out,) if names else ()
 
 

@@ -57,7 +57,7 @@ class RaspberryPiBackend(Backend):
         return [f"{fitting.name}: {each}" for fitting in self.fittings(robot) for each in fitting.warnings]
 
     @property
-    def is_at_home(self) -> bool:
+    def is_native_host(self) -> bool:
         from drivers.raspberrypi.doctor import is_raspberry_pi
 
         return not self.needs_world and is_raspberry_pi()  # virtual pins are at home on no board
@@ -67,7 +67,7 @@ class RaspberryPiBackend(Backend):
         from robotcore.hal.finding import findings_of
         from robotcore.hardware.diagnosis import batteries_of
 
-        batteries = [("battery", partial(batteries_of, self, robot))] if robot and self.is_at_home else []
+        batteries = [("battery", partial(batteries_of, self, robot))] if robot and self.is_native_host else []
         return chain(examine(robot, SECTION), findings_of(batteries))
 
     def wiring(self, robot: RobotDescription) -> Wiring:

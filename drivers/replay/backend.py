@@ -66,7 +66,7 @@ class ReplayBackend(Backend):
     def remedy(self) -> str:
         return "pip install 'robotcore[record]'"
 
-    def described(self, robot: str, options: Mapping[str, Any]) -> RobotDescription:
+    def load_robot(self, robot: str, options: Mapping[str, Any]) -> RobotDescription:
         """Return the recorded robot; UsageError where another one is asked for."""
         recording = self._recording(options)
         recorded = recording.metadata

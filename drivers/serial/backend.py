@@ -15,7 +15,7 @@ from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hal.wiring import Wire, Wiring
 from robotcore.hardware import Fitting, batteries_in, fit, open_robot, unopened_cutoffs
-from robotcore.text import counted
+from robotcore.text import pluralize
 
 if TYPE_CHECKING:
     from robotcore.hal.finding import Finding
@@ -37,13 +37,13 @@ class SerialBackend(Backend):
     is_smoke_tested = False
     summary = "a robot on serial lines and USB, from any computer: motor boards, range sensors, cameras"
     modules = ("serial",)
-    placing = frozenset(SerialOptions.model_fields)
+    connection_options = frozenset(SerialOptions.model_fields)
 
     @property
     def remedy(self) -> str:
         return "pip install 'robotcore[serial]'"
 
-    def described(self, robot: str, options: Mapping[str, Any]) -> RobotDescription:
+    def load_robot(self, robot: str, options: Mapping[str, Any]) -> RobotDescription:
         return _placed(Setup(load_robot(robot), None, frozenset(), options=options)).robot
 
     def fittings(self, robot: RobotDescription, names: Iterable[str] | None = None) -> tuple[Fitting, ...]:
@@ -120,7 +120,7 @@ def ports_of(fittings: Iterable[Fitting]) -> tuple[str, ...]:
 def counted_on(fittings: Sequence[Fitting]) -> str:
     """Return how many devices these are, and on which ports, in words."""
     ports = ports_of(fittings)
-    return counted(len(fittings), "device") + (f" on {', '.join(ports)}" if ports else "")
+    return pluralize(len(fittings), "device") + (f" on {', '.join(ports)}" if ports else "")
 
 
 def wiring_of(fittings: Sequence[Fitting]) -> Wiring:

@@ -11,7 +11,7 @@ from socket import socketpair
 from drivers.serial.port import Port, PortError
 from drivers.serial.protocol import Talk
 from robotcore.errors import DeviceError, DeviceLostError
-from robotcore.hal.clock import Clock, Polling
+from robotcore.hal.clock import Clock, PeriodicTask
 
 
 class Waker:
@@ -80,7 +80,7 @@ class Line:
         self._looked_at, self._suspended_s = math.inf, 0.0
         self._back_off = FIRST_S
         self._has_heard = False
-        self._polling: Polling | None = None
+        self._polling: PeriodicTask | None = None
         self._waker: Waker | None = None
 
     @property

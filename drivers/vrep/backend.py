@@ -14,7 +14,7 @@ from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.finding import Finding
 from robotcore.hal.robot import Robot
 from robotcore.simulation.remote_scene import Owner, Scene, inspect_scene, open_in_scene, read_bindings
-from robotcore.text import counted
+from robotcore.text import pluralize
 
 SECTION = "vrep"
 """Where a robot's file says which object each device is."""
@@ -56,14 +56,14 @@ class VrepBackend(Backend):
 
     name = "vrep"
     summary = "V-REP's scenes, over the legacy remote API on 19997; no lockstep on port 19999"
-    serves_one = True
+    is_exclusive = True
     vouches_for = frozenset({Vouch.POSE, Vouch.LOCKSTEP})
 
     def check(self, robot: RobotDescription) -> str:
         placed = read_bindings(robot, SECTION)
-        return counted(len(placed), "object")
+        return pluralize(len(placed), "object")
 
-    def look(self, setup: Setup) -> Iterator[Finding]:
+    def inspect_scene(self, setup: Setup) -> Iterator[Finding]:
         options = setup.options_as(VrepOptions)
         read_bindings(setup.robot, SECTION)  # what is wrong with a file is told before anybody is asked
         with closing(_connected(options, _answer_s(options, setup))) as scene:

@@ -8,7 +8,7 @@ from drivers.vrep.connection import Connection
 from drivers.vrep.wire import requests
 from drivers.vrep.wire.errors import NobodyListensError, RemoteApiError, ServerHangsError
 from drivers.vrep.wire.link import RETRY_S
-from robotcore.hal.cutoff import Cutoff, Unsure
+from robotcore.hal.cutoff import Cutoff, Unconfirmed
 from robotcore.hal.wall_clock import MonotonicClock
 
 SHORT_S = 0.2
@@ -53,8 +53,8 @@ class StandingJoints(Cutoff):
                 connection.set(requests.joint_target_velocity(joint, 0.0))
             connection.call(requests.CLOCK)  # all that was set is done when this is answered
 
-    def _told(self, failure: RemoteApiError) -> Unsure:
+    def _told(self, failure: RemoteApiError) -> Unconfirmed:
         if isinstance(failure, NobodyListensError):
             gone = f"nobody listens at {self._host}:{self._port} any more; where the simulator is gone, nothing turns"
-            return Unsure(gone)
-        return Unsure(f"simulated wheels may turn on: {failure}")
+            return Unconfirmed(gone)
+        return Unconfirmed(f"simulated wheels may turn on: {failure}")

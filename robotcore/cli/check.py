@@ -11,7 +11,7 @@ import click
 from robotcore.cli.options import pair
 from robotcore.cli.output import write_finding, write_line
 from robotcore.errors import UsageError
-from robotcore.text import counted
+from robotcore.text import pluralize
 
 if TYPE_CHECKING:
     from robotcore.description import RobotDescription, WorldDescription
@@ -75,7 +75,7 @@ def _look(file: str, robot: RobotDescription, name: str, options: Mapping[str, s
     everything = frozenset(device.name for device in robot.devices)
     status = 0
     write_line(f"{file}: OK, {_robot(robot)}")
-    for finding in backend.look(Setup(robot, None, everything, options=options)):
+    for finding in backend.inspect_scene(Setup(robot, None, everything, options=options)):
         write_finding(finding)
         status = 1 if finding.level is Level.ERROR else status
     return status
@@ -97,12 +97,12 @@ def _checked(robot: RobotDescription, section: str) -> tuple[list[str], str]:
 
 def _robot(robot: RobotDescription) -> str:
     kinds = Counter(device.kind.replace("_", " ") for device in robot.devices)
-    devices = ", ".join(counted(number, kind) for kind, number in kinds.items()) or "no devices"
+    devices = ", ".join(pluralize(number, kind) for kind, number in kinds.items()) or "no devices"
     return f"the robot {robot.name!r}: {devices}"
 
 
 def _world(world: WorldDescription) -> str:
     nothing = "" if world.targets else " (nothing to search for)"
-    counts = f"{counted(len(world.obstacles), 'obstacle')}, {counted(len(world.targets), 'target')}{nothing}"
+    counts = f"{pluralize(len(world.obstacles), 'obstacle')}, {pluralize(len(world.targets), 'target')}{nothing}"
     own = "".join(f", {section} of its own" for section in SECTIONS if section in world.model_fields_set)
     return f"the world {world.name!r}: {world.floor.length_m:g} m x {world.floor.width_m:g} m, {counts}{own}"

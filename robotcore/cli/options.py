@@ -134,6 +134,6 @@ def merge_options(port: str | None, options: tuple[tuple[str, str], ...]) -> dic
 
 def load_connected_robot(backend: Backend, robot: str, options: Mapping[str, str]) -> RobotDescription:
     """Return a robot as it is plugged in; raises UsageError where an option says nothing of that."""
-    for unknown in sorted(options.keys() - backend.placing):
-        raise UnknownNameError("option", unknown, sorted(backend.placing))
-    return backend.described(robot, options)
+    for unknown in sorted(options.keys() - backend.connection_options):
+        raise UnknownNameError("option", unknown, sorted(backend.connection_options))
+    return backend.load_robot(robot, options)

@@ -35,7 +35,7 @@ def _setup(backend: Backend, robot: str, options: dict[str, str]) -> Setup:
     from robotcore.description import MotorDescription
     from robotcore.hal.backend import Setup
 
-    described = backend.described(robot, options)
+    described = backend.load_robot(robot, options)
     motors = frozenset(device.name for device in described.devices if isinstance(device, MotorDescription))
     return Setup(described, None, motors, options=options)
 

@@ -129,7 +129,7 @@ def _engine(cluster: str | None, jobs: int | None, wall_timeout_s: float | None,
 def _at_a_time(jobs: int | None, backends: tuple[str, ...]) -> int | None:
     from robotcore.hal.backend import load_backend
 
-    alone = [name for name in backends if load_backend(name).serves_one]
+    alone = [name for name in backends if load_backend(name).is_exclusive]
     if alone and jobs and jobs > 1:
         raise UsageError(f"the backend {alone[0]!r} serves one run at a time. Leave --jobs out")
     return 1 if alone else jobs

@@ -18,7 +18,7 @@ from robotcore.deploy.progress import OnStep, Step, begin_step
 from robotcore.deploy.rpc import Link
 from robotcore.deploy.rsync import RECORDING
 from robotcore.errors import DeployError, UsageError
-from robotcore.text import counted, escape, list_names
+from robotcore.text import escape, list_names, pluralize
 
 STEP = "brought"
 
@@ -71,7 +71,7 @@ def fetch(link: Link, folder: Path, on_step: OnStep = print, *, moves: bool = Fa
     if moves:
         found = _erase(link, found, step)
     size = format_bytes(sum(sizes.values()))
-    step.finish(f"{counted(len(sizes), 'recording')}, {size}, to {escape(str(folder))}", *_notes(found))
+    step.finish(f"{pluralize(len(sizes), 'recording')}, {size}, to {escape(str(folder))}", *_notes(found))
     return found
 
 
@@ -133,7 +133,7 @@ def _notes(found: FetchResult) -> list[str]:
         for name in found.different
     ]
     if again := {*found.erased} & {*found.present}:
-        notes.append(f"{counted(len(again), 'recording')} of those that were here already: deleted there")
+        notes.append(f"{pluralize(len(again), 'recording')} of those that were here already: deleted there")
     if found.skipped:
         notes.append(f"left on the robot because they are no recordings: {list_names(found.skipped)}")
     return notes

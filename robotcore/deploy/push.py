@@ -30,7 +30,7 @@ from robotcore.errors import DeployError
 from robotcore.hal.backend import load_backend
 from robotcore.runtime.plan import DEFAULT_WORLD, RunRequest
 from robotcore.sweep.spec import seeds_of, words_of
-from robotcore.text import counted
+from robotcore.text import pluralize
 
 FILES = "files"
 """The step in which what is to be sent is gathered: nothing comes of it to be told."""
@@ -167,7 +167,7 @@ def _report_findings(findings: Sequence[Finding], step: Step) -> None:
     """Tell what the doctor found. An error raises nothing: the trial shows whether the app lives with it."""
     counts = Counter(finding.level for finding in findings)
     bad = [finding for level in SHOWN_LEVELS for finding in findings if finding.level == level]
-    said = [f"{counts['ok']} ok", *(counted(counts[level], level) for level in SHOWN_LEVELS if counts[level])]
+    said = [f"{counts['ok']} ok", *(pluralize(counts[level], level) for level in SHOWN_LEVELS if counts[level])]
     step.finish(", ".join(said), *(_format_finding(finding) for finding in bad))
 
 

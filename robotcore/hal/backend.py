@@ -111,7 +111,7 @@ class Backend(ABC):
     """What it is, in a few words, for lists."""
     vouches_for: ClassVar[frozenset[Vouch]] = frozenset()
     """What its simulator knows or does for certain."""
-    placing: ClassVar[frozenset[str]] = frozenset()
+    connection_options: ClassVar[frozenset[str]] = frozenset()
     """The options that override where the robot's file says that the robot is connected."""
     needs_world: ClassVar[bool] = False
     """Whether it simulates the world that it is given."""
@@ -119,7 +119,7 @@ class Backend(ABC):
     """Whether --gui opens a window."""
     brings_physics: ClassVar[bool] = False
     """Whether it is a physics simulator in this process: no other program has to run."""
-    serves_one: ClassVar[bool] = False
+    is_exclusive: ClassVar[bool] = False
     """Whether it has one robot or simulator, for which a second program has to wait."""
     is_smoke_tested: ClassVar[bool] = True
     """Whether `robotcore doctor` looks if it is installed and, if it simulates, opens a robot in it."""
@@ -135,7 +135,7 @@ class Backend(ABC):
         Raises BackendMissingError, DeviceError or DeviceGroupError; what was opened by then is closed again.
         """
 
-    def described(self, robot: str, options: Mapping[str, Any]) -> RobotDescription:
+    def load_robot(self, robot: str, options: Mapping[str, Any]) -> RobotDescription:
         """Return the robot to open, by name or from its file; a backend that brings its own returns that.
 
         ``options`` are the user's. Raises UsageError where there is none.
@@ -186,7 +186,7 @@ class Backend(ABC):
         """
         return ()
 
-    def look(self, setup: Setup) -> Iterable[Finding]:
+    def inspect_scene(self, setup: Setup) -> Iterable[Finding]:
         """Yield which of a robot's devices are there in the scene that a simulator has open; nothing is moved.
 
         Raises UsageError where there is no such scene, and BackendError where nobody answers.
@@ -222,7 +222,7 @@ class Backend(ABC):
         return None
 
     @property
-    def is_at_home(self) -> bool:
+    def is_native_host(self) -> bool:
         """Whether this machine is the board that it is made for."""
         return False
 

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from robotcore.errors import UsageError
 
 
-class Polling(ABC):
+class PeriodicTask(ABC):
     """Work under way, of which `Clock.every` tells more."""
 
     @abstractmethod
@@ -19,7 +19,7 @@ class Polling(ABC):
         """Begin it no more, and wait for what is under way, but not for ever. May be called again."""
 
 
-class Pumped(Polling):
+class SimulatedTask(PeriodicTask):
     """Done by whoever lets time pass, exactly when it is due."""
 
     def __init__(self, clock: Clock, period: float, work: Callable[[], object]) -> None:
@@ -73,14 +73,14 @@ class Clock(ABC):
     def prepare_calls(self) -> None:  # noqa: B027  simulated time needs nothing
         """Start what `call_at` needs, so that no later call is refused. Raises ResourceError if the system refuses."""
 
-    def every(self, period: float, work: Callable[[], object], name: str) -> Polling:
+    def every(self, period: float, work: Callable[[], object], name: str) -> PeriodicTask:
         """Do ``work`` every ``period`` seconds from now on, until the polling is stopped.
 
         Where time is simulated, whoever lets it pass does it, when it is due; else a thread called ``name`` does, so
         that what waits for hardware holds up nobody. ``work`` deals with its own errors; what it raises all the same is
         raised to whoever lets time pass.
         """
-        return Pumped(self, period, work)
+        return SimulatedTask(self, period, work)
 
     def time_of(self, monotonic_s: float) -> float:
         """Return this clock's time at a moment of CLOCK_MONOTONIC, in seconds: the kernel's stamps on what it captures.
@@ -155,7 +155,7 @@ def _steps_in_a_tick(rate_hz: float, step_s: float) -> int:
     return round(steps)
 
 
-class ClockOver(Clock):
+class ClockWrapper(Clock):
     """Another clock's time."""
 
     def __init__(self, source: Clock) -> None:
@@ -174,7 +174,7 @@ class ClockOver(Clock):
     def prepare_calls(self) -> None:
         self._source.prepare_calls()
 
-    def every(self, period: float, work: Callable[[], object], name: str) -> Polling:
+    def every(self, period: float, work: Callable[[], object], name: str) -> PeriodicTask:
         return self._source.every(period, work, name)
 
     def time_of(self, monotonic_s: float) -> float:
@@ -184,7 +184,7 @@ class ClockOver(Clock):
         self._source.close()
 
 
-class TickClock(ClockOver):
+class TickClock(ClockWrapper):
     """The clock a loop ticks: it stands still within a tick, and a sleep begins the next one."""
 
     def __init__(self, source: Clock) -> None:
@@ -222,7 +222,7 @@ class AppClock(Clock):
     def call_at(self, deadline: float, callback: Callback) -> None:
         raise UsageError("an app is not called back. Compare robot.clock.now() in step with the time to wait for")
 
-    def every(self, period: float, work: Callable[[], object], name: str) -> Polling:
+    def every(self, period: float, work: Callable[[], object], name: str) -> PeriodicTask:
         raise UsageError("an app polls nothing. Do it in step, which is called once a tick")
 
     def close(self) -> None:

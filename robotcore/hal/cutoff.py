@@ -9,10 +9,10 @@ from importlib import import_module
 from typing import Any
 
 
-class Unsure(str):
+class Unconfirmed(str):
     """What a stop returns where nobody can tell that the motors stand: why, and what will make them, in words.
 
-    >>> f"left_motor: {Unsure('its port is gone')}"
+    >>> f"left_motor: {Unconfirmed('its port is gone')}"
     'left_motor: its port is gone'
     """
 
@@ -53,7 +53,7 @@ class Cutoff(ABC):
         """Make the motors stand. Called once or many times, armed or not, the app alive or gone.
 
         One that raises is called again for half a second: a system may need a moment to release what the app had. It
-        may return what it had to do besides, in words, or `Unsure`, which is told in place of the motors' names.
+        may return what it had to do besides, in words, or `Unconfirmed`, which is told in place of the motors' names.
         """
 
     @abstractmethod

@@ -24,7 +24,7 @@ _LOOP = "robotcore.runtime.loop"
 """It calls apps: what is outside of it is none."""
 
 
-def asking_line() -> str:
+def caller_location() -> str:
     """Return ``file.py:line`` of the innermost code on this thread's stack that is not the framework's.
 
     Empty where the framework asked of itself.
@@ -257,7 +257,7 @@ class Display(Device, ABC):
 
 def invalid_velocity(name: str, rad_s: float) -> InvalidCommandError:
     """Return the error for a velocity that is no number, with the line of the app that asked for it."""
-    line = asking_line()
+    line = caller_location()
     where = f", at {line}" if line else ""
     return InvalidCommandError(
         f"{name}: a velocity of {rad_s} rad/s was asked for{where}; it must be a finite number. "

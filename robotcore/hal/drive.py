@@ -87,7 +87,7 @@ class Odometry:
         return self._pose
 
 
-class CommandedWheels:
+class CommandIntegrator:
     """The angles that two wheels would have turned to if they followed their commands: for a drive without encoders."""
 
     def __init__(self, clock: Clock) -> None:
@@ -106,7 +106,7 @@ class CommandedWheels:
         """Return the angles until now, in radians."""
         return self._angles_at(self._clock.now())
 
-    def turned_since(self, time: float) -> Wheels:
+    def rotation_since(self, time: float) -> Wheels:
         """Return how far they would have turned from ``time`` until now, in radians; from the oldest command on."""
         left = right = 0.0
         until = self._clock.now()

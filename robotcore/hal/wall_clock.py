@@ -12,14 +12,14 @@ from contextlib import suppress
 from functools import partial
 
 from robotcore.errors import BackendError
-from robotcore.hal.clock import Callback, Clock, ClockOver, Polling
+from robotcore.hal.clock import Callback, Clock, ClockWrapper, PeriodicTask
 from robotcore.threads import is_out_of_memory, start_thread
 
 STOPPING_S = 1.0
 """Work that hangs does not keep a device from being closed for longer."""
 
 
-class Threaded(Polling):
+class ThreadedTask(PeriodicTask):
     """Done by a thread; work that takes longer than the period begins again at once, and nothing is made up for."""
 
     def __init__(self, clock: Clock, period: float, work: Callable[[], object], name: str) -> None:
@@ -89,8 +89,8 @@ class MonotonicClock(Clock):
         with self._wake:
             self._start_caller()
 
-    def every(self, period: float, work: Callable[[], object], name: str) -> Polling:
-        return Threaded(self, period, partial(self._attempt, work), name)
+    def every(self, period: float, work: Callable[[], object], name: str) -> PeriodicTask:
+        return ThreadedTask(self, period, partial(self._attempt, work), name)
 
     def time_of(self, monotonic_s: float) -> float:
         return min(monotonic_s - self._start, self.now())
@@ -157,7 +157,7 @@ class MonotonicClock(Clock):
         return None
 
 
-class FollowingClock(MonotonicClock):
+class ServerClock(MonotonicClock):
     """The time of a server that runs by itself, from zero; ``source`` asks it."""
 
     _longest_nap = 0.005
@@ -174,7 +174,7 @@ class FollowingClock(MonotonicClock):
         return self.now()
 
 
-class PacedClock(ClockOver):
+class PacedClock(ClockWrapper):
     """A stepped clock held back to real time; where the machine is too slow, it is delayed."""
 
     def __init__(self, source: Clock) -> None:

@@ -54,7 +54,7 @@ def _judged(told: BatteryDescription, voltage: float) -> Finding:
 def described(
     robot: RobotDescription,
     fit: Callable[[], Sequence[Fitting]],
-    counted: Callable[[Sequence[Fitting]], str],
+    count_parts: Callable[[Sequence[Fitting]], str],
 ) -> Generator[Finding, None, Sequence[Fitting] | None]:
     """Yield what is wrong with the file, or that it is right, how much it has, and what of it may do harm.
 
@@ -66,7 +66,7 @@ def described(
         for each in (error, *error.others):
             yield Finding.error("robot", f"{each.key}: {each.fault}", each.remedy)
         return None
-    yield Finding.ok("robot", f"{robot.file or robot.name} OK, {counted(fittings)}")
+    yield Finding.ok("robot", f"{robot.file or robot.name} OK, {count_parts(fittings)}")
     for fitting in fittings:
         for warning in fitting.warnings:
             said, _, remedy = warning.partition(". ")

@@ -13,7 +13,7 @@ from pydantic import Field, NonNegativeFloat
 
 from robotcore.description import EncoderDescription, MotorDescription, RobotDescription, StrictModel
 from robotcore.errors import DeviceError, DeviceLostError
-from robotcore.hal.clock import Clock, Polling
+from robotcore.hal.clock import Clock, PeriodicTask
 from robotcore.hal.devices import Encoder, Motor
 from robotcore.hardware.driver import Host
 from robotcore.hardware.motor_model import DutyMotor, MotorModel, Output
@@ -120,7 +120,7 @@ class ControlledMotor(DutyMotor):
         self._asked = 0.0
         self._failure: DeviceError | None = None
         self._lock = RLock()
-        self._polling: Polling | None = None
+        self._polling: PeriodicTask | None = None
 
     def begin(self, clock: Clock, period: float) -> None:
         """Look at the encoder now, and every ``period`` seconds from now on."""

@@ -92,7 +92,7 @@ class Plan:
         backend = load_backend(request.backend)
         judge = None if request.judge is None else load_judge(request.judge)
         behaviour = configure(load_app(request.app), request.settings)  # last: what it imports later is beside it
-        description = backend.described(request.robot, request.options)
+        description = backend.load_robot(request.robot, request.options)
         devices = needed_devices(description, behaviour.needs, behaviour.wants)
         devices |= backend.batteries(description, request.options)
         faults = plan_faults(request.faults, description, devices)

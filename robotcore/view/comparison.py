@@ -14,7 +14,7 @@ from robotcore.geometry import wrap_angle
 from robotcore.hal.devices import Image
 from robotcore.recording.comparison import Comparison, RunSummary
 from robotcore.recording.contents import PosePath, measure_path
-from robotcore.text import counted, escape
+from robotcore.text import escape, pluralize
 from robotcore.view import overhead
 from robotcore.view.canvas import BAD, FADED, GOOD, INK, PAPER, RULE, Canvas, Colour, measure_text
 from robotcore.view.overhead import Track
@@ -195,4 +195,4 @@ def _format_drift(summary: RunSummary) -> str:
 
 def _format_loop(summary: RunSummary) -> str:
     rate = NOTHING if summary.rate_hz is None else f"{summary.rate_hz:.2f} Hz"
-    return f"{rate}, {counted(summary.result.overruns, 'overrun')}"
+    return f"{rate}, {pluralize(summary.result.overruns, 'overrun')}"

@@ -25,7 +25,7 @@ from robotcore.recording.replay.verification import ReplayResult
 from robotcore.runtime.apps import app_path
 from robotcore.runtime.faults.spec import Spec
 from robotcore.runtime.result import Outcome, RunResult
-from robotcore.text import counted, escape
+from robotcore.text import escape, pluralize
 
 _STYLES = {Outcome.SUCCESS: "bold green", Outcome.INTERRUPTED: "bold yellow", Outcome.TIMEOUT: "bold yellow"}
 _RED = "bold red"
@@ -63,9 +63,9 @@ def list_measures(result: RunResult) -> Iterator[str]:
     if result.distance_to_target_m is not None:
         yield f"{result.distance_to_target_m:.2f} m from the target"
     if result.contacts is not None:
-        yield counted(result.contacts, "contact")
+        yield pluralize(result.contacts, "contact")
     if result.overruns:
-        yield counted(result.overruns, "overrun")
+        yield pluralize(result.overruns, "overrun")
     for name, battery in result.batteries.items():
         yield f"{name} at {battery['last_v']:.2f} V, at its lowest {battery['lowest_v']:.2f} V"
 
@@ -113,10 +113,10 @@ def _list_facts(recording: Recording) -> Iterator[str]:
         yield "set: " + ", ".join(f"{name}={value}" for name, value in settings.items())
     rate = measure_rate(recording)
     pace = f" at {rate:.2f} Hz" if rate else ""
-    ticks, overruns = counted(len(recording.ticks), "tick"), counted(result.overruns, "overrun")
+    ticks, overruns = pluralize(len(recording.ticks), "tick"), pluralize(result.overruns, "overrun")
     yield f"{ticks}{pace} in {measure_duration(recording):.2f} s, {overruns}"
     if result.dropped_pictures:
-        yield f"dropped: {counted(result.dropped_pictures, 'picture')}"
+        yield f"dropped: {pluralize(result.dropped_pictures, 'picture')}"
     if causes := count_interventions(recording):
         yield "interventions: " + ", ".join(f"{cause} {count}" for cause, count in causes.items())
     yield from (f"note: {note}" for note in result.notes)
@@ -179,7 +179,7 @@ def _list_findings(replayed: ReplayResult) -> Iterator[str]:
         yield from deviation.lines()
         yield _format_equal_ticks(replayed)
     else:
-        yield f"{counted(replayed.ticks, 'tick')}, {replayed.recording.ticks[-1].time:.2f} s"
+        yield f"{pluralize(replayed.ticks, 'tick')}, {replayed.recording.ticks[-1].time:.2f} s"
         yield from _list_digest_findings(replayed)
         if replayed.ended_by:
             yield f"the recording ends here: {replayed.ended_by}"
@@ -191,8 +191,8 @@ def _list_findings(replayed: ReplayResult) -> Iterator[str]:
 def _format_equal_ticks(replayed: ReplayResult) -> str:
     recorded = len(replayed.recording.ticks)
     if replayed.ticks == recorded:
-        return f"all that was decided in {counted(recorded, 'tick')} is equal"
-    return f"before it, {replayed.ticks} of {counted(recorded, 'tick')} {'is' if recorded == 1 else 'are'} equal"
+        return f"all that was decided in {pluralize(recorded, 'tick')} is equal"
+    return f"before it, {replayed.ticks} of {pluralize(recorded, 'tick')} {'is' if recorded == 1 else 'are'} equal"
 
 
 def _list_app_findings(replayed: ReplayResult) -> Iterator[str]:
@@ -229,11 +229,11 @@ def _list_differences(evaluation: Evaluation) -> Iterator[str]:
         yield f"  recorded: {first_difference.recorded}"
         yield f"  {_get_name(evaluation)}: {first_difference.evaluated}"
         verb = "differs" if evaluation.differing == 1 else "differ"
-        yield f"{evaluation.differing} of {counted(evaluation.ticks, 'tick')} {verb}"
+        yield f"{evaluation.differing} of {pluralize(evaluation.ticks, 'tick')} {verb}"
     else:
-        yield f"the same in all of {counted(evaluation.ticks, 'tick')}"
+        yield f"the same in all of {pluralize(evaluation.ticks, 'tick')}"
     for device, count in evaluation.late_reads.items():
-        yield f"{device}: in {counted(count, 'tick')} nobody had read it; the newest sample from before was given"
+        yield f"{device}: in {pluralize(count, 'tick')} nobody had read it; the newest sample from before was given"
 
 
 def _build_table(evaluation: Evaluation, recorded: RunResult) -> Table:

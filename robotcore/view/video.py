@@ -13,7 +13,7 @@ from robotcore.errors import RecordingError, UnknownNameError, UsageError
 from robotcore.files import replace_file
 from robotcore.hal.devices import Frame, Image
 from robotcore.recording import Recording, SampleKey
-from robotcore.text import counted
+from robotcore.text import pluralize
 from robotcore.view.canvas import INK, PAPER, Canvas
 
 WIDTH = 640
@@ -44,7 +44,7 @@ def write_video(recording: Recording, file: Path, device: str | None = None) -> 
     rate = recording.metadata.request.rate_hz
     count = round((scenes[-1][0] - scenes[0][0]) * rate) + 1
     if count > min(_MOST_PICTURES, _MOST_REPEATED * len(scenes)):
-        problem = f"its {counted(len(scenes), 'tick')} last {scenes[-1][0] - scenes[0][0]:.0f} s, too long for a film"
+        problem = f"its {pluralize(len(scenes), 'tick')} last {scenes[-1][0] - scenes[0][0]:.0f} s, too long for a film"
         raise RecordingError("--video", problem, "Draw it with --picture, or write it as a table with --csv")
     try:
         with replace_file(file) as part:

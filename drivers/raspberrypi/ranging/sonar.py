@@ -10,7 +10,7 @@ from typing import Any
 from drivers.raspberrypi.pins import stop_edge_detection, translate_pin_errors
 from drivers.raspberrypi.ranging.echo_timer import EchoTimer
 from robotcore.description import RangeSensorDescription
-from robotcore.hal.clock import Clock, Polling
+from robotcore.hal.clock import Clock, PeriodicTask
 from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hardware.polled import Findings
 
@@ -131,7 +131,7 @@ class TriggerScheduler:
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._modules: list[tuple[Cycle, float]] = []
-        self._polling: Polling | None = None
+        self._polling: PeriodicTask | None = None
         self._at = 0
 
     def pause(self) -> None:

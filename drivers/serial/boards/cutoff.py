@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from drivers.serial.port import FAILURES, PortMissingError, holders, path_of, why_closed
 from robotcore.errors import BackendError, ResourceError
-from robotcore.hal.cutoff import Cutoff, CutoffSpec, Unsure
+from robotcore.hal.cutoff import Cutoff, CutoffSpec, Unconfirmed
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.threads import start_thread
 
@@ -90,7 +90,7 @@ class StopFrame(Cutoff):
             except Exception:  # noqa: BLE001  pyserial's kinds have no base in common; what fails again is raised
                 self.close()
                 if not self._is_there():
-                    return Unsure(f"{self._place} is gone: the board stops its motors by itself")
+                    return Unconfirmed(f"{self._place} is gone: the board stops its motors by itself")
                 self._write()
             return None if self._has_owner else self._confirmed()
 
@@ -108,7 +108,8 @@ class StopFrame(Cutoff):
                 "(a run takes its guardian with it), and stop anew"
             )
         if self._answer is None:
-            return Unsure(f"the stop was sent to {self._place}; this board cannot confirm it. Look whether they stand")
+            text = f"the stop was sent to {self._place}; this board cannot confirm it. Look whether they stand"
+            return Unconfirmed(text)
         if not self._is_answered(self._answer):
             raise BackendError(f"no answer on {self._place}: whether the stop was heard is not known")
         return None

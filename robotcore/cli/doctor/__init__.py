@@ -15,7 +15,7 @@ import click
 from robotcore.cli.options import connection_options, load_connected_robot, merge_options
 from robotcore.cli.output import as_json, write_finding, write_json, write_line
 from robotcore.errors import UsageError
-from robotcore.text import counted
+from robotcore.text import pluralize
 
 if TYPE_CHECKING:
     from robotcore.description import RobotDescription
@@ -53,7 +53,7 @@ def command(
         write_json({"findings": rows, "warnings": warnings, "errors": errors, "exit_status": status})
     else:
         write_line()
-        write_line(f"{counted(errors, 'error')}, {counted(warnings, 'warning')}")
+        write_line(f"{pluralize(errors, 'error')}, {pluralize(warnings, 'warning')}")
     return status
 
 
@@ -88,7 +88,7 @@ def _chosen() -> list[str]:
     at_home = []
     for name in backend_names():
         with suppress(Exception):  # `_examined` reports what it raises
-            at_home += [name] if load_backend(name).is_at_home else []
+            at_home += [name] if load_backend(name).is_native_host else []
     return at_home or backend_names()
 
 

@@ -15,7 +15,7 @@ from pydantic import Field
 
 from robotcore.description import StrictModel
 from robotcore.errors import DeviceError
-from robotcore.hal.clock import Clock, ClockOver
+from robotcore.hal.clock import Clock, ClockWrapper
 from robotcore.hal.devices import SampleT
 from robotcore.runtime.layers.base import Layer, Reader
 from robotcore.runtime.layers.imperfections import Noise, random_at
@@ -96,7 +96,7 @@ class Fault(StrictModel):
         return -ROUNDING_S <= time - self.after < (self.lasts or inf) - ROUNDING_S
 
 
-class EndingTicks(ClockOver):
+class EndingTicks(ClockWrapper):
     """Calls ``end_tick`` at the end of each tick, just before time passes."""
 
     def __init__(self, source: Clock, end_tick: Callable[[], None]) -> None:
@@ -108,7 +108,7 @@ class EndingTicks(ClockOver):
         return super().sleep_until(deadline)
 
 
-class Stalling(ClockOver):
+class Stalling(ClockWrapper):
     """Comes back ``stall`` seconds later from the first tick at ``first`` or after; then again ``every`` seconds.
 
     No stall begins at ``end`` or later. Time, and all that others have asked for, goes on meanwhile.

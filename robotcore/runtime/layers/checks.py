@@ -8,7 +8,7 @@ from types import FrameType
 from typing import Generic
 
 from robotcore.errors import BackendError, DeviceError, RobotcoreError, StaleSampleError
-from robotcore.hal.clock import Clock, ClockOver, TickClock
+from robotcore.hal.clock import Clock, ClockWrapper, TickClock
 from robotcore.hal.devices import Battery, Motor, SampleT, Sensor, Voltage
 from robotcore.runtime.layers.base import Layer, MotorOver, Reader
 from robotcore.safety import Latch, Stay, Whereabouts
@@ -102,7 +102,7 @@ class _WatchedMotor(MotorOver):
         self.set_velocity(rad_s)
 
 
-class _WatchedClock(ClockOver):
+class _WatchedClock(ClockWrapper):
     """A backend's clock. A sleep may take as long as it was to take, and then as long as any call.
 
     A connection that breaks while time is to pass, and that the driver has not translated, is a BackendError.

@@ -12,7 +12,7 @@ from robotcore.description import Drive, EncoderDescription, RobotDescription
 from robotcore.geometry import Wheels, to_float
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Device, Encoder, Motor, RangeSensor
-from robotcore.hal.drive import CommandedWheels, DifferentialDrive, Odometry
+from robotcore.hal.drive import CommandIntegrator, DifferentialDrive, Odometry
 from robotcore.runtime.layers.base import Layer
 from robotcore.safety import (
     AccelerationLimit,
@@ -92,7 +92,7 @@ class GuardedDrive:
         """
         left, right = _motor(devices, drive.left), _motor(devices, drive.right)
         limit = min(left.max_velocity, right.max_velocity)
-        commanded = CommandedWheels(clock)
+        commanded = CommandIntegrator(clock)
         encoders = _encoders(devices, drive)
         counted = _counted(*encoders) if encoders else None
         ahead = _sensors_ahead(devices, description)
@@ -156,14 +156,14 @@ def _counted(left: Encoder, right: Encoder) -> Callable[[], Wheels]:
     return lambda: Wheels(left.read().angle, right.read().angle)
 
 
-def _up_to_date(left: Encoder, right: Encoder, commanded: CommandedWheels) -> Callable[[], Wheels]:
+def _up_to_date(left: Encoder, right: Encoder, commanded: CommandIntegrator) -> Callable[[], Wheels]:
     """Return what reads the angles of now: what a late count has not got to yet, the wheels did as they were told."""
 
     def angles() -> Wheels:
         on_left, on_right = left.read(), right.read()
         return Wheels(
-            on_left.angle + commanded.turned_since(on_left.time).left,
-            on_right.angle + commanded.turned_since(on_right.time).right,
+            on_left.angle + commanded.rotation_since(on_left.time).left,
+            on_right.angle + commanded.rotation_since(on_right.time).right,
         )
 
     return angles

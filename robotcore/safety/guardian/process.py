@@ -13,7 +13,7 @@ from typing import Literal
 
 from robotcore.errors import ResourceError, RobotcoreError
 from robotcore.hal.clock import Clock
-from robotcore.hal.cutoff import Cutoff, CutoffSpec, Unsure, shared
+from robotcore.hal.cutoff import Cutoff, CutoffSpec, Unconfirmed, shared
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.safety.guardian.protocol import BYE, DRIVING, Assignment, Report, first_line, heard
 from robotcore.threads import start_thread
@@ -119,8 +119,8 @@ def together(hands: Sequence[Hand], deed: Deed, limit: float, clock: Clock) -> R
     faults = [task.fault_within(end - clock.now()) for task in tasks]
     failed = tuple(f"{hand.device}: {fault}" for hand, fault in zip(hands, faults, strict=True) if fault)
     over = [(hand.device, task.told) for hand, task, fault in zip(hands, tasks, faults, strict=True) if not fault]
-    done = tuple(device for device, told in over if not isinstance(told, Unsure))
-    words = (f"{device}: {told}" if isinstance(told, Unsure) else told for device, told in over if told)
+    done = tuple(device for device, told in over if not isinstance(told, Unconfirmed))
+    words = (f"{device}: {told}" if isinstance(told, Unconfirmed) else told for device, told in over if told)
     return Report(deed, done, failed, tuple(dict.fromkeys(words)))
 
 

@@ -47,7 +47,7 @@ class Assignment:
 class Report:
     """What the guardian did, a method of `Cutoff`: on which devices, and where it failed, each with its fault.
 
-    ``told`` is what it had to do besides, in words, and where it is `Unsure` of a device.
+    ``told`` is what it had to do besides, in words, and where it is `Unconfirmed` of a device.
     """
 
     deed: str

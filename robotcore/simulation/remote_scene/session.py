@@ -23,7 +23,7 @@ from robotcore.hal.clock import Clock, SteppedClock
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.devices import Device, MemoryDisplay
 from robotcore.hal.robot import Robot
-from robotcore.hal.wall_clock import FollowingClock
+from robotcore.hal.wall_clock import ServerClock
 from robotcore.simulation.remote_scene.bindings import (
     CameraBinding,
     Found,
@@ -91,7 +91,7 @@ def open_in_scene(
             scene.set_joint_velocity(joint, 0.0)  # the scene, or whoever was here before, may have left it turning
         if stepped:
             scene.advance(1)  # before its first step a scene shows nothing
-        clock = stepped or FollowingClock(scene.time)
+        clock = stepped or ServerClock(scene.time)
         undo.callback(clock.close)
         joined = _DeviceOpener(setup.robot, scene, clock, {each.told.name: each.place for each in placed}, found)
         devices = []

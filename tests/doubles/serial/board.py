@@ -6,7 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 
-from robotcore.hal.clock import Clock, Polling
+from robotcore.hal.clock import Clock, PeriodicTask
 from tests.doubles.serial.pty import Pty
 
 PERIOD_S = 0.002
@@ -34,7 +34,7 @@ class Powered:
         self.board, self._pty, self._clock = board, pty, clock
         self._last = clock.now()
         self._was_plugged_in = False
-        self._polling: Polling = clock.every(PERIOD_S, self._pump, "board")
+        self._polling: PeriodicTask = clock.every(PERIOD_S, self._pump, "board")
 
     def off(self) -> None:
         """Take its power away. May be called again."""

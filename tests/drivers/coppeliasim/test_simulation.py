@@ -258,7 +258,7 @@ def test_cycle_takes_as_few_calls_as_the_api_allows(port: int, monkeypatch: pyte
 def test_robot_that_is_built_is_looked_for_in_no_scene() -> None:
     setup = Setup(load_robot("rover"), None, frozenset(), options={"port": 1})
     with pytest.raises(UsageError, match=r"'rover' has no section \[coppeliasim\], so it is built"):
-        list(CoppeliaSimBackend().look(setup))
+        list(CoppeliaSimBackend().inspect_scene(setup))
 
 
 def test_scene_that_is_somebodys_is_told_with_robots_that_join_one() -> None:

@@ -105,12 +105,12 @@ def test_another_rate_is_refused_with_the_right_one() -> None:
 
 def test_another_robot_is_refused() -> None:
     with pytest.raises(UsageError, match="--robot lookout: a replay has the robot of its recording, 'rover'"):
-        ReplayBackend().described("lookout", {"recording": recording()})
+        ReplayBackend().load_robot("lookout", {"recording": recording()})
 
 
 def test_file_is_asked_for() -> None:
     with pytest.raises(UsageError, match="--option file="):
-        ReplayBackend().described("rover", {})
+        ReplayBackend().load_robot("rover", {})
 
 
 def test_text_in_place_of_a_recording_is_refused() -> None:
@@ -122,8 +122,8 @@ def test_recorded_robot_is_described_by_the_recording() -> None:
     own = ROVER.model_copy(update={"name": "own"})
     recorded = recording()
     recorded = replace(recorded, metadata=replace(recorded.metadata, description=own))
-    assert ReplayBackend().described("rover", {"recording": recorded, "is_held": True}) is own
-    served = ReplayBackend().described("rover", {"recording": recorded})
+    assert ReplayBackend().load_robot("rover", {"recording": recorded, "is_held": True}) is own
+    served = ReplayBackend().load_robot("rover", {"recording": recorded})
     assert served.model_copy(update={"safety": own.safety}) == own
     assert min(served.safety.follow_s, served.safety.max_age_s) > recorded.ticks[-1].time
 

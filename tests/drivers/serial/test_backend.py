@@ -194,12 +194,12 @@ class TestDoctor:
 WHEEL_SIDES = ("left", "right")
 
 
-class Pumped(SerialBackend):
+class SimulatedTask(SerialBackend):
     vouches_for = frozenset({Vouch.LOCKSTEP})
 
 
 class TestTwoRuns(SerialBench, RepeatRules):
-    backend = Pumped
+    backend = SimulatedTask
     devices: ClassVar = {
         **{f"{side}_motor": {"driver": "ros-arduino-motor", "side": side} for side in WHEEL_SIDES},
         **{f"{side}_encoder": {"driver": "ros-arduino-encoder", "side": side} for side in WHEEL_SIDES},

@@ -41,11 +41,11 @@ def test_a_simulator_that_is_asked_for_it_leaves_it_out(tmp_path: Path, backend:
         assert set(robot.devices) == everything - {"cells"}
 
 
-@pytest.mark.parametrize("is_at_home", [True, False])
+@pytest.mark.parametrize("is_native_host", [True, False])
 def test_the_doctor_reads_a_battery_on_the_pi_alone(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, is_at_home: bool
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, is_native_host: bool
 ) -> None:
     found = Finding.ok("cells", "7.40 V")
     monkeypatch.setattr("robotcore.hardware.diagnosis.batteries_of", lambda *_: [found])
-    monkeypatch.setattr(RaspberryPiBackend, "is_at_home", is_at_home)
-    assert (found in list(RaspberryPiBackend().examine(powered_rover(tmp_path)))) is is_at_home
+    monkeypatch.setattr(RaspberryPiBackend, "is_native_host", is_native_host)
+    assert (found in list(RaspberryPiBackend().examine(powered_rover(tmp_path)))) is is_native_host

@@ -9,7 +9,7 @@ import pytest
 
 from robotcore.errors import InvalidCommandError
 from robotcore.geometry import Wheels
-from robotcore.hal.devices import asking_line
+from robotcore.hal.devices import caller_location
 from robotcore.hal.robot import Robot
 from robotcore.runtime.result import Outcome
 from robotcore.safety.rules import VelocityLimit
@@ -17,7 +17,7 @@ from tests.robotcore.runs import Runner, driving, then
 
 
 def test_whoever_calls_the_framework_is_reported_by_line() -> None:
-    file, line = asking_line().split(":")
+    file, line = caller_location().split(":")
     assert (file, line.isdigit()) == (Path(__file__).name, True)
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from robotcore.errors import UsageError
 from robotcore.hal.clock import Clock, SteppedClock, TickClock
-from robotcore.hal.wall_clock import FollowingClock, MonotonicClock, PacedClock
+from robotcore.hal.wall_clock import MonotonicClock, PacedClock, ServerClock
 
 
 class FakeTime:
@@ -176,7 +176,7 @@ class TestMomentsOfTheKernel:
         stepped = SteppedClock(20, lambda _: None)
         stepped.sleep_until(1.0)
         assert stepped.time_of(123_456.0) == PacedClock(stepped).time_of(123_456.0) == 1.0
-        assert FollowingClock(iter([5.0, 7.0]).__next__).time_of(123_456.0) == 2.0
+        assert ServerClock(iter([5.0, 7.0]).__next__).time_of(123_456.0) == 2.0
 
 
 class TestMonotonicClock:
@@ -253,9 +253,9 @@ class TestMonotonicClock:
         clock.close()
 
 
-class TestFollowingClock:
+class TestServerClock:
     def test_follows_the_servers_time_however_fast_it_runs(self, fake_time: FakeTime) -> None:
-        clock = FollowingClock(lambda: (fake_time.t - 1000.0) / 2)
+        clock = ServerClock(lambda: (fake_time.t - 1000.0) / 2)
         assert clock.sleep_until(0.1)
         assert fake_time.t == pytest.approx(1000.2, abs=0.006)
         assert max(fake_time.naps) <= 0.005
@@ -269,7 +269,7 @@ class TestFollowingClock:
             asked_by_thread.set()
             raise ConnectionError("the server has gone")
 
-        clock = FollowingClock(source)
+        clock = ServerClock(source)
         clock.call_at(1.0, _fail)
         assert asked_by_thread.wait(10)
         with pytest.raises(ConnectionError, match="gone"):

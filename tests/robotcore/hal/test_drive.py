@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from robotcore.geometry import DifferentialGeometry, Pose, Twist, Wheels
 from robotcore.hal.clock import SteppedClock
-from robotcore.hal.drive import CommandedWheels, DifferentialDrive, Odometry
+from robotcore.hal.drive import CommandIntegrator, DifferentialDrive, Odometry
 
 GEOMETRY = DifferentialGeometry(wheel_radius=0.05, track=0.2)
 velocities = st.floats(-50, 50)
@@ -109,7 +109,7 @@ class TestOdometry:
 class TestCommandedWheels:
     def test_angles_are_those_of_wheels_that_do_as_they_are_reported(self) -> None:
         clock = SteppedClock(20, lambda _: None)
-        wheels = CommandedWheels(clock)
+        wheels = CommandIntegrator(clock)
         wheels.turn_at(Wheels(2.0, 4.0), clock.now())
         clock.sleep_until(0.5)
         wheels.turn_at(Wheels(-1.0, 0.0), clock.now())
@@ -119,7 +119,7 @@ class TestCommandedWheels:
 
     def test_a_change_that_the_clock_does_not_show_yet_counts_from_its_own_time(self) -> None:
         clock = SteppedClock(20, lambda _: None)
-        wheels = CommandedWheels(clock)
+        wheels = CommandIntegrator(clock)
         wheels.turn_at(Wheels(2.0, 2.0), 0.0)
         wheels.turn_at(Wheels(0.0, 0.0), 0.25)
         clock.sleep_until(1.0)
@@ -131,13 +131,13 @@ class TestCommandedWheels:
     )
     def test_what_was_turned_since_a_time_follows_every_command_since(self, time: float, turned: Wheels) -> None:
         clock = SteppedClock(20, lambda _: None)
-        wheels = CommandedWheels(clock)
+        wheels = CommandIntegrator(clock)
         wheels.turn_at(Wheels(2.0, 4.0), 0.0)
         clock.sleep_until(0.5)
         wheels.turn_at(Wheels(-1.0, 0.0), 0.5)
         clock.sleep_until(1.5)
         wheels.turn_at(Wheels(8.0, 8.0), 1.6)  # the clock does not show it yet
-        assert wheels.turned_since(time) == pytest.approx(turned)
+        assert wheels.rotation_since(time) == pytest.approx(turned)
 
 
 def _drive(stage: KeepingStage) -> DifferentialDrive:

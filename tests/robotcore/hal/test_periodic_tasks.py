@@ -10,7 +10,7 @@ import pytest
 
 from robotcore.errors import BackendError, UsageError
 from robotcore.hal.clock import AppClock, SteppedClock, TickClock
-from robotcore.hal.wall_clock import FollowingClock, MonotonicClock, PacedClock
+from robotcore.hal.wall_clock import MonotonicClock, PacedClock, ServerClock
 
 AGES_S = 10.0
 """A thread that has not come by then never will."""
@@ -149,7 +149,7 @@ class TestInRealTime:
 
     def test_a_server_s_time_is_followed_by_a_thread_too(self) -> None:
         done = threading.Event()
-        clock, wall = FollowingClock(source := MonotonicClock().now), MonotonicClock()
+        clock, wall = ServerClock(source := MonotonicClock().now), MonotonicClock()
         polling = clock.every(0.001, done.set, "echo")
         assert done.wait(AGES_S)
         polling.stop()
@@ -172,7 +172,7 @@ def test_work_by_a_servers_time_ends_quietly_with_the_server_and_the_sleeper_is_
             raise BackendError("the server is gone")
         return wall.now()
 
-    clock = FollowingClock(time)
+    clock = ServerClock(time)
     worked = threading.Event()
     polling = clock.every(0.001, worked.set, "echo")
     assert worked.wait(AGES_S)

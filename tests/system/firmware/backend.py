@@ -14,7 +14,7 @@ from robotcore.description import BatteryDescription, CameraDescription, RobotDe
 from robotcore.hal.backend import Backend, Setup, Vouch
 from robotcore.hal.devices import Device
 from robotcore.hal.robot import Robot
-from robotcore.hal.wall_clock import FollowingClock
+from robotcore.hal.wall_clock import ServerClock
 from robotcore.hardware import open_robot
 from tests.system.firmware.board import Board
 from tests.system.firmware.config import BOARD_TIMEOUT_S, on_serial, wiring
@@ -68,15 +68,15 @@ class SimavrBackend(Backend):
         setup = replace(setup, robot=on_serial(setup.robot, simulated.port, options.board_timeout_s), options={})
         return open_robot(setup, SECTION, clock, release=release, truth=world, opened=_cameras(setup, world, clock))
 
-    def _simulated(self, join: Path | None, opened: ExitStack) -> tuple[SimulatedRobot, FollowingClock]:
+    def _simulated(self, join: Path | None, opened: ExitStack) -> tuple[SimulatedRobot, ServerClock]:
         """Return a robot and its clock, which holds it back where nobody else waits for its time."""
         if shared := self._board or (join and SimulatedRobot(join, joined(join))):
-            return shared, FollowingClock(shared.now)
+            return shared, ServerClock(shared.now)
         board = opened.enter_context(switched_on())
         return board, AskedClock(board)
 
 
-def _cameras(setup: Setup, world: FollowedWorld, clock: FollowingClock) -> dict[str, Device]:
+def _cameras(setup: Setup, world: FollowedWorld, clock: ServerClock) -> dict[str, Device]:
     return {
         told.name: FollowedCamera(told, world, clock) for told in setup.chosen if isinstance(told, CameraDescription)
     }

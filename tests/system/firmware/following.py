@@ -11,11 +11,11 @@ from pathlib import Path
 
 from drivers.serial import backend
 from robotcore.cli.main import main
-from robotcore.hal.wall_clock import FollowingClock
+from robotcore.hal.wall_clock import ServerClock
 from tests.system.firmware.simulated import SimulatedRobot, joined
 
 if __name__ == "__main__":
     folder = Path(sys.argv.pop(1))
     simulated = SimulatedRobot(folder, joined(folder))
-    vars(backend)["MonotonicClock"] = partial(FollowingClock, simulated.now)
+    vars(backend)["MonotonicClock"] = partial(ServerClock, simulated.now)
     main()

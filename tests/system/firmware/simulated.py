@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from robotcore.geometry import Wheels
-from robotcore.hal.wall_clock import FollowingClock
+from robotcore.hal.wall_clock import ServerClock
 
 HZ = 16_000_000
 MEMORY = "bench"
@@ -195,7 +195,7 @@ class SimulatedRobot:
         self._bench.noise = share
 
 
-class AskedClock(FollowingClock):
+class AskedClock(ServerClock):
     """Asks for as much of the AVR's time as somebody sleeps: a busy program finds hardly any gone.
 
     Threads that wait beside the sleeper get theirs meanwhile; when all wait but nobody sleeps, the AVR creeps on.

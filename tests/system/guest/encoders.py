@@ -31,18 +31,18 @@ def edges(encoder: Encoder) -> int:
     return round(encoder.read().angle / math.tau * EDGES_PER_TURN)
 
 
-def counted(encoder: Encoder, disc: Disc, way: Iterable[int]) -> list[int]:
+def pluralize(encoder: Encoder, disc: Disc, way: Iterable[int]) -> list[int]:
     """Turn the disc edge by edge, each heard before the next: bursts would be a matter of timing."""
     return [settled(lambda: edges(encoder), disc.turn(edge)) for edge in way]
 
 
 def test_every_edge_forward_counts_up(disc: Disc, encoder: Encoder) -> None:
-    assert counted(encoder, disc, [1] * 40) == list(range(1, 41))
+    assert pluralize(encoder, disc, [1] * 40) == list(range(1, 41))
 
 
 def test_every_edge_backward_counts_down(disc: Disc, encoder: Encoder) -> None:
-    assert counted(encoder, disc, [-1] * 40) == list(range(-1, -41, -1))
+    assert pluralize(encoder, disc, [-1] * 40) == list(range(-1, -41, -1))
 
 
 def test_a_wheel_that_shakes_on_an_edge_goes_nowhere(disc: Disc, encoder: Encoder) -> None:
-    assert counted(encoder, disc, [1, -1] * 20) == [1, 0] * 20
+    assert pluralize(encoder, disc, [1, -1] * 20) == [1, 0] * 20

@@ -14,7 +14,7 @@ import pytest
 
 from drivers.serial.boards.cutoff import APART_S, StopFrame
 from robotcore.errors import BackendError
-from robotcore.hal.cutoff import Unsure
+from robotcore.hal.cutoff import Unconfirmed
 from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.serial.board import Powered
 from tests.doubles.serial.line import Answering
@@ -159,7 +159,7 @@ def test_of_a_board_that_never_answers_it_is_said_that_nobody_can_tell(tmp_path:
         clock = MonotonicClock()
         told = stopping(pty.path, None)
         assert clock.now() >= APART_S
-        assert isinstance(told, Unsure)
+        assert isinstance(told, Unconfirmed)
         assert told == f"the stop was sent to {pty.path}; this board cannot confirm it. Look whether they stand"
         assert pty.all_heard() == 2 * STOP
 

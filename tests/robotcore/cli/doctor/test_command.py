@@ -29,7 +29,7 @@ class Ward(Backend):
         raise NotImplementedError
 
     @property
-    def is_at_home(self) -> bool:
+    def is_native_host(self) -> bool:
         return self.is_here
 
     def examine(self, robot: RobotDescription | None) -> Iterator[Finding]:

@@ -15,7 +15,7 @@ TOLD = load_robot("rover").first_of(RangeSensorDescription)
 assert TOLD
 
 
-def counted(*counts: tuple[float, int]) -> float | None:
+def pluralize(*counts: tuple[float, int]) -> float | None:
     """Return what is made of counts at their times."""
     wheel = Counts()
     for time, count in counts:
@@ -41,7 +41,7 @@ def counted(*counts: tuple[float, int]) -> float | None:
     ids=["first", "on", "wraps up", "wraps down", "lost digit", "not confirmed", "reset", "pause", "anew", "goes on"],
 )
 def test_what_a_wheel_has_turned(counts: list[tuple[float, int]], turned: float) -> None:
-    assert counted(*counts) == turned
+    assert pluralize(*counts) == turned
 
 
 def test_a_count_that_is_not_believed_is_no_new_sample() -> None:

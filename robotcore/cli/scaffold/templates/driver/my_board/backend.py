@@ -36,7 +36,7 @@ class MyBoardBackend(Backend):
     name = "my-board"
     summary = "a board that is made up: two wheels, encoders, and a wall ahead"
     vouches_for = frozenset({Vouch.LOCKSTEP})  # for its time is simulated; that of a real board goes on by itself: none
-    serves_one = True
+    is_exclusive = True
     modules = ()  # the board's library
 
     def __init__(self, connect: Callable[[], Board] = Board) -> None:
