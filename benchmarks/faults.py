@@ -19,9 +19,9 @@ from benchmarks.report import machine, print_table
 from robotcore.runtime.plan import Plan, RunRequest
 from robotcore.runtime.result import Outcome
 from robotcore.sweep import LocalEngine, Record, Sweep, run_sweep
-from robotcore.sweep.local import cores
-from robotcore.sweep.record import fault
-from robotcore.sweep.spec import seeds_of
+from robotcore.sweep.local import count_cores
+from robotcore.sweep.record import format_failure
+from robotcore.sweep.spec import parse_seeds
 
 APP = "green-search"
 NAMING = (3, 4)
@@ -110,12 +110,12 @@ def main() -> int:
     parser.add_argument("--seeds", default="1-20")
     parser.add_argument("--world", default="arena")
     parser.add_argument("--backends", default="kinematic")
-    parser.add_argument("--jobs", type=int, default=cores())
+    parser.add_argument("--jobs", type=int, default=count_cores())
     parser.add_argument("--fault", action="append", metavar="SPEC", help="one fault instead of all; may be repeated")
     asked = parser.parse_args()
     cases = tuple(map(Case, asked.fault)) if asked.fault else CASES
     backends = tuple(asked.backends.split(","))
-    sweeps = {case: _sweep_of(case, backends, asked.world, seeds_of(asked.seeds)) for case in cases}
+    sweeps = {case: _sweep_of(case, backends, asked.world, parse_seeds(asked.seeds)) for case in cases}
     tallies = [tally for case, sweep in sweeps.items() for tally in _tallies(case, sweep, asked.jobs)]
     print(machine())
     columns = (
@@ -132,7 +132,7 @@ def main() -> int:
     print_table(columns, map(_row, tallies))
     for tally in tallies:
         for record in tally.spoilt:
-            print(f"look at: {record.command}  # {fault(record)}")
+            print(f"look at: {record.command}  # {format_failure(record)}")
     return int(not all(tally.is_passed for tally in tallies))
 
 
@@ -163,7 +163,7 @@ def _devices_of(spec: str) -> frozenset[str]:
 
 def _row(tally: Tally) -> tuple[str, ...]:
     runs = len(tally.records)
-    told = [record.result.reason for record in (*tally.named, *tally.others)]
+    reasons = [record.result.reason for record in (*tally.named, *tally.others)]
     return (
         f"`{tally.case.spec}`",
         tally.backend,
@@ -172,7 +172,7 @@ def _row(tally: Tally) -> tuple[str, ...]:
         ", ".join(sorted({str(record.result.exit_status) for record in tally.named})),
         f"{len(tally.others)}/{runs}",
         f"{len(tally.touching)}/{runs}",
-        told[0].partition(". ")[0] if told else "",
+        reasons[0].partition(". ")[0] if reasons else "",
         tally.case.touching,
     )
 

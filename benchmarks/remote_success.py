@@ -20,11 +20,11 @@ from benchmarks.remote.doubles import Double
 from benchmarks.report import machine, print_table
 from robotcore.runtime.plan import RunRequest
 from robotcore.sweep import Record
-from robotcore.sweep.record import fault
+from robotcore.sweep.record import format_failure
 from robotcore.sweep.single_run import perform
-from robotcore.sweep.spec import seeds_of
-from robotcore.sweep.statistics import Group, agreements_of, grouped
-from robotcore.sweep.tables import contacts_told, time_told
+from robotcore.sweep.spec import parse_seeds
+from robotcore.sweep.statistics import Group, compare_backends, group_records
+from robotcore.sweep.tables import format_contacts, format_time
 
 VERIFIED, ALIKE = 0.97, 0.97
 """The bounds: of verified runs, and of seeds with the same milestones as in the built-in simulator."""
@@ -41,13 +41,13 @@ def main() -> int:
     parser.add_argument("--coppeliasim", metavar="HOST:PORT", help="a real server with an empty scene")
     asked = parser.parse_args()
     cv2.setNumThreads(1)
-    seeds = seeds_of(asked.seeds)
+    seeds = parse_seeds(asked.seeds)
     print(machine(), flush=True)
     records = [_record(REFERENCE, asked.world, seed) for seed in seeds]
     for backend in asked.backends.split(","):
         runs = _joined(asked.world, seeds) if backend == "vrep" else _built(asked.world, seeds, asked.coppeliasim)
         records += runs
-    groups = grouped(records)
+    groups = group_records(records)
     print_table(("backend", "verified", "contacts", "median", "slowest"), map(_row, groups))
     is_alike = _is_alike(records)
     return int(not (is_alike and all((group.verified_share or 0.0) >= VERIFIED for group in groups)))
@@ -75,7 +75,11 @@ def _joined(world: str, seeds: tuple[int, ...]) -> Iterator[Record]:
 def _told(record: Record, beside: str) -> Record:
     """Return a record; of a failing one, print how it is run again, ``beside`` what."""
     if record.is_failure:
-        print(f"failing: {record.command}  # {fault(record)}", *([f"beside: {beside}"] if beside else ()), sep="\n")
+        print(
+            f"failing: {record.command}  # {format_failure(record)}",
+            *([f"beside: {beside}"] if beside else ()),
+            sep="\n",
+        )
     return record
 
 
@@ -83,16 +87,16 @@ def _row(group: Group) -> tuple[str, ...]:
     return (
         group.backend,
         f"{group.verified}/{group.runs}",
-        contacts_told(group),
-        time_told(group.median_time_s),
-        time_told(group.slowest_time_s),
+        format_contacts(group),
+        format_time(group.median_time_s),
+        format_time(group.slowest_time_s),
     )
 
 
 def _is_alike(records: list[Record]) -> bool:
     """Print on how many seeds the milestones are as in the built-in simulator, and return whether these are enough."""
     is_alike = True
-    for agreement in agreements_of(records):
+    for agreement in compare_backends(records):
         if agreement.first == REFERENCE:
             same, pairs = agreement.same_milestones, len(agreement.pairs)
             print(f"{agreement.second}: the same milestones in the same order on {same} of {pairs} seeds")

@@ -17,11 +17,11 @@ from tempfile import TemporaryDirectory
 from benchmarks.report import machine, print_table
 from robotcore.runtime.plan import RunRequest
 from robotcore.sweep import LocalEngine, Record, Sweep, run_sweep
-from robotcore.sweep.local import cores
-from robotcore.sweep.record import fault
-from robotcore.sweep.spec import seeds_of
-from robotcore.sweep.statistics import Group, agreements_of, grouped
-from robotcore.sweep.tables import contacts_told, time_told
+from robotcore.sweep.local import count_cores
+from robotcore.sweep.record import format_failure
+from robotcore.sweep.spec import parse_seeds
+from robotcore.sweep.statistics import Group, compare_backends, group_records
+from robotcore.sweep.tables import format_contacts, format_time
 
 VERIFIED, RANDOMISED, AGREEING = 0.98, 0.95, 0.97
 """The bounds: of verified runs, of those under randomisation, and of seeds on which two simulators agree."""
@@ -34,23 +34,25 @@ def main() -> int:
     parser.add_argument("--worlds", default="arena,clutter,occluded")
     parser.add_argument("--backends", default="kinematic,pybullet")
     parser.add_argument("--randomise", action="store_true")
-    parser.add_argument("--jobs", type=int, default=cores())
+    parser.add_argument("--jobs", type=int, default=count_cores())
     parser.add_argument("--twice", type=int, default=3, help="how many seeds of each are run twice, for their digests")
     asked = parser.parse_args()
     sweep = Sweep(
         RunRequest("green-search", randomise=asked.randomise),
         tuple(asked.backends.split(",")),
         tuple(asked.worlds.split(",")),
-        seeds_of(asked.seeds),
+        parse_seeds(asked.seeds),
     )
     records = list(run_sweep(sweep, LocalEngine(asked.jobs)).records())
-    groups = grouped(records)
+    groups = group_records(records)
     print(machine())
     print_table(("backend", "world", "verified", "95 % interval", "contacts", "median", "slowest"), map(_row, groups))
     _tell_failures(records)
     is_repeatable = _is_repeatable(sweep, records, asked.twice, asked.jobs)
     bound = RANDOMISED if asked.randomise else VERIFIED
-    is_sure = all((group.verified_share or 0.0) >= bound and group.contacts == 0 == group.untold for group in groups)
+    is_sure = all(
+        (group.verified_share or 0.0) >= bound and group.contacts == 0 == group.contacts_unknown for group in groups
+    )
     return int(not (is_sure and _is_agreed(records) and is_repeatable))
 
 
@@ -61,22 +63,22 @@ def _row(group: Group) -> tuple[str, ...]:
         group.world,
         f"{group.verified}/{group.runs}",
         f"{100 * low:.1f} to {100 * high:.1f} %",
-        contacts_told(group),
-        time_told(group.median_time_s),
-        time_told(group.slowest_time_s),
+        format_contacts(group),
+        format_time(group.median_time_s),
+        format_time(group.slowest_time_s),
     )
 
 
 def _tell_failures(records: list[Record]) -> None:
     for record in sorted(records, key=lambda record: record.command):
         if record.is_failure:
-            print(f"failing: {record.command}  # {fault(record)}")
+            print(f"failing: {record.command}  # {format_failure(record)}")
 
 
 def _is_agreed(records: list[Record]) -> bool:
     """Print on how many seeds each two simulators reach the same milestones in the same order, and the same outcome."""
     is_agreed = True
-    for agreement in agreements_of(records):
+    for agreement in compare_backends(records):
         same, pairs = len(agreement.pairs) - len(agreement.differing), len(agreement.pairs)
         print(f"{agreement.first} and {agreement.second}: the same milestones and outcome in {same} of {pairs}")
         is_agreed &= same / pairs >= AGREEING

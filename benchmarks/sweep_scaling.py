@@ -23,7 +23,7 @@ from benchmarks.pairs import paired_ratios
 from benchmarks.report import at_least_one, machine, print_table
 from robotcore import RunRequest, run
 from robotcore.sweep import LocalEngine, Sweep, run_sweep
-from robotcore.sweep.spec import seeds_of
+from robotcore.sweep.spec import parse_seeds
 
 MIN_SPEED_UP, MAX_OVERHEAD = 1.8, 3.0
 
@@ -39,7 +39,7 @@ def main() -> int:
     parser.add_argument("--pairs", type=at_least_one, default=30)
     asked = parser.parse_args()
     request = RunRequest("green-search", timeout_s=asked.timeout)
-    sweep = Sweep(request, (asked.backend,), (asked.world,), seeds_of(asked.seeds))
+    sweep = Sweep(request, (asked.backend,), (asked.world,), parse_seeds(asked.seeds))
     cv2.setNumThreads(1)
     speed_up = paired_ratios(lambda: _swept(sweep, 1), lambda: _swept(sweep, 2), asked.pairs)
     short = RunRequest("avoid-obstacles", settings={"duration_s": 2.0})
@@ -52,10 +52,14 @@ def main() -> int:
     print_table(
         (f"{asked.pairs} pairs", "median", "95 % interval", "bound"),
         [
-            (f"speed-up of two processes, {len(sweep)} runs", *_told(speed_up, "{:.2f}"), f"at least {MIN_SPEED_UP:g}"),
+            (
+                f"speed-up of two processes, {len(sweep)} runs",
+                *_format_range(speed_up, "{:.2f}"),
+                f"at least {MIN_SPEED_UP:g}",
+            ),
             (
                 f"{len(shorts)} short runs in a sweep ÷ alone, {run_ms:.0f} ms each",
-                *_told(overhead, "{:.2f}"),
+                *_format_range(overhead, "{:.2f}"),
                 f"at most {MAX_OVERHEAD:g}",
             ),
         ],
@@ -82,7 +86,7 @@ def _alone(sweep: Sweep) -> float:
     return perf_counter() - start
 
 
-def _told(measured: tuple[float, float, float], form: str) -> tuple[str, str]:
+def _format_range(measured: tuple[float, float, float], form: str) -> tuple[str, str]:
     median, low, high = (form.format(value) for value in measured)
     return median, f"{low} to {high}"
 

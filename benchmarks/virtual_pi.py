@@ -16,11 +16,11 @@ import sys
 from benchmarks.report import machine, print_table
 from robotcore.runtime.plan import RunRequest
 from robotcore.sweep import LocalEngine, Record, Sweep, run_sweep
-from robotcore.sweep.local import cores
-from robotcore.sweep.record import fault
-from robotcore.sweep.spec import seeds_of
-from robotcore.sweep.statistics import Group, agreements_of, grouped
-from robotcore.sweep.tables import contacts_told, time_told
+from robotcore.sweep.local import count_cores
+from robotcore.sweep.record import format_failure
+from robotcore.sweep.spec import parse_seeds
+from robotcore.sweep.statistics import Group, compare_backends, group_records
+from robotcore.sweep.tables import format_contacts, format_time
 
 VERIFIED, ALIKE = 0.97, 0.95
 """The bounds: of verified runs on virtual pins, and of seeds with the same milestones as in the simulator."""
@@ -44,11 +44,11 @@ def main() -> int:
     parser.add_argument("--seeds", default="1-50")
     parser.add_argument("--world", default="arena")
     parser.add_argument("--lost", type=float, default=0.2, help="the share of echoes that are lost")
-    parser.add_argument("--jobs", type=int, default=cores())
+    parser.add_argument("--jobs", type=int, default=count_cores())
     asked = parser.parse_args()
     print(machine())
     is_small = _is_small()
-    return int(not (_is_sound(asked.world, seeds_of(asked.seeds), asked.lost, LocalEngine(asked.jobs)) and is_small))
+    return int(not (_is_sound(asked.world, parse_seeds(asked.seeds), asked.lost, LocalEngine(asked.jobs)) and is_small))
 
 
 def _is_sound(world: str, seeds: tuple[int, ...], lost: float, engine: LocalEngine) -> bool:
@@ -57,12 +57,12 @@ def _is_sound(world: str, seeds: tuple[int, ...], lost: float, engine: LocalEngi
     lossy = RunRequest("green-search", options={"lost_echoes": lost})
     records = list(run_sweep(both, engine).records())
     deaf = list(run_sweep(Sweep(lossy, ("virtualpi",), (world,), seeds), engine).records())
-    groups = {group.backend: group for group in grouped(records)}
-    groups[f"virtualpi, {100 * lost:g} % of the echoes lost"] = grouped(deaf)[0]
+    groups = {group.backend: group for group in group_records(records)}
+    groups[f"virtualpi, {100 * lost:g} % of the echoes lost"] = group_records(deaf)[0]
     print_table(("backend", "verified", "contacts", "median", "slowest"), [_row(*each) for each in groups.items()])
     for record in [*records, *deaf]:
         if record.is_failure:
-            print(f"failing: {record.command}  # {fault(record)}")
+            print(f"failing: {record.command}  # {format_failure(record)}")
     is_sure = all((group.verified_share or 0.0) >= VERIFIED for group in groups.values())
     return _is_alike(records) and is_sure
 
@@ -71,15 +71,15 @@ def _row(name: str, group: Group) -> tuple[str, ...]:
     return (
         name,
         f"{group.verified}/{group.runs}",
-        contacts_told(group),
-        time_told(group.median_time_s),
-        time_told(group.slowest_time_s),
+        format_contacts(group),
+        format_time(group.median_time_s),
+        format_time(group.slowest_time_s),
     )
 
 
 def _is_alike(records: list[Record]) -> bool:
     """Print on how many seeds the milestones are those of the simulator, and return whether these are enough."""
-    (agreement,) = agreements_of(records)
+    (agreement,) = compare_backends(records)
     same, pairs = agreement.same_milestones, len(agreement.pairs)
     print(f"the same milestones in the same order on {same} of {pairs} seeds")
     return same / pairs >= ALIKE

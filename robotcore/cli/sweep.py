@@ -11,7 +11,7 @@ import click
 from robotcore.cli.json_answers import AnsweringCommand
 from robotcore.cli.options import Folder, count, names, run_options
 from robotcore.cli.output import redirect_prints, write_line
-from robotcore.cli.swept import tell_kept, tell_sweep
+from robotcore.cli.sweep_output import show_resumed, show_sweep
 from robotcore.errors import BackendError, Interrupted, UsageError
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from robotcore.sweep import Results
     from robotcore.sweep.engine import Engine
     from robotcore.sweep.statistics import Requirement
+
 
 FOLDER = Folder()
 
@@ -74,7 +75,7 @@ def command(
     *,
     fresh: bool,
     as_json: bool,
-    **asked: Any,
+    **values: Any,
 ) -> int:
     """Run APP in many worlds; tell how often it succeeds.
 
@@ -83,40 +84,44 @@ def command(
     cluster failed or is missing, 5 the app's file or its settings raise, 128 + the signal's number when interrupted.
     """
     from robotcore.sweep import Results, Sweep
-    from robotcore.sweep.preflight import rehearse
-    from robotcore.sweep.spec import seeds_of
+    from robotcore.sweep.preflight import preflight
+    from robotcore.sweep.spec import parse_seeds
     from robotcore.sweep.statistics import Requirement
 
     bounds = [Requirement.parse(text) for text in requirements]
     if report:
-        from robotcore.sweep.report import require_ready
+        from robotcore.sweep.report import require_writable
 
-        require_ready(report)
-    sweep = Sweep(_request(**asked), backends, worlds, seeds_of(seeds))
-    engine = _engine(cluster, jobs, wall_timeout_s, backends)
+        require_writable(report)
+    sweep = Sweep(_make_request(**values), backends, worlds, parse_seeds(seeds))
+    engine = _make_engine(cluster, jobs, wall_timeout_s, backends)
     results = Results(sweep, out, fresh=fresh)
     with redirect_prints(as_json=as_json):
-        rehearse(sweep)
+        preflight(sweep)
         ended_by = _run(results, engine, is_quiet=as_json)
     page = _write_report(results, report, line, bounds) if report and not ended_by else None
-    status = tell_sweep(results, bounds, ended_by, as_json=as_json)
+    status = show_sweep(results, bounds, ended_by, as_json=as_json)
     if page:
         write_line(f"The report: {page}", is_error=as_json)
     return status
 
 
-def _request(settings: tuple[tuple[str, str], ...], options: tuple[tuple[str, str], ...], **asked: Any) -> RunRequest:
+def _make_request(
+    settings: tuple[tuple[str, str], ...], options: tuple[tuple[str, str], ...], **values: Any
+) -> RunRequest:
     from robotcore.runtime.plan import RunRequest
 
-    return RunRequest(**asked, settings=dict(settings), options=dict(options))
+    return RunRequest(**values, settings=dict(settings), options=dict(options))
 
 
-def _engine(cluster: str | None, jobs: int | None, wall_timeout_s: float | None, backends: tuple[str, ...]) -> Engine:
+def _make_engine(
+    cluster: str | None, jobs: int | None, wall_timeout_s: float | None, backends: tuple[str, ...]
+) -> Engine:
     """Return what carries the runs out; BackendMissingError where what it needs is not installed."""
     if cluster is None:
-        from robotcore.sweep.local import LocalEngine, cores
+        from robotcore.sweep.local import LocalEngine, count_cores
 
-        return LocalEngine(_at_a_time(jobs, backends) or cores(), wall_timeout_s)
+        return LocalEngine(_limit_jobs(jobs, backends) or count_cores(), wall_timeout_s)
     if jobs is not None:
         raise UsageError(
             "--jobs is for this machine; a cluster runs as many at a time as it has workers for. Leave one of them out"
@@ -126,7 +131,7 @@ def _engine(cluster: str | None, jobs: int | None, wall_timeout_s: float | None,
     return ClusterEngine(cluster, wall_timeout_s)
 
 
-def _at_a_time(jobs: int | None, backends: tuple[str, ...]) -> int | None:
+def _limit_jobs(jobs: int | None, backends: tuple[str, ...]) -> int | None:
     from robotcore.hal.backend import load_backend
 
     alone = [name for name in backends if load_backend(name).is_exclusive]
@@ -146,7 +151,7 @@ def _run(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | B
             with results:
                 failing = [record.is_failure for record in results.records()]
                 if failing and not is_quiet:
-                    tell_kept(results, len(failing))
+                    show_resumed(results, len(failing))
                 with SweepProgress(len(results.sweep), len(failing), sum(failing)) as progress:
                     execute(results, engine, progress.show)
         except (Interrupted, BackendError) as error:
@@ -164,7 +169,7 @@ def _write_report(results: Results, directory: Path, line: str, bounds: list[Req
         list(results.records()),
         directory,
         results.directory,
-        asked=line,
+        command=line,
         worlds=[load_world(name) for name in results.sweep.worlds if is_own(name)],
         requirements=bounds,
     )

@@ -18,7 +18,7 @@ from robotcore.plugins import app_names
 from robotcore.runtime.apps import app_name, is_app_file, load_app
 from robotcore.runtime.plan import require_rate
 from robotcore.runtime.settings import configure
-from robotcore.sweep.spec import seeds_of
+from robotcore.sweep.spec import parse_seeds
 from robotcore.sweep.statistics import Requirement
 from robotcore.text import escape
 
@@ -284,7 +284,7 @@ def _validate_project(project: Project) -> Project:
         load_robot(project.robot)
     if project.world and not is_own(project.world):
         load_world(project.world)
-    seeds_of(project.seeds)
+    parse_seeds(project.seeds)
     for bound in project.require:
         Requirement.parse(bound)
     return project

@@ -29,7 +29,7 @@ from robotcore.deploy.wheels import Target, fetch_wheels
 from robotcore.errors import DeployError
 from robotcore.hal.backend import load_backend
 from robotcore.runtime.plan import DEFAULT_WORLD, RunRequest
-from robotcore.sweep.spec import seeds_of, words_of
+from robotcore.sweep.spec import format_options, parse_seeds
 from robotcore.text import pluralize
 
 FILES = "files"
@@ -210,7 +210,7 @@ def build_release(
         app=project.app,
         robot=project.robot,
         backend=project.backend,
-        run=("run", project.app, *words_of(_build_request(project))),
+        run=("run", project.app, *format_options(_build_request(project))),
         stop=("stop", "--backend", project.backend, "--robot", project.robot, *_option_arguments(project)),
         requirements=requirements,
         gates=gates,
@@ -222,7 +222,7 @@ def build_release(
 
 
 def _option_arguments(project: Project) -> list[str]:
-    return words_of(RunRequest(project.app, options=project.options))
+    return format_options(RunRequest(project.app, options=project.options))
 
 
 def _build_request(project: Project) -> RunRequest:
@@ -233,7 +233,7 @@ def _build_request(project: Project) -> RunRequest:
         backend=project.backend,
         robot=project.robot,
         world=(project.world or DEFAULT_WORLD) if is_simulated else None,
-        seed=seeds_of(project.seeds)[0] if is_simulated else None,
+        seed=parse_seeds(project.seeds)[0] if is_simulated else None,
         rate_hz=project.rate_hz,
         timeout_s=UNTIL_STOPPED_S,
         settings=project.settings,

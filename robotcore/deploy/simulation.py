@@ -22,8 +22,8 @@ from robotcore.errors import UnprovenError, UsageError
 from robotcore.hal.backend import load_backend
 from robotcore.runtime.plan import DEFAULT_WORLD, RunRequest
 from robotcore.runtime.result import Outcome
-from robotcore.sweep.record import Record, fault
-from robotcore.sweep.spec import seeds_of, words_of
+from robotcore.sweep.record import Record, format_failure
+from robotcore.sweep.spec import format_options, parse_seeds
 from robotcore.text import escape
 
 PINS_SIMULATOR, PLAIN_SIMULATOR = "virtualpi", "kinematic"
@@ -96,7 +96,7 @@ def sweep_arguments(project: Project, backend: str, world: str) -> list[str]:
     )
     bounds = [word for bound in project.require for word in ("--require", bound)]
     where = ["--backend", backend, "--world", world, "--seeds", project.seeds]
-    return ["sweep", project.app, *where, *words_of(request), *bounds]
+    return ["sweep", project.app, *where, *format_options(request), *bounds]
 
 
 def _run_sweep(
@@ -108,7 +108,7 @@ def _run_sweep(
     done, and of how many, is told.
     """
     copy = shutil.copytree(bundle.folder, scratch / "sent", symlinks=True)
-    runs, patience_s = len(seeds_of(bundle.project.seeds)), HANG_MARGIN_S + RunRequest.timeout_s
+    runs, patience_s = len(parse_seeds(bundle.project.seeds)), HANG_MARGIN_S + RunRequest.timeout_s
     line = [*service.ROBOTCORE_ARGUMENTS, *words, "--wall-timeout", f"{patience_s:g}", "--out", str(results), "--json"]
     try:
         asked = run_python(
@@ -151,7 +151,7 @@ def _require_pass(project: Project, missed: Sequence[str], failing: Sequence[Rec
         return
     first = failing[0] if failing else None
     why = "; ".join(missed) or f"{len(failing)} of the runs fail"
-    which = f". Seed {first.result.seed}: {fault(first)}" if first else ""
+    which = f". Seed {first.result.seed}: {format_failure(first)}" if first else ""
     again = _format_repeat(project, first.command) if first else ""
     raise UnprovenError(f"simulation: {why}{which}{again}")
 

@@ -13,9 +13,9 @@ from typing import Any
 from robotcore.errors import BackendError, RobotcoreError
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.plan import RunRequest
-from robotcore.sweep.cluster_worker import Kit, perform_there, refusal
-from robotcore.sweep.engine import Future, completed, imported, patience
-from robotcore.sweep.single_run import Ended, unfinished
+from robotcore.sweep.cluster_worker import JobBundle, format_mismatch, perform_job
+from robotcore.sweep.engine import Future, compute_hang_limit, import_extra, iterate_completed
+from robotcore.sweep.single_run import RunOutput, make_failed_output
 from robotcore.sweep.spec import Sweep
 
 ANSWER_S = 10
@@ -24,7 +24,7 @@ ANSWER_S = 10
 IDENTITY_S = 5
 """A scheduler says within this time that it is one."""
 
-DESERTED_S = 60.0
+NO_WORKERS_S = 60.0
 """A cluster that has no worker for so long is given up: those that restart are back by then."""
 
 _AHEAD = 2
@@ -38,24 +38,24 @@ class ClusterEngine:
     address: str
     wall_timeout_s: float | None = None
 
-    def perform(self, sweep: Sweep, requests: Iterable[RunRequest]) -> Generator[Ended, None, None]:
-        kit, limit = Kit.of(sweep), patience(sweep.request, self.wall_timeout_s)
+    def perform(self, sweep: Sweep, requests: Iterable[RunRequest]) -> Generator[RunOutput, None, None]:
+        bundle, limit = JobBundle.of(sweep), compute_hang_limit(sweep.request, self.wall_timeout_s)
         with self._connected() as client:
-            self._require_workers(client, kit)
+            self._require_workers(client, bundle)
 
             def submit(request: RunRequest) -> Future:
-                future: Future = client.submit(perform_there, request, kit, limit, pure=False)
+                future: Future = client.submit(perform_job, request, bundle, limit, pure=False)
                 return future
 
-            crew = _Crew(client, self.address)
-            for request, future in completed(submit, requests, crew.width):
-                yield self._ended(request, future, crew)
+            workers = _Workers(client, self.address)
+            for request, future in iterate_completed(submit, requests, workers.width):
+                yield self._ended(request, future, workers)
 
     def _connected(self) -> Any:  # distributed is imported where it is used, and leaves much untyped
-        distributed = imported("distributed", "cluster")
+        distributed = import_extra("distributed", "cluster")
         logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what it has to say, our errors say
         try:
-            _knock(distributed.comm.get_address_host_port(self.address))
+            _check_reachable(distributed.comm.get_address_host_port(self.address))
             _require_scheduler(self.address)
             return distributed.Client(self.address, timeout=ANSWER_S, set_as_default=False)
         except Exception as error:  # something else may answer there, and say anything
@@ -64,33 +64,33 @@ class ClusterEngine:
                 "it prints, such as tcp://lab:8786"
             ) from error
 
-    def _require_workers(self, client: Any, kit: Kit) -> None:
+    def _require_workers(self, client: Any, bundle: JobBundle) -> None:
         """Refuse a cluster without workers, or with one that would run something else than this machine would."""
-        faults = client.run(Kit.mismatch, kit, on_error="return")
+        faults = client.run(JobBundle.mismatch, bundle, on_error="return")
         if not faults:
             raise BackendError(
                 f"the cluster at {self.address} has no workers. Start some: dask worker {self.address} --nthreads 1"
             )
         for worker, fault in faults.items():
             if fault:
-                raise BackendError(refusal(worker, fault))
+                raise BackendError(format_mismatch(worker, fault))
 
-    def _ended(self, request: RunRequest, future: Future, crew: _Crew) -> Ended:
+    def _ended(self, request: RunRequest, future: Future, workers: _Workers) -> RunOutput:
         from distributed import KilledWorker
 
         try:
-            return crew.result_of(future)
+            return workers.result_of(future)
         except KilledWorker:
-            return unfinished(request, BackendError("every worker that tried it died"))
+            return make_failed_output(request, BackendError("every worker that tried it died"))
         except BackendError as error:
             raise BackendError(f"{error}. What is done is kept; the same command goes on") from error
         except (CancelledError, OSError) as error:  # a run's own OSError comes back as its record
-            raise _gone(self.address) from error
+            raise _make_gone_error(self.address) from error
         except Exception as error:  # noqa: BLE001  whatever a vendor's library raises costs this run alone
-            return unfinished(request, RobotcoreError(f"{type(error).__name__}: {error}"))
+            return make_failed_output(request, RobotcoreError(f"{type(error).__name__}: {error}"))
 
 
-def _knock(door: tuple[str, int]) -> None:
+def _check_reachable(door: tuple[str, int]) -> None:
     """Raise OSError where nobody is at home; a Dask client would try for long, and be loud about it."""
     socket.create_connection(door, timeout=ANSWER_S).close()
 
@@ -98,20 +98,20 @@ def _knock(door: tuple[str, int]) -> None:
 def _require_scheduler(address: str) -> None:
     """Raise an error if no scheduler answers; a Dask client would wait for long, and end in a traceback."""
     with ThreadPoolExecutor(1) as thread:  # this thread may have an event loop of its own
-        kind = thread.submit(asyncio.run, _kind_at(address)).result()
+        kind = thread.submit(asyncio.run, _read_kind(address)).result()
     if kind != "Scheduler":
         raise OSError(f"{address} is a Dask {kind}")
 
 
-async def _kind_at(address: str) -> str:
-    distributed: Any = imported("distributed", "cluster")
+async def _read_kind(address: str) -> str:
+    distributed: Any = import_extra("distributed", "cluster")
     arguments = distributed.Security().get_connection_args("client")
     async with distributed.rpc(address, timeout=IDENTITY_S, connection_args=arguments) as there:
         identity: dict[str, str] = await asyncio.wait_for(there.identity(), IDENTITY_S)
     return identity["type"]
 
 
-class _Crew:
+class _Workers:
     """The workers of a cluster, which come and go."""
 
     def __init__(self, client: Any, address: str) -> None:
@@ -119,20 +119,20 @@ class _Crew:
         self._clock, self._last_seen = MonotonicClock(), 0.0
 
     def width(self) -> int:
-        """Return how many runs keep them busy; BackendError where there has been no worker for `DESERTED_S`."""
+        """Return how many runs keep them busy; BackendError where there has been no worker for `NO_WORKERS_S`."""
         now, threads = self._clock.now(), self._threads()
         if threads:
             self._last_seen = now
-        elif now - self._last_seen > DESERTED_S:
+        elif now - self._last_seen > NO_WORKERS_S:
             raise BackendError(
-                f"the cluster at {self._address} has had no workers for {DESERTED_S:g} s. What is done is kept; start "
-                f"some (dask worker {self._address} --nthreads 1), and the same command goes on"
+                f"the cluster at {self._address} has had no workers for {NO_WORKERS_S:g} s. What is done is kept; "
+                f"start some (dask worker {self._address} --nthreads 1), and the same command goes on"
             )
         return _AHEAD * max(threads, 1)
 
-    def result_of(self, future: Any) -> Ended:
+    def result_of(self, future: Any) -> RunOutput:
         """Return what a run came to; where the worker that has its result dies, it is run again, and waited for."""
-        while (ended := _awaited(future)) is None:
+        while (ended := _await_result(future)) is None:
             self.width()
         return ended
 
@@ -140,20 +140,20 @@ class _Crew:
         try:
             threads: dict[str, int] = self._client.nthreads()
         except Exception as error:  # of Dask, of its network library, of the system: nobody answers
-            raise _gone(self._address) from error
+            raise _make_gone_error(self._address) from error
         return sum(threads.values())
 
 
-def _gone(address: str) -> BackendError:
+def _make_gone_error(address: str) -> BackendError:
     return BackendError(f"the scheduler at {address} is gone. What is done is kept; the same command goes on")
 
 
-def _awaited(future: Any) -> Ended | None:
+def _await_result(future: Any) -> RunOutput | None:
     """Return what a run came to; None where nobody has it within `ANSWER_S` seconds."""
     from distributed import TimeoutError as AwaitedTooLongError
 
     try:
-        ended: Ended = future.result(timeout=ANSWER_S)
+        ended: RunOutput = future.result(timeout=ANSWER_S)
     except AwaitedTooLongError:
         if future.status == "error":  # the run's own
             raise

@@ -26,14 +26,14 @@ class Journal:
 
         Waits for nobody: UsageError where another process adds to it.
         """
-        with ExitStack() as unless_all_goes_well:
-            file = unless_all_goes_well.enter_context(FileIO(path, "a+"))
+        with ExitStack() as on_failure:
+            file = on_failure.enter_context(FileIO(path, "a+"))
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError as error:
                 raise UsageError(f"{path.parent}: another sweep is writing there. Wait for it, or stop it") from error
             _drop_torn_line(file)
-            unless_all_goes_well.pop_all()
+            on_failure.pop_all()
         return cls(file)
 
     def add(self, line: str) -> None:
@@ -48,7 +48,7 @@ class Journal:
                 self._file.truncate(size)
         os.fsync(self._file.fileno())
 
-    def forget(self) -> None:
+    def clear(self) -> None:
         """Drop every line."""
         self._file.truncate(0)
 
@@ -66,18 +66,18 @@ def _drop_torn_line(file: FileIO) -> None:
             file.truncate(whole)
 
 
-def unfinished(file: Path) -> Path:
+def part_path(file: Path) -> Path:
     """Return what a file is called while it is written."""
     return file.with_name(f"{file.name}.part")
 
 
 @contextmanager
-def replacing(file: Path, **how: Any) -> Iterator[TextIO]:
+def replace_text(file: Path, **how: Any) -> Iterator[TextIO]:
     """Give a text file to write, in UTF-8; it takes the place of ``file`` once it is on the disk.
 
     ``how`` goes to `open`. Leaves nothing behind where the writing fails; an OSError is the caller's to tell.
     """
-    part = unfinished(file)
+    part = part_path(file)
     try:
         with part.open("w", encoding="utf-8", **how) as text:
             yield text

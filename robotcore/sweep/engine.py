@@ -10,32 +10,32 @@ from typing import Any, Protocol, TypeVar
 
 from robotcore.errors import BackendMissingError
 from robotcore.runtime.plan import RunRequest
-from robotcore.sweep.single_run import Ended
+from robotcore.sweep.single_run import RunOutput
 from robotcore.sweep.spec import Sweep
 
-PATIENCE = 10.0
+HANG_FACTOR = 10.0
 """A run may take so many times as long as its own time-out before it counts as hung, and a minute more."""
 
 TaskT = TypeVar("TaskT")
 
-LOOK_S = 1.0
+POLL_S = 1.0
 """So often somebody looks how many tasks there may be now."""
 
 
 class Engine(Protocol):
     """Carries out runs, in any order; closing the generator hands out no more of them."""
 
-    def perform(self, sweep: Sweep, requests: Iterable[RunRequest]) -> Generator[Ended, None, None]:
+    def perform(self, sweep: Sweep, requests: Iterable[RunRequest]) -> Generator[RunOutput, None, None]:
         """Yield each run as it ends. One that dies or hangs ends as an error; it keeps no other from running."""
         ...
 
 
-def patience(request: RunRequest, asked_s: float | None) -> float:
+def compute_hang_limit(request: RunRequest, asked_s: float | None) -> float:
     """Return after how many seconds of wall time a run counts as hung."""
-    return 60.0 + PATIENCE * request.timeout_s if asked_s is None else asked_s
+    return 60.0 + HANG_FACTOR * request.timeout_s if asked_s is None else asked_s
 
 
-def imported(module: str, extra: str) -> Any:
+def import_extra(module: str, extra: str) -> Any:
     """Return a module that an extra brings; BackendMissingError names the extra."""
     try:
         return import_module(module)
@@ -52,12 +52,12 @@ class Future(Protocol):
     def result(self) -> Any: ...
 
 
-def completed(
+def iterate_completed(
     submit: Callable[[TaskT], Future], tasks: Iterable[TaskT], width: Callable[[], int]
 ) -> Iterator[tuple[TaskT, Future]]:
     """Yield each task with its future as it ends; at most ``width()`` of them are under way.
 
-    ``width`` is asked again whenever one has ended and every `LOOK_S` seconds; what it raises ends the waiting.
+    ``width`` is asked again whenever one has ended and every `POLL_S` seconds; what it raises ends the waiting.
     """
     ended: SimpleQueue[tuple[TaskT, Future]] = SimpleQueue()
     waiting, under_way = iter(tasks), 0
@@ -72,7 +72,7 @@ def completed(
         if not under_way:
             return
         try:
-            done = ended.get(timeout=LOOK_S)
+            done = ended.get(timeout=POLL_S)
         except Empty:
             continue
         under_way -= 1

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from robotcore.sweep.permutation_test import Floats, Split, Splits, Value, best_side, shuffled
-from robotcore.sweep.record import Place, Record
+from robotcore.sweep.permutation_test import Floats, Split, Splits, Value, find_best_side, shuffle_failing
+from robotcore.sweep.record import GroupKey, Record
 
 SIGNIFICANCE = 0.05
 
@@ -23,7 +23,7 @@ _ROUNDING = 1e-9
 class Finding:
     """Of a condition in a place the split that chance explains least; ``p`` is corrected for all that were tried."""
 
-    place: Place
+    place: GroupKey
     condition: str
     split: Split
     p: float
@@ -52,7 +52,7 @@ class Explanation:
     @property
     def lines(self) -> list[str]:
         """What to tell on a terminal."""
-        return [f"{each} ({p_told(each.p)})" for each in self.findings] or [self.silence] * bool(self.silence)
+        return [f"{each} ({format_p(each.p)})" for each in self.findings] or [self.silence] * bool(self.silence)
 
 
 def explain(records: Iterable[Record]) -> Explanation:
@@ -66,42 +66,42 @@ def explain(records: Iterable[Record]) -> Explanation:
     Statistical Applications in Genetics and Molecular Biology 9 (2010), article 39). The shuffles are the same each
     time, in whatever order the runs ended.
     """
-    strata = strata_of(records)
+    strata = make_strata(records)
     random = np.random.RandomState(_SEED)
-    ranked = _ranked([trial for each in strata if each.is_mixed for trial in each.trials(random)])
+    ranked = _rank([test for each in strata if each.is_mixed for test in each.find_splits(random)])
     findings = tuple(each for each in ranked if each.p <= SIGNIFICANCE)
-    return Explanation(findings, "" if findings else _silence(strata, ranked))
+    return Explanation(findings, "" if findings else _explain_silence(strata, ranked))
 
 
-def p_told(p: float) -> str:
+def format_p(p: float) -> str:
     """Return a chance in short, such as ``p = 0.003``."""
     return f"p = {p:.2g}"
 
 
-def _ranked(trials: Sequence[Trial]) -> list[Finding]:
+def _rank(tests: Sequence[ConditionTest]) -> list[Finding]:
     """Return what was tried, the surest first."""
-    least = np.min([trial.least for trial in trials], axis=0) if trials else np.empty(0)
-    ordered = sorted(trials, key=lambda trial: float(trial.least[0]))
-    return [Finding(*each[:3], float(np.mean(least <= each.least[0] + _ROUNDING))) for each in ordered]
+    least = np.min([test.log_p for test in tests], axis=0) if tests else np.empty(0)
+    ordered = sorted(tests, key=lambda test: float(test.log_p[0]))
+    return [Finding(*each[:3], float(np.mean(least <= each.log_p[0] + _ROUNDING))) for each in ordered]
 
 
-def _silence(strata: Sequence[Stratum], ranked: Sequence[Finding]) -> str:
+def _explain_silence(strata: Sequence[Stratum], ranked: Sequence[Finding]) -> str:
     """Return why nothing was found: that nothing was seen does not mean that nothing is there."""
     runs, failing = sum(len(each.cases) for each in strata), sum(each.failing for each in strata)
-    told = f"({runs} runs, {failing} failing)"
+    counts = f"({runs} runs, {failing} failing)"
     mixed = [each for each in strata if each.is_mixed]
     if not failing:
         return ""
     if not mixed:
         which = "every run" if failing == runs else "in each world on each backend every run or none"
-        return f"{which} failed: nothing to compare with {told}"
+        return f"{which} failed: nothing to compare with {counts}"
     if not ranked:
-        return f"no condition differs from run to run {told}"
-    if max(each.ways for each in mixed) < 1 / SIGNIFICANCE:
-        return f"too few runs to tell any condition from chance {told}"
+        return f"no condition differs from run to run {counts}"
+    if max(each.permutations for each in mixed) < 1 / SIGNIFICANCE:
+        return f"too few runs to tell any condition from chance {counts}"
     nearest = ranked[0]
-    near = f"{nearest.where} {nearest.place}, {nearest.shares} ({p_told(nearest.p)})"
-    return f"no condition can be told from chance {told}; nearest: {near}"
+    near = f"{nearest.where} {nearest.place}, {nearest.shares} ({format_p(nearest.p)})"
+    return f"no condition can be told from chance {counts}; nearest: {near}"
 
 
 class Case(NamedTuple):
@@ -112,20 +112,20 @@ class Case(NamedTuple):
     conditions: Mapping[str, Value]
 
 
-class Trial(NamedTuple):
-    """A condition's best split in a place; ``least`` has the logarithm of its chance: as runs failed, then shuffled."""
+class ConditionTest(NamedTuple):
+    """A condition's best split in a place; ``log_p`` has the logarithm of its chance: as runs failed, then shuffled."""
 
-    place: Place
+    place: GroupKey
     condition: str
     split: Split
-    least: Floats
+    log_p: Floats
 
 
 @dataclass(frozen=True)
 class Stratum:
     """The runs of a place that tell the same conditions, in the order of their seeds."""
 
-    place: Place
+    place: GroupKey
     cases: Sequence[Case]
 
     @property
@@ -138,32 +138,32 @@ class Stratum:
         return 0 < self.failing < len(self.cases)
 
     @property
-    def ways(self) -> int:
+    def permutations(self) -> int:
         """In how many ways as many runs could have failed."""
         return math.comb(len(self.cases), self.failing)
 
-    def trials(self, random: np.random.RandomState) -> Iterator[Trial]:
+    def find_splits(self, random: np.random.RandomState) -> Iterator[ConditionTest]:
         """Yield the best split of each condition that is not the same in all runs."""
         failing = np.flatnonzero([case.is_failure for case in self.cases])
-        rows = shuffled(len(self.cases), failing, random)
+        rows = shuffle_failing(len(self.cases), failing, random)
         for name in self.cases[0].conditions:
             splits = Splits.of([case.conditions[name] for case in self.cases])
             if splits.sides:
-                side, least = best_side(splits, rows)
-                yield Trial(self.place, name, splits.split(side, failing), least)
+                side, least = find_best_side(splits, rows)
+                yield ConditionTest(self.place, name, splits.split(side, failing), least)
 
 
-def strata_of(records: Iterable[Record]) -> list[Stratum]:
+def make_strata(records: Iterable[Record]) -> list[Stratum]:
     """Return the runs that tell conditions, parted so that only like is compared with like.
 
     Each backend is looked at in each world by itself: the same seed draws the same conditions for every backend, so
     that its runs are no independent cases, and worlds differ in how often runs fail as they do in what is drawn.
     """
-    parted: dict[tuple[Place, tuple[str, ...]], list[Case]] = {}
+    parted: dict[tuple[GroupKey, tuple[str, ...]], list[Case]] = {}
     for record in records:
         result = record.result
         if result.conditions:
             case = Case(-1 if result.seed is None else result.seed, record.is_failure, result.conditions)
-            parted.setdefault((Place.of(record), tuple(sorted(result.conditions))), []).append(case)
+            parted.setdefault((GroupKey.of(record), tuple(sorted(result.conditions))), []).append(case)
     ordered = sorted(parted.items(), key=lambda item: item[0])
     return [Stratum(place, sorted(cases, key=lambda case: case.seed)) for (place, _), cases in ordered]

@@ -11,15 +11,15 @@ from pathlib import Path
 from queue import SimpleQueue
 
 from robotcore.runtime.plan import RunRequest
-from robotcore.sweep.engine import Engine, Future, completed, patience
-from robotcore.sweep.preflight import rehearse
+from robotcore.sweep.engine import Engine, Future, compute_hang_limit, iterate_completed
+from robotcore.sweep.preflight import preflight
 from robotcore.sweep.record import Record
 from robotcore.sweep.results import Results
-from robotcore.sweep.single_run import Ended, attempt
+from robotcore.sweep.single_run import RunOutput, attempt
 from robotcore.sweep.spec import Sweep
-from robotcore.sweep.worker import Child
+from robotcore.sweep.worker import WorkerProcess
 
-Watcher = Callable[[Record], None]
+RecordCallback = Callable[[Record], None]
 
 _AHEAD = 2
 """Runs handed out for each process, so that none waits for its next."""
@@ -36,13 +36,13 @@ def run_sweep(
 
     Raises UsageError and BackendMissingError before anything is run.
     """
-    rehearse(sweep)
+    preflight(sweep)
     with Results(sweep, directory, fresh=fresh) as results:
-        execute(results, engine or LocalEngine(cores()))
+        execute(results, engine or LocalEngine(count_cores()))
     return results
 
 
-def execute(results: Results, engine: Engine, watch: Watcher = lambda _: None) -> None:
+def execute(results: Results, engine: Engine, watch: RecordCallback = lambda _: None) -> None:
     """Run what is missing, and write the tables of what is there, however it ends."""
     try:
         if missing := results.missing():
@@ -53,7 +53,7 @@ def execute(results: Results, engine: Engine, watch: Watcher = lambda _: None) -
         results.write_tables()
 
 
-def cores() -> int:
+def count_cores() -> int:
     """Return how many cores this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
@@ -65,37 +65,37 @@ class LocalEngine:
     jobs: int
     wall_timeout_s: float | None = None
 
-    def perform(self, sweep: Sweep, requests: Iterable[RunRequest]) -> Generator[Ended, None, None]:
-        limit = patience(sweep.request, self.wall_timeout_s)
-        with _crew(self.jobs) as (threads, idle):
+    def perform(self, sweep: Sweep, requests: Iterable[RunRequest]) -> Generator[RunOutput, None, None]:
+        limit = compute_hang_limit(sweep.request, self.wall_timeout_s)
+        with _start_workers(self.jobs) as (threads, idle):
 
-            def attempted(request: RunRequest) -> Ended:
-                child = idle.get()
+            def attempted(request: RunRequest) -> RunOutput:
+                worker = idle.get()
                 try:
-                    return attempt(child, request, limit)
+                    return attempt(worker, request, limit)
                 finally:
-                    idle.put(child)
+                    idle.put(worker)
 
             def submit(request: RunRequest) -> Future:
                 return threads.submit(attempted, request)
 
-            for _, future in completed(submit, requests, lambda: _AHEAD * self.jobs):
-                ended: Ended = future.result()
+            for _, future in iterate_completed(submit, requests, lambda: _AHEAD * self.jobs):
+                ended: RunOutput = future.result()
                 yield ended
 
 
 @contextmanager
-def _crew(size: int) -> Iterator[tuple[ThreadPoolExecutor, SimpleQueue[Child]]]:
+def _start_workers(size: int) -> Iterator[tuple[ThreadPoolExecutor, SimpleQueue[WorkerProcess]]]:
     """Give as many threads as child processes for them to take; on leaving, all are ended, whatever they are at."""
-    idle: SimpleQueue[Child] = SimpleQueue()
+    idle: SimpleQueue[WorkerProcess] = SimpleQueue()
     with ExitStack() as stack:
         threads = ThreadPoolExecutor(size)
-        children = [Child() for _ in range(size)]
-        for child in children:
-            stack.callback(child.close)
-            idle.put(child)
+        workers = [WorkerProcess() for _ in range(size)]
+        for worker in workers:
+            stack.callback(worker.close)
+            idle.put(worker)
         stack.callback(threads.shutdown)
-        for child in children:
-            stack.callback(child.kill)
+        for worker in workers:
+            stack.callback(worker.kill)
         stack.callback(threads.shutdown, wait=False, cancel_futures=True)
         yield threads, idle

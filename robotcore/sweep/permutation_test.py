@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from robotcore.sweep.statistics import thinned
+from robotcore.sweep.statistics import subsample
 
 SHUFFLES = 999
 """With the runs as they failed 1000 rows, which tell a chance of 5 % with a standard error of 0.7 %."""
@@ -27,7 +27,7 @@ Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 
-def shuffled(runs: int, failing: Ints, random: np.random.RandomState) -> Ints:
+def shuffle_failing(runs: int, failing: Ints, random: np.random.RandomState) -> Ints:
     """Return which runs fail: in the first row those that did, in each of `SHUFFLES` more as many, drawn by chance."""
     rows = np.empty((1 + SHUFFLES, len(failing)), np.int64)
     rows[0] = failing
@@ -36,16 +36,16 @@ def shuffled(runs: int, failing: Ints, random: np.random.RandomState) -> Ints:
     return rows
 
 
-def best_side(splits: Splits, rows: Ints) -> tuple[int, Floats]:
+def find_best_side(splits: Splits, rows: Ints) -> tuple[int, Floats]:
     """Return the side that chance explains least in the first row, and the logarithm of that least chance in each."""
-    chances = list(_log_chances(splits, rows))
+    chances = list(_compute_log_chances(splits, rows))
     return int(chances[0][0].argmin()), np.concatenate([each.min(axis=1) for each in chances])
 
 
-def _log_chances(splits: Splits, rows: Ints) -> Iterator[Floats]:
+def _compute_log_chances(splits: Splits, rows: Ints) -> Iterator[Floats]:
     """Yield Fisher's chance of each side, in logarithms, for some more rows: of shape (n, sides)."""
     failing, sides = rows.shape[1], np.arange(len(splits.sides))
-    table = log_tails(len(splits.classes), failing, splits.sizes)
+    table = compute_log_tails(len(splits.classes), failing, splits.sizes)
     step = max(1, _CELLS // (failing + len(sides)))
     for start in range(0, len(rows), step):
         yield table[sides, splits.inside(rows[start : start + step])]
@@ -70,7 +70,7 @@ class Split(NamedTuple):
     outside: Share
 
 
-class Side(NamedTuple):
+class SplitSide(NamedTuple):
     """One side of a split that is tried: the classes from ``first`` up to, but without, ``end``."""
 
     sign: str
@@ -87,13 +87,17 @@ class Splits:
     """
 
     classes: Ints
-    sides: tuple[Side, ...]
+    sides: tuple[SplitSide, ...]
 
     @classmethod
     def of(cls, values: Sequence[Value]) -> Splits:
         """Return the splits of runs by a condition's value in each: by thresholds, or each word against the others."""
         numbers = [value for value in values if not isinstance(value, str)]
-        return _by_threshold(numbers) if len(numbers) == len(values) else _by_word([str(value) for value in values])
+        return (
+            _split_by_threshold(numbers)
+            if len(numbers) == len(values)
+            else _split_by_word([str(value) for value in values])
+        )
 
     @property
     def sizes(self) -> Ints:
@@ -118,33 +122,33 @@ class Splits:
         return Split(*self.sides[side][:2], inside, outside)
 
 
-def _by_threshold(numbers: Sequence[float]) -> Splits:
-    gaps = thinned(list(pairwise(sorted(set(numbers)))), MAX_THRESHOLDS)
-    thresholds = [_between(*gap) for gap in gaps]
+def _split_by_threshold(numbers: Sequence[float]) -> Splits:
+    gaps = subsample(list(pairwise(sorted(set(numbers)))), MAX_THRESHOLDS)
+    thresholds = [_shortest_between(*gap) for gap in gaps]
     classes = np.searchsorted(thresholds, numbers, side="right")
-    return Splits(classes, tuple(_sides(thresholds)))
+    return Splits(classes, tuple(_make_sides(thresholds)))
 
 
-def _sides(thresholds: Sequence[float]) -> Iterator[Side]:
+def _make_sides(thresholds: Sequence[float]) -> Iterator[SplitSide]:
     for below, threshold in enumerate(thresholds):
-        yield Side("<", threshold, 0, below + 1)
-        yield Side("≥", threshold, below + 1, len(thresholds) + 1)
+        yield SplitSide("<", threshold, 0, below + 1)
+        yield SplitSide("≥", threshold, below + 1, len(thresholds) + 1)
 
 
-def _by_word(values: Sequence[str]) -> Splits:
+def _split_by_word(values: Sequence[str]) -> Splits:
     words, classes = np.unique(values, return_inverse=True)
     several = enumerate(words.tolist() if len(words) > 1 else ())
-    return Splits(classes, tuple(Side("=", word, at, at + 1) for at, word in several))
+    return Splits(classes, tuple(SplitSide("=", word, at, at + 1) for at, word in several))
 
 
-def _between(below: float, above: float) -> float:
+def _shortest_between(below: float, above: float) -> float:
     """Return the shortest number that is greater than ``below`` and not greater than ``above``."""
     middle = (below + above) / 2
     short = (float(f"{middle:.{digits}g}") for digits in range(1, 18))
     return next((number for number in short if below < number <= above), above)
 
 
-def log_tails(runs: int, failing: int, sizes: Ints) -> Floats:
+def compute_log_tails(runs: int, failing: int, sizes: Ints) -> Floats:
     """Return a table: the logarithm of the chance that ``column`` or more of all who fail are inside a split.
 
     Of shape (sizes, failing + 1), a row for each number of runs inside. Fisher's exact test, one-sided: R. A. Fisher,

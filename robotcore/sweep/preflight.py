@@ -11,7 +11,7 @@ from robotcore.runtime.apps import INSTEAD, app_path, is_app_file, load_app
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.settings import configure
 from robotcore.sweep.spec import Sweep
-from robotcore.sweep.worker import Child, ChildDiedError, ChildHungError
+from robotcore.sweep.worker import WorkerDiedError, WorkerHungError, WorkerProcess
 
 LOAD_S = 30.0
 """An app that is not loaded within this time waits for something, or goes round in a loop."""
@@ -22,43 +22,49 @@ CHECK_S = 300.0
 _REMEDY = "Try one at a time: robotcore run APP --backend NAME"
 
 
-def rehearse(sweep: Sweep, load_s: float = LOAD_S) -> None:
+def preflight(sweep: Sweep, load_s: float = LOAD_S) -> None:
     """Do what `Sweep.check` does, but in another process; nothing of the user's is imported in this one.
 
     Raises what it raises; UsageError where an app ends the process or is not loaded within ``load_s`` seconds;
     BackendError where something else does not come to an end.
     """
-    with closing(Child()) as child:  # all in the order of a run: a module beside an app may be called as a package is
-        _try_backends(child, sweep, _load_backends, sweep.backends)
+    # In the order of a run: a module beside an app may have the name of a package.
+    with closing(WorkerProcess()) as worker:
+        _call_backends(worker, sweep, _load_backends, sweep.backends)
         for app in reversed(sweep.apps):
-            _try(child, app, "imported", load_s, _import, app)
-        _try(child, sweep.request.app, "made", load_s, _make, sweep.request)
-        _try_backends(child, sweep, sweep.check)
+            _call_app(worker, app, "imported", load_s, _import_app, app)
+        _call_app(worker, sweep.request.app, "made", load_s, _configure_app, sweep.request)
+        _call_backends(worker, sweep, sweep.check)
 
 
-def _try(
-    child: Child, app: str, step: str, limit_s: float, function: Callable[..., None], argument: RunRequest | str
+def _call_app(
+    worker: WorkerProcess,
+    app: str,
+    step: str,
+    limit_s: float,
+    function: Callable[..., None],
+    argument: RunRequest | str,
 ) -> None:
     """Call what runs an app's own code; UsageError where it does not come back from there."""
     try:
-        child.call(function, argument, limit_s=limit_s)
-    except ChildDiedError as error:
+        worker.call(function, argument, limit_s=limit_s)
+    except WorkerDiedError as error:
         fault = f"ends its process when it is {step} ({error})"
-    except ChildHungError:
+    except WorkerHungError:
         fault = f"does not come to an end within {limit_s:g} s when it is {step}"
     else:
         return
     raise UsageError(f"{app_path(app) if is_app_file(app) else app} {fault}. {INSTEAD}")
 
 
-def _try_backends(child: Child, sweep: Sweep, function: Callable[..., None], *arguments: object) -> None:
+def _call_backends(worker: WorkerProcess, sweep: Sweep, function: Callable[..., None], *arguments: object) -> None:
     """Call what runs the backends' code; BackendError where it does not come back from there."""
     try:
-        child.call(function, *arguments, limit_s=CHECK_S)
-    except ChildDiedError as error:
-        raise BackendError(f"a process that opens {_backends(sweep)} dies: {error}. {_REMEDY}") from error
-    except ChildHungError as error:
-        raise BackendError(f"{_backends(sweep)} cannot be opened: {error}. {_REMEDY}") from error
+        worker.call(function, *arguments, limit_s=CHECK_S)
+    except WorkerDiedError as error:
+        raise BackendError(f"a process that opens {_format_backends(sweep)} dies: {error}. {_REMEDY}") from error
+    except WorkerHungError as error:
+        raise BackendError(f"{_format_backends(sweep)} cannot be opened: {error}. {_REMEDY}") from error
 
 
 def _load_backends(names: Sequence[str]) -> None:
@@ -66,13 +72,13 @@ def _load_backends(names: Sequence[str]) -> None:
         load_backend(name)
 
 
-def _import(app: str) -> None:
+def _import_app(app: str) -> None:
     load_app(app)
 
 
-def _make(request: RunRequest) -> None:
+def _configure_app(request: RunRequest) -> None:
     configure(load_app(request.app), request.settings)
 
 
-def _backends(sweep: Sweep) -> str:
+def _format_backends(sweep: Sweep) -> str:
     return f"the backend{'s' * (len(sweep.backends) > 1)} {', '.join(sweep.backends)}"

@@ -18,10 +18,11 @@ if TYPE_CHECKING:
     from robotcore.runtime.session import Run
     from robotcore.runtime.trace import TickRecord
 
+
 MAX_RESULT_TEXT = 2000
 """The most characters of a reason or a note in the results of a sweep: an exception may print a whole picture."""
 
-MOST_NOTES = 100
+MAX_NOTES = 100
 
 TruePath = tuple[tuple[float, float, float], ...]
 """Where the robot truly was: (t, x, y) in seconds and metres, in the order of time."""
@@ -58,21 +59,24 @@ class Record:
         JSON has no NaN and no infinity: such a number becomes null, such a point of the path is left out. What is no
         Unicode is told by its escapes.
         """
-        told = json.loads(self.result.to_json(), parse_constant=lambda _: None)
+        payload = json.loads(self.result.to_json(), parse_constant=lambda _: None)
         path = self.path and [point for point in self.path if all(map(math.isfinite, point))]
-        told.update(command=self.command, path=path, picture=self.picture)
-        line = json.dumps(told, allow_nan=False, ensure_ascii=False)
+        payload.update(command=self.command, path=path, picture=self.picture)
+        line = json.dumps(payload, allow_nan=False, ensure_ascii=False)
         return _SURROGATE.sub(lambda found: rf"\\u{ord(found[0]):x}", line)
 
     @classmethod
     def from_json(cls, line: str | bytes) -> Record:
         """Return the record that `to_json` told; ValueError, in plain words, where the line is none."""
         try:
-            told = vars(_Line.model_validate_json(line.strip()))
+            values = vars(_Line.model_validate_json(line.strip()))
         except ValidationError as error:
-            raise ValueError(f"no record of a run: {_fault(error)}") from error
+            raise ValueError(f"no record of a run: {_format_error(error)}") from error
         return cls(
-            path=told.pop("path"), command=told.pop("command"), picture=told.pop("picture"), result=RunResult(**told)
+            path=values.pop("path"),
+            command=values.pop("command"),
+            picture=values.pop("picture"),
+            result=RunResult(**values),
         )
 
 
@@ -83,40 +87,40 @@ def shorten(result: RunResult) -> RunResult:
     >>> short.reason[-26:]
     'xxx… (500 more characters)'
     """
-    notes = [_cut(note) for note in result.notes[:MOST_NOTES]]
-    if (more := len(result.notes) - MOST_NOTES) > 0:
+    notes = [_truncate(note) for note in result.notes[:MAX_NOTES]]
+    if (more := len(result.notes) - MAX_NOTES) > 0:
         notes.append(f"… ({more} more notes)")
-    return replace(result, reason=_cut(result.reason), notes=notes)
+    return replace(result, reason=_truncate(result.reason), notes=notes)
 
 
-def _cut(text: str) -> str:
+def _truncate(text: str) -> str:
     more = len(text) - MAX_RESULT_TEXT
     return f"{text[:MAX_RESULT_TEXT]}… ({more} more characters)" if more > 0 else str(text)
 
 
 _hints = get_type_hints(RunResult) | get_type_hints(Record)
-_required: dict[str, Any] = {name: (kind, ...) for name, kind in _hints.items() if name not in ("result", "error")}
+_required: dict[str, Any] = {name: (hint, ...) for name, hint in _hints.items() if name not in ("result", "error")}
 _Line = create_model("_Line", __config__=ConfigDict(strict=True, allow_inf_nan=False), **_required)
 """A line: the fields of both, but for what is no JSON, each of them there."""
 
 
-def _fault(error: ValidationError) -> str:
+def _format_error(error: ValidationError) -> str:
     first = error.errors(include_url=False)[0]
     if first["type"] == "json_invalid":
         column = first["msg"].rpartition(" ")[2]
         return f"it is no JSON from column {column} on" if int(column) else "the line is empty"
-    key, fault = first_mistake(error)
-    return f"{key} {fault}" if key else "it is no JSON object"
+    key, mistake = first_mistake(error)
+    return f"{key} {mistake}" if key else "it is no JSON object"
 
 
-class Place(NamedTuple):
+class GroupKey(NamedTuple):
     """A backend and a world; the latter is empty where a backend has none."""
 
     backend: str
     world: str
 
     @classmethod
-    def of(cls, record: Record) -> Place:
+    def of(cls, record: Record) -> GroupKey:
         """Return where a run was."""
         return cls(record.result.backend, record.result.world or "")
 
@@ -148,19 +152,19 @@ class PathRecorder:
         pass
 
 
-def ending(result: RunResult) -> str:
+def format_ending(result: RunResult) -> str:
     """Return how a run ended, and why."""
     return ", ".join(part for part in (result.outcome.value, result.reason, result.dispute) if part)
 
 
-def fault(record: Record) -> str:
+def format_failure(record: Record) -> str:
     """Return why a run is failing: how it ended, and what it touched."""
     contacts = record.result.contacts
     touched = f", {contacts} contact{'' if contacts == 1 else 's'}" if contacts else ""
-    return ending(record.result) + touched
+    return format_ending(record.result) + touched
 
 
-def kind(result: RunResult) -> str:
+def classify_failure(result: RunResult) -> str:
     """Return in a word or two what a failing run is counted as."""
     if result.outcome is not Outcome.SUCCESS:
         return str(result.outcome.value)

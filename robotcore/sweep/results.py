@@ -16,15 +16,23 @@ from robotcore.description import load_world
 from robotcore.errors import UsageError
 from robotcore.runtime.apps import app_name, app_path
 from robotcore.runtime.plan import RunRequest
-from robotcore.sweep.durable import Journal, unfinished
-from robotcore.sweep.fingerprint import SPEC, Parts, digest, manifest, parts, require_same, write_manifest
+from robotcore.sweep.durable import Journal, part_path
+from robotcore.sweep.fingerprint import (
+    MANIFEST,
+    Dependencies,
+    collect_dependencies,
+    compute_digest,
+    format_manifest,
+    require_same,
+    write_manifest,
+)
 from robotcore.sweep.record import Record
-from robotcore.sweep.single_run import Ended
-from robotcore.sweep.spec import Sweep, seeds_told
-from robotcore.sweep.tables import FAILURES, TABLE, are_younger, write_tables
+from robotcore.sweep.single_run import RunOutput
+from robotcore.sweep.spec import Sweep, format_seeds
+from robotcore.sweep.tables import FAILURES, TABLE, are_current, write_tables
 
 RESULTS, PICTURES = "results.jsonl", "failures"
-_FULL = (errno.ENOSPC, errno.EDQUOT)
+_DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
 class Results:
@@ -38,27 +46,27 @@ class Results:
     def __init__(self, sweep: Sweep, directory: Path | None = None, *, fresh: bool = False) -> None:
         """``directory`` is ``sweeps/<app>-<digest>`` where it is None; ``fresh`` forgets what is there, all of it."""
         self.sweep, self._fresh = sweep, fresh
-        self._asked_for = directory
+        self._directory = directory
         self._journal: Journal | None = None
 
     @cached_property
     def directory(self) -> Path:
         """The folder."""
-        return self._asked_for or Path("sweeps") / f"{_short_name(self.sweep)}-{digest(self._parts)[:8]}"
+        return self._directory or Path("sweeps") / f"{_short_name(self.sweep)}-{compute_digest(self._parts)[:8]}"
 
     @cached_property
-    def _parts(self) -> Parts:
-        return parts(self.sweep)
+    def _parts(self) -> Dependencies:
+        return collect_dependencies(self.sweep)
 
     @cached_property
-    def _wanted(self) -> Wanted:
-        return Wanted(self.sweep)
+    def _wanted(self) -> RunFilter:
+        return RunFilter(self.sweep)
 
     def __enter__(self) -> Results:
         try:
-            self._open()
+            self._open_folder()
         except OSError as error:
-            raise self._unopened(error) from error
+            raise self._make_open_error(error) from error
         return self
 
     def __exit__(
@@ -73,61 +81,61 @@ class Results:
         return datetime.fromtimestamp(changed, tz=timezone.utc).astimezone()
 
     @property
-    def how_to_go_on(self) -> str:
+    def resume_hint(self) -> str:
         """What to type where something kept the sweep from its end, in words."""
         return f"the same command{' without --fresh' if self._fresh else ''} goes on"
 
     def records(self) -> Iterator[Record]:
         """Yield what is done of the runs that are asked for, in the order in which they were."""
         file = self.directory / RESULTS
-        return kept(file, self._wanted) if file.exists() else iter(())
+        return read_results(file, self._wanted) if file.exists() else iter(())
 
     def missing(self) -> list[RunRequest]:
         """Return the runs that are still to do."""
-        done = set(map(Run.of, self.records()))
+        done = set(map(RunKey.of, self.records()))
         return [request for request in self.sweep.requests() if self._wanted.run_of(request) not in done]
 
-    def add(self, ended: Ended) -> Record:
+    def add(self, ended: RunOutput) -> Record:
         """Keep one run, its picture first; return its record. UsageError where the disk does not take it."""
         assert self._journal, "results are added while the folder is held"
-        with self._keeping_what_is_done():
+        with self._report_write_errors():
             record = self._with_picture(ended)
             self._journal.add(record.to_json())
         return record
 
     def write_tables(self) -> None:
         """Write `tables.TABLE` and `tables.FAILURES`; not where they tell all by now."""
-        if not are_younger(self.directory, self.directory / RESULTS):
-            with self._keeping_what_is_done():
+        if not are_current(self.directory, self.directory / RESULTS):
+            with self._report_write_errors():
                 write_tables(self.directory, self.records)
 
-    def _open(self) -> None:
+    def _open_folder(self) -> None:
         self.directory.mkdir(parents=True, exist_ok=True)
-        self._require_sweep_or_nothing()
-        with ExitStack() as unless_all_goes_well:
+        self._require_sweep_or_empty()
+        with ExitStack() as on_failure:
             self._journal = Journal.open(self.directory / RESULTS)
-            unless_all_goes_well.callback(self._close)
-            self._take()
-            unless_all_goes_well.pop_all()
+            on_failure.callback(self._close)
+            self._claim_folder()
+            on_failure.pop_all()
 
-    def _require_sweep_or_nothing(self) -> None:
+    def _require_sweep_or_empty(self) -> None:
         """Refuse a folder of something else; what a sweep leaves that was killed over its first file is nothing."""
-        if (self.directory / SPEC).exists():
+        if (self.directory / MANIFEST).exists():
             return
-        begun = {RESULTS, unfinished(self.directory / SPEC).name}
-        if any(file.name not in begun or _is_kept(file) for file in self.directory.iterdir()):
+        begun = {RESULTS, part_path(self.directory / MANIFEST).name}
+        if any(file.name not in begun or _has_results(file) for file in self.directory.iterdir()):
             raise UsageError(f"{self.directory} holds something that is no sweep. Name a new folder with --out")
 
-    def _take(self) -> None:
+    def _claim_folder(self) -> None:
         """Let the folder, which nobody else writes to by now, be that of this sweep; refuse what has other results."""
-        spec, told = self.directory / SPEC, manifest(self._parts, seeds_told(self.sweep.seeds))
+        spec, content = self.directory / MANIFEST, format_manifest(self._parts, format_seeds(self.sweep.seeds))
         if self._fresh:
-            self._forget()
+            self._delete_results()
         elif spec.exists():
             require_same(self.directory, self._parts)
-        if not spec.exists() or spec.read_bytes() != told.encode():
+        if not spec.exists() or spec.read_bytes() != content.encode():
             self._drop_tables()
-            write_manifest(self.directory, told)
+            write_manifest(self.directory, content)
 
     def _drop_tables(self) -> None:
         """Drop the tables, which tell of what was asked for until now."""
@@ -139,13 +147,13 @@ class Results:
             self._journal.close()
             self._journal = None
 
-    def _forget(self) -> None:
+    def _delete_results(self) -> None:
         assert self._journal
-        self._journal.forget()
+        self._journal.clear()
         for file in (self.directory / PICTURES).glob("*.png"):
             file.unlink()
 
-    def _with_picture(self, ended: Ended) -> Record:
+    def _with_picture(self, ended: RunOutput) -> Record:
         """Return the record, its picture written."""
         if ended.picture is None:
             return ended.record
@@ -155,22 +163,22 @@ class Results:
         (self.directory / name).write_bytes(ended.picture)
         return replace(ended.record, picture=name)
 
-    def _unopened(self, error: OSError) -> UsageError:
+    def _make_open_error(self, error: OSError) -> UsageError:
         fault = "it is no folder" if isinstance(error, FileExistsError) else error.strerror
         return UsageError(
             f"{error.filename or self.directory}: {fault}. Nothing was run; let --out name a folder that can be written"
         )
 
     @contextmanager
-    def _keeping_what_is_done(self) -> Iterator[None]:
+    def _report_write_errors(self) -> Iterator[None]:
         """Tell what the disk does not take: UsageError says how to go on."""
         try:
             yield
         except OSError as error:
-            remedy = "make room" if error.errno in _FULL else "let it be written"
+            remedy = "make room" if error.errno in _DISK_FULL else "let it be written"
             raise UsageError(
                 f"{error.filename or self.directory}: {error.strerror}. What is done is kept; {remedy}, and "
-                f"{self.how_to_go_on}"
+                f"{self.resume_hint}"
             ) from error
 
 
@@ -179,12 +187,12 @@ def _short_name(sweep: Sweep) -> str:
     return app_path(app_name(sweep.request.app)).stem
 
 
-def _is_kept(file: Path) -> bool:
+def _has_results(file: Path) -> bool:
     """Return whether a file holds results."""
     return file.name == RESULTS and file.stat().st_size > 0
 
 
-class Run(NamedTuple):
+class RunKey(NamedTuple):
     """What tells a run from the others of its sweep; a world is called what its description says."""
 
     backend: str
@@ -192,7 +200,7 @@ class Run(NamedTuple):
     seed: int | None
 
     @classmethod
-    def of(cls, record: Record) -> Run:
+    def of(cls, record: Record) -> RunKey:
         """Return which run it is that a record tells of."""
         return cls(record.result.backend, record.result.world, record.result.seed)
 
@@ -200,30 +208,30 @@ class Run(NamedTuple):
         return f"{self.backend}, {self.world}, seed {self.seed}"
 
 
-class Wanted:
+class RunFilter:
     """The runs that a sweep asks for."""
 
     def __init__(self, sweep: Sweep) -> None:
         self._worlds = {world: load_world(world).name for world in sweep.worlds}
         self._parts = frozenset(sweep.backends), frozenset(self._worlds.values()), frozenset(sweep.seeds)
 
-    def __contains__(self, run: Run) -> bool:
+    def __contains__(self, run: RunKey) -> bool:
         return all(part in wanted for part, wanted in zip(run, self._parts, strict=True))
 
-    def run_of(self, request: RunRequest) -> Run:
+    def run_of(self, request: RunRequest) -> RunKey:
         """Return which run is asked for; the request is one of the sweep's."""
         assert request.world, "a sweep names its worlds"
-        return Run(request.backend, self._worlds[request.world], request.seed)
+        return RunKey(request.backend, self._worlds[request.world], request.seed)
 
 
-def kept(file: Path, wanted: Wanted) -> Iterator[Record]:
+def read_results(file: Path, wanted: RunFilter) -> Iterator[Record]:
     """Yield those records of a file that are wanted, in its order.
 
     Raises UsageError, with the number of the line, where it is no record or the second one of a run.
     """
-    seen: set[Run] = set()
-    for where, record in _records(file):
-        if (run := Run.of(record)) not in wanted:
+    seen: set[RunKey] = set()
+    for where, record in _read_records(file):
+        if (run := RunKey.of(record)) not in wanted:
             continue
         if run in seen:
             raise UsageError(f"{where}: the run {run} is there already. Delete one of its lines")
@@ -231,7 +239,7 @@ def kept(file: Path, wanted: Wanted) -> Iterator[Record]:
         yield record
 
 
-def _records(file: Path) -> Iterator[tuple[str, Record]]:
+def _read_records(file: Path) -> Iterator[tuple[str, Record]]:
     with file.open("rb") as lines:
         for number, line in enumerate(lines, 1):
             where = f"{file}, line {number}"

@@ -13,40 +13,40 @@ if TYPE_CHECKING:
     from robotcore.runtime.plan import RunRequest
     from robotcore.runtime.result import RunResult
     from robotcore.sweep.record import Record
-    from robotcore.sweep.worker import Child
+    from robotcore.sweep.worker import WorkerProcess
 
 
-PATIENCE = 10.0
+TIMEOUT_SCALE = 10.0
 """So many times as long as in a single run may an app or a simulator let wait: nothing real moves here, and a machine
 whose cores are all busy must not decide results."""
 
 
-class Ended(NamedTuple):
+class RunOutput(NamedTuple):
     """A run that has ended; ``picture`` is the PNG of a failing one."""
 
     record: Record
     picture: bytes | None = None
 
 
-def perform(request: RunRequest) -> Ended:
+def perform(request: RunRequest) -> RunOutput:
     """Run, and tell how it ended, whatever that was."""
     from robotcore.errors import RobotcoreError
     from robotcore.runtime.session import run
     from robotcore.sweep.record import PathRecorder, Record, shorten
-    from robotcore.sweep.spec import command_of
+    from robotcore.sweep.spec import format_command
     from robotcore.view.picture import PictureRecorder
 
     path, picture = PathRecorder(), PictureRecorder()
     try:
-        result = run(request, [path, picture], patience=PATIENCE)
+        result = run(request, [path, picture], patience=TIMEOUT_SCALE)
     except RobotcoreError as error:
-        result = _unstarted(request, error)
+        result = _make_error_result(request, error)
     # An app's own objects may not fit through a pipe; the words of its exception are in the reason.
-    record = Record(shorten(replace(result, error=None)), path.path, command_of(request))
-    return Ended(record, picture.png() if record.is_failure else None)
+    record = Record(shorten(replace(result, error=None)), path.path, format_command(request))
+    return RunOutput(record, picture.png() if record.is_failure else None)
 
 
-def attempt(child: Child, request: RunRequest, limit_s: float) -> Ended:
+def attempt(worker: WorkerProcess, request: RunRequest, limit_s: float) -> RunOutput:
     """Run in a child process. The run is an error if the process dies, hangs, or answers with anything but this run.
 
     Raises NoChildError if no process can be started. An error that the process sends is never raised: an app may have
@@ -54,41 +54,43 @@ def attempt(child: Child, request: RunRequest, limit_s: float) -> Ended:
     """
     from robotcore.errors import BackendError, RobotcoreError
     from robotcore.hal.wall_clock import MonotonicClock
-    from robotcore.sweep.worker import ChildDiedError, ChildHungError, NoChildError
+    from robotcore.sweep.worker import NoWorkerError, WorkerDiedError, WorkerHungError
 
     wall = MonotonicClock()
     try:
-        return _unpack(child.call(_perform_and_pack, request, limit_s=limit_s), request)
-    except ChildDiedError as error:
-        return unfinished(request, BackendError(f"the worker process died: {error}"), wall.now())
-    except ChildHungError as error:
-        return unfinished(request, BackendError(f"hung: {error}"), wall.now())
-    except NoChildError:
+        return _unpack(worker.call(_perform_and_pack, request, limit_s=limit_s), request)
+    except WorkerDiedError as error:
+        return make_failed_output(request, BackendError(f"the worker process died: {error}"), wall.now())
+    except WorkerHungError as error:
+        return make_failed_output(request, BackendError(f"hung: {error}"), wall.now())
+    except NoWorkerError:
         raise
     except (RobotcoreError, TypeError, ValueError) as error:
-        child.close()  # what it sends next may be the answer to this call
+        worker.close()  # what it sends next may be the answer to this call
         problem = RobotcoreError(f"the worker process gave no result: {error}")
-        return unfinished(request, problem, wall.now())
+        return make_failed_output(request, problem, wall.now())
 
 
 def _perform_and_pack(request: RunRequest) -> list[str]:
     """Run; return what JSON can hold of the end: the record as its line, and the picture in base 64."""
-    ended = _perform_or_end(request)
+    ended = _perform_or_exit(request)
     return [ended.record.to_json(), b64encode(ended.picture or b"").decode("ascii")]
 
 
-def _unpack(packed: list[str], request: RunRequest) -> Ended:
+def _unpack(packed: list[str], request: RunRequest) -> RunOutput:
     """Return what `_perform_and_pack` packed for a request; TypeError or ValueError if it is something else."""
     from robotcore.sweep.record import Record
-    from robotcore.sweep.spec import command_of
+    from robotcore.sweep.spec import format_command
 
     line, picture = packed
     record = Record.from_json(line)
-    _require_answer_to(request, record.result)
-    return Ended(replace(record, command=command_of(request), picture=None), b64decode(picture, validate=True) or None)
+    _require_same_run(request, record.result)
+    return RunOutput(
+        replace(record, command=format_command(request), picture=None), b64decode(picture, validate=True) or None
+    )
 
 
-def _require_answer_to(request: RunRequest, result: RunResult) -> None:
+def _require_same_run(request: RunRequest, result: RunResult) -> None:
     """Raise ValueError if a result is that of another run."""
     from robotcore.description import load_robot, load_world
     from robotcore.runtime.apps import app_name
@@ -105,7 +107,7 @@ def _require_answer_to(request: RunRequest, result: RunResult) -> None:
             raise ValueError(f"its record has {key} {received!r}, not {value!r}. Check what the app writes, and where")
 
 
-def _perform_or_end(request: RunRequest) -> Ended:
+def _perform_or_exit(request: RunRequest) -> RunOutput:
     """Run; a process that was told to end in the middle of it does so. What a library raises costs this run alone."""
     from robotcore.errors import RobotcoreError
     from robotcore.hal.wall_clock import MonotonicClock
@@ -115,25 +117,25 @@ def _perform_or_end(request: RunRequest) -> Ended:
     try:
         ended = perform(request)
     except Exception as error:  # noqa: BLE001  whatever the app or a vendor's library raises
-        return unfinished(request, RobotcoreError(f"{type(error).__name__}: {error}"), wall.now())
+        return make_failed_output(request, RobotcoreError(f"{type(error).__name__}: {error}"), wall.now())
     if ended.record.result.outcome is Outcome.INTERRUPTED:
         os._exit(ended.record.result.exit_status)
     return ended
 
 
-def unfinished(request: RunRequest, error: RobotcoreError, wall_time_s: float = 0.0) -> Ended:
+def make_failed_output(request: RunRequest, error: RobotcoreError, wall_time_s: float = 0.0) -> RunOutput:
     """Tell of a run whose process did not live to tell of it, and how long that took, where somebody knows.
 
     Where a judge was asked for, it has verified nothing.
     """
     from robotcore.sweep.record import Record, shorten
-    from robotcore.sweep.spec import command_of
+    from robotcore.sweep.spec import format_command
 
-    result = replace(_unstarted(request, error), wall_time_s=round(wall_time_s, 3))
-    return Ended(Record(shorten(result), None, command_of(request)))
+    result = replace(_make_error_result(request, error), wall_time_s=round(wall_time_s, 3))
+    return RunOutput(Record(shorten(result), None, format_command(request)))
 
 
-def _unstarted(request: RunRequest, error: RobotcoreError) -> RunResult:
+def _make_error_result(request: RunRequest, error: RobotcoreError) -> RunResult:
     from robotcore.description import load_robot, load_world
     from robotcore.runtime.apps import app_name
     from robotcore.runtime.result import Outcome, RunResult
@@ -149,12 +151,12 @@ def _unstarted(request: RunRequest, error: RobotcoreError) -> RunResult:
         reason=str(error),
         verified=False if request.judge else None,
         judge=app_name(request.judge) if request.judge else None,
-        conditions=_drawn(request),
+        conditions=_draw_conditions(request),
         faults=list(request.faults),
     )
 
 
-def _drawn(request: RunRequest) -> dict[str, float | str]:
+def _draw_conditions(request: RunRequest) -> dict[str, float | str]:
     """Return the conditions that the run was to be under; none where no such world can be drawn."""
     from robotcore.errors import RobotcoreError
     from robotcore.runtime.plan import drawn_for

@@ -75,16 +75,16 @@ def _require_simulator(plan: Plan) -> None:
         )
 
 
-def seeds_of(text: str) -> tuple[int, ...]:
+def parse_seeds(text: str) -> tuple[int, ...]:
     """Return the seeds in the order they are written, each once."""
-    ranges = [_range(text, part.strip()) for part in text.split(",")]
+    ranges = [_parse_range(text, part.strip()) for part in text.split(",")]
     if sum(map(len, ranges)) > MAX_SEEDS:
         raise UsageError(f"--seeds {text}: more than {MAX_SEEDS:,} seeds. Take fewer, in several sweeps if need be")
     return tuple(dict.fromkeys(chain.from_iterable(ranges)))
 
 
-def seeds_told(seeds: Sequence[int]) -> str:
-    """Return how seeds are written: what `seeds_of` takes."""
+def format_seeds(seeds: Sequence[int]) -> str:
+    """Return how seeds are written: what `parse_seeds` takes."""
     ranges: list[list[int]] = []
     for seed in seeds:
         if ranges and seed == ranges[-1][-1] + 1:
@@ -94,7 +94,7 @@ def seeds_told(seeds: Sequence[int]) -> str:
     return ",".join("-".join(map(str, ends)) for ends in ranges)
 
 
-def _range(text: str, part: str) -> range:
+def _parse_range(text: str, part: str) -> range:
     found = _RANGE.fullmatch(part)
     if not found:
         raise UsageError(f"--seeds {text}: {part!r} is no seed. Write 7, or 1-200, or 1,5,9-12")
@@ -104,17 +104,21 @@ def _range(text: str, part: str) -> range:
     return range(first, last + 1)
 
 
-def command_of(request: RunRequest) -> str:
+def format_command(request: RunRequest) -> str:
     """Return ``robotcore run …`` with every option that is not the default, quoted."""
-    return shlex.join(["robotcore", "run", request.app, *words_of(request)])
+    return shlex.join(["robotcore", "run", request.app, *format_options(request)])
 
 
-def words_of(request: RunRequest) -> list[str]:
+def format_options(request: RunRequest) -> list[str]:
     """Return the options of ``robotcore run`` that are not the default, word by word."""
-    return [word for name, value in _asked(request) for word in _words(_OPTIONS.get(name, f"--{name}"), value)]
+    return [
+        word
+        for name, value in _list_changed_fields(request)
+        for word in _format_option(_OPTIONS.get(name, f"--{name}"), value)
+    ]
 
 
-def _asked(request: RunRequest) -> Iterator[tuple[str, Any]]:
+def _list_changed_fields(request: RunRequest) -> Iterator[tuple[str, Any]]:
     """Yield the fields of a request that are not what they are by default."""
     for each in fields(request):
         default = each.default if each.default_factory is MISSING else each.default_factory()
@@ -122,7 +126,7 @@ def _asked(request: RunRequest) -> Iterator[tuple[str, Any]]:
             yield each.name, value
 
 
-def _words(option: str, value: Any) -> Iterator[str]:
+def _format_option(option: str, value: Any) -> Iterator[str]:
     if value is True:
         yield option
     elif isinstance(value, Mapping):

@@ -12,7 +12,7 @@ from typing import TypeVar
 
 from robotcore.errors import UsageError, suggestion
 from robotcore.runtime.result import Outcome, RunResult
-from robotcore.sweep.record import Place, Record
+from robotcore.sweep.record import GroupKey, Record
 
 Z_95 = 1.959964
 """The standard normal distribution has 95 % within so many standard deviations."""
@@ -20,7 +20,7 @@ Z_95 = 1.959964
 MEASURES: dict[str, Callable[[Group], float | None]] = {
     "verified": lambda group: group.verified_share,
     "success": lambda group: group.success_share,
-    "contacts": lambda group: None if group.untold else group.contacts,
+    "contacts": lambda group: None if group.contacts_unknown else group.contacts,
     "median_time_s": lambda group: group.median_time_s,
     "slowest_time_s": lambda group: group.slowest_time_s,
 }
@@ -72,7 +72,7 @@ class Group:
     successes: int
     verified: int | None
     contacts: int | None
-    untold: int
+    contacts_unknown: int
     median_time_s: float | None
     p90_time_s: float | None
     slowest_time_s: float | None
@@ -95,11 +95,11 @@ class Group:
         return self.successes / self.runs
 
 
-def grouped(records: Iterable[Record]) -> list[Group]:
+def group_records(records: Iterable[Record]) -> list[Group]:
     """Return what each backend did in each world, in the order of their names."""
-    tallies: dict[Place, Tally] = {}
+    tallies: dict[GroupKey, Tally] = {}
     for record in records:
-        tallies.setdefault(Place.of(record), Tally()).add(record)
+        tallies.setdefault(GroupKey.of(record), Tally()).add(record)
     return [tally.group(place) for place, tally in sorted(tallies.items())]
 
 
@@ -107,7 +107,7 @@ class Tally:
     """Adds up the records of one place without keeping them."""
 
     def __init__(self) -> None:
-        self._successes = self._untold = 0
+        self._successes = self._contacts_unknown = 0
         self._verified: int | None = None
         self._contacts: int | None = None
         self._times: list[float] = []
@@ -121,11 +121,11 @@ class Tally:
         if result.verified is not None:
             self._verified = (self._verified or 0) + result.verified
         if result.contacts is None:
-            self._untold += 1
+            self._contacts_unknown += 1
         else:
             self._contacts = (self._contacts or 0) + result.contacts
 
-    def group(self, place: Place) -> Group:
+    def group(self, place: GroupKey) -> Group:
         """Return what the runs came to; there is at least one."""
         times = sorted(self._times)
         return Group(
@@ -135,7 +135,7 @@ class Tally:
             successes=self._successes,
             verified=self._verified,
             contacts=self._contacts,
-            untold=self._untold,
+            contacts_unknown=self._contacts_unknown,
             median_time_s=_finite(_median(times)),
             p90_time_s=_finite(times[math.ceil(0.9 * len(times)) - 1]),
             slowest_time_s=_finite(times[-1]),
@@ -168,46 +168,46 @@ class Requirement:
         measure, relation, number = found.groups()
         if measure not in MEASURES:
             raise UsageError(f"--require {text!r}: unknown measure. {suggestion(measure, list(MEASURES))}")
-        return cls(measure, relation, _bound(text, measure, number))
+        return cls(measure, relation, _parse_bound(text, measure, number))
 
     def __str__(self) -> str:
         return f"{self.measure}{self.relation}{repr(self.bound).removesuffix('.0')}"
 
-    def got(self, group: Group) -> float | None:
+    def evaluate(self, group: Group) -> float | None:
         """Return what a group reached; None where nobody knows, or too few runs pass for such a time."""
         return MEASURES[self.measure](group)
 
-    def told(self, group: Group) -> str:
+    def format_value(self, group: Group) -> str:
         """Return what a group reached in words."""
-        got = self.got(group)
-        if got is None:
+        value = self.evaluate(group)
+        if value is None:
             return "never" if self.measure in _TIMES else "unknown"
-        return f"{got:.6g}" if isinstance(got, float) else str(got)
+        return f"{value:.6g}" if isinstance(value, float) else str(value)
 
-    def is_kept_by(self, group: Group) -> bool:
+    def is_met_by(self, group: Group) -> bool:
         """Return whether a group keeps the bound; what is None keeps none."""
-        got = self.got(group)
-        if got is None:
+        value = self.evaluate(group)
+        if value is None:
             return False
-        return got >= self.bound if self.relation == ">=" else got <= self.bound
+        return value >= self.bound if self.relation == ">=" else value <= self.bound
 
 
-def missed(requirements: Sequence[Requirement], groups: Sequence[Group]) -> list[str]:
+def list_missed(requirements: Sequence[Requirement], groups: Sequence[Group]) -> list[str]:
     """Return a line for each group that does not keep a requirement: what it got, and what was required."""
     return [
-        f"{group.backend}, {group.world}: {each.measure} is {each.told(group)}, required {each}"
+        f"{group.backend}, {group.world}: {each.measure} is {each.format_value(group)}, required {each}"
         for each in requirements
         for group in groups
-        if not each.is_kept_by(group)
+        if not each.is_met_by(group)
     ]
 
 
-def kept(requirements: Sequence[Requirement], groups: Sequence[Group]) -> list[Requirement]:
+def list_passed(requirements: Sequence[Requirement], groups: Sequence[Group]) -> list[Requirement]:
     """Return the requirements that every group keeps."""
-    return [each for each in requirements if all(map(each.is_kept_by, groups))]
+    return [each for each in requirements if all(map(each.is_met_by, groups))]
 
 
-def _bound(text: str, measure: str, number: str) -> float:
+def _parse_bound(text: str, measure: str, number: str) -> float:
     try:
         bound = float(number)
     except ValueError:
@@ -238,14 +238,14 @@ class Agreement:
 
     @property
     def differing(self) -> tuple[Pair, ...]:
-        return tuple(pair for pair in self.pairs if _course(pair[0]) != _course(pair[1]))
+        return tuple(pair for pair in self.pairs if _list_events(pair[0]) != _list_events(pair[1]))
 
 
-def agreements_of(records: Sequence[Record]) -> list[Agreement]:
+def compare_backends(records: Sequence[Record]) -> list[Agreement]:
     """Return what each two backends make of the runs that both did."""
     runs: dict[str, dict[Hashable, RunResult]] = {}
     for record in records:
-        runs.setdefault(record.result.backend, {})[_case(record.result)] = record.result
+        runs.setdefault(record.result.backend, {})[_make_key(record.result)] = record.result
     found = (
         Agreement(
             first,
@@ -257,15 +257,15 @@ def agreements_of(records: Sequence[Record]) -> list[Agreement]:
     return [each for each in found if each.pairs]
 
 
-def _case(result: RunResult) -> Hashable:
+def _make_key(result: RunResult) -> Hashable:
     return result.app, result.robot, result.world, result.seed
 
 
-def _course(result: RunResult) -> tuple[object, ...]:
+def _list_events(result: RunResult) -> tuple[object, ...]:
     return result.outcome, *result.milestones
 
 
-def thinned(items: Sequence[T], most: int) -> list[T]:
+def subsample(items: Sequence[T], most: int) -> list[T]:
     """Return at most ``most`` of the items, evenly over their order, the first among them."""
     if len(items) <= most:
         return list(items)

@@ -17,75 +17,79 @@ from rich.text import Text
 
 from robotcore.runtime.apps import is_app_file
 from robotcore.runtime.plan import RunRequest
-from robotcore.sweep.record import Place, Record, fault
+from robotcore.sweep.record import GroupKey, Record, format_failure
 from robotcore.sweep.statistics import Group
-from robotcore.sweep.tables import COLUMNS, judge_told
+from robotcore.sweep.tables import COLUMNS, format_judge
 from robotcore.text import escape
 
 KeyT = TypeVar("KeyT", bound=Hashable)
 
 MAX_CAUSES = 20
-MAX_SEEDS = 8
+MAX_LISTED_SEEDS = 8
 """So many causes are told, and so many seeds of each in a place; a file has them all."""
 
-_TEXTS = ("backend", "world")
-_SHOWN = (*_TEXTS, "verified", "%", "95 %", "contacts", "median", "slowest")
+_LEFT_ALIGNED = ("backend", "world")
+_SUMMARY_COLUMNS = (*_LEFT_ALIGNED, "verified", "%", "95 %", "contacts", "median", "slowest")
 """As many as fit into 80 letters."""
 
 _MEMORY_S = 600.0
 """The time left is reckoned from so many of the last seconds: slow runs and quick ones take turns."""
 
 
-def summary(request: RunRequest, groups: Sequence[Group], failing: Sequence[Record], file: Path) -> RenderableType:
+def render_summary(
+    request: RunRequest, groups: Sequence[Group], failing: Sequence[Record], file: Path
+) -> RenderableType:
     """Return the table, then the failing runs by their causes, each with a command; ``file`` has every one of them."""
-    return Lines(_table(groups), *_judge(request, groups), *_failures(failing, file))
+    return Lines(_render_table(groups), *_render_judge(request, groups), *_render_failures(failing, file))
 
 
-def _table(groups: Sequence[Group]) -> Table:
+def _render_table(groups: Sequence[Group]) -> Table:
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, header_style="bold", padding=(0, 0, 0, 1))
-    for name in _SHOWN:
-        table.add_column(name, style="cyan" if name in _TEXTS else "", justify="left" if name in _TEXTS else "right")
+    for name in _SUMMARY_COLUMNS:
+        table.add_column(
+            name, style="cyan" if name in _LEFT_ALIGNED else "", justify="left" if name in _LEFT_ALIGNED else "right"
+        )
     for group in groups:
-        table.add_row(*(COLUMNS[name](group) for name in _SHOWN))
+        table.add_row(*(COLUMNS[name](group) for name in _SUMMARY_COLUMNS))
     return table
 
 
-def _judge(request: RunRequest, groups: Sequence[Group]) -> Iterator[Text]:
+def _render_judge(request: RunRequest, groups: Sequence[Group]) -> Iterator[Text]:
     """Yield whose word it is, where it may be another's than that of an app that is installed."""
     if request.judge or is_app_file(request.app):
-        yield Text(f"\nJudge: {escape(judge_told(request.judge, groups))}")
+        yield Text(f"\nJudge: {escape(format_judge(request.judge, groups))}")
 
 
-def _failures(failing: Sequence[Record], file: Path) -> Iterator[Text]:
+def _render_failures(failing: Sequence[Record], file: Path) -> Iterator[Text]:
     """Yield each cause, the commonest first, with where it is met and what repeats it."""
     if not failing:
         return
     yield Text(f"\n{len(failing)} failing run{'' if len(failing) == 1 else 's'}:", "bold")
-    causes = _by(fault, failing)
+    causes = _group_by(format_failure, failing)
     for cause, records in sorted(causes.items(), key=lambda item: -len(item[1]))[:MAX_CAUSES]:
-        yield from _cause(cause, records)
+        yield from _render_cause(cause, records)
     if len(causes) > MAX_CAUSES:
         yield Text(f"  and {len(causes) - MAX_CAUSES} more causes")
     if len(failing) > 1:
         yield Text(f"  each of them: {escape(str(file))}")
 
 
-def _cause(cause: str, records: Sequence[Record]) -> Iterator[Text]:
+def _render_cause(cause: str, records: Sequence[Record]) -> Iterator[Text]:
     words = escape(cause)
     yield Text(f"  {len(records)} × {words}" if len(records) > 1 else f"  {words}", "yellow")
     if len(records) > 1:
-        for place, there in _by(Place.of, records).items():
-            yield Text(f"    {place}: {_seeds(there)}")
+        for place, there in _group_by(GroupKey.of, records).items():
+            yield Text(f"    {place}: {_format_seeds(there)}")
     yield Text(f"    {escape(records[0].command)}")
 
 
-def _seeds(records: Sequence[Record]) -> str:
-    some = ", ".join(str(record.result.seed) for record in records[:MAX_SEEDS])
-    more = f" and {len(records) - MAX_SEEDS} more" if len(records) > MAX_SEEDS else ""
+def _format_seeds(records: Sequence[Record]) -> str:
+    some = ", ".join(str(record.result.seed) for record in records[:MAX_LISTED_SEEDS])
+    more = f" and {len(records) - MAX_LISTED_SEEDS} more" if len(records) > MAX_LISTED_SEEDS else ""
     return f"seed{'' if len(records) == 1 else 's'} {some}{more}"
 
 
-def _by(key: Callable[[Record], KeyT], records: Sequence[Record]) -> dict[KeyT, list[Record]]:
+def _group_by(key: Callable[[Record], KeyT], records: Sequence[Record]) -> dict[KeyT, list[Record]]:
     """Return the records of each key, in the order of backends, worlds and seeds."""
     ordered = sorted(records, key=lambda record: (record.result.backend, record.result.world, record.result.seed))
     found: dict[KeyT, list[Record]] = {}

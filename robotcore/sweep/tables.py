@@ -8,93 +8,93 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from robotcore.sweep.durable import replacing
-from robotcore.sweep.record import Record, fault
+from robotcore.sweep.durable import replace_text
+from robotcore.sweep.record import Record, format_failure
 from robotcore.sweep.statistics import Group
 
 TABLE, FAILURES = "results.csv", "failures.csv"
 """All runs, and the failing ones alone."""
 
-_LAST = ("fault", "command", "picture")
-_FORMULA = ("=", "+", "-", "@", "\t", "\r")
+_LAST_COLUMNS = ("fault", "command", "picture")
+_FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
 
 
 def write_tables(directory: Path, records: Callable[[], Iterable[Record]]) -> None:
     """Write both tables, with the same columns; ``records`` yields all of them anew each time."""
-    columns = columns_of(records())
+    columns = list_columns(records())
     write_csv(directory / TABLE, columns, records())
     write_csv(directory / FAILURES, columns, (record for record in records() if record.is_failure))
 
 
-def are_younger(directory: Path, source: Path) -> bool:
+def are_current(directory: Path, source: Path) -> bool:
     """Return whether both tables were written after the last change of the file that they are made of."""
     tables = [directory / name for name in (TABLE, FAILURES)]
     return all(table.exists() and _changed_ns(table) > _changed_ns(source) for table in tables)
 
 
-def columns_of(records: Iterable[Record]) -> list[str]:
+def list_columns(records: Iterable[Record]) -> list[str]:
     """Return the columns that records need: a mapping has one for each of its keys. The path is left out."""
-    columns = dict.fromkeys(column for record in records for column in _cells(record))
-    return sorted(columns, key=lambda column: column in _LAST)
+    columns = dict.fromkeys(column for record in records for column in _make_row(record))
+    return sorted(columns, key=lambda column: column in _LAST_COLUMNS)
 
 
 def write_csv(file: Path, columns: Sequence[str], records: Iterable[Record]) -> None:
     """Write a row for each record; what is no Unicode is told by its escapes."""
-    with replacing(file, newline="", errors="backslashreplace") as table:
+    with replace_text(file, newline="", errors="backslashreplace") as table:
         writer = csv.DictWriter(table, columns)
         writer.writeheader()
-        writer.writerows(map(_cells, records))
+        writer.writerows(map(_make_row, records))
 
 
 def _changed_ns(file: Path) -> int:
     return file.stat().st_mtime_ns
 
 
-def _cells(record: Record) -> dict[str, Any]:
+def _make_row(record: Record) -> dict[str, Any]:
     result = {each.name: getattr(record.result, each.name) for each in fields(record.result) if each.name != "error"}
-    why = fault(record) if record.is_failure else ""
+    why = format_failure(record) if record.is_failure else ""
     more = {"outcome": record.result.outcome.value, "fault": why, "command": record.command, "picture": record.picture}
-    told = {**result, **more}
-    return {column: _harmless(value) for key, item in told.items() for column, value in _columns(key, item)}
+    values = {**result, **more}
+    return {column: _escape_formula(value) for key, item in values.items() for column, value in _flatten(key, item)}
 
 
-def _harmless(value: Any) -> Any:
+def _escape_formula(value: Any) -> Any:
     """Return a value that a spreadsheet does not take for a formula: an app's words are somebody's, and may be one.
 
     OWASP, CSV injection.
     """
-    return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value
+    return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA_STARTS) else value
 
 
-def _columns(key: str, item: Any) -> list[tuple[str, Any]]:
+def _flatten(key: str, item: Any) -> list[tuple[str, Any]]:
     if isinstance(item, dict):
-        return [column for name, value in item.items() for column in _columns(f"{key}.{name}", value)]
+        return [column for name, value in item.items() for column in _flatten(f"{key}.{name}", value)]
     return [(key, "; ".join(item) if isinstance(item, list) else item)]
 
 
-def verified_told(group: Group) -> str:
+def format_verified(group: Group) -> str:
     """Return how many runs the simulator verified; ``?`` where nobody can judge."""
     return f"{'?' if group.verified is None else group.verified}/{group.runs}"
 
 
-def share_told(group: Group) -> str:
+def format_share(group: Group) -> str:
     """Return the share of verified runs in percent; empty where nobody can judge."""
     return "" if group.verified_share is None else f"{100 * group.verified_share:.1f}"
 
 
-def interval_told(group: Group) -> str:
+def format_interval(group: Group) -> str:
     """Return the 95 % interval of that share in percent."""
     return "" if group.verified_95 is None else "–".join(f"{100 * edge:.1f}" for edge in group.verified_95)
 
 
-def contacts_told(group: Group) -> str:
+def format_contacts(group: Group) -> str:
     """Return the contacts that were counted; ``≥`` says that some runs did not tell."""
     if group.contacts is None:
         return "?"
-    return f"≥ {group.contacts}" if group.untold else f"{group.contacts}"
+    return f"≥ {group.contacts}" if group.contacts_unknown else f"{group.contacts}"
 
 
-def time_told(time_s: float | None) -> str:
+def format_time(time_s: float | None) -> str:
     """Return a group's time, or that not so many of its runs ever pass."""
     return "never" if time_s is None else f"{time_s:.1f} s"
 
@@ -103,18 +103,18 @@ COLUMNS: dict[str, Callable[[Group], str]] = {
     "backend": lambda group: group.backend,
     "world": lambda group: group.world,
     "passed": lambda group: f"{group.runs - group.failing}/{group.runs}",
-    "verified": verified_told,
-    "%": share_told,
-    "95 %": interval_told,
-    "contacts": contacts_told,
-    "median": lambda group: time_told(group.median_time_s),
-    "90 % within": lambda group: time_told(group.p90_time_s),
-    "slowest": lambda group: time_told(group.slowest_time_s),
+    "verified": format_verified,
+    "%": format_share,
+    "95 %": format_interval,
+    "contacts": format_contacts,
+    "median": lambda group: format_time(group.median_time_s),
+    "90 % within": lambda group: format_time(group.p90_time_s),
+    "slowest": lambda group: format_time(group.slowest_time_s),
 }
 """What is told of a group; ``%`` and ``95 %`` are of the verified runs."""
 
 
-def judge_told(judge: str | None, groups: Iterable[Group]) -> str:
+def format_judge(judge: str | None, groups: Iterable[Group]) -> str:
     """Return whose word ``verified`` is: that of the app that was named for it, or the app's own, or nobody's."""
     if judge:
         return judge

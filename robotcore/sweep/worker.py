@@ -25,44 +25,44 @@ _STDERR = 2
 _START_S = 120.0
 """A process that is not ready within this time hangs."""
 
-_FAREWELL_S = 1.0
+_EXIT_GRACE_S = 1.0
 """A process that has closed its end of the pipe is gone within this time, or it is ended."""
 
 _SUPERVISOR_S = 10.0
 """A supervisor that needs longer to end its worker and the worker's children is ended."""
 
-_LONGEST_S = 2e6
+_MAX_WAIT_S = 2e6
 """What the system can wait for at a time, and a bit less: 23 days."""
 
 _CHUNK_BYTES = 2**16
-_GARBLED = "Check whether the app writes to a file descriptor that it did not open"
+_GARBLED_REMEDY = "Check whether the app writes to a file descriptor that it did not open"
 
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+_THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 MAX_REPLY_BYTES = 64 * 2**20
 """The most bytes of a reply. The path of a run of a day and its picture are far below it."""
 
-_ERROR = "robotcore.errors"
+_ERROR_KEY = "robotcore.errors"
 """The key that tells an error from a mapping."""
 
-_OWN = {"_traceback_text", "kind", "fields"}
+_REPLACEABLE = {"_traceback_text", "kind", "fields"}
 """The attributes of an error that its class gives a default. No other one replaces what the class defines, such as an
 exit status."""
 
 
-class NoChildError(BackendError):
+class NoWorkerError(BackendError):
     """No process can be started. No process can send this class: it is none of `robotcore.errors`."""
 
 
-class ChildDiedError(Exception):
+class WorkerDiedError(Exception):
     """The process ended in the middle of a call, or was ended because its answer cannot be read."""
 
 
-class ChildHungError(Exception):
+class WorkerHungError(Exception):
     """The call took too long; its process was ended."""
 
 
-class Child:
+class WorkerProcess:
     """Calls functions in another process, one at a time; after one that was its end, the next has a new process.
 
     The process is a session of its own, so that Ctrl-C in the terminal is its parent's business. It has nothing to
@@ -80,18 +80,18 @@ class Child:
         Raises the RobotcoreError that it raises (any other exception comes as one), ChildDiedError, ChildHungError, and
         NoChildError if no process can be started.
         """
-        process = self._ready()
+        process = self._get_ready_process()
         try:
             process.connection.send((function, args))
             result, raised = read_reply(process.read_line(limit_s))
         except TimeoutError as error:
             self.close()
-            raise ChildHungError(f"no end after {limit_s:g} s of wall time") from error
+            raise WorkerHungError(f"no end after {limit_s:g} s of wall time") from error
         except (EOFError, OSError) as error:
-            raise ChildDiedError(_how(self._end(_FAREWELL_S))) from error
+            raise WorkerDiedError(_format_status(self._end(_EXIT_GRACE_S))) from error
         except ValueError as error:
             self.close()
-            raise ChildDiedError(f"its answer cannot be read. {_GARBLED}") from error
+            raise WorkerDiedError(f"its answer cannot be read. {_GARBLED_REMEDY}") from error
         if raised:
             raise raised
         return result
@@ -107,38 +107,38 @@ class Child:
         """End the process, if there is one, while no call is under way."""
         self._end()
 
-    def _end(self, farewell_s: float = 0.0) -> int:
+    def _end(self, grace_s: float = 0.0) -> int:
         """End the process; return its status, as `Popen` tells it."""
         with self._lock:
             process, self._process = self._process, None
-        return process.end(farewell_s) if process else 0
+        return process.end(grace_s) if process else 0
 
-    def _ready(self) -> _Process:
+    def _get_ready_process(self) -> _Process:
         """Return the process, which waits for what to do."""
         if self._process and not self._process.connection.poll():
             return self._process
         self._end()  # it wrote without a call, or it ended: a thread of the app lived on
-        process = self._started()
+        process = self._start_process()
         try:
             process.read_line(_START_S)
         except TimeoutError as error:
             self._end()
-            raise NoChildError(
+            raise NoWorkerError(
                 f"the worker processes do not start within {_START_S:g} s. Does python -c 'import cv2' end?"
             ) from error
         except (EOFError, OSError) as error:
-            how = _how(self._end(_FAREWELL_S))
-            raise NoChildError(f"the worker processes die before they run anything: {how}") from error
+            how = _format_status(self._end(_EXIT_GRACE_S))
+            raise NoWorkerError(f"the worker processes die before they run anything: {how}") from error
         return process
 
-    def _started(self) -> _Process:
+    def _start_process(self) -> _Process:
         with self._lock:
             if self._is_killed:
-                raise ChildDiedError(_how(-signal.SIGKILL))
+                raise WorkerDiedError(_format_status(-signal.SIGKILL))
             try:
                 self._process = process = _Process()
             except OSError as error:
-                raise NoChildError(f"no worker process can be started: {error.strerror}. Take fewer --jobs") from error
+                raise NoWorkerError(f"no worker process can be started: {error.strerror}. Take fewer --jobs") from error
         return process
 
 
@@ -149,7 +149,8 @@ class _Process:
         self.connection, theirs = Pipe()
         with theirs:
             handle = theirs.fileno()
-            code = f"import sys; sys.path[:] = {sys.path!r}; from robotcore.sweep.worker import serve; serve({handle})"
+            path = f"import sys; sys.path[:] = {sys.path!r}"
+            code = f"{path}; from robotcore.sweep.worker import worker_main; worker_main({handle})"
             self._popen = Popen(  # noqa: S603  this very Python
                 [sys.executable, "-c", code],
                 stdin=DEVNULL,
@@ -165,7 +166,7 @@ class _Process:
         """
         clock, line, chunk = MonotonicClock(), bytearray(), b""
         while b"\n" not in chunk:
-            if not self.connection.poll(min(max(limit_s - clock.now(), 0.0), _LONGEST_S)):
+            if not self.connection.poll(min(max(limit_s - clock.now(), 0.0), _MAX_WAIT_S)):
                 raise TimeoutError
             chunk = os.read(self.connection.fileno(), _CHUNK_BYTES)
             if not chunk:
@@ -183,10 +184,10 @@ class _Process:
             else:
                 os.killpg(self._popen.pid, signal.SIGKILL)
 
-    def end(self, farewell_s: float) -> int:
+    def end(self, grace_s: float) -> int:
         """End the process if it does not end in this time, and all that it has started; return its status."""
         with suppress(TimeoutExpired):
-            self._popen.wait(farewell_s)
+            self._popen.wait(grace_s)
         if self._popen.returncode is None or not supervisor.IS_AVAILABLE:
             self.kill()  # also where it is gone: its group lives on, and keeps its number, while one of the group does
         self.connection.close()
@@ -196,7 +197,7 @@ class _Process:
         return self._popen.wait()
 
 
-def _how(status: int) -> str:
+def _format_status(status: int) -> str:
     """Return a status of `Popen` in words."""
     if status >= 0:
         return f"exit status {status}"
@@ -205,18 +206,18 @@ def _how(status: int) -> str:
     return f"signal {-status}"
 
 
-def serve(handle: int) -> NoReturn:
+def worker_main(handle: int) -> NoReturn:
     """Make this process ready, say so, and do what comes through the pipe until its other end is closed."""
     supervisor.supervise(handle)
     sys.stdout = sys.stderr  # line by line: what waits in a buffer is lost with the process
     prepare()
     connection, calls = Connection(handle), SimpleQueue[bytes]()
-    _keep_to_this_process(connection)
-    Thread(target=_listen, args=(connection, calls), daemon=True).start()
+    _close_in_subprocesses(connection)
+    Thread(target=_receive_calls, args=(connection, calls), daemon=True).start()
     with suppress(OSError):  # nobody is there any more, or this is a copy that an app has made of the process
         _send(connection, write_reply("ready"))
         while True:
-            _send(connection, _reply(calls.get()))
+            _send(connection, _run_call(calls.get()))
     os._exit(1)
 
 
@@ -225,13 +226,13 @@ def _send(connection: Connection, line: bytes) -> None:
         line = line[os.write(connection.fileno(), line) :]
 
 
-def _keep_to_this_process(connection: Connection) -> None:
+def _close_in_subprocesses(connection: Connection) -> None:
     """Let nothing that an app starts hold the pipe open, which would hide the end of this process, or answer for it."""
     os.set_inheritable(connection.fileno(), False)
     os.register_at_fork(after_in_child=connection.close)
 
 
-def _listen(connection: Connection, calls: SimpleQueue[bytes]) -> None:
+def _receive_calls(connection: Connection, calls: SimpleQueue[bytes]) -> None:
     """Hear at once, in the middle of a call too, that nobody is there any more."""
     try:
         while True:
@@ -240,7 +241,7 @@ def _listen(connection: Connection, calls: SimpleQueue[bytes]) -> None:
         os._exit(1)
 
 
-def _reply(call: bytes) -> bytes:
+def _run_call(call: bytes) -> bytes:
     """Return what a call came to, a result or an error, as a line."""
     try:
         function, arguments = pickle.loads(call)  # noqa: S301  from the parent of this process
@@ -260,7 +261,7 @@ def _write_error(error: RobotcoreError) -> bytes:
 
 def prepare() -> None:
     """Make a process ready for runs: one thread each, everything imported."""
-    os.environ.update(dict.fromkeys(_THREADS, "1"))
+    os.environ.update(dict.fromkeys(_THREAD_VARIABLES, "1"))
     import cv2
 
     import robotcore.runtime.session
@@ -289,17 +290,17 @@ def _encode_error(value: object) -> dict[str, Any]:
     if not isinstance(value, RobotcoreError):
         raise TypeError(f"cannot send a {type(value).__name__} through a pipe")
     _, (kind, arguments, state) = value.__reduce__()
-    return {_ERROR: [kind.__name__, arguments, state]}
+    return {_ERROR_KEY: [kind.__name__, arguments, state]}
 
 
 def _decode_error(read: dict[str, Any]) -> Any:
-    if _ERROR not in read:
+    if _ERROR_KEY not in read:
         return read
-    name, arguments, state = read[_ERROR]
+    name, arguments, state = read[_ERROR_KEY]
     kind = getattr(errors, name)
     if not (isinstance(kind, type) and issubclass(kind, RobotcoreError)):
         raise TypeError(f"{name} is no error of robotcore")
     error = kind.__new__(kind)
     error.args = tuple(arguments)
-    error.__dict__.update((key, value) for key, value in state.items() if key in _OWN or not hasattr(kind, key))
+    error.__dict__.update((key, value) for key, value in state.items() if key in _REPLACEABLE or not hasattr(kind, key))
     return error

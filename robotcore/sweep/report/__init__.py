@@ -9,7 +9,7 @@ from pathlib import Path
 
 from robotcore.description import WorldDescription
 from robotcore.errors import BackendMissingError, UsageError
-from robotcore.sweep.durable import replacing, unfinished
+from robotcore.sweep.durable import part_path, replace_text
 from robotcore.sweep.record import Record
 from robotcore.sweep.statistics import Requirement
 
@@ -21,28 +21,28 @@ def write_report(
     directory: Path,
     folder: Path,
     *,
-    asked: str = "",
+    command: str = "",
     worlds: Sequence[WorldDescription] = (),
     requirements: Sequence[Requirement] = (),
 ) -> Path:
     """Write ``directory/index.html`` and return its path.
 
-    ``folder`` is the sweep's, which a record's picture is relative to; ``asked`` is the command of the sweep;
-    ``worlds`` are those that are not shipped; ``requirements`` are told with what was got. Raises
+    ``folder`` is the sweep's, which a record's picture is relative to; ``command`` is the command of the sweep;
+    ``worlds`` are those that are not shipped; ``requirements`` are listed with the values that were reached. Raises
     BackendMissingError where Jinja2 is missing and UsageError where the page cannot be written.
     """
-    require_ready(directory)
-    from robotcore.sweep.report.page import page
+    require_writable(directory)
+    from robotcore.sweep.report.page import render_page
 
-    html = page(records, folder, asked, worlds, requirements)
-    with _writing(directory):
+    html = render_page(records, folder, command, worlds, requirements)
+    with _report_errors(directory):
         directory.mkdir(parents=True, exist_ok=True)
-        with replacing(directory / PAGE, errors="replace") as file:
+        with replace_text(directory / PAGE, errors="replace") as file:
             file.write(html)
     return directory / PAGE
 
 
-def require_ready(directory: Path) -> None:
+def require_writable(directory: Path) -> None:
     """Raise, before a long sweep and not after it, where a report could not be written; leave no new folder behind.
 
     BackendMissingError where Jinja2 is missing, UsageError where the folder cannot be written.
@@ -50,9 +50,9 @@ def require_ready(directory: Path) -> None:
     if find_spec("jinja2") is None:
         raise BackendMissingError("--report needs Jinja2, which is not installed. pip install 'robotcore[sweep]'")
     made = [folder for folder in (directory, *directory.parents) if not folder.exists()]
-    with _writing(directory):
+    with _report_errors(directory):
         directory.mkdir(parents=True, exist_ok=True)
-        probe = unfinished(directory / PAGE)
+        probe = part_path(directory / PAGE)
         probe.touch()
         probe.unlink()
     with suppress(OSError):  # where somebody else has put something there meanwhile
@@ -61,7 +61,7 @@ def require_ready(directory: Path) -> None:
 
 
 @contextmanager
-def _writing(directory: Path) -> Iterator[None]:
+def _report_errors(directory: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:

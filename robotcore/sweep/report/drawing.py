@@ -22,7 +22,9 @@ _FOR_DARK = 0.42
 
 def element(tag: str, *children: Element | str, **attributes: Attribute) -> Element:
     """Return an element; a trailing underscore of an attribute's name is dropped, others become hyphens."""
-    made = Element(tag, {name.rstrip("_").replace("_", "-"): _told(value) for name, value in attributes.items()})
+    made = Element(
+        tag, {name.rstrip("_").replace("_", "-"): _format_value(value) for name, value in attributes.items()}
+    )
     for child in children:
         if isinstance(child, str):
             made.text = child
@@ -31,10 +33,14 @@ def element(tag: str, *children: Element | str, **attributes: Attribute) -> Elem
     return made
 
 
-def drawing(width: float, height: float, told: str, children: Iterable[Element], **attributes: Attribute) -> str:
-    """Return a whole drawing, its origin top left, as text that is safe in HTML; ``told`` is read to who cannot see."""
-    box = {"viewBox": f"0 0 {_told(width)} {_told(height)}"}
-    return tostring(element("svg", *children, role="img", aria_label=told, **box, **attributes), encoding="unicode")
+def render_svg(
+    width: float, height: float, description: str, children: Iterable[Element], **attributes: Attribute
+) -> str:
+    """Return an SVG drawing as text that is safe in HTML; screen readers read its ``description``."""
+    box = {"viewBox": f"0 0 {_format_value(width)} {_format_value(height)}"}
+    return tostring(
+        element("svg", *children, role="img", aria_label=description, **box, **attributes), encoding="unicode"
+    )
 
 
 def group(children: Iterable[Element], **attributes: Attribute) -> Element:
@@ -60,11 +66,13 @@ def dot(centre: Point, radius: float, **attributes: Attribute) -> Element:
 def trail(points: Iterable[Point], **attributes: Attribute) -> Element:
     """Return an open line through points."""
     (x, y), *rest = points
-    way = f"M{_told(x)} {_told(y)}" + "".join(f"L{_told(x)} {_told(y)}" for x, y in rest)
+    way = f"M{_format_value(x)} {_format_value(y)}" + "".join(
+        f"L{_format_value(x)} {_format_value(y)}" for x, y in rest
+    )
     return element("path", d=way, **attributes)
 
 
-def _told(value: Attribute) -> str:
+def _format_value(value: Attribute) -> str:
     return value if isinstance(value, str) else f"{value:.1f}".removesuffix(".0")
 
 
@@ -93,32 +101,32 @@ class Axis:
         return [index * step for index in range(first, last + 1)]
 
 
-def room_for(labels: Iterable[str]) -> float:
+def measure_labels(labels: Iterable[str]) -> float:
     """Return how much room labels need beside a drawing, their gap to it among it."""
-    longest = max((len(shortened(label)) for label in labels), default=0)
+    longest = max((len(shorten_label(label)) for label in labels), default=0)
     return _GAP + _LETTER * longest
 
 
-def shortened(label: str) -> str:
+def shorten_label(label: str) -> str:
     """Return a label that is not too long to stand beside a drawing."""
     return label if len(label) <= MAX_LABEL else f"{label[: MAX_LABEL - 1]}…"
 
 
-def label(axis: Axis, y: float, words: str) -> Element:
+def draw_label(axis: Axis, y: float, words: str) -> Element:
     """Return words that end at an axis's beginning, centred on a height."""
-    return text((axis.start - _GAP, y + 4), shortened(words), text_anchor="end")
+    return text((axis.start - _GAP, y + 4), shorten_label(words), text_anchor="end")
 
 
-def below(axis: Axis, top: float, bottom: float, told: Callable[[float], str]) -> Element:
+def draw_axis(axis: Axis, top: float, bottom: float, format_tick: Callable[[float], str]) -> Element:
     """Return the grid of a horizontal axis from ``top`` to ``bottom``, its numbers below."""
-    return group(_grid(axis, top, bottom, told), class_="axis")
+    return group(_draw_grid(axis, top, bottom, format_tick), class_="axis")
 
 
-def _grid(axis: Axis, top: float, bottom: float, told: Callable[[float], str]) -> Iterator[Element]:
+def _draw_grid(axis: Axis, top: float, bottom: float, format_tick: Callable[[float], str]) -> Iterator[Element]:
     for value in axis.ticks(max(2, int((axis.end - axis.start) / _TICK_ROOM))):
         x = axis.at(value)
         yield line((x, top), (x, bottom))
-        yield text((x, bottom + 16), told(value), text_anchor="middle")
+        yield text((x, bottom + 16), format_tick(value), text_anchor="middle")
 
 
 class Shades(NamedTuple):
@@ -128,7 +136,7 @@ class Shades(NamedTuple):
     dark: str
 
 
-def shades_of(names: Sequence[str]) -> list[Shades]:
+def make_shades(names: Sequence[str]) -> list[Shades]:
     """Return a colour for each name, far apart for the colour-blind too."""
     return [Shades(_css(colour), _css(lighten(colour, _FOR_DARK))) for colour in assign_state_colours(names).values()]
 

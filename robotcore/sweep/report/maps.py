@@ -10,9 +10,9 @@ from xml.etree.ElementTree import Element
 
 from robotcore.description import WorldDescription
 from robotcore.sweep.record import Record, TruePath
-from robotcore.sweep.report.drawing import Point, dot, drawing, element, group, line, trail
+from robotcore.sweep.report.drawing import Point, dot, element, group, line, render_svg, trail
 from robotcore.sweep.report.series import Series
-from robotcore.sweep.statistics import thinned
+from robotcore.sweep.statistics import subsample
 
 MAX_PATHS = 100
 """Of passing and of failing runs each."""
@@ -27,15 +27,15 @@ _GRID_M = 1.0
 
 @dataclass(frozen=True)
 class Map:
-    """A world's drawing; ``told`` says whose paths are in it."""
+    """A world's drawing; ``caption`` says whose paths are in it."""
 
     world: str
     drawing: str
-    told: str
+    caption: str
 
 
 @dataclass(frozen=True)
-class Chart:
+class MapScale:
     """From the world's metres to the drawing's centimetres, y downwards; the origin is in the middle."""
 
     half_width: float
@@ -45,12 +45,12 @@ class Chart:
         return round(self.half_width + x * CM), round(self.half_height - y * CM)
 
 
-def maps_of(series: Sequence[Series], worlds: Mapping[str, WorldDescription]) -> list[Map]:
+def draw_maps(series: Sequence[Series], worlds: Mapping[str, WorldDescription]) -> list[Map]:
     """Return a map of each world in which a run's true path is known."""
     gathered: dict[str, list[Record]] = {}
     for each in series:
         gathered.setdefault(each.group.world, []).extend(record for record in each.records if _is_known(record))
-    return [_map(name, records, worlds.get(name)) for name, records in gathered.items() if records]
+    return [_draw_map(name, records, worlds.get(name)) for name, records in gathered.items() if records]
 
 
 def _is_known(record: Record) -> bool:
@@ -58,30 +58,30 @@ def _is_known(record: Record) -> bool:
     return bool(record.path) and all(map(math.isfinite, chain.from_iterable(record.path or ())))
 
 
-def _map(name: str, records: Sequence[Record], world: WorldDescription | None) -> Map:
+def _draw_map(name: str, records: Sequence[Record], world: WorldDescription | None) -> Map:
     passing = [record for record in records if not record.is_failure]
     failing = [record for record in records if record.is_failure]
-    told = f"passing runs: {_shown(passing)}, failing: {_shown(failing)}"
-    passing, failing = thinned(passing, MAX_PATHS), thinned(failing, MAX_PATHS)
-    chart = _chart([*passing, *failing], world)
+    caption = f"passing runs: {_format_count(passing)}, failing: {_format_count(failing)}"
+    passing, failing = subsample(passing, MAX_PATHS), subsample(failing, MAX_PATHS)
+    chart = _make_scale([*passing, *failing], world)
     is_unseeded = all(record.result.seed is None for record in records)
     parts = [
-        *(_ground(chart, world) if world else ()),
-        *(_things(chart, world) if world and is_unseeded else ()),
-        group((_way(chart, record) for record in passing), class_="ways passing"),
-        group((_way(chart, record) for record in failing), class_="ways failing"),
-        group((_end(chart, record) for record in passing), class_="ends passing"),
-        group((_cross(chart, record) for record in failing), class_="ends failing"),
+        *(_draw_ground(chart, world) if world else ()),
+        *(_draw_objects(chart, world) if world and is_unseeded else ()),
+        group((_draw_path(chart, record) for record in passing), class_="ways passing"),
+        group((_draw_path(chart, record) for record in failing), class_="ways failing"),
+        group((_draw_end(chart, record) for record in passing), class_="ends passing"),
+        group((_draw_cross(chart, record) for record in failing), class_="ends failing"),
     ]
-    words = f"Paths in {name or 'no world'}, from above: {told}"
-    return Map(name, drawing(2 * chart.half_width, 2 * chart.half_height, words, parts, class_="map"), told)
+    words = f"Paths in {name or 'no world'}, from above: {caption}"
+    return Map(name, render_svg(2 * chart.half_width, 2 * chart.half_height, words, parts, class_="map"), caption)
 
 
-def _shown(records: Sequence[Record]) -> str:
+def _format_count(records: Sequence[Record]) -> str:
     return str(len(records)) if len(records) <= MAX_PATHS else f"{MAX_PATHS} of {len(records)}"
 
 
-def _chart(records: Sequence[Record], world: WorldDescription | None) -> Chart:
+def _make_scale(records: Sequence[Record], world: WorldDescription | None) -> MapScale:
     """Return a chart that holds the floor, its walls, and every path."""
     wall = world.walls.thickness_m if world and world.walls else 0.0
     points = [(x, y) for record in records for _, x, y in record.path or ()]
@@ -90,48 +90,48 @@ def _chart(records: Sequence[Record], world: WorldDescription | None) -> Chart:
     if world:
         reach_x = max(reach_x, world.floor.length_m / 2 + wall)
         reach_y = max(reach_y, world.floor.width_m / 2 + wall)
-    return Chart(math.ceil(reach_x * CM + _MARGIN_CM), math.ceil(reach_y * CM + _MARGIN_CM))
+    return MapScale(math.ceil(reach_x * CM + _MARGIN_CM), math.ceil(reach_y * CM + _MARGIN_CM))
 
 
-def _ground(chart: Chart, world: WorldDescription) -> Iterator[Element]:
+def _draw_ground(chart: MapScale, world: WorldDescription) -> Iterator[Element]:
     """Yield the walls, the floor within them, and a line each metre."""
     x, y = world.floor.length_m / 2, world.floor.width_m / 2
     if world.walls:
-        yield _rectangle(chart, x + world.walls.thickness_m, y + world.walls.thickness_m, "wall")
-    yield _rectangle(chart, x, y, "floor")
-    yield group(_grid(chart, x, y), class_="grid")
+        yield _draw_rectangle(chart, x + world.walls.thickness_m, y + world.walls.thickness_m, "wall")
+    yield _draw_rectangle(chart, x, y, "floor")
+    yield group(_draw_grid(chart, x, y), class_="grid")
 
 
-def _rectangle(chart: Chart, x: float, y: float, kind: str) -> Element:
+def _draw_rectangle(chart: MapScale, x: float, y: float, kind: str) -> Element:
     left, top = chart.at(-x, y)
     return element("rect", x=left, y=top, width=2 * x * CM, height=2 * y * CM, class_=kind)
 
 
-def _grid(chart: Chart, x: float, y: float) -> Iterator[Element]:
+def _draw_grid(chart: MapScale, x: float, y: float) -> Iterator[Element]:
     for metre in range(-math.floor(x / _GRID_M), math.floor(x / _GRID_M) + 1):
         yield line(chart.at(metre, y), chart.at(metre, -y))
     for metre in range(-math.floor(y / _GRID_M), math.floor(y / _GRID_M) + 1):
         yield line(chart.at(-x, metre), chart.at(x, metre))
 
 
-def _things(chart: Chart, world: WorldDescription) -> Iterator[Element]:
+def _draw_objects(chart: MapScale, world: WorldDescription) -> Iterator[Element]:
     """Yield what stands and lies in the world as its file has it."""
     for obstacle in world.obstacles:
-        yield _outline(chart, obstacle.outline, "obstacle")
+        yield _draw_outline(chart, obstacle.outline, "obstacle")
     for ball in world.targets:
-        yield _outline(chart, ball.outline, "target")
+        yield _draw_outline(chart, ball.outline, "target")
 
 
-def _outline(chart: Chart, corners: Sequence[Point], kind: str) -> Element:
+def _draw_outline(chart: MapScale, corners: Sequence[Point], kind: str) -> Element:
     points = (chart.at(x, y) for x, y in corners)
     return element("polygon", points=" ".join(f"{x:g},{y:g}" for x, y in points), class_=kind)
 
 
-def _way(chart: Chart, record: Record) -> Element:
-    return trail(chart.at(x, y) for x, y in _moves(record.path or ()))
+def _draw_path(chart: MapScale, record: Record) -> Element:
+    return trail(chart.at(x, y) for x, y in _simplify(record.path or ()))
 
 
-def _moves(path: TruePath) -> Iterator[Point]:
+def _simplify(path: TruePath) -> Iterator[Point]:
     """Yield the places of a path without those where the robot hardly moved on."""
     last: Point | None = None
     for _, *place in path:
@@ -141,15 +141,15 @@ def _moves(path: TruePath) -> Iterator[Point]:
             yield last
 
 
-def _end(chart: Chart, record: Record) -> Element:
-    return dot(chart.at(*_last(record)), 4)
+def _draw_end(chart: MapScale, record: Record) -> Element:
+    return dot(chart.at(*_last_point(record)), 4)
 
 
-def _cross(chart: Chart, record: Record) -> Element:
-    x, y = chart.at(*_last(record))
+def _draw_cross(chart: MapScale, record: Record) -> Element:
+    x, y = chart.at(*_last_point(record))
     return element("path", d=f"M{x - 5:g} {y - 5:g}l10 10m0 -10l-10 10")
 
 
-def _last(record: Record) -> Point:
+def _last_point(record: Record) -> Point:
     _, x, y = (record.path or ())[-1]
     return x, y

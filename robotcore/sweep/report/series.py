@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robotcore.sweep.record import Place, Record
+from robotcore.sweep.record import GroupKey, Record
 from robotcore.sweep.statistics import Group, Tally
 
 
@@ -25,8 +25,8 @@ class Series:
 
     def arrivals(self, milestone: str) -> list[float]:
         """Return when each run that reached a milestone did so, in seconds, the earliest first."""
-        told = (record.result.milestones.get(milestone) for record in self.records)
-        return sorted(time for time in told if time is not None)
+        times = (record.result.milestones.get(milestone) for record in self.records)
+        return sorted(time for time in times if time is not None)
 
 
 @dataclass(frozen=True)
@@ -44,39 +44,39 @@ class Spread:
         return cls(*map(float, np.quantile(some, (0.1, 0.5, 0.9)))) if some else None
 
 
-def series_of(records: Iterable[Record]) -> list[Series]:
+def make_series(records: Iterable[Record]) -> list[Series]:
     """Return a series for each group, world by world, in the order in which they occur.
 
     A world has a colour and a backend its dashes; where there is one world, a backend has a colour too.
     """
-    gathered: dict[Place, list[Record]] = {}
+    gathered: dict[GroupKey, list[Record]] = {}
     for record in records:
-        gathered.setdefault(Place.of(record), []).append(record)
+        gathered.setdefault(GroupKey.of(record), []).append(record)
     backends, worlds = (list(dict.fromkeys(names)) for names in zip(*gathered, strict=True)) if gathered else ([], [])
     return [
-        Series(_group(place, gathered[place]), tuple(gathered[place]), f"c{hue} d{dashes}")
+        Series(_make_group(place, gathered[place]), tuple(gathered[place]), f"c{hue} d{dashes}")
         for row, world in enumerate(worlds)
         for dashes, backend in enumerate(backends)
         for hue in [row if len(worlds) > 1 else dashes]
-        if (place := Place(backend, world)) in gathered
+        if (place := GroupKey(backend, world)) in gathered
     ]
 
 
-def _group(place: Place, records: Iterable[Record]) -> Group:
+def _make_group(place: GroupKey, records: Iterable[Record]) -> Group:
     tally = Tally()
     for record in records:
         tally.add(record)
     return tally.group(place)
 
 
-def milestones_of(series: Sequence[Series]) -> list[str]:
+def list_milestones(series: Sequence[Series]) -> list[str]:
     """Return every milestone that was reached, in the order of the median times."""
     names = dict.fromkeys(name for each in series for record in each.records for name in record.result.milestones)
     times = {name: [time for each in series for time in each.arrivals(name)] for name in names}
     return sorted(names, key=lambda name: float(np.median(times[name])))
 
 
-def goal_of(series: Sequence[Series], milestones: Sequence[str]) -> str | None:
+def find_goal(series: Sequence[Series], milestones: Sequence[str]) -> str | None:
     """Return the milestone that a passing run most often reaches last; where none passed, the latest of all.
 
     None where no run gets farther than what it reaches at once: that takes no time.

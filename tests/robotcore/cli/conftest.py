@@ -12,7 +12,7 @@ import pytest
 from robotcore import RunRequest
 from robotcore.cli.main import execute
 from robotcore.sweep import Sweep
-from robotcore.sweep.single_run import Ended, perform
+from robotcore.sweep.single_run import RunOutput, perform
 
 
 class Told(NamedTuple):
@@ -75,7 +75,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[RunRequest]:
     """What is run, in this process: other processes have tests of their own."""
     requests: list[RunRequest] = []
 
-    def perform_here(_: object, sweep: Sweep, missing: Iterable[RunRequest]) -> Iterator[Ended]:
+    def perform_here(_: object, sweep: Sweep, missing: Iterable[RunRequest]) -> Iterator[RunOutput]:
         for request in missing:
             requests.append(request)
             yield perform(request)

@@ -8,7 +8,7 @@ from robotcore import RunRequest
 from robotcore.description import load_robot
 from robotcore.errors import BackendError
 from robotcore.runtime.faults import plan_faults
-from robotcore.sweep.single_run import unfinished
+from robotcore.sweep.single_run import make_failed_output
 from tests.robotcore.cli.conftest import Cli
 
 SHORT = ("avoid-obstacles", "--world", "open", "--set", "duration_s=0.5")
@@ -56,7 +56,7 @@ def test_a_run_that_does_not_begin_answers_with_the_faults_it_was_asked_for(cli:
 
 def test_a_run_that_never_came_back_is_reported_with_its_faults() -> None:
     request = RunRequest("avoid-obstacles", world="open", faults=("range drop=0.5",))
-    assert unfinished(request, BackendError("died")).record.result.faults == ["range drop=0.5"]
+    assert make_failed_output(request, BackendError("died")).record.result.faults == ["range drop=0.5"]
 
 
 def test_a_sweep_has_them_in_every_run_its_command_and_its_table(

@@ -18,7 +18,7 @@ from robotcore import Outcome, RunRequest
 from robotcore.cli.sweep import command
 from robotcore.errors import BackendError, BackendMissingError
 from robotcore.sweep import Record, Sweep
-from robotcore.sweep.single_run import Ended, perform
+from robotcore.sweep.single_run import RunOutput, perform
 from tests.robotcore.cli.conftest import Cli
 
 SHORT = ("sweep", "avoid-obstacles", "--world", "open", "--set", "duration_s=0.2")
@@ -30,37 +30,37 @@ def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_every_combination_is_run_and_told(cli: Cli, asked: list[RunRequest]) -> None:
-    told = cli("sweep", "avoid-obstacles", "--world", "open,arena", "--seeds", "1,3-4", "--set", "duration_s=0.2")
-    assert told.status == 0
+    done = cli("sweep", "avoid-obstacles", "--world", "open,arena", "--seeds", "1,3-4", "--set", "duration_s=0.2")
+    assert done.status == 0
     assert {(request.world, request.seed) for request in asked} == {
         (w, s) for w in ("open", "arena") for s in (1, 3, 4)
     }
-    rows = [line.split() for line in told.out.splitlines() if line.startswith("kinematic")]
+    rows = [line.split() for line in done.out.splitlines() if line.startswith("kinematic")]
     assert [row[1:] for row in rows] == [[name, "?/3", "0", "0.2", "s", "0.2", "s"] for name in ("arena", "open")]
-    assert told.err == ""
+    assert done.err == ""
 
 
 def test_json_is_one_line(cli: Cli, asked: list[RunRequest]) -> None:
-    told = cli(*SHORT, "--seeds", "1-2", "--json", "--out", "here")
-    assert (told.status, told.err) == (0, "")
-    assert (told.json["runs"], told.json["done"], told.json["failing"], told.json["missed"]) == (2, 2, 0, [])
-    assert told.json["directory"] == "here"
-    (group,) = told.json["groups"]
+    done = cli(*SHORT, "--seeds", "1-2", "--json", "--out", "here")
+    assert (done.status, done.err) == (0, "")
+    assert (done.json["runs"], done.json["done"], done.json["failing"], done.json["missed"]) == (2, 2, 0, [])
+    assert done.json["directory"] == "here"
+    (group,) = done.json["groups"]
     assert (group["backend"], group["world"], group["verified"], group["contacts"]) == ("kinematic", "open", None, 0)
     assert (group["verified_share"], group["success_share"]) == (None, 1.0)
 
 
 def test_json_repeats_what_was_asked_for(cli: Cli, asked: list[RunRequest]) -> None:
     arguments = ("sweep", "green-search", "--timeout", "0.1", "--judge", "green-search", "--world", "open,arena")
-    told = cli(*arguments, "--seeds", "5,1-2", "--json").json
-    assert (told["app"], told["judge"], told["seeds"]) == ("green-search", "green-search", "5,1-2")
-    assert (told["backends"], told["worlds"]) == (["kinematic"], ["open", "arena"])
+    done = cli(*arguments, "--seeds", "5,1-2", "--json").json
+    assert (done["app"], done["judge"], done["seeds"]) == ("green-search", "green-search", "5,1-2")
+    assert (done["backends"], done["worlds"]) == (["kinematic"], ["open", "arena"])
 
 
 def test_the_guide_explains_every_key(cli: Cli, asked: list[RunRequest]) -> None:
-    told = cli(*SHORT, "--seeds", "1", "--json").json
+    done = cli(*SHORT, "--seeds", "1", "--json").json
     guide = (Path(__file__).parents[3] / "docs" / "sweeps.md").read_text(encoding="utf-8")
-    assert [key for key in (*told, *told["groups"][0]) if f"`{key}`" not in guide] == []
+    assert [key for key in (*done, *done["groups"][0]) if f"`{key}`" not in guide] == []
 
 
 def test_json_has_no_more_digits_than_make_sense(
@@ -73,29 +73,29 @@ def test_json_has_no_more_digits_than_make_sense(
     assert group["verified_95"] == [0.34238, 1.0]
 
 
-def _passing(request: RunRequest, time: float) -> Ended:
+def _passing(request: RunRequest, time: float) -> RunOutput:
     ended = perform(request)
     result = replace(ended.record.result, sim_time_s=time, verified=True)
-    return Ended(replace(ended.record, result=result))
+    return RunOutput(replace(ended.record, result=result))
 
 
 def test_what_a_cluster_that_fails_has_reached_is_told_beside_the_error(
     cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def perform_one(_: object, sweep: Sweep, missing: Iterable[RunRequest]) -> Iterator[Ended]:
+    def perform_one(_: object, sweep: Sweep, missing: Iterable[RunRequest]) -> Iterator[RunOutput]:
         yield perform(next(iter(missing)))
         raise BackendError("the scheduler is gone")
 
     monkeypatch.setattr("robotcore.sweep.local.LocalEngine.perform", perform_one)
     arguments = (*SHORT, "--seeds", "1-2", "--require", "success>=1")
-    told = cli(*arguments, "--out", "here", "--json")
-    assert (told.json["error"], told.json["done"], told.json["runs"]) == ("the scheduler is gone", 1, 2)
-    assert (told.status, told.json["exit_status"], told.json["missed"]) == (3, 3, [])
-    assert told.err == "error: the scheduler is gone\n"
-    told = cli(*arguments, "--out", "there", "--report", "page")
-    assert (told.status, told.err) == (3, "error: the scheduler is gone\n")
-    assert "\nkinematic  open        ?/1 " in told.out
-    assert "Kept" not in told.out
+    done = cli(*arguments, "--out", "here", "--json")
+    assert (done.json["error"], done.json["done"], done.json["runs"]) == ("the scheduler is gone", 1, 2)
+    assert (done.status, done.json["exit_status"], done.json["missed"]) == (3, 3, [])
+    assert done.err == "error: the scheduler is gone\n"
+    done = cli(*arguments, "--out", "there", "--report", "page")
+    assert (done.status, done.err) == (3, "error: the scheduler is gone\n")
+    assert "\nkinematic  open        ?/1 " in done.out
+    assert "Kept" not in done.out
     assert not Path("page").exists()
 
 
@@ -113,26 +113,26 @@ def test_the_folder_has_the_record_of_each_run(cli: Cli, asked: list[RunRequest]
 def test_failing_runs_are_told_by_reason_with_a_command_and_all_of_them_by_a_file(
     cli: Cli, asked: list[RunRequest]
 ) -> None:
-    told = cli("sweep", "green-search", "--timeout", "0.1", "--seeds", "1-22", "--world", "open", "--out", "here")
-    assert told.status == 0
-    assert "22 failing runs:" in told.out
+    done = cli("sweep", "green-search", "--timeout", "0.1", "--seeds", "1-22", "--world", "open", "--out", "here")
+    assert done.status == 0
+    assert "22 failing runs:" in done.out
     repeats = r"robotcore run green-search --world open --seed \d+ --timeout 0\.1"
     assert re.search(
         r"  \d+ × timeout, not done after 0\.1 s, in 'search'\n"
         rf"    in open on kinematic: seeds [\d, ]+ and \d+ more\n    {repeats}\n",
-        told.out,
+        done.out,
     )
-    assert "\n  each of them: here/failures.csv\n" in told.out
+    assert "\n  each of them: here/failures.csv\n" in done.out
 
 
 def test_a_requirement_that_is_missed_is_exit_1_with_got_and_required(cli: Cli, asked: list[RunRequest]) -> None:
     arguments = ("sweep", "green-search", "--timeout", "0.1", "--seeds", "1-2", "--world", "open")
-    told = cli(*arguments, "--require", "verified>=0.5", "--require", "contacts<=0")
-    assert told.status == 1
-    assert told.err == "error: kinematic, open: verified is 0, required verified>=0.5\n"
-    told = cli(*arguments, "--require", "contacts<=0", "--require", "verified>=0")
-    assert told.status == 0
-    assert told.out.endswith("\nKept everywhere: contacts<=0, verified>=0\n")
+    done = cli(*arguments, "--require", "verified>=0.5", "--require", "contacts<=0")
+    assert done.status == 1
+    assert done.err == "error: kinematic, open: verified is 0, required verified>=0.5\n"
+    done = cli(*arguments, "--require", "contacts<=0", "--require", "verified>=0")
+    assert done.status == 0
+    assert done.out.endswith("\nKept everywhere: contacts<=0, verified>=0\n")
 
 
 @pytest.mark.parametrize(
@@ -159,10 +159,10 @@ def test_a_requirement_that_is_missed_is_exit_1_with_got_and_required(cli: Cli, 
 def test_what_cannot_be_run_is_refused_before_anything_is(
     cli: Cli, asked: list[RunRequest], arguments: list[str], status: int, fault: str
 ) -> None:
-    told = cli("sweep", *arguments)
-    assert (told.status, asked, list(Path().iterdir())) == (status, [], [])
-    assert fault in told.err
-    assert len(told.err.splitlines()) <= 2
+    done = cli("sweep", *arguments)
+    assert (done.status, asked, list(Path().iterdir())) == (status, [], [])
+    assert fault in done.err
+    assert len(done.err.splitlines()) <= 2
 
 
 @pytest.mark.parametrize("backend, at_a_time", [("coppeliasim", 1), ("kinematic,vrep", 1), ("kinematic", 7)])
@@ -175,7 +175,7 @@ def test_simulator_that_serves_one_is_given_one_run_at_a_time(
         given.append(jobs)
         raise BackendError("enough")
 
-    monkeypatch.setattr("robotcore.sweep.local.cores", lambda: 7)
+    monkeypatch.setattr("robotcore.sweep.local.count_cores", lambda: 7)
     monkeypatch.setattr("robotcore.sweep.local.LocalEngine", engine)
     assert cli(*SHORT, "--backend", backend).err == "error: enough\n"
     assert given == [at_a_time]
@@ -185,7 +185,7 @@ def test_a_missing_backend_is_exit_3(cli: Cli, monkeypatch: pytest.MonkeyPatch) 
     def rehearse(_: object) -> None:
         raise BackendMissingError("no simulator")
 
-    monkeypatch.setattr("robotcore.sweep.preflight.rehearse", rehearse)
+    monkeypatch.setattr("robotcore.sweep.preflight.preflight", rehearse)
     assert cli(*SHORT) == (3, "", "error: no simulator\n")
 
 
@@ -217,21 +217,21 @@ def test_every_field_of_a_request_can_be_asked_for_but_a_window_and_real_time() 
 def test_a_report_is_written_of_all_that_is_there(
     cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    told = _report(monkeypatch)
+    done = _report(monkeypatch)
     assert cli(*SHORT, "--seeds", "1-2", "--out", "here", "--report", "page").out.endswith(
         "The report: page/index.html\n"
     )
-    records, directory, pictures = told["given"]
+    records, directory, pictures = done["given"]
     assert [record.result.seed for record in records] == [1, 2]
-    assert (directory, pictures, told["worlds"]) == (Path("page"), Path("here"), [])
+    assert (directory, pictures, done["worlds"]) == (Path("page"), Path("here"), [])
     line = "robotcore sweep avoid-obstacles --world open --set duration_s=0.2 --seeds 1-2 --out here --report page"
-    assert told["asked"] == line
+    assert done["command"] == line
 
 
 def test_a_report_is_given_the_requirements(cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch) -> None:
-    told = _report(monkeypatch)
+    done = _report(monkeypatch)
     cli(*SHORT, "--seeds", "1", "--out", "here", "--report", "page", "--require", "contacts<=0")
-    assert [str(each) for each in told["requirements"]] == ["contacts<=0"]
+    assert [str(each) for each in done["requirements"]] == ["contacts<=0"]
 
 
 def test_a_report_that_cannot_be_written_is_told_before_the_sweep(
@@ -243,24 +243,24 @@ def test_a_report_that_cannot_be_written_is_told_before_the_sweep(
 
 
 def test_a_report_into_a_folder_that_cannot_be_is_refused_before_the_sweep(cli: Cli, asked: list[RunRequest]) -> None:
-    told = cli(*SHORT, "--report", "/proc/nope")
-    assert (told.status, asked) == (2, [])
-    assert "--report /proc/nope: No such file or directory. Name a folder" in told.err
+    done = cli(*SHORT, "--report", "/proc/nope")
+    assert (done.status, asked) == (2, [])
+    assert "--report /proc/nope: No such file or directory. Name a folder" in done.err
 
 
 def _report(monkeypatch: pytest.MonkeyPatch, fault: Exception | None = None) -> dict[str, Any]:
     """Put a report in place of the real one; return where what it is told will be found."""
-    told: dict[str, Any] = {}
+    done: dict[str, Any] = {}
 
-    def require_ready(directory: Path) -> None:
+    def require_writable(directory: Path) -> None:
         if fault:
             raise fault
 
     def write_report(records: Any, directory: Path, pictures: Path, **more: Any) -> Path:
-        told.update(given=(records, directory, pictures), **more)
+        done.update(given=(records, directory, pictures), **more)
         return directory / "index.html"
 
     report = ModuleType("robotcore.sweep.report")
-    vars(report).update(require_ready=require_ready, write_report=write_report)
+    vars(report).update(require_writable=require_writable, write_report=write_report)
     monkeypatch.setitem(sys.modules, report.__name__, report)
-    return told
+    return done

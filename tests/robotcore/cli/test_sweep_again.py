@@ -22,10 +22,10 @@ def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_the_same_again_runs_nothing_and_says_when_it_was(cli: Cli, asked: list[RunRequest]) -> None:
     first = cli(*SHORT, "--seeds", "1-2")
-    told = cli(*SHORT, "--seeds", "1-2")
+    done = cli(*SHORT, "--seeds", "1-2")
     assert len(asked) == 2
-    assert told.out.startswith("All was run by 2")
-    assert told.out.endswith(first.out)
+    assert done.out.startswith("All was run by 2")
+    assert done.out.endswith(first.out)
     assert cli(*SHORT, "--seeds", "1-2", "--fresh").status == 0
     assert len(asked) == 4
 
@@ -43,19 +43,19 @@ def test_what_is_kept_is_told_before_the_rest_is_run(cli: Cli, asked: list[RunRe
 
 def test_more_seeds_go_on_and_fewer_are_shown_at_once(cli: Cli, asked: list[RunRequest]) -> None:
     cli(*SHORT, "--seeds", "1-2")
-    told = cli(*SHORT, "--seeds", "1-3", "--json").json
+    done = cli(*SHORT, "--seeds", "1-3", "--json").json
     assert [request.seed for request in asked] == [1, 2, 3]
-    assert (told["runs"], told["done"]) == (3, 3)
-    told = cli(*SHORT, "--seeds", "3", "--json").json
-    assert (told["runs"], told["done"], told["groups"][0]["runs"], len(asked)) == (1, 1, 1, 3)
+    assert (done["runs"], done["done"]) == (3, 3)
+    done = cli(*SHORT, "--seeds", "3", "--json").json
+    assert (done["runs"], done["done"], done["groups"][0]["runs"], len(asked)) == (1, 1, 1, 3)
 
 
 def test_how_to_go_on_after_an_interrupt_does_not_forget_what_was_done_afresh(
     cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("robotcore.sweep.summary.SweepProgress.show", lambda *_: signal.raise_signal(signal.SIGTERM))
-    told = cli(*SHORT, "--seeds", "1-3", "--fresh", "--out", "here")
-    assert told.err == "interrupted by SIGTERM: 1 of 3 runs are kept; the same command without --fresh goes on.\n"
+    done = cli(*SHORT, "--seeds", "1-3", "--fresh", "--out", "here")
+    assert done.err == "interrupted by SIGTERM: 1 of 3 runs are kept; the same command without --fresh goes on.\n"
 
 
 def test_an_interrupt_keeps_what_is_done_and_says_how_to_go_on(
@@ -66,7 +66,7 @@ def test_an_interrupt_keeps_what_is_done_and_says_how_to_go_on(
             raise Interrupted(signal.SIGINT)
 
     monkeypatch.setattr("robotcore.sweep.summary.SweepProgress.show", interrupted)
-    told = cli(*SHORT, "--seeds", "1-5", "--out", "here", "--require", "success>=1")
-    assert told.status == 130
-    assert told.err == "interrupted by SIGINT: 2 of 5 runs are kept; the same command goes on.\n"
+    done = cli(*SHORT, "--seeds", "1-5", "--out", "here", "--require", "success>=1")
+    assert done.status == 130
+    assert done.err == "interrupted by SIGINT: 2 of 5 runs are kept; the same command goes on.\n"
     assert len(Path("here/results.jsonl").read_text().splitlines()) == 2

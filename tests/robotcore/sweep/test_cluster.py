@@ -18,7 +18,7 @@ from robotcore import Outcome
 from robotcore.errors import BackendError, BackendMissingError
 from robotcore.sweep import ClusterEngine, LocalEngine, Record, Sweep
 from robotcore.sweep.engine import Engine
-from robotcore.sweep.spec import command_of
+from robotcore.sweep.spec import format_command
 from tests.robotcore.sweep.conftest import SWEEP, AppFile, sweep_of
 
 distributed = pytest.importorskip("distributed")
@@ -97,7 +97,7 @@ def workers(scheduler: str, tmp_path: Path) -> Iterator[list[subprocess.Popen[st
         yield processes
 
 
-def _told(engine: Engine, sweep: Sweep) -> dict[str, Record]:
+def _run(engine: Engine, sweep: Sweep) -> dict[str, Record]:
     """Return the records by their commands, without what no two runs have in common."""
     records = (ended.record for ended in engine.perform(sweep, sweep.requests()))
     return {record.command: replace(record, result=replace(record.result, wall_time_s=0.0)) for record in records}
@@ -108,10 +108,10 @@ def test_a_worker_that_is_killed_loses_no_run(scheduler: str, app_file: AppFile,
     once = str(tmp_path / "once")
     deed = f"os.path.exists({once!r}) or (open({once!r}, 'w'), os.kill({SWEEP}, signal.SIGKILL), Event().wait(1))"
     sweep = sweep_of(app_file(deed), seeds=6)
-    swept = _told(ClusterEngine(scheduler), sweep)
+    swept = _run(ClusterEngine(scheduler), sweep)
     assert Path(once).exists()
     assert {record.result.outcome for record in swept.values()} == {Outcome.SUCCESS}
-    assert swept == _told(LocalEngine(1), sweep)
+    assert swept == _run(LocalEngine(1), sweep)
 
 
 @pytest.mark.parametrize(
@@ -127,7 +127,7 @@ def test_a_run_that_hangs_or_dies_is_tried_once_and_told_as_it_is_on_one_machine
 ) -> None:
     tries = tmp_path / "tries"
     sweep = sweep_of(app_file(f"open({str(tries)!r}, 'a').write('I'), {deed}"), seeds=1)
-    (record,) = _told(ClusterEngine(lab, wall_timeout_s=4.0), sweep).values()
+    (record,) = _run(ClusterEngine(lab, wall_timeout_s=4.0), sweep).values()
     assert (record.result.outcome, record.result.reason) == (Outcome.ERROR, reason)
     assert (record.result.app, record.result.world, tries.read_text()) == (sweep.request.app, "open", "I")
 
@@ -144,7 +144,7 @@ def test_a_judge_goes_along_with_what_is_beside_it(
     monkeypatch.chdir(app.parent)
     sweep = sweep_of(app.name)
     judged = replace(sweep, request=replace(sweep.request, judge=f"../judge/{judge.name}"))
-    results = [record.result for record in _told(ClusterEngine(lab), judged).values()]
+    results = [record.result for record in _run(ClusterEngine(lab), judged).values()]
     assert [(result.reason, result.verified) for result in results] == [("app", True)] * 2
 
 
@@ -159,7 +159,7 @@ def test_what_is_wrong_with_a_file_is_told_by_the_name_it_was_asked_for(
     judged = replace(sweep, request=replace(sweep.request, judge="judge.py:Odd"))
     for head, each in (("1 / 0", sweep), ("", judged)):
         app_file(head=head)
-        assert _told(ClusterEngine(lab), each) == _told(LocalEngine(1), each)
+        assert _run(ClusterEngine(lab), each) == _run(LocalEngine(1), each)
 
 
 def test_own_files_go_along_anew_when_they_have_changed(
@@ -172,22 +172,22 @@ def test_own_files_go_along_anew_when_they_have_changed(
     sweep = sweep_of(app.name, worlds=(world.name,))
     for words in ("one", "another", "one"):
         app.with_name("helper.py").write_text(f"WORDS = {words!r}\n")
-        records = _told(ClusterEngine(lab), sweep)
+        records = _run(ClusterEngine(lab), sweep)
         assert {record.result.reason for record in records.values()} == {words}
         assert {(record.result.app, record.result.world) for record in records.values()} == {("odd.py", "mine")}
-        assert set(records) == {command_of(request) for request in sweep.requests()}
+        assert set(records) == {format_command(request) for request in sweep.requests()}
 
 
 def test_an_app_that_raises_costs_its_run_alone(lab: str, app_file: AppFile) -> None:
     sweep = sweep_of(app_file("1 / 0"), seeds=1)
-    (record,) = _told(ClusterEngine(lab), sweep).values()
+    (record,) = _run(ClusterEngine(lab), sweep).values()
     assert record.result.reason == "Odd raised ZeroDivisionError: division by zero"
 
 
 def test_a_file_that_a_run_misses_costs_that_run_alone(lab: str, app_file: AppFile) -> None:
     app = Path(app_file())
     app.write_text(app.read_text() + "\n    stopping = property(lambda self: open('/no/such/file'))\n")
-    records = _told(ClusterEngine(lab), sweep_of(str(app))).values()
+    records = _run(ClusterEngine(lab), sweep_of(str(app))).values()
     missed = "FileNotFoundError: [Errno 2] No such file or directory: '/no/such/file'"
     assert [record.result.reason for record in records] == [missed] * 2
 
@@ -198,13 +198,13 @@ def test_workers_with_another_library_are_told_how_to_get_ours(lab: str, monkeyp
         r"the worker tcp://.* cannot run this: numpy: it has .*, here is 1\.2\.3\. pip install numpy==1\.2\.3 there"
     )
     with pytest.raises(BackendError, match=refused):
-        _told(ClusterEngine(lab), sweep_of("green-search"))
+        _run(ClusterEngine(lab), sweep_of("green-search"))
 
 
 def test_workers_with_other_code_are_refused(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("robotcore.sweep.fingerprint._package_digest", lambda name: "changed")
     with pytest.raises(BackendError, match=r"the worker tcp://.* cannot run this: its robotcore, .* start it again"):
-        _told(ClusterEngine(lab), sweep_of("green-search"))
+        _run(ClusterEngine(lab), sweep_of("green-search"))
 
 
 def test_a_worker_that_joins_later_with_other_code_ends_the_sweep_by_its_address(
@@ -213,18 +213,18 @@ def test_a_worker_that_joins_later_with_other_code_ends_the_sweep_by_its_address
     monkeypatch.setattr("robotcore.sweep.fingerprint._package_digest", lambda name: "changed")
     monkeypatch.setattr(ClusterEngine, "_require_workers", lambda *_: None)
     with pytest.raises(BackendError, match=r"the worker tcp://.*start it again. What is done is kept"):
-        _told(ClusterEngine(lab), sweep_of("green-search"))
+        _run(ClusterEngine(lab), sweep_of("green-search"))
 
 
 def test_a_cluster_without_workers_is_refused(scheduler: str) -> None:
     with pytest.raises(BackendError, match=f"has no workers. Start some: dask worker {scheduler}"):
-        _told(ClusterEngine(scheduler), sweep_of("green-search"))
+        _run(ClusterEngine(scheduler), sweep_of("green-search"))
 
 
 def test_a_cluster_whose_workers_are_gone_with_their_results_is_given_up(
     scheduler: str, workers: list[subprocess.Popen[str]], app_file: AppFile, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("robotcore.sweep.cluster.DESERTED_S", 2.0)
+    monkeypatch.setattr("robotcore.sweep.cluster.NO_WORKERS_S", 2.0)
     monkeypatch.setattr("robotcore.sweep.cluster.ANSWER_S", 3.0)
     ended = ClusterEngine(scheduler).perform(sweep := sweep_of(app_file(), seeds=50), sweep.requests())
     assert next(ended).record.result.outcome is Outcome.SUCCESS
@@ -260,7 +260,7 @@ def test_no_scheduler_is_told_with_what_starts_one() -> None:
         address = f"tcp://127.0.0.1:{door.getsockname()[1]}"
     for nobody in (address, "nowhere", "carrier://pigeon:1"):
         with pytest.raises(BackendError, match=f"no Dask scheduler answers at '{nobody}'. Start one"):
-            _told(ClusterEngine(nobody), sweep_of("green-search"))
+            _run(ClusterEngine(nobody), sweep_of("green-search"))
 
 
 @pytest.mark.parametrize("answer", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n", b"\xff" * 4096])
@@ -289,4 +289,4 @@ def _answer_all(server: socket.socket, answer: bytes) -> None:
 def test_a_missing_library_is_told_with_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(BackendMissingError, match=r"pip install 'robotcore\[cluster\]'"):
-        _told(ClusterEngine("tcp://127.0.0.1:1"), sweep_of("green-search"))
+        _run(ClusterEngine("tcp://127.0.0.1:1"), sweep_of("green-search"))

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.sweep.cluster_worker import Kit
+from robotcore.sweep.cluster_worker import JobBundle
 from tests.robotcore.sweep.conftest import AppFile, sweep_of
 
 
 def test_a_kit_fits_where_it_was_packed() -> None:
-    assert Kit.of(sweep_of("green-search")).mismatch() is None
+    assert JobBundle.of(sweep_of("green-search")).mismatch() is None
 
 
 @pytest.mark.parametrize(
@@ -25,7 +25,7 @@ def test_a_kit_fits_where_it_was_packed() -> None:
     ],
 )
 def test_the_library_that_differs_is_named_with_its_remedy(name: str, remedy: str) -> None:
-    kit = Kit.of(sweep_of("green-search"))
+    kit = JobBundle.of(sweep_of("green-search"))
     fault = replace(kit, versions={**kit.versions, name: "0.0.1"}).mismatch()
     assert fault
     assert fault.startswith(f"{name}: it has ")
@@ -35,15 +35,15 @@ def test_the_library_that_differs_is_named_with_its_remedy(name: str, remedy: st
 def test_the_simulator_counts_where_it_is_asked_for() -> None:
     pytest.importorskip("pybullet")
     sweep = sweep_of("green-search")
-    assert "pybullet" not in Kit.of(sweep).versions
-    assert "pybullet" in Kit.of(replace(sweep, backends=("kinematic", "pybullet"))).versions
+    assert "pybullet" not in JobBundle.of(sweep).versions
+    assert "pybullet" in JobBundle.of(replace(sweep, backends=("kinematic", "pybullet"))).versions
 
 
 def test_a_kit_is_unpacked_in_whole_or_not_at_all(
     app_file: AppFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     Path(app_file()).with_name("helper.py").touch()
-    kit, root = Kit.of(sweep_of(app_file())), tmp_path / "bench" / "kit"
+    kit, root = JobBundle.of(sweep_of(app_file())), tmp_path / "bench" / "kit"
     root.parent.mkdir()
     with monkeypatch.context() as disk:
         disk.setattr(Path, "write_bytes", _full_after(1))

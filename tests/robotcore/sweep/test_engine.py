@@ -7,18 +7,18 @@ from concurrent.futures import Future
 import pytest
 
 from robotcore.sweep import engine as window
-from robotcore.sweep.engine import completed
+from robotcore.sweep.engine import iterate_completed
 
 
 def test_what_the_width_raises_ends_a_wait_for_what_never_ends(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(window, "LOOK_S", 0.0)
+    monkeypatch.setattr(window, "POLL_S", 0.0)
     widths = iter((2, 2))
     with pytest.raises(RuntimeError, match="StopIteration"):
-        list(completed(lambda _: Future(), range(9), lambda: next(widths)))
+        list(iterate_completed(lambda _: Future(), range(9), lambda: next(widths)))
 
 
 def test_a_window_that_widens_meanwhile_is_filled(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(window, "LOOK_S", 0.0)
+    monkeypatch.setattr(window, "POLL_S", 0.0)
     started: list[Future[int]] = []
 
     def submit(task: int) -> Future[int]:
@@ -28,5 +28,5 @@ def test_a_window_that_widens_meanwhile_is_filled(monkeypatch: pytest.MonkeyPatc
         return started[-1]
 
     widths = iter((1, 1, 3))
-    ((task, future),) = [next(completed(submit, range(9), lambda: next(widths)))]
+    ((task, future),) = [next(iterate_completed(submit, range(9), lambda: next(widths)))]
     assert (task, future.result(), len(started)) == (2, 2, 3)

@@ -16,8 +16,8 @@ from tests.robotcore.sweep.report.samples import failed, passed
 HERE = "fails more in arena on kinematic where"
 
 
-def ended(*, fails: bool, **told: Any) -> Record:
-    return (failed if fails else passed)(**told)
+def ended(*, fails: bool, **values: Any) -> Record:
+    return (failed if fails else passed)(**values)
 
 
 def run(*, fails: bool, **conditions: float | str) -> Record:
@@ -42,8 +42,8 @@ def test_the_threshold_that_parts_failing_from_passing_runs_is_told() -> None:
     assert finding.condition == "light_brightness"
     assert finding.p == 0.001
     assert str(finding).startswith(f"{HERE} light_brightness < 0.2")
-    told = [run(fails=at < 7, light=0.1) for at in range(12)] + [run(fails=at < 3, light=0.4) for at in range(188)]
-    assert [str(each) for each in findings(told)] == [f"{HERE} light < 0.2: 7 of 12, elsewhere 3 of 188"]
+    records = [run(fails=at < 7, light=0.1) for at in range(12)] + [run(fails=at < 3, light=0.4) for at in range(188)]
+    assert [str(each) for each in findings(records)] == [f"{HERE} light < 0.2: 7 of 12, elsewhere 3 of 188"]
 
 
 def test_the_side_above_a_threshold_is_told_too() -> None:
@@ -107,9 +107,9 @@ def test_the_order_in_which_runs_end_changes_nothing() -> None:
         for seed in range(40)
         for backend in ("kinematic", "pybullet")
     ]
-    told = explain(records).lines
+    lines = explain(records).lines
     dice.shuffle(records)
-    assert explain(records).lines == told
+    assert explain(records).lines == lines
 
 
 def test_a_world_that_is_both_dark_and_hard_does_not_make_the_dark_a_cause() -> None:
@@ -163,14 +163,14 @@ def test_a_chance_is_told_with_the_finding() -> None:
 def test_where_nothing_is_found_no_cause_is_ruled_out_and_the_nearest_is_told() -> None:
     records = [run(fails=at in (0, 1, 9), light=at) for at in range(12)]
     (line,) = explain(records).lines
-    told = (
+    text = (
         "no condition can be told from chance (12 runs, 3 failing); nearest: light < 2 in arena on kinematic, 2 of 2, "
     )
-    assert line.startswith(f"{told}elsewhere 1 of 10 (p = 0.")
+    assert line.startswith(f"{text}elsewhere 1 of 10 (p = 0.")
 
 
 @pytest.mark.parametrize(
-    "records, told",
+    "records, reason",
     [
         (
             [run(fails=True, light=at) for at in range(9)],
@@ -191,8 +191,8 @@ def test_where_nothing_is_found_no_cause_is_ruled_out_and_the_nearest_is_told() 
     ],
     ids=["all failed", "all or none", "all alike", "too few", "none failed", "no conditions", "no runs"],
 )
-def test_why_nothing_can_be_found_is_told(records: Sequence[Record], told: str) -> None:
-    assert explain(records).silence == told
+def test_why_nothing_can_be_found_is_told(records: Sequence[Record], reason: str) -> None:
+    assert explain(records).silence == reason
     assert explain(records).findings == ()
 
 

@@ -17,7 +17,7 @@ import pytest
 from apps.green_search import GreenSearch
 from robotcore.errors import UsageError
 from robotcore.sweep import Results, Sweep, fingerprint
-from robotcore.sweep.fingerprint import SPEC, code_digest, own_files
+from robotcore.sweep.fingerprint import MANIFEST, code_digest, read_own_files
 from tests.robotcore.sweep.conftest import AppFile, sweep_of
 
 REFLEX = """
@@ -32,7 +32,7 @@ REMEDY = "Name another folder with --out, or run it anew with --fresh"
 
 
 def _digest(sweep: Sweep) -> str:
-    return fingerprint.digest(fingerprint.parts(sweep))
+    return fingerprint.compute_digest(fingerprint.collect_dependencies(sweep))
 
 
 @pytest.fixture
@@ -71,7 +71,7 @@ def test_a_module_beside_the_folder_of_the_app_counts(package: Path) -> None:
     ],
 )
 def test_code_counts_by_its_outermost_package_but_drivers_one_by_one(module: str, package: str) -> None:
-    assert fingerprint._package(module) == package
+    assert fingerprint._find_package(module) == package
 
 
 def test_a_judge_counts_with_what_is_beside_it(app_file: AppFile, tmp_path: Path) -> None:
@@ -81,7 +81,7 @@ def test_a_judge_counts_with_what_is_beside_it(app_file: AppFile, tmp_path: Path
     judge.with_name("helper.py").touch()
     sweep = sweep_of(app_file())
     judged = replace(sweep, request=replace(sweep.request, judge=f"{judge}:Strict"))
-    assert set(own_files(judged)) - set(own_files(sweep)) == {judge, judge.with_name("helper.py")}
+    assert set(read_own_files(judged)) - set(read_own_files(sweep)) == {judge, judge.with_name("helper.py")}
     before = _digest(judged)
     judge.write_text("LIMIT = 2\n")
     assert len({before, _digest(judged), _digest(sweep)}) == 3
@@ -94,7 +94,7 @@ def test_what_cannot_be_imported_is_no_file_of_an_app(app_file: AppFile) -> None
     app.with_name("._odd.py").touch()
     app.with_name("notes.py").mkdir()
     app.with_name("helper.py").touch()
-    assert {file.name for file in own_files(sweep_of(str(app)))} == {"odd.py", "helper.py"}
+    assert {file.name for file in read_own_files(sweep_of(str(app)))} == {"odd.py", "helper.py"}
 
 
 def _asking(sweep: Sweep = SWEEP, **changes: Any) -> Sweep:
@@ -103,7 +103,7 @@ def _asking(sweep: Sweep = SWEEP, **changes: Any) -> Sweep:
 
 def _begun(directory: Path, sweep: Sweep = SWEEP) -> Path:
     with Results(sweep, directory):
-        return directory / SPEC
+        return directory / MANIFEST
 
 
 def _refused(directory: Path, sweep: Sweep = SWEEP) -> str:
@@ -190,5 +190,5 @@ def test_it_tells_which_seeds_were_asked_for_last(tmp_path: Path) -> None:
 def test_a_refusal_leaves_everything_as_it_was(tmp_path: Path) -> None:
     before = _begun(tmp_path).read_bytes()
     _refused(tmp_path, _asking(rate_hz=10.0))
-    assert {file.name for file in tmp_path.iterdir()} == {SPEC, "results.jsonl"}
-    assert (tmp_path / SPEC).read_bytes() == before
+    assert {file.name for file in tmp_path.iterdir()} == {MANIFEST, "results.jsonl"}
+    assert (tmp_path / MANIFEST).read_bytes() == before

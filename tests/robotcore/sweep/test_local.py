@@ -18,7 +18,7 @@ from robotcore import Outcome, RunRequest, RunResult, run
 from robotcore.runtime.plan import Plan
 from robotcore.sweep import LocalEngine, Record, Sweep, run_sweep
 from robotcore.sweep.record import MAX_RESULT_TEXT
-from robotcore.sweep.spec import command_of
+from robotcore.sweep.spec import format_command
 from tests.robotcore.sweep.conftest import SWEEP, AppFile, sweep_of
 
 OWN_SESSION = "__import__('subprocess').Popen(['sleep', '60'], start_new_session=True)"
@@ -203,7 +203,7 @@ def test_the_command_and_the_picture_s_place_are_those_of_the_sweep_whatever_an_
     app_file(_forge({"result": [line, ""], "error": None}))
     sweep = sweep_of(app, seeds=1)
     (record,) = _records(sweep, LocalEngine(1)).values()
-    assert (record.command, record.picture) == (command_of(next(sweep.requests())), None)
+    assert (record.command, record.picture) == (format_command(next(sweep.requests())), None)
 
 
 def _forged_record(app: str, /, **changed: Any) -> str:

@@ -8,7 +8,7 @@ import random
 import numpy as np
 import pytest
 
-from robotcore.sweep.permutation_test import MAX_THRESHOLDS, Share, Splits, log_tails
+from robotcore.sweep.permutation_test import MAX_THRESHOLDS, Share, Splits, compute_log_tails
 
 
 def sides(splits: Splits) -> list[tuple[str, float | str]]:
@@ -58,7 +58,7 @@ def test_counts_are_those_of_looking_at_every_run() -> None:
 
 
 def tail(runs: int, failing: int, size: int, inside: int) -> float:
-    return float(log_tails(runs, failing, np.array([size]))[0, inside])
+    return float(compute_log_tails(runs, failing, np.array([size]))[0, inside])
 
 
 @pytest.mark.parametrize(
@@ -89,6 +89,6 @@ def test_a_chance_too_small_for_a_float_is_still_told() -> None:
 
 
 def test_a_table_has_a_row_for_each_size() -> None:
-    table = log_tails(60, 12, np.array([1, 6, 59]))
+    table = compute_log_tails(60, 12, np.array([1, 6, 59]))
     assert table.shape == (3, 13)
     assert table[1, 6] == tail(60, 12, 6, 6)

@@ -15,7 +15,7 @@ import pytest
 from robotcore import RunRequest
 from robotcore.errors import BackendError, BehaviourError, UnknownNameError, UnmetNeedError, UsageError
 from robotcore.sweep import LocalEngine, Sweep, run_sweep
-from robotcore.sweep.preflight import rehearse
+from robotcore.sweep.preflight import preflight
 from tests.robotcore.sweep.conftest import SWEEP, AppFile, sweep_of
 
 INSTEAD = r"\. Put what it does there below if __name__ == '__main__', or into step\(\)$"
@@ -34,14 +34,14 @@ INSTEAD = r"\. Put what it does there below if __name__ == '__main__', or into s
 def test_an_app_that_cannot_be_imported_is_refused_by_its_file(app_file: AppFile, head: str, fault: str) -> None:
     app = app_file(head=head)
     with pytest.raises(UsageError, match=f"^{re.escape(app)} {fault}{INSTEAD}"):
-        rehearse(sweep_of(app), load_s=0.5)
+        preflight(sweep_of(app), load_s=0.5)
 
 
 def test_an_app_that_hangs_while_it_is_made_is_told_so(app_file: AppFile) -> None:
     app = Path(app_file())
     app.write_text(app.read_text() + "\n    def __init__(self):\n        Event().wait()\n")
     with pytest.raises(UsageError, match=r"odd\.py does not come to an end within 0\.5 s when it is made"):
-        rehearse(sweep_of(str(app)), load_s=0.5)
+        preflight(sweep_of(str(app)), load_s=0.5)
 
 
 @pytest.mark.parametrize("name", ["drivers", "apps"])
@@ -49,28 +49,28 @@ def test_a_module_beside_an_app_may_be_called_as_a_package_of_ours_is(app_file: 
     app = Path(app_file())
     app.with_name(f"{name}.py").touch()
     sweep = sweep_of(str(app))
-    rehearse(replace(sweep, request=replace(sweep.request, judge="green-search")))
+    preflight(replace(sweep, request=replace(sweep.request, judge="green-search")))
 
 
 def test_an_app_that_asks_for_input_gets_none(app_file: AppFile) -> None:
     with pytest.raises(BehaviourError, match=r"odd\.py cannot be imported: EOFError"):
-        rehearse(sweep_of(app_file(head="input()")))
+        preflight(sweep_of(app_file(head="input()")))
 
 
 def test_what_an_app_raises_at_import_comes_with_its_traceback(app_file: AppFile) -> None:
     with pytest.raises(BehaviourError, match=r"odd\.py cannot be imported: ZeroDivisionError") as raised:
-        rehearse(sweep_of(app_file(head="1 / 0")))
+        preflight(sweep_of(app_file(head="1 / 0")))
     assert 'odd.py", line 5, in <module>\n    1 / 0' in raised.value.traceback
 
 
 def test_an_error_of_the_apps_own_is_told_in_its_words(app_file: AppFile) -> None:
     head = "from robotcore.errors import UsageError\nclass Own(UsageError): pass\nraise Own('too fast')"
     with pytest.raises(BehaviourError, match=r"odd\.py cannot be imported: Own: too fast"):
-        rehearse(sweep_of(app_file(head=head)))
+        preflight(sweep_of(app_file(head=head)))
     app = Path(app_file(head=head.replace("raise Own", "words = str")))
     app.write_text(app.read_text() + "\n    def __init__(self):\n        raise Own('too fast')\n")
     with pytest.raises(UsageError, match=r"^too fast$"):
-        rehearse(sweep_of(str(app)))
+        preflight(sweep_of(str(app)))
 
 
 def test_a_judge_is_tried_as_an_app_is(app_file: AppFile, tmp_path: Path) -> None:
@@ -78,7 +78,7 @@ def test_a_judge_is_tried_as_an_app_is(app_file: AppFile, tmp_path: Path) -> Non
     judge.write_text("import os; os._exit(0)")
     sweep = sweep_of(app_file())
     with pytest.raises(UsageError, match=r"judge\.py ends its process"):
-        rehearse(replace(sweep, request=replace(sweep.request, judge=f"{judge}:Strict")))
+        preflight(replace(sweep, request=replace(sweep.request, judge=f"{judge}:Strict")))
 
 
 @pytest.mark.parametrize(
@@ -93,7 +93,7 @@ def test_what_is_refused_is_refused_as_it_is_here(sweep: Sweep, error: type[Usag
     with pytest.raises(error) as here:
         sweep.check()
     with pytest.raises(error) as there:
-        rehearse(sweep)
+        preflight(sweep)
     assert type(here.value) is type(there.value)
     assert str(here.value) == str(there.value)
     assert there.value.exit_status == status
@@ -103,7 +103,7 @@ def test_a_process_that_dies_after_the_app_was_made_is_not_the_fault_of_its_impo
     app = Path(app_file())
     app.write_text(app.read_text() + "\n    stopping = property(lambda self: os._exit(7))\n")
     with pytest.raises(BackendError, match=r"opens the backend kinematic dies: exit status 7\. Try one at a time"):
-        rehearse(sweep_of(str(app)))
+        preflight(sweep_of(str(app)))
 
 
 @pytest.mark.parametrize("deed", ["pass", "os._exit(0)", "1 / 0"])

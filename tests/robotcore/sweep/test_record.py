@@ -27,8 +27,8 @@ def test_json_is_one_line_with_the_keys_of_the_result_first() -> None:
 def test_numbers_that_json_does_not_have_are_unknown_and_their_points_left_out() -> None:
     record = replace(record_of(), path=((0.0, 1.0, 2.0), (0.5, math.nan, 2.0), (1.0, 1.0, math.inf)))
     record = replace(record, result=replace(record.result, distance_to_target_m=math.nan))
-    told = json.loads(record.to_json(), parse_constant=pytest.fail)
-    assert (told["path"], told["distance_to_target_m"]) == ([[0.0, 1.0, 2.0]], None)
+    payload = json.loads(record.to_json(), parse_constant=pytest.fail)
+    assert (payload["path"], payload["distance_to_target_m"]) == ([[0.0, 1.0, 2.0]], None)
 
 
 def _line(**changes: object) -> str:

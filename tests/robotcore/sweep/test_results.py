@@ -12,17 +12,17 @@ import pytest
 from robotcore import Outcome
 from robotcore.errors import UsageError
 from robotcore.sweep import Results, Sweep
-from robotcore.sweep.single_run import Ended
-from robotcore.sweep.spec import command_of
+from robotcore.sweep.single_run import RunOutput
+from robotcore.sweep.spec import format_command
 from tests.robotcore.sweep.conftest import AppFile, record_of, sweep_of
 
 SWEEP = sweep_of("green-search", seeds=3)
 LONG_AGO_NS = 10**18
 
 
-def _ended(seed: int, outcome: Outcome = Outcome.SUCCESS, picture: bytes | None = None) -> Ended:
-    command = command_of(list(SWEEP.requests())[seed - 1])
-    return Ended(replace(record_of(outcome, seed=seed), command=command), picture)
+def _ended(seed: int, outcome: Outcome = Outcome.SUCCESS, picture: bytes | None = None) -> RunOutput:
+    command = format_command(list(SWEEP.requests())[seed - 1])
+    return RunOutput(replace(record_of(outcome, seed=seed), command=command), picture)
 
 
 def _write_results(directory: Path, *seeds: int, with_tables: bool = False) -> Path:
@@ -201,7 +201,7 @@ def test_a_world_of_ones_own_goes_by_the_name_in_its_file(tmp_path: Path) -> Non
     world.write_text('name = "mine"\n[floor]\nlength_m = 6.0\nwidth_m = 6.0\n')
     sweep = sweep_of("green-search", worlds=(str(world),))
     with Results(sweep, tmp_path / "out") as results:
-        results.add(Ended(record_of(seed=2, world="mine")))
+        results.add(RunOutput(record_of(seed=2, world="mine")))
     assert _seeds(tmp_path / "out", sweep) == ([2], [1])
 
 

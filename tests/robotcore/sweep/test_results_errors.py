@@ -12,12 +12,12 @@ import pytest
 
 from robotcore.errors import UsageError
 from robotcore.sweep import Results
-from robotcore.sweep.durable import replacing
-from robotcore.sweep.single_run import Ended
+from robotcore.sweep.durable import replace_text
+from robotcore.sweep.single_run import RunOutput
 from tests.robotcore.sweep.conftest import record_of, sweep_of
 
 SWEEP = sweep_of("green-search", seeds=3)
-ENDED = Ended(record_of(), None)
+ENDED = RunOutput(record_of(), None)
 
 
 def _full(*_: object, **__: object) -> None:
@@ -94,7 +94,7 @@ def test_what_else_keeps_a_table_from_the_disk_is_told_and_leaves_no_half_of_it(
 def test_a_file_stays_as_it_was_where_its_successor_cannot_be_written(tmp_path: Path) -> None:
     file = tmp_path / "table.csv"
     file.write_text("whole\n")
-    with suppress(OSError), replacing(file) as text:
+    with suppress(OSError), replace_text(file) as text:
         text.write("half")
         _full()
     assert file.read_text() == "whole\n"

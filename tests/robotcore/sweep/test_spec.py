@@ -14,7 +14,7 @@ from robotcore import RunRequest
 from robotcore.cli.run import command
 from robotcore.errors import BackendMissingError, UsageError
 from robotcore.sweep import Sweep
-from robotcore.sweep.spec import command_of, seeds_of
+from robotcore.sweep.spec import format_command, parse_seeds
 
 SEARCH = RunRequest("green-search")
 
@@ -24,24 +24,24 @@ SEARCH = RunRequest("green-search")
     [("3", (3,)), ("1-4", (1, 2, 3, 4)), ("1,5,9-11", (1, 5, 9, 10, 11)), (" 2 , 1-3 ", (2, 1, 3)), ("0-0", (0,))],
 )
 def test_seeds_are_numbers_and_ranges_each_once(text: str, seeds: tuple[int, ...]) -> None:
-    assert seeds_of(text) == seeds
+    assert parse_seeds(text) == seeds
 
 
 @pytest.mark.parametrize("text", ["", "a", "1-", "-3", "1..4", "4-1", "1,,2", "1.5"])
 def test_what_is_no_seed_is_refused_with_the_right_form(text: str) -> None:
     with pytest.raises(UsageError, match="Write "):
-        seeds_of(text)
+        parse_seeds(text)
 
 
 @pytest.mark.parametrize("text", ["0-9999999999999", "1-1000000,1000001", "1-600000,1-600000"])
 def test_more_seeds_than_anybody_can_run_are_refused_before_they_fill_the_memory(text: str) -> None:
     with pytest.raises(UsageError, match="more than 1,000,000"):
-        seeds_of(text)
+        parse_seeds(text)
 
 
 def test_a_seed_of_too_many_digits_is_refused() -> None:
     with pytest.raises(UsageError, match="is no seed"):
-        seeds_of("9" * 5000)
+        parse_seeds("9" * 5000)
 
 
 def test_every_combination_is_one_request_seed_by_seed() -> None:
@@ -82,7 +82,7 @@ def test_two_worlds_of_one_name_are_refused(tmp_path: Path) -> None:
 
 
 def test_only_what_is_not_the_default_is_said() -> None:
-    assert command_of(RunRequest("green-search", seed=3)) == "robotcore run green-search --seed 3"
+    assert format_command(RunRequest("green-search", seed=3)) == "robotcore run green-search --seed 3"
 
 
 @pytest.mark.parametrize(
@@ -97,7 +97,7 @@ def test_only_what_is_not_the_default_is_said() -> None:
 )
 def test_the_command_line_reads_back_the_same_request(asked: dict[str, Any]) -> None:
     request = RunRequest(**{"app": "green-search", **asked})
-    program, run, *arguments = shlex.split(command_of(request))
+    program, run, *arguments = shlex.split(format_command(request))
     assert (program, run) == ("robotcore", "run")
     read = command.make_context("run", arguments).params
     for name in asked:
@@ -110,5 +110,5 @@ def test_the_command_line_reads_back_the_same_request(asked: dict[str, Any]) -> 
 
 @given(st.floats(min_value=0, exclude_min=True, allow_infinity=False))
 def test_a_number_keeps_its_digits(number: float) -> None:
-    arguments = shlex.split(command_of(RunRequest("green-search", timeout_s=number)))[2:]
+    arguments = shlex.split(format_command(RunRequest("green-search", timeout_s=number)))[2:]
     assert command.make_context("run", arguments).params["timeout_s"] == number

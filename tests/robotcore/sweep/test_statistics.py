@@ -9,7 +9,7 @@ import pytest
 from robotcore import Outcome
 from robotcore.errors import UsageError
 from robotcore.sweep import Record
-from robotcore.sweep.statistics import Group, Requirement, grouped, missed, wilson
+from robotcore.sweep.statistics import Group, Requirement, group_records, list_missed, wilson
 from tests.robotcore.sweep.conftest import record_of
 
 HUNG = record_of(Outcome.ERROR, verified=None, contacts=None, time=0.0)
@@ -35,35 +35,35 @@ def test_runs_are_added_up_by_backend_and_world() -> None:
         record_of(Outcome.TIMEOUT, verified=False, world="open", time=9.0),
         record_of(world="arena", time=1.0),
     ]
-    arena, sparse = grouped(records)
+    arena, sparse = group_records(records)
     assert (arena.name, arena.runs, arena.failing) == ("arena · kinematic", 1, 0)
     assert (sparse.name, sparse.runs, sparse.failing) == ("open · kinematic", 3, 2)
-    assert (sparse.successes, sparse.verified, sparse.contacts, sparse.untold) == (2, 2, 3, 0)
+    assert (sparse.successes, sparse.verified, sparse.contacts, sparse.contacts_unknown) == (2, 2, 3, 0)
 
 
 def test_a_run_that_nobody_judged_does_not_count_as_verified() -> None:
-    (group,) = grouped([record_of(), HUNG])
+    (group,) = group_records([record_of(), HUNG])
     assert (group.verified, group.runs, group.verified_share) == (1, 2, 0.5)
     assert group.verified_95 == wilson(1, 2)
 
 
 def test_a_run_that_broke_before_its_contacts_were_told_may_have_touched_anything() -> None:
-    (group,) = grouped([record_of(contacts=2), HUNG])
-    assert (group.contacts, group.untold) == (2, 1)
+    (group,) = group_records([record_of(contacts=2), HUNG])
+    assert (group.contacts, group.contacts_unknown) == (2, 1)
 
 
 def test_what_no_run_could_tell_is_unknown() -> None:
-    (group,) = grouped([record_of(verified=None, contacts=None)])
+    (group,) = group_records([record_of(verified=None, contacts=None)])
     assert (group.verified, group.contacts, group.verified_share, group.verified_95) == (None, None, None, None)
 
 
 def test_the_simulators_word_counts_against_the_apps() -> None:
-    (group,) = grouped([record_of(), record_of(verified=False)])
+    (group,) = group_records([record_of(), record_of(verified=False)])
     assert (group.successes, group.verified, group.verified_share) == (2, 1, 0.5)
 
 
 def test_times_say_within_how_long_half_90_percent_and_all_runs_pass() -> None:
-    (group,) = grouped(record_of(time=float(time)) for time in range(1, 21))
+    (group,) = group_records(record_of(time=float(time)) for time in range(1, 21))
     assert (group.median_time_s, group.p90_time_s, group.slowest_time_s) == (10.5, 18.0, 20.0)
 
 
@@ -75,7 +75,7 @@ def test_times_say_within_how_long_half_90_percent_and_all_runs_pass() -> None:
 def test_a_run_that_fails_at_once_makes_no_group_faster(
     how: Record, failing: int, median: float | None, slow: float | None, slowest: float | None
 ) -> None:
-    (group,) = grouped([how] * failing + [record_of(time=5.0)] * (10 - failing))
+    (group,) = group_records([how] * failing + [record_of(time=5.0)] * (10 - failing))
     assert (group.median_time_s, group.p90_time_s, group.slowest_time_s) == (median, slow, slowest)
 
 
@@ -84,12 +84,12 @@ def test_a_run_that_fails_at_once_makes_no_group_faster(
 )
 def test_a_bound_is_kept_at_it_and_missed_beyond(text: str) -> None:
     requirement = Requirement.parse(text)
-    assert requirement.is_kept_by(GOOD)
-    assert not requirement.is_kept_by(BAD)
+    assert requirement.is_met_by(GOOD)
+    assert not requirement.is_met_by(BAD)
 
 
 def test_what_nobody_knows_keeps_no_bound() -> None:
-    assert missed([Requirement.parse("verified>=0"), Requirement.parse("contacts<=9")], [DARK]) == [
+    assert list_missed([Requirement.parse("verified>=0"), Requirement.parse("contacts<=9")], [DARK]) == [
         "kinematic, lab: verified is unknown, required verified>=0",
         "kinematic, lab: contacts is unknown, required contacts<=9",
     ]
@@ -98,7 +98,7 @@ def test_what_nobody_knows_keeps_no_bound() -> None:
 def test_a_miss_by_little_can_be_seen() -> None:
     group = replace(GOOD, runs=100_000, verified=99_996, contacts=12_345)
     requirements = [Requirement.parse("verified>=0.99997"), Requirement.parse("contacts<=12344")]
-    assert missed(requirements, [group]) == [
+    assert list_missed(requirements, [group]) == [
         "kinematic, arena: verified is 0.99996, required verified>=0.99997",
         "kinematic, arena: contacts is 12345, required contacts<=12344",
     ]
@@ -111,13 +111,13 @@ def test_a_miss_by_little_can_be_seen() -> None:
 def test_runs_that_hung_open_no_gate(text: str, got: str) -> None:
     hung = record_of(Outcome.ERROR, verified=None, contacts=None, time=0.0)
     requirement = Requirement.parse(text)
-    assert missed([requirement], grouped([record_of(), hung, hung])) == [
+    assert list_missed([requirement], group_records([record_of(), hung, hung])) == [
         f"kinematic, open: {requirement.measure} is {got}, required {text}"
     ]
 
 
 def test_each_group_that_misses_has_its_line() -> None:
-    assert missed([Requirement.parse("verified>=0.97")], [GOOD, BAD]) == [
+    assert list_missed([Requirement.parse("verified>=0.97")], [GOOD, BAD]) == [
         "kinematic, open: verified is 0.96, required verified>=0.97"
     ]
 

@@ -6,8 +6,8 @@ from rich.console import Console
 
 from robotcore import Outcome, RunRequest
 from robotcore.sweep import Record
-from robotcore.sweep.statistics import grouped
-from robotcore.sweep.summary import summary
+from robotcore.sweep.statistics import group_records
+from robotcore.sweep.summary import render_summary
 from tests.robotcore.sweep.conftest import record_of
 
 GREEN_SEARCH = RunRequest("green-search")
@@ -17,7 +17,7 @@ def _lines(records: list[Record], width: int = 80, request: RunRequest = GREEN_S
     console = Console(width=width, highlight=False, markup=False)
     failing = [record for record in records if record.is_failure]
     with console.capture() as capture:
-        console.print(summary(request, grouped(records), failing, Path("failures.csv")))
+        console.print(render_summary(request, group_records(records), failing, Path("failures.csv")))
     return capture.get().splitlines()
 
 

@@ -12,10 +12,10 @@ import pytest
 
 from robotcore import Outcome
 from robotcore.sweep import Record, Results
-from robotcore.sweep.record import fault
-from robotcore.sweep.single_run import Ended
-from robotcore.sweep.statistics import Group, grouped
-from robotcore.sweep.tables import COLUMNS, columns_of, write_csv
+from robotcore.sweep.record import format_failure
+from robotcore.sweep.single_run import RunOutput
+from robotcore.sweep.statistics import Group, group_records
+from robotcore.sweep.tables import COLUMNS, list_columns, write_csv
 from tests.robotcore.sweep.conftest import record_of, sweep_of
 
 SWEEP = sweep_of("green-search")
@@ -25,7 +25,7 @@ HUNG = record_of(Outcome.ERROR, verified=None, contacts=None, seed=9, time=0.0)
 
 
 def _row(file: Path, record: Record) -> dict[str, str]:
-    write_csv(file, columns_of([record]), [record])
+    write_csv(file, list_columns([record]), [record])
     with file.open(newline="", encoding="utf-8") as table:
         (row,) = csv.DictReader(table)
     return row
@@ -52,8 +52,8 @@ def test_a_reason_that_is_no_unicode_is_told_with_its_bytes(tmp_path: Path) -> N
 def test_tables_have_a_column_for_each_milestone_and_failures_have_their_own(tmp_path: Path) -> None:
     with Results(SWEEP, tmp_path) as results:
         passing = record_of(seed=1)
-        results.add(Ended(replace(passing, result=replace(passing.result, milestones={"seen": 1.5}))))
-        results.add(Ended(record_of(Outcome.TIMEOUT, seed=2)))
+        results.add(RunOutput(replace(passing, result=replace(passing.result, milestones={"seen": 1.5}))))
+        results.add(RunOutput(record_of(Outcome.TIMEOUT, seed=2)))
         results.write_tables()
     rows = _rows(tmp_path / "results.csv")
     assert [row["milestones.seen"] for row in rows] == ["1.5", ""]
@@ -64,8 +64,8 @@ def test_tables_have_a_column_for_each_milestone_and_failures_have_their_own(tmp
 
 def test_why_a_run_is_failing_is_told_in_the_words_of_the_terminal(tmp_path: Path) -> None:
     with Results(SWEEP, tmp_path) as results:
-        results.add(Ended(record_of(seed=1)))
-        results.add(Ended(record_of(seed=2, verified=False, contacts=1, judge="green-search")))
+        results.add(RunOutput(record_of(seed=1)))
+        results.add(RunOutput(record_of(seed=2, verified=False, contacts=1, judge="green-search")))
         results.write_tables()
     assert [row["fault"] for row in _rows(tmp_path / "results.csv")] == [
         "",
@@ -75,13 +75,13 @@ def test_why_a_run_is_failing_is_told_in_the_words_of_the_terminal(tmp_path: Pat
 
 def test_tables_that_tell_all_are_left_alone_and_those_that_do_not_are_written_anew(tmp_path: Path) -> None:
     with Results(SWEEP, tmp_path) as results:
-        results.add(Ended(record_of(seed=1)))
+        results.add(RunOutput(record_of(seed=1)))
         results.write_tables()
         os.utime(tmp_path / "results.jsonl", ns=(0, LONG_AGO_NS))
         (tmp_path / "results.csv").write_text("sorted by hand")
         results.write_tables()
         assert (tmp_path / "results.csv").read_text() == "sorted by hand"
-        results.add(Ended(record_of(seed=2)))
+        results.add(RunOutput(record_of(seed=2)))
         os.utime(tmp_path / "results.csv", ns=(0, LONG_AGO_NS))
         results.write_tables()
     assert [row["seed"] for row in _rows(tmp_path / "results.csv")] == ["1", "2"]
@@ -90,7 +90,7 @@ def test_tables_that_tell_all_are_left_alone_and_those_that_do_not_are_written_a
 @pytest.mark.parametrize("name", ["results.csv", "failures.csv"])
 def test_a_table_that_somebody_deleted_is_written_again(tmp_path: Path, name: str) -> None:
     with Results(SWEEP, tmp_path) as results:
-        results.add(Ended(record_of(Outcome.TIMEOUT)))
+        results.add(RunOutput(record_of(Outcome.TIMEOUT)))
         results.write_tables()
         os.utime(tmp_path / "results.jsonl", ns=(0, LONG_AGO_NS))
         (tmp_path / name).unlink()
@@ -103,31 +103,33 @@ def _rows(file: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(table))
 
 
-def told(*names: str, group: Group) -> list[str]:
+def columns(*names: str, group: Group) -> list[str]:
     return [COLUMNS[name](group) for name in names]
 
 
 def test_a_group_is_told_by_its_share_its_interval_and_its_times() -> None:
-    (group,) = grouped([*(record_of(seed=seed, time=float(seed)) for seed in range(1, 20)), record_of(contacts=2)])
-    assert told("backend", "world", "passed", group=group) == ["kinematic", "open", "19/20"]
-    assert told("verified", "%", "95 %", "contacts", group=group) == ["20/20", "100.0", "83.9–100.0", "2"]
-    assert told("median", "90 % within", "slowest", group=group) == ["10.5 s", "18.0 s", "never"]
+    (group,) = group_records(
+        [*(record_of(seed=seed, time=float(seed)) for seed in range(1, 20)), record_of(contacts=2)]
+    )
+    assert columns("backend", "world", "passed", group=group) == ["kinematic", "open", "19/20"]
+    assert columns("verified", "%", "95 %", "contacts", group=group) == ["20/20", "100.0", "83.9–100.0", "2"]
+    assert columns("median", "90 % within", "slowest", group=group) == ["10.5 s", "18.0 s", "never"]
 
 
 def test_what_nobody_could_judge_has_a_question_mark_and_no_share() -> None:
-    (group,) = grouped([record_of(verified=None, contacts=None)] * 3)
-    assert told("passed", "verified", "%", "95 %", "contacts", group=group) == ["3/3", "?/3", "", "", "?"]
+    (group,) = group_records([record_of(verified=None, contacts=None)] * 3)
+    assert columns("passed", "verified", "%", "95 %", "contacts", group=group) == ["3/3", "?/3", "", "", "?"]
 
 
 def test_contacts_that_some_runs_did_not_tell_are_at_least_those_that_were_counted() -> None:
-    (group,) = grouped([record_of(contacts=2), HUNG])
-    assert told("contacts", group=group) == ["≥ 2"]
+    (group,) = group_records([record_of(contacts=2), HUNG])
+    assert columns("contacts", group=group) == ["≥ 2"]
 
 
 def test_a_fault_says_outcome_reason_and_touches() -> None:
-    assert fault(record_of(Outcome.ERROR, reason="the wheel fell off")) == "error, the wheel fell off"
-    assert fault(record_of(verified=False)) == "success, the simulator does not agree"
-    assert fault(record_of(verified=False, reason="there")) == "success, there, the simulator does not agree"
-    assert fault(record_of(verified=False, judge="green-search")) == "success, the judge does not agree"
-    assert fault(record_of(contacts=1)) == "success, 1 contact"
-    assert fault(record_of(Outcome.TIMEOUT, reason="late", contacts=2)) == "timeout, late, 2 contacts"
+    assert format_failure(record_of(Outcome.ERROR, reason="the wheel fell off")) == "error, the wheel fell off"
+    assert format_failure(record_of(verified=False)) == "success, the simulator does not agree"
+    assert format_failure(record_of(verified=False, reason="there")) == "success, there, the simulator does not agree"
+    assert format_failure(record_of(verified=False, judge="green-search")) == "success, the judge does not agree"
+    assert format_failure(record_of(contacts=1)) == "success, 1 contact"
+    assert format_failure(record_of(Outcome.TIMEOUT, reason="late", contacts=2)) == "timeout, late, 2 contacts"

@@ -16,22 +16,22 @@ from threading import Event, Lock, Thread, Timer
 import pytest
 
 from robotcore.errors import BackendError, DeployError, RobotcoreError, StaleSampleError, UnknownNameError
-from robotcore.sweep.worker import Child, ChildDiedError, ChildHungError, NoChildError, read_reply
+from robotcore.sweep.worker import NoWorkerError, WorkerDiedError, WorkerHungError, WorkerProcess, read_reply
 
 
 @pytest.fixture
-def child() -> Iterator[Child]:
-    with closing(Child()) as child:
+def child() -> Iterator[WorkerProcess]:
+    with closing(WorkerProcess()) as child:
         yield child
 
 
-def test_a_call_returns_what_it_returns_here_and_the_process_stays(child: Child) -> None:
+def test_a_call_returns_what_it_returns_here_and_the_process_stays(child: WorkerProcess) -> None:
     assert child.call(math.hypot, 3, 4, limit_s=30) == 5
     assert child.call(os.getpid, limit_s=30) == child.call(os.getpid, limit_s=30) != os.getpid()
 
 
 @pytest.mark.parametrize("error", [UnknownNameError("app", "x", ["y"]), StaleSampleError("nose", 2.0, 1.0)])
-def test_an_error_of_ours_comes_back_as_it_is(child: Child, error: RobotcoreError) -> None:
+def test_an_error_of_ours_comes_back_as_it_is(child: WorkerProcess, error: RobotcoreError) -> None:
     with pytest.raises(type(error)) as raised:
         child.call(raise_, error, limit_s=30)
     assert str(raised.value) == str(error)
@@ -48,12 +48,12 @@ def test_an_error_that_an_app_has_made_of_ours_comes_back_as_ours() -> None:
     assert (type(there), str(there)) == (UnknownNameError, str(TooFastError()))
 
 
-def test_any_other_exception_comes_back_in_words(child: Child) -> None:
+def test_any_other_exception_comes_back_in_words(child: WorkerProcess) -> None:
     with pytest.raises(RobotcoreError, match=r"^ValueError: "):
         child.call(math.sqrt, -1, limit_s=30)
 
 
-def test_what_does_not_fit_through_a_pipe_is_told_and_the_process_stays(child: Child) -> None:
+def test_what_does_not_fit_through_a_pipe_is_told_and_the_process_stays(child: WorkerProcess) -> None:
     before = child.call(os.getpid, limit_s=30)
     with pytest.raises(RobotcoreError, match="a lock through a pipe"):
         child.call(Lock, limit_s=30)
@@ -62,35 +62,35 @@ def test_what_does_not_fit_through_a_pipe_is_told_and_the_process_stays(child: C
 
 @pytest.mark.parametrize("status", [0, 3])
 def test_a_process_that_ends_in_a_call_is_told_by_its_status_and_the_next_call_has_another(
-    child: Child, status: int
+    child: WorkerProcess, status: int
 ) -> None:
-    with pytest.raises(ChildDiedError, match=f"^exit status {status}$"):
+    with pytest.raises(WorkerDiedError, match=f"^exit status {status}$"):
         child.call(os._exit, status, limit_s=30)
     assert child.call(math.hypot, 3, 4, limit_s=30) == 5
 
 
-def test_a_call_that_hangs_is_ended(child: Child) -> None:
-    with pytest.raises(ChildHungError, match=r"no end after 0\.1 s"):
+def test_a_call_that_hangs_is_ended(child: WorkerProcess) -> None:
+    with pytest.raises(WorkerHungError, match=r"no end after 0\.1 s"):
         child.call(wait_for_ever, limit_s=0.1)
 
 
-def test_a_process_that_sends_half_an_answer_and_hangs_is_ended(child: Child) -> None:
-    with pytest.raises(ChildHungError):
+def test_a_process_that_sends_half_an_answer_and_hangs_is_ended(child: WorkerProcess) -> None:
+    with pytest.raises(WorkerHungError):
         child.call(answer, b'{"result": ', limit_s=2.0)
 
 
 @pytest.mark.parametrize("answered", [b"[1]\n", b"\x80\x04N.\n", b'{"result": 1, "error": {"robotcore.errors": 1}}\n'])
 def test_an_answer_that_cannot_be_read_ends_the_process_and_the_next_call_has_another(
-    child: Child, answered: bytes
+    child: WorkerProcess, answered: bytes
 ) -> None:
-    with pytest.raises(ChildDiedError, match="its answer cannot be read"):
+    with pytest.raises(WorkerDiedError, match="its answer cannot be read"):
         child.call(answer, answered, limit_s=30)
     assert child.call(math.hypot, 3, 4, limit_s=30) == 5
 
 
-def test_an_answer_without_an_end_is_not_read_for_ever(child: Child, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_answer_without_an_end_is_not_read_for_ever(child: WorkerProcess, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("robotcore.sweep.worker.MAX_REPLY_BYTES", 200_000)
-    with pytest.raises(ChildDiedError, match="its answer cannot be read"):
+    with pytest.raises(WorkerDiedError, match="its answer cannot be read"):
         child.call(answer, b"x" * 300_000, limit_s=30)
 
 
@@ -101,7 +101,7 @@ def test_an_answer_makes_no_object_but_an_error_of_ours(name: str) -> None:
         read_reply(line.encode())
 
 
-def test_an_answer_changes_nothing_that_the_class_of_its_error_defines(child: Child) -> None:
+def test_an_answer_changes_nothing_that_the_class_of_its_error_defines(child: WorkerProcess) -> None:
     state = {"exit_status": 0, "__str__": "", "kind": "forged"}
     line = json.dumps({"result": None, "error": {"robotcore.errors": ["DeployError", ["forged"], state]}})
     with pytest.raises(DeployError) as raised:
@@ -109,42 +109,42 @@ def test_an_answer_changes_nothing_that_the_class_of_its_error_defines(child: Ch
     assert (raised.value.exit_status, vars(raised.value)) == (DeployError.exit_status, {"kind": "forged"})
 
 
-def test_an_error_that_the_process_sends_does_not_say_that_there_is_no_process(child: Child) -> None:
+def test_an_error_that_the_process_sends_does_not_say_that_there_is_no_process(child: WorkerProcess) -> None:
     with pytest.raises(BackendError) as raised:
-        child.call(raise_, NoChildError("forged"), limit_s=30)
+        child.call(raise_, NoWorkerError("forged"), limit_s=30)
     assert type(raised.value) is BackendError
 
 
-def test_a_limit_may_be_longer_than_a_system_can_wait(child: Child) -> None:
+def test_a_limit_may_be_longer_than_a_system_can_wait(child: WorkerProcess) -> None:
     assert child.call(math.hypot, 3, 4, limit_s=1e300) == 5
 
 
-def test_a_process_that_ended_between_two_calls_costs_none_of_them(child: Child) -> None:
+def test_a_process_that_ended_between_two_calls_costs_none_of_them(child: WorkerProcess) -> None:
     child.call(end_soon, limit_s=30)
     assert child._process
     child._process._popen.wait()
     assert child.call(math.hypot, 3, 4, limit_s=30) == 5
 
 
-def test_a_process_that_cannot_be_had_is_told(child: Child, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_that_cannot_be_had_is_told(child: WorkerProcess, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "executable", "/no/such/python")
-    with pytest.raises(NoChildError, match=r"no worker process can be started: No such file"):
+    with pytest.raises(NoWorkerError, match=r"no worker process can be started: No such file"):
         child.call(os.getpid, limit_s=30)
 
 
-def test_a_killed_child_gives_up_its_call_and_takes_no_other(child: Child) -> None:
+def test_a_killed_child_gives_up_its_call_and_takes_no_other(child: WorkerProcess) -> None:
     child.call(os.getpid, limit_s=30)
     said: list[Exception] = []
-    thread = Thread(target=_told, args=(child, said))
+    thread = Thread(target=_catch, args=(child, said))
     thread.start()
     child.kill()
     thread.join()
-    assert isinstance(said[0], ChildDiedError)
-    with pytest.raises(ChildDiedError):
+    assert isinstance(said[0], WorkerDiedError)
+    with pytest.raises(WorkerDiedError):
         child.call(os.getpid, limit_s=30)
 
 
-def test_a_child_reads_nothing_of_what_is_meant_for_its_parent(child: Child, tmp_path: Path) -> None:
+def test_a_child_reads_nothing_of_what_is_meant_for_its_parent(child: WorkerProcess, tmp_path: Path) -> None:
     (tmp_path / "typed").write_text("hello\n")
     before = os.dup(0)
     try:
@@ -157,25 +157,25 @@ def test_a_child_reads_nothing_of_what_is_meant_for_its_parent(child: Child, tmp
         os.close(before)
 
 
-def test_a_python_that_cannot_start_is_told(child: Child, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_python_that_cannot_start_is_told(child: WorkerProcess, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "path", [])
-    with pytest.raises(NoChildError, match="die before they run anything: exit status 1"):
+    with pytest.raises(NoWorkerError, match="die before they run anything: exit status 1"):
         child.call(os.getpid, limit_s=30)
 
 
 def test_a_python_that_does_not_come_to_its_start_is_told(
-    child: Child, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    child: WorkerProcess, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     (tmp_path / "cv2.py").write_text("import threading; threading.Event().wait()")
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
     monkeypatch.setattr("robotcore.sweep.worker._START_S", 3.0)
-    with pytest.raises(NoChildError, match="do not start within 3 s"):
+    with pytest.raises(NoWorkerError, match="do not start within 3 s"):
         child.call(os.getpid, limit_s=30)
 
 
-def test_what_a_process_started_ends_with_it(child: Child, tmp_path: Path) -> None:
+def test_what_a_process_started_ends_with_it(child: WorkerProcess, tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "lives")
-    with pytest.raises(ChildDiedError, match="exit status 3"):
+    with pytest.raises(WorkerDiedError, match="exit status 3"):
         child.call(leave_a_reader_of, tmp_path / "lives", limit_s=30)
     with pytest.raises(OSError, match="No such device or address"):
         wait_until_nobody_reads(tmp_path / "lives")
@@ -212,8 +212,8 @@ def wait_for_ever() -> None:
     Event().wait()
 
 
-def _told(child: Child, said: list[Exception]) -> None:
+def _catch(child: WorkerProcess, said: list[Exception]) -> None:
     try:
         child.call(wait_for_ever, limit_s=60)
-    except ChildDiedError as error:
+    except WorkerDiedError as error:
         said.append(error)

@@ -8,11 +8,11 @@ import pytest
 
 from robotcore.description import load_world
 from robotcore.sweep.failure_analysis import explain
-from robotcore.sweep.report.charts import MAX_STEPS, arrival_plot, condition_plot, milestone_plot, success_plot
-from robotcore.sweep.report.drawing import MAX_LABEL, Axis, shades_of, shortened
-from robotcore.sweep.report.maps import maps_of
-from robotcore.sweep.report.series import series_of
-from robotcore.sweep.statistics import grouped
+from robotcore.sweep.report.charts import MAX_STEPS, plot_arrivals, plot_condition, plot_milestones, plot_success
+from robotcore.sweep.report.drawing import MAX_LABEL, Axis, make_shades, shorten_label
+from robotcore.sweep.report.maps import draw_maps
+from robotcore.sweep.report.series import make_series
+from robotcore.sweep.statistics import group_records
 from tests.robotcore.sweep.report.samples import WAY, failed, many, passed
 
 ARENA = {"arena": load_world("arena")}
@@ -37,12 +37,12 @@ def test_an_axis_maps_values_to_places() -> None:
 
 
 def test_a_long_label_is_shortened() -> None:
-    assert shortened("arena · kinematic") == "arena · kinematic"
-    assert len(shortened("x" * 100)) == MAX_LABEL
+    assert shorten_label("arena · kinematic") == "arena · kinematic"
+    assert len(shorten_label("x" * 100)) == MAX_LABEL
 
 
 def test_success_is_a_dot_within_its_interval() -> None:
-    root = _parsed(success_plot(grouped(many(10, failing=4))))
+    root = _parsed(plot_success(group_records(many(10, failing=4))))
     (bar,) = root.iterfind(".//line[@class='interval']")
     (dot,) = root.iter("circle")
     assert float(bar.attrib["x1"]) < float(dot.attrib["cx"]) < float(bar.attrib["x2"])
@@ -51,15 +51,15 @@ def test_success_is_a_dot_within_its_interval() -> None:
 
 def test_a_group_that_nobody_can_judge_has_no_dot() -> None:
     unjudged = [passed(world="lab", verified=None)]
-    root = _parsed(success_plot(grouped([passed(), *unjudged])))
+    root = _parsed(plot_success(group_records([passed(), *unjudged])))
     assert len(root.findall(".//circle")) == 1
     assert "?/1" in [each.text for each in root.iter("text")]
-    assert success_plot(grouped(unjudged)) == ""
+    assert plot_success(group_records(unjudged)) == ""
 
 
 def test_a_curve_levels_off_at_the_share_that_arrives() -> None:
     records = [passed(milestones={"arrived": 10.0}), passed(milestones={"arrived": 20.0}), failed(), failed()]
-    curve = _ways(arrival_plot(series_of(records), "arrived"), "curve c0 d0")[0]
+    curve = _ways(plot_arrivals(make_series(records), "arrived"), "curve c0 d0")[0]
     heights = [y for _, y in curve]
     bottom, end = heights[0], heights[-1]
     assert end == min(heights)
@@ -69,60 +69,60 @@ def test_a_curve_levels_off_at_the_share_that_arrives() -> None:
 
 def test_the_curve_of_many_runs_is_short_and_ends_where_the_whole_one_does() -> None:
     records = [passed(milestones={"arrived": float(at)}) for at in range(1, 1200)] + [failed()]
-    curve = _ways(arrival_plot(series_of(records), "arrived"), "curve c0 d0")[0]
+    curve = _ways(plot_arrivals(make_series(records), "arrived"), "curve c0 d0")[0]
     assert len(curve) <= 2 * MAX_STEPS + 4
     assert curve[-1][1] == pytest.approx(10.2, abs=0.05)
 
 
 def test_a_milestone_that_is_there_at_once_has_no_row() -> None:
-    root = _parsed(milestone_plot(series_of([passed()]), ["search", "seen", "arrived"]))
+    root = _parsed(plot_milestones(make_series([passed()]), ["search", "seen", "arrived"]))
     labels = [each.text for each in root.iter("text")]
     assert "seen" in labels
     assert "search" not in labels
 
 
 def test_a_map_has_north_up_and_paths_by_how_runs_ended() -> None:
-    (chart,) = maps_of(series_of([passed(), failed(path=WAY[:2])]), ARENA)
+    (chart,) = draw_maps(make_series([passed(), failed(path=WAY[:2])]), ARENA)
     ((way,), (short,)) = (_ways(chart.drawing, f"ways {kind}") for kind in ("passing", "failing"))
     assert [x for x, _ in way] == sorted(x for x, _ in way)
     assert [y for _, y in way] == sorted((y for _, y in way), reverse=True)
     assert way[2][0] - way[1][0] == way[1][1] - way[2][1] == 100  # centimetres
     assert len(short) == 2
-    assert chart.told == "passing runs: 1, failing: 1"
+    assert chart.caption == "passing runs: 1, failing: 1"
 
 
 def test_a_robot_that_stands_leaves_one_point() -> None:
     standing = tuple((at / 2, 0.5, 0.5 + at * 1e-4) for at in range(100))
-    (chart,) = maps_of(series_of([passed(path=standing)]), ARENA)
+    (chart,) = draw_maps(make_series([passed(path=standing)]), ARENA)
     assert len(_ways(chart.drawing, "ways passing")[0]) == 1
 
 
 @pytest.mark.parametrize("seed, obstacles", [(None, 6), (7, 0)])
 def test_obstacles_are_drawn_only_where_no_seed_moved_them(seed: int | None, obstacles: int) -> None:
-    (chart,) = maps_of(series_of([passed(seed=seed)]), ARENA)
+    (chart,) = draw_maps(make_series([passed(seed=seed)]), ARENA)
     assert chart.drawing.count('class="obstacle"') == obstacles
     assert 'class="floor"' in chart.drawing
 
 
 def test_a_world_that_is_not_described_has_paths_without_a_floor() -> None:
-    (chart,) = maps_of(series_of([passed(world="lab")]), ARENA)
+    (chart,) = draw_maps(make_series([passed(world="lab")]), ARENA)
     assert "floor" not in chart.drawing
     assert _ways(chart.drawing, "ways passing")
 
 
 def test_a_path_that_leaves_the_floor_stays_in_the_drawing() -> None:
-    (chart,) = maps_of(series_of([passed(path=((0.0, 0.0, 0.0), (1.0, 9.0, -5.0)))]), ARENA)
+    (chart,) = draw_maps(make_series([passed(path=((0.0, 0.0, 0.0), (1.0, 9.0, -5.0)))]), ARENA)
     _, _, width, height = map(float, _parsed(chart.drawing).attrib["viewBox"].split())
     assert all(0 < x < width and 0 < y < height for x, y in _ways(chart.drawing, "ways passing")[0])
 
 
 def test_runs_without_a_known_path_have_no_map() -> None:
-    assert maps_of(series_of([passed(path=None)]), ARENA) == []
+    assert draw_maps(make_series([passed(path=None)]), ARENA) == []
 
 
 def test_a_path_of_no_numbers_is_left_out() -> None:
-    (chart,) = maps_of(series_of([passed(), failed(path=((0.0, math.nan, 0.0),))]), ARENA)
-    assert chart.told == "passing runs: 1, failing: 0"
+    (chart,) = draw_maps(make_series([passed(), failed(path=((0.0, math.nan, 0.0),))]), ARENA)
+    assert chart.caption == "passing runs: 1, failing: 0"
 
 
 @pytest.mark.parametrize("is_dark, start, end", [(True, 64, 255), (False, 255, 446)])
@@ -130,7 +130,7 @@ def test_the_side_on_which_runs_fail_is_marked(is_dark: bool, start: float, end:
     dark, bright = (failed, passed) if is_dark else (passed, failed)
     records = [make(conditions={"light": light}) for make, light in ((dark, 0.0), (bright, 1.0)) for _ in range(9)]
     (finding,) = explain(records).findings
-    root = _parsed(condition_plot(finding, records))
+    root = _parsed(plot_condition(finding, records))
     (side,) = root.iter("rect")
     left, width = float(side.attrib["x"]), float(side.attrib["width"])
     assert (left, left + width) == (start, end)
@@ -141,7 +141,7 @@ def test_runs_of_another_backend_are_not_drawn_beside_a_finding() -> None:
     records = [make(conditions={"light": light}) for make, light in ((failed, 0.0), (passed, 1.0)) for _ in range(9)]
     (finding,) = explain(records).findings
     other = [passed(backend="pybullet", conditions={"light": 0.0})]
-    assert condition_plot(finding, records + other) == condition_plot(finding, records)
+    assert plot_condition(finding, records + other) == plot_condition(finding, records)
 
 
 def test_a_condition_in_words_is_not_drawn() -> None:
@@ -149,11 +149,11 @@ def test_a_condition_in_words_is_not_drawn() -> None:
         make(conditions={"floor": floor}) for make, floor in ((failed, "wood"), (passed, "tiles")) for _ in "123456789"
     ]
     (finding, *_) = explain(records).findings
-    assert condition_plot(finding, records) == ""
+    assert plot_condition(finding, records) == ""
 
 
 def test_a_dark_page_has_lighter_colours() -> None:
-    for light, dark in shades_of(["passing", "failing", "c0 d0"]):
+    for light, dark in make_shades(["passing", "failing", "c0 d0"]):
         assert all(int(dark[at : at + 2], 16) > int(light[at : at + 2], 16) for at in (1, 3, 5))
 
 

@@ -19,16 +19,18 @@ from robotcore.runtime.result import Outcome
 from robotcore.sweep import report
 from robotcore.sweep.record import Record
 from robotcore.sweep.report import write_report
-from robotcore.sweep.report.failures import MAX_LISTED, MAX_TOLD
-from robotcore.sweep.report.page import FEW
-from robotcore.sweep.statistics import Requirement, grouped
+from robotcore.sweep.report.failures import MAX_DETAILED, MAX_LISTED
+from robotcore.sweep.report.page import MAX_OPEN
+from robotcore.sweep.statistics import Requirement, group_records
 from robotcore.sweep.tables import COLUMNS
 from tests.robotcore.sweep.report.samples import Page, failed, many, passed
 
 
-def written(records: Sequence[Record], folder: Path, asked: str = "", require: Sequence[str] = ()) -> tuple[Page, str]:
+def written(
+    records: Sequence[Record], folder: Path, command: str = "", require: Sequence[str] = ()
+) -> tuple[Page, str]:
     requirements = [Requirement.parse(text) for text in require]
-    file = write_report(records, folder / "report", folder, asked=asked, requirements=requirements)
+    file = write_report(records, folder / "report", folder, command=command, requirements=requirements)
     html = file.read_text(encoding="utf-8")
     return Page(html), html
 
@@ -93,14 +95,14 @@ def test_what_an_app_says_is_no_markup(tmp_path: Path) -> None:
         Record(replace(result, seed=seed, outcome=outcome), ((0, 0, 0),), f"robotcore run '{evil}'")
         for seed, outcome in enumerate((Outcome.FAILURE, Outcome.ERROR) * 8)
     ]
-    page, _ = written(records, tmp_path, asked=evil)
+    page, _ = written(records, tmp_path, command=evil)
     assert page.faults == []
     assert "script" not in page.tags
     assert page.words.count(evil) > 8
 
 
 def test_the_page_tells_what_was_asked_and_what_came_of_it(tmp_path: Path) -> None:
-    page, _ = written(a_bit_of_all(tmp_path), tmp_path, asked="robotcore sweep green-search --seeds 0-29")
+    page, _ = written(a_bit_of_all(tmp_path), tmp_path, command="robotcore sweep green-search --seeds 0-29")
     assert "45 of 56 runs passed; the others: 10 timeout, 1 contact." in page.words
     assert "robotcore sweep green-search --seeds 0-29" in page.words
     assert "48.8–80.8" in page.words
@@ -122,12 +124,13 @@ def test_a_success_that_the_simulator_denies_says_so(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "judge, verified, told", [(None, True, "the app itself"), (None, None, "nobody"), ("strict.py", False, "strict.py")]
+    "judge, verified, shown",
+    [(None, True, "the app itself"), (None, None, "nobody"), ("strict.py", False, "strict.py")],
 )
-def test_the_head_says_who_judged(judge: str | None, verified: bool | None, told: str, tmp_path: Path) -> None:
+def test_the_head_says_who_judged(judge: str | None, verified: bool | None, shown: str, tmp_path: Path) -> None:
     file = write_report([passed(verified=verified, judge=judge)], tmp_path / "report", tmp_path)
     page = Page(file.read_text(encoding="utf-8"))
-    assert f"Judge{told}" in page.words
+    assert f"Judge{shown}" in page.words
     assert page.words.count("success, the judge does not agree") == (2 if verified is False else 0)
 
 
@@ -175,8 +178,8 @@ def test_a_picture_that_is_spoilt_is_left_out(tmp_path: Path) -> None:
 def test_what_a_group_reached_is_told_in_the_words_of_the_terminal(tmp_path: Path) -> None:
     records = [passed(), failed(contacts=None, verified=None)]
     page, _ = written(records, tmp_path)
-    (group,) = grouped(records)
-    assert "".join(told(group) for told in COLUMNS.values()) in page.words.replace("\n", "")
+    (group,) = group_records(records)
+    assert "".join(format_column(group) for format_column in COLUMNS.values()) in page.words.replace("\n", "")
 
 
 def test_requirements_are_told_with_what_was_got(tmp_path: Path) -> None:
@@ -220,7 +223,7 @@ def test_where_no_condition_explains_failures_the_page_says_so(tmp_path: Path) -
     assert "Too few runs to tell any condition from chance (2 runs, 1 failing)." in page.words
 
 
-@pytest.mark.parametrize("failing, is_open", [(FEW, True), (FEW + 1, False)])
+@pytest.mark.parametrize("failing, is_open", [(MAX_OPEN, True), (MAX_OPEN + 1, False)])
 def test_a_few_failing_runs_are_shown_and_many_folded(failing: int, is_open: bool, tmp_path: Path) -> None:
     page, _ = written([failed(seed=seed) for seed in range(failing)], tmp_path)
     assert (("details", "open", "") in page.attributes) == is_open
@@ -238,8 +241,8 @@ def test_a_big_sweep_makes_a_page_that_opens(tmp_path: Path) -> None:
     conditions = {f"condition_{index}": index / 7 for index in range(33)}
     records = [replace(record, picture="a.png") for record in many(3000, failing=1200, conditions=conditions)]
     page, html = written(records, tmp_path)
-    assert page.tags.count("img") == MAX_TOLD
-    assert len(set(re.findall(r"robotcore run green-search --seed \d+", page.words))) == MAX_TOLD + MAX_LISTED
+    assert page.tags.count("img") == MAX_DETAILED
+    assert len(set(re.findall(r"robotcore run green-search --seed \d+", page.words))) == MAX_DETAILED + MAX_LISTED
     assert "arena · kinematic 100 of 1200 runs" in page.words
     assert "And 100 more: failures.csv beside the results." in page.words
     assert "passing runs: 100 of 1800, failing: 100 of 1200" in page.words

@@ -14,14 +14,18 @@ if TYPE_CHECKING:
     from robotcore.sweep.results import Results
     from robotcore.sweep.statistics import Group, Requirement
 
+
 MISSED = 1
 """Some --require was not kept."""
+
+_JSON_KEYS = {"contacts_unknown": "untold"}
+"""The keys in JSON that differ from the field of a group."""
 
 DIGITS = 6
 """So many digits after the point are told in JSON."""
 
 
-def tell_kept(results: Results, done: int) -> None:
+def show_resumed(results: Results, done: int) -> None:
     """Tell, before the first run, how many are there from before, and since when."""
     date, total = f"{results.date:%Y-%m-%d %H:%M}", len(results.sweep)
     if done == total:
@@ -31,7 +35,7 @@ def tell_kept(results: Results, done: int) -> None:
     write_line()
 
 
-def tell_sweep(
+def show_sweep(
     results: Results,
     requirements: Sequence[Requirement],
     ended_by: Interrupted | BackendError | None,
@@ -39,25 +43,32 @@ def tell_sweep(
     as_json: bool,
 ) -> int:
     """Tell what a sweep reached; return its exit status. One that came to no end is held to no requirement."""
-    from robotcore.sweep.statistics import grouped, kept, missed
+    from robotcore.sweep.statistics import group_records, list_missed, list_passed
 
-    groups = grouped(results.records())
+    groups = group_records(results.records())
     failing = [record for record in results.records() if record.is_failure]
     held_to = [] if ended_by else requirements
-    misses = missed(held_to, groups)
+    misses = list_missed(held_to, groups)
     status = ended_by.exit_status if ended_by else MISSED if misses else 0
     if as_json:
-        write_json({**_told(results, groups, failing), "missed": misses, **_error(ended_by), "exit_status": status})
+        write_json(
+            {
+                **_make_payload(results, groups, failing),
+                "missed": misses,
+                **_make_error_payload(ended_by),
+                "exit_status": status,
+            }
+        )
     elif groups:
         _write_summary(results, groups, failing)
         _write_findings(results)
-        _write_kept(kept(held_to, groups))
-    _tell_ending(results, groups, misses, ended_by)
+        _write_passed(list_passed(held_to, groups))
+    _show_ending(results, groups, misses, ended_by)
     return status
 
 
-def _told(results: Results, groups: Sequence[Group], failing: Sequence[Record]) -> dict[str, Any]:
-    from robotcore.sweep.spec import seeds_told
+def _make_payload(results: Results, groups: Sequence[Group], failing: Sequence[Record]) -> dict[str, Any]:
+    from robotcore.sweep.spec import format_seeds
 
     sweep = results.sweep
     return {
@@ -65,36 +76,37 @@ def _told(results: Results, groups: Sequence[Group], failing: Sequence[Record]) 
         "judge": sweep.request.judge,
         "backends": sweep.backends,
         "worlds": sweep.worlds,
-        "seeds": seeds_told(sweep.seeds),
+        "seeds": format_seeds(sweep.seeds),
         "directory": str(results.directory),
         "runs": len(sweep),
         "done": sum(group.runs for group in groups),
         "failing": len(failing),
-        "groups": [_group_told(group) for group in groups],
+        "groups": [_make_group_payload(group) for group in groups],
     }
 
 
-def _group_told(group: Group) -> dict[str, Any]:
+def _make_group_payload(group: Group) -> dict[str, Any]:
     shares = {name: getattr(group, name) for name in ("verified_share", "verified_95", "success_share")}
-    return {key: _rounded(value) for key, value in {**asdict(group), **shares}.items()}
+    counts = {_JSON_KEYS.get(name, name): value for name, value in asdict(group).items()}
+    return {key: _round(value) for key, value in {**counts, **shares}.items()}
 
 
-def _rounded(value: Any) -> Any:
+def _round(value: Any) -> Any:
     """Return a number without the digits that the arithmetic of binary fractions adds."""
     if isinstance(value, tuple):
-        return [_rounded(each) for each in value]
+        return [_round(each) for each in value]
     return round(value, DIGITS) if isinstance(value, float) else value
 
 
-def _error(ended_by: Interrupted | BackendError | None) -> dict[str, str]:
+def _make_error_payload(ended_by: Interrupted | BackendError | None) -> dict[str, str]:
     return {"error": str(ended_by)} if isinstance(ended_by, BackendError) else {}
 
 
 def _write_summary(results: Results, groups: Sequence[Group], failing: Sequence[Record]) -> None:
-    from robotcore.sweep.summary import summary
+    from robotcore.sweep.summary import render_summary
     from robotcore.sweep.tables import FAILURES
 
-    write(summary(results.sweep.request, groups, failing, results.directory / FAILURES))
+    write(render_summary(results.sweep.request, groups, failing, results.directory / FAILURES))
     write_line()
     write_line(f"The results: {results.directory}")
 
@@ -111,13 +123,13 @@ def _write_findings(results: Results) -> None:
         write_line(f"  {line}")
 
 
-def _write_kept(requirements: Sequence[Requirement]) -> None:
+def _write_passed(requirements: Sequence[Requirement]) -> None:
     if requirements:
         write_line()
         write_line(f"Kept everywhere: {', '.join(map(str, requirements))}")
 
 
-def _tell_ending(
+def _show_ending(
     results: Results,
     groups: Sequence[Group],
     misses: Sequence[str],
@@ -127,7 +139,7 @@ def _tell_ending(
         write_failure(miss)
     if isinstance(ended_by, Interrupted):
         done = sum(group.runs for group in groups)
-        words = f"{ended_by}: {done} of {len(results.sweep)} runs are kept; {results.how_to_go_on}."
+        words = f"{ended_by}: {done} of {len(results.sweep)} runs are kept; {results.resume_hint}."
         write_line(words, is_error=True)
     elif ended_by:
         write_failure(str(ended_by))
