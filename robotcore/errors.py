@@ -133,8 +133,8 @@ class RecordingError(UsageError):
 
     kind = "recording"
 
-    def __init__(self, file: object, fault: str, remedy: str) -> None:
-        super().__init__(f"{file}: {fault}. {remedy}")
+    def __init__(self, file: object, fault: str, remedy: str, *, kind: str = "", **fields: object) -> None:
+        super().__init__(f"{file}: {fault}. {remedy}", kind=kind, file=str(file), **fields)
 
 
 class UnmetNeedError(UsageError):
@@ -181,7 +181,8 @@ class RecordingEndedError(BackendError, EOFError):
     kind = "recording-ended"
 
     def __init__(self, ticks: int, time: float) -> None:
-        super().__init__(f"the recording ends here, after {ticks} ticks, at {time:g} s; the app would have gone on")
+        text = f"the recording ends here, after {ticks} ticks, at {time:g} s; the app would have gone on"
+        super().__init__(text, ticks=ticks, time_s=time)
 
 
 class DeviationError(RobotcoreError):
@@ -222,8 +223,8 @@ class DeviceError(RobotcoreError, OSError):
     kind = "device"
     exit_status = 3
 
-    def __init__(self, device: str, fault: str) -> None:
-        super().__init__(f"{device}: {fault}")
+    def __init__(self, device: str, fault: str, *, kind: str = "", **fields: object) -> None:
+        super().__init__(f"{device}: {fault}", kind=kind, **fields)
         self.device = device
 
 

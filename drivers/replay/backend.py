@@ -73,7 +73,10 @@ class ReplayBackend(Backend):
         if robot not in (RunRequest.robot, recorded.request.robot, recorded.description.name):
             raise UsageError(
                 f"--robot {robot}: a replay has the robot of its recording, {recorded.description.name!r}. "
-                "Leave --robot out"
+                "Leave --robot out",
+                kind="replay-robot",
+                robot=robot,
+                recorded=recorded.description.name,
             )
         return recorded.description if options.get("is_held") else _relax_rules(recording)
 
@@ -94,7 +97,9 @@ class ReplayBackend(Backend):
         if isinstance(given := options.get("recording"), Recording):
             return given
         if "file" not in options:
-            raise UsageError("the backend 'replay' needs a recording. Name its file: --option file=RUN.mcap")
+            raise UsageError(
+                "the backend 'replay' needs a recording. Name its file: --option file=RUN.mcap", kind="no-recording"
+            )
         self._read = self._read or read(Path(options["file"]))
         return self._read
 
@@ -142,7 +147,10 @@ def _require_rate(setup: Setup, recording: Recording) -> None:
     if setup.rate_hz != recorded:
         raise UsageError(
             f"--rate {setup.rate_hz:g}: the run was recorded at {recorded:g} Hz, and so it is replayed. "
-            f"Take --rate {recorded:g}"
+            f"Take --rate {recorded:g}",
+            kind="replay-rate",
+            rate_hz=setup.rate_hz,
+            recorded_hz=recorded,
         )
 
 
@@ -154,5 +162,8 @@ def _require_recorded(setup: Setup, recording: Recording) -> None:
         names, app = ", ".join(missing), recording.metadata.request.app
         raise UnmetNeedError(
             f"the recording has no samples of {names}: its run, of {app!r}, had opened {', '.join(opened)}. "
-            f"Record a run of an app that needs {names} too"
+            f"Record a run of an app that needs {names} too",
+            kind="not-recorded",
+            devices=missing,
+            opened=list(opened),
         )

@@ -96,7 +96,7 @@ class SamplePlayer(Generic[RecordedT]):
         try:
             return cast("RecordedT", self._samples[key if key and key in self._samples else self._newest_key()])
         except RecordingError as error:
-            raise DeviceError(self._device, str(error)) from error
+            raise DeviceError(self._device, str(error), kind="recording-damaged") from error
 
     def _take_read(self) -> Read | None:
         """Return the recorded read whose turn it is in this tick, if there is one."""
@@ -109,7 +109,9 @@ class SamplePlayer(Generic[RecordedT]):
         at = bisect_right(self._given, self._clock.tick, key=lambda given: given[0])
         if not at:
             raise DeviceError(
-                self._device, f"the recording has no sample of it by {self._clock.now():g} s: nobody had read it yet"
+                self._device,
+                f"the recording has no sample of it by {self._clock.now():g} s: nobody had read it yet",
+                kind="no-sample-yet",
             )
         return self._given[at - 1][1]
 

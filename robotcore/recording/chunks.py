@@ -198,7 +198,9 @@ class ChunkedFile:
         """
         with _open_regular(self._path) as file:
             if file.read(len(MAGIC)) != MAGIC:
-                raise RecordingError(self._path, "it is no MCAP file", "Name one that robotcore has recorded")
+                raise RecordingError(
+                    self._path, "it is no MCAP file", "Name one that robotcore has recorded", kind="not-a-recording"
+                )
             yield from self._chunks(file)
 
     def read_again(self, place: ChunkLocation) -> Iterator[Record]:
@@ -210,7 +212,9 @@ class ChunkedFile:
         except RecordingError:
             raise
         except DAMAGE as error:
-            raise RecordingError(self._path, "it has changed since it was opened", "Open it again") from error
+            raise RecordingError(
+                self._path, "it has changed since it was opened", "Open it again", kind="recording-changed"
+            ) from error
 
     def _chunks(self, file: BinaryIO) -> Iterator[tuple[ChunkLocation, Iterator[Record]]]:
         size = os.fstat(file.fileno()).st_size
@@ -250,7 +254,7 @@ class ChunkedFile:
             return place, body, unpack(place, packed)
         except Lz4Error as error:
             remedy = "Pack it with Zstandard: mcap compress --compression zstd"
-            raise RecordingError(self._path, "it is packed with lz4", remedy) from error
+            raise RecordingError(self._path, "it is packed with lz4", remedy, kind="recording-compression") from error
         except DAMAGE as error:
             self.damage = format_damage(at - RECORD.size, error)
             return None
@@ -272,10 +276,14 @@ def _open_regular(path: Path) -> Iterator[BinaryIO]:
     try:
         with open(path, "rb", opener=_open_at_once) as file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-                raise RecordingError(path, "it is no regular file", "Name one that robotcore has recorded")
+                raise RecordingError(
+                    path, "it is no regular file", "Name one that robotcore has recorded", kind="not-a-regular-file"
+                )
             yield file
     except OSError as error:
-        raise RecordingError(path, str(error.strerror), "Name a recording that can be read") from error
+        raise RecordingError(
+            path, str(error.strerror), "Name a recording that can be read", kind="recording-unreadable"
+        ) from error
 
 
 def _open_at_once(path: str, flags: int) -> int:

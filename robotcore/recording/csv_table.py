@@ -39,7 +39,7 @@ def write_csv(recording: Recording, where: Path, name: str) -> Path:
             writer.writerows(_build_rows(recording))
     except OSError as error:
         raise RecordingError(
-            file, str(error.strerror), "Name a file that can be written, where there is room"
+            file, str(error.strerror), "Name a file that can be written, where there is room", kind="file-not-writable"
         ) from error
     return file
 

@@ -74,9 +74,11 @@ class McapFile:
         try:
             write()
         except Exception as error:
-            raise RecordingError(self._path, f"it cannot be written: {error}", ROOM) from error
+            raise RecordingError(
+                self._path, f"it cannot be written: {error}", ROOM, kind="file-not-writable"
+            ) from error
         if fault := self._sink.fault:
-            raise RecordingError(self._path, str(fault.strerror), ROOM) from fault
+            raise RecordingError(self._path, str(fault.strerror), ROOM, kind="file-not-writable") from fault
 
 
 class _Sink:
@@ -125,7 +127,7 @@ def require_recordable(path: Path) -> None:
     """Raise what would keep a recording from being written there, by opening the file; what was in it stays."""
     require_extra()
     if path.suffix.lower() != ".mcap":
-        raise RecordingError(path, "a recording is an .mcap file", "Give it that ending")
+        raise RecordingError(path, "a recording is an .mcap file", "Give it that ending", kind="file-ending")
     existed = path.exists()
     try:
         require_regular(path)
@@ -139,7 +141,9 @@ def require_recordable(path: Path) -> None:
 
 def build_unwritable_error(path: Path, error: OSError) -> RecordingError:
     """Return the error for a file that cannot be written."""
-    return RecordingError(path, str(error.strerror), "Name a file that can be written, where there is room")
+    return RecordingError(
+        path, str(error.strerror), "Name a file that can be written, where there is room", kind="file-not-writable"
+    )
 
 
 REMEDY = "pip install 'robotcore[record]'"

@@ -62,7 +62,7 @@ class FileSamples(Mapping[SampleKey, RecordedSample]):
             raise
         except DAMAGE as error:
             problem = f"picture {key.number} of {key.device} is damaged ({format_damage(picture.place.offset, error)})"
-            raise RecordingError(self._path, problem, "Record the run again") from error
+            raise RecordingError(self._path, problem, "Record the run again", kind="recording-damaged") from error
         return Frame(image, picture.time, picture.sequence)
 
     def __contains__(self, key: object) -> bool:
@@ -105,7 +105,7 @@ def read_file(path: Path) -> Recording:
     except RecordingError:
         raise
     except UnknownFormatError as error:
-        raise RecordingError(path, str(error), "Update robotcore") from error
+        raise RecordingError(path, str(error), "Update robotcore", kind="recording-format") from error
     except DAMAGE as error:
         return builder.build(is_whole=False, damage=format_damage(at, error))
     return builder.build(is_whole=file.is_whole, damage=file.damage)
@@ -219,10 +219,13 @@ class _RecordingBuilder:
 
 def _build_no_run_error(path: Path, damage: str, *, is_whole: bool) -> RecordingError:
     if is_whole:
-        return RecordingError(path, "it holds no run", "Name a file that robotcore has recorded")
+        return RecordingError(
+            path, "it holds no run", "Name a file that robotcore has recorded", kind="recording-without-run"
+        )
     what, where = ("damaged", f" ({damage})") if damage else ("cut", "")
     problem = f"it is {what} before it says what was run, so nothing in it can be read{where}"
-    return RecordingError(path, problem, "Take another copy of it, or record the run again")
+    kind = "recording-damaged" if damage else "recording-cut"
+    return RecordingError(path, problem, "Take another copy of it, or record the run again", kind=kind)
 
 
 def explain_gaps(ticks: list[Tick], samples: FileSamples, jpegs: set[str]) -> str:

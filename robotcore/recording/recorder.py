@@ -151,7 +151,9 @@ class Recorder:
         if self._thread:
             self._thread.join(JOIN_S)
             if self._thread.is_alive():
-                self._set_fault(RecordingError(self.path, "the disk takes no more", "Take another one"))
+                self._set_fault(
+                    RecordingError(self.path, "the disk takes no more", "Take another one", kind="disk-hangs")
+                )
 
     def _find_error(self, record: TickRecord) -> RecordedError | None:
         """Return what is ending the run in this tick: the loop notes a tick while that passes by.
@@ -213,7 +215,7 @@ class Recorder:
     def _to_recording_error(self, error: BaseException) -> RecordingError:
         if isinstance(error, RecordingError):
             return error
-        return RecordingError(self.path, f"{type(error).__name__}: {error}", "Report it as a bug")
+        return RecordingError(self.path, f"{type(error).__name__}: {error}", "Report it as a bug", kind="recorder-bug")
 
     def _close(self, file: McapFile) -> None:
         with suppress(RecordingError):

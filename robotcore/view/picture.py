@@ -275,7 +275,7 @@ def find_last_image(robot: Robot) -> Image | None:
 def require_writable(file: Path) -> None:
     """Raise UsageError if a picture could not be written; the content of the file stays."""
     if file.suffix.lower() != ".png":
-        raise UsageError(f"--picture {file}: a picture is a .png file; give it that ending")
+        raise UsageError(f"--picture {file}: a picture is a .png file; give it that ending", kind="file-ending")
     try:
         require_replaceable(file)
     except OSError as error:
@@ -283,4 +283,5 @@ def require_writable(file: Path) -> None:
 
 
 def _build_unwritable_error(file: Path, error: OSError) -> UsageError:
-    return UsageError(f"--picture {file}: {error.strerror}. Name a file that can be written, where there is room")
+    text = f"--picture {file}: {error.strerror}. Name a file that can be written, where there is room"
+    return UsageError(text, kind="file-not-writable", file=str(file))

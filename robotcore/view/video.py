@@ -40,17 +40,25 @@ def write_video(recording: Recording, file: Path, device: str | None = None) -> 
     name = device or _choose_device(recording)
     scenes = list(_list_scenes(recording, name))
     if not scenes:
-        raise UsageError(f"--video: the recording has no picture of {name}. robotcore info FILE tells what it has")
+        raise UsageError(
+            f"--video: the recording has no picture of {name}. robotcore info FILE tells what it has",
+            kind="no-picture",
+            device=name,
+        )
     rate = recording.metadata.request.rate_hz
     count = round((scenes[-1][0] - scenes[0][0]) * rate) + 1
     if count > min(_MOST_PICTURES, _MOST_REPEATED * len(scenes)):
         problem = f"its {pluralize(len(scenes), 'tick')} last {scenes[-1][0] - scenes[0][0]:.0f} s, too long for a film"
-        raise RecordingError("--video", problem, "Draw it with --picture, or write it as a table with --csv")
+        raise RecordingError(
+            "--video", problem, "Draw it with --picture, or write it as a table with --csv", kind="video-too-long"
+        )
     try:
         with replace_file(file) as part:
             _write(part, file, recording, scenes, count)
     except OSError as error:
-        raise RecordingError(file, str(error.strerror), "Name an .mp4 file that can be written") from error
+        raise RecordingError(
+            file, str(error.strerror), "Name an .mp4 file that can be written", kind="file-not-writable"
+        ) from error
 
 
 def _write(part: Path, file: Path, recording: Recording, scenes: Sequence[Scene], count: int) -> None:
@@ -60,7 +68,9 @@ def _write(part: Path, file: Path, recording: Recording, scenes: Sequence[Scene]
     writer = cv2.VideoWriter(str(part), cv2.VideoWriter.fourcc(*"mp4v"), rate, (size[0], size[1] + _STRIP))
     try:
         if not writer.isOpened():
-            raise RecordingError(file, "the film cannot be written", "Name an .mp4 file that can be written")
+            raise RecordingError(
+                file, "the film cannot be written", "Name an .mp4 file that can be written", kind="file-not-writable"
+            )
         for picture in _build_film(recording, scenes, count, size):
             writer.write(picture)
     finally:
@@ -72,7 +82,7 @@ def _choose_device(recording: Recording) -> str:
     shown = (each.device for tick in recording.ticks for each in tick.shown if each.key)
     for name in (*islice(shown, 1), *_list_picture_devices(recording)):
         return name
-    raise UsageError("--video: the run had neither a camera nor a display open")
+    raise UsageError("--video: the run had neither a camera nor a display open", kind="no-picture")
 
 
 def _list_picture_devices(recording: Recording) -> list[str]:

@@ -38,10 +38,12 @@ def require_recorded_app(recording: Recording, file: Path | str, given: Containe
     called, shown = file or "the recording", escape(app)
     if not app_path(app).is_file():
         remedy = "Replay it from the folder that it was run in, or name the app's file: --app FILE.py"
-        raise RecordingError(called, f"its app, {shown}, is not here", remedy)
+        raise RecordingError(called, f"its app, {shown}, is not here", remedy, kind="app-not-here", app=app)
     if problem := _find_problem(recording, given):
         remedy = f"To run it, name it: --app {shlex.quote(shown)}"
-        raise RecordingError(called, f"its app, {shown}, {problem}, so replay did not run it", remedy)
+        raise RecordingError(
+            called, f"its app, {shown}, {problem}, so replay did not run it", remedy, kind="app-not-permitted", app=app
+        )
 
 
 def is_recorded_file(recording: Recording, app: str) -> bool:

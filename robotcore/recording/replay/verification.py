@@ -108,6 +108,8 @@ def replay(
             file or "the recording",
             f"it cannot be replayed: {recording.why_not}",
             "robotcore replay FILE --app APP runs an app on what it has",
+            kind="recording-not-replayable",
+            why_not=recording.why_not,
         )
     if app is None:
         require_recorded_app(recording, file)
@@ -128,7 +130,12 @@ def replay(
 def require_ticks(recording: Recording, file: Path | str) -> None:
     """Raise RecordingError if a recording has no tick to be replayed."""
     if not recording.ticks:
-        raise RecordingError(file or "the recording", "it ends before the first tick", "Record a run that begins")
+        raise RecordingError(
+            file or "the recording",
+            "it ends before the first tick",
+            "Record a run that begins",
+            kind="recording-without-tick",
+        )
 
 
 def build_request(recording: Recording, *, is_held: bool = False) -> RunRequest:

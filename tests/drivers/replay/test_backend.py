@@ -18,6 +18,7 @@ from robotcore.recording import Metadata, Read, RecordedError, Recording, Sample
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.session import run
+from tests.texts import Raises
 
 ROVER = load_robot("rover")
 EVERY = tuple(device.name for device in ROVER.devices)
@@ -55,9 +56,9 @@ def test_sample_is_given_back_to_the_bit() -> None:
     assert nose.read() == FIRST
 
 
-def test_before_the_first_sample_the_device_fails() -> None:
+def test_before_the_first_sample_the_device_fails(raises: Raises) -> None:
     _, nose = nose_at(0)
-    with pytest.raises(DeviceError, match="nose: the recording has no sample of it by 0 s"):
+    with raises(DeviceError, "no-sample-yet", device="nose"):
         nose.read()
 
 
@@ -66,17 +67,17 @@ def test_where_nobody_had_read_it_the_newest_sample_from_before_is_given() -> No
     assert nose.read() is FIRST
 
 
-def test_reads_of_a_tick_come_in_their_order_and_the_last_one_stays() -> None:
+def test_reads_of_a_tick_come_in_their_order_and_the_last_one_stays(raises: Raises) -> None:
     _, nose = nose_at(3)
-    with pytest.raises(DeviceError, match="nose: no echo"):
+    with raises(DeviceError, device="nose"):
         nose.read()
     assert [nose.read(), nose.read()] == [SECOND, SECOND]
 
 
-def test_error_that_was_raised_is_raised_again() -> None:
+def test_error_that_was_raised_is_raised_again(raises: Raises) -> None:
     _, nose = nose_at(4)
     for _ in range(2):
-        with pytest.raises(DeviceError, match="nose: no echo"):
+        with raises(DeviceError, device="nose"):
             nose.read()
 
 
@@ -88,8 +89,8 @@ def test_in_place_of_a_sample_that_was_dropped_the_newest_from_before_is_given()
         assert robot.range.read() is FIRST
 
 
-def test_sensor_that_was_not_recorded_is_refused_by_name() -> None:
-    with pytest.raises(UnmetNeedError, match=r"no samples of eye: its run, of 'green-search', had opened nose"):
+def test_sensor_that_was_not_recorded_is_refused_by_name(raises: Raises) -> None:
+    with raises(UnmetNeedError, "not-recorded", devices=["eye"], opened=["nose"]):
         opened(recording(("nose",)), "eye", "nose")
 
 
@@ -98,18 +99,18 @@ def test_motors_and_displays_need_no_recording() -> None:
         assert set(robot.devices) == {"left_motor", "screen"}
 
 
-def test_another_rate_is_refused_with_the_right_one() -> None:
-    with pytest.raises(UsageError, match="recorded at 20 Hz"):
+def test_another_rate_is_refused_with_the_right_one(raises: Raises) -> None:
+    with raises(UsageError, "replay-rate", rate_hz=10.0, recorded_hz=20.0):
         opened(recording(), "nose", rate_hz=10.0)
 
 
-def test_another_robot_is_refused() -> None:
-    with pytest.raises(UsageError, match="--robot lookout: a replay has the robot of its recording, 'rover'"):
+def test_another_robot_is_refused(raises: Raises) -> None:
+    with raises(UsageError, "replay-robot", robot="lookout", recorded="rover"):
         ReplayBackend().load_robot("lookout", {"recording": recording()})
 
 
-def test_file_is_asked_for() -> None:
-    with pytest.raises(UsageError, match="--option file="):
+def test_file_is_asked_for(raises: Raises) -> None:
+    with raises(UsageError, "no-recording"):
         ReplayBackend().load_robot("rover", {})
 
 
@@ -162,10 +163,10 @@ def test_sleep_goes_on_to_where_the_deadline_has_come() -> None:
     assert clock.tick == 2
 
 
-def test_past_the_last_tick_the_recording_has_ended() -> None:
+def test_past_the_last_tick_the_recording_has_ended(raises: Raises) -> None:
     clock = ReplayClock([0.0, 0.05])
     clock.sleep_until(0.05)
-    with pytest.raises(RecordingEndedError, match=r"after 2 ticks, at 0\.05 s"):
+    with raises(RecordingEndedError, ticks=2, time_s=0.05):
         clock.sleep_until(0.1)
 
 

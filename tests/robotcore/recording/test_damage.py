@@ -13,6 +13,7 @@ from robotcore.recording import Recording, read
 from robotcore.recording.chunks import MAGIC, ChunkedFile
 from tests.robotcore.recording.conftest import Recorded, record
 from tests.robotcore.recording.test_codec import bits
+from tests.texts import Raises
 
 HUGE = MAGIC + b"\x06" + (56).to_bytes(8, "little") + bytes(32) + b"\xff" * 8 + bytes(16)
 """A chunk that claims to hold more than any memory."""
@@ -117,11 +118,13 @@ def test_a_flipped_byte_before_the_first_tick_is_told_apart_from_a_cut(recorded:
     place, _ = next(ChunkedFile(recorded.file).chunks())
     content[place.offset + place.length // 2] ^= 1
     file.write_bytes(content)
-    with pytest.raises(RecordingError, match="it is damaged before it says what was run"):
+    with pytest.raises(RecordingError) as damaged:
         read(file)
+    assert damaged.value.kind == "recording-damaged"
     file.write_bytes(content[: place.offset])
-    with pytest.raises(RecordingError, match="it is cut before it says what was run"):
+    with pytest.raises(RecordingError) as cut:
         read(file)
+    assert cut.value.kind == "recording-cut"
 
 
 def _head_of_chunk(content: bytearray, number: int) -> int:
@@ -152,18 +155,20 @@ def test_a_chunk_taken_out_of_the_middle_leaves_no_gap(recorded: Recorded, file:
 )
 def test_what_is_no_recording_is_refused_by_name(file: Path, content: bytes) -> None:
     file.write_bytes(content)
-    with pytest.raises(RecordingError, match=r"run\.mcap: it is (no MCAP file|cut|damaged)"):
+    with pytest.raises(RecordingError) as caught:
+        read(file)
+    assert caught.value.kind in {"not-a-recording", "recording-cut", "recording-damaged"}
+    assert caught.value.fields["file"] == str(file)
+
+
+def test_a_file_that_is_not_there_is_told(raises: Raises, file: Path) -> None:
+    with raises(RecordingError, "recording-unreadable", file=str(file)):
         read(file)
 
 
-def test_a_file_that_is_not_there_is_told(file: Path) -> None:
-    with pytest.raises(RecordingError, match=r"run\.mcap: No such file or directory\. Name a recording"):
-        read(file)
-
-
-def test_a_file_that_changes_after_it_was_opened_gives_no_other_pictures(file: Path) -> None:
+def test_a_file_that_changes_after_it_was_opened_gives_no_other_pictures(raises: Raises, file: Path) -> None:
     recording = record(file).recording
     key = next(key for key in recording.samples if key.device == "eye")
     file.write_bytes(MAGIC + bytes(file.stat().st_size))
-    with pytest.raises(RecordingError, match="has changed since it was opened"):
+    with raises(RecordingError, "recording-changed", file=str(file)):
         recording.samples[key]

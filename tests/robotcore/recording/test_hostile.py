@@ -220,8 +220,9 @@ def test_forged_picture_is_refused_before_it_is_decoded(
     samples = read(file).samples
     monkeypatch.setattr("cv2.imdecode", lambda *_: pytest.fail("it is decoded"))
     device = "screen" if name.startswith("jpeg") else "eye"
-    with pytest.raises(RecordingError, match="fields" if device == "eye" else "JPEG"):
+    with pytest.raises(RecordingError) as caught:
         samples[SampleKey(device, 0)]
+    assert caught.value.kind == "recording-damaged"
 
 
 def test_format_of_a_recording_is_shown_in_a_line(base: Path, file: Path) -> None:

@@ -22,6 +22,7 @@ from robotcore.runtime.session import RunRequest, run
 from robotcore.runtime.trace import TickRecord
 from tests.robotcore.recording.conftest import UNRULY, record
 from tests.robotcore.runs import Watcher
+from tests.texts import Raises
 
 COMMAND = [sys.executable, "-m", "tests.robotcore.recording.recording_run"]
 
@@ -86,7 +87,7 @@ def test_an_interrupted_run_ends_its_recording_properly(file: Path) -> None:
 
 
 def test_a_signal_before_the_first_tick_leaves_a_file_that_is_closed_and_not_called_a_recording(
-    file: Path, monkeypatch: pytest.MonkeyPatch
+    raises: Raises, file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def interrupted(*_: object, **__: object) -> None:
         raise Interrupted(signal.SIGINT)
@@ -95,7 +96,7 @@ def test_a_signal_before_the_first_tick_leaves_a_file_that_is_closed_and_not_cal
     recorder = Recorder(file)
     assert run(RunRequest(UNRULY), [recorder], [recorder.layer]).outcome is Outcome.INTERRUPTED
     assert (recorder.has_begun, recorder.fault) == (False, None)
-    with pytest.raises(RecordingError, match="it holds no run"):
+    with raises(RecordingError, "recording-without-run"):
         read(file)
 
 
@@ -180,20 +181,20 @@ def test_a_recording_takes_the_place_of_what_was_there(file: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "name, spoil, fault",
+    "name, spoil, kind",
     [
-        ("run.txt", lambda _: None, "a recording is an .mcap file"),
-        ("gone/run.mcap", lambda _: None, "No such file or directory"),
-        ("run.mcap", Path.mkdir, "Is a directory"),
-        ("run.mcap", os.mkfifo, "it is no regular file"),
-        ("run.mcap", lambda file: file.symlink_to("own.mcap"), "it is a symbolic link"),
+        ("run.txt", lambda _: None, "file-ending"),
+        ("gone/run.mcap", lambda _: None, "file-not-writable"),
+        ("run.mcap", Path.mkdir, "file-not-writable"),
+        ("run.mcap", os.mkfifo, "file-not-writable"),
+        ("run.mcap", lambda file: file.symlink_to("own.mcap"), "file-not-writable"),
     ],
 )
 def test_a_file_that_could_not_be_written_is_refused_before_the_run(
-    tmp_path: Path, name: str, spoil: Callable[[Path], None], fault: str
+    raises: Raises, tmp_path: Path, name: str, spoil: Callable[[Path], None], kind: str
 ) -> None:
     spoil(tmp_path / name)
-    with pytest.raises(RecordingError, match=fault):
+    with raises(RecordingError, kind):
         require_recordable(tmp_path / name)
 
 
@@ -204,10 +205,10 @@ def test_a_file_that_can_be_written_is_not_made_by_asking(file: Path) -> None:
 
 @pytest.mark.parametrize("ask", [require_recordable, read])
 def test_without_the_extra_it_is_named(
-    file: Path, monkeypatch: pytest.MonkeyPatch, ask: Callable[[Path], object]
+    raises: Raises, file: Path, monkeypatch: pytest.MonkeyPatch, ask: Callable[[Path], object]
 ) -> None:
     monkeypatch.setattr("robotcore.recording.mcap_file.find_spec", lambda _: None)
-    with pytest.raises(BackendMissingError, match=r"need foxglove and mcap\. pip install 'robotcore\[record\]'"):
+    with raises(BackendMissingError):
         ask(file)
 
 

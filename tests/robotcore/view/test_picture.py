@@ -30,6 +30,7 @@ from robotcore.view.picture import (
     require_writable,
 )
 from tests.robotcore.recording.replay.memory import recorded
+from tests.texts import Raises
 
 Rgb = tuple[int, int, int]
 
@@ -200,10 +201,10 @@ def test_a_robot_without_truth_has_a_picture_without_a_path(tmp_path: Path) -> N
     assert picture.shape == (1000, 1600, 3)
 
 
-def test_saving_says_why_it_cannot(tmp_path: Path) -> None:
+def test_saving_says_why_it_cannot(raises: Raises, tmp_path: Path) -> None:
     recorder = Looker()
     run(REQUEST, [recorder])
-    with pytest.raises(UsageError, match="No such file or directory"):
+    with raises(UsageError, "file-not-writable"):
         recorder.save(tmp_path / "missing" / "run.png")
 
 

@@ -14,6 +14,7 @@ from robotcore.recording.replay import Evaluation, evaluate
 from robotcore.runtime.result import Outcome
 from robotcore.view.text import format_replay
 from tests.robotcore.recording.replay.memory import recorded
+from tests.texts import Raises
 
 APPS = str(Path(__file__).parent / "recorded_apps.py")
 
@@ -64,9 +65,9 @@ def test_app_that_raises_has_its_own_exit_status(search: Recording) -> None:
     assert (rehearsed.result.outcome, rehearsed.exit_status) == (Outcome.ERROR, 5)
 
 
-def test_app_that_needs_what_was_not_recorded_is_refused_by_name() -> None:
+def test_app_that_needs_what_was_not_recorded_is_refused_by_name(raises: Raises) -> None:
     reflex = recorded("avoid-obstacles", seed=1, settings={"duration_s": 1})
-    with pytest.raises(UnmetNeedError, match="no samples of eye"):
+    with raises(UnmetNeedError, "not-recorded", devices=["eye"]):
         evaluate(reflex, "green-search")
 
 
