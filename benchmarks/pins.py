@@ -24,7 +24,7 @@ from robotcore.description import load_robot
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.devices import Device, Encoder
 from robotcore.hal.devices import Motor as OurMotor
-from robotcore.hardware import Host, fit, open_devices
+from robotcore.hardware import Host, bind_devices, open_devices
 
 BOUND = 1.1
 FASTER, SLOWER = 8.0, 4.0
@@ -67,7 +67,7 @@ def _ours() -> tuple[OurMotor, Encoder, SteppedClock, MockFactory]:
     section = {name: robot.backends["raspberrypi"][name] for name in ("left_motor", "left_encoder")}
     robot = robot.model_copy(update={"backends": {"raspberrypi": section}})
     clock = SteppedClock(20.0, lambda _steps: None)
-    open_devices(fit(robot, "raspberrypi", section), Host(robot, clock, pins, opened), opened)
+    open_devices(bind_devices(robot, "raspberrypi", section), Host(robot, clock, pins, opened), opened)
     motor, encoder = opened["left_motor"], opened["left_encoder"]
     assert isinstance(motor, OurMotor)
     assert isinstance(encoder, Encoder)

@@ -21,7 +21,7 @@ from statistics import median, quantiles
 from benchmarks.report import machine, print_table
 from drivers.serial.line import Line
 from robotcore.hal.wall_clock import MonotonicClock
-from tests.doubles.serial.line import BITS_A_BYTE, Heard, Numbering, Wire
+from tests.doubles.serial.line import BITS_A_BYTE, NumberingProtocol, ReceivedFrame, Wire
 from tests.doubles.serial.pty import Pty
 
 EVERY_S = 0.005
@@ -55,13 +55,13 @@ BOARDS = (
 class Outcome:
     """Which commands were told when, what was heard of them, and how late the far end was to listen at most."""
 
-    told: list[float]
-    heard: list[Heard]
+    sent: list[float]
+    heard: list[ReceivedFrame]
     latest_s: float
 
     @property
     def ages(self) -> list[float]:
-        return [heard.left_at - self.told[heard.number] for heard in self.heard]
+        return [heard.left_at - self.sent[heard.number] for heard in self.heard]
 
     @property
     def is_in_order(self) -> bool:
@@ -84,7 +84,7 @@ class Listener:
     def listen(self) -> None:
         heard, now = self._pty.heard(), self._clock.now()
         self.latest_s, self._last = max(self.latest_s, now - self._last), now
-        self._wire.hear(heard, now)
+        self._wire.receive(heard, now)
 
 
 def main() -> int:
@@ -109,31 +109,31 @@ def _is_kept(board: Commanded, outcome: Outcome) -> bool:
 def _row(board: Commanded, outcome: Outcome, seconds: float) -> tuple[str, ...]:
     ages = outcome.ages
     carried = len(outcome.heard) * board.frame_s / seconds
-    piled_up = max(0.0, len(outcome.told) * board.frame_s - seconds) + board.frame_s
+    piled_up = max(0.0, len(outcome.sent) * board.frame_s - seconds) + board.frame_s
     late = quantiles(ages, n=100, method="inclusive")[-1]
     times = (median(ages), late, max(ages), outcome.waited_s, outcome.latest_s, piled_up)
     name = f"{board.name}: {board.size} bytes at {board.baud}"
-    return name, str(len(outcome.told)), str(len(outcome.heard)), f"{carried:.0%}", *(f"{t * 1000:.1f}" for t in times)
+    return name, str(len(outcome.sent)), str(len(outcome.heard)), f"{carried:.0%}", *(f"{t * 1000:.1f}" for t in times)
 
 
 def _drive(board: Commanded, seconds: float) -> Outcome:
-    clock, told = MonotonicClock(), []
-    wire, talk = Wire(board.baud, board.size), Numbering(board.baud, board.size)
+    clock, sent = MonotonicClock(), []
+    wire, protocol = Wire(board.baud, board.size), NumberingProtocol(board.baud, board.size)
     with tempfile.TemporaryDirectory() as folder, Pty(Path(folder)) as pty:
         listener = Listener(pty, wire, clock)
         listening = clock.every(LISTENING_S, listener.listen, "far end")
-        line = Line(str(pty.path), talk, clock)
+        line = Line(str(pty.path), protocol, clock)
         line.open("wheel", 1.0)
         begin = clock.now()
         while clock.now() < begin + seconds:
-            told.append(clock.now())
-            talk.tell(len(told) - 1, told[-1])
+            sent.append(clock.now())
+            protocol.set(len(sent) - 1, sent[-1])
             line.wake()
-            clock.sleep_until(told[-1] + EVERY_S)
+            clock.sleep_until(sent[-1] + EVERY_S)
         line.close()
         listening.stop()
     clock.close()
-    return Outcome(told, wire.heard, listener.latest_s)
+    return Outcome(sent, wire.heard, listener.latest_s)
 
 
 if __name__ == "__main__":

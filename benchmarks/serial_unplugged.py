@@ -92,7 +92,7 @@ def _try_all(pty: Pty, wheels: Wheels, clock: MonotonicClock, trials: int, rando
 
 
 def _turns(wheels: Wheels) -> bool:
-    return bool(wheels.left.told or wheels.right.told)
+    return bool(wheels.left.command or wheels.right.command)
 
 
 def _takes(is_so: Callable[[], bool], clock: MonotonicClock) -> float | None:

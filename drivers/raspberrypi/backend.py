@@ -15,7 +15,7 @@ from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.hardware import Fitting, batteries_in, fit, open_robot, unopened_cutoffs
+from robotcore.hardware import DeviceBinding, batteries_in, bind_devices, open_robot, static_cutoffs
 
 if TYPE_CHECKING:
     from robotcore.hal.finding import Finding
@@ -43,9 +43,9 @@ class RaspberryPiBackend(Backend):
     def remedy(self) -> str:
         return f"On the Pi: pip install 'robotcore[pi]', see docs/raspberry-pi.md. {AT_THE_DESK}"
 
-    def fittings(self, robot: RobotDescription, names: Iterable[str] | None = None) -> tuple[Fitting, ...]:
-        """Return how the devices of those names, by default all, are connected to this board; see `fit`."""
-        return fit(robot, SECTION, names, on_header)
+    def fittings(self, robot: RobotDescription, names: Iterable[str] | None = None) -> tuple[DeviceBinding, ...]:
+        """Return how the devices of those names, by default all, are connected to this board; see `bind_devices`."""
+        return bind_devices(robot, SECTION, names, on_header)
 
     def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
         return batteries_in(robot, SECTION)
@@ -65,9 +65,9 @@ class RaspberryPiBackend(Backend):
     def examine(self, robot: RobotDescription | None) -> Iterable[Finding]:
         from drivers.raspberrypi.doctor import examine
         from robotcore.hal.finding import findings_of
-        from robotcore.hardware.diagnosis import batteries_of
+        from robotcore.hardware.diagnosis import diagnose_batteries
 
-        batteries = [("battery", partial(batteries_of, self, robot))] if robot and self.is_native_host else []
+        batteries = [("battery", partial(diagnose_batteries, self, robot))] if robot and self.is_native_host else []
         return chain(examine(robot, SECTION), findings_of(batteries))
 
     def wiring(self, robot: RobotDescription) -> Wiring:
@@ -75,7 +75,7 @@ class RaspberryPiBackend(Backend):
 
     def cutoffs(self, setup: Setup) -> Sequence[CutoffSpec]:
         setup.options_as(RaspberryPiOptions)
-        return unopened_cutoffs(setup.robot, self.fittings(setup.robot, setup.devices))
+        return static_cutoffs(setup.robot, self.fittings(setup.robot, setup.devices))
 
     def open(self, setup: Setup) -> Robot:
         options = setup.options_as(RaspberryPiOptions)

@@ -13,7 +13,7 @@ from typing import Annotated, NoReturn
 from pydantic import AfterValidator, Field
 
 from robotcore.hal.wiring import Pad, PadKind, Wire, Wiring
-from robotcore.hardware import Connection, Fitting
+from robotcore.hardware import Connection, DeviceBinding
 
 _LAYOUT = """
     3.3V  5V
@@ -69,7 +69,7 @@ GPIO_NOTES = {
 _RENAMED = {"GPIO 0": "ID_SD", "GPIO 1": "ID_SC"}
 
 
-def wiring_of(fittings: Iterable[Fitting]) -> Wiring:
+def wiring_of(fittings: Iterable[DeviceBinding]) -> Wiring:
     """Return the wires of these devices on the header: of each its signals, then what feeds it."""
     fittings = tuple(fittings)
     wires: list[Wire] = []
@@ -81,7 +81,7 @@ def wiring_of(fittings: Iterable[Fitting]) -> Wiring:
     return Wiring(HEADER, wires, tuple(notes))
 
 
-def count_wires(fittings: Sequence[Fitting]) -> str:
+def count_wires(fittings: Sequence[DeviceBinding]) -> str:
     """Return how many devices and wires these are, in words."""
     return f"{len(fittings)} devices, {sum(len(fitting.connections) for fitting in fittings)} wires"
 
@@ -91,21 +91,21 @@ def pads_of(name: str) -> tuple[int, ...]:
     return tuple(pad.number for pad in HEADER if pad.name == name)
 
 
-def _signal_wires(fitting: Fitting) -> Iterator[Wire]:
+def _signal_wires(fitting: DeviceBinding) -> Iterator[Wire]:
     for connection in fitting.connections:
         for wire in (connection, *lines_of(connection)):
             place = str(wire)
             yield Wire(fitting.name, _label(fitting), wire.signal, place, pads_of(_RENAMED.get(place, place)))
 
 
-def _gpio_notes(fitting: Fitting) -> Iterator[str]:
+def _gpio_notes(fitting: DeviceBinding) -> Iterator[str]:
     places = {wire.where for wire in _signal_wires(fitting)}
     if any(map(is_header_port, fitting.connections)):
         yield PORT_NOTE
     yield from (note for gpios, note in GPIO_NOTES.items() if places & {f"GPIO {gpio}" for gpio in gpios})
 
 
-def _supply_wires(fitting: Fitting, signals: Iterable[Wire], taken: Counter[int]) -> Iterator[Wire]:
+def _supply_wires(fitting: DeviceBinding, signals: Iterable[Wire], taken: Counter[int]) -> Iterator[Wire]:
     """Yield what feeds a device, on the pads that fewest wires go to and that are nearest to its signals."""
     rows = [_row(pad) for wire in signals for pad in wire.pads] or [1]
     middle = sum(rows) / len(rows)
@@ -118,8 +118,8 @@ def _row(pad: int) -> int:
     return (pad + 1) // 2
 
 
-def _label(fitting: Fitting) -> str:
-    return f"{fitting.told.kind.replace('_', ' ')}, {fitting.driver.name}"
+def _label(fitting: DeviceBinding) -> str:
+    return f"{fitting.description.kind.replace('_', ' ')}, {fitting.driver.name}"
 
 
 def _on_header(number: int) -> int:

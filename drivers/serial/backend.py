@@ -14,7 +14,7 @@ from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hal.wiring import Wire, Wiring
-from robotcore.hardware import Fitting, batteries_in, fit, open_robot, unopened_cutoffs
+from robotcore.hardware import DeviceBinding, batteries_in, bind_devices, open_robot, static_cutoffs
 from robotcore.text import pluralize
 
 if TYPE_CHECKING:
@@ -46,28 +46,28 @@ class SerialBackend(Backend):
     def load_robot(self, robot: str, options: Mapping[str, Any]) -> RobotDescription:
         return _placed(Setup(load_robot(robot), None, frozenset(), options=options)).robot
 
-    def fittings(self, robot: RobotDescription, names: Iterable[str] | None = None) -> tuple[Fitting, ...]:
-        """Return how the devices of those names, by default all, are connected to this computer; see `fit`."""
-        return fit(robot, SECTION, names)
+    def fittings(self, robot: RobotDescription, names: Iterable[str] | None = None) -> tuple[DeviceBinding, ...]:
+        """Return how the devices of those names, by default all, are connected to this computer; see `bind_devices`."""
+        return bind_devices(robot, SECTION, names)
 
     def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
         return batteries_in(robot, SECTION)
 
     def check(self, robot: RobotDescription) -> str:
-        return counted_on(self.fittings(robot))
+        return summarize_devices(self.fittings(robot))
 
     def warnings(self, robot: RobotDescription) -> list[str]:
         return [f"{fitting.name}: {each}" for fitting in self.fittings(robot) for each in fitting.warnings]
 
     def notes(self, setup: Setup) -> Sequence[str]:
-        from drivers.serial.port import also_open
+        from drivers.serial.port import find_other_users
 
         setup = _placed(setup)
-        ports = ports_of(self.fittings(setup.robot, setup.devices))
-        return [". ".join(shared) for port in ports if (shared := also_open(port))]
+        ports = list_ports(self.fittings(setup.robot, setup.devices))
+        return [". ".join(shared) for port in ports if (shared := find_other_users(port))]
 
     def wiring(self, robot: RobotDescription) -> Wiring:
-        return wiring_of(self.fittings(robot))
+        return build_wiring(self.fittings(robot))
 
     def examine(self, robot: RobotDescription | None) -> Iterable[Finding]:
         from drivers.serial.examination import examine
@@ -76,7 +76,7 @@ class SerialBackend(Backend):
 
     def cutoffs(self, setup: Setup) -> Sequence[CutoffSpec]:
         setup = _placed(setup)
-        return unopened_cutoffs(setup.robot, self.fittings(setup.robot, setup.devices))
+        return static_cutoffs(setup.robot, self.fittings(setup.robot, setup.devices))
 
     def open(self, setup: Setup) -> Robot:
         return open_robot(_placed(setup), SECTION, MonotonicClock())
@@ -85,10 +85,10 @@ class SerialBackend(Backend):
 def _placed(setup: Setup) -> Setup:
     """Return what to open, with the port that the user names."""
     port = setup.options_as(SerialOptions).port
-    return replace(setup, robot=plugged_in_at(setup.robot, SECTION, port))
+    return replace(setup, robot=override_port(setup.robot, SECTION, port))
 
 
-def plugged_in_at(robot: RobotDescription, section: str, port: str | None) -> RobotDescription:
+def override_port(robot: RobotDescription, section: str, port: str | None) -> RobotDescription:
     """Return the robot with its one port at another place, or as it is where there is none to take.
 
     Raises UsageError where it has more ports than one, or none.
@@ -111,26 +111,26 @@ def _has_port(table: Any) -> bool:
     return isinstance(table, Mapping) and "port" in table
 
 
-def ports_of(fittings: Iterable[Fitting]) -> tuple[str, ...]:
+def list_ports(fittings: Iterable[DeviceBinding]) -> tuple[str, ...]:
     """Return the serial ports that devices are on, each once, in the order of the file."""
     wires = (wire for fitting in fittings for wire in fitting.connections)
     return tuple(dict.fromkeys(wire.where for wire in wires if wire.bus == "serial"))
 
 
-def counted_on(fittings: Sequence[Fitting]) -> str:
+def summarize_devices(fittings: Sequence[DeviceBinding]) -> str:
     """Return how many devices these are, and on which ports, in words."""
-    ports = ports_of(fittings)
+    ports = list_ports(fittings)
     return pluralize(len(fittings), "device") + (f" on {', '.join(ports)}" if ports else "")
 
 
-def wiring_of(fittings: Sequence[Fitting]) -> Wiring:
+def build_wiring(fittings: Sequence[DeviceBinding]) -> Wiring:
     """Return the wires of these devices: of each its signals, then what feeds it."""
     wires = [wire for fitting in fittings for wire in _wires(fitting)]
     return Wiring((), wires, tuple((fitting.name, note) for fitting in fittings for note in fitting.notes))
 
 
-def _wires(fitting: Fitting) -> Iterator[Wire]:
-    what = f"{fitting.told.kind.replace('_', ' ')}, {fitting.driver.name}"
+def _wires(fitting: DeviceBinding) -> Iterator[Wire]:
+    what = f"{fitting.description.kind.replace('_', ' ')}, {fitting.driver.name}"
     for wire in fitting.connections:
         yield Wire(fitting.name, what, wire.signal, str(wire))
     for name in fitting.driver.supply:

@@ -77,11 +77,11 @@ class SideSettings(PortSettings):
         return super().at(f"{self.side} {what}")
 
 
-ToldT = TypeVar("ToldT", bound=StrictModel)
+DescriptionT = TypeVar("DescriptionT", bound=StrictModel)
 SettingsT = TypeVar("SettingsT", bound=PortSettings)
 
 
-class SerialDriver(DeviceDriver[ToldT, SettingsT]):
+class SerialDriver(DeviceDriver[DescriptionT, SettingsT]):
     """A driver of one of a board's devices; ``what`` is the one, such as "motor", that no other device may be."""
 
     modules = ("serial",)

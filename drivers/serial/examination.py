@@ -6,17 +6,17 @@ from collections.abc import Iterable, Iterator
 from functools import partial
 from typing import Any
 
-from drivers.serial.backend import counted_on
-from drivers.serial.boards.board import AlsoOnItError
+from drivers.serial.backend import summarize_devices
+from drivers.serial.boards.board import SharedBoardError
 from drivers.serial.driver import PortSettings
-from drivers.serial.port import Port, PortError, also_open, those_there
+from drivers.serial.port import Port, PortError, describe_ports, find_other_users
 from robotcore.description import RobotDescription
 from robotcore.errors import DeviceError, DeviceGroupError
 from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.devices import Angle, Device, Frame, Range, Sensor, Voltage
 from robotcore.hal.finding import Check, Finding, Level, findings_of
-from robotcore.hardware import Fitting, fit
-from robotcore.hardware.diagnosis import charges, described
+from robotcore.hardware import DeviceBinding, bind_devices
+from robotcore.hardware.diagnosis import check_batteries, check_description
 
 MUTE = "Let them turn for a moment, with the wheels in the air"
 
@@ -26,39 +26,39 @@ def examine(backend: Backend, robot: RobotDescription | None, section: str) -> I
     if not backend.is_installed:
         yield Finding.warning(backend.name, "is not installed", backend.remedy)
         return
-    yield Finding.ok("ports", those_there())
+    yield Finding.ok("ports", describe_ports())
     if robot is None:
         yield Finding.warning("robot", "its ports are not looked at", "Name it: robotcore doctor --robot FILE.toml")
     elif section in robot.backends:
-        yield from _examined(backend, robot, section)
+        yield from _examine_robot(backend, robot, section)
     else:
         said = f"{robot.source} has no [{section}]: its devices are on no serial line of this computer"
         yield Finding.warning("robot", said, "Name another: robotcore robots")
 
 
-def _examined(backend: Backend, robot: RobotDescription, section: str) -> Iterator[Finding]:
-    fittings = yield from described(robot, partial(fit, robot, section), counted_on)
+def _examine_robot(backend: Backend, robot: RobotDescription, section: str) -> Iterator[Finding]:
+    fittings = yield from check_description(robot, partial(bind_devices, robot, section), summarize_devices)
     if fittings is None:
         return
-    found = [_port(place, baud) for place, baud in _lines(fittings)]
+    found = [_check_port(place, baud) for place, baud in _list_lines(fittings)]
     yield from found
     checks: list[tuple[str, Check]] = [
-        (what := each.told.kind, partial(_elsewhere, backend, robot, each.name, what))
+        (what := each.description.kind, partial(_check_other_device, backend, robot, each.name, what))
         for each in fittings
         if not isinstance(each.settings, PortSettings)
     ]
     if not any(finding.level is Level.ERROR for finding in found):
-        checks.insert(0, ("boards", partial(_boards, backend, robot, fittings)))
+        checks.insert(0, ("boards", partial(_check_boards, backend, robot, fittings)))
     yield from findings_of(checks)
 
 
-def _lines(fittings: Iterable[Fitting]) -> list[tuple[str, int]]:
+def _list_lines(fittings: Iterable[DeviceBinding]) -> list[tuple[str, int]]:
     """Return each port and its speed, once."""
     on = (fitting.settings for fitting in fittings)
     return list(dict.fromkeys((each.port, each.speed) for each in on if isinstance(each, PortSettings)))
 
 
-def _port(place: str, baud: int) -> Finding:
+def _check_port(place: str, baud: int) -> Finding:
     """Open a port and let it go."""
     port = Port(place, baud)
     try:
@@ -67,55 +67,55 @@ def _port(place: str, baud: int) -> Finding:
         said, _, remedy = str(error).partition(". ")
         return Finding.error("port", said, remedy)
     port.close()
-    if shared := also_open(place):
+    if shared := find_other_users(place):
         return Finding.warning("port", *shared)
     return Finding.ok("port", f"{place} opens at {baud} baud")
 
 
-def _boards(backend: Backend, robot: RobotDescription, fittings: Iterable[Fitting]) -> Iterator[Finding]:
+def _check_boards(backend: Backend, robot: RobotDescription, fittings: Iterable[DeviceBinding]) -> Iterator[Finding]:
     """Open what is on the ports, and have it read."""
     on = {each.name: each.settings for each in fittings if isinstance(each.settings, PortSettings)}
     mute = [name for name, settings in on.items() if settings.is_mute]
     try:
         with backend.open(Setup(robot, None, frozenset(on))) as opened:
-            if told := [_told(device) for name, device in opened.devices.items() if name not in mute]:
-                yield Finding.ok("boards", "; ".join(told))
+            if readings := [_format_device(device) for name, device in opened.devices.items() if name not in mute]:
+                yield Finding.ok("boards", "; ".join(readings))
             if mute:
                 yield Finding.unchecked("boards", f"{' and '.join(mute)}: what they are on never answers", MUTE)
-            yield from charges(robot, opened)
+            yield from check_batteries(robot, opened)
     except DeviceGroupError as error:
-        yield from (_failed("boards", each) for each in error.failures if not isinstance(each, AlsoOnItError))
+        yield from (_error_finding("boards", each) for each in error.failures if not isinstance(each, SharedBoardError))
     except DeviceError as error:
-        yield _failed("boards", error)
+        yield _error_finding("boards", error)
 
 
-def _elsewhere(backend: Backend, robot: RobotDescription, name: str, what: str) -> Iterator[Finding]:
+def _check_other_device(backend: Backend, robot: RobotDescription, name: str, what: str) -> Iterator[Finding]:
     """Open what is on no port, such as a camera on USB, and have it read."""
     try:
         with backend.open(Setup(robot, None, frozenset([name]))) as opened:
-            yield Finding.ok(what, _told(opened.devices[name]))
+            yield Finding.ok(what, _format_device(opened.devices[name]))
     except DeviceGroupError as error:
-        yield from (_failed(what, each) for each in error.failures)
+        yield from (_error_finding(what, each) for each in error.failures)
     except DeviceError as error:
-        yield _failed(what, error)
+        yield _error_finding(what, error)
 
 
-def _failed(what: str, error: Exception) -> Finding:
+def _error_finding(what: str, error: Exception) -> Finding:
     said, _, remedy = str(error).partition(". ")
     return Finding.error(what, said, remedy or "Look at its wires and its power")
 
 
-def _told(device: Device) -> str:
+def _format_device(device: Device) -> str:
     """Say that a device is there, and what it reads."""
     if not isinstance(device, Sensor):
         return f"{device.name} is there"
     try:
-        return f"{device.name} reads {_in_words(device.read())}"
+        return f"{device.name} reads {_format_sample(device.read())}"
     except DeviceError:
         return f"{device.name} has not told anything yet"
 
 
-def _in_words(sample: Any) -> str:
+def _format_sample(sample: Any) -> str:
     match sample:
         case Range(distance=distance):
             return f"{distance:.2f} m"

@@ -9,7 +9,7 @@ from select import select
 from socket import socketpair
 
 from drivers.serial.port import Port, PortError
-from drivers.serial.protocol import Talk
+from drivers.serial.protocol import Protocol
 from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.hal.clock import Clock, PeriodicTask
 
@@ -71,9 +71,9 @@ class Line:
     the board stops by itself, and `require` tells.
     """
 
-    def __init__(self, place: str, talk: Talk, clock: Clock) -> None:
-        self._port = Port(place, talk.baud)
-        self._talk, self._clock = talk, clock
+    def __init__(self, place: str, protocol: Protocol, clock: Clock) -> None:
+        self._port = Port(place, protocol.baud)
+        self._protocol, self._clock = protocol, clock
         self._loss: str | None = None
         self._defect: Exception | None = None
         self._free_at = self._retry_at = self._lost_at = -math.inf
@@ -102,11 +102,11 @@ class Line:
         except PortError as error:
             raise DeviceError(device, str(error)) from error
         self._waker = Waker()
-        self._talk.begin(self._clock.now())
+        self._protocol.begin(self._clock.now())
         period = PERIOD_S if self._clock.is_lockstep else 0.0
         self._polling = self._clock.every(period, self._exchange, f"line {self.place}")
         try:
-            self._wait_until(lambda: self._talk.is_ready, device, answer_s, self._unanswered)
+            self._wait_until(lambda: self._protocol.is_ready, device, answer_s, self._unanswered)
         except BaseException:  # Ctrl-C too: a board may take seconds to answer
             self.close()
             raise
@@ -121,7 +121,7 @@ class Line:
         self._require_sound(device)
         if loss := self._loss:
             raise DeviceLostError(device, self._with_its_stop(loss))
-        if not self._talk.is_ready:
+        if not self._protocol.is_ready:
             raise DeviceLostError(device, self._with_its_stop(self._unanswered(self.place)))
 
     def require_since_lost(self, device: str, heard_at: float) -> None:
@@ -136,7 +136,7 @@ class Line:
                 f"this program stood still for {self._suspended_s:.1f} s, suspended or without a processor, and has to "
                 f"ask the board on {place} anew whether it is there. Look what held it up"
             )
-        return self._talk.unanswered(place, has_heard=self._has_heard)
+        return self._protocol.unanswered(place, has_heard=self._has_heard)
 
     def wait_until(self, is_so: Callable[[], bool], device: str, within_s: float, fault: str) -> None:
         """Let time pass until something is so; raises DeviceError with the fault where it takes longer."""
@@ -155,7 +155,7 @@ class Line:
 
         def is_heard() -> bool:
             self.require(device)
-            return self._talk.is_settled
+            return self._protocol.is_settled
 
         unheard = f"the board on {self.place} has not acknowledged the last command. Look whether its motors stand"
         self.wait_until(is_heard, device, CLOSING_S, self._with_its_stop(unheard))
@@ -191,21 +191,21 @@ class Line:
         """Wait for a byte, for a word, until something is due, or for a moment; not at all in simulated time."""
         if self._waker and not self._clock.is_lockstep:
             now = self._clock.now()
-            due = max(self._free_at, self._talk.next_due(now)) if self._loss is None else self._retry_at
+            due = max(self._free_at, self._protocol.next_due(now)) if self._loss is None else self._retry_at
             self._waker.wait(self._port.file, min(max(0.0, due - now), WAITING_S))
 
     def _converse(self) -> None:
-        was_ready, looked_at, self._looked_at = self._talk.is_ready, self._looked_at, self._clock.now()
+        was_ready, looked_at, self._looked_at = self._protocol.is_ready, self._looked_at, self._clock.now()
         if data := self._port.read():
             self._has_heard = True
-            self._talk.receive(data, self._clock.now())
-        if self._talk.is_ready:
+            self._protocol.receive(data, self._clock.now())
+        if self._protocol.is_ready:
             self._back_off = FIRST_S
         now = self._clock.now()
-        if now >= self._free_at and (sent := self._talk.due(now)):
-            self._free_at = now + len(sent) * BITS_A_BYTE / self._talk.baud
+        if now >= self._free_at and (sent := self._protocol.due(now)):
+            self._free_at = now + len(sent) * BITS_A_BYTE / self._protocol.baud
             self._port.write(sent)
-        if was_ready and not self._talk.is_ready:
+        if was_ready and not self._protocol.is_ready:
             self._lost_at, self._suspended_s, self._has_heard = now, self._looked_at - looked_at, False
 
     def _lose(self, loss: str) -> None:
@@ -219,7 +219,7 @@ class Line:
         if self._clock.now() >= self._retry_at:
             self._port.open()
             self._free_at, self._has_heard = -math.inf, False
-            self._talk.begin(self._clock.now())
+            self._protocol.begin(self._clock.now())
             self._loss = None
 
     def _drain(self) -> None:
@@ -238,4 +238,4 @@ class Line:
             raise DeviceError(device, self._with_its_stop(fault)) from self._defect
 
     def _with_its_stop(self, fault: str) -> str:
-        return f"{fault}. {self._talk.stops_itself}" if self._talk.stops_itself else fault
+        return f"{fault}. {self._protocol.stops_itself}" if self._protocol.stops_itself else fault

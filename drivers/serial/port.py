@@ -27,21 +27,21 @@ class PortMissingError(OSError):
     """There is no such port now; says which there are."""
 
 
-def path_of(place: str) -> str:
+def find_path(place: str) -> str:
     """Return the path by which a port is opened now; raises PortMissingError where it is not there."""
     if not (usb := USB.fullmatch(place)):
         if not Path(place).exists():
-            raise PortMissingError(f"there is no {place}; {those_there()}")
+            raise PortMissingError(f"there is no {place}; {describe_ports()}")
         return place
     found = _plugged_in(int(usb["vendor"], 16), int(usb["product"], 16), usb["serial"])
     if not found:
-        raise PortMissingError(f"{place} is not plugged in; {those_there()}")
+        raise PortMissingError(f"{place} is not plugged in; {describe_ports()}")
     if len(found) > 1:
         raise PortMissingError(f"{place} is {len(found)} ports, {', '.join(found)}; add its serial number, or name one")
     return found[0]
 
 
-def those_there() -> str:
+def describe_ports() -> str:
     """Return which ports there are, in words, each with its USB id where it has one."""
     from serial.tools.list_ports import comports
 
@@ -49,7 +49,7 @@ def those_there() -> str:
     return f"there is {', '.join(sorted(words))}" if words else "no port is there at all"
 
 
-def holders(path: str) -> str:
+def describe_holders(path: str) -> str:
     """Return which other processes have a port open: ``process 1234 (picocom)``; nothing where none is seen.
 
     Who locks it is seen by everyone; who only has it open, of other users' processes by root alone.
@@ -58,10 +58,10 @@ def holders(path: str) -> str:
     return " and ".join(f"process {number}{_name(number)}" for number in sorted(numbers))
 
 
-def also_open(place: str) -> tuple[str, str] | None:
+def find_other_users(place: str) -> tuple[str, str] | None:
     """Return which other program has a port open without a lock, and what to do; None where none is seen."""
     with suppress(PortMissingError):
-        if who := holders(path_of(place)):
+        if who := describe_holders(find_path(place)):
             return f"{place} is open in {who} too, and each gets a part of what the board says", "End that program"
     return None
 
@@ -143,10 +143,10 @@ class Port:
 
         path = self.place
         try:
-            path = path_of(self.place)
+            path = find_path(self.place)
             self._serial = Serial(path, self.baud, timeout=0, exclusive=True)
         except FAILURES as error:
-            raise PortError(why_closed(self.place, path, self.baud, error)) from error
+            raise PortError(explain_failure(self.place, path, self.baud, error)) from error
 
     @property
     def file(self) -> int | None:
@@ -199,7 +199,7 @@ class Port:
             self._serial = None
 
     def _gone(self) -> PortError:
-        who = holders(str(self._serial.port)) if self._serial else ""
+        who = describe_holders(str(self._serial.port)) if self._serial else ""
         reader = f", or {who} reads it too" if who else ""
         return PortError(f"{self.place} is gone: it was unplugged, or the board has no power{reader}. Plug it in again")
 
@@ -213,7 +213,7 @@ ROOT = 0
 GROUP_MAY = stat.S_IRGRP | stat.S_IWGRP
 
 
-def why_closed(place: str, path: str, baud: int, error: Exception) -> str:
+def explain_failure(place: str, path: str, baud: int, error: Exception) -> str:
     """Return why pyserial could not open the port at a place, which is at that path now, and what to do."""
     if isinstance(error, PortMissingError):
         return (
@@ -222,7 +222,7 @@ def why_closed(place: str, path: str, baud: int, error: Exception) -> str:
         )
     number = getattr(error, "errno", None)
     if number in _HELD:
-        who = holders(path) or "this program already, by another name, or a program that cannot be seen"
+        who = describe_holders(path) or "this program already, by another name, or a program that cannot be seen"
         return f"{place} is held by {who}. End that first"
     if number in _CLOSED:
         return f"no permission for {place}. {_permission(path)}"

@@ -6,7 +6,7 @@ import math
 from abc import ABC, abstractmethod
 
 
-class Talk(ABC):
+class Protocol(ABC):
     """One side of a conversation, fed with bytes and asked for bytes: it does no input or output, and never waits.
 
     The line's thread calls `begin`, `receive` and `due`; devices tell it from other threads what they want sent, so

@@ -1,27 +1,27 @@
 """Real robots: devices opened one by one, each by the driver that its robot's description names."""
 
 from robotcore.hal.wiring import Pad, PadKind, Wire, Wiring
-from robotcore.hardware.binding import batteries_in, fit
-from robotcore.hardware.driver import Connection, DeviceDriver, Fitting, Host, Shared
-from robotcore.hardware.opening import encoder_of, motor_of, open_devices, open_robot, unopened_cutoffs
-from robotcore.hardware.polled import Newest
+from robotcore.hardware.binding import batteries_in, bind_devices
+from robotcore.hardware.driver import Connection, DeviceBinding, DeviceDriver, Host, Shared
+from robotcore.hardware.opening import encoder_of, motor_of, open_devices, open_robot, static_cutoffs
+from robotcore.hardware.polled import LatestSample
 
 __all__ = [
     "Connection",
+    "DeviceBinding",
     "DeviceDriver",
-    "Fitting",
     "Host",
-    "Newest",
+    "LatestSample",
     "Pad",
     "PadKind",
     "Shared",
     "Wire",
     "Wiring",
     "batteries_in",
+    "bind_devices",
     "encoder_of",
-    "fit",
     "motor_of",
     "open_devices",
     "open_robot",
-    "unopened_cutoffs",
+    "static_cutoffs",
 ]

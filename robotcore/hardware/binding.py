@@ -11,7 +11,7 @@ from robotcore.description import AnyDevice, BatteryDescription, DisplayDescript
 from robotcore.description.sections import MistakeParts, MistakesError, read_each, validate_table
 from robotcore.description.validation import MAX_SHOWN_CHARACTERS
 from robotcore.errors import BackendMissingError, DescriptionError, UnknownNameError, suggestion
-from robotcore.hardware.driver import Connection, DeviceDriver, Fitting
+from robotcore.hardware.driver import Connection, DeviceBinding, DeviceDriver
 from robotcore.plugins import DEVICES, device_driver_names, load_registered
 
 _OPTIONAL = (BatteryDescription, DisplayDescription)
@@ -19,16 +19,16 @@ _OPTIONAL = (BatteryDescription, DisplayDescription)
 
 def batteries_in(robot: RobotDescription, section: str) -> frozenset[str]:
     """Return the names of the batteries that the ``section`` tells of: a backend's answer to `Backend.batteries`."""
-    told = robot.backends.get(section, {})
-    return frozenset(battery.name for battery in robot.all_of(BatteryDescription) if battery.name in told)
+    tables = robot.backends.get(section, {})
+    return frozenset(battery.name for battery in robot.all_of(BatteryDescription) if battery.name in tables)
 
 
-def fit(
+def bind_devices(
     robot: RobotDescription,
     section: str,
     names: Iterable[str] | None = None,
     place: Callable[[Connection], Iterable[Connection]] = lambda _wire: (),
-) -> tuple[Fitting, ...]:
+) -> tuple[DeviceBinding, ...]:
     """Return how the devices of those names, by default all, are connected, by a backend's ``section`` of the file.
 
     A display or a battery that the section does not tell of is left out: a display needs no wires, and not every board
@@ -37,62 +37,68 @@ def fit(
     DescriptionError, with all that is wrong.
     """
     chosen = {device.name for device in robot.devices} if names is None else set(names)
-    wired = [told.name for told in robot.devices if told.name in chosen and not isinstance(told, _OPTIONAL)]
+    wired = [
+        description.name
+        for description in robot.devices
+        if description.name in chosen and not isinstance(description, _OPTIONAL)
+    ]
     if section not in robot.backends and wired:
         remedy = f"Say how each device is connected, from [{section}.{wired[0]}] on"
         raise DescriptionError(robot.source, section, "is missing", remedy)
-    fittings, faults = read_each(robot, section, wired, partial(_fitting, robot), _untold)
+    fittings, faults = read_each(robot, section, wired, partial(_bind, robot), _missing_hint)
     faults += [
-        *at_odds(section, fittings, robot),
-        *misplaced(section, fittings, place),
-        *clashes(section, fittings, place),
+        *incompatible_drivers(section, fittings, robot),
+        *invalid_pins(section, fittings, place),
+        *pin_conflicts(section, fittings, place),
     ]
     if faults:
         raise DescriptionError.of_all(robot.source, faults)
     return tuple(fitting for fitting in fittings if fitting.name in chosen)
 
 
-def _fitting(robot: RobotDescription, told: AnyDevice, key: str, table: Any) -> Fitting:
-    driver = _driver(told, key, table)
+def _bind(robot: RobotDescription, description: AnyDevice, key: str, table: Any) -> DeviceBinding:
+    driver = _driver(description, key, table)
     settings = validate_table(driver.settings, key, {name: value for name, value in table.items() if name != "driver"})
-    if faults := list(refused(key, partial(driver.check, told, settings, robot))):
+    if faults := list(issues_from(key, partial(driver.check, description, settings, robot))):
         raise MistakesError(*faults)
-    return Fitting(told, driver, settings)
+    return DeviceBinding(description, driver, settings)
 
 
-def _driver(told: AnyDevice, key: str, table: Any) -> DeviceDriver[Any, Any]:
+def _driver(description: AnyDevice, key: str, table: Any) -> DeviceDriver[Any, Any]:
     if not isinstance(table, Mapping):
-        raise MistakesError((key, f"should be a table, got {table!r}", f"Name its driver: {choice(told)}"))
+        raise MistakesError((key, f"should be a table, got {table!r}", f"Name its driver: {list_drivers(description)}"))
     if "driver" not in table:
-        raise MistakesError((f"{key}.driver", "is missing", f"Add it: {choice(told)}"))
+        raise MistakesError((f"{key}.driver", "is missing", f"Add it: {list_drivers(description)}"))
     if not isinstance(name := table["driver"], str):
-        raise MistakesError((f"{key}.driver", f"should be a name in quotes, got {name!r}", f"Name one: {choice(told)}"))
+        raise MistakesError(
+            (f"{key}.driver", f"should be a name in quotes, got {name!r}", f"Name one: {list_drivers(description)}")
+        )
     try:
         driver: DeviceDriver[Any, Any] = load_registered("device driver", DEVICES, name)()
     except UnknownNameError as unknown:
         fault = f"unknown device driver {name[:MAX_SHOWN_CHARACTERS]!r}"
-        raise MistakesError((f"{key}.driver", fault, meant(name, told))) from unknown
-    if not isinstance(told, driver.described):
-        fault = f"{name!r} opens no {told.kind.replace('_', ' ')}"
-        raise MistakesError((f"{key}.driver", fault, f"Name one: {choice(told)}"))
+        raise MistakesError((f"{key}.driver", fault, suggest_driver(name, description))) from unknown
+    if not isinstance(description, driver.described):
+        fault = f"{name!r} opens no {description.kind.replace('_', ' ')}"
+        raise MistakesError((f"{key}.driver", fault, f"Name one: {list_drivers(description)}"))
     return driver
 
 
-def _untold(told: AnyDevice) -> str:
+def _missing_hint(description: AnyDevice) -> str:
     return (
-        f"Say how it is connected, first of all its driver: {choice(told)}; or, where the robot has none, take "
-        f"{told.name!r} out of its [[devices]]"
+        f"Say how it is connected, first of all its driver: {list_drivers(description)}; or, where the robot has none, "
+        f"take {description.name!r} out of its [[devices]]"
     )
 
 
-def choice(told: AnyDevice) -> str:
+def list_drivers(description: AnyDevice) -> str:
     """Return the names of the drivers that take such a device."""
-    return ", ".join(drivers_of(told)) or "there is none for it"
+    return ", ".join(find_drivers(description)) or "there is none for it"
 
 
-def meant(name: str, told: AnyDevice) -> str:
+def suggest_driver(name: str, description: AnyDevice) -> str:
     """Return which driver of such a device was probably meant, by its name or by what it drives; or name them all."""
-    drivers = drivers_of(told)
+    drivers = find_drivers(description)
     word = _plain(name)
     for driver in drivers:
         if _plain(driver) == word:
@@ -108,18 +114,18 @@ def _plain(word: str) -> str:
     return "".join(letter for letter in word.lower() if letter.isalnum())
 
 
-def drivers_of(told: AnyDevice) -> dict[str, type[DeviceDriver[Any, Any]]]:
+def find_drivers(description: AnyDevice) -> dict[str, type[DeviceDriver[Any, Any]]]:
     """Return the drivers that take such a device, by their names, of those that can be loaded."""
     found = {}
     for name in device_driver_names():
         with suppress(BackendMissingError):
             driver: type[DeviceDriver[Any, Any]] = load_registered("device driver", DEVICES, name)
-            if isinstance(told, driver.described):
+            if isinstance(description, driver.described):
                 found[name] = driver
     return found
 
 
-def refused(key: str, check: Callable[[], object]) -> Iterator[MistakeParts]:
+def issues_from(key: str, check: Callable[[], object]) -> Iterator[MistakeParts]:
     """Yield what a check raises: ValueError, the fault, a semicolon and the remedy."""
     try:
         check()
@@ -128,27 +134,29 @@ def refused(key: str, check: Callable[[], object]) -> Iterator[MistakeParts]:
         yield (key, fault, remedy[:1].upper() + remedy[1:]) if fault else (key, remedy, "Correct it")
 
 
-def at_odds(section: str, fittings: Sequence[Fitting], robot: RobotDescription) -> Iterator[MistakeParts]:
+def incompatible_drivers(
+    section: str, fittings: Sequence[DeviceBinding], robot: RobotDescription
+) -> Iterator[MistakeParts]:
     """Yield what drivers refuse of what the robot's other devices have as drivers."""
     drivers = {fitting.name: fitting.driver for fitting in fittings}
     for fitting in fittings:
-        check = partial(fitting.driver.check_beside, fitting.told, fitting.settings, robot, drivers)
-        yield from refused(f"{section}.{fitting.name}", check)
+        check = partial(fitting.driver.check_beside, fitting.description, fitting.settings, robot, drivers)
+        yield from issues_from(f"{section}.{fitting.name}", check)
 
 
-def misplaced(
-    section: str, fittings: Iterable[Fitting], place: Callable[[Connection], object]
+def invalid_pins(
+    section: str, fittings: Iterable[DeviceBinding], place: Callable[[Connection], object]
 ) -> Iterator[MistakeParts]:
     """Yield what ``place`` refuses: a wire that goes to no place of the board."""
     for fitting in fittings:
         for wire in fitting.connections:
-            yield from refused(f"{section}.{fitting.name}.{wire.signal}", partial(place, wire))
+            yield from issues_from(f"{section}.{fitting.name}.{wire.signal}", partial(place, wire))
 
 
-def clashes(
-    section: str, fittings: Iterable[Fitting], place: Callable[[Connection], Iterable[Connection]]
+def pin_conflicts(
+    section: str, fittings: Iterable[DeviceBinding], place: Callable[[Connection], Iterable[Connection]]
 ) -> Iterator[MistakeParts]:
-    """Yield every place to which two wires go, of which one would have it alone; `fit` tells of ``place``."""
+    """Yield every place to which two wires go, of which one would have it alone; `bind_devices` tells of ``place``."""
     taken: dict[tuple[str, str], tuple[str, Connection]] = {}
     for fitting in fittings:
         for wire in _wires(fitting, place):
@@ -162,10 +170,10 @@ def clashes(
                 )
 
 
-def _wires(fitting: Fitting, place: Callable[[Connection], Iterable[Connection]]) -> Iterator[Connection]:
+def _wires(fitting: DeviceBinding, place: Callable[[Connection], Iterable[Connection]]) -> Iterator[Connection]:
     for wire in fitting.connections:
         yield wire
-        with suppress(ValueError):  # what it refuses is told by `misplaced`
+        with suppress(ValueError):  # what it refuses is told by `invalid_pins`
             yield from place(wire)
 
 

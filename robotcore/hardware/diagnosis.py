@@ -11,57 +11,57 @@ from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.devices import Battery
 from robotcore.hal.finding import Finding
 from robotcore.hal.robot import Robot
-from robotcore.hardware import Fitting
+from robotcore.hardware import DeviceBinding
 
 CHARGE = "Charge it, or take another one"
-UNTOLD = "Look whether it is switched on and connected, and whether another program has its port"
+UNREAD_REMEDY = "Look whether it is switched on and connected, and whether another program has its port"
 
 
-def batteries_of(backend: Backend, robot: RobotDescription) -> Iterator[Finding]:
+def diagnose_batteries(backend: Backend, robot: RobotDescription) -> Iterator[Finding]:
     """Open the batteries of a robot, and nothing else of it; yield what they have. Raises what opening raises."""
     if not robot.all_of(BatteryDescription) or not (names := backend.batteries(robot, {})):
         return
     with suppress(DescriptionError), backend.open(Setup(robot, None, names)) as opened:  # of a file, `examine` has told
-        yield from charges(robot, opened)
+        yield from check_batteries(robot, opened)
 
 
-def charges(robot: RobotDescription, opened: Robot) -> Iterator[Finding]:
+def check_batteries(robot: RobotDescription, opened: Robot) -> Iterator[Finding]:
     """Yield the voltage of each battery that is open, whether it is to be charged, and why another one is not open."""
     for note in opened.notes:
-        yield _unchecked("battery", note)
-    for told in robot.all_of(BatteryDescription):
-        if isinstance(battery := opened.devices.get(told.name), Battery):
+        yield _unchecked_finding("battery", note)
+    for description in robot.all_of(BatteryDescription):
+        if isinstance(battery := opened.devices.get(description.name), Battery):
             try:
-                yield _judged(told, battery.read().voltage)
+                yield _judge_voltage(description, battery.read().voltage)
             except DeviceError as failure:
-                yield _unchecked(told.name, str(failure))
+                yield _unchecked_finding(description.name, str(failure))
 
 
-def _unchecked(what: str, fault: str) -> Finding:
+def _unchecked_finding(what: str, fault: str) -> Finding:
     """Return that a battery's voltage is not known; a fault that says what to do needs no other advice."""
-    return Finding.unchecked(what, fault, "" if ". " in fault or "; " in fault else UNTOLD)
+    return Finding.unchecked(what, fault, "" if ". " in fault or "; " in fault else UNREAD_REMEDY)
 
 
-def _judged(told: BatteryDescription, voltage: float) -> Finding:
-    limit = told.warn_below_v
+def _judge_voltage(description: BatteryDescription, voltage: float) -> Finding:
+    limit = description.warn_below_v
     if limit is None:
-        return Finding.ok(told.name, f"{voltage:.2f} V")
+        return Finding.ok(description.name, f"{voltage:.2f} V")
     if voltage < limit:
-        return Finding.warning(told.name, f"{voltage:.2f} V, and it is to be charged below {limit:g} V", CHARGE)
-    return Finding.ok(told.name, f"{voltage:.2f} V, to be charged below {limit:g} V")
+        return Finding.warning(description.name, f"{voltage:.2f} V, and it is to be charged below {limit:g} V", CHARGE)
+    return Finding.ok(description.name, f"{voltage:.2f} V, to be charged below {limit:g} V")
 
 
-def described(
+def check_description(
     robot: RobotDescription,
-    fit: Callable[[], Sequence[Fitting]],
-    count_parts: Callable[[Sequence[Fitting]], str],
-) -> Generator[Finding, None, Sequence[Fitting] | None]:
+    bind: Callable[[], Sequence[DeviceBinding]],
+    count_parts: Callable[[Sequence[DeviceBinding]], str],
+) -> Generator[Finding, None, Sequence[DeviceBinding] | None]:
     """Yield what is wrong with the file, or that it is right, how much it has, and what of it may do harm.
 
     Returns the devices as they are fitted, None where the file is wrong.
     """
     try:
-        fittings = fit()
+        fittings = bind()
     except DescriptionError as error:
         for each in (error, *error.others):
             yield Finding.error("robot", f"{each.key}: {each.fault}", each.remedy)

@@ -92,7 +92,7 @@ class Shared:
         self._opened.close()
 
 
-ToldT = TypeVar("ToldT", bound=StrictModel)
+DescriptionT = TypeVar("DescriptionT", bound=StrictModel)
 SettingsT = TypeVar("SettingsT", bound=StrictModel)
 
 
@@ -114,7 +114,7 @@ class Host:
     owner: int | None = field(default_factory=os.getpid)
 
 
-class DeviceDriver(ABC, Generic[ToldT, SettingsT]):
+class DeviceDriver(ABC, Generic[DescriptionT, SettingsT]):
     """Opens devices of one kind, on one kind of hardware; found by name in the entry-point group `robotcore.devices`.
 
     ``described`` is the description it takes, ``settings`` the model of what a robot's file says beside ``driver``.
@@ -137,18 +137,18 @@ class DeviceDriver(ABC, Generic[ToldT, SettingsT]):
     tells_direction: ClassVar[bool] = False
 
     @abstractmethod
-    def open(self, told: ToldT, settings: SettingsT, host: Host) -> Device:
+    def open(self, description: DescriptionT, settings: SettingsT, host: Host) -> Device:
         """Open a device, a sensor with its first sample in hand.
 
         Raises DeviceError, by the device's name, with what to do; what was opened by then is closed again.
         """
 
-    def check(self, told: ToldT, settings: SettingsT, robot: RobotDescription) -> None:
+    def check(self, description: DescriptionT, settings: SettingsT, robot: RobotDescription) -> None:
         """Raise ValueError, the fault, a semicolon and the remedy, where the settings do not fit the robot."""
 
     def check_beside(
         self,
-        told: ToldT,
+        description: DescriptionT,
         settings: SettingsT,
         robot: RobotDescription,
         drivers: Mapping[str, DeviceDriver[Any, Any]],
@@ -162,7 +162,7 @@ class DeviceDriver(ABC, Generic[ToldT, SettingsT]):
         """Return where its wires go."""
         return ()
 
-    def notes(self, told: ToldT, settings: SettingsT) -> Sequence[str]:
+    def notes(self, description: DescriptionT, settings: SettingsT) -> Sequence[str]:
         """Return what whoever connects it must know besides, in whole sentences."""
         return ()
 
@@ -170,7 +170,7 @@ class DeviceDriver(ABC, Generic[ToldT, SettingsT]):
         """Return what may do harm as it is connected, in whole sentences: what, then what to do."""
         return ()
 
-    def cutoffs(self, told: ToldT, settings: SettingsT, host: Host) -> Sequence[CutoffSpec]:
+    def cutoffs(self, description: DescriptionT, settings: SettingsT, host: Host) -> Sequence[CutoffSpec]:
         """Return how another process stops it, where it turns something.
 
         Asked once it is open, for the guardian, and for `robotcore stop` where nothing is: the host then has no
@@ -180,16 +180,16 @@ class DeviceDriver(ABC, Generic[ToldT, SettingsT]):
 
 
 @dataclass(frozen=True)
-class Fitting:
+class DeviceBinding:
     """One device: what it is, which driver opens it, and how it is connected."""
 
-    told: AnyDevice
+    description: AnyDevice
     driver: DeviceDriver[Any, Any]
     settings: StrictModel
 
     @property
     def name(self) -> str:
-        return self.told.name
+        return self.description.name
 
     @property
     def connections(self) -> tuple[Connection, ...]:
@@ -202,12 +202,12 @@ class Fitting:
     @property
     def notes(self) -> tuple[str, ...]:
         """What whoever connects it must know, at last what may do harm."""
-        return (*self.driver.notes(self.told, self.settings), *self.warnings)
+        return (*self.driver.notes(self.description, self.settings), *self.warnings)
 
     def open(self, host: Host) -> Device:
         """Open the device; raises DeviceError, for what its driver has not translated too."""
         try:
-            return self.driver.open(self.told, self.settings, host)
+            return self.driver.open(self.description, self.settings, host)
         except RobotcoreError:
             raise
         except ImportError as error:
@@ -217,4 +217,4 @@ class Fitting:
 
     def cutoffs(self, host: Host) -> tuple[CutoffSpec, ...]:
         """Return how another process stops the device; see `DeviceDriver.cutoffs`."""
-        return tuple(self.driver.cutoffs(self.told, self.settings, host))
+        return tuple(self.driver.cutoffs(self.description, self.settings, host))

@@ -113,9 +113,14 @@ class ControlledMotor(DutyMotor):
     """
 
     def __init__(
-        self, told: MotorDescription, model: MotorModel, output: Output, control: VelocityControl, encoder: Encoder
+        self,
+        description: MotorDescription,
+        model: MotorModel,
+        output: Output,
+        control: VelocityControl,
+        encoder: Encoder,
     ) -> None:
-        super().__init__(told, model, output)
+        super().__init__(description, model, output)
         self._control, self._encoder = control, encoder
         self._asked = 0.0
         self._failure: DeviceError | None = None
@@ -171,40 +176,40 @@ class ControlledMotor(DutyMotor):
 
 
 def open_motor(
-    told: MotorDescription, model: MotorModel, control: Control | None, output: Callable[[], Output], host: Host
+    description: MotorDescription, model: MotorModel, control: Control | None, output: Callable[[], Output], host: Host
 ) -> Motor:
     """Return a motor on the ``output`` that is opened for it, held by its wheel's encoder where there is ``control``.
 
     Raises DeviceError where that encoder is not open.
     """
     if control is None:
-        return DutyMotor(told, model, output())
-    encoder, counts = _encoder_on(told.name, host)
-    controller = VelocityControl(control, model, told.lag_s, counts)
-    motor = ControlledMotor(told, model, output(), controller, encoder)
+        return DutyMotor(description, model, output())
+    encoder, counts = _encoder_on(description.name, host)
+    controller = VelocityControl(control, model, description.lag_s, counts)
+    motor = ControlledMotor(description, model, output(), controller, encoder)
     motor.begin(host.clock, control.period_s)
     return motor
 
 
 def require_drivable(
-    told: MotorDescription, model: MotorModel, control: Control | None, robot: RobotDescription
+    description: MotorDescription, model: MotorModel, control: Control | None, robot: RobotDescription
 ) -> None:
     """Raise ValueError, the fault, a semicolon and the remedy, where a motor cannot be driven so by duties.
 
     By its model the wheel cannot turn so fast, or it has no encoder by which it could be controlled.
     """
-    _require_reach(told, model)
+    _require_reach(description, model)
     if control:
-        _require_encoder(told.name, robot)
+        _require_encoder(description.name, robot)
 
 
-def _require_reach(told: MotorDescription, model: MotorModel) -> None:
+def _require_reach(description: MotorDescription, model: MotorModel) -> None:
     for direction, word in ((1, "forward"), (-1, "backward")):
-        if (reach := model.reach(direction)) < told.max_velocity_rad_s:
+        if (reach := model.reach(direction)) < description.max_velocity_rad_s:
             raise ValueError(
                 f"by its model the wheel turns {word} at {reach:.3g} rad/s at most, and max_velocity_rad_s of "
-                f"{told.name} is {told.max_velocity_rad_s:g}; lower that, or correct model.{word}_rad_s or "
-                "model.max_duty"
+                f"{description.name} is {description.max_velocity_rad_s:g}; lower that, or correct "
+                f"model.{word}_rad_s or model.max_duty"
             )
 
 
@@ -222,4 +227,6 @@ def _encoder_on(motor: str, host: Host) -> tuple[Encoder, int]:
     encoder = host.opened.get(name or "")
     if not isinstance(encoder, Encoder):
         raise DeviceError(motor, f"cannot be controlled without the encoder {name!r}, which is not open. Open it too")
-    return encoder, next(told.counts_per_turn for told in host.robot.all_of(EncoderDescription) if told.name == name)
+    return encoder, next(
+        description.counts_per_turn for description in host.robot.all_of(EncoderDescription) if description.name == name
+    )

@@ -78,8 +78,8 @@ class Output(ABC):
 class DutyMotor(Motor):
     """Sends the duty that, by the motor's model, makes the velocity asked for; each command, also one like the last."""
 
-    def __init__(self, told: MotorDescription, model: MotorModel, output: Output) -> None:
-        super().__init__(told.name, told.max_velocity_rad_s)
+    def __init__(self, description: MotorDescription, model: MotorModel, output: Output) -> None:
+        super().__init__(description.name, description.max_velocity_rad_s)
         self._model, self._output = model, output
         self._direction = 1
 

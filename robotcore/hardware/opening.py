@@ -23,8 +23,8 @@ from robotcore.hal.devices import Device, MemoryDisplay
 from robotcore.hal.robot import Robot
 from robotcore.hal.truth import TruthSource
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.hardware.binding import fit
-from robotcore.hardware.driver import Fitting, Host
+from robotcore.hardware.binding import bind_devices
+from robotcore.hardware.driver import DeviceBinding, Host
 
 _ORDER = (EncoderDescription, RangeSensorDescription, CameraDescription, DisplayDescription, BatteryDescription)
 
@@ -43,8 +43,8 @@ def open_robot(
 
     Those that are ``opened`` already are taken as they are; a display that the section does not tell of is kept in
     memory, and a battery that cannot be opened is left out, with a note: nobody drives by it. When all are closed, also
-    where opening fails, what they share is, and then ``release`` lets go of what they are on. Raises what `fit` and
-    `open_devices` raise.
+    where opening fails, what they share is, and then ``release`` lets go of what they are on. Raises what
+    `bind_devices` and `open_devices` raise.
     """
     opened = dict(opened)
     host = Host(setup.robot, clock, pins, opened)
@@ -52,7 +52,7 @@ def open_robot(
         beneath = undo.enter_context(ExitStack())
         beneath.callback(release)
         beneath.callback(host.shared.close)
-        fittings = fit(setup.robot, section, setup.devices - opened.keys())
+        fittings = bind_devices(setup.robot, section, setup.devices - opened.keys())
         notes = open_devices(fittings, host, opened)
         for device in opened.values():
             undo.callback(device.close)
@@ -65,13 +65,13 @@ def open_robot(
     return robot
 
 
-def unopened_cutoffs(robot: RobotDescription, fittings: Iterable[Fitting]) -> tuple[CutoffSpec, ...]:
+def static_cutoffs(robot: RobotDescription, fittings: Iterable[DeviceBinding]) -> tuple[CutoffSpec, ...]:
     """Return how to stop devices that this process has not opened: a backend's answer to `Backend.cutoffs`."""
     host = Host(robot, MonotonicClock(), owner=None)
     return tuple(cutoff for fitting in fittings for cutoff in fitting.cutoffs(host))
 
 
-def open_devices(fittings: Iterable[Fitting], host: Host, opened: dict[str, Device]) -> Sequence[str]:
+def open_devices(fittings: Iterable[DeviceBinding], host: Host, opened: dict[str, Device]) -> Sequence[str]:
     """Open every device into ``opened``, which the host shows to those that come later: motors last.
 
     Every device is tried; where one fails, all are closed again. Raises the DeviceError, or DeviceGroupError with all
@@ -84,7 +84,7 @@ def open_devices(fittings: Iterable[Fitting], host: Host, opened: dict[str, Devi
             try:
                 device = fitting.open(host)
             except DeviceError as failure:
-                if isinstance(fitting.told, BatteryDescription):
+                if isinstance(fitting.description, BatteryDescription):
                     notes.append(f"{failure}. Nobody is told its voltage")
                 else:
                     failures.append(failure)
@@ -102,11 +102,11 @@ def open_devices(fittings: Iterable[Fitting], host: Host, opened: dict[str, Devi
 
 def _in_order(setup: Setup, opened: Mapping[str, Device]) -> Iterator[Device]:
     """Yield the devices in the order of the file; a display that nothing opened is kept in memory."""
-    for told in setup.chosen:
-        if told.name in opened:
-            yield opened[told.name]
-        elif isinstance(told, DisplayDescription):
-            yield MemoryDisplay(told.name)
+    for description in setup.chosen:
+        if description.name in opened:
+            yield opened[description.name]
+        elif isinstance(description, DisplayDescription):
+            yield MemoryDisplay(description.name)
 
 
 def _close(device: Device, failures: list[Exception]) -> None:
@@ -116,8 +116,8 @@ def _close(device: Device, failures: list[Exception]) -> None:
         failures.append(failure)
 
 
-def _rank(fitting: Fitting) -> int:
-    return next((rank for rank, kind in enumerate(_ORDER) if isinstance(fitting.told, kind)), len(_ORDER))
+def _rank(fitting: DeviceBinding) -> int:
+    return next((rank for rank, kind in enumerate(_ORDER) if isinstance(fitting.description, kind)), len(_ORDER))
 
 
 def encoder_of(motor: str, robot: RobotDescription) -> str | None:

@@ -10,13 +10,13 @@ from robotcore.errors import DeviceError
 from robotcore.hal.devices import Range, SampleT
 
 
-class Newest(Generic[SampleT]):
+class LatestSample(Generic[SampleT]):
     """Hands out the sample that was put in last, or raises why there is none; whichever came last.
 
     One thread puts, others get.
 
     >>> from robotcore.hal.devices import Range
-    >>> newest = Newest("nose", Range(0.5, time=0.0, sequence=0))
+    >>> newest = LatestSample("nose", Range(0.5, time=0.0, sequence=0))
     >>> newest.fail(OSError("unplugged"))
     >>> newest.put(Range(0.4, time=0.2, sequence=1))
     >>> newest.get().distance
@@ -54,51 +54,51 @@ NOTHING_YET = (
 """What is wrong with a sensor that is open and has no sample yet."""
 
 
-class Findings:
+class RangeSampler:
     """Makes samples of what a sensor's measurements say; ``newest`` has the last of them, or why it failed.
 
     A measurement that found nothing may have missed something: it gives no sample. A row of ``echo_free_cycles`` such
     ones vouches for nothing in range; where it is 0, none does. Times are of the robot's clock.
     """
 
-    def __init__(self, told: RangeSensorDescription, echo_free_cycles: int) -> None:
-        self.newest: Newest[Range] = Newest(told.name, DeviceError(told.name, NOTHING_YET))
-        self.has_told = False
+    def __init__(self, description: RangeSensorDescription, echo_free_cycles: int) -> None:
+        self.newest: LatestSample[Range] = LatestSample(description.name, DeviceError(description.name, NOTHING_YET))
+        self.has_result = False
         """Whether there has been a sample, or a failure."""
-        self._told, self._echo_free_cycles = told, echo_free_cycles
+        self._description, self._echo_free_cycles = description, echo_free_cycles
         self._last: Range | None = None
         self._empty = 0
 
-    def found(self, distance: float, time: float) -> None:
+    def add_distance(self, distance: float, time: float) -> None:
         """Take a distance in metres; `inf` is something out of range."""
         self._empty = 0
-        is_near = distance <= self._told.max_range_m
-        self._tell(max(distance, self._told.min_range_m) if is_near else math.inf, time)
+        is_near = distance <= self._description.max_range_m
+        self._put(max(distance, self._description.min_range_m) if is_near else math.inf, time)
 
-    def nothing(self, time: float) -> None:
+    def add_no_echo(self, time: float) -> None:
         """Take a measurement that found nothing."""
         self._empty += 1
         if 0 < self._echo_free_cycles <= self._empty:
-            self._tell(math.inf, time)
+            self._put(math.inf, time)
 
-    def unclear(self) -> None:
+    def add_unclear(self) -> None:
         """Take a measurement that says neither."""
         self._empty = 0
 
-    def failed(self, error: Exception) -> None:
+    def fail(self, error: Exception) -> None:
         """Let the sensor fail, until it works again."""
         self._empty = 0
-        self.has_told = True
+        self.has_result = True
         self.newest.fail(error)
 
-    def recovered(self) -> None:
+    def clear_failure(self) -> None:
         """Take a failure back, if there was one: the newest sample is the one before it, and as old as it is."""
         if self._last:
             self.newest.put(self._last)
 
-    def _tell(self, distance: float, time: float) -> None:
+    def _put(self, distance: float, time: float) -> None:
         self._last = Range(distance, time, self._last.sequence + 1 if self._last else 0)
-        self.has_told = True
+        self.has_result = True
         self.newest.put(self._last)
 
 

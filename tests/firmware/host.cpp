@@ -15,16 +15,16 @@ struct Understood {
 LineReader *reader() { return new LineReader; }
 void dropReader(LineReader *reader) { delete reader; }
 Understood take(LineReader *reader, char byte) {
-  Understood told{};
-  told.ended = reader->take(byte);
+  Understood understood{};
+  understood.ended = reader->take(byte);
   Command command{};
-  if (told.ended != LineReader::LINE) return told;
-  told.isCommand = parse(reader->text(), command);
-  told.name = command.name;
-  told.count = command.count;
-  told.summed = command.summed;
-  for (int i = 0; i < 4; ++i) told.args[i] = command.args[i];
-  return told;
+  if (understood.ended != LineReader::LINE) return understood;
+  understood.isCommand = parse(reader->text(), command);
+  understood.name = command.name;
+  understood.count = command.count;
+  understood.summed = command.summed;
+  for (int i = 0; i < 4; ++i) understood.args[i] = command.args[i];
+  return understood;
 }
 
 int32_t counted(const uint8_t *levels, int32_t length) {

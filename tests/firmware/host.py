@@ -63,10 +63,10 @@ class Firmware:
         """Return what each line that ends in these bytes is: a command, or None."""
         reader = self._c.reader()
         try:
-            told = [self._c.take(reader, bytes([byte])) for byte in data]
+            understood = [self._c.take(reader, bytes([byte])) for byte in data]
         finally:
             self._c.dropReader(reader)
-        return [_command(line) for line in told if line.ended != NOTHING]
+        return [_command(line) for line in understood if line.ended != NOTHING]
 
     def pluralize(self, levels: Iterable[int]) -> int:
         """Return the count of an encoder whose two levels were these, A in bit 1 and B in bit 0."""
@@ -112,10 +112,10 @@ class SpeedControl:
         self._c.dropKept(self._it)
 
 
-def _command(told: _Understood) -> Command | None:
-    if not told.isCommand:
+def _command(understood: _Understood) -> Command | None:
+    if not understood.isCommand:
         return None
-    return Command(chr(told.name), tuple(told.args[: told.count]), bool(told.summed))
+    return Command(chr(understood.name), tuple(understood.args[: understood.count]), bool(understood.summed))
 
 
 FRAME_S = 1 / 30

@@ -66,13 +66,13 @@ def test_small_errors_are_not_lost(firmware: Firmware) -> None:
 
 @given(
     gains=st.tuples(*[st.integers(0, 1000)] * 3, st.integers(1, 1000)),
-    told=st.lists(st.tuples(st.integers(-1000, 1000), st.integers(-(2**31), 2**31 - 1)), max_size=40),
+    steps=st.lists(st.tuples(st.integers(-1000, 1000), st.integers(-(2**31), 2**31 - 1)), max_size=40),
 )
-def test_no_wheel_is_ever_pushed_but_where_it_is_told_to_and_one_told_0_is_let_be(
-    firmware: Firmware, gains: tuple[int, int, int, int], told: list[tuple[int, int]]
+def test_no_wheel_is_ever_pushed_but_where_it_is_reported_to_and_one_reported_0_is_let_be(
+    firmware: Firmware, gains: tuple[int, int, int, int], steps: list[tuple[int, int]]
 ) -> None:
     control = firmware.speed_control(gains)
-    for target, counts in told:
+    for target, counts in steps:
         control.set_target(target)
         duty = control.step(counts)
         assert abs(duty) <= 255

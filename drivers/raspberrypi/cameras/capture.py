@@ -14,7 +14,7 @@ from robotcore.description import CameraDescription
 from robotcore.errors import DeviceError, ResourceError
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Camera, Frame, Image
-from robotcore.hardware import Newest
+from robotcore.hardware import LatestSample
 from robotcore.threads import start_thread
 
 RETRY_S, LONGEST_RETRY_S = 0.5, 2.0
@@ -50,7 +50,7 @@ class CapturingCamera(Camera):
         except BaseException:
             self._source.close()
             raise
-        self._frames = Newest(self.name, first)
+        self._frames = LatestSample(self.name, first)
         self._polling = self._clock.every(self._period, self._poll, f"{self.name}: pictures")
 
     def _newest(self) -> Frame:

@@ -19,8 +19,8 @@ from drivers.raspberrypi.doctor.ports import check_bus, check_cameras, check_per
 from drivers.raspberrypi.header import count_wires, on_header
 from robotcore.description import RobotDescription
 from robotcore.hal.finding import Check, Finding, findings_of
-from robotcore.hardware import Fitting, fit
-from robotcore.hardware.diagnosis import described
+from robotcore.hardware import DeviceBinding, bind_devices
+from robotcore.hardware.diagnosis import check_description
 
 ROOT = Path("/")
 
@@ -58,11 +58,11 @@ def devices(root: Path, robot: RobotDescription | None, section: str) -> Iterato
         yield from findings_of(_checks(root, fittings))
 
 
-def _described(robot: RobotDescription, section: str) -> Generator[Finding, None, Sequence[Fitting] | None]:
-    return described(robot, partial(fit, robot, section, None, on_header), count_wires)
+def _described(robot: RobotDescription, section: str) -> Generator[Finding, None, Sequence[DeviceBinding] | None]:
+    return check_description(robot, partial(bind_devices, robot, section, None, on_header), count_wires)
 
 
-def _checks(root: Path, fittings: Iterable[Fitting]) -> Iterator[tuple[str, Check]]:
+def _checks(root: Path, fittings: Iterable[DeviceBinding]) -> Iterator[tuple[str, Check]]:
     yield "pins", partial(check_pins, fittings)
     yield "I2C", partial(check_bus, root, fittings)
     yield "serial", partial(check_serial, root, fittings)

@@ -11,7 +11,7 @@ from drivers.raspberrypi.lg import header_driver
 from drivers.raspberrypi.pins import open_pins
 from robotcore.errors import BackendError, UsageError
 from robotcore.hal.finding import Finding
-from robotcore.hardware import Connection, Fitting
+from robotcore.hardware import Connection, DeviceBinding
 
 PINS = "pins"
 IN_USE = 1
@@ -34,7 +34,7 @@ def find_users(gpios: Collection[int]) -> dict[int, str]:
         lgpio.gpiochip_close(chip)
 
 
-def check_pins(fittings: Iterable[Fitting], users: Users = find_users) -> Iterator[Finding]:
+def check_pins(fittings: Iterable[DeviceBinding], users: Users = find_users) -> Iterator[Finding]:
     """Look whether every GPIO of these devices is free; those of a bus are the kernel's."""
     owners = {int(wire.where): fitting.name for fitting in fittings for wire in _gpio_wires(fitting)}
     held = users(sorted(owners)) if owners else {}
@@ -45,7 +45,7 @@ def check_pins(fittings: Iterable[Fitting], users: Users = find_users) -> Iterat
         yield Finding.ok(PINS, f"free: GPIO {', '.join(map(str, sorted(owners)))}")
 
 
-def _gpio_wires(fitting: Fitting) -> Iterator[Connection]:
+def _gpio_wires(fitting: DeviceBinding) -> Iterator[Connection]:
     wires = fitting.connections
     if not any(wire.bus == "I2C" for wire in wires):
         yield from (wire for wire in wires if wire.bus == "GPIO")

@@ -12,7 +12,7 @@ from drivers.raspberrypi.cameras.csi import OTHER_NUMPY
 from drivers.raspberrypi.doctor.board import model, read_text
 from drivers.raspberrypi.header import HEADER_PORTS
 from robotcore.hal.finding import Finding
-from robotcore.hardware import Fitting
+from robotcore.hardware import DeviceBinding
 
 PERMISSIONS = "permissions"
 GROUPS = {"gpio": ("gpiochip*", "GPIO pins"), "i2c": ("i2c-1", "the I2C bus"), "video": ("video*", "cameras")}
@@ -83,7 +83,7 @@ HEADER_ON = "sudo raspi-config nonint do_i2c 0, or dtparam=i2c_arm=on in /boot/f
 OTHER_ON = "Add dtoverlay=i2c{bus} to /boot/firmware/config.txt and restart; its pins are in overlays/README there"
 
 
-def check_bus(root: Path, fittings: Iterable[Fitting]) -> Iterator[Finding]:
+def check_bus(root: Path, fittings: Iterable[DeviceBinding]) -> Iterator[Finding]:
     """Look whether there is each bus that a device needs; they are off in a new system."""
     for number, names in sorted(_needed_buses(fittings).items()):
         if (root / f"dev/i2c-{number}").exists():
@@ -93,7 +93,7 @@ def check_bus(root: Path, fittings: Iterable[Fitting]) -> Iterator[Finding]:
             yield Finding.error(I2C, f"bus {number} is switched off, but {', '.join(names)} needs it", remedy)
 
 
-def _needed_buses(fittings: Iterable[Fitting]) -> dict[int, list[str]]:
+def _needed_buses(fittings: Iterable[DeviceBinding]) -> dict[int, list[str]]:
     """Return the devices on each bus, which an address names: ``0x29 on bus 1``."""
     needed: dict[int, list[str]] = {}
     for fitting in fittings:
@@ -114,7 +114,7 @@ DEBUG_PORT = "/dev/ttyAMA10"
 
 
 def check_serial(
-    root: Path, fittings: Iterable[Fitting], may_open: Callable[[Path], bool] = may_open
+    root: Path, fittings: Iterable[DeviceBinding], may_open: Callable[[Path], bool] = may_open
 ) -> Iterator[Finding]:
     """Look at each port that a device is on; what answers there is for the run to find out."""
     for place, names in _needed_ports(fittings).items():
@@ -124,7 +124,7 @@ def check_serial(
             yield _check_port(root, place, names, may_open)
 
 
-def _needed_ports(fittings: Iterable[Fitting]) -> dict[str, str]:
+def _needed_ports(fittings: Iterable[DeviceBinding]) -> dict[str, str]:
     """Return the ports, and which devices are on each, in words."""
     needed: dict[str, list[str]] = {}
     for fitting in fittings:
@@ -191,7 +191,7 @@ NO_CAMERA = (
 FROM_APT = "sudo apt install python3-picamera2, and make the venv with --system-site-packages"
 
 
-def check_cameras(root: Path, fittings: Iterable[Fitting]) -> Iterator[Finding]:
+def check_cameras(root: Path, fittings: Iterable[DeviceBinding]) -> Iterator[Finding]:
     """Look whether a robot's cameras are there: a sensor on the connector, the device file of any other one."""
     for fitting in fittings:
         for wire in fitting.connections:

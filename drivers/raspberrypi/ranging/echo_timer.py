@@ -9,7 +9,7 @@ from enum import Enum, auto
 from typing import Any
 
 from robotcore.errors import DeviceError
-from robotcore.hardware.polled import Findings
+from robotcore.hardware.polled import RangeSampler
 
 LONGEST_ECHO_S = 0.027
 """The module hears as far as 4 m, which takes 26 ms at −40 °C; what takes longer may be no echo.
@@ -40,7 +40,7 @@ class EchoTimer:
     """
 
     def __init__(
-        self, device: str, findings: Findings, speed: float, cycle_s: float, elapsed: Callable[[Any, Any], float]
+        self, device: str, findings: RangeSampler, speed: float, cycle_s: float, elapsed: Callable[[Any, Any], float]
     ) -> None:
         self.ended = threading.Event()
         """Set when nothing more is to come in this cycle."""
@@ -59,9 +59,9 @@ class EchoTimer:
             self._waited = 0
             self._unanswered = self._unanswered + 1 if self._echo is _Echo.AWAITED else 0
             if self._echo is not _Echo.OVER:  # it did not rise, or an edge was lost
-                self._findings.unclear()
+                self._findings.add_unclear()
             if self._unanswered >= UNANSWERED_CYCLES:
-                self._findings.failed(DeviceError(self._device, _UNANSWERED))
+                self._findings.fail(DeviceError(self._device, _UNANSWERED))
             self._time, self._triggered, self._echo = time, ticks, _Echo.AWAITED
             self.ended.clear()
 
@@ -72,14 +72,14 @@ class EchoTimer:
             self.ended.clear()
             if self._waited * self._cycle_s > STUCK_S:
                 self._echo = _Echo.OVER
-                self._findings.failed(DeviceError(self._device, _STUCK))
+                self._findings.fail(DeviceError(self._device, _STUCK))
 
     def edge(self, ticks: Any, is_high: bool) -> None:  # noqa: FBT001  gpiozero's pins call it so
         """Take an edge of the echo; one from before the trigger, or after the pulse, says nothing."""
         with self._lock:
             if self._echo is _Echo.OVER or self._elapsed(ticks, self._triggered) < 0:
                 return
-            self._findings.recovered()
+            self._findings.clear_failure()
             if is_high and self._echo is _Echo.AWAITED:
                 self._risen, self._echo = ticks, _Echo.HIGH
                 return
@@ -91,7 +91,7 @@ class EchoTimer:
     def fail(self, error: Exception) -> None:
         """Let the sensor fail, until it is heard again."""
         with self._lock:
-            self._findings.failed(error)
+            self._findings.fail(error)
 
     def stop(self) -> None:
         """Take no edge any more."""
@@ -101,11 +101,11 @@ class EchoTimer:
     def _classify(self, pulse: float) -> None:
         """Tell what a pulse of that many seconds says; it is NaN where an edge of it is missing."""
         if 0 <= pulse <= LONGEST_ECHO_S:
-            self._findings.found(pulse * self._speed / 2, self._time)
+            self._findings.add_distance(pulse * self._speed / 2, self._time)
         elif SILENCE_S <= pulse <= STUCK_S:
-            self._findings.nothing(self._time)
+            self._findings.add_no_echo(self._time)
         else:
-            self._findings.unclear()
+            self._findings.add_unclear()
 
 
 _UNANSWERED = "does not answer its trigger; look at its 5 V and its ground, and whether trigger and echo are swapped"

@@ -12,7 +12,7 @@ from drivers.raspberrypi.ranging.echo_timer import EchoTimer
 from robotcore.description import RangeSensorDescription
 from robotcore.hal.clock import Clock, PeriodicTask
 from robotcore.hal.devices import Range, RangeSensor
-from robotcore.hardware.polled import Findings
+from robotcore.hardware.polled import RangeSampler
 
 
 class Sonar(RangeSensor):
@@ -21,7 +21,7 @@ class Sonar(RangeSensor):
     def __init__(
         self,
         description: RangeSensorDescription,
-        findings: Findings,
+        findings: RangeSampler,
         timer: EchoTimer,
         pins: EchoPins,
         clock: Clock,
@@ -47,7 +47,7 @@ class Sonar(RangeSensor):
         for _ in range(first_cycles):
             self._cycle()
             self._timer.ended.wait(self._cycle_s)
-            if self._findings.has_told:
+            if self._findings.has_result:
                 break
         self._newest()
         self._stopping.callback(self._scheduler.leave, self._cycle)

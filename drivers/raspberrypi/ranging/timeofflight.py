@@ -26,7 +26,7 @@ from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hardware import Connection, DeviceDriver, Host
-from robotcore.hardware.polled import Findings, require_timely
+from robotcore.hardware.polled import RangeSampler, require_timely
 
 _HEADER_BUS, _SDA, _SCL = 1, 2, 3
 """Source: https://pinout.xyz/pinout/i2c."""
@@ -82,7 +82,7 @@ class TimeOfFlight(DeviceDriver[RangeSensorDescription, TimeOfFlightSettings]):
         chip_address = ChipAddress(description.name, settings.bus, settings.address)
         connect = partial(I2CChip, self.chip, chip_address, description.max_range_m)
         with ExitStack() as undo:
-            lidar = Lidar(description, Findings(description, settings.echo_free_cycles), connect, host.clock)
+            lidar = Lidar(description, RangeSampler(description, settings.echo_free_cycles), connect, host.clock)
             undo.callback(lidar.close)
             lidar.start(settings.cycle_s, settings.echo_free_cycles + _MORE_CYCLES)
             undo.pop_all()
@@ -119,7 +119,7 @@ class Lidar(RangeSensor):
     """
 
     def __init__(
-        self, description: RangeSensorDescription, findings: Findings, connect: Callable[[], I2CChip], clock: Clock
+        self, description: RangeSensorDescription, findings: RangeSampler, connect: Callable[[], I2CChip], clock: Clock
     ) -> None:
         super().__init__(
             description.name,
@@ -139,7 +139,7 @@ class Lidar(RangeSensor):
         never = threading.Event()
         for _ in range(first_cycles):
             self._poll()
-            if self._findings.has_told:
+            if self._findings.has_result:
                 break
             never.wait(cycle_s)
         self._newest()
@@ -150,7 +150,7 @@ class Lidar(RangeSensor):
             self._ask()
         except DeviceError as error:
             self._disconnect()
-            self._findings.failed(error)
+            self._findings.fail(error)
 
     def _ask(self) -> None:
         before, self._asked = self._asked, self._clock.now()
@@ -166,18 +166,18 @@ class Lidar(RangeSensor):
     def _classify(self, measurement: Measurement, time: float) -> None:
         if measurement.status is RangeStatus.BROKEN:
             raise DeviceError(self.name, "says that its laser is broken; switch its 3.3 V off and on, or replace it")
-        self._findings.recovered()
+        self._findings.clear_failure()
         match measurement.status:
             case RangeStatus.TARGET:
-                self._findings.found(measurement.distance, time)
+                self._findings.add_distance(measurement.distance, time)
             case RangeStatus.TOO_NEAR:
-                self._findings.found(0.0, time)
+                self._findings.add_distance(0.0, time)
             case RangeStatus.BEYOND:
-                self._findings.found(math.inf, time)
+                self._findings.add_distance(math.inf, time)
             case RangeStatus.NOTHING:
-                self._findings.nothing(time)
+                self._findings.add_no_echo(time)
             case _:
-                self._findings.unclear()
+                self._findings.add_unclear()
 
     def _disconnect(self) -> None:
         chip, self._chip = self._chip, None

@@ -15,7 +15,7 @@ from drivers.raspberrypi.ranging.sonar import EchoPins, Sonar, TriggerScheduler
 from robotcore.description import RangeSensorDescription, RobotDescription, StrictModel
 from robotcore.hal.devices import RangeSensor
 from robotcore.hardware import Connection, DeviceDriver, Host
-from robotcore.hardware.polled import Findings, require_timely
+from robotcore.hardware.polled import RangeSampler, require_timely
 
 REACH_M = 4.0
 """Source: HC-SR04 data sheet, ElecFreaks."""
@@ -86,7 +86,7 @@ class Ultrasonic(DeviceDriver[RangeSensorDescription, UltrasonicSettings]):
         return (LEVEL.format(echo=settings.echo),)
 
     def open(self, description: RangeSensorDescription, settings: UltrasonicSettings, host: Host) -> RangeSensor:
-        findings = Findings(description, settings.echo_free_cycles)
+        findings = RangeSampler(description, settings.echo_free_cycles)
         speed = speed_of_sound(settings.air_temperature_c)
         timer = EchoTimer(description.name, findings, speed, settings.cycle_s, host.pins.ticks_diff)
         pins = EchoPins(description.name, settings.trigger, settings.echo, host.pins)

@@ -56,7 +56,7 @@ class VirtualPiBackend(RaspberryPiBackend):
         fittings = find_unmodelled(self.fittings(setup.robot, setup.devices))
         return [
             f"{fitting.name}: its driver {fitting.driver.name!r} does not run on {self.name}; the simulator's own "
-            f"{fitting.told.kind.replace('_', ' ')} stands in"
+            f"{fitting.description.kind.replace('_', ' ')} stands in"
             for fitting in fittings
             if not isinstance(fitting.settings, SIMULATED)
         ]

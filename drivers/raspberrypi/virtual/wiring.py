@@ -23,7 +23,7 @@ from robotcore.description import AnyDevice, BatteryDescription, EncoderDescript
 from robotcore.hal.clock import MIN_PHYSICS_RATE_HZ, SteppedClock
 from robotcore.hal.devices import Encoder, Motor, RangeSensor
 from robotcore.hal.robot import Robot
-from robotcore.hardware import Fitting
+from robotcore.hardware import DeviceBinding
 
 MODELLED = (HBridgeSettings, PhaseEnableSettings, QuadratureSettings, PulsesSettings, UltrasonicSettings)
 """What `Bench.connect` knows, by the settings of its driver."""
@@ -41,10 +41,10 @@ class VirtualWiring:
     def __init__(self, simulated: Robot, pins: VirtualPins, is_lost: Callable[[], bool]) -> None:
         self._simulated, self._pins, self._is_lost = simulated, pins, is_lost
 
-    def connect(self, fitting: Fitting) -> bool:
+    def connect(self, fitting: DeviceBinding) -> bool:
         """Put a model on the other end of a device's pins; return whether there is one."""
         pin = self._pins.pin
-        match fitting.settings, fitting.told, self._simulated.devices[fitting.name]:
+        match fitting.settings, fitting.description, self._simulated.devices[fitting.name]:
             case HBridgeSettings() as on, _, Motor() as motor:
                 enable = None if on.enable is None else pin(on.enable)
                 wire_two_inputs(motor, on.model.velocity, pin(on.forward), pin(on.backward), enable)
@@ -68,23 +68,23 @@ class VirtualWiring:
         clock.every(step, disc.turn, "disc")
 
 
-def find_unmodelled(fittings: Iterable[Fitting]) -> list[Fitting]:
+def find_unmodelled(fittings: Iterable[DeviceBinding]) -> list[DeviceBinding]:
     """Return the devices for which the simulator's own stand in: their drivers do not run. It has no battery."""
     return [
         fitting
         for fitting in fittings
-        if not isinstance(fitting.settings, MODELLED) and not isinstance(fitting.told, BatteryDescription)
+        if not isinstance(fitting.settings, MODELLED) and not isinstance(fitting.description, BatteryDescription)
     ]
 
 
-def describe_hardware(fitting: Fitting) -> AnyDevice:
+def describe_hardware(fitting: DeviceBinding) -> AnyDevice:
     """Return a device as its hardware is, which tells more than is described.
 
     Each edge of an encoder, and walls beyond the maximum, for which an ultrasonic module has echoes too.
     """
-    match fitting.settings, fitting.told:
+    match fitting.settings, fitting.description:
         case EncoderSettings() as settings, EncoderDescription() as description:
             return description.model_copy(update={"counts_per_turn": settings.edges_per_turn(description)})
         case UltrasonicSettings(), description:
             return description.model_copy(update={"max_range_m": HEARD_M})
-    return fitting.told
+    return fitting.description

@@ -7,14 +7,14 @@ from abc import abstractmethod
 from collections.abc import Callable
 from typing import ClassVar, Generic, TypeVar
 
-from drivers.serial.boards.command import Command
+from drivers.serial.boards.command import CommandBuffer
 from drivers.serial.line import Line
-from drivers.serial.protocol import Talk
+from drivers.serial.protocol import Protocol
 from robotcore.errors import DeviceError
 from robotcore.hardware import Host
 
 
-class BoardTalk(Talk):
+class BoardProtocol(Protocol):
     """A conversation with one board that answers, or tells by itself.
 
     A board that has told nothing for longer than `silence_s` is lost. What it was told is forgotten then, and once more
@@ -26,7 +26,7 @@ class BoardTalk(Talk):
 
     def __init__(self, baud: int) -> None:
         self.baud, self.is_ready = baud, False
-        self.command = Command()
+        self.command = CommandBuffer()
         self._timeouts_s: list[float] = []
         self._heard_at = -math.inf
 
@@ -64,11 +64,11 @@ class BoardTalk(Talk):
     def _lose(self, now: float) -> None:
         """Know that the board is gone, or was reset."""
         self.is_ready = False
-        self.command.forget()
+        self.command.clear()
 
     def _meet(self) -> None:
         """Know that the board is there; it stands until it is told anew."""
-        self.command.forget()
+        self.command.clear()
         self.is_ready = True
 
 
@@ -81,27 +81,27 @@ def stops_after(timeout_s: float) -> str:
     return f"The board stops its motors by itself {timeout_s:g} s after the last command that it heard."
 
 
-TalkT = TypeVar("TalkT", bound=Talk)
+ProtocolT = TypeVar("ProtocolT", bound=Protocol)
 
 
-class Board(Generic[TalkT]):
+class Board(Generic[ProtocolT]):
     """What the devices of a board have in common; opened when the first asks for it, closed when all are closed."""
 
-    def __init__(self, line: Line, talk: TalkT) -> None:
-        self.line, self.talk = line, talk
+    def __init__(self, line: Line, protocol: ProtocolT) -> None:
+        self.line, self.protocol = line, protocol
 
     def close(self) -> None:
         self.line.close()
 
 
-class AlsoOnItError(DeviceError):
+class SharedBoardError(DeviceError):
     """A device is on a board that could not be opened for another one, which tells why."""
 
 
-class _Attempt(Generic[TalkT]):
+class _Attempt(Generic[ProtocolT]):
     """A board that was opened, or not: who comes later need not wait for it too."""
 
-    def __init__(self, device: str, board: Board[TalkT] | None, failure: DeviceError | None = None) -> None:
+    def __init__(self, device: str, board: Board[ProtocolT] | None, failure: DeviceError | None = None) -> None:
         self.device, self.board, self.failure = device, board, failure
 
     def close(self) -> None:
@@ -110,26 +110,26 @@ class _Attempt(Generic[TalkT]):
 
 
 def open_board(
-    device: str, place: str, kind: type[TalkT], make: Callable[[], TalkT], host: Host, answer_s: float
-) -> Board[TalkT]:
+    device: str, place: str, kind: type[ProtocolT], make: Callable[[], ProtocolT], host: Host, answer_s: float
+) -> Board[ProtocolT]:
     """Return the board at a place, opened if no device has asked for it; ``make`` makes its talk.
 
     It is waited ``answer_s`` seconds for the first answer. Raises DeviceError by the device's name; what is wrong is
     told by the device that asked first.
     """
 
-    def attempted() -> _Attempt[TalkT]:
-        talk = make()
-        line = Line(place, talk, host.clock)
+    def attempted() -> _Attempt[ProtocolT]:
+        protocol = make()
+        line = Line(place, protocol, host.clock)
         try:
             line.open(device, answer_s)
         except DeviceError as failure:
             return _Attempt(device, None, failure)
-        return _Attempt(device, Board(line, talk))
+        return _Attempt(device, Board(line, protocol))
 
     attempt = host.shared.take(_Attempt, (kind, place), attempted)
     if attempt.board:
         return attempt.board
     if attempt.failure and attempt.device == device:
         raise attempt.failure
-    raise AlsoOnItError(device, f"is on {place} too, which could not be opened for {attempt.device}")
+    raise SharedBoardError(device, f"is on {place} too, which could not be opened for {attempt.device}")

@@ -8,17 +8,17 @@ from typing import NamedTuple
 
 from drivers.serial.driver import Side
 
-GATHERING_S = 0.001
+GATHER_S = 0.001
 """So long a command to one motor waits for the other's of the same tick, that both go in one frame."""
 
-OLD_S = 0.25
+MAX_AGE_S = 0.25
 """What was not sent by then turns nothing any more: the program was suspended, and the motor stopped meanwhile."""
 
-AGAIN_S = 0.1
+STOP_REPEAT_S = 0.1
 """So often boards that acknowledge nothing are told again that they stand."""
 
 
-class Told(NamedTuple):
+class WheelCommand(NamedTuple):
     """What the left and the right motor are told, in the board's own unit; positive is forward."""
 
     left: float = 0.0
@@ -30,41 +30,43 @@ class Told(NamedTuple):
         return not (self.left or self.right)
 
 
-class Command:
+class CommandBuffer:
     """The newest command to both motors of a board; whoever tells one replaces what was not sent yet.
 
     A command is taken once for each time that a motor was told, so that the board's own time-out counts the app's
     silence. A frame has both motors, and that of the other one does not keep a motor turning: it stands in it when it
-    was told nothing for as long as the board's time-out, as it would alone on the board; and for `OLD_S` where the
+    was told nothing for as long as the board's time-out, as it would alone on the board; and for `MAX_AGE_S` where the
     frame is to stop the other one, lest it turn again.
 
-    >>> command = Command()
-    >>> command.tell("left", 2.0, now=0.0)
+    >>> command = CommandBuffer()
+    >>> command.set("left", 2.0, now=0.0)
     >>> command.take(now=0.0, timeout_s=0.5), command.next_due
     (None, 0.001)
-    >>> command.tell("right", 3.0, now=0.0)
+    >>> command.set("right", 3.0, now=0.0)
     >>> command.take(now=0.0, timeout_s=0.5), command.take(now=1.0, timeout_s=0.5)
     (Told(left=2.0, right=3.0), None)
     """
 
     def __init__(self) -> None:
         self._lock = Lock()
-        self._told = Told()
-        self._told_at: dict[Side, float] = {}
+        self._newest = WheelCommand()
+        self._set_at: dict[Side, float] = {}
         self._fresh: set[Side] = set()
         self._due = math.inf
         self._sent_at = -math.inf
 
-    def tell(self, side: Side, value: float, now: float) -> None:
+    def set(self, side: Side, value: float, now: float) -> None:
         """Tell one motor; the other one keeps what it was told last."""
         with self._lock:
-            self._told = Told(value, self._told.right) if side == "left" else Told(self._told.left, value)
-            self._told_at[side] = now
+            self._newest = (
+                WheelCommand(value, self._newest.right) if side == "left" else WheelCommand(self._newest.left, value)
+            )
+            self._set_at[side] = now
             self._fresh.add(side)
-            is_complete = self._told.stops or len(self._fresh) > 1
-            self._due = min(self._due, now if is_complete else now + GATHERING_S)
+            is_complete = self._newest.stops or len(self._fresh) > 1
+            self._due = min(self._due, now if is_complete else now + GATHER_S)
 
-    def take(self, now: float, timeout_s: float) -> Told | None:
+    def take(self, now: float, timeout_s: float) -> WheelCommand | None:
         """Return what is to be sent now, None where it was taken already or is still being gathered.
 
         ``timeout_s`` is the board's own time-out.
@@ -72,32 +74,32 @@ class Command:
         with self._lock:
             if now < self._due:
                 return None
-            self._told = Told(self._in_force("left", now, timeout_s), self._in_force("right", now, timeout_s))
+            self._newest = WheelCommand(self._in_force("left", now, timeout_s), self._in_force("right", now, timeout_s))
             self._fresh.clear()
             self._due, self._sent_at = math.inf, now
-            return self._told
+            return self._newest
 
-    def again(self, now: float) -> Told | None:
-        """Return the stop, where both stand and were told so `AGAIN_S` ago: that may have been lost in noise.
+    def repeat_stop(self, now: float) -> WheelCommand | None:
+        """Return the stop, where both stand and were told so `STOP_REPEAT_S` ago: that may have been lost in noise.
 
         None where it is not time yet, or one turns: the board's own time-out counts from what the app told.
         """
         with self._lock:
-            if not self._told.stops or now < self._sent_at + AGAIN_S:
+            if not self._newest.stops or now < self._sent_at + STOP_REPEAT_S:
                 return None
             self._sent_at = now
-            return self._told
+            return self._newest
 
-    def forget(self) -> None:
+    def clear(self) -> None:
         """Forget what was told: nothing is sent, and both stand, until one is told anew."""
         with self._lock:
-            self._told, self._due = Told(), math.inf
+            self._newest, self._due = WheelCommand(), math.inf
             self._fresh.clear()
 
     @property
-    def told(self) -> Told:
+    def newest(self) -> WheelCommand:
         """What both were told last, sent or not."""
-        return self._told
+        return self._newest
 
     @property
     def next_due(self) -> float:
@@ -105,14 +107,14 @@ class Command:
         return self._due
 
     @property
-    def again_due(self) -> float:
-        """When `again` has something; `inf` where one turns."""
-        return self._sent_at + AGAIN_S if self._told.stops else math.inf
+    def repeat_due(self) -> float:
+        """When `repeat_stop` has something; `inf` where one turns."""
+        return self._sent_at + STOP_REPEAT_S if self._newest.stops else math.inf
 
     def _in_force(self, side: Side, now: float, timeout_s: float) -> float:
         turns_anew = any(self._value(fresh) for fresh in self._fresh)
-        lives_s = timeout_s if turns_anew and side not in self._fresh else OLD_S
-        return 0.0 if now - self._told_at.get(side, -math.inf) > lives_s else self._value(side)
+        lives_s = timeout_s if turns_anew and side not in self._fresh else MAX_AGE_S
+        return 0.0 if now - self._set_at.get(side, -math.inf) > lives_s else self._value(side)
 
     def _value(self, side: Side) -> float:
-        return self._told.left if side == "left" else self._told.right
+        return self._newest.left if side == "left" else self._newest.right

@@ -13,7 +13,7 @@ from select import poll, select
 from threading import RLock
 from typing import TYPE_CHECKING
 
-from drivers.serial.port import FAILURES, PortMissingError, holders, path_of, why_closed
+from drivers.serial.port import FAILURES, PortMissingError, describe_holders, explain_failure, find_path
 from robotcore.errors import BackendError, ResourceError
 from robotcore.hal.cutoff import Cutoff, CutoffSpec, Unconfirmed
 from robotcore.hal.wall_clock import MonotonicClock
@@ -66,13 +66,13 @@ class StopFrame(Cutoff):
         from serial import Serial
 
         try:
-            path = path_of(self._place)
+            path = find_path(self._place)
         except PortMissingError as error:
             raise BackendError(f"{error}; the board's own time-out has to stop it") from error
         try:
             self._serial = Serial(path, self._baud, timeout=0, write_timeout=WRITING_S)
         except FAILURES as error:
-            raise BackendError(why_closed(self._place, path, self._baud, error)) from error
+            raise BackendError(explain_failure(self._place, path, self._baud, error)) from error
         hung_up = poll()
         hung_up.register(self._serial.fileno(), 0)
         with suppress(ResourceError):  # without the thread the port is stopped all the same
@@ -102,7 +102,7 @@ class StopFrame(Cutoff):
 
     def _confirmed(self) -> str | None:
         """Return None where the board has answered, raise BackendError where it should have and did not."""
-        if who := holders(path_of(self._place)):
+        if who := describe_holders(find_path(self._place)):
             raise BackendError(
                 f"the stop was sent, but {self._place} is held by {who}, which may turn it again. End that program "
                 "(a run takes its guardian with it), and stop anew"
@@ -137,7 +137,7 @@ class StopFrame(Cutoff):
 
     def _is_there(self) -> bool:
         try:
-            path_of(self._place)
+            find_path(self._place)
         except PortMissingError:
             return False
         return True

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Generic
 
-from drivers.serial.boards.command import Command
+from drivers.serial.boards.command import CommandBuffer
 from drivers.serial.driver import Side
 from drivers.serial.line import Line
 from robotcore.description import MotorDescription
@@ -14,14 +14,14 @@ from robotcore.hal.devices import Angle, Battery, Encoder, Motor, SampleT, Senso
 from robotcore.hardware.motor_model import Output
 
 
-class Turning:
+class CountAccumulator:
     """Adds up what a board counts of one wheel, in the board's own unit, from the first count on.
 
     After `restart` the next count is taken to be where the last one was: what the wheel turned meanwhile nobody knows,
     and nothing is made up for it. ``wraps_at`` is how many counts the board's counter has before it begins anew, 2³²
     for a 32-bit one. One thread counts, others ask for the angle.
 
-    >>> turning = Turning(wraps_at=2**32)
+    >>> turning = CountAccumulator(wraps_at=2**32)
     >>> for time, count in enumerate((2**31 - 1, -(2**31) + 1)):
     ...     turning.count(count, time)
     >>> turning.angle(rad_per_unit=0.5)
@@ -61,18 +61,18 @@ class Turning:
 
 
 class BoardOutput(Output):
-    """One side of a board: what a motor sends goes there, in the unit of the board's `Command`.
+    """One side of a board: what a motor sends goes there, in the unit of the board's `CommandBuffer`.
 
     As it is, for a `DutyMotor`, it takes duties.
     """
 
-    def __init__(self, device: str, line: Line, command: Command, side: Side) -> None:
+    def __init__(self, device: str, line: Line, command: CommandBuffer, side: Side) -> None:
         self._device, self._line, self._command, self._side = device, line, command, side
 
     def turn(self, duty: float) -> None:
         """Have it sent; raises DeviceLostError, by the motor's name, where the line is lost."""
         self._line.require(self._device)
-        self._command.tell(self._side, duty, self._line.now())
+        self._command.set(self._side, duty, self._line.now())
         self._line.wake()
 
     def close(self) -> None:
@@ -83,8 +83,8 @@ class BoardOutput(Output):
 class BoardMotor(Motor):
     """A motor whose velocity its board holds; ``unit_per_rad_s`` is what the board is told for 1 rad/s."""
 
-    def __init__(self, told: MotorDescription, output: BoardOutput, unit_per_rad_s: float) -> None:
-        super().__init__(told.name, told.max_velocity_rad_s)
+    def __init__(self, description: MotorDescription, output: BoardOutput, unit_per_rad_s: float) -> None:
+        super().__init__(description.name, description.max_velocity_rad_s)
         self._output, self._unit_per_rad_s = output, unit_per_rad_s
 
     def _apply(self, rad_s: float) -> None:
@@ -95,35 +95,35 @@ class BoardMotor(Motor):
 
 
 class BoardSensor(Sensor[SampleT], Generic[SampleT]):
-    """Something that a board tells of by itself or is asked for all the time; ``tell`` returns what it told last.
+    """Something that a board tells of by itself or is asked for all the time; ``set`` returns what it told last.
 
     None is that it has not told anything yet. While the line is lost it is read no more, nor is what was told before.
     """
 
-    def __init__(self, name: str, line: Line, tell: Callable[[], SampleT | None]) -> None:
+    def __init__(self, name: str, line: Line, read_latest: Callable[[], SampleT | None]) -> None:
         super().__init__(name)
-        self._line, self._tell = line, tell
+        self._line, self._read_latest = line, read_latest
 
     def await_first(self, within_s: float) -> None:
         """Wait until there is a first sample; raises DeviceError where there is none in this time."""
-        self._line.wait_until(lambda: self._tell() is not None, self.name, within_s, self._untold)
+        self._line.wait_until(lambda: self._read_latest() is not None, self.name, within_s, self._no_sample_yet)
 
     def _newest(self) -> SampleT:
         self._line.require(self.name)
-        if (sample := self._tell()) is None:
-            raise DeviceError(self.name, self._untold)
+        if (sample := self._read_latest()) is None:
+            raise DeviceError(self.name, self._no_sample_yet)
         self._line.require_since_lost(self.name, sample.time)
         return sample
 
     @property
-    def _untold(self) -> str:
+    def _no_sample_yet(self) -> str:
         return f"the board on {self._line.place} has not told anything of it"
 
 
 class BoardEncoder(BoardSensor[Angle], Encoder):
     """A wheel whose turns a board counts; ``rad_per_unit`` is the angle of one of the board's counts."""
 
-    def __init__(self, name: str, line: Line, turning: Turning, rad_per_unit: float) -> None:
+    def __init__(self, name: str, line: Line, turning: CountAccumulator, rad_per_unit: float) -> None:
         super().__init__(name, line, lambda: turning.angle(rad_per_unit))
 
 

@@ -11,18 +11,18 @@ from pydantic import Field
 
 from drivers.serial.driver import PortSettings, SerialDriver
 from drivers.serial.line import Line
-from drivers.serial.protocol import Talk
+from drivers.serial.protocol import Protocol
 from drivers.serial.ranging.protocol import Parser, Reading, Seen
 from robotcore.description import RangeSensorDescription, RobotDescription
 from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hardware import Connection, Host
-from robotcore.hardware.polled import NOTHING_YET, Findings, require_timely
+from robotcore.hardware.polled import NOTHING_YET, RangeSampler, require_timely
 
 _FULL = 4000
 """Of what nobody reads the kernel keeps little more; what comes later is dropped. Source: Linux, N_TTY_BUF_SIZE."""
 
 
-class Listening(Talk):
+class TFminiProtocol(Protocol):
     """Tells the findings what the newest frame says; it is ready once two frames have come in a row.
 
     One that has said nothing for ``silence_s`` is lost, as a board is: its last sample is read no more.
@@ -31,14 +31,14 @@ class Listening(Talk):
     has its distance told, for when the others came nobody knows.
     """
 
-    def __init__(self, findings: Findings, baud: int, silence_s: float) -> None:
+    def __init__(self, findings: RangeSampler, baud: int, silence_s: float) -> None:
         self.baud, self.is_ready = baud, False
         self._findings, self._parser = findings, Parser()
         self._silence_s, self._heard_at = silence_s, -math.inf
 
     def begin(self, now: float) -> None:
         self.is_ready, self._parser = False, Parser()
-        self._findings.unclear()
+        self._findings.add_unclear()
 
     def receive(self, data: bytes, now: float) -> None:
         if not (readings := self._parser.feed(data)):
@@ -53,21 +53,21 @@ class Listening(Talk):
         return b""
 
     def unanswered(self, place: str, *, has_heard: bool = False) -> str:
-        told = _NO_FRAMES if self._parser.skipped else _SILENT
-        return told.format(heard=f"on {place} at {self.baud} baud", skipped=self._parser.skipped)
+        description = _NO_FRAMES if self._parser.skipped else _SILENT
+        return description.format(heard=f"on {place} at {self.baud} baud", skipped=self._parser.skipped)
 
     def _judge(self, readings: Sequence[Reading], now: float) -> None:
         """Tell the newest; one before it that has seen something ends a row in which nothing was found."""
         *before, newest = readings
         if any(reading.seen is not Seen.NOTHING for reading in before):
-            self._findings.unclear()
+            self._findings.add_unclear()
         match newest.seen:
             case Seen.TARGET:
-                self._findings.found(newest.distance, now)
+                self._findings.add_distance(newest.distance, now)
             case Seen.NOTHING:
-                self._findings.nothing(now)
+                self._findings.add_no_echo(now)
             case Seen.UNCLEAR:
-                self._findings.unclear()
+                self._findings.add_unclear()
 
 
 _NO_FRAMES = (
@@ -122,29 +122,29 @@ class TFmini(SerialDriver[RangeSensorDescription, TFminiSettings]):
     parts = ("tf-luna", "tfluna", "tfmini-s", "tfmini-plus", "benewake")
     supply = ("5 V", "ground")
 
-    def check(self, told: RangeSensorDescription, settings: TFminiSettings, robot: RobotDescription) -> None:
-        if told.max_range_m > FARTHEST_M:
+    def check(self, description: RangeSensorDescription, settings: TFminiSettings, robot: RobotDescription) -> None:
+        if description.max_range_m > FARTHEST_M:
             raise ValueError(
-                f"a TF-Luna sees as far as {FARTHEST_M:g} m, and max_range_m is {told.max_range_m:g}; lower it"
+                f"a TF-Luna sees as far as {FARTHEST_M:g} m, and max_range_m is {description.max_range_m:g}; lower it"
             )
-        if told.min_range_m < NEAREST_M:
+        if description.min_range_m < NEAREST_M:
             raise ValueError(
                 f"what is nearer than {NEAREST_M:g} m has no distance for a TFmini-S (TF-Luna: 0.2 m, TFmini: 0.3 m), "
-                f"and min_range_m is {told.min_range_m:g}; raise it"
+                f"and min_range_m is {description.min_range_m:g}; raise it"
             )
         require_timely(settings.echo_free_cycles, settings.cycle_s, robot)
 
     def connections(self, settings: TFminiSettings) -> Sequence[Connection]:
         return (Connection("port", "serial", settings.port, spoken=f"{settings.speaks} at {settings.speed} baud"),)
 
-    def notes(self, told: RangeSensorDescription, settings: TFminiSettings) -> Sequence[str]:
+    def notes(self, description: RangeSensorDescription, settings: TFminiSettings) -> Sequence[str]:
         return (_LEVEL, _UNIT)
 
-    def open(self, told: RangeSensorDescription, settings: TFminiSettings, host: Host) -> RangeSensor:
-        findings = Findings(told, settings.echo_free_cycles)
-        talk = Listening(findings, settings.speed, max(_SILENCE_S, _SILENT_CYCLES * settings.cycle_s))
-        line = Line(settings.port, talk, host.clock)
-        sensor = LightSensor(told, findings, line)
+    def open(self, description: RangeSensorDescription, settings: TFminiSettings, host: Host) -> RangeSensor:
+        findings = RangeSampler(description, settings.echo_free_cycles)
+        protocol = TFminiProtocol(findings, settings.speed, max(_SILENCE_S, _SILENT_CYCLES * settings.cycle_s))
+        line = Line(settings.port, protocol, host.clock)
+        sensor = LightSensor(description, findings, line)
         with ExitStack() as undo:
             undo.callback(sensor.close)
             sensor.start(settings.cycle_s * (settings.echo_free_cycles + _MORE_CYCLES))
@@ -155,14 +155,19 @@ class TFmini(SerialDriver[RangeSensorDescription, TFminiSettings]):
 class LightSensor(RangeSensor):
     """A sensor that tells its distances by itself; while its line is lost it is read no more."""
 
-    def __init__(self, told: RangeSensorDescription, findings: Findings, line: Line) -> None:
-        super().__init__(told.name, min_range=told.min_range_m, max_range=told.max_range_m, cone=told.cone_rad)
+    def __init__(self, description: RangeSensorDescription, findings: RangeSampler, line: Line) -> None:
+        super().__init__(
+            description.name,
+            min_range=description.min_range_m,
+            max_range=description.max_range_m,
+            cone=description.cone_rad,
+        )
         self._findings, self._line = findings, line
 
     def start(self, first_sample_s: float) -> None:
         """Open the line and see something within so many seconds; raises DeviceError."""
         self._line.open(self.name, _FIRST_FRAMES_S)
-        self._line.wait_until(lambda: self._findings.has_told, self.name, first_sample_s, NOTHING_YET)
+        self._line.wait_until(lambda: self._findings.has_result, self.name, first_sample_s, NOTHING_YET)
 
     def _newest(self) -> Range:
         self._line.require(self.name)

@@ -69,8 +69,8 @@ def wired(
     robot: RobotDescription, devices: Mapping[str, Mapping[str, Any]], port: Path, extra: tuple[Any, ...] = ()
 ) -> RobotDescription:
     """Return a robot with these devices alone, on one port; its drive where both motors are among them."""
-    kept = tuple(told for told in (*robot.devices, *extra) if told.name in devices)
-    section = {name: {"port": str(port), **told} for name, told in devices.items()}
+    kept = tuple(description for description in (*robot.devices, *extra) if description.name in devices)
+    section = {name: {"port": str(port), **description} for name, description in devices.items()}
     drive = robot.drive if {"left_motor", "right_motor"} <= devices.keys() else None
     if drive and "left_encoder" not in devices:
         drive = drive.model_copy(update={"left_encoder": None, "right_encoder": None})
@@ -82,10 +82,10 @@ class TickingBench(SerialBench):
 
     def open(self, setup: Setup) -> Robot:
         robot = super().open(setup)
-        told = {device: MotorSpy(device) for device in robot.devices.values() if isinstance(device, Motor)}
+        description = {device: MotorSpy(device) for device in robot.devices.values() if isinstance(device, Motor)}
 
         def tick() -> None:
-            for motor, spy in told.items():
+            for motor, spy in description.items():
                 if abs(spy.last) > 0:  # nothing was told where it is NaN
                     with suppress(DeviceError):  # the kit has cut its wire
                         motor.set_velocity(spy.last)

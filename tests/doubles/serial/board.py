@@ -16,7 +16,7 @@ class BoardDouble(ABC):
     """A board without its port. Times are in seconds, of the clock by which it runs."""
 
     @abstractmethod
-    def hear(self, data: bytes, now: float) -> bytes:
+    def receive(self, data: bytes, now: float) -> bytes:
         """Take what was sent to it, in any pieces; return what it answers at once."""
 
     def live(self, now: float, seconds: float) -> bytes:
@@ -45,7 +45,7 @@ class Powered:
         if self._pty.is_plugged_in and not self._was_plugged_in:
             self.board.begin(now)
         self._was_plugged_in = self._pty.is_plugged_in
-        said = self.board.live(now, now - self._last) + self.board.hear(self._heard(), now)
+        said = self.board.live(now, now - self._last) + self.board.receive(self._heard(), now)
         self._last = now
         if self._clock.is_lockstep:
             self._pty.say_all(said)
@@ -63,16 +63,16 @@ LAG_S = 0.05
 class Wheel:
     """Turns towards the velocity that it is told, with a first-order lag; rad and rad/s."""
 
-    told: float = 0.0
+    command: float = 0.0
     velocity: float = 0.0
     angle: float = 0.0
 
     def turn(self, seconds: float) -> None:
         """Let time pass."""
         kept = math.exp(-seconds / LAG_S)
-        lagging = self.velocity - self.told
-        self.angle += self.told * seconds + lagging * LAG_S * (1 - kept)
-        self.velocity = self.told + lagging * kept
+        lagging = self.velocity - self.command
+        self.angle += self.command * seconds + lagging * LAG_S * (1 - kept)
+        self.velocity = self.command + lagging * kept
 
 
 @dataclass
@@ -82,8 +82,8 @@ class Wheels:
     left: Wheel = field(default_factory=Wheel)
     right: Wheel = field(default_factory=Wheel)
 
-    def tell(self, left: float, right: float) -> None:
-        self.left.told, self.right.told = left, right
+    def set(self, left: float, right: float) -> None:
+        self.left.command, self.right.command = left, right
 
     def turn(self, seconds: float) -> None:
         self.left.turn(seconds)

@@ -51,20 +51,20 @@ class Hoverboard(BoardDouble):
         self.ignored = 0
         self.volts = 37.96
         self.is_mute = False
-        self._told = (0, 0)
+        self._command = (0, 0)
         self._unheard_loops = TIMEOUT_LOOPS
         self._inputs = Input(), Input()
         self._loops = 0
         self._next_loop: float | None = None
         self._is_enabled = False
 
-    def hear(self, data: bytes, now: float) -> bytes:
+    def receive(self, data: bytes, now: float) -> bytes:
         """Take what came between two pauses: eight bytes are a command, and anything else is nothing."""
         if len(data) == 8:
             start, steer, speed, checksum = struct.unpack("<HhhH", data)
             if start == 0xABCD and checksum == (start ^ steer & 0xFFFF ^ speed & 0xFFFF):
-                self._told, self._unheard_loops = (steer, speed), 0
-                self.heard.append(self._told)
+                self._command, self._unheard_loops = (steer, speed), 0
+                self.heard.append(self._command)
                 return b""
         self.ignored += bool(data)
         return b""
@@ -81,8 +81,8 @@ class Hoverboard(BoardDouble):
     def _loop(self) -> bytes:
         self._loops += 1
         self._unheard_loops += 1
-        steer, speed = told = self._told if self._unheard_loops <= TIMEOUT_LOOPS else (0, 0)
-        if not self._is_enabled and max(map(abs, told)) < 50:
+        steer, speed = command = self._command if self._unheard_loops <= TIMEOUT_LOOPS else (0, 0)
+        if not self._is_enabled and max(map(abs, command)) < 50:
             self._is_enabled = True
             assert self._next_loop is not None
             self._next_loop += ENABLING_S
@@ -92,7 +92,7 @@ class Hoverboard(BoardDouble):
     def _turn(self, steer: int, speed: int) -> None:
         left, right = (steer, speed) if self._firmware.is_tank else self._mixed(steer, speed)
         unit = self._firmware.rad_s_per_unit if self._is_enabled else 0.0
-        self.wheels.tell(left * unit, right * unit)
+        self.wheels.set(left * unit, right * unit)
 
     def _mixed(self, steer: int, speed: int) -> tuple[int, int]:
         along = speed * 16 * self._firmware.speed_coefficient >> 14

@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from drivers.serial.boards.command import Command
-from drivers.serial.protocol import Talk
+from drivers.serial.boards.command import CommandBuffer
+from drivers.serial.protocol import Protocol
 from tests.doubles.serial.board import BoardDouble
 
 BITS_A_BYTE = 10
 """8N1."""
 
 
-class Heard(NamedTuple):
+class ReceivedFrame(NamedTuple):
     """A numbered command, when it was put on the wire and when its last byte had left; seconds."""
 
     number: int
@@ -29,47 +29,47 @@ class Wire(BoardDouble):
     def __init__(self, baud: int, size: int) -> None:
         self._frame_s = size * BITS_A_BYTE / baud
         self._size, self._kept, self._free_at = size, b"", 0.0
-        self.heard: list[Heard] = []
+        self.heard: list[ReceivedFrame] = []
 
-    def hear(self, data: bytes, now: float) -> bytes:
+    def receive(self, data: bytes, now: float) -> bytes:
         self._kept += data
         while len(self._kept) >= self._size:
             frame, self._kept = self._kept[: self._size], self._kept[self._size :]
             begins = max(now, self._free_at)
             self._free_at = begins + self._frame_s
-            self.heard.append(Heard(int(frame), now, self._free_at, begins - now))
+            self.heard.append(ReceivedFrame(int(frame), now, self._free_at, begins - now))
         return b""
 
 
-class Numbering(Talk):
+class NumberingProtocol(Protocol):
     """Says what both motors were told last, a number, in frames of ``size`` bytes."""
 
     is_ready = True
 
     def __init__(self, baud: int, size: int) -> None:
         self.baud, self._size = baud, size
-        self.command = Command()
+        self.command = CommandBuffer()
 
     def begin(self, now: float) -> None:
-        self.command.forget()
+        self.command.clear()
 
     def receive(self, data: bytes, now: float) -> None:
         """Nothing is answered."""
 
     def due(self, now: float) -> bytes:
-        told = self.command.take(now, timeout_s=0.5)
-        return b"" if told is None else b"%0*d" % (self._size, told.left)
+        wheels = self.command.take(now, timeout_s=0.5)
+        return b"" if wheels is None else b"%0*d" % (self._size, wheels.left)
 
     def next_due(self, now: float) -> float:
         return self.command.next_due
 
-    def tell(self, number: int, now: float) -> None:
+    def set(self, number: int, now: float) -> None:
         """Tell both motors a number."""
-        self.command.tell("left", number, now)
-        self.command.tell("right", number, now)
+        self.command.set("left", number, now)
+        self.command.set("right", number, now)
 
 
-class Asking(Talk):
+class PollingProtocol(Protocol):
     """Asks until it is answered, then says each word that it is told once; each is answered too."""
 
     is_settled: bool = True
@@ -106,7 +106,7 @@ class Asking(Talk):
         return self.at
 
 
-class Answering(BoardDouble):
+class AnsweringBoard(BoardDouble):
     """Answers whatever it hears, where it is not ``deaf``, and keeps it, with the times."""
 
     def __init__(self) -> None:
@@ -114,7 +114,7 @@ class Answering(BoardDouble):
         self.is_deaf = False
         self.times: list[float] = []
 
-    def hear(self, data: bytes, now: float) -> bytes:
+    def receive(self, data: bytes, now: float) -> bytes:
         if not data or self.is_deaf:
             return b""
         self.heard += data

@@ -106,8 +106,8 @@ class Pty:
     @property
     def _waiting(self) -> int:
         """How many bytes whoever has the port open could read now."""
-        told: bytes = fcntl.ioctl(self._near, termios.FIONREAD, bytes(4))
-        return int(struct.unpack("i", told)[0])
+        count: bytes = fcntl.ioctl(self._near, termios.FIONREAD, bytes(4))
+        return int(struct.unpack("i", count)[0])
 
     def close(self) -> None:
         """Take it away for good. May be called again."""

@@ -37,20 +37,20 @@ class ArduinoDouble(BoardDouble):
 
     def begin(self, now: float) -> None:
         """Be reset: the wheels stand, and counts begin at zero where they are."""
-        self.wheels.tell(0, 0)
+        self.wheels.set(0, 0)
         self.deadman_s, self._fed = 2.0, -math.inf
         self._zeros = self._counted()
         self._line = b""
         self.now = now
 
-    def hear(self, data: bytes, now: float) -> bytes:
+    def receive(self, data: bytes, now: float) -> bytes:
         self.now = now
         *lines, self._line = (self._line + data).split(b"\r")
         return b"".join(self._obey(line.decode("latin-1")) for line in lines)
 
     def live(self, now: float, seconds: float) -> bytes:
         if now - self._fed > self.deadman_s:
-            self.wheels.tell(0, 0)
+            self.wheels.set(0, 0)
         self.wheels.turn(seconds)
         return b""
 
@@ -67,7 +67,7 @@ class ArduinoDouble(BoardDouble):
     def _drive(self, letter: str, left: int, right: int) -> str:
         self._fed = self.now
         unit = FULL_SPEED_RAD_S / 255 if letter == "o" else math.tau / self.counts_per_turn / self.frame_s
-        self.wheels.tell(left * unit, right * unit)
+        self.wheels.set(left * unit, right * unit)
         return "OK"
 
     def _answered(self, line: str, answer: str) -> str:
@@ -147,9 +147,9 @@ class OurDouble(ArduinoDouble):
         line = line.removeprefix("\n")
         if not line:
             return b""
-        text, star, told = line.partition("*")
+        text, star, checksum = line.partition("*")
         is_summed = bool(star)
-        is_right = is_summed and told == f"{_sum(text):02X}"
+        is_right = is_summed and checksum == f"{_sum(text):02X}"
         self._asks_for_sums = is_right or (self._asks_for_sums and line != "v")
         is_trusted = is_right or not (is_summed or (self._asks_for_sums and line[0] in "mokur")) or line in STOPS
         answer = self._answered(text, self._answer(text) if is_trusted and len(line) < 32 else REFUSED)
@@ -160,9 +160,9 @@ class OurDouble(ArduinoDouble):
             return REFUSED
         letter, *numbers = re.split("[ :]", text)
         arguments = [int(number) for number in numbers]
-        return self._set(letter, arguments) if arguments or letter == "r" else self._told(letter)
+        return self._set(letter, arguments) if arguments or letter == "r" else self._report(letter)
 
-    def _told(self, letter: str) -> str:
+    def _report(self, letter: str) -> str:
         answers = {
             "b": "57600",
             "e": "{} {}".format(*self.counts),

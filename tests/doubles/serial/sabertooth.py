@@ -28,7 +28,7 @@ class Sabertooth:
     def turn(self, now: float, seconds: float) -> None:
         if self.timeout_s and now - self._heard_at > self.timeout_s:
             self.values = [0, 0]
-        self.wheels.tell(*(value / 127 * self._full_rad_s for value in self.values))
+        self.wheels.set(*(value / 127 * self._full_rad_s for value in self.values))
         self.wheels.turn(seconds)
 
 
@@ -42,7 +42,7 @@ class Sabertooths(BoardDouble):
         self._has_rate: bool | None = None
         self._kept = b""
 
-    def hear(self, data: bytes, now: float) -> bytes:
+    def receive(self, data: bytes, now: float) -> bytes:
         for byte in data:
             if self._has_rate is None:
                 self._has_rate = byte == 0xAA

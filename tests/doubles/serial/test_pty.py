@@ -20,13 +20,13 @@ def pty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Pty]:
         yield pty
 
 
-def test_what_the_kernel_does_not_take_is_told(pty: Pty) -> None:
+def test_what_the_kernel_does_not_take_is_reported(pty: Pty) -> None:
     termios.tcflow(pty._far, termios.TCOOFF)
     with pytest.raises(AssertionError, match=r"0 bytes waited to be read, the kernel took 0 of 5 more, .* 0 wait"):
         pty.say_all(b"hello")
 
 
-def test_what_somebody_else_has_read_is_told(pty: Pty, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_somebody_else_has_read_is_reported(pty: Pty, monkeypatch: pytest.MonkeyPatch) -> None:
     def read_by_another(_pty: Pty, data: bytes) -> int:
         termios.tcflush(_pty._near, termios.TCIFLUSH)
         return os.write(_pty._far, data)
@@ -42,13 +42,13 @@ def test_more_than_the_kernel_keeps_is_not_waited_for(pty: Pty) -> None:
         pty.say_all(bytes(FULL))
 
 
-def test_a_mark_that_the_kernel_does_not_take_is_told(pty: Pty) -> None:
+def test_a_mark_that_the_kernel_does_not_take_is_reported(pty: Pty) -> None:
     termios.tcflow(pty._near, termios.TCOOFF)
     with pytest.raises(AssertionError, match="took 0 bytes of a mark"):
         pty.all_heard()
 
 
-def test_a_mark_that_does_not_come_is_told(pty: Pty, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_mark_that_does_not_come_is_reported(pty: Pty, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Pty, "heard", lambda _pty, _wait_s=0.0: b"chatter")
     with pytest.raises(AssertionError, match="somebody else reads or sends"):
         pty.all_heard()

@@ -35,7 +35,7 @@ class TFminiS(BoardDouble):
         self.is_blind = False
         self.says: bytes | None = None
 
-    def hear(self, data: bytes, now: float) -> bytes:
+    def receive(self, data: bytes, now: float) -> bytes:
         return b""
 
     def live(self, now: float, seconds: float) -> bytes:

@@ -31,13 +31,13 @@ STARTED = b"Initialize LittleFS for Flash files ctrl.\r\nLittleFS mount succeed.
 
 
 class WaveshareBoard(BoardDouble):
-    """Its loop; it is on a battery of its own, so that who unplugs it does not reset it. ``told`` is what it took."""
+    """Its loop; it is on a battery of its own, so that unplugging does not reset it. ``received`` is what it took."""
 
     def __init__(self, wheel_m: float = WHEEL_M) -> None:
         self._metres = wheel_m / 2
         self.wheels = Wheels()
         self.centivolts = 1187
-        self.told: list[dict[str, Any]] = []
+        self.received: list[dict[str, Any]] = []
         self.starts_at = -math.inf
         self._waiting, self._is_halted = b"", False
         self._forget(0.0)
@@ -48,7 +48,7 @@ class WaveshareBoard(BoardDouble):
         self.starts_at = now + STARTING_S
         self._forget(now)
 
-    def hear(self, data: bytes, now: float) -> bytes:
+    def receive(self, data: bytes, now: float) -> bytes:
         self._waiting += data
         if now < self.starts_at:
             self._waiting = self._waiting[:BUFFER] if now > self.starts_at - STARTING_S + ROM_S else b""
@@ -74,17 +74,17 @@ class WaveshareBoard(BoardDouble):
 
     def _heard(self, line: bytes, now: float) -> bytes:
         try:
-            told, _ = json.JSONDecoder().raw_decode(line.decode().lstrip())
+            received, _ = json.JSONDecoder().raw_decode(line.decode().lstrip())
         except ValueError:
             return b""
-        if not isinstance(told, dict):
+        if not isinstance(received, dict):
             return b""
-        self.told.append(told)
-        self._obey(told, now)
+        self.received.append(received)
+        self._obey(received, now)
         return line + b"\n" if self.echoes else b""
 
-    def _obey(self, told: dict[str, Any], now: float) -> None:
-        match told:
+    def _obey(self, received: dict[str, Any], now: float) -> None:
+        match received:
             case {"T": 0}:
                 self._set_speeds(0, 0)
             case {"T": 1, "L": float() | int() as left, "R": float() | int() as right}:
@@ -103,7 +103,7 @@ class WaveshareBoard(BoardDouble):
 
     def _set_speeds(self, left: float, right: float) -> None:
         if abs(left) <= 2 >= abs(right):
-            self.wheels.tell(*(m_s * rate / self._metres for m_s, rate in zip((left, right), self.rates, strict=True)))
+            self.wheels.set(*(m_s * rate / self._metres for m_s, rate in zip((left, right), self.rates, strict=True)))
 
     def _flow(self, now: float) -> bytes:
         if not self.is_flowing or now - self._fed_at < self.interval_s:
@@ -114,10 +114,10 @@ class WaveshareBoard(BoardDouble):
     def feedback(self) -> bytes:
         """Return the line that it tells now."""
         left, right = self.wheels.left, self.wheels.right
-        told: dict[str, float] = {"T": 1001, "L": left.velocity * self._metres, "R": right.velocity * self._metres}
-        told |= dict(zip(("ax", "ay", "az", "gx", "gy", "gz", "mx", "my", "mz"), (-112, 48, 8190) * 3, strict=True))
-        told |= {"odl": self._centimetres(left), "odr": self._centimetres(right), "v": self.centivolts}
-        return b"{%s}\r\n" % b",".join(b'"%s":%s' % (key.encode(), _written(value)) for key, value in told.items())
+        feedback: dict[str, float] = {"T": 1001, "L": left.velocity * self._metres, "R": right.velocity * self._metres}
+        feedback |= dict(zip(("ax", "ay", "az", "gx", "gy", "gz", "mx", "my", "mz"), (-112, 48, 8190) * 3, strict=True))
+        feedback |= {"odl": self._centimetres(left), "odr": self._centimetres(right), "v": self.centivolts}
+        return b"{%s}\r\n" % b",".join(b'"%s":%s' % (key.encode(), _written(value)) for key, value in feedback.items())
 
     def _centimetres(self, wheel: Wheel) -> int:
         """Return the odometer, of whole pulses, cut towards zero."""

@@ -64,7 +64,7 @@ def test_both_are_opened_read_and_stopped(pty: Pty, monkeypatch: pytest.MonkeyPa
         _wait(clock, lambda: board.wheels.left.angle > 0.1 and encoder.read().angle > 0.1)
         assert nose.read().distance == pytest.approx(0.7, abs=0.1)
         assert {cutoff.device for cutoff in robot.cutoffs} == {"left_motor", "right_motor"}
-    _wait(clock, lambda: board.wheels.left.told == 0.0)
+    _wait(clock, lambda: board.wheels.left.command == 0.0)
     powered.off()
 
 

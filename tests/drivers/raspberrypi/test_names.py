@@ -6,7 +6,7 @@ import pytest
 
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError
-from robotcore.hardware import fit
+from robotcore.hardware import bind_devices
 
 
 @pytest.mark.parametrize(
@@ -41,5 +41,5 @@ def describe_device(device: str, driver: str) -> str:
     section = rover.backends["raspberrypi"]
     section = {**section, device: {**section[device], "driver": driver}}
     with pytest.raises(DescriptionError) as raised:
-        fit(rover.model_copy(update={"backends": {"raspberrypi": section}}), "raspberrypi")
+        bind_devices(rover.model_copy(update={"backends": {"raspberrypi": section}}), "raspberrypi")
     return str(raised.value)

@@ -52,12 +52,12 @@ def setup_of(robot: RobotDescription, **options: str) -> Setup:
 
 
 def faults_of(robot: RobotDescription) -> str:
-    with pytest.raises(DescriptionError) as told:
+    with pytest.raises(DescriptionError) as caught:
         SerialBackend().check(robot)
-    return str(told.value)
+    return str(caught.value)
 
 
-def test_a_robot_is_told_by_its_devices_and_ports(robot: RobotDescription, pty: Pty) -> None:
+def test_a_robot_is_reported_by_its_devices_and_ports(robot: RobotDescription, pty: Pty) -> None:
     assert SerialBackend().check(robot) == f"2 devices on {pty.path}"
 
 
@@ -69,12 +69,12 @@ def test_the_option_port_takes_the_place_of_the_robots_one_port(pty: Pty) -> Non
         assert set(opened.devices) == {"left_motor", "right_motor"}
 
 
-def test_a_port_that_cannot_be_opened_is_told_once_and_not_tried_for_each_device() -> None:
+def test_a_port_that_cannot_be_opened_is_reported_once_and_not_tried_for_each_device() -> None:
     robot = robot_on("/dev/nowhere", motor("left"), motor("right"))
-    with pytest.raises(DeviceError) as told:
+    with pytest.raises(DeviceError) as caught:
         SerialBackend().open(setup_of(robot))
-    assert str(told.value).count("there is no /dev/nowhere") == 1
-    assert "right_motor: is on /dev/nowhere too, which could not be opened for left_motor" in str(told.value)
+    assert str(caught.value).count("there is no /dev/nowhere") == 1
+    assert "right_motor: is on /dev/nowhere too, which could not be opened for left_motor" in str(caught.value)
 
 
 def test_the_option_port_is_refused_where_the_robot_has_two_ports() -> None:
@@ -109,7 +109,7 @@ def test_a_port_that_is_no_usb_id_is_refused() -> None:
     assert "serial.left_motor.port: 'usb:xyz' is no USB id. Write usb:VENDOR:PRODUCT" in faults
 
 
-def test_wires_are_told_without_a_connector(robot: RobotDescription, pty: Pty) -> None:
+def test_wires_are_sent_without_a_connector(robot: RobotDescription, pty: Pty) -> None:
     wiring = SerialBackend().wiring(robot)
     assert not wiring.pads
     assert [wire.where for wire in wiring.wires if wire.signal == "port"] == [f"serial {pty.path}"] * 2
@@ -163,7 +163,7 @@ class TestDoctor:
         assert camera[:2] == ("camera", Level.ERROR)
         assert camera[2].startswith("eye: there is no /dev/video99")
 
-    def test_a_port_that_another_program_reads_is_told_and_its_board_is_looked_at(self, pty: Pty) -> None:
+    def test_a_port_that_another_program_reads_is_reported_and_its_board_is_looked_at(self, pty: Pty) -> None:
         clock = MonotonicClock()
         powered = Powered(OurDouble(), pty, clock)
         with pty.path.open() as port, subprocess.Popen(["/bin/sleep", "60"], stdin=port) as reader:
@@ -182,12 +182,12 @@ class TestDoctor:
         *_, last = self.found(robot_on("/dev/a", motor("left"), motor("left")))
         assert last[:2] == ("robot", Level.ERROR)
 
-    def test_a_robot_on_no_serial_line_is_told_so(self) -> None:
+    def test_a_robot_on_no_serial_line_is_reported_so(self) -> None:
         *_, last = self.found(load_robot("lookout"))
         assert last[:2] == ("robot", Level.WARNING)
         assert f"has no [{SECTION}]" in last[2]
 
-    def test_without_a_robot_the_ports_are_told(self) -> None:
+    def test_without_a_robot_the_ports_are_sent(self) -> None:
         assert [what for what, _, _ in self.found(None)] == ["ports", "robot"]
 
 

@@ -16,7 +16,7 @@ from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.serial.board import PERIOD_S, Powered
-from tests.doubles.serial.line import Answering, Asking
+from tests.doubles.serial.line import AnsweringBoard, PollingProtocol
 from tests.doubles.serial.pty import Pty
 
 
@@ -31,9 +31,9 @@ class Bench:
 
     def __init__(self, pty: Pty, baud: int = 115200) -> None:
         self.clock = SteppedClock(20.0, lambda _steps: None, PERIOD_S)
-        self.pty, self.board, self.talk = pty, Answering(), Asking(baud)
+        self.pty, self.board, self.protocol = pty, AnsweringBoard(), PollingProtocol(baud)
         self.powered = Powered(self.board, pty, self.clock)
-        self.line = Line(str(pty.path), self.talk, self.clock)
+        self.line = Line(str(pty.path), self.protocol, self.clock)
 
     def open(self) -> Bench:
         self.line.open("wheel", 1.0)
@@ -56,20 +56,20 @@ def bench(pty: Pty) -> Iterator[Bench]:
 
 def test_what_is_due_is_sent_and_what_comes_is_received(bench: Bench) -> None:
     bench.open()
-    bench.talk.say(b"go")
+    bench.protocol.say(b"go")
     bench.line.settle("wheel")
     assert bench.board.heard == b"?go"
 
 
 def test_the_last_word_is_sent_in_closing(bench: Bench, pty: Pty) -> None:
-    bench.open().talk.say(b"stop")
+    bench.open().protocol.say(b"stop")
     bench.line.close()
     assert pty.all_heard() == b"stop"
 
 
 def test_a_word_that_is_not_acknowledged_is_an_error_that_says_when_the_board_stops(bench: Bench) -> None:
     bench.open().board.is_deaf = True
-    bench.talk.say(b"stop")
+    bench.protocol.say(b"stop")
     with pytest.raises(DeviceError, match=r"wheel: .* has not acknowledged .*The board stops by itself after 0\.5 s"):
         bench.line.settle("wheel")
 
@@ -78,7 +78,7 @@ def test_no_more_is_sent_than_the_line_carries(pty: Pty) -> None:
     bench = Bench(pty, baud=300).open()
     bench.board.times.clear()
     for _ in range(3):
-        bench.talk.say(b"123")
+        bench.protocol.say(b"123")
         bench.line.settle("wheel")
     bench.line.close()
     gaps = [after - before for before, after in pairwise(bench.board.times)]
@@ -93,7 +93,7 @@ def test_a_lost_port_is_an_error_by_name_that_says_when_the_board_stops(bench: B
 
 def test_a_lost_port_is_found_again_and_begun_anew(bench: Bench) -> None:
     bench.open().lose()
-    bench.talk.say(b"old")
+    bench.protocol.say(b"old")
     bench.pty.plug_in()
     bench.pass_by(2 * FIRST_S)
     bench.line.require("wheel")
@@ -109,7 +109,7 @@ def test_a_board_that_has_not_answered_since_it_came_back_is_lost_still(bench: B
         bench.line.require("wheel")
 
 
-def test_what_was_heard_before_the_port_was_lost_is_not_told_as_if_it_had_never_been(bench: Bench) -> None:
+def test_what_was_heard_before_the_port_was_lost_is_not_reported_as_if_it_had_never_been(bench: Bench) -> None:
     bench.open()
     heard_at = bench.clock.now()
     bench.line.require_since_lost("wheel", heard_at)
@@ -136,15 +136,15 @@ def test_a_lost_port_is_tried_ever_more_seldom(bench: Bench, monkeypatch: pytest
     assert gaps == pytest.approx([0.2, 0.4, 0.8, 1.6, 2.0], abs=2 * PERIOD_S)
 
 
-def test_a_defect_of_a_talk_closes_the_line_and_is_told(bench: Bench) -> None:
-    bench.open().talk.defect = KeyError("side")
+def test_a_defect_of_a_talk_closes_the_line_and_is_reported(bench: Bench) -> None:
+    bench.open().protocol.defect = KeyError("side")
     bench.pass_by(1.0)
     with pytest.raises(
         DeviceError, match=r"wheel: a defect in what is spoken on .*KeyError: 'side'.*Report it"
-    ) as told:
+    ) as caught:
         bench.line.require("wheel")
-    assert isinstance(told.value.__cause__, KeyError)
-    assert not isinstance(told.value, DeviceLostError)
+    assert isinstance(caught.value.__cause__, KeyError)
+    assert not isinstance(caught.value, DeviceLostError)
 
 
 def test_a_port_on_which_nobody_answers_is_refused(bench: Bench) -> None:
@@ -167,7 +167,7 @@ def test_whoever_does_not_wait_for_the_board_leaves_nothing_open(bench: Bench, m
 
 
 def test_a_port_that_is_not_there_is_refused_with_those_that_are(tmp_path: Path) -> None:
-    line = Line(str(tmp_path / "none"), Asking(), MonotonicClock())
+    line = Line(str(tmp_path / "none"), PollingProtocol(), MonotonicClock())
     with pytest.raises(DeviceError, match=r"wheel: there is no .*none; (there is|no port is there).*Plug the board in"):
         line.open("wheel", 1.0)
 
@@ -176,7 +176,7 @@ def test_a_file_that_is_no_port_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "file"
     file.touch()
     with pytest.raises(DeviceError, match=r"wheel: .*file cannot be opened as a serial port"):
-        Line(str(file), Asking(), MonotonicClock()).open("wheel", 1.0)
+        Line(str(file), PollingProtocol(), MonotonicClock()).open("wheel", 1.0)
 
 
 HOLDING = """
@@ -201,14 +201,14 @@ def test_a_port_that_another_program_holds_is_refused_by_its_name_wherever_it_is
             with pytest.raises(
                 DeviceError, match=rf"{place} is held by process {program.pid} \(python.*End that first"
             ):
-                Line(place, Asking(), MonotonicClock()).open("wheel", 1.0)
+                Line(place, PollingProtocol(), MonotonicClock()).open("wheel", 1.0)
         program.communicate()
 
 
 def test_a_board_that_does_not_read_is_an_error_and_holds_up_nobody(pty: Pty) -> None:
     bench = Bench(pty, baud=4_000_000).open()
     bench.powered.off()
-    bench.talk.say(b"x" * 50_000)
+    bench.protocol.say(b"x" * 50_000)
     bench.pass_by(PERIOD_S)
     with pytest.raises(DeviceLostError, match=r"wheel: .*takes no more bytes: the board does not read"):
         bench.line.require("wheel")
@@ -225,19 +225,19 @@ class TestByAThread:
         clock.close()
 
     def test_it_answers_is_lost_and_comes_back(self, pty: Pty, clock: MonotonicClock) -> None:
-        talk, board = Asking(), Answering()
+        protocol, board = PollingProtocol(), AnsweringBoard()
         powered = Powered(board, pty, clock)
-        line = Line(str(pty.path), talk, clock)
+        line = Line(str(pty.path), protocol, clock)
         line.open("wheel", 5.0)
-        talk.say(b"go")
+        protocol.say(b"go")
         line.wake()
-        line.wait_until(lambda: talk.is_settled, "wheel", 5.0, "was never heard")
+        line.wait_until(lambda: protocol.is_settled, "wheel", 5.0, "was never heard")
         pty.unplug()
         with pytest.raises(DeviceLostError, match=r"wheel: "):
             _require_often(line, clock)
         pty.plug_in()
-        line.wait_until(lambda: board.heard == b"?go?" and talk.is_ready, "wheel", 5.0, "never came back")
-        talk.say(b"stop")
+        line.wait_until(lambda: board.heard == b"?go?" and protocol.is_ready, "wheel", 5.0, "never came back")
+        protocol.say(b"stop")
         line.close()
         powered.off()
         assert board.heard + pty.heard() == b"?go?stop"
@@ -245,16 +245,16 @@ class TestByAThread:
     def test_a_board_that_was_lost_while_the_program_was_suspended_is_not_said_to_be_silent(
         self, pty: Pty, clock: MonotonicClock, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        talk, wait = Asking(), Waker.wait
+        protocol, wait = PollingProtocol(), Waker.wait
 
         def suspended(waker: Waker, file: int | None, seconds: float) -> None:
             wait(waker, file, seconds)
-            if talk.is_ready:
+            if protocol.is_ready:
                 clock.sleep_until(clock.now() + 2 * SUSPENDED_S)
-                talk.is_lost = True
+                protocol.is_lost = True
 
-        powered = Powered(Answering(), pty, clock)
-        line = Line(str(pty.path), talk, clock)
+        powered = Powered(AnsweringBoard(), pty, clock)
+        line = Line(str(pty.path), protocol, clock)
         line.open("wheel", 5.0)
         powered.off()
         monkeypatch.setattr(Waker, "wait", suspended)
@@ -268,15 +268,15 @@ class TestByAThread:
     def test_what_is_due_at_a_time_is_sent_then_whatever_else_is_waited_for(
         self, pty: Pty, clock: MonotonicClock, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        talk, board = Asking(), Answering()
+        protocol, board = PollingProtocol(), AnsweringBoard()
         powered = Powered(board, pty, clock)
-        line = Line(str(pty.path), talk, clock)
+        line = Line(str(pty.path), protocol, clock)
         line.open("wheel", 5.0)
         with monkeypatch.context() as patient:
             patient.setattr(line_module, "WAITING_S", 1000.0)
-            talk.say(b"go", at=clock.now() + 0.05)
+            protocol.say(b"go", at=clock.now() + 0.05)
             line.wake()
-            line.wait_until(lambda: talk.is_settled, "wheel", 5.0, "was never heard")
+            line.wait_until(lambda: protocol.is_settled, "wheel", 5.0, "was never heard")
         line.wake()
         line.close()
         powered.off()
@@ -285,17 +285,17 @@ class TestByAThread:
     def test_a_line_that_was_given_up_waits(
         self, pty: Pty, clock: MonotonicClock, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        talk, waits, wait = Asking(), list[float](), Waker.wait
+        protocol, waits, wait = PollingProtocol(), list[float](), Waker.wait
 
         def noted(waker: Waker, file: int | None, seconds: float) -> None:
             waits.extend([seconds] if file is None else [])
             wait(waker, file, seconds)
 
-        powered = Powered(Answering(), pty, clock)
-        line = Line(str(pty.path), talk, clock)
+        powered = Powered(AnsweringBoard(), pty, clock)
+        line = Line(str(pty.path), protocol, clock)
         line.open("wheel", 5.0)
         monkeypatch.setattr(Waker, "wait", noted)
-        talk.defect = KeyError("side")
+        protocol.defect = KeyError("side")
         clock.sleep_until(clock.now() + 2 * FIRST_S)
         line.close()
         powered.off()
@@ -304,9 +304,9 @@ class TestByAThread:
 
     def test_nothing_is_left_open(self, pty: Pty, clock: MonotonicClock) -> None:
         before = _open_files()
-        powered = Powered(Answering(), pty, clock)
+        powered = Powered(AnsweringBoard(), pty, clock)
         for _ in range(3):
-            line = Line(str(pty.path), Asking(), clock)
+            line = Line(str(pty.path), PollingProtocol(), clock)
             line.open("wheel", 5.0)
             line.close()
             line.close()

@@ -11,7 +11,7 @@ import pytest
 from drivers.serial.line import BITS_A_BYTE, PERIOD_S, Line
 from robotcore.hal.clock import SteppedClock
 from tests.doubles.serial.board import Powered
-from tests.doubles.serial.line import Heard, Numbering, Wire
+from tests.doubles.serial.line import NumberingProtocol, ReceivedFrame, Wire
 from tests.doubles.serial.pty import Pty
 
 SIZE = 8
@@ -26,30 +26,30 @@ class Driving:
     """Commands, told two hundred times a second from 1 on, and what was heard of them."""
 
     baud: int
-    told: dict[int, float] = field(default_factory=dict)
-    heard: list[Heard] = field(default_factory=list)
+    sent: dict[int, float] = field(default_factory=dict)
+    heard: list[ReceivedFrame] = field(default_factory=list)
 
     @property
     def frame_s(self) -> float:
         return SIZE * BITS_A_BYTE / self.baud
 
     def newest_at(self, time: float) -> int:
-        return max((number for number, at in self.told.items() if at <= time), default=0)
+        return max((number for number, at in self.sent.items() if at <= time), default=0)
 
 
 @pytest.fixture(params=[9600, 57600, 115200], ids="{} baud".format)
 def driving(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Driving]:
     driving = Driving(request.param)
     clock = SteppedClock(1000, lambda _steps: None)
-    wire, talk = Wire(driving.baud, SIZE), Numbering(driving.baud, SIZE)
+    wire, protocol = Wire(driving.baud, SIZE), NumberingProtocol(driving.baud, SIZE)
     with Pty(tmp_path) as pty:
         Powered(wire, pty, clock)
-        line = Line(str(pty.path), talk, clock)
+        line = Line(str(pty.path), protocol, clock)
         line.open("wheel", 1.0)
         while clock.now() < LASTING_S:
-            number = len(driving.told) + 1
-            driving.told[number] = clock.now()
-            talk.tell(number, clock.now())
+            number = len(driving.sent) + 1
+            driving.sent[number] = clock.now()
+            protocol.set(number, clock.now())
             clock.sleep_until(clock.now() + TOLD_EVERY_S)
         line.close()
         driving.heard = wire.heard
@@ -71,7 +71,7 @@ def test_no_command_is_sent_twice_or_after_a_newer_one(driving: Driving) -> None
 
 def test_the_age_of_what_arrives_is_bounded(driving: Driving) -> None:
     bound = TOLD_EVERY_S + driving.frame_s + 2 * LATER_S
-    assert max(heard.left_at - driving.told[heard.number] for heard in driving.heard) <= bound
+    assert max(heard.left_at - driving.sent[heard.number] for heard in driving.heard) <= bound
 
 
 def test_a_line_that_carries_every_command_sends_every_one_and_a_slower_one_is_never_idle(driving: Driving) -> None:

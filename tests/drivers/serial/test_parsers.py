@@ -68,7 +68,7 @@ def test_bytes_that_come_one_by_one_change_nothing(spoken: Spoken) -> None:
 @every_parser
 @settings(max_examples=EXAMPLES, deadline=None)
 @given(st.data())
-def test_every_frame_of_a_clean_line_is_told(spoken: Spoken, data: st.DataObject) -> None:
+def test_every_frame_of_a_clean_line_is_reported(spoken: Spoken, data: st.DataObject) -> None:
     frames = data.draw(st.lists(frames_of(spoken), min_size=2, max_size=8))
     assert list(spoken.parser().feed(b"".join(frames))) == [_said(spoken, frame) for frame in frames]
 
@@ -76,7 +76,7 @@ def test_every_frame_of_a_clean_line_is_told(spoken: Spoken, data: st.DataObject
 @every_parser
 @settings(max_examples=EXAMPLES, deadline=None)
 @given(st.data())
-def test_no_value_is_told_that_no_frame_carried(spoken: Spoken, data: st.DataObject) -> None:
+def test_no_value_is_reported_that_no_frame_carried(spoken: Spoken, data: st.DataObject) -> None:
     whole = data.draw(st.lists(frames_of(spoken), min_size=1, max_size=4))
     repeated = st.sampled_from(whole)
     stream = data.draw(st.lists(st.one_of(repeated, damaged(spoken, repeated, spoken.seen)), max_size=12))
@@ -93,9 +93,9 @@ def test_two_frames_after_the_damage_it_is_in_step(spoken: Spoken, data: st.Data
     after = data.draw(st.lists(frames, min_size=3, max_size=5))
     parser = spoken.parser()
     parser.feed(b"".join(before))
-    told = list(parser.feed(b"".join(after)))
+    parsed = list(parser.feed(b"".join(after)))
     in_step = [_said(spoken, frame) for frame in after[2:]]
-    assert told[-len(in_step) :] == in_step
+    assert parsed[-len(in_step) :] == in_step
 
 
 @every_parser

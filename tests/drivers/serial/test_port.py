@@ -13,7 +13,7 @@ from serial import SerialException
 from serial.tools import list_ports
 
 from drivers.serial.driver import PortPlace
-from drivers.serial.port import WRITE_TIMEOUT_S, Port, PortMissingError, path_of, why_closed
+from drivers.serial.port import WRITE_TIMEOUT_S, Port, PortMissingError, explain_failure, find_path
 from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.serial.pty import Pty
 
@@ -44,12 +44,12 @@ def ports(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     ],
 )
 def test_a_port_is_found_by_its_usb_id_or_its_path(ports: list[Any], place: str, path: str) -> None:
-    assert path_of(place) == path
+    assert find_path(place) == path
 
 
 def test_a_board_that_was_plugged_in_elsewhere_is_found_under_its_new_name(ports: list[Any]) -> None:
     ports[-1].device = "/dev/ttyUSB0"
-    assert path_of("usb:1a86:7523") == "/dev/ttyUSB0"
+    assert find_path("usb:1a86:7523") == "/dev/ttyUSB0"
 
 
 @pytest.mark.parametrize(
@@ -60,16 +60,16 @@ def test_a_board_that_was_plugged_in_elsewhere_is_found_under_its_new_name(ports
         ("/dev/nowhere", "there is no /dev/nowhere; there is /dev/ttyACM0 (usb:2341:0043), "),
     ],
 )
-def test_a_port_that_is_not_there_is_told_with_those_that_are(ports: list[Any], place: str, fault: str) -> None:
-    with pytest.raises(PortMissingError) as told:
-        path_of(place)
-    assert str(told.value).startswith(fault)
+def test_a_port_that_is_not_there_is_reported_with_those_that_are(ports: list[Any], place: str, fault: str) -> None:
+    with pytest.raises(PortMissingError) as caught:
+        find_path(place)
+    assert str(caught.value).startswith(fault)
 
 
-def test_where_no_port_is_there_that_is_told(ports: list[Any]) -> None:
+def test_where_no_port_is_there_that_is_reported(ports: list[Any]) -> None:
     ports.clear()
     with pytest.raises(PortMissingError, match="there is no /dev/nowhere; no port is there at all"):
-        path_of("/dev/nowhere")
+        find_path("/dev/nowhere")
 
 
 @pytest.mark.parametrize("place", ["", "usb:", "usb:1a86", "usb:1a86:75234", "usb:1a86:7523:"])
@@ -85,8 +85,8 @@ def test_what_is_no_place_is_refused(place: str) -> None:
         (SerialException("Could not configure port: (25, 'x')"), "usb:a:b cannot be opened as a serial port (Could"),
     ],
 )
-def test_why_a_port_is_closed_is_told_with_what_to_do(error: Exception, words: str) -> None:
-    assert why_closed("usb:a:b", "/dev/null", 250000, error).startswith(words)
+def test_why_a_port_is_closed_is_reported_with_what_to_do(error: Exception, words: str) -> None:
+    assert explain_failure("usb:a:b", "/dev/null", 250000, error).startswith(words)
 
 
 @pytest.mark.parametrize(
@@ -101,9 +101,9 @@ def test_nobody_is_sent_into_a_group_that_does_not_help(
     monkeypatch: pytest.MonkeyPatch, group: int, mode: int, remedy: str
 ) -> None:
     monkeypatch.setattr(os, "stat", lambda _: os.stat_result((mode, 0, 0, 1, 0, group, 0, 0, 0, 0)))
-    told = why_closed("usb:a:b", "usb", 9600, SerialException(errno.EACCES, "denied"))
+    text = explain_failure("usb:a:b", "usb", 9600, SerialException(errno.EACCES, "denied"))
     monkeypatch.undo()
-    assert told.startswith(f"no permission for usb:a:b. {remedy}")
+    assert text.startswith(f"no permission for usb:a:b. {remedy}")
 
 
 def test_what_was_written_is_no_failure_however_long_the_processor_was_away(

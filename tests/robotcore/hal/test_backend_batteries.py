@@ -46,6 +46,6 @@ def test_the_doctor_reads_a_battery_on_the_pi_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, is_native_host: bool
 ) -> None:
     found = Finding.ok("cells", "7.40 V")
-    monkeypatch.setattr("robotcore.hardware.diagnosis.batteries_of", lambda *_: [found])
+    monkeypatch.setattr("robotcore.hardware.diagnosis.diagnose_batteries", lambda *_: [found])
     monkeypatch.setattr(RaspberryPiBackend, "is_native_host", is_native_host)
     assert (found in list(RaspberryPiBackend().examine(powered_rover(tmp_path)))) is is_native_host

@@ -17,7 +17,7 @@ from robotcore.hal.clock import SteppedClock
 from robotcore.hal.devices import Device
 from robotcore.hal.robot import Robot
 from robotcore.hal.wiring import Pad, PadKind, Wire, Wiring
-from robotcore.hardware import Connection, DeviceDriver, Fitting, Host, fit
+from robotcore.hardware import Connection, DeviceBinding, DeviceDriver, Host, bind_devices
 
 
 class NoSettings(StrictModel):
@@ -47,15 +47,15 @@ class NotingDriver(DeviceDriver[Any, NoSettings]):
         self.diary: list[str] = []
         self._dead = dead
 
-    def open(self, told: AnyDevice, settings: NoSettings, host: Host) -> Device:
-        self.diary.append(f"open {told.name} beside {', '.join(host.opened) or 'nothing'}")
-        if told.name in self._dead:
-            raise DeviceError(told.name, "does not answer")
-        return Noted(told.name, self.diary)
+    def open(self, description: AnyDevice, settings: NoSettings, host: Host) -> Device:
+        self.diary.append(f"open {description.name} beside {', '.join(host.opened) or 'nothing'}")
+        if description.name in self._dead:
+            raise DeviceError(description.name, "does not answer")
+        return Noted(description.name, self.diary)
 
 
-def fitted(driver: NotingDriver, robot: RobotDescription) -> list[Fitting]:
-    return [Fitting(told, driver, NoSettings()) for told in robot.devices]
+def fitted(driver: NotingDriver, robot: RobotDescription) -> list[DeviceBinding]:
+    return [DeviceBinding(description, driver, NoSettings()) for description in robot.devices]
 
 
 def host(opened: dict[str, Device]) -> Host:
@@ -79,10 +79,10 @@ class Plug(DeviceDriver[Any, PlugSettings]):
     settings = PlugSettings
     parts = ("banana", "jack-42")
 
-    def open(self, told: Any, settings: PlugSettings, host: Host) -> Device:
+    def open(self, description: Any, settings: PlugSettings, host: Host) -> Device:
         raise NotImplementedError
 
-    def check(self, told: Any, settings: PlugSettings, robot: RobotDescription) -> None:
+    def check(self, description: Any, settings: PlugSettings, robot: RobotDescription) -> None:
         if settings.pin == 9:
             raise ValueError("hole 9 is stopped up; take another one")
 
@@ -92,7 +92,7 @@ class Plug(DeviceDriver[Any, PlugSettings]):
         wires += [Connection("bus", "rail", str(settings.bus), is_shared=True)] if settings.bus else []
         return wires
 
-    def notes(self, told: Any, settings: PlugSettings) -> Sequence[str]:
+    def notes(self, description: Any, settings: PlugSettings) -> Sequence[str]:
         return ("Push it in all the way.",)
 
 
@@ -113,10 +113,10 @@ class PlugBoard(Backend):
         raise NotImplementedError
 
     def check(self, robot: RobotDescription) -> str:
-        return f"{len(fit(robot, self.name))} plugs"
+        return f"{len(bind_devices(robot, self.name))} plugs"
 
     def wiring(self, robot: RobotDescription) -> Wiring:
-        fittings = fit(robot, self.name)
+        fittings = bind_devices(robot, self.name)
         pads = (Pad(1, "GPIO 1", PadKind.SIGNAL), Pad(2, "ground", PadKind.GROUND))
         wires = [
             Wire(fitting.name, fitting.driver.name, wire.signal, str(wire), (int(wire.where),))

@@ -11,7 +11,7 @@ from robotcore.errors import DescriptionError
 from robotcore.hal.backend import Setup
 from robotcore.hal.finding import Finding
 from robotcore.hal.robot import Robot
-from robotcore.hardware.diagnosis import CHARGE, UNTOLD, batteries_of
+from robotcore.hardware.diagnosis import CHARGE, UNREAD_REMEDY, diagnose_batteries
 from tests.doubles.powered import powered_rover
 
 
@@ -41,27 +41,28 @@ def test_a_battery_is_read_and_judged_and_nothing_else_is_opened(
     tmp_path: Path, volts: float, finding: Finding
 ) -> None:
     backend = Asked({"cells": volts})
-    assert list(batteries_of(backend, powered_rover(tmp_path))) == [finding]
+    assert list(diagnose_batteries(backend, powered_rover(tmp_path))) == [finding]
     assert backend.asked == {"cells"}
 
 
 @pytest.mark.parametrize(
-    "note, remedy", [("cells: no answer", UNTOLD), ("cells: no divider; name its pin", ""), ("No divider. Add it", "")]
+    "note, remedy",
+    [("cells: no answer", UNREAD_REMEDY), ("cells: no divider; name its pin", ""), ("No divider. Add it", "")],
 )
 def test_one_that_cannot_be_opened_is_not_taken_for_ok(tmp_path: Path, note: str, remedy: str) -> None:
     backend = Asked({"cells": 7.4})
     backend.notes_of_it = (note,)
-    (finding,) = batteries_of(backend, powered_rover(tmp_path))
+    (finding,) = diagnose_batteries(backend, powered_rover(tmp_path))
     assert finding == Finding.unchecked("battery", note, remedy)
 
 
 def test_where_the_backend_tells_of_none_nothing_is_opened(tmp_path: Path) -> None:
     backend = Asked()
-    assert list(batteries_of(backend, powered_rover(tmp_path))) == []
+    assert list(diagnose_batteries(backend, powered_rover(tmp_path))) == []
     assert not hasattr(backend, "asked")
 
 
-def test_what_is_wrong_with_the_file_is_told_by_others(tmp_path: Path) -> None:
+def test_what_is_wrong_with_the_file_is_reported_by_others(tmp_path: Path) -> None:
     backend = Asked({"cells": 7.4})
     backend.error = DescriptionError("a.toml", "serial", "is missing", "Add it")
-    assert list(batteries_of(backend, powered_rover(tmp_path))) == []
+    assert list(diagnose_batteries(backend, powered_rover(tmp_path))) == []

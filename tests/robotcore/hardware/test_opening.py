@@ -48,17 +48,17 @@ def test_a_battery_that_fails_keeps_no_motor_from_being_opened_and_is_noted() ->
     assert list(opened) == ORDER
 
 
-def test_every_device_that_fails_is_told() -> None:
+def test_every_device_that_fails_is_reported() -> None:
     with pytest.raises(DeviceGroupError, match=r"(?s)opening rover: 2 device.*nose: does not.*left_motor: does not"):
         opened_by(NotingDriver("left_motor", "nose"))
 
 
 def test_an_interruption_closes_what_is_open() -> None:
     class Interrupting(NotingDriver):
-        def open(self, told: AnyDevice, settings: NoSettings, host: Host) -> Device:
-            if told.name == "eye":
+        def open(self, description: AnyDevice, settings: NoSettings, host: Host) -> Device:
+            if description.name == "eye":
                 raise KeyboardInterrupt
-            return super().open(told, settings, host)
+            return super().open(description, settings, host)
 
     driver = Interrupting()
     with pytest.raises(KeyboardInterrupt):
@@ -67,7 +67,7 @@ def test_an_interruption_closes_what_is_open() -> None:
 
 
 @pytest.mark.parametrize(
-    "raised, told",
+    "raised, text",
     [
         (ConnectionError("no such port"), "eye: ConnectionError: no such port"),
         (
@@ -76,17 +76,17 @@ def test_an_interruption_closes_what_is_open() -> None:
         ),
     ],
 )
-def test_what_a_driver_has_not_translated_is_told_by_the_device_s_name(raised: Exception, told: str) -> None:
+def test_what_a_driver_has_not_translated_is_reported_by_the_device_s_name(raised: Exception, text: str) -> None:
     class Untranslated(NotingDriver):
         remedy = "pip install noting"
 
-        def open(self, told: AnyDevice, settings: NoSettings, host: Host) -> Device:
-            if told.name == "eye":
+        def open(self, description: AnyDevice, settings: NoSettings, host: Host) -> Device:
+            if description.name == "eye":
                 raise raised
-            return super().open(told, settings, host)
+            return super().open(description, settings, host)
 
     driver = Untranslated()
-    with pytest.raises(DeviceError, match=told) as caught:
+    with pytest.raises(DeviceError, match=text) as caught:
         opened_by(driver)
     assert caught.value.__cause__ is raised
     assert len([line for line in driver.diary if line.startswith("close")]) == len(ORDER) - 1
@@ -98,9 +98,9 @@ def test_a_device_that_fails_in_closing_hides_neither_why_nor_keeps_the_others_o
             raise DeviceError(self.name, "cannot be let go")
 
     class StuckDriver(NotingDriver):
-        def open(self, told: AnyDevice, settings: NoSettings, host: Host) -> Device:
-            device = super().open(told, settings, host)
-            return Stuck(told.name, self.diary) if told.name == "eye" else device
+        def open(self, description: AnyDevice, settings: NoSettings, host: Host) -> Device:
+            device = super().open(description, settings, host)
+            return Stuck(description.name, self.diary) if description.name == "eye" else device
 
     driver = StuckDriver("left_motor")
     with pytest.raises(DeviceGroupError, match=r"(?s)left_motor: does not answer.*eye: cannot be let go"):
@@ -122,13 +122,13 @@ class Board:
 class OnBoardDriver(NotingDriver):
     """Opens devices that are all on one board."""
 
-    def open(self, told: AnyDevice, settings: NoSettings, host: Host) -> Device:
+    def open(self, description: AnyDevice, settings: NoSettings, host: Host) -> Device:
         host.shared.take(Board, "/dev/ttyUSB0", lambda: Board(self.diary))
-        return super().open(told, settings, host)
+        return super().open(description, settings, host)
 
 
 def on_board(monkeypatch: pytest.MonkeyPatch, driver: OnBoardDriver) -> Robot:
-    monkeypatch.setattr("robotcore.hardware.opening.fit", lambda *_: fitted(driver, ROVER))
+    monkeypatch.setattr("robotcore.hardware.opening.bind_devices", lambda *_: fitted(driver, ROVER))
     setup = Setup(ROVER, None, frozenset(ORDER))
     clock = SteppedClock(20, lambda _steps: None)
     return open_robot(setup, "board", clock, release=lambda: driver.diary.append("release"))

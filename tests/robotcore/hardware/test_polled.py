@@ -9,24 +9,24 @@ import pytest
 from robotcore.description import RangeSensorDescription, load_robot
 from robotcore.errors import DeviceError
 from robotcore.hal.devices import Range
-from robotcore.hardware import Newest
-from robotcore.hardware.polled import Findings
+from robotcore.hardware import LatestSample
+from robotcore.hardware.polled import RangeSampler
 
 FIRST, SECOND = Range(1.0, time=0.0, sequence=0), Range(0.9, time=0.1, sequence=1)
 
 
 @pytest.fixture
-def newest() -> Newest[Range]:
-    return Newest("nose", FIRST)
+def newest() -> LatestSample[Range]:
+    return LatestSample("nose", FIRST)
 
 
-def test_the_last_sample_is_handed_out_until_there_is_a_newer_one(newest: Newest[Range]) -> None:
+def test_the_last_sample_is_handed_out_until_there_is_a_newer_one(newest: LatestSample[Range]) -> None:
     assert newest.get() is newest.get() is FIRST
     newest.put(SECOND)
     assert newest.get() is SECOND
 
 
-def test_a_failure_is_told_by_the_device_s_name_for_as_long_as_it_lasts(newest: Newest[Range]) -> None:
+def test_a_failure_is_reported_by_the_device_s_name_for_as_long_as_it_lasts(newest: LatestSample[Range]) -> None:
     newest.fail(OSError("no answer"))
     for _ in range(2):
         with pytest.raises(DeviceError, match="nose: OSError: no answer") as caught:
@@ -34,7 +34,7 @@ def test_a_failure_is_told_by_the_device_s_name_for_as_long_as_it_lasts(newest: 
         assert isinstance(caught.value.__cause__, OSError)
 
 
-def test_a_named_failure_stays_as_it_is(newest: Newest[Range]) -> None:
+def test_a_named_failure_stays_as_it_is(newest: LatestSample[Range]) -> None:
     error = DeviceError("nose", "is gone; plug it in again")
     newest.fail(error)
     with pytest.raises(DeviceError) as caught:
@@ -42,7 +42,7 @@ def test_a_named_failure_stays_as_it_is(newest: Newest[Range]) -> None:
     assert caught.value is error
 
 
-def test_a_device_that_works_again_is_read_again(newest: Newest[Range]) -> None:
+def test_a_device_that_works_again_is_read_again(newest: LatestSample[Range]) -> None:
     newest.fail(OSError("no answer"))
     newest.put(SECOND)
     assert newest.get() is SECOND
@@ -52,28 +52,28 @@ def test_a_device_that_works_again_is_read_again(newest: Newest[Range]) -> None:
 
 
 def test_before_anything_was_found_it_says_so() -> None:
-    findings = Findings(NOSE, 3)
-    findings.nothing(0.0)
-    findings.recovered()
-    assert not findings.has_told
+    findings = RangeSampler(NOSE, 3)
+    findings.add_no_echo(0.0)
+    findings.clear_failure()
+    assert not findings.has_result
     with pytest.raises(DeviceError, match="nose: has found nothing that could be judged"):
         findings.newest.get()
 
 
 def test_a_failure_ends_a_row_of_nothing() -> None:
-    findings = Findings(NOSE, 3)
-    findings.found(1.0, 0.0)
-    findings.nothing(0.1)
-    findings.nothing(0.2)
-    findings.failed(OSError("unplugged"))
-    findings.recovered()
-    findings.nothing(0.3)
+    findings = RangeSampler(NOSE, 3)
+    findings.add_distance(1.0, 0.0)
+    findings.add_no_echo(0.1)
+    findings.add_no_echo(0.2)
+    findings.fail(OSError("unplugged"))
+    findings.clear_failure()
+    findings.add_no_echo(0.3)
     assert findings.newest.get().time == 0.0
 
 
 def test_what_is_in_range_and_what_is_not() -> None:
-    findings = Findings(NOSE, 3)
-    for number, (distance, told) in enumerate([(0.0, 0.02), (0.5, 0.5), (2.0, 2.0), (2.001, math.inf)]):
-        findings.found(distance, float(number))
+    findings = RangeSampler(NOSE, 3)
+    for number, (distance, reported) in enumerate([(0.0, 0.02), (0.5, 0.5), (2.0, 2.0), (2.001, math.inf)]):
+        findings.add_distance(distance, float(number))
         sample = findings.newest.get()
-        assert (sample.distance, sample.time, sample.sequence) == (told, float(number), number)
+        assert (sample.distance, sample.time, sample.sequence) == (reported, float(number), number)

@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 from robotcore.description import load_robot
 from robotcore.hal.devices import Device
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.hardware import Host, fit
+from robotcore.hardware import Host, bind_devices
 from tests.system.speed import scaled
 
 GUEST = Path(__file__).parent
@@ -30,7 +30,7 @@ EDGES_A_SECOND = 40.0
 def open_device(name: str, pins: Any, robot: str = "bench") -> Device:
     """Open one device of a robot of the guest's."""
     described = load_robot(str(ROBOTS / f"{robot}.toml"))
-    (fitting,) = fit(described, "raspberrypi", [name])
+    (fitting,) = bind_devices(described, "raspberrypi", [name])
     return fitting.open(Host(described, MonotonicClock(), pins))
 
 

@@ -10,11 +10,11 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from drivers.serial.boards.board import Board, open_board
-from drivers.serial.boards.command import Command
+from drivers.serial.boards.command import CommandBuffer
 from drivers.serial.boards.cutoff import stop_frame
 from drivers.serial.boards.devices import BoardBattery, BoardEncoder, BoardMotor, BoardOutput
-from drivers.serial.boards.hoverboard.board import HoverboardTalk
-from drivers.serial.boards.hoverboard.protocol import LIMIT, STANDING, STOP, Mixed, Mixer, Tank
+from drivers.serial.boards.hoverboard.board import HoverboardProtocol
+from drivers.serial.boards.hoverboard.protocol import LIMIT, STANDING, STOP, CoefficientMixer, Mixer, TankMixer
 from drivers.serial.driver import PortSettings, SerialDriver, Side, SideSettings
 from drivers.serial.line import Line
 from robotcore.description import BatteryDescription, EncoderDescription, MotorDescription, RobotDescription
@@ -61,7 +61,7 @@ class HoverboardMotorSettings(WheelSettings):
 
     @property
     def mixer(self) -> Mixer:
-        return Tank() if self.tank_steering else Mixed(self.speed_coefficient, self.steer_coefficient)
+        return TankMixer() if self.tank_steering else CoefficientMixer(self.speed_coefficient, self.steer_coefficient)
 
     @property
     def unit_per_rad_s(self) -> float:
@@ -76,19 +76,19 @@ class HoverboardMotorSettings(WheelSettings):
             "firmware", "config.h of the board at", self.port, is_shared=True, instead=instead, spoken=built
         )
 
-    def check(self, told: MotorDescription, robot: RobotDescription) -> None:
+    def check(self, description: MotorDescription, robot: RobotDescription) -> None:
         """Raise ValueError, the fault, a semicolon and the remedy, where the board cannot turn the wheel so."""
         if self.mode == "duty":
-            self._check_duty(told, robot)
+            self._check_duty(description, robot)
         elif self.model or self.control:
             raise ValueError("in mode speed the board holds the velocity; leave model and control out")
-        elif told.max_velocity_rad_s > (reach := self.mixer.straight / abs(self.unit_per_rad_s)):
+        elif description.max_velocity_rad_s > (reach := self.mixer.straight / abs(self.unit_per_rad_s)):
             raise ValueError(
-                f"the board turns a wheel at {reach:.3g} rad/s at most, and max_velocity_rad_s of {told.name} is "
-                f"{told.max_velocity_rad_s:g}; lower that, or correct max_rpm or speed_coefficient"
+                f"the board turns a wheel at {reach:.3g} rad/s at most, and max_velocity_rad_s of {description.name} "
+                f"is {description.max_velocity_rad_s:g}; lower that, or correct max_rpm or speed_coefficient"
             )
 
-    def _check_duty(self, told: MotorDescription, robot: RobotDescription) -> None:
+    def _check_duty(self, description: MotorDescription, robot: RobotDescription) -> None:
         if self.model is None:
             raise ValueError("in mode duty the wheel turns by its model; add one, or build the board with SPD_MODE")
         if self.model.max_duty > (straight := self.mixer.straight / LIMIT):
@@ -96,7 +96,7 @@ class HoverboardMotorSettings(WheelSettings):
                 f"the board's mixer makes a duty of {straight:g} at most, and model.max_duty is "
                 f"{self.model.max_duty:g}; lower that, or correct speed_coefficient"
             )
-        require_drivable(told, self.model, self.control, robot)
+        require_drivable(description, self.model, self.control, robot)
 
 
 ANSWER_S = 1.0
@@ -124,34 +124,36 @@ class HoverboardMotor(SerialDriver[MotorDescription, HoverboardMotorSettings]):
     settings = HoverboardMotorSettings
     parts = ("hoverboard", "eferu")
 
-    def check(self, told: MotorDescription, settings: HoverboardMotorSettings, robot: RobotDescription) -> None:
-        settings.check(told, robot)
+    def check(self, description: MotorDescription, settings: HoverboardMotorSettings, robot: RobotDescription) -> None:
+        settings.check(description, robot)
 
     def connections(self, settings: HoverboardMotorSettings) -> Sequence[Connection]:
         return (*super().connections(settings), settings.firmware())
 
-    def notes(self, told: MotorDescription, settings: HoverboardMotorSettings) -> Sequence[str]:
+    def notes(self, description: MotorDescription, settings: HoverboardMotorSettings) -> Sequence[str]:
         mode = MODE.format(mode="SPD_MODE" if settings.mode == "speed" else "VLT_MODE")
         part = settings.mixer.turning / LIMIT
         return (WIRING, mode, SLEEPING, *((TURNING.format(part=part),) if part < 1 else ()))
 
-    def cutoffs(self, told: MotorDescription, settings: HoverboardMotorSettings, host: Host) -> Sequence[CutoffSpec]:
-        return (stop_frame(told.name, settings.port, settings.speed, STOP, STANDING, host),)
+    def cutoffs(
+        self, description: MotorDescription, settings: HoverboardMotorSettings, host: Host
+    ) -> Sequence[CutoffSpec]:
+        return (stop_frame(description.name, settings.port, settings.speed, STOP, STANDING, host),)
 
-    def open(self, told: MotorDescription, settings: HoverboardMotorSettings, host: Host) -> Motor:
-        board = _board(told.name, settings, host)
-        board.talk.mixer = settings.mixer
+    def open(self, description: MotorDescription, settings: HoverboardMotorSettings, host: Host) -> Motor:
+        board = _board(description.name, settings, host)
+        board.protocol.mixer = settings.mixer
         if settings.model is None:
-            output = BoardOutput(told.name, board.line, board.talk.command, settings.side)
-            return BoardMotor(told, output, settings.unit_per_rad_s)
-        duties = DutyOutput(told.name, board.line, board.talk.command, settings.side, settings.sign * LIMIT)
-        return open_motor(told, settings.model, settings.control, lambda: duties, host)
+            output = BoardOutput(description.name, board.line, board.protocol.command, settings.side)
+            return BoardMotor(description, output, settings.unit_per_rad_s)
+        duties = DutyOutput(description.name, board.line, board.protocol.command, settings.side, settings.sign * LIMIT)
+        return open_motor(description, settings.model, settings.control, lambda: duties, host)
 
 
 class DutyOutput(BoardOutput):
     """A side of the board that takes duties; ``unit`` is what the board is told for a whole one."""
 
-    def __init__(self, device: str, line: Line, command: Command, side: Side, unit: int) -> None:
+    def __init__(self, device: str, line: Line, command: CommandBuffer, side: Side, unit: int) -> None:
         super().__init__(device, line, command, side)
         self._unit = unit
 
@@ -168,12 +170,12 @@ class HoverboardEncoder(SerialDriver[EncoderDescription, WheelSettings]):
     what = "encoder"
     settings = WheelSettings
 
-    def open(self, told: EncoderDescription, settings: WheelSettings, host: Host) -> Encoder:
-        board = _board(told.name, settings, host)
+    def open(self, description: EncoderDescription, settings: WheelSettings, host: Host) -> Encoder:
+        board = _board(description.name, settings, host)
         is_left = settings.side == "left"
         forward = 1 if is_left else -1  # the right motor is mounted the other way round
-        turning = board.talk.left if is_left else board.talk.right
-        encoder = BoardEncoder(told.name, board.line, turning, forward * settings.sign * math.tau / 60)
+        turning = board.protocol.left if is_left else board.protocol.right
+        encoder = BoardEncoder(description.name, board.line, turning, forward * settings.sign * math.tau / 60)
         encoder.await_first(ANSWER_S)
         return encoder
 
@@ -187,12 +189,14 @@ class HoverboardBattery(SerialDriver[BatteryDescription, HoverboardSettings]):
     what = "battery"
     settings = HoverboardSettings
 
-    def open(self, told: BatteryDescription, settings: HoverboardSettings, host: Host) -> Battery:
-        board = _board(told.name, settings, host)
-        battery = BoardBattery(told.name, board.line, lambda: board.talk.voltage)
+    def open(self, description: BatteryDescription, settings: HoverboardSettings, host: Host) -> Battery:
+        board = _board(description.name, settings, host)
+        battery = BoardBattery(description.name, board.line, lambda: board.protocol.voltage)
         battery.await_first(ANSWER_S)
         return battery
 
 
-def _board(device: str, settings: HoverboardSettings, host: Host) -> Board[HoverboardTalk]:
-    return open_board(device, settings.port, HoverboardTalk, partial(HoverboardTalk, settings.speed), host, ANSWER_S)
+def _board(device: str, settings: HoverboardSettings, host: Host) -> Board[HoverboardProtocol]:
+    return open_board(
+        device, settings.port, HoverboardProtocol, partial(HoverboardProtocol, settings.speed), host, ANSWER_S
+    )

@@ -157,10 +157,10 @@ class Mixer(ABC):
         """Return the command for these wheels; of more than it can do, both have the same part: the path stays."""
 
 
-class Tank(Mixer):
+class TankMixer(Mixer):
     """The board mixes nothing (TANK_STEERING): steer is the left wheel, speed the right one.
 
-    >>> Tank().steering(-2000, 1000)
+    >>> TankMixer().steering(-2000, 1000)
     Steering(steer=-1000, speed=500)
     """
 
@@ -175,15 +175,15 @@ class Tank(Mixer):
 
 
 @dataclass(frozen=True)
-class Mixed(Mixer):
+class CoefficientMixer(Mixer):
     """Left is speed and steer, right is speed less steer, each by its coefficient.
 
     They are SPEED_COEFFICIENT and STEER_COEFFICIENT in the firmware's config.h, divided by 16384. Source: `mixerFcn` in
     its Src/util.c.
 
-    >>> Mixed().steering(101, 100), Mixed().wheels(Steering(1, 101))
+    >>> CoefficientMixer().steering(101, 100), CoefficientMixer().wheels(Steering(1, 101))
     (Steering(steer=1, speed=101), (101, 100))
-    >>> Mixed().steering(-1000, 1000)
+    >>> CoefficientMixer().steering(-1000, 1000)
     Steering(steer=-1000, speed=0)
     """
 
@@ -211,14 +211,14 @@ class Mixed(Mixer):
             (Steering(*words) for words in near), key=lambda words: self._error(words, left * part, right * part)
         )
 
-    def wheels(self, told: Steering) -> tuple[int, int]:
+    def wheels(self, steering: Steering) -> tuple[int, int]:
         """Return what the board makes of a command for the left and the right wheel, to the bit."""
-        steer = told.steer * 16 * round(self.steer_coefficient * ONE) >> 14
-        speed = told.speed * 16 * round(self.speed_coefficient * ONE) >> 14
+        steer = steering.steer * 16 * round(self.steer_coefficient * ONE) >> 14
+        speed = steering.speed * 16 * round(self.speed_coefficient * ONE) >> 14
         return _limited(speed + steer >> 4), _limited(speed - steer >> 4)
 
-    def _error(self, told: Steering, left: float, right: float) -> float:
-        made_left, made_right = self.wheels(told)
+    def _error(self, steering: Steering, left: float, right: float) -> float:
+        made_left, made_right = self.wheels(steering)
         return (made_left - left) ** 2 + (made_right - right) ** 2
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from drivers.serial.boards.board import BoardTalk
-from drivers.serial.boards.command import Told
+from drivers.serial.boards.board import BoardProtocol
+from drivers.serial.boards.command import WheelCommand
 from drivers.serial.boards.rosarduino.devices import Counts
 from drivers.serial.boards.rosarduino.protocol import (
     COUNTS,
@@ -17,7 +17,7 @@ from drivers.serial.boards.rosarduino.protocol import (
     speeds,
     still_there,
 )
-from drivers.serial.boards.rosarduino.requests import UNKNOWN, Acquaintance, Asking, Poll, Polls
+from drivers.serial.boards.rosarduino.requests import UNKNOWN, FirmwareProbe, Poll, PollSchedule, RequestQueue
 from drivers.serial.driver import Side
 
 SILENCE_S = 0.4
@@ -36,7 +36,7 @@ MISTAKEN = 2
 FULL_DUTY = 255
 
 
-class ArduinoTalk(BoardTalk):
+class ArduinoProtocol(BoardProtocol):
     """Asks a board who it is, tells it each new command once, and asks for counts and all else in between.
 
     ``command`` is in counts a frame, or, where the motors go by duty, from -1 to 1. What is not acknowledged is told
@@ -52,12 +52,12 @@ class ArduinoTalk(BoardTalk):
         self.firmware = UNKNOWN
         self.goes_by_duty: bool | None = None
         self.counts: dict[Side, Counts] = {"left": Counts(), "right": Counts()}
-        self._asking = Asking()
-        self._acquaintance = Acquaintance(baud)
+        self._requests = RequestQueue()
+        self._firmware_probe = FirmwareProbe(baud)
         self._counting = Poll(COUNTS, IDLE_S, self._count)
-        self._polls = Polls(self._counting)
+        self._polls = PollSchedule(self._counting)
         self._kept_timeout_s: float | None = None
-        self._unheard: Told | None = None
+        self._unacknowledged: WheelCommand | None = None
         self._refusals = 0
 
     @property
@@ -71,7 +71,7 @@ class ArduinoTalk(BoardTalk):
     @property
     def is_settled(self) -> bool:
         """Whether the newest command was acknowledged."""
-        return super().is_settled and self._unheard is None
+        return super().is_settled and self._unacknowledged is None
 
     def count_every(self, period_s: float) -> None:
         """Ask for the encoders' counts so often, or as often as the line allows."""
@@ -82,94 +82,94 @@ class ArduinoTalk(BoardTalk):
         self._polls.add(poll)
 
     def begin(self, now: float) -> None:
-        self._asking = Asking()
+        self._requests = RequestQueue()
         super().begin(now)
 
     def receive(self, data: bytes, now: float) -> None:
-        if self._asking.hear(data, now):
+        if self._requests.receive(data, now):
             self._heard_at = now
 
     def due(self, now: float) -> bytes:
         self._lose_if_silent(now)
-        if self._asking.waits(now):
+        if self._requests.is_waiting(now):
             return self._urgent(now)
         if not self.is_ready:
-            return self._asking.ask(self._acquaintance.question(), self._identify, now)
-        if not self._asking.is_sure:
-            return self._reassured(now)
+            return self._requests.ask(self._firmware_probe.question(), self._identify, now)
+        if not self._requests.is_sure:
+            return self._resynchronize(now)
         return self._next(now)
 
     def next_due(self, now: float) -> float:
-        if (until := self._asking.until) is not None:
+        if (until := self._requests.until) is not None:
             return until
         return min(self.command.next_due, self._polls.next_due)
 
     def _lose(self, now: float) -> None:
         """Know nothing of the board any more; who it is, it is asked next."""
         super()._lose(now)
-        self._acquaintance = Acquaintance(self.baud)
-        self._unheard, self._refusals = None, 0
-        self._asking.give_up()
-        self._asking.is_summed = None
+        self._firmware_probe = FirmwareProbe(self.baud)
+        self._unacknowledged, self._refusals = None, 0
+        self._requests.give_up()
+        self._requests.is_summed = None
         self._kept_timeout_s = None
         for counts in self.counts.values():
             counts.restart()
 
     def _identify(self, answer: Answer, _: float) -> None:
-        if firmware := self._acquaintance.answered(answer):
+        if firmware := self._firmware_probe.answered(answer):
             self.firmware = firmware
-            self._asking.is_summed = firmware.is_ours
-            self._unheard = Told()
+            self._requests.is_summed = firmware.is_ours
+            self._unacknowledged = WheelCommand()
             self._meet()
 
-    def _reassured(self, now: float) -> bytes:
+    def _resynchronize(self, now: float) -> bytes:
         """Find back into step; a board that was reset meanwhile has forgotten its time-out."""
         self._kept_timeout_s = None
         patience_s = max(GREETING_S, self._polls.slowest_s)
         question = still_there(self.baud, patience_s, is_summed=self.firmware.is_ours)
-        return self._asking.ask(question, _ignore, now)
+        return self._requests.ask(question, _ignore, now)
 
     def _urgent(self, now: float) -> bytes:
         """Return a stop that waits no longer for an answer."""
-        if not (self._stop_is_due(now) and self._asking.drags(now, URGENT_S)):
+        if not (self._stop_is_due(now) and self._requests.is_overdue(now, URGENT_S)):
             return b""
         self._newest(now)
-        self._asking.interrupt()
+        self._requests.interrupt()
         return STOP_NOW
 
     def _next(self, now: float) -> bytes:
-        has_to_stop = self._stop_is_due(now) or (self._unheard and self._unheard.stops)
+        has_to_stop = self._stop_is_due(now) or (self._unacknowledged and self._unacknowledged.stops)
         if self._has_to_limit and not has_to_stop:
             return self._limited(now)
-        if told := self._newest(now):
-            return self._asking.ask(self._driving(told), self._acknowledge, now)
+        if wheels := self._newest(now):
+            return self._requests.ask(self._driving(wheels), self._acknowledge, now)
         if poll := self._polls.take(now):
-            return self._asking.ask(poll.question, poll.heard, now)
+            return self._requests.ask(poll.question, poll.heard, now)
         return b""
 
     def _stop_is_due(self, now: float) -> bool:
-        return self.command.next_due <= now and self.command.told.stops
+        return self.command.next_due <= now and self.command.newest.stops
 
-    def _newest(self, now: float) -> Told | None:
+    def _newest(self, now: float) -> WheelCommand | None:
         """Return what the motors are to be told now: something new, or again that both are to stand."""
         if self.command.next_due <= now:
-            self._unheard = self.command.told  # before it is taken, that nobody thinks it were heard
-            self._unheard = self.command.take(now, self.timeout_s)
-        elif self._unheard and not self._unheard.stops:
+            self._unacknowledged = self.command.newest  # before it is taken, that nobody thinks it were heard
+            self._unacknowledged = self.command.take(now, self.timeout_s)
+        elif self._unacknowledged and not self._unacknowledged.stops:
             return None
-        return self._unheard
+        return self._unacknowledged
 
-    def _driving(self, told: Told) -> Question:
-        if told.stops:
+    def _driving(self, wheels: WheelCommand) -> Question:
+        if wheels.stops:
             return STOP
         if self.goes_by_duty:
-            return duties(round(told.left * FULL_DUTY), round(told.right * FULL_DUTY))
-        return speeds(round(told.left), round(told.right))
+            return duties(round(wheels.left * FULL_DUTY), round(wheels.right * FULL_DUTY))
+        return speeds(round(wheels.left), round(wheels.right))
 
     def _acknowledge(self, answer: Answer, now: float) -> None:
         self._refusals = self._refusals + 1 if answer.is_refusal else 0
         if not self._refusals:
-            self._unheard = None
+            self._unacknowledged = None
         elif self._refusals >= MISTAKEN and not self.firmware.is_ours:
             self._lose(now)
 
@@ -185,7 +185,7 @@ class ArduinoTalk(BoardTalk):
             if not answer.is_refusal:
                 self._kept_timeout_s = timeout_s
 
-        return self._asking.ask(deadman(round(timeout_s * 1000)), keep, now)
+        return self._requests.ask(deadman(round(timeout_s * 1000)), keep, now)
 
     def _count(self, answer: Answer, now: float) -> None:
         if not answer.is_refusal:

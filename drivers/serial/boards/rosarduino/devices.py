@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 
-from drivers.serial.boards.devices import BoardMotor, BoardOutput, BoardSensor, Turning
+from drivers.serial.boards.devices import BoardMotor, BoardOutput, BoardSensor, CountAccumulator
 from drivers.serial.boards.rosarduino.protocol import Answer
 from drivers.serial.line import Line
 from robotcore.description import MotorDescription, RangeSensorDescription
 from robotcore.errors import DeviceError
 from robotcore.hal.devices import Range, RangeSensor, Voltage
-from robotcore.hardware.polled import Findings
+from robotcore.hardware.polled import RangeSampler
 
 FASTEST_HZ = 50_000
 """No such board counts more edges in a second."""
@@ -46,7 +46,7 @@ class Counts:
     """
 
     def __init__(self) -> None:
-        self.turning = Turning(WRAPS_AT)
+        self.turning = CountAccumulator(WRAPS_AT)
         self._last: tuple[int, float] | None = None
         self._doubted: tuple[int, float] | None = None
 
@@ -83,7 +83,7 @@ def _turned(count: int, before: int) -> int:
 class Ranges:
     """Judges what our firmware tells: the newest range in mm, -1 where no echo came, and its age in ms."""
 
-    def __init__(self, device: str, findings: Findings) -> None:
+    def __init__(self, device: str, findings: RangeSampler) -> None:
         self._device, self._findings = device, findings
         self._last: float | None = None
 
@@ -94,17 +94,17 @@ class Ranges:
         millimetres, age_ms = answer.numbers
         time = now - age_ms / 1000
         if age_ms > MUTE_S * 1000:
-            self._findings.failed(DeviceError(self._device, _MUTE))
+            self._findings.fail(DeviceError(self._device, _MUTE))
         elif self._last is None or time - self._last > SAME_S:
             self._last = time
             self._judge(millimetres, time)
 
     def _judge(self, millimetres: int, time: float) -> None:
         if millimetres < 0:
-            self._findings.recovered()
-            self._findings.nothing(time)
+            self._findings.clear_failure()
+            self._findings.add_no_echo(time)
         else:
-            self._findings.found(millimetres / 1000, time)
+            self._findings.add_distance(millimetres / 1000, time)
 
 
 class Pings:
@@ -113,8 +113,8 @@ class Pings:
     A module that hears nothing ends its pulse by itself: what is out of range may be far, or may be that.
     """
 
-    def __init__(self, told: RangeSensorDescription, findings: Findings) -> None:
-        self._told, self._findings = told, findings
+    def __init__(self, description: RangeSensorDescription, findings: RangeSampler) -> None:
+        self._description, self._findings = description, findings
         self._mute = 0
 
     def take(self, answer: Answer, now: float) -> None:
@@ -124,14 +124,14 @@ class Pings:
         distance = answer.numbers[0] / 100
         self._mute = 0 if distance else self._mute + 1
         if self._mute >= MUTE_PINGS:
-            self._findings.failed(DeviceError(self._told.name, _MUTE))
+            self._findings.fail(DeviceError(self._description.name, _MUTE))
         elif not distance:
-            self._findings.unclear()
-        elif distance > self._told.max_range_m:
-            self._findings.recovered()
-            self._findings.nothing(now)
+            self._findings.add_unclear()
+        elif distance > self._description.max_range_m:
+            self._findings.clear_failure()
+            self._findings.add_no_echo(now)
         else:
-            self._findings.found(distance, now)
+            self._findings.add_distance(distance, now)
 
 
 class Voltages:
@@ -165,10 +165,10 @@ class CountingMotor(BoardMotor):
     1 rad/s is in counts a frame; ``max_velocity`` is a whole number of them.
     """
 
-    def __init__(self, told: MotorDescription, output: BoardOutput, counts_per_rad_s: float) -> None:
-        super().__init__(told, output, counts_per_rad_s)
+    def __init__(self, description: MotorDescription, output: BoardOutput, counts_per_rad_s: float) -> None:
+        super().__init__(description, output, counts_per_rad_s)
         self._counts_per_rad_s = counts_per_rad_s
-        self.max_velocity = math.floor(told.max_velocity_rad_s * counts_per_rad_s) / counts_per_rad_s
+        self.max_velocity = math.floor(description.max_velocity_rad_s * counts_per_rad_s) / counts_per_rad_s
 
     def set_velocity(self, rad_s: float) -> float:
         return round(super().set_velocity(rad_s) * self._counts_per_rad_s) / self._counts_per_rad_s
@@ -180,14 +180,18 @@ class CountingMotor(BoardMotor):
 class Sonar(BoardSensor[Range], RangeSensor):
     """Tells what the board's module has found; where the line is lost, nothing."""
 
-    def __init__(self, told: RangeSensorDescription, line: Line, findings: Findings) -> None:
+    def __init__(self, description: RangeSensorDescription, line: Line, findings: RangeSampler) -> None:
         RangeSensor.__init__(
-            self, told.name, min_range=told.min_range_m, max_range=told.max_range_m, cone=told.cone_rad
+            self,
+            description.name,
+            min_range=description.min_range_m,
+            max_range=description.max_range_m,
+            cone=description.cone_rad,
         )
         self._line, self._findings = line, findings
 
     def await_first(self, within_s: float) -> None:
-        self._line.wait_until(lambda: self._findings.has_told, self.name, within_s, self._untold)
+        self._line.wait_until(lambda: self._findings.has_result, self.name, within_s, self._no_sample_yet)
         self._newest()
 
     def _newest(self) -> Range:

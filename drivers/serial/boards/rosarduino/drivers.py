@@ -10,7 +10,7 @@ from typing import ClassVar, TypeVar
 from drivers.serial.boards.board import Board, open_board
 from drivers.serial.boards.cutoff import stop_frame
 from drivers.serial.boards.devices import BoardBattery, BoardEncoder, BoardOutput
-from drivers.serial.boards.rosarduino.board import ArduinoTalk
+from drivers.serial.boards.rosarduino.board import ArduinoProtocol
 from drivers.serial.boards.rosarduino.devices import MUTE_PINGS, CountingMotor, Pings, Ranges, Sonar, Voltages
 from drivers.serial.boards.rosarduino.protocol import BATTERY, OBEYED, PING_S, RANGE, STOP_NOW, ping
 from drivers.serial.boards.rosarduino.requests import Poll
@@ -47,7 +47,7 @@ from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.devices import Battery, Encoder, Motor, RangeSensor
 from robotcore.hardware import Connection, Host
 from robotcore.hardware.motor_control import open_motor, require_drivable
-from robotcore.hardware.polled import Findings, require_timely
+from robotcore.hardware.polled import RangeSampler, require_timely
 
 ANSWER_S = 4.0
 """An Arduino is reset when its port is opened, and its boot loader waits up to two seconds for a new sketch."""
@@ -61,16 +61,16 @@ COUNT_S = 0.005
 RANGE_S, BATTERY_S = 0.03, 0.5
 """So often our firmware is asked for what it measures by itself."""
 
-ToldT = TypeVar("ToldT", bound=StrictModel)
+DescriptionT = TypeVar("DescriptionT", bound=StrictModel)
 SettingsT = TypeVar("SettingsT", bound=ArduinoSettings)
 
 
-class ArduinoDriver(SerialDriver[ToldT, SettingsT]):
+class ArduinoDriver(SerialDriver[DescriptionT, SettingsT]):
     """What the devices of such a board have in common."""
 
     parts: ClassVar[tuple[str, ...]] = ("arduino", "uno", "nano", "robotcore-bridge", "rosarduinobridge")
 
-    def notes(self, told: ToldT, settings: SettingsT) -> Sequence[str]:
+    def notes(self, description: DescriptionT, settings: SettingsT) -> Sequence[str]:
         return (BOARD,)
 
 
@@ -87,30 +87,32 @@ class ArduinoMotor(ArduinoDriver[MotorDescription, ArduinoMotorSettings]):
     settings = ArduinoMotorSettings
     tells_direction = True
 
-    def notes(self, told: MotorDescription, settings: ArduinoMotorSettings) -> Sequence[str]:
+    def notes(self, description: MotorDescription, settings: ArduinoMotorSettings) -> Sequence[str]:
         return (BOARD, TIMEOUT) if settings.model else (BOARD, TIMEOUT, COUNTING)
 
-    def check(self, told: MotorDescription, settings: ArduinoMotorSettings, robot: RobotDescription) -> None:
+    def check(self, description: MotorDescription, settings: ArduinoMotorSettings, robot: RobotDescription) -> None:
         if settings.model:
-            require_drivable(told, settings.model, settings.control, robot)
+            require_drivable(description, settings.model, settings.control, robot)
             return
         if settings.control:
             raise ValueError("control goes by duty, and there is no model; add the motor's model, or leave control out")
-        require_countable(told, counts_per_turn(told.name, settings, robot))
+        require_countable(description, counts_per_turn(description.name, settings, robot))
 
-    def open(self, told: MotorDescription, settings: ArduinoMotorSettings, host: Host) -> Motor:
-        board = _board(told.name, settings, host)
-        require_wheels(board, told.name)
-        agree_on_duties(board, told.name, goes_by_duty=settings.model is not None)
-        board.talk.limit(settings.board_timeout_s)
-        output = BoardOutput(told.name, board.line, board.talk.command, settings.side)
+    def open(self, description: MotorDescription, settings: ArduinoMotorSettings, host: Host) -> Motor:
+        board = _board(description.name, settings, host)
+        require_wheels(board, description.name)
+        agree_on_duties(board, description.name, goes_by_duty=settings.model is not None)
+        board.protocol.limit(settings.board_timeout_s)
+        output = BoardOutput(description.name, board.line, board.protocol.command, settings.side)
         if settings.model:
-            return open_motor(told, settings.model, settings.control, lambda: output, host)
-        counts = counts_per_turn(told.name, settings, host.robot)
-        return CountingMotor(told, output, counts / math.tau * board.talk.firmware.frame_s)
+            return open_motor(description, settings.model, settings.control, lambda: output, host)
+        counts = counts_per_turn(description.name, settings, host.robot)
+        return CountingMotor(description, output, counts / math.tau * board.protocol.firmware.frame_s)
 
-    def cutoffs(self, told: MotorDescription, settings: ArduinoMotorSettings, host: Host) -> Sequence[CutoffSpec]:
-        return (stop_frame(told.name, settings.port, settings.speed, STOP_NOW, OBEYED, host),)
+    def cutoffs(
+        self, description: MotorDescription, settings: ArduinoMotorSettings, host: Host
+    ) -> Sequence[CutoffSpec]:
+        return (stop_frame(description.name, settings.port, settings.speed, STOP_NOW, OBEYED, host),)
 
 
 class ArduinoEncoder(ArduinoDriver[EncoderDescription, ArduinoEncoderSettings]):
@@ -122,16 +124,18 @@ class ArduinoEncoder(ArduinoDriver[EncoderDescription, ArduinoEncoderSettings]):
     what = "encoder"
     settings = ArduinoEncoderSettings
 
-    def notes(self, told: EncoderDescription, settings: ArduinoEncoderSettings) -> Sequence[str]:
-        edges = edges_per_turn(told, settings.counts)
-        return BOARD, EDGES.format(edges=edges, told=told.counts_per_turn, counts=settings.counts)
+    def notes(self, description: EncoderDescription, settings: ArduinoEncoderSettings) -> Sequence[str]:
+        edges = edges_per_turn(description, settings.counts)
+        return BOARD, EDGES.format(edges=edges, counts_per_turn=description.counts_per_turn, counts=settings.counts)
 
-    def open(self, told: EncoderDescription, settings: ArduinoEncoderSettings, host: Host) -> Encoder:
-        board = _board(told.name, settings, host)
-        require_wheels(board, told.name)
-        board.talk.count_every(COUNT_S)
-        turning = board.talk.counts[settings.side].turning
-        encoder = BoardEncoder(told.name, board.line, turning, math.tau / edges_per_turn(told, settings.counts))
+    def open(self, description: EncoderDescription, settings: ArduinoEncoderSettings, host: Host) -> Encoder:
+        board = _board(description.name, settings, host)
+        require_wheels(board, description.name)
+        board.protocol.count_every(COUNT_S)
+        turning = board.protocol.counts[settings.side].turning
+        encoder = BoardEncoder(
+            description.name, board.line, turning, math.tau / edges_per_turn(description, settings.counts)
+        )
         encoder.await_first(FIRST_S)
         return encoder
 
@@ -149,17 +153,19 @@ class ArduinoSonar(ArduinoDriver[RangeSensorDescription, ArduinoSonarSettings]):
     def connections(self, settings: ArduinoSonarSettings) -> Sequence[Connection]:
         return settings.at("sonar" if settings.pin is None else f"sonar on pin {settings.pin}")
 
-    def notes(self, told: RangeSensorDescription, settings: ArduinoSonarSettings) -> Sequence[str]:
+    def notes(self, description: RangeSensorDescription, settings: ArduinoSonarSettings) -> Sequence[str]:
         return BOARD, UNPINNED if settings.pin is None else PINGING
 
-    def check(self, told: RangeSensorDescription, settings: ArduinoSonarSettings, robot: RobotDescription) -> None:
+    def check(
+        self, description: RangeSensorDescription, settings: ArduinoSonarSettings, robot: RobotDescription
+    ) -> None:
         require_timely(settings.cycles, settings.cycle, robot)
 
-    def open(self, told: RangeSensorDescription, settings: ArduinoSonarSettings, host: Host) -> RangeSensor:
-        board = _board(told.name, settings, host)
-        findings = Findings(told, settings.cycles)
-        board.talk.poll(_asked(board, told, settings, findings))
-        sonar = Sonar(told, board.line, findings)
+    def open(self, description: RangeSensorDescription, settings: ArduinoSonarSettings, host: Host) -> RangeSensor:
+        board = _board(description.name, settings, host)
+        findings = RangeSampler(description, settings.cycles)
+        board.protocol.poll(_asked(board, description, settings, findings))
+        sonar = Sonar(description, board.line, findings)
         sonar.await_first(FIRST_S + (PING_S * MUTE_PINGS if settings.pin else 0))
         return sonar
 
@@ -173,32 +179,37 @@ class ArduinoBattery(ArduinoDriver[BatteryDescription, ArduinoSettings]):
     what = "battery"
     settings = ArduinoSettings
 
-    def open(self, told: BatteryDescription, settings: ArduinoSettings, host: Host) -> Battery:
-        board = _board(told.name, settings, host)
-        require_ours(board, told.name, "measures no battery")
-        voltages = Voltages(told.name)
-        board.talk.poll(Poll(BATTERY, BATTERY_S, voltages.take))
-        battery = BoardBattery(told.name, board.line, voltages.newest)
+    def open(self, description: BatteryDescription, settings: ArduinoSettings, host: Host) -> Battery:
+        board = _board(description.name, settings, host)
+        require_ours(board, description.name, "measures no battery")
+        voltages = Voltages(description.name)
+        board.protocol.poll(Poll(BATTERY, BATTERY_S, voltages.take))
+        battery = BoardBattery(description.name, board.line, voltages.newest)
         battery.await_first(FIRST_S)
         return battery
 
 
-def _board(device: str, settings: ArduinoSettings, host: Host) -> Board[ArduinoTalk]:
+def _board(device: str, settings: ArduinoSettings, host: Host) -> Board[ArduinoProtocol]:
     """Return the board on the settings' port; raises DeviceError by the device's name."""
-    make = partial(ArduinoTalk, settings.speed)
-    board = open_board(device, settings.port, ArduinoTalk, make, host, ANSWER_S)
+    make = partial(ArduinoProtocol, settings.speed)
+    board = open_board(device, settings.port, ArduinoProtocol, make, host, ANSWER_S)
     require_sound(board, device)
     return board
 
 
 def _asked(
-    board: Board[ArduinoTalk], told: RangeSensorDescription, settings: ArduinoSonarSettings, findings: Findings
+    board: Board[ArduinoProtocol],
+    description: RangeSensorDescription,
+    settings: ArduinoSonarSettings,
+    findings: RangeSampler,
 ) -> Poll:
     """Return how a board is asked for ranges; raises DeviceError where it has to be told a pin."""
     if settings.pin is None:
-        instead = f"name that pin in the section of {told.name}, such as [serial.{told.name}] with pin = 4"
-        require_ours(board, told.name, "is told the pin of its module with each question", instead)
-    if board.talk.firmware.is_ours:
-        return Poll(RANGE, RANGE_S, Ranges(told.name, findings).take)
+        instead = (
+            f"name that pin in the section of {description.name}, such as [serial.{description.name}] with pin = 4"
+        )
+        require_ours(board, description.name, "is told the pin of its module with each question", instead)
+    if board.protocol.firmware.is_ours:
+        return Poll(RANGE, RANGE_S, Ranges(description.name, findings).take)
     assert settings.pin
-    return Poll(ping(settings.pin), settings.cycle_s, Pings(told, findings).take)
+    return Poll(ping(settings.pin), settings.cycle_s, Pings(description, findings).take)

@@ -18,11 +18,11 @@ from drivers.serial.boards.rosarduino.protocol import (
     who_is_there,
 )
 
-Heard = Callable[[Answer, float], None]
+AnswerHandler = Callable[[Answer, float], None]
 """What is done with an answer, and the time at which it came."""
 
 
-class Asking:
+class RequestQueue:
     """Asks, and hands each answer to whoever asked; what is no answer to the question under way is dropped.
 
     A question that is given up leaves a doubt: its answer may yet come. Until a question whose answer has a shape of
@@ -36,7 +36,7 @@ class Asking:
         self.is_sure = True
         """Whether nothing that comes in can be the answer to a question that was given up."""
         self._parser = Parser()
-        self._asked: tuple[Question, Heard] | None = None
+        self._asked: tuple[Question, AnswerHandler] | None = None
         self._asked_at = self._grace_s = 0.0
 
     @property
@@ -44,24 +44,24 @@ class Asking:
         """When the question under way will be given up; None where there is none."""
         return self._asked_at + max(self._asked[0].patience_s, self._grace_s) if self._asked else None
 
-    def ask(self, question: Question, heard: Heard, now: float) -> bytes:
+    def ask(self, question: Question, heard: AnswerHandler, now: float) -> bytes:
         """Return what to send, and wait for the answer."""
         self._asked, self._asked_at = (question, heard), now
         return question.frame(is_summed=bool(self.is_summed))
 
-    def hear(self, data: bytes, now: float) -> bool:
+    def receive(self, data: bytes, now: float) -> bool:
         """Take what has come in; return whether it answered the question under way."""
         answers = [self._hear(line, now) for line in self._parser.feed(data)]
         return any(answers)
 
-    def waits(self, now: float) -> bool:
+    def is_waiting(self, now: float) -> bool:
         """Return whether a question is under way; one that has waited too long is given up."""
         if self.until is not None and now >= self.until:
             self._grace_s = GREETING_S
             self.give_up()
         return self._asked is not None
 
-    def drags(self, now: float, patience_s: float) -> bool:
+    def is_overdue(self, now: float, patience_s: float) -> bool:
         """Return whether the question under way has waited for longer than that."""
         return self._asked is not None and now - self._asked_at > patience_s
 
@@ -101,11 +101,11 @@ class Poll:
 
     question: Question
     period_s: float
-    heard: Heard
+    heard: AnswerHandler
     due: float = -math.inf
 
 
-class Polls:
+class PollSchedule:
     """Takes turns: what has been due for longest comes first, so that nothing frequent keeps off what is rare."""
 
     def __init__(self, *polls: Poll) -> None:
@@ -155,23 +155,23 @@ class Firmware:
 UNKNOWN = Firmware(is_ours=False, frame_s=1 / 30, has_wheels=False, takes_duties=False)
 """Before a board has told anything."""
 
-_Meeting: TypeAlias = Generator[Question, Answer, Firmware]
+_Probe: TypeAlias = Generator[Question, Answer, Firmware]
 """Questions, each after the answer to the one before; at the end it is known who answers."""
 
 
-class Acquaintance:
+class FirmwareProbe:
     """Finds out who answers; the motors stand from the first question on."""
 
     def __init__(self, baud: int) -> None:
         self._baud = baud
-        self._meeting: _Meeting | None = None
+        self._meeting: _Probe | None = None
         self._next: Question | None = None
 
     def question(self) -> Question:
         """Return what is to be asked next; the first question again, where the last one was not answered."""
         question, self._next = self._next, None
         if question is None:
-            self._meeting = _met(self._baud)
+            self._meeting = _probe(self._baud)
             question = next(self._meeting)
         return question
 
@@ -185,15 +185,15 @@ class Acquaintance:
         return None
 
 
-def _met(baud: int) -> _Meeting:
+def _probe(baud: int) -> _Probe:
     """Ask who answers.
 
     The true one is who twice says nothing but its speed: once, noise may have spoilt the question that ours answers.
     """
     for _ in range(2):
-        told = (yield who_is_there(baud)).numbers[0]
-        if told != baud:
-            return _ours(told)
+        number = (yield who_is_there(baud)).numbers[0]
+        if number != baud:
+            return _ours(number)
     has_wheels = yield from _understands(STOP)
     takes_duties = has_wheels and (yield from _understands(duties(0, 0)))
     # It counts whole milliseconds, so that its 30 frames a second are 30.3.

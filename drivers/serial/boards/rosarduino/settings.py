@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from drivers.serial.boards.board import Board
-from drivers.serial.boards.rosarduino.board import ArduinoTalk
+from drivers.serial.boards.rosarduino.board import ArduinoProtocol
 from drivers.serial.boards.rosarduino.protocol import FASTEST
 from drivers.serial.driver import PortSettings, SideSettings, TimeoutSettings
 from robotcore.description import EncoderDescription, MotorDescription, RobotDescription
@@ -36,9 +36,9 @@ COUNTING = (
     "half a count stands."
 )
 EDGES = (
-    "A turn of the wheel is {edges} edges of the encoder's two channels, as counts_per_turn = {told} and counts = "
-    '"{counts}" have it. A wheel that has a quarter of them turns four times as fast as it is told: count them once, '
-    "as docs/firmware.md says."
+    "A turn of the wheel is {edges} edges of the encoder's two channels, as counts_per_turn = {counts_per_turn} and "
+    'counts = "{counts}" have it. A wheel that has a quarter of them turns four times as fast as it is told: count '
+    "them once, as docs/firmware.md says."
 )
 UNPINNED = (
     "Our firmware measures by pins of its own. The true ROSArduinoBridge has to be told the module's: add such as "
@@ -101,9 +101,9 @@ class ArduinoSonarSettings(ArduinoSettings):
         return max(1, round(ECHO_FREE_S / self.cycle)) if self.echo_free_cycles is None else self.echo_free_cycles
 
 
-def edges_per_turn(told: EncoderDescription, counts: object) -> int:
+def edges_per_turn(description: EncoderDescription, counts: object) -> int:
     """Return how far a board counts on a turn of the wheel: all four edges of each cycle."""
-    return told.counts_per_turn * (1 if counts == "edges" else 4)
+    return description.counts_per_turn * (1 if counts == "edges" else 4)
 
 
 ENCODER = "ros-arduino-encoder"
@@ -120,12 +120,12 @@ def counts_per_turn(motor: str, settings: ArduinoMotorSettings, robot: RobotDesc
     Raises ValueError where the robot's file does not say.
     """
     name, elsewhere = encoder_of(motor, robot), ""
-    for told in robot.all_of(EncoderDescription):
+    for description in robot.all_of(EncoderDescription):
         for section in robot.backends.values():
-            found = section.get(name) if told.name == name else None
+            found = section.get(name) if description.name == name else None
             table = found if isinstance(found, dict) else {}  # that it is no table is told where it is read
             if table.get("driver") == ENCODER and table.get("port") == settings.port:
-                return edges_per_turn(told, table.get("counts"))
+                return edges_per_turn(description, table.get("counts"))
             elsewhere = table.get("port", elsewhere) if table.get("driver") == ENCODER else elsewhere
     if elsewhere:
         raise ValueError(
@@ -138,47 +138,47 @@ def counts_per_turn(motor: str, settings: ArduinoMotorSettings, robot: RobotDesc
     )
 
 
-def require_countable(told: MotorDescription, counts: int) -> None:
+def require_countable(description: MotorDescription, counts: int) -> None:
     """Raise ValueError where at its fastest a wheel makes less than a count a frame, or more than the board takes."""
-    fastest = told.max_velocity_rad_s * counts / math.tau / FRAMES_A_SECOND
+    fastest = description.max_velocity_rad_s * counts / math.tau / FRAMES_A_SECOND
     if fastest < 1:
         raise ValueError(
-            f"max_velocity_rad_s of {told.name} is {fastest:.2g} counts in the board's frame of 1/30 s, and it takes "
-            "whole ones; take encoders with more counts, or add the motor's model"
+            f"max_velocity_rad_s of {description.name} is {fastest:.2g} counts in the board's frame of 1/30 s, and it "
+            "takes whole ones; take encoders with more counts, or add the motor's model"
         )
     if fastest > FASTEST:
         raise ValueError(
-            f"max_velocity_rad_s of {told.name} is {fastest:.0f} counts in the board's frame of 1/30 s, and it takes "
-            f"{FASTEST}; lower it to {math.floor(told.max_velocity_rad_s * FASTEST / fastest)}"
+            f"max_velocity_rad_s of {description.name} is {fastest:.0f} counts in the board's frame of 1/30 s, and it "
+            f"takes {FASTEST}; lower it to {math.floor(description.max_velocity_rad_s * FASTEST / fastest)}"
         )
 
 
-def require_sound(board: Board[ArduinoTalk], device: str) -> None:
+def require_sound(board: Board[ArduinoProtocol], device: str) -> None:
     """Raise DeviceError where the board speaks what is not known."""
-    if fault := board.talk.firmware.fault:
+    if fault := board.protocol.firmware.fault:
         raise DeviceError(device, f"the board on {board.line.place} cannot be worked with: {fault}")
 
 
-def require_wheels(board: Board[ArduinoTalk], device: str) -> None:
+def require_wheels(board: Board[ArduinoProtocol], device: str) -> None:
     """Raise DeviceError where the board has no motors and no encoders."""
-    if not board.talk.firmware.has_wheels:
+    if not board.protocol.firmware.has_wheels:
         fault = f"the ROSArduinoBridge on {board.line.place} was built without wheels"
         raise DeviceError(device, f"{fault}. Define USE_BASE and flash it again, or {FLASH_OURS}")
 
 
-def require_ours(board: Board[ArduinoTalk], device: str, lacks: str, instead: str = "") -> None:
+def require_ours(board: Board[ArduinoProtocol], device: str, lacks: str, instead: str = "") -> None:
     """Raise DeviceError, by what the true one lacks and what else to do, where the board does not run our firmware."""
-    if not board.talk.firmware.is_ours:
+    if not board.protocol.firmware.is_ours:
         fault = f"{board.line.place} has the true ROSArduinoBridge, which {lacks}"
         remedy = f"{instead}, or {FLASH_OURS}" if instead else FLASH_OURS
         raise DeviceError(device, f"{fault}. {remedy[0].upper()}{remedy[1:]}")
 
 
-def agree_on_duties(board: Board[ArduinoTalk], motor: str, *, goes_by_duty: bool) -> None:
+def agree_on_duties(board: Board[ArduinoProtocol], motor: str, *, goes_by_duty: bool) -> None:
     """Have the board's motors told duties, or counts; raises DeviceError where it cannot, or the other one differs."""
-    if goes_by_duty and not board.talk.firmware.takes_duties:
+    if goes_by_duty and not board.protocol.firmware.takes_duties:
         require_ours(board, motor, "takes no duties", "leave model out of both motors")
-    if board.talk.goes_by_duty not in (None, goes_by_duty):
+    if board.protocol.goes_by_duty not in (None, goes_by_duty):
         fault = f"one motor on {board.line.place} has a model, and one has none"
         raise DeviceError(motor, f"{fault}. Give both one, or none")
-    board.talk.goes_by_duty = goes_by_duty
+    board.protocol.goes_by_duty = goes_by_duty

@@ -11,7 +11,7 @@ from pydantic import Field
 from drivers.serial.boards.board import open_board
 from drivers.serial.boards.cutoff import stop_frame
 from drivers.serial.boards.devices import BoardOutput
-from drivers.serial.boards.sabertooth.board import SETTLING_S, SabertoothTalk
+from drivers.serial.boards.sabertooth.board import SETTLING_S, SabertoothProtocol
 from drivers.serial.boards.sabertooth.protocol import HIGHEST_ADDRESS, LOWEST_ADDRESS, MotorNumber, stop
 from drivers.serial.driver import SerialDriver, Side, TimeoutSettings
 from robotcore.description import MotorDescription, RobotDescription
@@ -66,24 +66,24 @@ class SabertoothMotor(SerialDriver[MotorDescription, SabertoothSettings]):
     parts = ("sabertooth", "syren", "dimension engineering")
     tells_direction = True
 
-    def check(self, told: MotorDescription, settings: SabertoothSettings, robot: RobotDescription) -> None:
+    def check(self, description: MotorDescription, settings: SabertoothSettings, robot: RobotDescription) -> None:
         if settings.speed not in BAUDS:
             known = ", ".join(map(str, BAUDS))
             raise ValueError(f"no Sabertooth speaks at {settings.speed} baud; take one of {known}")
-        require_drivable(told, settings.model, settings.control, robot)
+        require_drivable(description, settings.model, settings.control, robot)
 
     def connections(self, settings: SabertoothSettings) -> Sequence[Connection]:
         return settings.at(f"address {settings.address} M{settings.motor}")
 
-    def notes(self, told: MotorDescription, settings: SabertoothSettings) -> Sequence[str]:
+    def notes(self, description: MotorDescription, settings: SabertoothSettings) -> Sequence[str]:
         return WIRING, UNHEARD, SWITCHING_ON
 
-    def cutoffs(self, told: MotorDescription, settings: SabertoothSettings, host: Host) -> Sequence[CutoffSpec]:
-        return (stop_frame(told.name, settings.port, settings.speed, stop(settings.address), None, host),)
+    def cutoffs(self, description: MotorDescription, settings: SabertoothSettings, host: Host) -> Sequence[CutoffSpec]:
+        return (stop_frame(description.name, settings.port, settings.speed, stop(settings.address), None, host),)
 
-    def open(self, told: MotorDescription, settings: SabertoothSettings, host: Host) -> Motor:
-        make = partial(SabertoothTalk, settings.speed)
-        board = open_board(told.name, settings.port, SabertoothTalk, make, host, 2 * SETTLING_S)
-        command = board.talk.board(settings.address, settings.board_timeout_s).command
-        output = partial(BoardOutput, told.name, board.line, command, SIDES[settings.motor])
-        return open_motor(told, settings.model, settings.control, output, host)
+    def open(self, description: MotorDescription, settings: SabertoothSettings, host: Host) -> Motor:
+        make = partial(SabertoothProtocol, settings.speed)
+        board = open_board(description.name, settings.port, SabertoothProtocol, make, host, 2 * SETTLING_S)
+        command = board.protocol.board(settings.address, settings.board_timeout_s).command
+        output = partial(BoardOutput, description.name, board.line, command, SIDES[settings.motor])
+        return open_motor(description, settings.model, settings.control, output, host)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from drivers.serial.boards.board import BoardTalk
-from drivers.serial.boards.devices import Turning
+from drivers.serial.boards.board import BoardProtocol
+from drivers.serial.boards.devices import CountAccumulator
 from drivers.serial.boards.waveshare.protocol import Feedback, Parser, Track, greeting, heartbeat, speeds
 from drivers.serial.driver import Side
 from robotcore.hal.devices import Voltage
@@ -33,33 +33,33 @@ class Odometer:
     """
 
     def __init__(self) -> None:
-        self.turning = Turning()
-        self._last: _Place | None = None
+        self.turning = CountAccumulator()
+        self._last: _Position | None = None
 
     def restart(self) -> None:
         """Know that the board may count from anywhere now."""
         self.turning.restart()
         self._last = None
 
-    def is_likely(self, told: Track, time: float) -> bool:
+    def is_likely(self, track: Track, time: float) -> bool:
         """Return whether it can have come so far, or a digit was lost on the line."""
         if self._last is None:
             return True
-        low, high = _within(told.centimetres)
+        low, high = _within(track.centimetres)
         farthest = FASTEST_M_S * (time - self._last.time + PATIENCE_S)
         return low - farthest <= self._last.metres <= high + farthest
 
-    def move(self, told: Track, time: float) -> None:
+    def move(self, track: Track, time: float) -> None:
         """Take what the board tells."""
-        low, high = _within(told.centimetres)
+        low, high = _within(track.centimetres)
         guess = (low + high) / 2
         if last := self._last:
-            guess = last.metres + (last.speed + told.speed) / 2 * (time - last.time)
-        self._last = _Place(min(max(guess, low), high), told.speed, time)
+            guess = last.metres + (last.speed + track.speed) / 2 * (time - last.time)
+        self._last = _Position(min(max(guess, low), high), track.speed, time)
         self.turning.count(self._last.metres, time)
 
 
-class _Place(NamedTuple):
+class _Position(NamedTuple):
     metres: float
     speed: float
     time: float
@@ -79,7 +79,7 @@ GREETING_S = 0.5
 """A board that is starting is greeted so often."""
 
 
-class WaveshareTalk(BoardTalk):
+class WaveshareProtocol(BoardProtocol):
     """Greets a board until it tells where it is; from then on tells it each new command once, and hears it.
 
     Each command has the board's time-out before it: a board that was reset in between stands until then, and obeys its
@@ -116,7 +116,7 @@ class WaveshareTalk(BoardTalk):
     def next_due(self, now: float) -> float:
         if not self.is_ready:
             return self._greet_at
-        return min(self.command.next_due, self.command.again_due, self._heard_at + SILENCE_S)
+        return min(self.command.next_due, self.command.repeat_due, self._heard_at + SILENCE_S)
 
     def unanswered(self, place: str, *, has_heard: bool = False) -> str:
         if not self.parser.is_older:
@@ -137,8 +137,8 @@ class WaveshareTalk(BoardTalk):
         return greeting(self.timeout_s)
 
     def _commanded(self, now: float) -> bytes:
-        told = self.command.take(now, self.timeout_s) or self.command.again(now)
-        return heartbeat(self.timeout_s) + speeds(*told) if told else b""
+        wheels = self.command.take(now, self.timeout_s) or self.command.repeat_stop(now)
+        return heartbeat(self.timeout_s) + speeds(*wheels) if wheels else b""
 
     def _hear(self, feedback: Feedback, now: float) -> None:
         if not self.is_ready:

@@ -8,7 +8,7 @@ from typing import ClassVar, TypeVar
 from drivers.serial.boards.board import Board, open_board
 from drivers.serial.boards.cutoff import stop_frame
 from drivers.serial.boards.devices import BoardBattery, BoardEncoder, BoardMotor, BoardOutput
-from drivers.serial.boards.waveshare.board import WaveshareTalk
+from drivers.serial.boards.waveshare.board import WaveshareProtocol
 from drivers.serial.boards.waveshare.protocol import BAUD, FASTEST_M_S, STANDING, STOP
 from drivers.serial.driver import PortSettings, SerialDriver, SideSettings, TimeoutSettings
 from robotcore.description import (
@@ -36,7 +36,7 @@ WIFI = (
     "it."
 )
 
-ToldT = TypeVar("ToldT", bound=StrictModel)
+DescriptionT = TypeVar("DescriptionT", bound=StrictModel)
 SettingsT = TypeVar("SettingsT", bound="WaveshareSettings")
 
 
@@ -55,12 +55,12 @@ class WaveshareEncoderSettings(SideSettings, WaveshareSettings):
     """One of a board's two odometers."""
 
 
-class WaveshareDriver(SerialDriver[ToldT, SettingsT]):
+class WaveshareDriver(SerialDriver[DescriptionT, SettingsT]):
     """What the devices of such a board have in common."""
 
     parts = ("ugv", "rasprover", "beast", "general driver")
 
-    def notes(self, told: ToldT, settings: SettingsT) -> Sequence[str]:
+    def notes(self, description: DescriptionT, settings: SettingsT) -> Sequence[str]:
         return (FIRMWARE, WIFI)
 
 
@@ -73,22 +73,24 @@ class WaveshareMotor(WaveshareDriver[MotorDescription, WaveshareMotorSettings]):
     what = "motor"
     settings = WaveshareMotorSettings
 
-    def check(self, told: MotorDescription, settings: WaveshareMotorSettings, robot: RobotDescription) -> None:
-        fastest = told.max_velocity_rad_s * _wheel_radius_m(robot)
+    def check(self, description: MotorDescription, settings: WaveshareMotorSettings, robot: RobotDescription) -> None:
+        fastest = description.max_velocity_rad_s * _wheel_radius_m(robot)
         if fastest > FASTEST_M_S:
             raise ValueError(
-                f"max_velocity_rad_s of {told.name} is {fastest:.3g} m/s, and the board ignores what is beyond "
+                f"max_velocity_rad_s of {description.name} is {fastest:.3g} m/s, and the board ignores what is beyond "
                 f"{FASTEST_M_S:g}; lower it to {FASTEST_M_S / _wheel_radius_m(robot):.3g} at most"
             )
 
-    def open(self, told: MotorDescription, settings: WaveshareMotorSettings, host: Host) -> Motor:
-        board = _board(told.name, settings, host)
-        board.talk.limit(settings.board_timeout_s)
-        output = BoardOutput(told.name, board.line, board.talk.command, settings.side)
-        return BoardMotor(told, output, _wheel_radius_m(host.robot))
+    def open(self, description: MotorDescription, settings: WaveshareMotorSettings, host: Host) -> Motor:
+        board = _board(description.name, settings, host)
+        board.protocol.limit(settings.board_timeout_s)
+        output = BoardOutput(description.name, board.line, board.protocol.command, settings.side)
+        return BoardMotor(description, output, _wheel_radius_m(host.robot))
 
-    def cutoffs(self, told: MotorDescription, settings: WaveshareMotorSettings, host: Host) -> Sequence[CutoffSpec]:
-        return (stop_frame(told.name, settings.port, settings.speed, STOP, STANDING, host),)
+    def cutoffs(
+        self, description: MotorDescription, settings: WaveshareMotorSettings, host: Host
+    ) -> Sequence[CutoffSpec]:
+        return (stop_frame(description.name, settings.port, settings.speed, STOP, STANDING, host),)
 
 
 class WaveshareEncoder(WaveshareDriver[EncoderDescription, WaveshareEncoderSettings]):
@@ -100,13 +102,18 @@ class WaveshareEncoder(WaveshareDriver[EncoderDescription, WaveshareEncoderSetti
     what = "encoder"
     settings = WaveshareEncoderSettings
 
-    def check(self, told: EncoderDescription, settings: WaveshareEncoderSettings, robot: RobotDescription) -> None:
+    def check(
+        self, description: EncoderDescription, settings: WaveshareEncoderSettings, robot: RobotDescription
+    ) -> None:
         _wheel_radius_m(robot)
 
-    def open(self, told: EncoderDescription, settings: WaveshareEncoderSettings, host: Host) -> Encoder:
-        board = _board(told.name, settings, host)
+    def open(self, description: EncoderDescription, settings: WaveshareEncoderSettings, host: Host) -> Encoder:
+        board = _board(description.name, settings, host)
         return BoardEncoder(
-            told.name, board.line, board.talk.odometers[settings.side].turning, 1 / _wheel_radius_m(host.robot)
+            description.name,
+            board.line,
+            board.protocol.odometers[settings.side].turning,
+            1 / _wheel_radius_m(host.robot),
         )
 
 
@@ -119,14 +126,16 @@ class WaveshareBattery(WaveshareDriver[BatteryDescription, WaveshareSettings]):
     what = "battery"
     settings = WaveshareSettings
 
-    def open(self, told: BatteryDescription, settings: WaveshareSettings, host: Host) -> Battery:
-        board = _board(told.name, settings, host)
-        return BoardBattery(told.name, board.line, lambda: board.talk.voltage)
+    def open(self, description: BatteryDescription, settings: WaveshareSettings, host: Host) -> Battery:
+        board = _board(description.name, settings, host)
+        return BoardBattery(description.name, board.line, lambda: board.protocol.voltage)
 
 
-def _board(device: str, settings: WaveshareSettings, host: Host) -> Board[WaveshareTalk]:
+def _board(device: str, settings: WaveshareSettings, host: Host) -> Board[WaveshareProtocol]:
     """Return the board on the settings' port; raises DeviceError by the device's name."""
-    return open_board(device, settings.port, WaveshareTalk, lambda: WaveshareTalk(settings.speed), host, ANSWER_S)
+    return open_board(
+        device, settings.port, WaveshareProtocol, lambda: WaveshareProtocol(settings.speed), host, ANSWER_S
+    )
 
 
 def _wheel_radius_m(robot: RobotDescription) -> float:

@@ -15,7 +15,7 @@ from drivers.raspberrypi.cameras.settings import PiCameraSettings
 from drivers.raspberrypi.cameras.source import Shot
 from robotcore.description import CameraDescription, load_robot
 from robotcore.errors import DeviceError
-from robotcore.hardware import Connection, Host, fit
+from robotcore.hardware import Connection, Host, bind_devices
 from tests.drivers.raspberrypi.cameras.fakepicamera import FOUND_GAIN, FOUND_GAINS, FOUND_US, IMX219, FakeCamera
 from tests.drivers.raspberrypi.cameras.fakes import EYE, RED_BGR, LabClock, plain
 
@@ -237,5 +237,5 @@ def test_it_is_told_where_the_ribbon_goes() -> None:
 def test_the_rover_s_camera_is_fitted_from_its_file() -> None:
     table = {"driver": "picamera2", "colour_gains": (2.0, 1.5), "rotate_180": True}
     robot = ROVER.model_copy(update={"backends": {"raspberrypi": {"eye": table}}})
-    (fitting,) = fit(robot, "raspberrypi", ["eye"])
+    (fitting,) = bind_devices(robot, "raspberrypi", ["eye"])
     assert fitting.settings == PiCameraSettings(colour_gains=(2.0, 1.5), rotate_180=True)

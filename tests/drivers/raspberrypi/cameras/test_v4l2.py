@@ -13,7 +13,7 @@ from drivers.raspberrypi.cameras.settings import UsbCameraSettings
 from drivers.raspberrypi.cameras.v4l2 import UsbCamera
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError, DeviceError, DeviceLostError
-from robotcore.hardware import Connection, Host, fit
+from robotcore.hardware import Connection, Host, bind_devices
 from tests.drivers.raspberrypi.cameras.fakes import (
     APERTURE_PRIORITY,
     EYE,
@@ -257,7 +257,7 @@ def test_it_is_told_where_it_is_plugged_in(device: str | int, path: str) -> None
 def test_what_a_file_says_wrong_is_told_by_its_key(table: dict[str, Any], words: str) -> None:
     robot = ROVER.model_copy(update={"backends": {"raspberrypi": {"eye": {"driver": "v4l2", **table}}}})
     with pytest.raises(DescriptionError, match=words):
-        fit(robot, "raspberrypi", ["eye"])
+        bind_devices(robot, "raspberrypi", ["eye"])
 
 
 def _sysfs(folder: Path) -> Path:

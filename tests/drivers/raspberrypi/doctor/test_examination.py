@@ -25,8 +25,8 @@ def levels(found: list[Finding]) -> dict[str, Level]:
     return {each.what: each.level for each in found}
 
 
-def fit(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("drivers.raspberrypi.doctor.examination.fit", lambda *_: (NOSE, EYE))
+def bind_devices(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.raspberrypi.doctor.examination.bind_devices", lambda *_: (NOSE, EYE))
 
 
 def test_a_laptop_is_told_that_it_is_no_pi_and_nothing_else(tmp_path: Path) -> None:
@@ -51,7 +51,7 @@ def test_at_the_desk_a_robot_s_file_is_looked_at_all_the_same(tmp_path: Path) ->
 
 
 def test_a_pi_on_which_all_is_well_has_nothing_but_ok(pi_4: Path, pi_5: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    fit(monkeypatch)
+    bind_devices(monkeypatch)
     for pi in (pi_4, pi_5):
         found = list(examine(load_robot("rover"), "raspberrypi", pi))
         assert set(levels(found).values()) == {Level.OK}
@@ -63,7 +63,7 @@ def test_a_pi_on_which_all_is_well_has_nothing_but_ok(pi_4: Path, pi_5: Path, mo
 def test_a_broken_pi_is_told_all_that_is_wrong_each_with_its_remedy(
     broken: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    fit(monkeypatch)
+    bind_devices(monkeypatch)
     found = list(examine(load_robot("rover"), "raspberrypi", broken))
     wrong = {each.what: each.level for each in found if each.level is not Level.OK}
     assert (
@@ -97,7 +97,7 @@ def test_each_fault_of_a_robots_section_is_an_error_and_its_devices_are_left_alo
     def unfit(*_: object) -> None:
         raise DescriptionError.of_all("robot rover", [("raspberrypi.nose", "is missing", "Add it"), ("b", "c", "D")])
 
-    monkeypatch.setattr("drivers.raspberrypi.doctor.examination.fit", unfit)
+    monkeypatch.setattr("drivers.raspberrypi.doctor.examination.bind_devices", unfit)
     found = list(examine(load_robot("rover"), "raspberrypi", pi_4))
     findings = [(each.level, each.said, each.remedy) for each in found if each.what == "robot"]
     assert findings == [(Level.ERROR, "raspberrypi.nose: is missing", "Add it"), (Level.ERROR, "b: c", "D")]

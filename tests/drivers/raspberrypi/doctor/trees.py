@@ -7,7 +7,7 @@ from pathlib import Path
 
 from robotcore.description import AnyDevice, StrictModel, load_robot
 from robotcore.hal.devices import Device
-from robotcore.hardware import Connection, DeviceDriver, Fitting, Host
+from robotcore.hardware import Connection, DeviceBinding, DeviceDriver, Host
 
 ELF_64, ELF_32 = b"\x7fELF\x02\x01\x01", b"\x7fELF\x01\x01\x01"
 
@@ -110,7 +110,7 @@ class Fed(Plugged):
     supply = ("3.3 V", "ground")
 
 
-def fitting(name: str, *wires: Connection, notes: tuple[str, ...] = (), kind: type[Plugged] = Plugged) -> Fitting:
+def fitting(name: str, *wires: Connection, notes: tuple[str, ...] = (), kind: type[Plugged] = Plugged) -> DeviceBinding:
     """Return a device of the rover's on these wires."""
     description = next(device for device in load_robot("rover").devices if device.name == name)
-    return Fitting(description, kind(wires, notes), StrictModel())
+    return DeviceBinding(description, kind(wires, notes), StrictModel())

@@ -12,7 +12,7 @@ from drivers.raspberrypi.encoders import PinEncoder
 from robotcore.errors import DescriptionError, DeviceError
 from robotcore.hal.devices import Angle, Device, Motor
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.hardware import fit
+from robotcore.hardware import bind_devices
 from tests.drivers.raspberrypi.encoders.wires import TURN, Wires
 from tests.drivers.raspberrypi.motors.rig import Rig, rover
 
@@ -99,7 +99,7 @@ def test_a_motor_that_tells_no_direction_is_named() -> None:
 def test_an_encoder_on_no_wheel_of_the_drive_is_refused() -> None:
     robot = rover({"left_encoder": PULSES}).model_copy(update={"drive": None})
     with pytest.raises(DescriptionError, match=r"raspberrypi.left_encoder: .*no wheel.*quadrature"):
-        fit(robot, "raspberrypi", ["left_encoder"])
+        bind_devices(robot, "raspberrypi", ["left_encoder"])
 
 
 def test_closing_gives_the_pin_back() -> None:

@@ -9,7 +9,7 @@ from gpiozero.pins.mock import MockFactory, MockPWMPin
 
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.devices import Device, Encoder
-from robotcore.hardware import Host, fit, open_devices
+from robotcore.hardware import Host, bind_devices, open_devices
 from tests.drivers.raspberrypi.motors.rig import rover
 
 TURN = 24
@@ -24,7 +24,7 @@ class Wires:
         self.clock = SteppedClock(50.0, lambda steps: None)
         self.opened = {} if opened is None else opened
         robot = rover({"left_encoder": section}, TURN)
-        (self.fitting,) = fit(robot, "raspberrypi", ["left_encoder"])
+        (self.fitting,) = bind_devices(robot, "raspberrypi", ["left_encoder"])
         open_devices([self.fitting], Host(robot, self.clock, self.pins, self.opened), self.opened)
 
     @property

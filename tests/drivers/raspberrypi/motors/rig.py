@@ -11,7 +11,7 @@ from gpiozero.pins.mock import MockFactory, MockPWMPin
 from robotcore.description import RobotDescription, load_robot
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.devices import Device, Encoder, Motor
-from robotcore.hardware import Host, fit, open_devices
+from robotcore.hardware import Host, bind_devices, open_devices
 from robotcore.hardware.motor_model import MotorModel
 
 FORWARD, BACKWARD, A, B = 17, 27, 5, 6
@@ -46,7 +46,7 @@ class Rig:
         robot = rover({"left_motor": motor, "left_encoder": encoder}, slots)
         self.opened: dict[str, Device] = {}
         self.host = Host(robot, self.clock, self.pins, self.opened)
-        self.fittings = {fitted.name: fitted for fitted in fit(robot, "raspberrypi", names)}
+        self.fittings = {fitted.name: fitted for fitted in bind_devices(robot, "raspberrypi", names)}
         open_devices(self.fittings.values(), self.host, self.opened)
 
     @property

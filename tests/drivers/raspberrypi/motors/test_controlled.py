@@ -6,7 +6,7 @@ import pytest
 
 from robotcore.errors import DescriptionError, DeviceError, DeviceLostError
 from robotcore.hal.devices import Angle
-from robotcore.hardware import fit
+from robotcore.hardware import bind_devices
 from robotcore.hardware.motor_control import ControlledMotor
 from tests.drivers.raspberrypi.motors.rig import H_BRIDGE, QUADRATURE, Rig, rover
 
@@ -168,7 +168,7 @@ def test_control_without_an_encoder_on_the_wheel_is_refused() -> None:
     with pytest.raises(
         DescriptionError, match=r"raspberrypi.left_motor: .*left_motor has no encoder.*leave control out"
     ):
-        fit(bare, "raspberrypi", ["left_motor"])
+        bind_devices(bare, "raspberrypi", ["left_motor"])
 
 
 def test_control_more_often_than_the_pulses_come_is_refused() -> None:

@@ -10,7 +10,7 @@ import pytest
 from drivers.raspberrypi.backend import RaspberryPiBackend
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError
-from robotcore.hardware import fit
+from robotcore.hardware import bind_devices
 from tests.drivers.raspberrypi.motors.rig import H_BRIDGE, MODEL
 
 
@@ -24,7 +24,7 @@ def faults(section: Mapping[str, Any]) -> list[str]:
     rover = load_robot("rover")
     robot = rover.model_copy(update={"backends": {"raspberrypi": {**rover.backends["raspberrypi"], **section}}})
     with pytest.raises(DescriptionError) as raised:
-        fit(robot, "raspberrypi")
+        bind_devices(robot, "raspberrypi")
     return [line.removeprefix("robot rover: raspberrypi.") for line in str(raised.value).splitlines()]
 
 

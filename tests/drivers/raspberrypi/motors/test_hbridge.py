@@ -13,7 +13,7 @@ from drivers.raspberrypi.motors.boards import HBridge
 from drivers.raspberrypi.motors.lines import pwm_output
 from robotcore.errors import DescriptionError, DeviceError
 from robotcore.hal.devices import Motor
-from robotcore.hardware import Host, fit, unopened_cutoffs
+from robotcore.hardware import Host, bind_devices, static_cutoffs
 from tests.drivers.raspberrypi.motors.rig import BACKWARD, FORWARD, H_BRIDGE, MODEL, Rig, rover
 
 ENABLE, STANDBY = 12, 22
@@ -127,7 +127,7 @@ def test_a_line_that_the_pi_pulls_up_by_a_resistor_is_closed_all_the_same() -> N
 @pytest.mark.parametrize("lines", [{"forward": 2}, {"backward": 3}, {"enable": 2}, {"standby": 3}])
 def test_a_line_that_a_resistor_holds_high_is_refused(lines: dict[str, int]) -> None:
     with pytest.raises(DescriptionError, match=r"GPIO [23] is held high by a resistor on the Pi.* Take another one"):
-        fit(rover({"left_motor": {**H_BRIDGE, **lines}}), "raspberrypi", ["left_motor"])
+        bind_devices(rover({"left_motor": {**H_BRIDGE, **lines}}), "raspberrypi", ["left_motor"])
 
 
 @pytest.mark.parametrize(
@@ -141,7 +141,7 @@ def test_a_line_that_a_resistor_holds_high_is_refused(lines: dict[str, int]) -> 
     ],
 )
 def test_a_line_that_is_pulled_up_while_the_pi_starts_is_noted(lines: dict[str, int], is_noted: bool) -> None:
-    (fitting,) = fit(rover({"left_motor": {**H_BRIDGE, **lines}}), "raspberrypi", ["left_motor"])
+    (fitting,) = bind_devices(rover({"left_motor": {**H_BRIDGE, **lines}}), "raspberrypi", ["left_motor"])
     assert any("are pulled up" in note for note in fitting.notes) is is_noted
     assert bool(fitting.warnings) is is_noted
 
@@ -201,7 +201,7 @@ def test_a_pin_that_is_in_use_is_named_and_the_others_are_given_back(taken: int)
 
 def test_every_wire_has_its_place_and_standby_may_be_shared() -> None:
     section = {"left_motor": {**H_BRIDGE, "enable": ENABLE, "standby": STANDBY}}
-    (fitting,) = fit(rover(section), "raspberrypi", ["left_motor"])
+    (fitting,) = bind_devices(rover(section), "raspberrypi", ["left_motor"])
     wires = {wire.signal: (str(wire), wire.is_shared) for wire in fitting.connections}
     assert wires == {
         "forward": ("GPIO 17", False),
@@ -250,19 +250,19 @@ def test_another_process_stops_it_by_its_own_lines_where_there_is_no_standby() -
 
 def test_where_nobody_has_it_open_nobody_is_ended_for_its_lines() -> None:
     robot = rover({"left_motor": {**H_BRIDGE, "enable": ENABLE}})
-    (spec,) = unopened_cutoffs(robot, fit(robot, "raspberrypi", ["left_motor"]))
+    (spec,) = static_cutoffs(robot, bind_devices(robot, "raspberrypi", ["left_motor"]))
     assert spec.parameters == {"lines": [FORWARD, BACKWARD, ENABLE], "owner": None}
     spec.make()
 
 
 def test_the_driver_is_found_by_its_name() -> None:
-    (fitting,) = fit(rover({"left_motor": H_BRIDGE}), "raspberrypi", ["left_motor"])
+    (fitting,) = bind_devices(rover({"left_motor": H_BRIDGE}), "raspberrypi", ["left_motor"])
     assert isinstance(fitting.driver, HBridge)
 
 
 def cutoffs(section: dict[str, Any]) -> Any:
     robot = rover({"left_motor": section})
-    (fitting,) = fit(robot, "raspberrypi", ["left_motor"])
+    (fitting,) = bind_devices(robot, "raspberrypi", ["left_motor"])
     return fitting.cutoffs(Host(robot, Rig().clock, pins=object()))
 
 

@@ -7,7 +7,7 @@ from gpiozero import OutputDevice
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
 from robotcore.errors import DescriptionError, DeviceError
-from robotcore.hardware import fit
+from robotcore.hardware import bind_devices
 from tests.drivers.raspberrypi.motors.rig import MODEL, Rig, rover
 
 PHASE, ENABLE = 23, 24
@@ -83,6 +83,6 @@ def levels(rig: Rig) -> tuple[Any, Any]:
 
 def test_only_the_line_that_turns_the_motor_must_not_be_held_high() -> None:
     wires = {"driver": "phase-enable", "phase": 2, "enable": 17, "model": dict(MODEL)}
-    assert fit(rover({"left_motor": wires}), "raspberrypi", ["left_motor"])
+    assert bind_devices(rover({"left_motor": wires}), "raspberrypi", ["left_motor"])
     with pytest.raises(DescriptionError, match="GPIO 2 is held high"):
-        fit(rover({"left_motor": {**wires, "phase": 17, "enable": 2}}), "raspberrypi", ["left_motor"])
+        bind_devices(rover({"left_motor": {**wires, "phase": 17, "enable": 2}}), "raspberrypi", ["left_motor"])

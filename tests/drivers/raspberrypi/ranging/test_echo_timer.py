@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from drivers.raspberrypi.ranging.echo_timer import LONGEST_ECHO_S, SILENCE_S, STUCK_S, EchoTimer
 from robotcore.errors import DeviceError
 from robotcore.hal.devices import Range
-from robotcore.hardware.polled import Findings
+from robotcore.hardware.polled import RangeSampler
 from tests.drivers.raspberrypi.ranging.modules import NOSE
 
 UNHURRIED = settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -46,8 +46,8 @@ def event_rows(draw: st.DrawFn) -> list[Event]:
     return events
 
 
-def listening() -> tuple[Findings, EchoTimer]:
-    findings = Findings(NOSE, ECHO_FREE_CYCLES)
+def listening() -> tuple[RangeSampler, EchoTimer]:
+    findings = RangeSampler(NOSE, ECHO_FREE_CYCLES)
     return findings, EchoTimer("nose", findings, SPEED, 0.06, lambda later, earlier: later - earlier)
 
 
@@ -114,7 +114,7 @@ def test_edges_before_the_first_trigger_say_nothing() -> None:
     findings, timer = listening()
     timer.edge(1.0, is_high=True)
     timer.edge(1.005, is_high=False)
-    assert not findings.has_told
+    assert not findings.has_result
 
 
 def test_a_cycle_without_a_trigger_is_not_over_before_it_has_begun() -> None:
@@ -133,4 +133,4 @@ def test_only_pulses_that_are_a_modules_time_out_make_a_cycle_echo_free(pulse: f
         timer.begin(float(cycle), float(cycle))
         timer.edge(cycle + 0.001, is_high=True)
         timer.edge(cycle + 0.001 + pulse, is_high=False)
-    assert findings.has_told == is_vouched
+    assert findings.has_result == is_vouched

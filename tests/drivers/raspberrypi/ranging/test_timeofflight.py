@@ -11,7 +11,7 @@ from robotcore.description import load_robot
 from robotcore.errors import DescriptionError, DeviceClosedError, DeviceError
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.devices import RangeSensor
-from robotcore.hardware import Host, fit
+from robotcore.hardware import Host, bind_devices
 from tests.drivers.raspberrypi.ranging.lightbus import FakeBus, FakeChip, FakeVL53L0X, FakeVL53L1X
 from tests.drivers.raspberrypi.ranging.modules import NOSE
 
@@ -266,11 +266,11 @@ def test_a_range_that_it_cannot_see_is_refused_by_the_robots_file() -> None:
     wires = {"raspberrypi": {"nose": {"driver": "vl53l0x"}}}
     robot = load_robot("rover").model_copy(update={"devices": (NOSE,), "backends": wires})
     with pytest.raises(DescriptionError, match=r"a VL53L0X sees as far as 1.2 m, and max_range_m is 2\. Lower it"):
-        fit(robot, "raspberrypi")
+        bind_devices(robot, "raspberrypi")
 
 
 def test_a_row_that_takes_longer_than_a_sample_may_be_old_is_refused_by_the_robots_file() -> None:
     wires = {"raspberrypi": {"nose": {"driver": "vl53l1x", "cycle_s": 0.1}}}
     robot = load_robot("rover").model_copy(update={"devices": (NOSE,), "backends": wires})
     with pytest.raises(DescriptionError, match=r"nose: echo_free_cycles of cycle_s take 1 s"):
-        fit(robot, "raspberrypi")
+        bind_devices(robot, "raspberrypi")

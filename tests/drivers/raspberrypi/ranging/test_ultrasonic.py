@@ -10,7 +10,7 @@ from drivers.raspberrypi.ranging.ultrasonic import Ultrasonic, UltrasonicSetting
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError, DeviceClosedError, DeviceError
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.hardware import Host, fit
+from robotcore.hardware import Host, bind_devices
 from tests.drivers.raspberrypi.ranging.modules import (
     ECHO,
     NO_ANSWER,
@@ -341,16 +341,16 @@ def test_a_range_that_it_cannot_hear_is_refused_by_the_robots_file() -> None:
     wires = {"raspberrypi": {"nose": {"driver": "hc-sr04", "trigger": TRIGGER, "echo": ECHO}}}
     robot = load_robot("rover").model_copy(update={"devices": (far,), "backends": wires})
     with pytest.raises(DescriptionError, match=r"hears as far as 4 m, and max_range_m is 5\. Lower it"):
-        fit(robot, "raspberrypi")
+        bind_devices(robot, "raspberrypi")
 
 
 def test_a_row_that_takes_longer_than_a_sample_may_be_old_is_refused_by_the_robots_file() -> None:
     wires = {"nose": {"driver": "hc-sr04", "trigger": TRIGGER, "echo": ECHO, "cycle_s": 0.1}}
     robot = load_robot("rover").model_copy(update={"devices": (NOSE,), "backends": {"raspberrypi": wires}})
     with pytest.raises(DescriptionError, match=r"nose: echo_free_cycles of cycle_s take 1 s, .*\. Lower one of them"):
-        fit(robot, "raspberrypi")
+        bind_devices(robot, "raspberrypi")
     wires["nose"]["echo_free_cycles"] = 9
-    assert fit(robot, "raspberrypi")
+    assert bind_devices(robot, "raspberrypi")
 
 
 def test_what_takes_turns_takes_longer() -> None:
@@ -359,10 +359,10 @@ def test_what_takes_turns_takes_longer() -> None:
     tail = NOSE.model_copy(update={"name": "tail"})
     robot = load_robot("rover").model_copy(update={"devices": (NOSE, tail), "backends": {"raspberrypi": wires}})
     with pytest.raises(DescriptionError, match=r"tail: echo_free_cycles of cycle_s, by turns with 1 more, take 1.08 s"):
-        fit(robot, "raspberrypi")
+        bind_devices(robot, "raspberrypi")
     for each in wires.values():
         each["echo_free_cycles"] = 8
-    assert fit(robot, "raspberrypi")
+    assert bind_devices(robot, "raspberrypi")
 
 
 def test_the_speed_of_sound_is_that_of_the_tables() -> None:

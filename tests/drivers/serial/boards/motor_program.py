@@ -11,7 +11,7 @@ from robotcore.description import load_robot
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hardware import Host
 from robotcore.safety.guardian.client import Guardian
-from tests.doubles.serial.line import Asking
+from tests.doubles.serial.line import PollingProtocol
 
 LEASE_S = 0.3
 TURN, STOP = b"go;", b"stop;"
@@ -20,14 +20,14 @@ TURN, STOP = b"go;", b"stop;"
 def main() -> None:
     """Tell the board to turn until a line comes in."""
     port, clock = sys.argv[1], MonotonicClock()
-    talk = Asking()
-    line = Line(port, talk, clock)
+    protocol = PollingProtocol()
+    line = Line(port, protocol, clock)
     line.open("left_motor", 5.0)
-    spec = stop_frame("left_motor", port, talk.baud, STOP, "!", Host(load_robot("rover"), clock))
+    spec = stop_frame("left_motor", port, protocol.baud, STOP, "!", Host(load_robot("rover"), clock))
     with Guardian([spec], LEASE_S) as guardian:
         while not select([sys.stdin], [], [], 0.02)[0]:
             guardian.is_driving()
-            talk.say(TURN)
+            protocol.say(TURN)
             line.wake()
         guardian.is_resting()
     line.close()

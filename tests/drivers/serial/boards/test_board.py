@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from drivers.serial.boards.board import BoardTalk
-from drivers.serial.boards.hoverboard.board import HoverboardTalk
-from drivers.serial.boards.rosarduino.board import ArduinoTalk
-from drivers.serial.boards.waveshare.board import WaveshareTalk
+from drivers.serial.boards.board import BoardProtocol
+from drivers.serial.boards.hoverboard.board import HoverboardProtocol
+from drivers.serial.boards.rosarduino.board import ArduinoProtocol
+from drivers.serial.boards.waveshare.board import WaveshareProtocol
 from robotcore.description import BatteryDescription
 from robotcore.errors import DeviceLostError
 from robotcore.hal.devices import Motor, Sensor
@@ -26,11 +26,11 @@ STEP_S = 0.002
 LONG_S = 3.0
 """Longer than any of them takes to be lost, or met."""
 
-BOARDS: dict[str, tuple[Callable[[], BoardTalk], Callable[[], BoardDouble], float]] = {
-    "ours": (lambda: ArduinoTalk(57600), OurDouble, 20.0),
-    "the true one": (lambda: ArduinoTalk(57600), TrueDouble, 20.0),
-    "waveshare": (lambda: WaveshareTalk(115200), WaveshareBoard, 0.2),
-    "hoverboard": (lambda: HoverboardTalk(115200), lambda: Hoverboard(Wheels()), 100.0),
+BOARDS: dict[str, tuple[Callable[[], BoardProtocol], Callable[[], BoardDouble], float]] = {
+    "ours": (lambda: ArduinoProtocol(57600), OurDouble, 20.0),
+    "the true one": (lambda: ArduinoProtocol(57600), TrueDouble, 20.0),
+    "waveshare": (lambda: WaveshareProtocol(115200), WaveshareBoard, 0.2),
+    "hoverboard": (lambda: HoverboardProtocol(115200), lambda: Hoverboard(Wheels()), 100.0),
 }
 """The conversation, the board, and a command by which it turns."""
 
@@ -38,29 +38,29 @@ BOARDS: dict[str, tuple[Callable[[], BoardTalk], Callable[[], BoardDouble], floa
 class Wired:
     """A talk and its board; the wire between them may be cut."""
 
-    def __init__(self, talk: BoardTalk, board: BoardDouble, turning: float) -> None:
-        self.talk, self._board, self._turning = talk, board, turning
+    def __init__(self, protocol: BoardProtocol, board: BoardDouble, turning: float) -> None:
+        self.protocol, self._board, self._turning = protocol, board, turning
         self.is_cut = False
         self.now = 0.0
         self.has_turned = False
-        talk.begin(0.0)
+        protocol.begin(0.0)
 
-    def tell(self) -> None:
-        self.talk.command.tell("left", self._turning, self.now)
+    def set(self) -> None:
+        self.protocol.command.set("left", self._turning, self.now)
 
     def step(self) -> None:
         self.now += STEP_S
         said = self._board.live(self.now, STEP_S)
-        sent = self.talk.due(self.now)
+        sent = self.protocol.due(self.now)
         if not self.is_cut:
-            self.talk.receive(said + self._board.hear(sent, self.now), self.now)
+            self.protocol.receive(said + self._board.receive(sent, self.now), self.now)
         wheels = self._board.wheels  # type: ignore[attr-defined]
-        self.has_turned |= bool(wheels.left.told or wheels.right.told)
+        self.has_turned |= bool(wheels.left.command or wheels.right.command)
 
     def until(self, *, is_ready: bool) -> None:
         """Let time pass until the board is there, or is lost."""
         end = self.now + LONG_S
-        while self.talk.is_ready is not is_ready:
+        while self.protocol.is_ready is not is_ready:
             self.step()
             assert self.now < end
 
@@ -77,8 +77,8 @@ def wired(request: pytest.FixtureRequest) -> Wired:
     return wired
 
 
-def test_a_board_that_is_told_to_turn_turns(wired: Wired) -> None:
-    wired.tell()
+def test_a_board_that_is_reported_to_turn_turns(wired: Wired) -> None:
+    wired.set()
     wired.pass_by(0.1)
     assert wired.has_turned
 
@@ -86,7 +86,7 @@ def test_a_board_that_is_told_to_turn_turns(wired: Wired) -> None:
 def test_a_command_that_slips_in_as_the_board_is_lost_turns_no_wheel_when_it_is_back(wired: Wired) -> None:
     wired.is_cut = True
     wired.until(is_ready=False)
-    wired.tell()  # by a thread that had looked just before
+    wired.set()  # by a thread that had looked just before
     wired.is_cut = False
     wired.until(is_ready=True)
     wired.pass_by(1.0)
@@ -94,17 +94,17 @@ def test_a_command_that_slips_in_as_the_board_is_lost_turns_no_wheel_when_it_is_
 
 
 def test_the_shortest_time_out_that_any_motor_asks_for_counts() -> None:
-    talk = WaveshareTalk(115200)
-    assert talk.stops_itself == "The board stops its motors by itself 0.5 s after the last command that it heard."
+    protocol = WaveshareProtocol(115200)
+    assert protocol.stops_itself == "The board stops its motors by itself 0.5 s after the last command that it heard."
     for seconds in (2.0, 0.3, 1.0):
-        talk.limit(seconds)
-    assert talk.timeout_s == 0.3
+        protocol.limit(seconds)
+    assert protocol.timeout_s == 0.3
 
 
-def test_a_time_out_that_the_true_one_cannot_be_told_is_its_own() -> None:
-    talk = ArduinoTalk(57600)
-    talk.limit(0.3)
-    assert talk.timeout_s == 2.0
+def test_a_time_out_that_the_true_one_cannot_be_reported_is_its_own() -> None:
+    protocol = ArduinoProtocol(57600)
+    protocol.limit(0.3)
+    assert protocol.timeout_s == 2.0
 
 
 BATTERY = BatteryDescription(kind="battery", name="battery")
@@ -115,7 +115,10 @@ def devices(board: str, motor: dict[str, Any], **others: dict[str, Any]) -> dict
     return {
         **{f"{side}_motor": {"driver": f"{board}-motor", "side": side, **motor} for side in ("left", "right")},
         **{f"{side}_encoder": {"driver": f"{board}-encoder", "side": side} for side in ("left", "right")},
-        **{name: {"driver": f"{board}-{'sonar' if name == 'nose' else name}", **told} for name, told in others.items()},
+        **{
+            name: {"driver": f"{board}-{'sonar' if name == 'nose' else name}", **section}
+            for name, section in others.items()
+        },
     }
 
 
@@ -128,9 +131,9 @@ DEVICES_OF_BOARDS: dict[str, tuple[Callable[[], BoardDouble], dict[str, dict[str
 
 
 @pytest.mark.parametrize("name", DEVICES_OF_BOARDS)
-def test_nothing_that_was_told_before_the_board_was_lost_is_read_when_it_is_back(tmp_path: Path, name: str) -> None:
-    make, told = DEVICES_OF_BOARDS[name]
-    with closing(Rig(tmp_path, make(), told, (BATTERY,))) as rig:
+def test_nothing_that_was_sent_before_the_board_was_lost_is_read_when_it_is_back(tmp_path: Path, name: str) -> None:
+    make, section = DEVICES_OF_BOARDS[name]
+    with closing(Rig(tmp_path, make(), section, (BATTERY,))) as rig:
         sensors = [device for device in rig.robot.devices.values() if not isinstance(device, Motor)]
         rig.pass_by(0.1)
         rig.pty.unplug()

@@ -17,7 +17,7 @@ from robotcore.errors import BackendError
 from robotcore.hal.cutoff import Unconfirmed
 from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.serial.board import Powered
-from tests.doubles.serial.line import Answering
+from tests.doubles.serial.line import AnsweringBoard
 from tests.doubles.serial.pty import Pty
 from tests.drivers.serial.boards.motor_program import STOP, TURN
 
@@ -29,7 +29,7 @@ class Bench:
     """A board on a pty, and a program that turns its motor."""
 
     def __init__(self, pty: Pty) -> None:
-        self.pty, self.clock, self.board = pty, MonotonicClock(), Answering()
+        self.pty, self.clock, self.board = pty, MonotonicClock(), AnsweringBoard()
         self.powered = Powered(self.board, pty, self.clock)
         command = [sys.executable, "-m", "tests.drivers.serial.boards.motor_program", str(pty.path)]
         pipe = subprocess.PIPE
@@ -62,7 +62,7 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
         bench.close()
 
 
-def test_the_board_of_a_killed_program_is_told_to_stop(bench: Bench) -> None:
+def test_the_board_of_a_killed_program_is_reported_to_stop(bench: Bench) -> None:
     bench.until_heard(TURN)
     bench.until_heard(STOP, bench.program.kill)
     said = bench.over()
@@ -70,13 +70,13 @@ def test_the_board_of_a_killed_program_is_told_to_stop(bench: Bench) -> None:
     assert said == f"guardian: the run of process {bench.program.pid} broke off; stopped left_motor\n"
 
 
-def test_the_board_of_a_suspended_program_is_told_to_stop_and_turns_when_it_goes_on(bench: Bench) -> None:
+def test_the_board_of_a_suspended_program_is_reported_to_stop_and_turns_when_it_goes_on(bench: Bench) -> None:
     bench.until_heard(TURN)
     bench.until_heard(STOP, partial(bench.program.send_signal, signal.SIGSTOP))
     bench.until_heard(TURN, partial(bench.program.send_signal, signal.SIGCONT))
 
 
-def test_a_board_that_was_plugged_in_again_is_told_to_stop(bench: Bench) -> None:
+def test_a_board_that_was_plugged_in_again_is_reported_to_stop(bench: Bench) -> None:
     bench.until_heard(TURN)
     bench.pty.unplug()
     bench.until_heard(TURN, bench.pty.plug_in)
@@ -112,7 +112,7 @@ def test_a_port_that_is_unplugged_is_let_go_lest_the_board_come_back_by_another_
 def powered(tmp_path: Path) -> Iterator[Powered]:
     clock = MonotonicClock()
     with Pty(tmp_path) as pty:
-        yield (powered := Powered(Answering(), pty, clock))
+        yield (powered := Powered(AnsweringBoard(), pty, clock))
         powered.off()
     clock.close()
 
@@ -127,9 +127,9 @@ def stopping(path: Path, answer: str | None) -> str | None:
         cutoff.close()
 
 
-def test_where_nobody_drives_the_board_is_told_to_stop_and_confirms_it(tmp_path: Path, powered: Powered) -> None:
+def test_where_nobody_drives_the_board_is_reported_to_stop_and_confirms_it(tmp_path: Path, powered: Powered) -> None:
     assert stopping(tmp_path / "board", "!") is None
-    assert isinstance(powered.board, Answering)
+    assert isinstance(powered.board, AnsweringBoard)
     assert powered.board.heard == 2 * STOP
 
 
@@ -138,14 +138,14 @@ def test_a_board_that_does_not_confirm_a_stop_is_not_said_to_have_stopped(
     tmp_path: Path, powered: Powered, monkeypatch: pytest.MonkeyPatch, *, is_deaf: bool
 ) -> None:
     monkeypatch.setattr("drivers.serial.boards.cutoff.ANSWERING_S", 0.5)
-    assert isinstance(powered.board, Answering)
+    assert isinstance(powered.board, AnsweringBoard)
     powered.board.is_deaf = is_deaf
     with pytest.raises(BackendError, match=r"no answer on .*whether the stop was heard is not known"):
         stopping(tmp_path / "board", "what another board says")
 
 
 def test_a_stop_is_sent_again_until_the_board_has_started(tmp_path: Path, powered: Powered) -> None:
-    assert isinstance(powered.board, Answering)
+    assert isinstance(powered.board, AnsweringBoard)
     powered.board.is_deaf = True
     clock = MonotonicClock()
     clock.call_at(0.4, lambda: setattr(powered.board, "is_deaf", False))
@@ -157,14 +157,14 @@ def test_a_stop_is_sent_again_until_the_board_has_started(tmp_path: Path, powere
 def test_of_a_board_that_never_answers_it_is_said_that_nobody_can_tell(tmp_path: Path) -> None:
     with Pty(tmp_path) as pty:
         clock = MonotonicClock()
-        told = stopping(pty.path, None)
+        unconfirmed = stopping(pty.path, None)
         assert clock.now() >= APART_S
-        assert isinstance(told, Unconfirmed)
-        assert told == f"the stop was sent to {pty.path}; this board cannot confirm it. Look whether they stand"
+        assert isinstance(unconfirmed, Unconfirmed)
+        assert unconfirmed == f"the stop was sent to {pty.path}; this board cannot confirm it. Look whether they stand"
         assert pty.all_heard() == 2 * STOP
 
 
-def test_a_program_that_has_the_port_is_told_of_after_the_stop(bench: Bench) -> None:
+def test_a_program_that_has_the_port_is_reported_of_after_the_stop(bench: Bench) -> None:
     bench.until_heard(TURN)
     cutoff = StopFrame(str(bench.pty.path), 57600, STOP.hex(), "!", has_owner=False)
     cutoff.open()
@@ -178,7 +178,7 @@ def test_a_program_that_has_the_port_is_told_of_after_the_stop(bench: Bench) -> 
     cutoff.close()
 
 
-def test_a_port_that_cannot_be_opened_is_told_with_what_to_do(tmp_path: Path) -> None:
+def test_a_port_that_cannot_be_opened_is_reported_with_what_to_do(tmp_path: Path) -> None:
     (tmp_path / "board").touch()
     with pytest.raises(BackendError, match=r"cannot be opened as a serial port .*Look whether it is one"):
         stopping(tmp_path / "board", None)

@@ -1,10 +1,10 @@
 from __future__ import annotations
 
-from drivers.serial.boards.devices import Turning
+from drivers.serial.boards.devices import CountAccumulator
 from robotcore.hal.devices import Angle
 
 
-def _counted(turning: Turning, *counts: float) -> float:
+def _counted(turning: CountAccumulator, *counts: float) -> float:
     for count in counts:
         turning.count(count, 0.0)
     angle = turning.angle(1.0)
@@ -13,21 +13,21 @@ def _counted(turning: Turning, *counts: float) -> float:
 
 
 def test_angles_begin_at_zero_wherever_the_board_counts_from() -> None:
-    assert _counted(Turning(), 700) == 0
-    assert _counted(Turning(), 700, 690) == -10
+    assert _counted(CountAccumulator(), 700) == 0
+    assert _counted(CountAccumulator(), 700, 690) == -10
 
 
 def test_before_the_first_count_there_is_no_angle() -> None:
-    assert Turning().angle(1.0) is None
+    assert CountAccumulator().angle(1.0) is None
 
 
 def test_a_counter_that_wraps_goes_on_both_ways() -> None:
-    assert _counted(Turning(2**32), 2**31 - 5, -(2**31) + 5) == 10
-    assert _counted(Turning(2**32), -(2**31) + 5, 2**31 - 5) == -10
+    assert _counted(CountAccumulator(2**32), 2**31 - 5, -(2**31) + 5) == 10
+    assert _counted(CountAccumulator(2**32), -(2**31) + 5, 2**31 - 5) == -10
 
 
 def test_a_board_that_was_reset_goes_on_from_the_last_angle() -> None:
-    turning = Turning()
+    turning = CountAccumulator()
     assert _counted(turning, 0, 100) == 100
     turning.restart()
     assert turning.angle(1.0) == Angle(100.0, 0.0, 1)

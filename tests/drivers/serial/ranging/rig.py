@@ -17,7 +17,7 @@ from tests.doubles.serial.pty import Pty
 from tests.doubles.serial.tfmini import PERIOD_S, TFminiS, frame
 
 _NOSE = next(device for device in load_robot("rover").devices if isinstance(device, RangeSensorDescription))
-TOLD = _NOSE.model_copy(update={"min_range_m": 0.1, "cone_rad": 0.063})
+NOSE = _NOSE.model_copy(update={"min_range_m": 0.1, "cone_rad": 0.063})
 """A beam of 3.6 degrees."""
 
 
@@ -40,7 +40,7 @@ class Rig:
 
     def open(self, **settings: Any) -> RangeSensor:
         host = Host(load_robot("rover"), self.clock)
-        sensor = TFmini().open(TOLD, TFminiSettings(port=str(self.pty.path), **settings), host)
+        sensor = TFmini().open(NOSE, TFminiSettings(port=str(self.pty.path), **settings), host)
         self._opened.callback(sensor.close)
         return sensor
 

@@ -72,9 +72,9 @@ def test_a_frame_with_a_wrong_sum_is_dropped_and_none_after_it() -> None:
 @pytest.mark.parametrize("cut", range(9))
 def test_a_header_in_the_words_costs_no_more_than_two_frames(cut: int) -> None:
     headers = frame(0x59, 0x5959) + frame(0x59, 0x0359)
-    told = _distances(Parser(), (headers * 3)[cut:])
-    assert set(told) == {0x59}
-    assert len(told) >= 4
+    distances = _distances(Parser(), (headers * 3)[cut:])
+    assert set(distances) == {0x59}
+    assert len(distances) >= 4
 
 
 def test_a_frame_cut_out_of_two_that_never_change_is_not_believed() -> None:

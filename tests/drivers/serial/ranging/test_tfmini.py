@@ -20,7 +20,7 @@ from robotcore.hal.backend import Setup
 from robotcore.hal.devices import RangeSensor
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.hardware import Host, fit, open_robot
+from robotcore.hardware import Host, bind_devices, open_robot
 from robotcore.testing import Capability
 from robotcore.testing.lifecycle_rules import LifecycleRules
 from robotcore.testing.range_rules import RangeRules
@@ -28,7 +28,7 @@ from robotcore.testing.time_rules import SampleRules
 from tests.doubles.serial.board import Powered
 from tests.doubles.serial.pty import Pty
 from tests.doubles.serial.tfmini import DAZZLED_CM, PERIOD_S, REACH_M, WEAK, WEAK_CM, TFminiS, frame
-from tests.drivers.serial.ranging.rig import TOLD, Rig, robot_with
+from tests.drivers.serial.ranging.rig import NOSE, Rig, robot_with
 
 WIRE = {"driver": "tfmini", "port": "/dev/ttyUSB0"}
 DARK, DAZZLED = frame(WEAK_CM, WEAK), frame(DAZZLED_CM)
@@ -106,14 +106,14 @@ def test_distances_out_of_range_read_as_every_range_sensors(rig: Rig, centimetre
     assert sensor.read().distance == expected
 
 
-def test_dark_at_the_opening_is_told_where_nothing_may_vouch_for_it(rig: Rig) -> None:
+def test_dark_at_the_opening_is_reported_where_nothing_may_vouch_for_it(rig: Rig) -> None:
     rig.sends(DARK)
     with pytest.raises(DeviceError, match="nose: has found nothing that could be judged"):
         rig.open(echo_free_cycles=0)
     assert rig.open().read().distance == math.inf
 
 
-def test_a_wrong_speed_is_told_by_what_comes_in_place_of_frames(rig: Rig) -> None:
+def test_a_wrong_speed_is_reported_by_what_comes_in_place_of_frames(rig: Rig) -> None:
     rig.sends(random.Random(1).randbytes(9))
     with pytest.raises(
         DeviceError,
@@ -172,7 +172,7 @@ def test_a_thread_hears_it_at_the_machines_own_time(tmp_path: Path) -> None:
     clock = MonotonicClock()
     with Pty(tmp_path) as pty:
         talking = clock.every(PERIOD_S, lambda: pty.say(frame(50)), "TFmini")
-        sensor = TFmini().open(TOLD, TFminiSettings(port=str(pty.path)), Host(load_robot("rover"), clock))
+        sensor = TFmini().open(NOSE, TFminiSettings(port=str(pty.path)), Host(load_robot("rover"), clock))
         before = sensor.read()
         for _ in range(5000):
             if sensor.read().sequence > before.sequence:
@@ -186,7 +186,7 @@ def test_a_thread_hears_it_at_the_machines_own_time(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "told, settings, fault",
+    "changes, settings, fault",
     [
         ({"max_range_m": 9.0}, {}, r"a TF-Luna sees as far as 8 m, and max_range_m is 9\. Lower it"),
         ({"min_range_m": 0.02}, {}, r"nearer than 0\.1 m .* and min_range_m is 0\.02\. Raise it"),
@@ -194,19 +194,19 @@ def test_a_thread_hears_it_at_the_machines_own_time(tmp_path: Path) -> None:
     ],
 )
 def test_what_it_cannot_do_is_refused_by_the_robots_file(
-    told: dict[str, float], settings: dict[str, float], fault: str
+    changes: dict[str, float], settings: dict[str, float], fault: str
 ) -> None:
-    robot = robot_with(TOLD.model_copy(update=told), nose=WIRE | settings)
+    robot = robot_with(NOSE.model_copy(update=changes), nose=WIRE | settings)
     with pytest.raises(DescriptionError, match=fault):
-        fit(robot, "serial", {"nose"})
+        bind_devices(robot, "serial", {"nose"})
 
 
 def test_two_on_one_port_are_refused() -> None:
-    robot = robot_with(TOLD, TOLD.model_copy(update={"name": "tail"}), nose=WIRE, tail=WIRE)
+    robot = robot_with(NOSE, NOSE.model_copy(update={"name": "tail"}), nose=WIRE, tail=WIRE)
     with pytest.raises(
         DescriptionError, match=r"serial /dev/ttyUSB0 is already serial\.nose\.port, where TFmini at 115200"
     ):
-        fit(robot, "serial", {"nose", "tail"})
+        bind_devices(robot, "serial", {"nose", "tail"})
 
 
 @pytest.mark.conformance
@@ -220,10 +220,10 @@ class TestTFmini(LifecycleRules, RangeRules, SampleRules):
 
     @property
     def description(self) -> RobotDescription:
-        return robot_with(TOLD, nose={"driver": "tfmini", "port": str(self._path / "board")})
+        return robot_with(NOSE, nose={"driver": "tfmini", "port": str(self._path / "board")})
 
     def open(self, setup: Setup) -> Robot:
-        seen = robot_with(TOLD.model_copy(update={"max_range_m": REACH_M}))
+        seen = robot_with(NOSE.model_copy(update={"max_range_m": REACH_M}))
         with ExitStack() as undo:
             simulated = undo.enter_context(KinematicBackend().open(replace(setup, robot=seen)))
             pty = undo.enter_context(Pty(self._path))

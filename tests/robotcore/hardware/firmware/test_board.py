@@ -31,7 +31,7 @@ def test_of_two_boards_none_is_chosen(tmp_path: Path) -> None:
         find_only_port(tmp_path)
 
 
-def test_where_no_board_is_the_user_is_told_so(tmp_path: Path) -> None:
+def test_where_no_board_is_the_user_is_reported_so(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="no board is plugged in"):
         find_only_port(tmp_path)
 

@@ -26,7 +26,7 @@ def test_sketch_compiles_without_a_warning(tmp_path: Path) -> None:
 
 
 @needs_avr_gcc
-def test_what_config_h_cannot_say_is_told_as_the_compiler_does_by_its_names(tmp_path: Path) -> None:
+def test_what_config_h_cannot_say_is_reported_as_the_compiler_does_by_its_names(tmp_path: Path) -> None:
     sketch = copy_sketch(tmp_path)
     wrong = {"LEFT_ENABLE_PIN": "3", "LEFT_FORWARD_PIN": "99", "SONAR_ECHO_PIN": "A4", "BATTERY_PIN": "13", "KO": "0"}
     config = (sketch / "config.h").read_text()

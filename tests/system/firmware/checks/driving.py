@@ -79,7 +79,7 @@ def last_turning_command(board: Board, before: float = math.inf) -> float:
     return commands[-1].time
 
 
-def test_battery_is_told_in_volts(robot: Robot, board: Board) -> None:
+def test_battery_is_reported_in_volts(robot: Robot, board: Board) -> None:
     battery = robot["battery"]
     assert isinstance(battery, Battery)
     for volts in (7.4, 6.6):

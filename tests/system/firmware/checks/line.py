@@ -105,7 +105,7 @@ def test_sonar_tells_what_is_ahead(board: Board, distance: float) -> None:
     assert 0 <= age < 150
 
 
-def test_battery_is_told_in_millivolts(board: Board) -> None:
+def test_battery_is_reported_in_millivolts(board: Board) -> None:
     with RawLine(board) as line:
         for volts in (7.4, 11.1):
             board.charge(volts)

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from drivers.serial.boards.command import AGAIN_S
-from drivers.serial.boards.hoverboard.board import PAUSE_S, SILENCE_S, HoverboardTalk
+from drivers.serial.boards.command import STOP_REPEAT_S
+from drivers.serial.boards.hoverboard.board import PAUSE_S, SILENCE_S, HoverboardProtocol
 from drivers.serial.boards.hoverboard.protocol import STOP, command
 from tests.doubles.serial.hoverboard import RPM, feedback
 
@@ -18,35 +18,35 @@ class Conversation:
     """A talk with a board that answers every hundredth of a second."""
 
     def __init__(self) -> None:
-        self.talk = HoverboardTalk(115200)
-        self.talk.begin(0.0)
+        self.protocol = HoverboardProtocol(115200)
+        self.protocol.begin(0.0)
         self.now = 0.0
         self.sent: list[tuple[float, bytes]] = []
-        self.hear()
+        self.receive()
 
-    def hear(self, left: float = 0, right: float = 0, steer: int = 0, speed: int = 0, frames: int = 1) -> None:
+    def receive(self, left: float = 0, right: float = 0, steer: int = 0, speed: int = 0, frames: int = 1) -> None:
         """Let the board tell its wheels' speeds, in rpm and as they turn forward, once or several times at once."""
-        told = math.floor(-right), math.floor(left)
-        self.talk.receive(feedback(steer, speed, *told, 3700, 300, 0) * frames, self.now)
+        speeds = math.floor(-right), math.floor(left)
+        self.protocol.receive(feedback(steer, speed, *speeds, 3700, 300, 0) * frames, self.now)
 
     def pass_by(self, seconds: float) -> None:
         """Let time pass in thousandths of a second, and send what is due."""
         for _ in range(round(seconds * 1000)):
             self.now += 0.001
-            if frame := self.talk.due(self.now):
+            if frame := self.protocol.due(self.now):
                 self.sent.append((self.now, frame))
 
     def drive(self, left: float, right: float, seconds: float) -> None:
         for _ in range(round(seconds / FRAME_S)):
             self.pass_by(FRAME_S)
-            self.hear(left, right)
+            self.receive(left, right)
 
-    def tell(self, left: float, right: float) -> None:
-        self.talk.command.tell("left", left, self.now)
-        self.talk.command.tell("right", right, self.now)
+    def set(self, left: float, right: float) -> None:
+        self.protocol.command.set("left", left, self.now)
+        self.protocol.command.set("right", right, self.now)
 
     def angles(self) -> tuple[float, float]:
-        left, right = self.talk.left.angle(RPM), self.talk.right.angle(-RPM)
+        left, right = self.protocol.left.angle(RPM), self.protocol.right.angle(-RPM)
         assert left
         assert right
         return left.angle, right.angle
@@ -61,24 +61,24 @@ def conversation() -> Conversation:
     return Conversation()
 
 
-def test_a_robot_that_stands_is_told_so_again_and_again(conversation: Conversation) -> None:
+def test_a_robot_that_stands_is_sent_zero_again_and_again(conversation: Conversation) -> None:
     conversation.drive(0, 0, 1.0)
     assert set(conversation.frames) == {STOP}
-    assert len(conversation.frames) == pytest.approx(1.0 / AGAIN_S, abs=1)
+    assert len(conversation.frames) == pytest.approx(1.0 / STOP_REPEAT_S, abs=1)
 
 
 def test_a_command_that_turns_is_sent_once_so_that_the_boards_own_time_out_counts(conversation: Conversation) -> None:
     conversation.drive(0, 0, 0.05)
-    conversation.tell(100, 101)
+    conversation.set(100, 101)
     conversation.drive(100, 100, 1.0)
     assert conversation.frames[1:] == [command(-1, 101)]
 
 
 def test_two_frames_never_run_into_one_and_the_newer_one_is_sent(conversation: Conversation) -> None:
-    conversation.tell(100, 100)
+    conversation.set(100, 100)
     conversation.pass_by(0.001)
-    conversation.tell(200, 200)
-    conversation.tell(300, 300)
+    conversation.set(200, 200)
+    conversation.set(300, 300)
     conversation.pass_by(0.02)
     (first_at, _), (second_at, second) = conversation.sent
     assert second_at - first_at >= PAUSE_S - 1e-9
@@ -87,37 +87,37 @@ def test_two_frames_never_run_into_one_and_the_newer_one_is_sent(conversation: C
 
 def test_next_due_is_when_something_is_due(conversation: Conversation) -> None:
     conversation.pass_by(0.001)
-    talk = conversation.talk
-    assert talk.due(talk.next_due(conversation.now) - 1e-6) == b""
-    assert talk.due(talk.next_due(conversation.now) + 1e-6) == STOP
-    conversation.tell(100, 100)
+    protocol = conversation.protocol
+    assert protocol.due(protocol.next_due(conversation.now) - 1e-6) == b""
+    assert protocol.due(protocol.next_due(conversation.now) + 1e-6) == STOP
+    conversation.set(100, 100)
     conversation.drive(100, 100, 0.2)
-    assert talk.next_due(conversation.now) == math.inf
+    assert protocol.next_due(conversation.now) == math.inf
 
 
 def test_a_stop_is_settled_when_the_board_tells_that_it_heard_it(conversation: Conversation) -> None:
-    conversation.tell(100, 100)
+    conversation.set(100, 100)
     conversation.drive(100, 100, 0.02)
-    conversation.hear(100, 100)
-    conversation.tell(0, 0)
-    assert not conversation.talk.is_settled
+    conversation.receive(100, 100)
+    conversation.set(0, 0)
+    assert not conversation.protocol.is_settled
     conversation.pass_by(0.005)
-    assert not conversation.talk.is_settled, "what it told before it was told to stand says nothing"
-    conversation.hear(100, 100, speed=100)
-    assert not conversation.talk.is_settled
+    assert not conversation.protocol.is_settled, "what it told before it was told to stand says nothing"
+    conversation.receive(100, 100, speed=100)
+    assert not conversation.protocol.is_settled
     conversation.pass_by(0.01)
-    conversation.hear(90, 90)
-    assert conversation.talk.is_settled
+    conversation.receive(90, 90)
+    assert conversation.protocol.is_settled
 
 
-def test_a_board_that_falls_silent_is_lost_and_stands_until_it_is_told_anew(conversation: Conversation) -> None:
-    conversation.tell(100, 100)
+def test_a_board_that_falls_silent_is_lost_and_stands_until_it_has_a_new_command(conversation: Conversation) -> None:
+    conversation.set(100, 100)
     conversation.drive(100, 100, 0.1)
     conversation.pass_by(SILENCE_S + 0.01)
-    assert not conversation.talk.is_ready
+    assert not conversation.protocol.is_ready
     conversation.sent.clear()
     conversation.drive(0, 0, 0.5)
-    assert conversation.talk.is_ready
+    assert conversation.protocol.is_ready
     assert set(conversation.frames) == {STOP}
 
 
@@ -127,17 +127,17 @@ def test_angles_are_the_measured_speeds_over_their_times(conversation: Conversat
 
 
 def test_frames_that_come_at_once_count_as_long_as_they_took(conversation: Conversation) -> None:
-    conversation.hear(60.5, 60.5)
+    conversation.receive(60.5, 60.5)
     for _ in range(10):
         conversation.pass_by(0.02)
-        conversation.hear(60.5, 60.5, frames=2)
+        conversation.receive(60.5, 60.5, frames=2)
     assert conversation.angles() == pytest.approx((0.2 * 60.5 * RPM,) * 2)
 
 
 def test_frames_that_were_kept_while_nobody_read_are_no_gap(conversation: Conversation) -> None:
-    conversation.hear(60.5, 60.5)
+    conversation.receive(60.5, 60.5)
     conversation.now += 1.0
-    conversation.hear(60.5, 60.5, frames=100)
+    conversation.receive(60.5, 60.5, frames=100)
     assert conversation.angles() == pytest.approx((60.5 * RPM,) * 2)
 
 
@@ -145,7 +145,7 @@ def test_nothing_is_added_for_a_time_in_which_nobody_measured(conversation: Conv
     conversation.drive(60.5, 60.5, 1.0)
     before = conversation.angles()
     conversation.pass_by(SILENCE_S + 0.01)
-    conversation.hear(60.5, 60.5)
+    conversation.receive(60.5, 60.5)
     assert conversation.angles() == before
     conversation.drive(60.5, 60.5, 0.5)
     assert conversation.angles()[0] - before[0] == pytest.approx(0.5 * 60.5 * RPM)
@@ -155,16 +155,16 @@ def test_a_port_that_comes_back_goes_on_from_the_last_angle(conversation: Conver
     conversation.drive(60.5, 60.5, 1.0)
     before = conversation.angles()
     conversation.now += 0.1
-    conversation.talk.begin(conversation.now)
-    assert not conversation.talk.is_ready
+    conversation.protocol.begin(conversation.now)
+    assert not conversation.protocol.is_ready
     conversation.now += 0.1
-    conversation.hear(60.5, 60.5)
+    conversation.receive(60.5, 60.5)
     assert conversation.angles() == before
 
 
 def test_voltage_is_the_newest_one(conversation: Conversation) -> None:
     conversation.now = 0.5
-    conversation.hear()
-    voltage = conversation.talk.voltage
+    conversation.receive()
+    voltage = conversation.protocol.voltage
     assert voltage
     assert (voltage.voltage, voltage.time, voltage.sequence) == (37.0, 0.5, 1)

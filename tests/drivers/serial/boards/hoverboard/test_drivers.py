@@ -12,7 +12,7 @@ import pytest
 from drivers.serial.boards.hoverboard.protocol import STOP
 from robotcore.description import BatteryDescription, load_robot
 from robotcore.errors import DescriptionError, DeviceError, DeviceLostError
-from robotcore.hardware import Host, fit
+from robotcore.hardware import Host, bind_devices
 from robotcore.testing import ConformanceSuite
 from tests.doubles.serial.bench import Rig, TickingBench, wired
 from tests.doubles.serial.board import BoardDouble, Wheels
@@ -72,7 +72,7 @@ def robots(tmp_path: Path) -> Iterator[Robots]:
     opened.close()
 
 
-def test_wheels_turn_at_what_they_are_told_and_the_encoders_tell(robots: Robots) -> None:
+def test_wheels_turn_at_what_they_are_commanded_and_the_encoders_tell(robots: Robots) -> None:
     board = Hoverboard(Wheels())
     rig = robots.on(board, mode="speed")
     rig.drive(4.0, -2.0, 1.0)
@@ -83,7 +83,7 @@ def test_wheels_turn_at_what_they_are_told_and_the_encoders_tell(robots: Robots)
     assert board.ignored == 0
 
 
-def test_a_board_built_for_other_rpm_is_told_so_many_units_more(robots: Robots) -> None:
+def test_a_board_built_for_other_rpm_is_reported_so_many_units_more(robots: Robots) -> None:
     board = Hoverboard(Wheels(), Firmware(rad_s_per_unit=0.5 * Firmware().rad_s_per_unit))
     robots.on(board, mode="speed", max_rpm=500).drive(4.0, 4.0, 1.0)
     assert board.wheels.left.velocity == pytest.approx(4.0, rel=0.02)
@@ -123,7 +123,7 @@ def test_an_app_that_is_silent_is_stopped_by_the_board(robots: Robots) -> None:
     assert abs(board.wheels.left.velocity) < 0.01
 
 
-def test_a_lost_port_is_told_and_comes_back_standing_with_its_angles(robots: Robots) -> None:
+def test_a_lost_port_is_reported_and_comes_back_standing_with_its_angles(robots: Robots) -> None:
     board = Hoverboard(Wheels())
     rig = robots.on(board, mode="speed")
     rig.drive(4.0, 4.0, 0.5)
@@ -175,7 +175,7 @@ def test_closing_waits_until_the_board_has_heard_the_stop(robots: Robots) -> Non
 
 def test_another_process_stops_both_wheels_by_one_frame() -> None:
     robot = wired(load_robot("rover"), devices(mode="speed"), Path("/dev/ttyUSB0"), (BATTERY,))
-    fittings = fit(robot, "serial")
+    fittings = bind_devices(robot, "serial")
     specs = [spec for each in fittings for spec in each.cutoffs(Host(robot, owner=None, clock=None))]  # type: ignore[arg-type]
     assert [spec.parameters["frame"] for spec in specs] == [STOP.hex()] * 2
 
@@ -197,12 +197,12 @@ REFUSED: dict[str, dict[str, Any]] = {
 def test_what_the_board_cannot_do_is_refused_in_the_robots_file(fault: str) -> None:
     robot = wired(load_robot("rover"), devices(**REFUSED[fault]), Path("/dev/ttyUSB0"), (BATTERY,))
     with pytest.raises(DescriptionError, match=fault):
-        fit(robot, "serial")
+        bind_devices(robot, "serial")
 
 
 def test_two_motors_that_say_otherwise_of_one_firmware_are_refused() -> None:
-    told = devices(mode="speed")
-    told["right_motor"]["steer_coefficient"] = 1.0
-    robot = wired(load_robot("rover"), told, Path("/dev/ttyUSB0"), (BATTERY,))
+    sections = devices(mode="speed")
+    sections["right_motor"]["steer_coefficient"] = 1.0
+    robot = wired(load_robot("rover"), sections, Path("/dev/ttyUSB0"), (BATTERY,))
     with pytest.raises(DescriptionError, match=r"coefficients 1 and 0\.5.* say the same of it for both motors"):
-        fit(robot, "serial")
+        bind_devices(robot, "serial")

@@ -6,7 +6,15 @@ from itertools import product
 
 import pytest
 
-from drivers.serial.boards.hoverboard.protocol import Feedback, Mixed, Mixer, Parser, Steering, Tank, command
+from drivers.serial.boards.hoverboard.protocol import (
+    CoefficientMixer,
+    Feedback,
+    Mixer,
+    Parser,
+    Steering,
+    TankMixer,
+    command,
+)
 
 COMMANDS = {
     (0, 0): "cdab00000000cdab",
@@ -93,43 +101,45 @@ MADE = """\
 @pytest.mark.parametrize("line", MADE.splitlines())
 def test_mixer_is_the_firmwares(line: str) -> None:
     speed_coefficient, steer_coefficient, speed, steer, left, right = map(int, line.split())
-    mixer = Mixed(speed_coefficient / 16384, steer_coefficient / 16384)
+    mixer = CoefficientMixer(speed_coefficient / 16384, steer_coefficient / 16384)
     assert mixer.wheels(Steering(steer, speed)) == (left, right)
 
 
 def test_every_pair_of_wheels_in_reach_is_made_to_the_unit_by_the_firmware_as_it_comes() -> None:
-    mixer = Mixed()
+    mixer = CoefficientMixer()
     some = (*range(-1000, 1001, 137), -1, 0, 1, 2)
     for left, right in product(some, some):
         if abs(left - right) <= 1000:
             assert mixer.wheels(mixer.steering(left, right)) == (left, right)
 
 
-@pytest.mark.parametrize("mixer", [Mixed(0.9, 0.5), Mixed(1.7, 0.3), Mixed(0.4, 0.2)], ids=str)
-def test_with_other_coefficients_no_command_near_comes_nearer(mixer: Mixed) -> None:
+@pytest.mark.parametrize(
+    "mixer", [CoefficientMixer(0.9, 0.5), CoefficientMixer(1.7, 0.3), CoefficientMixer(0.4, 0.2)], ids=str
+)
+def test_with_other_coefficients_no_command_near_comes_nearer(mixer: CoefficientMixer) -> None:
     for left, right in product(range(-173, 174, 43), repeat=2):
         steer, speed = mixer.steering(left, right)
         near = (Steering(steer + by, speed + more) for by, more in product(range(-2, 3), repeat=2))
         assert _error(mixer, Steering(steer, speed), left, right) == min(
-            _error(mixer, told, left, right) for told in near
+            _error(mixer, steering, left, right) for steering in near
         )
 
 
-@pytest.mark.parametrize("mixer", [Mixed(), Mixed(0.9, 0.4), Tank()], ids=str)
+@pytest.mark.parametrize("mixer", [CoefficientMixer(), CoefficientMixer(0.9, 0.4), TankMixer()], ids=str)
 @pytest.mark.parametrize("wheels", [(1000, -1000), (1000, -200), (1800, 600), (-2000, 1000), (0, 1000)])
 def test_what_is_beyond_its_reach_keeps_its_path(mixer: Mixer, wheels: tuple[int, int]) -> None:
-    told = mixer.steering(*wheels)
-    left, right = mixer.wheels(told) if isinstance(mixer, Mixed) else told
-    assert max(map(abs, told)) <= 1000
+    steering = mixer.steering(*wheels)
+    left, right = mixer.wheels(steering) if isinstance(mixer, CoefficientMixer) else steering
+    assert max(map(abs, steering)) <= 1000
     assert left * wheels[1] == pytest.approx(right * wheels[0], abs=sum(map(abs, wheels)))
     assert max(abs(left), abs(right)) >= 390
 
 
-@pytest.mark.parametrize("mixer", [Mixed(), Mixed(0.9, 0.4), Tank()], ids=str)
+@pytest.mark.parametrize("mixer", [CoefficientMixer(), CoefficientMixer(0.9, 0.4), TankMixer()], ids=str)
 def test_standing_is_zero(mixer: Mixer) -> None:
     assert mixer.steering(0, 0) == (0, 0)
 
 
-def _error(mixer: Mixed, told: Steering, left: int, right: int) -> int:
-    made_left, made_right = mixer.wheels(told)
+def _error(mixer: CoefficientMixer, steering: Steering, left: int, right: int) -> int:
+    made_left, made_right = mixer.wheels(steering)
     return (made_left - left) ** 2 + (made_right - right) ** 2

@@ -10,7 +10,7 @@ import pytest
 
 from drivers.serial import backend as module
 from drivers.serial.backend import SerialBackend
-from drivers.serial.boards.rosarduino.board import ArduinoTalk
+from drivers.serial.boards.rosarduino.board import ArduinoProtocol
 from drivers.serial.boards.rosarduino.protocol import framed
 from robotcore.description import BatteryDescription, RobotDescription, load_robot
 from robotcore.hal.backend import Setup
@@ -47,7 +47,7 @@ class Rig:
     def open(self, board: ArduinoDouble, devices: Mapping[str, Mapping[str, Any]]) -> Robot:
         self._patch.setattr(module, "MonotonicClock", lambda: self._clock(board))
         robot = self.described(devices)
-        names = frozenset(told.name for told in robot.devices)
+        names = frozenset(device.name for device in robot.devices)
         return SerialBackend().open(Setup(robot, worlds.empty(), names, RATE_HZ))
 
     def described(self, devices: Mapping[str, Mapping[str, Any]]) -> RobotDescription:
@@ -83,18 +83,18 @@ class Conversation:
     """Talks, with the test as the board; ``now`` goes on by a step with each turn."""
 
     def __init__(self) -> None:
-        self.talk = ArduinoTalk(BAUD)
+        self.protocol = ArduinoProtocol(BAUD)
         self.now = 10.0
-        self.talk.begin(self.now)
+        self.protocol.begin(self.now)
 
     def sent(self, after: float = STEP_S) -> bytes:
         """Return what is sent next, if anything, after so many seconds."""
         self.now += after
-        return self.talk.due(self.now)
+        return self.protocol.due(self.now)
 
     def answer(self, data: bytes) -> None:
         self.now += STEP_S
-        self.talk.receive(data, self.now)
+        self.protocol.receive(data, self.now)
 
     def goes(self, *turns: tuple[bytes, bytes]) -> None:
         """Hold it to a table of frames, sent and answered."""
@@ -122,14 +122,14 @@ class Conversation:
             (b"e\r", b"0 0\r\n"),
         )
 
-    def tell(self, left: float, right: float) -> None:
+    def set(self, left: float, right: float) -> None:
         """Tell both motors, as an app does in one tick."""
-        self.talk.command.tell("left", left, self.now)
-        self.talk.command.tell("right", right, self.now)
+        self.protocol.command.set("left", left, self.now)
+        self.protocol.command.set("right", right, self.now)
 
     @property
     def angle(self) -> float:
         """What the left wheel has turned, in counts."""
-        sample = self.talk.counts["left"].turning.angle(1.0)
+        sample = self.protocol.counts["left"].turning.angle(1.0)
         assert sample
         return sample.angle

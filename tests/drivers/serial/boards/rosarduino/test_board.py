@@ -26,17 +26,17 @@ def true_one() -> Conversation:
 
 
 def test_our_firmware_is_known_by_its_name(ours: Conversation) -> None:
-    assert ours.talk.is_ready
-    assert ours.talk.firmware.is_ours
-    assert ours.talk.firmware.frame_s == pytest.approx(1 / 30)
+    assert ours.protocol.is_ready
+    assert ours.protocol.firmware.is_ours
+    assert ours.protocol.firmware.frame_s == pytest.approx(1 / 30)
 
 
 def test_the_true_one_is_known_by_its_speed_alone(true_one: Conversation) -> None:
-    assert true_one.talk.is_ready
-    assert not true_one.talk.firmware.is_ours
-    assert true_one.talk.firmware.frame_s == 0.033
-    assert not true_one.talk.firmware.takes_duties
-    assert true_one.talk.stops_itself == (
+    assert true_one.protocol.is_ready
+    assert not true_one.protocol.firmware.is_ours
+    assert true_one.protocol.firmware.frame_s == 0.033
+    assert not true_one.protocol.firmware.takes_duties
+    assert true_one.protocol.stops_itself == (
         "The board stops its motors by itself 2 s after the last command that it heard."
     )
 
@@ -44,55 +44,55 @@ def test_the_true_one_is_known_by_its_speed_alone(true_one: Conversation) -> Non
 def test_our_firmware_is_not_taken_for_the_true_one_where_noise_spoils_its_name() -> None:
     conversation = Conversation()
     conversation.goes((HELLO, TRUE), (HELLO, OURS), (asked("m 0 0"), answered("OK")))
-    assert conversation.talk.firmware.is_ours
+    assert conversation.protocol.firmware.is_ours
 
 
 def test_our_firmware_taken_for_the_true_one_is_met_again_when_it_refuses(true_one: Conversation) -> None:
     refused = b"Invalid Command\r\n"
     for _ in range(2):
-        true_one.tell(20, 20)
+        true_one.set(20, 20)
         true_one.goes((b"m 20 20\r", refused))
-    assert not true_one.talk.is_ready
+    assert not true_one.protocol.is_ready
     true_one.goes((HELLO, OURS), (asked("m 0 0"), answered("OK")), (asked("k 2000"), answered("OK")))
-    true_one.tell(20, 20)
+    true_one.set(20, 20)
     true_one.goes((asked("m 20 20"), answered("OK")))
 
 
-def test_the_true_one_without_wheels_is_told() -> None:
+def test_the_true_one_without_wheels_is_reported() -> None:
     conversation = Conversation()
     refused = b"Invalid Command\r\n"
     conversation.goes((HELLO, TRUE), (HELLO, TRUE), (b"m 0 0\r", refused), (b"m 0 0\r", refused))
-    assert not conversation.talk.firmware.has_wheels
+    assert not conversation.protocol.firmware.has_wheels
 
 
-def test_our_firmware_of_another_version_is_told() -> None:
+def test_our_firmware_of_another_version_is_reported() -> None:
     conversation = Conversation()
     conversation.goes((HELLO, b"OK\r\n" + answered("robotcore-bridge 2")))
-    assert "speaks version 2, and this robotcore 1" in conversation.talk.firmware.fault
+    assert "speaks version 2, and this robotcore 1" in conversation.protocol.firmware.fault
 
 
-def test_the_time_out_is_told_before_anything_turns(ours: Conversation) -> None:
-    ours.talk.limit(0.5)
-    ours.tell(20, 20)
+def test_the_time_out_is_reported_before_anything_turns(ours: Conversation) -> None:
+    ours.protocol.limit(0.5)
+    ours.set(20, 20)
     ours.goes((asked("k 500"), answered("OK")), (asked("m 20 20"), answered("OK")))
-    assert ours.talk.stops_itself.startswith("The board stops its motors by itself 0.5 s after")
+    assert ours.protocol.stops_itself.startswith("The board stops its motors by itself 0.5 s after")
 
 
 def test_the_shortest_time_out_of_all_motors_counts(ours: Conversation) -> None:
-    ours.talk.limit(1.0)
-    ours.talk.limit(0.3)
+    ours.protocol.limit(1.0)
+    ours.protocol.limit(0.3)
     ours.goes((asked("k 300"), answered("OK")))
 
 
 def test_only_the_newest_command_is_sent_and_each_once(ours: Conversation) -> None:
     assert ours.sent(0.06) == asked("e")
-    ours.tell(10, 10)
-    ours.tell(20, -20)
+    ours.set(10, 10)
+    ours.set(20, -20)
     assert ours.sent() == b""
     ours.answer(answered("0 0"))
     ours.goes((asked("m 20 -20"), answered("OK")))
     assert ours.sent() == b""
-    ours.tell(20, -20)
+    ours.set(20, -20)
     ours.goes((asked("m 20 -20"), answered("OK")))
 
 
@@ -100,33 +100,33 @@ def test_only_the_newest_command_is_sent_and_each_once(ours: Conversation) -> No
 def test_a_command_that_turns_is_not_repeated_though_nobody_acknowledged_it(
     ours: Conversation, left: int, right: int
 ) -> None:
-    ours.tell(left, right)
+    ours.set(left, right)
     assert ours.sent() == asked(f"m {left} {right}")
     assert ours.sent(LOST_S) == b"\r" + asked("v")
     ours.answer(answered("robotcore-bridge 1"))
     ours.goes((asked("k 2000"), answered("OK")), (asked("e"), answered("0 0")))
-    assert not ours.talk.is_settled
+    assert not ours.protocol.is_settled
 
 
 def test_a_stop_is_repeated_until_it_is_acknowledged(ours: Conversation) -> None:
-    ours.tell(20, 20)
+    ours.set(20, 20)
     ours.goes((asked("m 20 20"), answered("OK")))
-    ours.tell(0, 0)
+    ours.set(0, 0)
     stop = asked("m 0 0")
     ours.goes((stop, answered("Invalid Command")))
-    assert not ours.talk.is_settled
+    assert not ours.protocol.is_settled
     ours.goes((stop, answered("OK")))
-    assert ours.talk.is_settled
+    assert ours.protocol.is_settled
 
 
 def test_a_command_is_not_settled_before_it_was_sent(ours: Conversation) -> None:
-    ours.tell(0, 0)
-    assert not ours.talk.is_settled
+    ours.set(0, 0)
+    assert not ours.protocol.is_settled
 
 
 def test_a_stop_does_not_wait_for_an_answer_that_drags(ours: Conversation) -> None:
     assert ours.sent(0.06) == asked("e")
-    ours.tell(0, 0)
+    ours.set(0, 0)
     assert ours.sent() == b""
     assert ours.sent(0.02) == b"\rm 0 0\r"
     ours.answer(answered("7 7") + b"OK\r\n")
@@ -185,25 +185,25 @@ def test_a_count_beyond_32_bits_is_dropped(ours: Conversation, counts: str) -> N
 
 
 def test_a_board_that_was_reset_in_a_moment_has_its_time_out_again_before_it_turns(ours: Conversation) -> None:
-    ours.talk.limit(0.5)
+    ours.protocol.limit(0.5)
     ours.goes((asked("k 500"), answered("OK")))
     assert ours.sent(0.06) == asked("e")
-    ours.tell(20, 20)
+    ours.set(20, 20)
     assert ours.sent(LOST_S) == b"\r" + asked("v")
     ours.answer(b"\x00" + answered("robotcore-bridge 1") + answered("robotcore-bridge 1"))
     ours.goes((asked("k 500"), answered("OK")), (asked("m 20 20"), answered("OK")))
 
 
-def test_a_board_that_falls_silent_is_lost_and_what_it_was_told_forgotten(ours: Conversation) -> None:
-    ours.tell(20, 20)
+def test_a_board_that_falls_silent_is_lost_and_what_it_was_sent_forgotten(ours: Conversation) -> None:
+    ours.set(20, 20)
     assert ours.sent() == asked("m 20 20")
-    ours.tell(30, 30)
-    while ours.talk.is_ready:
+    ours.set(30, 30)
+    while ours.protocol.is_ready:
         sent = ours.sent(0.02)
     assert sent == HELLO
     ours.answer(OURS)
     ours.goes((asked("m 0 0"), answered("OK")), (asked("k 2000"), answered("OK")), (asked("e"), answered("0 0")))
-    assert ours.talk.is_ready
+    assert ours.protocol.is_ready
 
 
 @pytest.mark.parametrize("has_sonar, within_s", [(False, 0.55), (True, 1.65)])
@@ -212,13 +212,13 @@ def test_a_board_whose_answers_alone_are_lost_is_stopped_however_the_app_drives_
 ) -> None:
     board, lost_at = TrueDouble(), true_one.now
     if has_sonar:
-        true_one.talk.poll(Poll(ping(7), 0.1, lambda _answer, _now: None))
+        true_one.protocol.poll(Poll(ping(7), 0.1, lambda _answer, _now: None))
     while true_one.now - lost_at < within_s:
-        if true_one.talk.is_ready:
-            true_one.tell(20, 20)
-        board.hear(true_one.sent(), true_one.now)
+        if true_one.protocol.is_ready:
+            true_one.set(20, 20)
+        board.receive(true_one.sent(), true_one.now)
     assert "m 20 20" in board.commands
-    assert board.wheels.left.told == board.wheels.right.told == 0
+    assert board.wheels.left.command == board.wheels.right.command == 0
 
 
 def test_a_board_that_is_not_there_yet_is_greeted_again_and_again() -> None:
@@ -227,12 +227,12 @@ def test_a_board_that_is_not_there_yet_is_greeted_again_and_again() -> None:
     assert conversation.sent(0.25) == b""
     assert conversation.sent(0.06) == HELLO
     conversation.answer(b"\x00\x80" + OURS)
-    assert conversation.talk.is_ready
+    assert conversation.protocol.is_ready
 
 
-def test_motors_by_duty_are_told_of_255(ours: Conversation) -> None:
-    ours.talk.goes_by_duty = True
-    ours.tell(1.0, -0.25)
+def test_motors_by_duty_are_scaled_to_255(ours: Conversation) -> None:
+    ours.protocol.goes_by_duty = True
+    ours.set(1.0, -0.25)
     ours.goes((asked("o 255 -64"), answered("OK")))
-    ours.tell(0, 0)
+    ours.set(0, 0)
     ours.goes((asked("m 0 0"), answered("OK")))

@@ -42,7 +42,7 @@ class TestTheTrueOne(SerialBench, ConformanceSuite):
 
 
 class TestByDuty(SerialBench, ConformanceSuite):
-    devices: ClassVar = {name: {**told, **(MODEL if "motor" in name else {})} for name, told in SIDES.items()}
+    devices: ClassVar = {name: {**section, **(MODEL if "motor" in name else {})} for name, section in SIDES.items()}
 
     def board(self) -> ArduinoDouble:
         return OurDouble()

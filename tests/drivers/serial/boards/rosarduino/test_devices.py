@@ -9,10 +9,10 @@ from drivers.serial.boards.rosarduino.protocol import Answer
 from robotcore.description import RangeSensorDescription, load_robot
 from robotcore.errors import DeviceError
 from robotcore.hal.devices import Range
-from robotcore.hardware.polled import Findings
+from robotcore.hardware.polled import RangeSampler
 
-TOLD = load_robot("rover").first_of(RangeSensorDescription)
-assert TOLD
+NOSE = load_robot("rover").first_of(RangeSensorDescription)
+assert NOSE
 
 
 def pluralize(*counts: tuple[float, int]) -> float | None:
@@ -54,28 +54,28 @@ def test_a_count_that_is_not_believed_is_no_new_sample() -> None:
 
 
 @pytest.fixture
-def findings() -> Findings:
-    assert TOLD
-    return Findings(TOLD, echo_free_cycles=3)
+def findings() -> RangeSampler:
+    assert NOSE
+    return RangeSampler(NOSE, echo_free_cycles=3)
 
 
 @pytest.fixture
-def ranges(findings: Findings) -> Ranges:
+def ranges(findings: RangeSampler) -> Ranges:
     return Ranges("nose", findings)
 
 
 @pytest.fixture
-def pings(findings: Findings) -> Pings:
-    assert TOLD
-    return Pings(TOLD, findings)
+def pings(findings: RangeSampler) -> Pings:
+    assert NOSE
+    return Pings(NOSE, findings)
 
 
-def test_a_range_is_as_old_as_the_board_says(ranges: Ranges, findings: Findings) -> None:
+def test_a_range_is_as_old_as_the_board_says(ranges: Ranges, findings: RangeSampler) -> None:
     ranges.take(Answer((830, 24)), 10.0)
     assert findings.newest.get() == Range(0.83, 10.0 - 0.024, 0)
 
 
-def test_a_range_that_is_told_twice_is_one_sample(ranges: Ranges, findings: Findings) -> None:
+def test_a_range_that_comes_twice_is_one_sample(ranges: Ranges, findings: RangeSampler) -> None:
     ranges.take(Answer((830, 4)), 10.0)
     ranges.take(Answer((830, 36)), 10.03)
     assert findings.newest.get().sequence == 0
@@ -83,7 +83,7 @@ def test_a_range_that_is_told_twice_is_one_sample(ranges: Ranges, findings: Find
     assert findings.newest.get().sequence == 1
 
 
-def test_a_row_of_cycles_without_an_echo_is_nothing_in_range(ranges: Ranges, findings: Findings) -> None:
+def test_a_row_of_cycles_without_an_echo_is_nothing_in_range(ranges: Ranges, findings: RangeSampler) -> None:
     ranges.take(Answer((830, 0)), 10.0)
     for cycle in (1, 2):
         ranges.take(Answer((-1, 0)), 10.0 + 0.06 * cycle)
@@ -93,7 +93,7 @@ def test_a_row_of_cycles_without_an_echo_is_nothing_in_range(ranges: Ranges, fin
 
 
 @pytest.mark.parametrize("answer", [Answer((-1, 65535)), Answer((830, 501))])
-def test_a_module_that_does_not_answer_is_a_fault(ranges: Ranges, findings: Findings, answer: Answer) -> None:
+def test_a_module_that_does_not_answer_is_a_fault(ranges: Ranges, findings: RangeSampler, answer: Answer) -> None:
     ranges.take(answer, 70.0)
     with pytest.raises(DeviceError, match="nose: the board's ultrasonic module does not answer its trigger"):
         findings.newest.get()
@@ -101,27 +101,27 @@ def test_a_module_that_does_not_answer_is_a_fault(ranges: Ranges, findings: Find
     assert findings.newest.get().distance == 0.83
 
 
-def test_what_the_board_refuses_is_no_sample(ranges: Ranges, pings: Pings, findings: Findings) -> None:
+def test_what_the_board_refuses_is_no_sample(ranges: Ranges, pings: Pings, findings: RangeSampler) -> None:
     ranges.take(Answer(is_refusal=True), 10.0)
     pings.take(Answer(is_refusal=True), 10.0)
-    assert not findings.has_told
+    assert not findings.has_result
 
 
-def test_a_ping_is_in_centimetres(pings: Pings, findings: Findings) -> None:
+def test_a_ping_is_in_centimetres(pings: Pings, findings: RangeSampler) -> None:
     pings.take(Answer((52,)), 10.0)
     assert findings.newest.get() == Range(0.52, 10.0, 0)
 
 
-def test_a_row_of_pings_from_beyond_is_nothing_in_range(pings: Pings, findings: Findings) -> None:
+def test_a_row_of_pings_from_beyond_is_nothing_in_range(pings: Pings, findings: RangeSampler) -> None:
     for cycle in range(3):
-        assert not findings.has_told
+        assert not findings.has_result
         pings.take(Answer((655,)), 10.0 + cycle)
     assert findings.newest.get().distance == math.inf
 
 
-def test_a_row_of_pings_without_a_pulse_is_a_fault(pings: Pings, findings: Findings) -> None:
+def test_a_row_of_pings_without_a_pulse_is_a_fault(pings: Pings, findings: RangeSampler) -> None:
     for cycle in range(3):
-        assert not findings.has_told
+        assert not findings.has_result
         pings.take(Answer((0,)), 10.0 + cycle)
     with pytest.raises(DeviceError, match="nose: the board's ultrasonic module does not answer its trigger"):
         findings.newest.get()

@@ -58,15 +58,15 @@ def test_the_limit_is_a_whole_number_of_counts_and_not_above_the_one_described(r
         assert motor(robot, "left").max_velocity == pytest.approx(math.floor(12.0 / COUNT_RAD_S) * COUNT_RAD_S)
 
 
-def test_our_board_stops_by_itself_after_the_time_that_it_was_told(rig: Rig) -> None:
+def test_our_board_stops_by_itself_after_the_time_that_it_was_sent(rig: Rig) -> None:
     board = OurDouble()
     with rig.open(board, WHEELS) as robot:
         motor(robot, "left").set_velocity(4.0)
         let_pass(robot, 0.4)
         assert board.deadman_s == 0.5
-        assert board.wheels.left.told > 0
+        assert board.wheels.left.command > 0
         let_pass(robot, 0.2)
-        assert board.wheels.left.told == 0
+        assert board.wheels.left.command == 0
 
 
 def test_closing_leaves_no_wheel_turning(rig: Rig) -> None:
@@ -75,8 +75,8 @@ def test_closing_leaves_no_wheel_turning(rig: Rig) -> None:
         motor(robot, "left").set_velocity(4.0)
         motor(robot, "right").set_velocity(4.0)
         let_pass(robot, 0.1)
-        assert board.wheels.left.told > 0 < board.wheels.right.told
-    assert board.commands[-1] == "m 0 0" or board.wheels.left.told == board.wheels.right.told == 0
+        assert board.wheels.left.command > 0 < board.wheels.right.command
+    assert board.commands[-1] == "m 0 0" or board.wheels.left.command == board.wheels.right.command == 0
 
 
 def test_both_motors_of_a_tick_go_in_one_line(rig: Rig) -> None:
@@ -88,7 +88,7 @@ def test_both_motors_of_a_tick_go_in_one_line(rig: Rig) -> None:
         assert [line for line in board.commands if line[0] == "m"][-2:] == ["m 0 0", "m 20 -20"]
 
 
-def test_a_board_that_was_unplugged_stands_until_it_is_told_anew_and_its_angles_go_on(rig: Rig) -> None:
+def test_a_board_that_was_unplugged_stands_until_it_has_a_new_command_and_its_angles_go_on(rig: Rig) -> None:
     board = OurDouble()
     with rig.open(board, WHEELS) as robot:
         motor(robot, "left").set_velocity(4.0)
@@ -100,25 +100,25 @@ def test_a_board_that_was_unplugged_stands_until_it_is_told_anew_and_its_angles_
             motor(robot, "left").set_velocity(4.0)
         rig.pty.plug_in()
         let_pass(robot, 1.0)
-        assert board.wheels.left.told == 0
+        assert board.wheels.left.command == 0
         assert angle(robot, "left") == pytest.approx(before, abs=0.25)  # it coasts
         motor(robot, "left").set_velocity(4.0)
         let_pass(robot, 0.2)
         assert angle(robot, "left") > before + 0.5
 
 
-def test_the_shipped_rover_drives_the_shipped_firmware_as_fast_as_it_is_told(rig: Rig) -> None:
+def test_the_shipped_rover_drives_the_shipped_firmware_as_fast_as_it_is_reported(rig: Rig) -> None:
     """The double's wheel has as many edges as FULL_SPEED in the firmware's config.h is of."""
     board, shipped = OurDouble(), load_robot("rover").backends["serial"]
     on_board = {name: {**table, "port": str(rig.pty.path)} for name, table in shipped.items() if name != "eye"}
     with rig.open(board, on_board) as robot:
         motor(robot, "left").set_velocity(4.0)
         let_pass(robot, 0.1)
-        assert board.wheels.left.told == pytest.approx(4.0, rel=0.03)
+        assert board.wheels.left.command == pytest.approx(4.0, rel=0.03)
 
 
 def test_cycles_are_four_counts_each(rig: Rig) -> None:
-    cycles = {name: {**told, "counts": "cycles"} for name, told in ENCODERS.items()}
+    cycles = {name: {**section, "counts": "cycles"} for name, section in ENCODERS.items()}
     board = OurDouble(counts_per_turn=3840)
     with rig.open(board, {**MOTORS, **cycles}) as robot:
         motor(robot, "left").set_velocity(4.0)
@@ -129,7 +129,7 @@ def test_cycles_are_four_counts_each(rig: Rig) -> None:
 
 def test_a_motor_by_duty_is_held_by_its_encoder(rig: Rig) -> None:
     weak = {"model": {"forward_rad_s": 20.0, "backward_rad_s": 20.0}, "control": {}}
-    motors = {name: {**told, **weak} for name, told in MOTORS.items()}
+    motors = {name: {**section, **weak} for name, section in MOTORS.items()}
     board = OurDouble()
     with rig.open(board, {**motors, **ENCODERS}) as robot:
         for _ in range(60):
@@ -154,21 +154,21 @@ def test_a_motor_by_duty_is_held_by_its_encoder(rig: Rig) -> None:
         ),
     ],
 )
-def test_what_the_true_one_cannot_do_is_told_with_what_to_do(
+def test_what_the_true_one_cannot_do_is_reported_with_what_to_do(
     rig: Rig, board: ArduinoDouble, devices: dict[str, dict[str, Any]], fault: str
 ) -> None:
     with pytest.raises(DeviceError, match=fault):
         rig.open(board, devices)
 
 
-def test_a_board_without_wheels_is_told(rig: Rig) -> None:
+def test_a_board_without_wheels_is_reported(rig: Rig) -> None:
     board = TrueDouble()
     board.has_wheels = False
     with pytest.raises(DeviceGroupError, match=r"was built without wheels\. Define USE_BASE and flash it again, or"):
         rig.open(board, WHEELS)
 
 
-def test_a_version_that_is_not_known_is_told(rig: Rig) -> None:
+def test_a_version_that_is_not_known_is_reported(rig: Rig) -> None:
     board = OurDouble()
     board.version = 2
     with pytest.raises(DeviceGroupError, match="speaks version 2, and this robotcore 1; flash the one that came"):
@@ -191,7 +191,7 @@ def test_a_battery_that_nobody_measures_is_noted(rig: Rig, board: ArduinoDouble,
         assert fault in robot.notes[0]
 
 
-def test_a_battery_is_told_in_volts(rig: Rig) -> None:
+def test_a_battery_is_reported_in_volts(rig: Rig) -> None:
     with rig.open(OurDouble(), {"battery": {"driver": "ros-arduino-battery"}}) as robot:
         battery = robot["battery"]
         assert isinstance(battery, Battery)
@@ -199,7 +199,7 @@ def test_a_battery_is_told_in_volts(rig: Rig) -> None:
 
 
 @pytest.mark.parametrize("board, pin", [(OurDouble(), {}), (TrueDouble(), {"pin": 7})])
-def test_a_range_is_told_in_metres(rig: Rig, board: ArduinoDouble, pin: dict[str, int]) -> None:
+def test_a_range_is_reported_in_metres(rig: Rig, board: ArduinoDouble, pin: dict[str, int]) -> None:
     with rig.open(board, {"nose": {"driver": "ros-arduino-sonar", **pin}}) as robot:
         nose = robot["nose"]
         assert isinstance(nose, RangeSensor)

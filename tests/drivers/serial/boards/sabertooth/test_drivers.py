@@ -14,7 +14,7 @@ from robotcore.errors import DescriptionError, DeviceLostError
 from robotcore.geometry import Wheels
 from robotcore.hal.drive import Odometry
 from robotcore.hal.robot import Robot
-from robotcore.hardware import Host, fit
+from robotcore.hardware import Host, bind_devices
 from robotcore.testing import ConformanceSuite
 from robotcore.testing.bench import Motion, let_pass, motion_between
 from tests.doubles.serial.bench import Rig, TickingBench, wired
@@ -48,8 +48,8 @@ class TestSabertooth(TickingBench, ConformanceSuite):
 
 def motors(**right: Any) -> dict[str, dict[str, Any]]:
     """Return the sections of the two motors, and what is else with the right one."""
-    told = {"driver": "sabertooth-motor", "model": MODEL}
-    return {"left_motor": {**told, "motor": 1}, "right_motor": {**told, "motor": 2, **right}}
+    motor = {"driver": "sabertooth-motor", "model": MODEL}
+    return {"left_motor": {**motor, "motor": 1}, "right_motor": {**motor, "motor": 2, **right}}
 
 
 @pytest.fixture
@@ -87,7 +87,7 @@ def test_an_app_that_is_silent_is_stopped_by_the_board(rig: Rig, line: Sabertoot
     assert line.boards[128].values == [0, 0]
 
 
-def test_a_lost_port_is_told_and_comes_back_standing(rig: Rig, line: Sabertooths) -> None:
+def test_a_lost_port_is_reported_and_comes_back_standing(rig: Rig, line: Sabertooths) -> None:
     rig.drive(4.0, 4.0, 0.5)
     rig.pty.unplug()
     rig.pass_by(0.05)
@@ -104,7 +104,7 @@ def test_a_lost_port_is_told_and_comes_back_standing(rig: Rig, line: Sabertooths
 
 
 def test_a_board_that_heard_another_byte_first_stays_deaf_and_nobody_can_tell(rig: Rig, line: Sabertooths) -> None:
-    line.hear(b"\x80", 0.0)
+    line.receive(b"\x80", 0.0)
     rig.drive(4.0, 4.0, 0.5)
     assert line.packets == []
 
@@ -117,7 +117,8 @@ def test_a_port_that_is_there_without_a_board_opens(tmp_path: Path) -> None:
 
 def test_another_process_stops_the_board_by_its_address() -> None:
     robot = wired(load_robot("rover"), motors(address=129), Path("/dev/ttyUSB0"))
-    specs = [spec for each in fit(robot, "serial") for spec in each.cutoffs(Host(robot, owner=None, clock=None))]  # type: ignore[arg-type]
+    host = Host(robot, owner=None, clock=None)  # type: ignore[arg-type]
+    specs = [spec for each in bind_devices(robot, "serial") for spec in each.cutoffs(host)]
     assert [spec.parameters["frame"] for spec in specs] == [stop(128).hex(), stop(129).hex()]
 
 
@@ -134,4 +135,4 @@ REFUSED: dict[str, dict[str, Any]] = {
 def test_what_the_board_cannot_do_is_refused_in_the_robots_file(fault: str) -> None:
     robot = wired(load_robot("rover"), motors(**REFUSED[fault]), Path("/dev/ttyUSB0"))
     with pytest.raises(DescriptionError, match=fault):
-        fit(robot, "serial")
+        bind_devices(robot, "serial")

@@ -12,7 +12,7 @@ import pytest
 
 from drivers.serial.backend import SerialBackend
 from drivers.serial.boards.waveshare import drivers
-from drivers.serial.boards.waveshare.board import SILENCE_S, Odometer, WaveshareTalk
+from drivers.serial.boards.waveshare.board import SILENCE_S, Odometer, WaveshareProtocol
 from drivers.serial.boards.waveshare.protocol import Track, speeds
 from robotcore.description import BatteryDescription
 from robotcore.errors import DescriptionError, DeviceError, DeviceLostError
@@ -24,10 +24,10 @@ from tests.drivers.serial.boards.waveshare.rig import RADIUS_M, Rig, rover
 from tests.drivers.serial.boards.waveshare.test_protocol import OLDER
 
 
-def _metres(*told: tuple[int, float], every: float = 0.05) -> float:
-    """Return where it is after the board told centimetres and speeds, so often."""
+def _metres(*feedback: tuple[int, float], every: float = 0.05) -> float:
+    """Return where it is after the board line centimetres and speeds, so often."""
     odometer = Odometer()
-    for nth, (centimetres, speed) in enumerate(told):
+    for nth, (centimetres, speed) in enumerate(feedback):
         odometer.move(Track(centimetres, speed), nth * every)
     angle = odometer.turning.angle(1.0)
     assert angle
@@ -47,7 +47,7 @@ def test_it_never_leaves_the_centimetre_that_the_board_tells(centimetres: int, s
 
 
 def test_no_error_adds_up() -> None:
-    """The speed is told twice too high, for 10 m."""
+    """The speed is line twice too high, for 10 m."""
     assert _metres(*((n, 0.4) for n in range(1001))) == pytest.approx(10.0, abs=0.01)
 
 
@@ -82,10 +82,10 @@ def rig(tmp_path: Path) -> Iterator[Rig]:
         rig.close()
 
 
-def test_the_boards_own_time_out_is_set_before_it_is_told_to_turn(rig: Rig) -> None:
+def test_the_boards_own_time_out_is_set_before_it_is_reported_to_turn(rig: Rig) -> None:
     rig.open(board_timeout_s=0.3).drive(4.0, 4.0)
-    for before, told in pairwise(rig.board.told):
-        assert told["T"] != 1 or before["T"] == 136
+    for before, line in pairwise(rig.board.received):
+        assert line["T"] != 1 or before["T"] == 136
     assert rig.board.heartbeat_s == 0.3
 
 
@@ -100,25 +100,25 @@ def test_the_shortest_time_out_that_is_asked_for_counts(rig: Rig) -> None:
 def test_both_motors_of_a_tick_go_in_one_line_and_once(rig: Rig) -> None:
     rig.open()
     rig.pass_by(0.01)
-    rig.board.told.clear()
+    rig.board.received.clear()
     rig.drive(5.0, -2.5)
     rig.pass_by(0.3)
-    assert [told for told in rig.board.told if told["T"] == 1] == [{"T": 1, "L": 0.2, "R": -0.1}]
+    assert [line for line in rig.board.received if line["T"] == 1] == [{"T": 1, "L": 0.2, "R": -0.1}]
 
 
 def test_where_the_app_falls_silent_the_board_stops(rig: Rig) -> None:
     rig.open().drive(5.0, 5.0)
-    assert rig.board.wheels.left.told == 5.0
+    assert rig.board.wheels.left.command == 5.0
     rig.pass_by(0.6)
-    assert rig.board.wheels.left.told == 0.0
+    assert rig.board.wheels.left.command == 0.0
 
 
 def test_a_stop_that_the_line_lost_is_said_again(rig: Rig) -> None:
     rig.open(board_timeout_s=5).drive(5.0, 5.0)
     rig.drive(0.0, 0.0)
-    rig.board.wheels.tell(5.0, 5.0)
+    rig.board.wheels.set(5.0, 5.0)
     rig.pass_by(0.3)
-    assert rig.board.wheels.left.told == 0.0
+    assert rig.board.wheels.left.command == 0.0
 
 
 def test_angles_are_those_of_the_wheels(rig: Rig) -> None:
@@ -128,7 +128,7 @@ def test_angles_are_those_of_the_wheels(rig: Rig) -> None:
     assert right == pytest.approx(rig.board.wheels.right.angle, abs=0.01 / RADIUS_M)
 
 
-def test_the_battery_is_told_in_volts(rig: Rig) -> None:
+def test_the_battery_is_reported_in_volts(rig: Rig) -> None:
     rig.board.centivolts = 1102
     assert rig.open().volts() == 11.02
 
@@ -136,7 +136,7 @@ def test_the_battery_is_told_in_volts(rig: Rig) -> None:
 def test_a_board_that_echoes_is_understood(rig: Rig) -> None:
     rig.board.echoes = True
     rig.open().drive(5.0, 5.0)
-    assert rig.board.wheels.left.told == 5.0
+    assert rig.board.wheels.left.command == 5.0
 
 
 def test_a_board_that_does_not_tell_by_itself_is_made_to(rig: Rig) -> None:
@@ -145,20 +145,20 @@ def test_a_board_that_does_not_tell_by_itself_is_made_to(rig: Rig) -> None:
     assert rig.angles() == (0.0, 0.0)
 
 
-def test_a_board_that_told_before_it_was_asked_takes_speeds_as_they_are(rig: Rig) -> None:
+def test_a_board_that_reported_before_it_was_asked_takes_speeds_as_they_are(rig: Rig) -> None:
     rig.board.rates = (0.5, 0.5)
     rig.open().drive(5.0, 5.0)
-    assert rig.board.wheels.left.told == 5.0
+    assert rig.board.wheels.left.command == 5.0
 
 
-def test_what_was_told_while_the_board_was_silent_is_not_sent_when_it_is_back() -> None:
-    talk, feedback = WaveshareTalk(115200), WaveshareBoard().feedback()
+def test_what_was_sent_while_the_board_was_silent_is_not_sent_when_it_is_back() -> None:
+    protocol, feedback = WaveshareProtocol(115200), WaveshareBoard().feedback()
     for now in (0.0, 1.0):
-        talk.due(now)
-        talk.command.tell("left", 0.2, now)
-        talk.receive(feedback, now)
-        assert speeds(0.0, 0.0) in talk.due(now)
-        assert talk.is_ready
+        protocol.due(now)
+        protocol.command.set("left", 0.2, now)
+        protocol.receive(feedback, now)
+        assert speeds(0.0, 0.0) in protocol.due(now)
+        assert protocol.is_ready
 
 
 def test_a_board_that_is_starting_is_waited_for(rig: Rig) -> None:
@@ -168,7 +168,7 @@ def test_a_board_that_is_starting_is_waited_for(rig: Rig) -> None:
     assert rig.board.heartbeat_s == 0.5
 
 
-def test_a_board_that_is_reset_while_it_drives_is_lost_and_stands_until_it_is_told_anew(rig: Rig) -> None:
+def test_a_board_that_is_reset_while_it_drives_is_lost_and_stands_until_it_has_a_new_command(rig: Rig) -> None:
     rig.open().drive(5.0, 5.0, seconds=1)
     angles = rig.angles()
     rig.board.reset(rig.clock.now())
@@ -192,12 +192,12 @@ def test_a_port_that_is_pulled_is_lost_by_name_and_comes_back(rig: Rig) -> None:
     with pytest.raises(DeviceLostError, match="battery: "):
         rig.volts()
     rig.pass_by(0.6)
-    assert rig.board.wheels.left.told == 0.0, "its own time-out has stopped it"
+    assert rig.board.wheels.left.command == 0.0, "its own time-out has stopped it"
     rig.pty.plug_in()
     rig.pass_by(3.0)
-    assert rig.board.wheels.left.told == 0.0
+    assert rig.board.wheels.left.command == 0.0
     rig.drive(5.0, 5.0)
-    assert rig.board.wheels.left.told == 5.0
+    assert rig.board.wheels.left.command == 5.0
 
 
 def test_an_odometer_with_a_wrong_digit_is_no_angle(rig: Rig) -> None:
@@ -227,7 +227,7 @@ def test_closing_stops_the_board(rig: Rig) -> None:
     assert rig.robot
     rig.robot.close()
     rig.pass_by(0.01)
-    assert rig.board.wheels.left.told == rig.board.wheels.right.told == 0.0
+    assert rig.board.wheels.left.command == rig.board.wheels.right.command == 0.0
 
 
 def test_another_process_stops_it_in_the_middle_of_a_line(rig: Rig) -> None:
@@ -235,18 +235,18 @@ def test_another_process_stops_it_in_the_middle_of_a_line(rig: Rig) -> None:
     assert rig.robot
     [cutoff] = (spec.make() for spec in shared(rig.robot.cutoffs))
     cutoff.open()
-    rig.board.hear(speeds(0.3, 0.3)[:9], rig.clock.now())
+    rig.board.receive(speeds(0.3, 0.3)[:9], rig.clock.now())
     cutoff.stop()
     cutoff.close()
     rig.pass_by(0.01)
-    assert rig.board.wheels.left.told == rig.board.wheels.right.told == 0.0
+    assert rig.board.wheels.left.command == rig.board.wheels.right.command == 0.0
 
 
 def test_a_motor_faster_than_the_board_obeys_is_refused(tmp_path: Path) -> None:
     robot = rover(tmp_path / "board")
     fast = tuple(
-        told.model_copy(update={"max_velocity_rad_s": 60.0}) if told.kind == "motor" else told
-        for told in robot.devices
+        device.model_copy(update={"max_velocity_rad_s": 60.0}) if device.kind == "motor" else device
+        for device in robot.devices
     )  # fmt: skip
     with pytest.raises(DescriptionError, match=r"is 2\.4 m/s, and the board ignores what is beyond 2. Lower it to 50"):
         SerialBackend().fittings(robot.model_copy(update={"devices": fast}))

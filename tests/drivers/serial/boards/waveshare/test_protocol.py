@@ -5,7 +5,7 @@ import pytest
 from drivers.serial.boards.waveshare.protocol import LONGEST, Parser, Track, greeting, heartbeat, speeds
 from tests.doubles.serial.waveshare import WaveshareBoard
 
-TOLD = WaveshareBoard().feedback()
+FEEDBACK_LINE = WaveshareBoard().feedback()
 
 OLDER = b'{"T":1001,"L":0,"R":0,"r":-89.1,"p":1.5,"y":36.5,"temp":40.2,"v":12.05}\r\n'
 """What ugv_base_general of July 2024 tells: volts, and no odometer."""
@@ -54,29 +54,31 @@ def test_feedback_is_read(line: bytes, left: Track, right: Track, centivolts: in
         b"\xff\xfe{}\r\n",
         b"{" * (LONGEST - 1) + b"\n",
         b'{"a":' * 90 + b"\n",
-        TOLD.replace(b'"odl":0', b'"odl":0.5'),
-        TOLD.replace(b'"odl":0', b'"odl":"0"'),
-        TOLD.replace(b'"odl":0', b'"odl":true'),
-        TOLD.replace(b'"odl":0', b'"odl":' + b"9" * 40),
-        TOLD.replace(b'"L":0', b'"L":null'),
-        TOLD.replace(b'"L":0', b'"L":NaN'),
-        TOLD.replace(b'"L":0', b'"L":1e400'),
-        TOLD.replace(b'"L":0', b'"L":1e9'),
-        TOLD.replace(b'"v":1187', b'"v":99999'),
-        TOLD.replace(b'"v":', b'"w":"' + b"w" * LONGEST + b'","v":'),
-        TOLD[:-5] + b"\r\n",
-        TOLD[5:],
-        TOLD[:40] + TOLD,
+        FEEDBACK_LINE.replace(b'"odl":0', b'"odl":0.5'),
+        FEEDBACK_LINE.replace(b'"odl":0', b'"odl":"0"'),
+        FEEDBACK_LINE.replace(b'"odl":0', b'"odl":true'),
+        FEEDBACK_LINE.replace(b'"odl":0', b'"odl":' + b"9" * 40),
+        FEEDBACK_LINE.replace(b'"L":0', b'"L":null'),
+        FEEDBACK_LINE.replace(b'"L":0', b'"L":NaN'),
+        FEEDBACK_LINE.replace(b'"L":0', b'"L":1e400'),
+        FEEDBACK_LINE.replace(b'"L":0', b'"L":1e9'),
+        FEEDBACK_LINE.replace(b'"v":1187', b'"v":99999'),
+        FEEDBACK_LINE.replace(b'"v":', b'"w":"' + b"w" * LONGEST + b'","v":'),
+        FEEDBACK_LINE[:-5] + b"\r\n",
+        FEEDBACK_LINE[5:],
+        FEEDBACK_LINE[:40] + FEEDBACK_LINE,
         OLDER,
     ],
 )
 def test_what_is_no_feedback_is_counted_and_the_next_line_is_read(line: bytes) -> None:
     parser = Parser()
-    assert len(parser.feed(line + TOLD)) == 1
+    assert len(parser.feed(line + FEEDBACK_LINE)) == 1
     assert parser.dropped == 1
 
 
-@pytest.mark.parametrize("line, is_older", [(OLDER, True), (TOLD, False), (TOLD[:40] + b"\r\n", False)])
+@pytest.mark.parametrize(
+    "line, is_older", [(OLDER, True), (FEEDBACK_LINE, False), (FEEDBACK_LINE[:40] + b"\r\n", False)]
+)
 def test_the_older_firmware_is_known_by_its_feedback(line: bytes, is_older: bool) -> None:
     parser = Parser()
     parser.feed(line)

@@ -6,7 +6,7 @@ from typing import Generic
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import SampleT
-from robotcore.hardware import Newest
+from robotcore.hardware import LatestSample
 
 from my_board.failures import in_words
 
@@ -22,7 +22,7 @@ class Polled(Generic[SampleT]):
     def __init__(self, device: str, clock: Clock, take: Callable[[float, int], SampleT]) -> None:
         self._device, self._clock, self._take = device, clock, take
         self._sequence = 0
-        self._newest = Newest(device, self._ask())
+        self._newest = LatestSample(device, self._ask())
         self._polling = clock.every(PERIOD_S, self._poll, device)
 
     def newest(self) -> SampleT:
