@@ -32,10 +32,10 @@ def check_board(root: Path) -> Iterator[Finding]:
     bits = python_bits(root)
     said = f"{model(root)}, {bits}-bit Python"
     if bits == 64:
-        yield Finding.ok("board", said)
+        yield Finding.ok("board", said, kind="board")
     else:
         remedy = "Install the 64-bit Raspberry Pi OS: NumPy and OpenCV are not built for 32 bits"
-        yield Finding.warning("board", said, remedy)
+        yield Finding.warning("board", said, remedy, kind="python-32-bit")
 
 
 def python_bits(root: Path) -> int:
@@ -53,10 +53,10 @@ def check_release(root: Path) -> Iterator[Finding]:
     about = parse_fields(read_text(root / "etc/os-release"))
     said = about.get("PRETTY_NAME", "a system without a name")
     if about.get("VERSION_CODENAME") in TESTED:
-        yield Finding.ok("system", said)
+        yield Finding.ok("system", said, kind="system")
     else:
         remedy = f"Take Raspberry Pi OS {' or '.join(name.capitalize() for name in TESTED)}, the 64-bit one"
-        yield Finding.warning("system", f"{said}: nobody has tried it", remedy)
+        yield Finding.warning("system", f"{said}: nobody has tried it", remedy, kind="system-untested")
 
 
 def parse_fields(text: str) -> dict[str, str]:
@@ -91,11 +91,13 @@ def check_power(root: Path, ask: Callable[[Path], str] | None = None) -> Iterato
     word = int((ask or _ask_vcgencmd)(root / VCGENCMD).strip().rpartition("=")[2], 16)
     now, before = _power_bits(word), _power_bits(word >> SINCE_START)
     if not now | before:
-        yield Finding.ok(POWER, "the voltage and the temperature are right, and have been since the start")
+        yield Finding.ok(
+            POWER, "the voltage and the temperature are right, and have been since the start", kind="power-ok"
+        )
     if now:
-        yield _power_finding(Finding.error if LOW in now else Finding.warning, f"{_format_bits(now)} now", now)
+        yield _power_finding(Finding.error if LOW in now else Finding.warning, f"{_format_bits(now)} now", now, "now")
     if past := before - now:
-        yield _power_finding(Finding.warning, f"at some time since the start: {_format_bits(past)}", past)
+        yield _power_finding(Finding.warning, f"at some time since the start: {_format_bits(past)}", past, "earlier")
 
 
 def _power_bits(word: int) -> set[int]:
@@ -106,8 +108,9 @@ def _format_bits(bits: set[int]) -> str:
     return ", ".join(POWER_BITS[bit] for bit in sorted(bits))
 
 
-def _power_finding(make: Callable[[str, str, str], Finding], said: str, bits: set[int]) -> Finding:
-    return make(POWER, said, STRONGER if LOW in bits else COOLER)
+def _power_finding(make: Callable[..., Finding], said: str, bits: set[int], when: str) -> Finding:
+    cause, remedy = ("voltage-low", STRONGER) if LOW in bits else ("throttled", COOLER)
+    return make(POWER, said, remedy, kind=f"{cause}-{when}")
 
 
 def _ask_vcgencmd(program: Path) -> str:
@@ -132,10 +135,15 @@ def check_clock(root: Path, ask: Callable[[Path], str] | None = None) -> Iterato
     ``ask`` returns what ``timedatectl`` prints of NTPSynchronized: another program than systemd's may keep the time.
     """
     if (root / SYNCHRONISED).exists() or (ask or _ask_timedatectl)(root / TIMEDATECTL).strip() == "yes":
-        yield Finding.ok(CLOCK, "set by a time server")
+        yield Finding.ok(CLOCK, "set by a time server", kind="clock-synchronised")
     else:
         said = "no time server was heard since the start: the dates of recordings are wrong"
-        yield Finding.warning(CLOCK, said, "Connect the board to a network once; sudo timedatectl set-ntp true")
+        yield Finding.warning(
+            CLOCK,
+            said,
+            "Connect the board to a network once; sudo timedatectl set-ntp true",
+            kind="clock-unsynchronised",
+        )
 
 
 def _ask_timedatectl(program: Path) -> str:
@@ -158,11 +166,11 @@ def check_disk(root: Path) -> Iterator[Finding]:
     free = shutil.disk_usage(root).free / 1e9
     said = f"{free:.1f} GB are free"
     if free < LEAST_GB:
-        yield Finding.error(DISK, said, DISK_REMEDY)
+        yield Finding.error(DISK, said, DISK_REMEDY, kind="disk-full")
     elif free < ENOUGH_GB:
-        yield Finding.warning(DISK, said, DISK_REMEDY)
+        yield Finding.warning(DISK, said, DISK_REMEDY, kind="disk-low")
     else:
-        yield Finding.ok(DISK, said)
+        yield Finding.ok(DISK, said, kind="disk-ok")
 
 
 def read_text(file: Path) -> str:

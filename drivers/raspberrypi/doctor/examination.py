@@ -29,7 +29,9 @@ def examine(robot: RobotDescription | None, section: str, root: Path = ROOT) -> 
     """Yield what is right and what is wrong with this Pi, and with the robot's devices on it where there is a robot."""
     if not is_raspberry_pi(root):
         remedy = "Run robotcore doctor on the robot; at the desk, --backend virtualpi needs no pins"
-        yield Finding.warning("board", "this is no Raspberry Pi: its pins and cameras are not looked at", remedy)
+        yield Finding.warning(
+            "board", "this is no Raspberry Pi: its pins and cameras are not looked at", remedy, kind="no-raspberry-pi"
+        )
         if robot and section in robot.backends:
             yield from _described(robot, section)
         return
@@ -51,7 +53,9 @@ def examine(robot: RobotDescription | None, section: str, root: Path = ROOT) -> 
 def devices(root: Path, robot: RobotDescription | None, section: str) -> Iterator[Finding]:
     """Look whether what the robot's file says of its devices can be, and whether they are there."""
     if robot is None:
-        yield Finding.warning("robot", "its devices are not looked at", "Name it: robotcore doctor --robot FILE.toml")
+        yield Finding.warning(
+            "robot", "its devices are not looked at", "Name it: robotcore doctor --robot FILE.toml", kind="no-robot"
+        )
         return
     fittings = yield from _described(robot, section)
     if fittings is not None:

@@ -40,9 +40,9 @@ def check_pins(fittings: Iterable[DeviceBinding], users: Users = find_users) -> 
     held = users(sorted(owners)) if owners else {}
     for gpio, holder in held.items():
         said = f"GPIO {gpio} ({owners[gpio]}) is held by {holder}"
-        yield Finding.error(PINS, said, "End that program, or connect the device elsewhere")
+        yield Finding.error(PINS, said, "End that program, or connect the device elsewhere", kind="gpio-held")
     if owners and not held:
-        yield Finding.ok(PINS, f"free: GPIO {', '.join(map(str, sorted(owners)))}")
+        yield Finding.ok(PINS, f"free: GPIO {', '.join(map(str, sorted(owners)))}", kind="gpios-free")
 
 
 def _gpio_wires(fitting: DeviceBinding) -> Iterator[Connection]:
@@ -63,19 +63,26 @@ def check_library() -> Iterator[Finding]:
     """Look whether the library that a run takes is there and gets at the pins; no pin is touched."""
     if installed_version("lgpio") == EMPTY_STUB:
         remedy = "pip uninstall lgpio; sudo apt install python3-lgpio, and a venv made with --system-site-packages"
-        yield Finding.error(PIN_FACTORY, f"lgpio {EMPTY_STUB} is an empty stub", remedy)
+        yield Finding.error(PIN_FACTORY, f"lgpio {EMPTY_STUB} is an empty stub", remedy, kind="lgpio-stub")
         return
     gpiozero = installed_version("gpiozero") or "0"
     if _parse_version(gpiozero) < OLDEST_GPIOZERO:
-        yield Finding.error(PIN_FACTORY, f"gpiozero {gpiozero} is too old", "pip install --upgrade 'gpiozero>=2.0.1'")
+        yield Finding.error(
+            PIN_FACTORY,
+            f"gpiozero {gpiozero} is too old",
+            "pip install --upgrade 'gpiozero>=2.0.1'",
+            kind="gpiozero-too-old",
+        )
     try:
         open_pins().close()
     except (BackendError, UsageError) as error:
         fault, _, remedy = str(error).partition(". ")
-        yield Finding.error(PIN_FACTORY, fault, remedy)
+        yield Finding.error(PIN_FACTORY, fault, remedy, kind="pin-factory-fails")
     else:
         yield Finding.ok(
-            PIN_FACTORY, f"lgpio {installed_version('lgpio') or ''}".strip() + f", under gpiozero {gpiozero}"
+            PIN_FACTORY,
+            f"lgpio {installed_version('lgpio') or ''}".strip() + f", under gpiozero {gpiozero}",
+            kind="pin-factory-ok",
         )
 
 
@@ -110,10 +117,13 @@ def check_persistence(root: Path) -> Iterator[Finding]:
     if keeping := [module for module, value in settings.items() if value.upper() in ("Y", "1")]:
         said = f"outputs keep their level after a program was killed ({', '.join(keeping)}.persist_gpio_outputs=Y)"
         yield Finding.warning(
-            KILLED_RUNS, f"{said}: a motor that was on stays on, but for the guardian", PERSISTENCE_REMEDY
+            KILLED_RUNS,
+            f"{said}: a motor that was on stays on, but for the guardian",
+            PERSISTENCE_REMEDY,
+            kind="outputs-persist",
         )
     elif settings:
-        yield Finding.ok(KILLED_RUNS, "outputs are let go of when their program dies")
+        yield Finding.ok(KILLED_RUNS, "outputs are let go of when their program dies", kind="outputs-released")
     else:
         said = "this kernel has no parameter persist_gpio_outputs: it may be too old"
         yield Finding.unchecked(KILLED_RUNS, said, f"sudo apt full-upgrade. {PERSISTENCE_REMEDY}")

@@ -32,14 +32,17 @@ def check_permissions(root: Path, may_open: Callable[[Path], bool] = may_open) -
     for group, files in closed.items():
         if files:
             said = f"this user may not use {GROUPS[group][1]} ({', '.join(files)})"
-            yield Finding.error(PERMISSIONS, said, remedy_for(root, group))
+            yield Finding.error(PERMISSIONS, said, remedy_for(root, group), kind=f"no-permission-{group}")
 
 
 def _open_finding(root: Path) -> Finding:
     if there := ", ".join(what for pattern, what in GROUPS.values() if list((root / "dev").glob(pattern))):
-        return Finding.ok(PERMISSIONS, f"this user may use {there}")
+        return Finding.ok(PERMISSIONS, f"this user may use {there}", kind="permissions-ok")
     return Finding.warning(
-        PERMISSIONS, "there are no pins, no I2C bus and no cameras in /dev", "Run it outside a container"
+        PERMISSIONS,
+        "there are no pins, no I2C bus and no cameras in /dev",
+        "Run it outside a container",
+        kind="no-devices",
     )
 
 
@@ -87,10 +90,12 @@ def check_bus(root: Path, fittings: Iterable[DeviceBinding]) -> Iterator[Finding
     """Look whether there is each bus that a device needs; they are off in a new system."""
     for number, names in sorted(_needed_buses(fittings).items()):
         if (root / f"dev/i2c-{number}").exists():
-            yield Finding.ok(I2C, f"bus {number} is switched on, for {', '.join(names)}")
+            yield Finding.ok(I2C, f"bus {number} is switched on, for {', '.join(names)}", kind="i2c-on")
         else:
             remedy = HEADER_ON if number == HEADER_BUS else OTHER_ON.format(bus=number)
-            yield Finding.error(I2C, f"bus {number} is switched off, but {', '.join(names)} needs it", remedy)
+            yield Finding.error(
+                I2C, f"bus {number} is switched off, but {', '.join(names)} needs it", remedy, kind="i2c-off"
+            )
 
 
 def _needed_buses(fittings: Iterable[DeviceBinding]) -> dict[int, list[str]]:
@@ -139,8 +144,10 @@ def _check_usb(root: Path, place: str, names: str) -> Finding:
     _, vendor, product, *_ = (*place.lower().split(":"), "", "")
     for device in sorted((root / "sys/bus/usb/devices").glob("*/idVendor")):
         if (read_text(device), read_text(device.with_name("idProduct"))) == (vendor, product):
-            return Finding.ok(SERIAL, f"{place} is plugged in, for {names}")
-    return Finding.error(SERIAL, f"{place} is not plugged in, but {names} needs it", _offer_ports(root))
+            return Finding.ok(SERIAL, f"{place} is plugged in, for {names}", kind="usb-port-ok")
+    return Finding.error(
+        SERIAL, f"{place} is not plugged in, but {names} needs it", _offer_ports(root), kind="usb-port-missing"
+    )
 
 
 def _check_port(root: Path, place: str, names: str, may_open: Callable[[Path], bool]) -> Finding:
@@ -148,18 +155,26 @@ def _check_port(root: Path, place: str, names: str, may_open: Callable[[Path], b
     is_pi_5 = "Raspberry Pi 5" in (model(root) or "")
     if not file.exists():
         remedy = (SWITCH_ON_5 if is_pi_5 else SWITCH_ON) if place in HEADER_PORTS else _offer_ports(root)
-        return Finding.error(SERIAL, f"there is no {place}, but {names} needs it", remedy)
+        return Finding.error(SERIAL, f"there is no {place}, but {names} needs it", remedy, kind="port-missing")
     real = f"/dev/{file.resolve().name}"
     if real in _consoles(root):
-        return Finding.error(SERIAL, f"{place} is the login console's, but {names} needs it", NO_CONSOLE)
+        return Finding.error(
+            SERIAL, f"{place} is the login console's, but {names} needs it", NO_CONSOLE, kind="port-console"
+        )
     if place in HEADER_PORTS and f"/dev/{(root / 'dev/serial1').resolve().name}" == real:
-        return Finding.error(SERIAL, f"{place} goes to the Bluetooth chip, but {names} needs it", NO_BLUETOOTH)
+        return Finding.error(
+            SERIAL, f"{place} goes to the Bluetooth chip, but {names} needs it", NO_BLUETOOTH, kind="port-bluetooth"
+        )
     if not may_open(file):
-        return Finding.error(SERIAL, f"this user may not use {place}", remedy_for(root, SERIAL_GROUP))
+        return Finding.error(
+            SERIAL, f"this user may not use {place}", remedy_for(root, SERIAL_GROUP), kind="port-no-permission"
+        )
     if place in HEADER_PORTS and real == DEBUG_PORT:
         said = f"{place} of a Pi 5 is on the connector between its HDMI sockets, not on the header"
-        return Finding.warning(SERIAL, said, f"For GPIO 14 and 15 name /dev/ttyAMA0: {SWITCH_ON_5}")
-    return Finding.ok(SERIAL, f"{place} is there, for {names}")
+        return Finding.warning(
+            SERIAL, said, f"For GPIO 14 and 15 name /dev/ttyAMA0: {SWITCH_ON_5}", kind="port-off-header"
+        )
+    return Finding.ok(SERIAL, f"{place} is there, for {names}", kind="port-ok")
 
 
 def _consoles(root: Path) -> set[str]:
@@ -206,15 +221,24 @@ def _check_connector(root: Path, name: str, number: str) -> Finding:
     if found := next((node for node in nodes if node.startswith(RECEIVERS)), None):
         if number != "0":
             said = f"there is a sensor ({found}); whether it is camera {number}, for {name}, could not be checked"
-            return Finding.warning(CAMERA, said, "rpicam-hello --list-cameras tells their numbers")
-        return Finding.ok(CAMERA, f"a sensor for {name} is on the connector ({found})")
-    return Finding.error(CAMERA, f"no camera was found on the connector, and {name} needs one", NO_CAMERA)
+            return Finding.warning(
+                CAMERA, said, "rpicam-hello --list-cameras tells their numbers", kind="camera-unnumbered"
+            )
+        return Finding.ok(CAMERA, f"a sensor for {name} is on the connector ({found})", kind="camera-found")
+    return Finding.error(
+        CAMERA, f"no camera was found on the connector, and {name} needs one", NO_CAMERA, kind="camera-missing"
+    )
 
 
 def _check_file(root: Path, name: str, file: str) -> Finding:
     if (root / file.lstrip("/")).exists():
-        return Finding.ok(CAMERA, f"{file} is there, for {name}")
-    return Finding.error(CAMERA, f"{file} is not there, and {name} needs it", "Plug it in; v4l2-ctl --list-devices")
+        return Finding.ok(CAMERA, f"{file} is there, for {name}", kind="camera-file-found")
+    return Finding.error(
+        CAMERA,
+        f"{file} is not there, and {name} needs it",
+        "Plug it in; v4l2-ctl --list-devices",
+        kind="camera-file-missing",
+    )
 
 
 def check_picamera2(importing: Callable[[str], object] = import_module) -> Iterator[Finding]:
@@ -225,8 +249,10 @@ def check_picamera2(importing: Callable[[str], object] = import_module) -> Itera
     try:
         importing("picamera2")
     except ImportError as error:
-        yield Finding.error("picamera2", f"cannot be imported: {error}", FROM_APT)
+        yield Finding.error("picamera2", f"cannot be imported: {error}", FROM_APT, kind="picamera2-missing")
     except ValueError as error:  # numpy.dtype size changed, may indicate binary incompatibility
-        yield Finding.error("picamera2", f"was built for another NumPy: {error}", OTHER_NUMPY)
+        yield Finding.error(
+            "picamera2", f"was built for another NumPy: {error}", OTHER_NUMPY, kind="picamera2-other-numpy"
+        )
     else:
-        yield Finding.ok("picamera2", "fits this NumPy")
+        yield Finding.ok("picamera2", "fits this NumPy", kind="picamera2-ok")

@@ -1,10 +1,14 @@
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Protocol
 
 import pytest
 
+from robotcore.hal.finding import Finding
 from tests.drivers.raspberrypi.doctor.trees import BROKEN, PI_4_BOOKWORM, PI_5_TRIXIE, grown
+from tests.texts import CheckText
 
 
 @pytest.fixture
@@ -20,3 +24,22 @@ def pi_5(tmp_path: Path) -> Path:
 @pytest.fixture
 def broken(tmp_path: Path) -> Path:
     return grown(tmp_path / "broken", BROKEN)
+
+
+class CheckFindings(Protocol):
+    """Compare findings with kinds, and with the texts of the snapshot."""
+
+    def __call__(self, findings: Iterable[Finding], *kinds: str) -> None: ...
+
+
+@pytest.fixture
+def check_findings(check_text: CheckText) -> CheckFindings:
+    """Compare the kinds of findings, and their levels, texts and remedies with the snapshot."""
+
+    def check(findings: Iterable[Finding], *kinds: str) -> None:
+        found = list(findings)
+        assert [each.kind for each in found] == list(kinds)
+        for each in found:
+            check_text(f"{each.level.value}: {each.what}: {each.said}\n{each.remedy}".strip())
+
+    return check

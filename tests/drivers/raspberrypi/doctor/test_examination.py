@@ -9,6 +9,7 @@ from drivers.raspberrypi.doctor import examine
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError
 from robotcore.hal.finding import Finding, Level
+from tests.drivers.raspberrypi.doctor.conftest import CheckFindings
 from tests.drivers.raspberrypi.doctor.test_ports import EYE, NOSE
 
 
@@ -29,11 +30,8 @@ def bind_devices(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("drivers.raspberrypi.doctor.examination.bind_devices", lambda *_: (NOSE, EYE))
 
 
-def test_a_laptop_is_told_that_it_is_no_pi_and_nothing_else(tmp_path: Path) -> None:
-    (found,) = examine(None, "raspberrypi", tmp_path)
-    assert found.level is Level.WARNING
-    assert "no Raspberry Pi" in found.said
-    assert "virtualpi" in found.remedy
+def test_a_laptop_is_told_that_it_is_no_pi_and_nothing_else(tmp_path: Path, check_findings: CheckFindings) -> None:
+    check_findings(examine(None, "raspberrypi", tmp_path), "no-raspberry-pi")
 
 
 def test_at_the_desk_a_robot_s_file_is_looked_at_all_the_same(tmp_path: Path) -> None:
@@ -87,7 +85,7 @@ def test_what_cannot_be_checked_is_no_ok_and_keeps_nothing_else_from_being_check
 
 def test_without_a_robot_its_devices_are_said_not_to_be_looked_at(pi_4: Path) -> None:
     found = list(examine(None, "raspberrypi", pi_4))
-    assert [each.remedy for each in found if each.what == "robot"] == ["Name it: robotcore doctor --robot FILE.toml"]
+    assert [each.kind for each in found if each.what == "robot"] == ["no-robot"]
     assert "pins" not in levels(found)
 
 

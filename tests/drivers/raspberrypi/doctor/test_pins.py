@@ -1,4 +1,4 @@
-"""test_pins."""
+"""The library that drives the pins."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from drivers.raspberrypi.doctor import pins as module
 from drivers.raspberrypi.doctor.pins import check_library, installed_version
 from drivers.raspberrypi.pins import open_pins
 from robotcore.errors import BackendMissingError
-from robotcore.hal.finding import Finding, Level
+from robotcore.hal.finding import Level
+from tests.drivers.raspberrypi.doctor.conftest import CheckFindings
 
 Versions = Callable[..., None]
 
@@ -36,43 +37,39 @@ def versions(monkeypatch: pytest.MonkeyPatch) -> Versions:
     return install
 
 
-def test_the_library_that_opens_is_told_by_its_version_and_closed_again(versions: Versions) -> None:
+def test_the_library_that_opens_is_told_by_its_version_and_closed_again(
+    versions: Versions, check_findings: CheckFindings
+) -> None:
     versions(lgpio="0.2.2.0", gpiozero="2.0.1.post3")
     before = Pins.closed
-    assert list(check_library()) == [Finding.ok("pin factory", "lgpio 0.2.2.0, under gpiozero 2.0.1.post3")]
+    check_findings(check_library(), "pin-factory-ok")
     assert Pins.closed == before + 1
 
 
-def test_the_empty_lgpio_of_pip_is_an_error(versions: Versions) -> None:
+def test_the_empty_lgpio_of_pip_is_an_error(versions: Versions, check_findings: CheckFindings) -> None:
     versions(lgpio="0.0.0.2", gpiozero="2.0.1")
-    (found,) = check_library()
-    assert (found.level, found.said) == (Level.ERROR, "lgpio 0.0.0.2 is an empty stub")
-    assert found.remedy.startswith("pip uninstall lgpio; sudo apt install python3-lgpio")
+    check_findings(check_library(), "lgpio-stub")
 
 
 @pytest.mark.parametrize("name", ["mock", "rpigpio"])
 def test_a_library_that_no_run_would_take_is_an_error_and_no_other_stands_in(
-    versions: Versions, monkeypatch: pytest.MonkeyPatch, name: str
+    versions: Versions, monkeypatch: pytest.MonkeyPatch, name: str, check_findings: CheckFindings
 ) -> None:
     versions(gpiozero="2.0.1")
     monkeypatch.setattr(module, "open_pins", open_pins)
     monkeypatch.setenv("GPIOZERO_PIN_FACTORY", name)
-    (found,) = check_library()
-    assert found.level is Level.ERROR
-    assert f"'{name}'" in found.said
-    assert "unset GPIOZERO_PIN_FACTORY" in found.remedy
+    check_findings(check_library(), "pin-factory-fails")
 
 
 def test_a_library_that_is_missing_is_an_error_with_its_remedy(
-    versions: Versions, monkeypatch: pytest.MonkeyPatch
+    versions: Versions, monkeypatch: pytest.MonkeyPatch, check_findings: CheckFindings
 ) -> None:
     def missing() -> Pins:
         raise BackendMissingError("lgpio cannot be used: No module named 'lgpio'. sudo apt install it")
 
     versions(gpiozero="2.0.1")
     monkeypatch.setattr(module, "open_pins", missing)
-    said = "lgpio cannot be used: No module named 'lgpio'"
-    assert list(check_library()) == [Finding.error("pin factory", said, "sudo apt install it")]
+    check_findings(check_library(), "pin-factory-fails")
 
 
 @pytest.mark.parametrize("version, is_old", [("2.0.0", True), ("1.6.2", True), ("2.0.1", False), ("2.1", False)])
