@@ -3,14 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
 
-from pydantic import Field
-
-from robotcore.hal.robot import Robot, Role
-from robotcore.runtime.behaviour import Behaviour, Status
-
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+from robotcore import Behaviour, Positive, Robot, Role, Status
 
 
 @dataclass

@@ -3,18 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
 
-from pydantic import Field
-
+from robotcore import Behaviour, Pose, Positive, Robot, Role, Status, Stopping, Truth, Twist
 from robotcore.autonomy.navigation import BallTracker, Navigator, Target
 from robotcore.autonomy.vision import Blob
-from robotcore.geometry import Pose, Twist
-from robotcore.hal.robot import Robot, Role
-from robotcore.hal.truth import Truth
-from robotcore.runtime.behaviour import Behaviour, Status, Stopping
-
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 STANDING = Twist(0.0, 0.0)
 CENTRED_RAD = 0.1

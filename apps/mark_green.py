@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
 
-from pydantic import Field
-
+from robotcore import Behaviour, Positive, Robot, Role, Status
 from robotcore.autonomy.vision import ColourDetector, draw_boxes
-from robotcore.hal.robot import Robot, Role
-from robotcore.runtime.behaviour import Behaviour, Status
 
 
 @dataclass
@@ -17,7 +13,7 @@ class MarkGreen(Behaviour):
     """Watches through the camera and shows what it finds, until ``duration_s`` has passed; needs no wheels."""
 
     hue: str = "green"
-    duration_s: Annotated[float, Field(gt=0, allow_inf_nan=False)] = 10.0
+    duration_s: Positive = 10.0
 
     needs = frozenset({Role.CAMERA, Role.DISPLAY})
     milestones = ("search", "seen")

@@ -1,6 +1,7 @@
 """Write a robot's behaviour once, prove it in simulation, run the very same file on the real robot.
 
-What an app needs can be had from here; it is imported when it is first asked for, so that the command line starts fast.
+Apps, notebooks and tests of apps need this one import. A name is imported when it is first used, so that the
+command line starts fast.
 """
 
 from __future__ import annotations
@@ -9,6 +10,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from robotcore import testing as testing
+    from robotcore.autonomy import navigation as navigation
+    from robotcore.autonomy import vision as vision
+    from robotcore.geometry import Pose as Pose
+    from robotcore.geometry import Twist as Twist
+    from robotcore.hal.devices import Image as Image
     from robotcore.hal.robot import Robot as Robot
     from robotcore.hal.robot import Role as Role
     from robotcore.hal.truth import Truth as Truth
@@ -19,10 +26,16 @@ if TYPE_CHECKING:
     from robotcore.runtime.result import Outcome as Outcome
     from robotcore.runtime.result import RunResult as RunResult
     from robotcore.runtime.session import run as run
+    from robotcore.runtime.settings import Interval as Interval
+    from robotcore.runtime.settings import Positive as Positive
 
-_HOMES = {
+_MODULES = {
     "Behaviour": "runtime.behaviour",
+    "Image": "hal.devices",
+    "Interval": "runtime.settings",
     "Outcome": "runtime.result",
+    "Pose": "geometry",
+    "Positive": "runtime.settings",
     "Robot": "hal.robot",
     "Role": "hal.robot",
     "RunRequest": "runtime.plan",
@@ -30,12 +43,20 @@ _HOMES = {
     "Status": "runtime.behaviour",
     "Stopping": "runtime.behaviour",
     "Truth": "hal.truth",
+    "Twist": "geometry",
     "run": "runtime.session",
 }
+"""The module that defines each name."""
+
+_PACKAGES = {"navigation": "autonomy.navigation", "testing": "testing", "vision": "autonomy.vision"}
 
 __all__ = [
     "Behaviour",
+    "Image",
+    "Interval",
     "Outcome",
+    "Pose",
+    "Positive",
     "Robot",
     "Role",
     "RunRequest",
@@ -43,11 +64,21 @@ __all__ = [
     "Status",
     "Stopping",
     "Truth",
+    "Twist",
+    "navigation",
     "run",
+    "testing",
+    "vision",
 ]
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
+    if name in _PACKAGES:
+        return import_module(f"robotcore.{_PACKAGES[name]}")
+    if name not in _MODULES:
         raise AttributeError(f"module 'robotcore' has no attribute {name!r}")
-    return getattr(import_module(f"robotcore.{_HOMES[name]}"), name)
+    return getattr(import_module(f"robotcore.{_MODULES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return list(__all__)

@@ -1,6 +1,10 @@
-"""A robot for unit tests of apps: scripted readings, commands kept, a clock that the test steps."""
+"""The mock backend: scripted readings, recorded commands, and a clock that the test steps.
 
-from drivers.mock.devices import LOST
-from drivers.mock.robot import MockRobot
+Tests of apps take it from `robotcore.testing`.
+"""
 
-__all__ = ["LOST", "MockRobot"]
+from robotcore.testing.mock.backend import MockBackend
+from robotcore.testing.mock.devices import LOST
+from robotcore.testing.mock.robot import MockRobot
+
+__all__ = ["LOST", "MockBackend", "MockRobot"]

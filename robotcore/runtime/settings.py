@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Any, get_type_hints
+from typing import Annotated, Any, get_type_hints
 
-from pydantic import TypeAdapter, ValidationError
+from annotated_types import Interval as Interval  # noqa: PLC0414  given on
+from pydantic import Field, TypeAdapter, ValidationError
 
 from robotcore.description import first_mistake
 from robotcore.errors import BehaviourError, RobotcoreError, UnknownNameError, UsageError
 from robotcore.runtime.behaviour import Behaviour
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+"""The type of a setting that is a finite number above 0."""
 
 
 @dataclasses.dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The conformance kit: what every driver owes an app, as tests that a driver's author runs.
+"""Tests without hardware: `MockRobot` for apps, and the conformance kit for drivers.
 
 ```python
 from robotcore.testing import Capability, ConformanceSuite
@@ -20,10 +20,18 @@ if TYPE_CHECKING:
     from robotcore.testing.bench import Capability
     from robotcore.testing.conformance import ConformanceSuite
     from robotcore.testing.fakes import Gate
+    from robotcore.testing.mock.devices import LOST
+    from robotcore.testing.mock.robot import MockRobot
 
-__all__ = ["Capability", "ConformanceSuite", "Gate"]
+__all__ = ["LOST", "Capability", "ConformanceSuite", "Gate", "MockRobot"]
 
-_HOMES = {"Capability": "bench", "ConformanceSuite": "conformance", "Gate": "fakes"}
+_HOMES = {
+    "Capability": "bench",
+    "ConformanceSuite": "conformance",
+    "Gate": "fakes",
+    "LOST": "mock.devices",
+    "MockRobot": "mock.robot",
+}
 
 
 def __getattr__(name: str) -> Any:

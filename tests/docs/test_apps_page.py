@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from drivers.mock import MockRobot
 from robotcore import Robot, Role
 from robotcore.autonomy.vision import Blob
 from robotcore.cli.main import execute
@@ -16,6 +15,7 @@ from robotcore.hal.devices import Camera, Frame, Range, RangeSensor
 from robotcore.hal.drive import DifferentialDrive
 from robotcore.hal.truth import Truth
 from robotcore.optics import Intrinsics
+from robotcore.testing.mock.robot import MockRobot
 from tests.docs.listings import Exchange, code_in, exchanges, listings, rows
 
 PAGE = (Path(__file__).parents[2] / "docs" / "apps.md").read_text()

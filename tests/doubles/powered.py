@@ -11,11 +11,11 @@ from typing import Any, ClassVar
 import pytest
 
 from drivers.kinematic.backend import KinematicBackend
-from drivers.mock.devices import MockBattery, Script
 from robotcore import plugins as registry
 from robotcore.description import BatteryDescription, RobotDescription, load_robot
 from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot
+from robotcore.testing.mock.devices import MockBattery, Script
 
 CELLS = '\n[[devices]]\nkind = "battery"\nname = "cells"\nwarn_below_v = 6.6\n'
 """What a file says of the battery, and nothing else of any backend."""

@@ -7,8 +7,6 @@ from functools import cache
 from typing import Any, ClassVar
 
 from drivers.kinematic.backend import KinematicBackend
-from drivers.mock import LOST
-from drivers.mock.backend import MockBackend
 from drivers.mujoco.backend import MujocoBackend
 from drivers.pybullet.backend import PyBulletBackend
 from drivers.replay.backend import ReplayBackend
@@ -17,6 +15,8 @@ from robotcore.hal.robot import Robot
 from robotcore.plugins import backend_names
 from robotcore.recording import Recording
 from robotcore.testing import Capability, ConformanceSuite
+from robotcore.testing.mock.backend import MockBackend
+from robotcore.testing.mock.devices import LOST
 from tests.drivers.coppeliasim import test_conformance as over_zeromq
 from tests.drivers.raspberrypi import test_conformance as on_a_pi
 from tests.drivers.raspberrypi.virtual import test_conformance as on_virtual_pins

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from drivers.mock.backend import MockBackend
 from robotcore.errors import DescriptionError
 from robotcore.hal.backend import Setup
 from robotcore.hal.finding import Finding
 from robotcore.hal.robot import Robot
 from robotcore.hardware.diagnosis import CHARGE, UNREAD_REMEDY, diagnose_batteries
+from robotcore.testing.mock.backend import MockBackend
 from tests.doubles.powered import powered_rover
 
 

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from drivers.mock.devices import Script
 from robotcore.errors import DeviceError
 from robotcore.hal.devices import Voltage
 from robotcore.recording import Recording, read
@@ -21,6 +20,7 @@ from robotcore.recording.replay import replay
 from robotcore.recording.replay.evaluation import evaluate
 from robotcore.runtime import monitors
 from robotcore.runtime.session import RunRequest, run
+from robotcore.testing.mock.devices import Script
 from robotcore.view.comparison import build_rows
 from tests.doubles import powered
 

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from drivers.mock import LOST, MockRobot
-from drivers.mock.devices import Script
 from robotcore.description import BatteryDescription, RobotDescription, load_robot
 from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.hal.robot import Robot
 from robotcore.runtime.behaviour import Status
 from robotcore.runtime.monitors import PATIENCE_S
 from robotcore.runtime.session import RunRequest, RunResult, run
+from robotcore.testing.mock.devices import LOST, Script
+from robotcore.testing.mock.robot import MockRobot
 from tests.doubles import powered
 from tests.robotcore.fakes import Deed
 from tests.robotcore.runs import Watcher

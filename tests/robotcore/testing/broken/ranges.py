@@ -5,12 +5,12 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, ClassVar
 
-from drivers.mock import LOST
-from drivers.mock.backend import MockBackend
 from robotcore.hal.backend import Setup
 from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hal.robot import Robot
 from robotcore.testing import Capability, ConformanceSuite
+from robotcore.testing.mock.backend import MockBackend
+from robotcore.testing.mock.devices import LOST
 from tests.robotcore.testing.broken.sensing import Damage, described_otherwise, saying, with_attributes
 from tests.robotcore.testing.harness import Broken, broken
 

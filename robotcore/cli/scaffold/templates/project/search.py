@@ -4,8 +4,7 @@ from dataclasses import dataclass
 from math import tau
 from typing import Annotated
 
-from pydantic import Field
-from robotcore import Behaviour, Robot, Role, Status, Stopping, Truth
+from robotcore import Behaviour, Interval, Robot, Role, Status, Stopping, Truth
 from robotcore.autonomy.vision import Blob, ColourDetector
 
 AHEAD_RAD = 0.2
@@ -20,9 +19,9 @@ class Search(Behaviour):
     """Its fields are its settings: ``robotcore run search.py --set hue=blue``."""
 
     hue: str = "green"
-    speed_m_s: Annotated[float, Field(gt=0, le=0.3)] = 0.2
-    turn_rad_s: Annotated[float, Field(gt=0, le=2.0)] = 1.0
-    stop_distance_m: Annotated[float, Field(ge=0.2, le=0.35)] = 0.28
+    speed_m_s: Annotated[float, Interval(gt=0, le=0.3)] = 0.2
+    turn_rad_s: Annotated[float, Interval(gt=0, le=2.0)] = 1.0
+    stop_distance_m: Annotated[float, Interval(ge=0.2, le=0.35)] = 0.28
 
     needs = frozenset({Role.DRIVE, Role.CAMERA, Role.RANGE})
     milestones = ("search", "approach", "arrived")

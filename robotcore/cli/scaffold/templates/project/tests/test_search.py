@@ -4,9 +4,8 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from drivers.mock import MockRobot
-from robotcore import Status
-from robotcore.hal.devices import Image
+from robotcore import Image, Status
+from robotcore.testing import MockRobot
 
 from search import Search
 

@@ -6,8 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 
-from drivers.mock.backend import MockBackend
-from drivers.mock.devices import Command, MockDisplay, MockMotor, Script
 from robotcore.description import (
     CameraDescription,
     RangeSensorDescription,
@@ -25,6 +23,8 @@ from robotcore.runtime.faults import plan_faults
 from robotcore.runtime.layers import Assembled, assemble, needed_devices
 from robotcore.runtime.loop import Loop
 from robotcore.runtime.trace import TickRecord
+from robotcore.testing.mock.backend import MockBackend
+from robotcore.testing.mock.devices import Command, MockDisplay, MockMotor, Script
 
 
 class MockRobot:

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from apps.avoid_obstacles import AvoidObstacles
-from drivers.mock import LOST, MockRobot
 from robotcore.errors import (
     BehaviourError,
     DeviceError,
@@ -21,6 +20,8 @@ from robotcore.geometry import Wheels
 from robotcore.hal.robot import Robot, Role
 from robotcore.runtime.behaviour import Behaviour, Status
 from robotcore.runtime.session import RunRequest, run
+from robotcore.testing.mock.devices import LOST
+from robotcore.testing.mock.robot import MockRobot
 
 
 @dataclass

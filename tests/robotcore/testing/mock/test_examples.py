@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import doctest
 
-from drivers.mock import robot
+from robotcore.testing.mock import robot
 
 
 def test_examples_in_docstrings_run() -> None:

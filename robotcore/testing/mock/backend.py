@@ -6,16 +6,6 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from drivers.mock.devices import (
-    MockBattery,
-    MockCamera,
-    MockDisplay,
-    MockEncoder,
-    MockMotor,
-    MockRangeSensor,
-    Script,
-    grey_picture,
-)
 from robotcore.description import (
     BatteryDescription,
     CameraDescription,
@@ -32,6 +22,16 @@ from robotcore.hal.backend import Backend, Setup, Vouch
 from robotcore.hal.clock import Clock, SteppedClock
 from robotcore.hal.devices import Device
 from robotcore.hal.robot import Robot
+from robotcore.testing.mock.devices import (
+    MockBattery,
+    MockCamera,
+    MockDisplay,
+    MockEncoder,
+    MockMotor,
+    MockRangeSensor,
+    Script,
+    grey_picture,
+)
 
 
 class MockOptions(StrictModel):
