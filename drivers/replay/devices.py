@@ -1,4 +1,4 @@
-"""The time of a recording."""
+"""The clock and the devices of a replayed recording."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs on file: a layer and an observer that record, and what is read back."""
+"""Record a run into an MCAP file, and read it back."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ __all__ = [
 
 
 def read(path: Path) -> Recording:
-    """Return what was recorded in a file: all, or what came before it was cut or damaged.
+    """Read a recording: the whole file, or the part before a cut or damage.
 
-    Raises BackendMissingError where the extra is not installed, and RecordingError where there is no recording.
+    Raises BackendMissingError if the extra is not installed, and RecordingError if the file is no recording.
     """
     require_extra()
     from robotcore.recording.reader import read_file

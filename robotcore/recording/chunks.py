@@ -1,6 +1,6 @@
-"""The records in a chunk of an MCAP file: unpacked within limits, and read one by one.
+"""Read the chunks and records of an MCAP file, with limits for hostile files.
 
-A file may be hostile: each length in it is only a claim. The format: https://mcap.dev/spec.
+Each length in a file is only a claim. The format: https://mcap.dev/spec.
 """
 
 from __future__ import annotations

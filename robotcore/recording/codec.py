@@ -1,6 +1,8 @@
-"""Events as JSON: every double comes back as the very double it was; ``inf`` and ``nan``, too, which travel as strings.
+"""Convert events to JSON and back, and decode the protobuf messages of pictures.
 
-What an event does not say (None, an empty tuple) is left out.
+Every double comes back bit for bit. ``inf`` and ``nan`` are strings in JSON. None and empty tuples are left out.
+The protobuf encoding: https://protobuf.dev/programming-guides/encoding/. The messages: RawImage.proto and
+CompressedImage.proto in https://github.com/foxglove/foxglove-sdk/tree/main/schemas/proto/foxglove.
 """
 
 from __future__ import annotations

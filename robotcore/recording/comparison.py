@@ -1,4 +1,4 @@
-"""One of two recordings that are compared: what it is measured by."""
+"""Compare two recordings: milestones, states, outcome and measurements."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from robotcore.recording.contents import (
 from robotcore.runtime.result import RunResult
 
 Room = tuple[Sequence[object], ...]
-"""The sides of the floor, and the outline of each thing, in metres."""
+"""The length and width of the floor, and the outline of each object, in metres."""
 
 _DIGITS = 4
 """A tenth of a millimetre."""
@@ -30,36 +30,36 @@ _DIGITS = 4
 
 @dataclass(frozen=True)
 class RunSummary:
-    """A recording and what it is called; lengths in metres, poses in the world, rates in Hz."""
+    """The measurements of a recording: lengths in metres, poses in the world, rates in Hz."""
 
     name: str
     recording: Recording
 
     @cached_property
     def result(self) -> RunResult:
-        """How it ended; of a file that was cut, what is known."""
+        """The result; for a cut file, the part that is known."""
         return build_result(self.recording)
 
     @property
     def outcome(self) -> str:
-        """What the run came to; of a file that was cut or damaged before that, so much."""
+        """The outcome of the run; ``cut`` or ``damaged`` if the file has none."""
         if self.recording.result:
             return self.result.outcome.value
         return "damaged" if self.recording.is_damaged else "cut"
 
     @cached_property
     def odometry(self) -> PosePath:
-        """Where the wheels took the robot."""
+        """The path of the odometry."""
         return build_odometry_path(self.recording)
 
     @cached_property
     def truth(self) -> PosePath:
-        """Where it was, where a simulator tells."""
+        """The true path; empty without a simulator."""
         return build_true_path(self.recording)
 
     @property
     def room(self) -> Room | None:
-        """What stands where, as seen from above; None where no world was described."""
+        """The objects of the world from above; None without a world."""
         world = self.recording.metadata.world
         if world is None:
             return None
@@ -72,7 +72,7 @@ class RunSummary:
 
     @property
     def rate_hz(self) -> float | None:
-        """How many ticks a second there were, on the robot's clock."""
+        """The ticks per second of the robot's clock."""
         return measure_rate(self.recording)
 
     @property
@@ -81,7 +81,7 @@ class RunSummary:
 
     @property
     def drift(self) -> float | None:
-        """How far the odometry is from the truth in the end."""
+        """The distance between the odometry and the truth at the end."""
         both = self.truth.keys() & self.odometry.keys()
         if not both:
             return None
@@ -89,7 +89,7 @@ class RunSummary:
         return self.truth[last].distance_to(*self.odometry[last][:2])
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what JSON tells of it; null is what nobody knows."""
+        """Return the JSON fields; an unknown value is null."""
         result = self.result
         return {
             "file": self.name,
@@ -128,7 +128,7 @@ DIFFERS = 1
 
 @dataclass(frozen=True)
 class FirstDifference:
-    """The first tick in which two runs are in different states; None where a run was over by then."""
+    """The first tick in which two runs have different states. A state is None if that run had ended."""
 
     tick: int
     time_s: float
@@ -138,24 +138,24 @@ class FirstDifference:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Two recordings; they tell the same where they reach the same milestones in the same order, and the same end."""
+    """Two recordings. They are alike if milestones, their order and the outcome are the same."""
 
     first: RunSummary
     second: RunSummary
 
     @property
     def milestones(self) -> tuple[dict[str, float], dict[str, float]]:
-        """When each of them reached what, in its order; times in seconds."""
+        """The milestones of both runs with their times in seconds, in the order of each run."""
         return self.first.result.milestones, self.second.result.milestones
 
     @property
     def first_other_milestone(self) -> tuple[str | None, str | None] | None:
-        """The first two that are not the same, None in place of one that was not reached; None where all are."""
+        """The first pair of different milestones, with None for a missing one; None if all are the same."""
         return next((pair for pair in zip_longest(*self.milestones) if pair[0] != pair[1]), None)
 
     @property
     def first_difference(self) -> FirstDifference | None:
-        """Where their states part; None where all are the same."""
+        """The first difference of their states; None if all are the same."""
         for one, other in zip_longest(self.first.recording.ticks, self.second.recording.ticks):
             first, second = _get_state(one), _get_state(other)
             if first != second:
@@ -165,7 +165,7 @@ class Comparison:
 
     @property
     def do_rooms_differ(self) -> bool:
-        """Whether the two robots drove among other things, or the same elsewhere, as far as both worlds are known."""
+        """Whether both worlds are known and their floors or objects differ."""
         rooms = self.first.room, self.second.room
         return None not in rooms and rooms[0] != rooms[1]
 
@@ -178,7 +178,7 @@ class Comparison:
         return 0 if self.is_alike else DIFFERS
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what JSON tells of it."""
+        """Return the JSON fields."""
         first, second = self.milestones
         return {
             "alike": self.is_alike,

@@ -1,4 +1,4 @@
-"""How a recorded run ended, as far as its file tells."""
+"""Summarise a recording: its result, the robot's path, its devices."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from robotcore.runtime.trace import TickRecord, Trace
 
 
 def build_result(recording: Recording) -> RunResult:
-    """Return the recorded result; of a file that ends before the run did, what is known of it."""
+    """Return the recorded result. For a file without one, build it from the ticks."""
     if recording.result:
         return recording.result
     trace = _build_trace(recording)
@@ -45,7 +45,7 @@ def build_result(recording: Recording) -> RunResult:
 
 
 def explain_missing_end(recording: Recording) -> str:
-    """Say why a recording has no result; empty where it has one."""
+    """Return why a recording has no result; empty if it has one."""
     if recording.result:
         return ""
     if recording.ended_early:
@@ -72,29 +72,29 @@ def _build_trace(recording: Recording) -> Trace:
 
 
 def _read_voltages(tick: Tick, recording: Recording, batteries: Container[str]) -> dict[str, float]:
-    """Return what was read of batteries in a tick, in volts; no picture is read for it."""
+    """Return the battery voltages that were read in a tick."""
     keys = [read.key for read in tick.reads if read.key and read.device in batteries]
     samples = {key.device: recording.samples.get(key) for key in keys}
     return {device: sample.voltage for device, sample in samples.items() if isinstance(sample, Voltage)}
 
 
 PosePath = dict[int, Pose]
-"""Poses in the world by the numbers of their ticks; without a world, seen from where the robot began."""
+"""Poses by tick number. They are in the world, or relative to the start if there is no world."""
 
 
 _MOST_M = 1e6
-"""No robot goes farther: a pose beyond it comes of a number that is none, such as an encoder's."""
+"""The longest distance of a pose, in metres. A pose beyond it comes from an invalid encoder value."""
 
 
 def build_odometry_path(recording: Recording) -> PosePath:
-    """Return where the wheels took the robot, as the app knew it; empty without a drive."""
+    """Return the path of the odometry; empty without a drive."""
     world = recording.metadata.world
     start = world.start.pose if world else Pose(0.0, 0.0, 0.0)
     return {tick.number: start.moved(tick.pose) for tick in recording.ticks if tick.pose and _is_place(tick.pose)}
 
 
 def build_true_path(recording: Recording) -> PosePath:
-    """Return where the robot was by the simulator's word; empty where there is none."""
+    """Return the true path; empty if no simulator recorded it."""
     return {sample.tick: sample.pose for sample in recording.truth if _is_place(sample.pose)}
 
 
@@ -103,27 +103,28 @@ def _is_place(pose: Pose) -> bool:
 
 
 def measure_path(path: Iterable[Pose]) -> float:
-    """Return how far it is along a path, in metres."""
+    """Return the length of a path, in metres."""
     return sum(one.distance_to(other.x, other.y) for one, other in pairwise(path))
 
 
 _SHORTEST_S = 1e-6
-"""Of a run with a rate."""
+"""The shortest duration for which a rate is computed, in seconds."""
 
 
 @dataclass(frozen=True)
 class DeviceContents:
-    """What there is of one device: ``samples`` that differ, ``reads`` of them, ``errors`` in place of them.
-
-    ``rate_hz`` is how many samples there were a second; None where the run took no time.
-    """
+    """The counts of one device."""
 
     name: str
     kind: str
     samples: int
+    """The number of different samples."""
     reads: int
+    """The number of reads that returned a sample."""
     errors: int
+    """The number of reads that raised an error."""
     rate_hz: float | None
+    """The samples per second; None if the run took no time."""
 
 
 def measure_duration(recording: Recording) -> float:
@@ -133,18 +134,18 @@ def measure_duration(recording: Recording) -> float:
 
 
 def measure_rate(recording: Recording) -> float | None:
-    """Return how many ticks a second there were; None where no time passed."""
+    """Return the ticks per second; None if no time passed."""
     duration = measure_duration(recording)
     return (len(recording.ticks) - 1) / duration if duration > _SHORTEST_S else None
 
 
 def count_interventions(recording: Recording) -> dict[str, int]:
-    """Return how often each rule of the safety stage changed a command."""
+    """Return the number of changed commands for each rule of the safety stage."""
     return dict(Counter(each.cause for tick in recording.ticks for each in tick.interventions))
 
 
 def summarise_devices(recording: Recording) -> Iterator[DeviceContents]:
-    """Yield what there is of each device that was open, in the order of the robot's description."""
+    """Yield the counts of each open device, in the order of the robot's description."""
     duration, opened = measure_duration(recording), set(recording.metadata.devices)
     sequences: defaultdict[str, set[int | None]] = defaultdict(set)
     reads, shown, errors = Counter[str](), Counter[str](), Counter[str]()
@@ -165,7 +166,7 @@ def summarise_devices(recording: Recording) -> Iterator[DeviceContents]:
 
 
 def summarise_contents(recording: Recording) -> dict[str, Any]:
-    """Return all of it for JSON; null is what nobody knows."""
+    """Return the JSON fields; an unknown value is null."""
     about, result = recording.metadata, build_result(recording)
     return {
         "app": result.app,

@@ -1,4 +1,4 @@
-"""A recording as a table for pandas or a spreadsheet: a row a tick."""
+"""Write a recording as a CSV table with one row per tick."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from robotcore.recording.events import Read, Tick
 from robotcore.recording.recording import Recording
 
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
-"""How a cell begins that a spreadsheet takes for a formula: https://owasp.org/www-community/attacks/CSV_Injection."""
+"""The first characters of a formula in a spreadsheet: https://owasp.org/www-community/attacks/CSV_Injection."""
 
 _POSE = ("x_m", "y_m", "heading_rad")
 _PICTURE = "sequence"
@@ -63,7 +63,7 @@ def _build_rows(recording: Recording) -> Iterator[list[Any]]:
 
 
 def _list_sensors(recording: Recording) -> Iterator[tuple[str, str]]:
-    """Yield the name of each open sensor, and the unit of what it reads; a picture is told by its number."""
+    """Yield the name and the unit of each open sensor. The column of a camera has sequence numbers."""
     for device in recording.metadata.description.devices:
         if device.name in recording.metadata.devices and device.kind in (*_UNITS, "camera"):
             yield device.name, _UNITS.get(device.kind, _PICTURE)
@@ -92,7 +92,7 @@ def _build_sample_cells(recording: Recording, read: Read | None, unit: str) -> t
 
 
 def _escape_formula(text: str) -> str:
-    """Return a cell that a spreadsheet takes for text."""
+    """Return a cell that a spreadsheet shows as text."""
     return f"'{text}" if text.startswith(_FORMULA) else text
 
 

@@ -1,6 +1,7 @@
-"""What a recording tells of a run, in memory: all that steered its decisions, and what was decided.
+"""The events of a run: everything that the app read, and everything that it decided.
 
-Times are seconds on the robot's clock, velocities rad/s, angles rad. Every number is the very double of the run.
+Times are seconds on the robot's clock, velocities rad/s, angles rad. Every number is the double of the run, bit for
+bit. The names of the fields are the JSON keys in the file.
 """
 
 from __future__ import annotations
@@ -17,29 +18,30 @@ from robotcore.hal.devices import Angle, Frame, Range, Voltage
 from robotcore.safety import Intervention
 
 RecordedSample = Range | Angle | Voltage | Frame
-"""A sample as it is in a recording."""
+"""A recorded sample."""
 
 GUARD, ODOMETRY = "guard", "odometry"
-"""Who reads sensors besides the app."""
+"""The readers of sensors besides the app: the values of ``Read.by``."""
 
 Value = float | int | str | bool | None
 
 _T = TypeVar("_T")
 
 Events = Annotated[tuple[_T, ...], Field(max_length=10_000)]
-"""The events of one kind in a tick. An app that polls a sensor in a loop has thousands."""
+"""The events of one kind in a tick. An app that polls a sensor in a loop causes thousands."""
 
 
 class SampleKey(NamedTuple):
-    """Which sample of a recording: the ``number``-th, from zero, that a device gave. What was shown counts as given."""
+    """Identifies a sample in a recording."""
 
     device: str
     number: int
+    """Counts the samples of the device from zero. Pictures on a display count as samples."""
 
 
 @dataclass(frozen=True, slots=True)
 class RecordedError:
-    """An error of ours in words: the name of its class in `robotcore.errors`, its message, what it says of itself.
+    """A recorded error.
 
     >>> from robotcore.errors import DeviceError
     >>> Raised.of(DeviceError("nose", "no echo")).rebuild().device
@@ -47,6 +49,7 @@ class RecordedError:
     """
 
     kind: str
+    """The name of its class in `robotcore.errors`."""
     message: str
     attributes: dict[str, Value] = field(default_factory=dict)
 
@@ -58,9 +61,9 @@ class RecordedError:
         return cls(kind.__name__, str(error), attributes)
 
     def rebuild(self) -> RobotcoreError | Interrupted:
-        """Return the error, to be raised once more; a kind that this version does not know is a RobotcoreError.
+        """Build the error from its record. A class that this version does not have becomes a RobotcoreError.
 
-        No attribute replaces what the class defines: a file does not decide on exit statuses.
+        No attribute replaces one of the class: a file must not decide on exit statuses.
         """
         kind: type[RobotcoreError | Interrupted] = RobotcoreError
         named = getattr(errors, self.kind, None)
@@ -75,61 +78,66 @@ class RecordedError:
 
 @dataclass(frozen=True, slots=True)
 class Read:
-    """A device was read: it gave a sample, or it raised.
-
-    ``number`` says which sample of the device it was; None where its picture was dropped. ``by`` is who read it, where
-    that was not the app: `GUARD` or `ODOMETRY`.
-    """
+    """A read of a sensor: a sample, or an error."""
 
     device: str
     sequence: int | None = None
+    """The sequence number of the sample."""
     time: float | None = None
+    """The capture time of the sample."""
     number: int | None = None
+    """The number of the sample in the recording; None if its picture was dropped."""
     error: RecordedError | None = None
     by: str | None = None
+    """The reader if it is not the app: `GUARD` or `ODOMETRY`."""
 
     @property
     def key(self) -> SampleKey | None:
-        """Under which the recording has the sample."""
+        """The key of the sample in the recording."""
         return None if self.number is None else SampleKey(self.device, self.number)
 
 
 @dataclass(frozen=True, slots=True)
 class ShownPicture:
-    """The app showed a picture, or could not; ``number`` is None then, and where the picture was dropped."""
+    """A picture that the app sent to a display, or the error of the display."""
 
     device: str
     number: int | None = None
+    """The number of the picture in the recording; None if it was dropped, or if the display failed."""
     error: RecordedError | None = None
 
     @property
     def key(self) -> SampleKey | None:
-        """Under which the recording has the picture."""
+        """The key of the picture in the recording."""
         return None if self.number is None else SampleKey(self.device, self.number)
 
 
 @dataclass(frozen=True, slots=True)
 class DriveCommand:
-    """A command of the app and what it was answered, or what it raised; ``asked`` is None where it was a stop."""
+    """A command of the app to the drive, with its answer or its error."""
 
     asked: Wheels | None = None
+    """The velocities that the app asked for; None is a stop."""
     given: Wheels | None = None
+    """The velocities that the safety stage allowed."""
     error: RecordedError | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class MotorCommand:
-    """A command to a motor outside the drive and what it answered, or what it raised; ``asked`` is None for a stop."""
+    """A command of the app to a motor outside the drive, with its answer or its error."""
 
     device: str
     asked: float | None = None
+    """The velocity that the app asked for; None is a stop."""
     given: float | None = None
+    """The velocity that the motor accepted."""
     error: RecordedError | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class WheelAngles:
-    """The angles of the wheels were read for odometry, or reading them raised."""
+    """The wheel angles that the odometry read, or the error of that read."""
 
     angles: Wheels | None = None
     error: RecordedError | None = None
@@ -137,13 +145,7 @@ class WheelAngles:
 
 @dataclass(frozen=True, slots=True)
 class Tick:
-    """One tick: what the app was given, in the order of each kind, and what it decided.
-
-    ``standing`` is what the stage said was being asked of the wheels, each time that an app which commands one wheel
-    alone needed it. ``pose`` is the odometry's, None without a drive. ``asked``, ``sent`` and ``interventions`` are
-    those of the tick's commit; ``commit_error`` is why it failed. ``error`` broke the tick off, wherever in
-    it: the run ended with it, but for a device that was lost and waited for. ``warnings`` are those of its record.
-    """
+    """One tick: the inputs of the app, in the order of each kind, and its decisions."""
 
     number: int
     time: float
@@ -153,24 +155,30 @@ class Tick:
     motor_asks: Events[MotorCommand] = ()
     turned: Events[WheelAngles] = ()
     standing: Events[Wheels] = ()
+    """The command that the stage held, each time that an app which commands a single wheel read it."""
     pose: Pose | None = None
+    """The pose of the odometry; None without a drive."""
     asked: Wheels | None = None
+    """The command of the app at the end of the tick."""
     sent: Wheels | None = None
+    """The command that the safety stage sent to the wheels."""
     interventions: Events[Intervention] = ()
+    """The changes that the safety stage made to the command."""
     commit_error: RecordedError | None = None
+    """The error that kept the command from being sent."""
     shown: Events[ShownPicture] = ()
     error: RecordedError | None = None
+    """The error that broke off the tick. The run ended with it, unless it waited for a lost device."""
     warnings: Events[str] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class GroundTruthSample:
-    """What the simulator knew after a tick: the true pose, and how many touches there had been. Never replayed.
-
-    ``contacts`` is None where it does not tell.
-    """
+    """The ground truth of the simulator after a tick. A replay does not use it."""
 
     tick: int
     time: float
     pose: Pose
+    """The true pose in the world."""
     contacts: int | None = None
+    """The number of contacts so far; None if the simulator does not count them."""

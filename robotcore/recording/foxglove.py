@@ -1,6 +1,6 @@
-"""What the JSON channels hold, as JSON Schema, in the part of it that Foxglove knows: objects, arrays, plain types.
+"""Channels, schemas and coordinate frames of a recording, as Foxglove displays them.
 
-What was not, is left out of a message; a number that is not finite is a string.
+A JSON message leaves out empty fields. A number that is not finite is a string.
 """
 
 from __future__ import annotations

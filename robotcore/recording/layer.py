@@ -1,4 +1,4 @@
-"""What is noted of a tick while it lasts: references put together, nothing else."""
+"""The layer that records what an app reads and commands, tick by tick."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from robotcore.safety import Commit, Intervention, Latch, Stage
 
 @dataclass(slots=True)
 class TickEvents:
-    """What a tick was given and what it asked; ``samples`` are those seen for the first time, pictures shown too."""
+    """The events of one tick. ``samples`` holds new samples and displayed pictures, each once."""
 
     reads: list[Read] = field(default_factory=list)
     asks: list[DriveCommand] = field(default_factory=list)
@@ -40,10 +40,10 @@ class TickEvents:
 
 
 class TickBuffer:
-    """The notes of the tick that is on; ``has_room`` is asked before a picture is kept.
+    """Collects the events of the current tick. It keeps a picture only if ``has_room`` returns True.
 
-    ``dropped`` counts those that were not. ``reader`` is who reads sensors, where that is not the app. ``latch`` is
-    the run's.
+    ``dropped`` counts the dropped pictures. ``reader`` names the part that reads sensors, if it is not the app.
+    ``latch`` is the latch of the run.
     """
 
     def __init__(self, has_room: Callable[[], bool]) -> None:
@@ -54,19 +54,19 @@ class TickBuffer:
         self._has_room = has_room
 
     def take(self) -> TickEvents:
-        """Return what was noted since it was last taken."""
+        """Return the events since the last call."""
         events, self.events = self.events, TickEvents()
         return events
 
     def must_drop(self, sample: Sample) -> bool:
-        """Return whether a picture has to be left out; it is counted then."""
+        """Return whether a picture must be dropped, and count it."""
         is_dropped = isinstance(sample, Frame) and not self._has_room()
         self.dropped += is_dropped
         return is_dropped
 
     @contextmanager
     def set_reader(self, reader: str) -> Iterator[None]:
-        """Note who reads sensors meanwhile."""
+        """Set the reader of all sensor reads within the block."""
         self.reader = reader
         try:
             yield
@@ -75,7 +75,7 @@ class TickBuffer:
 
 
 class RecordedSensor(Generic[SampleT]):
-    """Reads one sensor. A sample that it gives again is the same one."""
+    """Records the reads of one sensor. A sample that is read again is recorded once."""
 
     def __init__(self, buffer: TickBuffer, device: str, read: Reader[SampleT]) -> None:
         self._buffer, self._device, self._read = buffer, device, read
@@ -104,7 +104,7 @@ class RecordedSensor(Generic[SampleT]):
 
 
 class RecordedDisplay(Display):
-    """Notes a copy of each picture: it is the app's, which may draw on in it."""
+    """Records a copy of each picture, because the app may draw on in it."""
 
     def __init__(self, buffer: TickBuffer, inner: Display) -> None:
         super().__init__(inner.name)
@@ -120,7 +120,7 @@ class RecordedDisplay(Display):
         self._buffer.events.shown.append(ShownPicture(self.name, self._keep(image)))
 
     def _keep(self, image: Image) -> int | None:
-        """Return the number of a picture; None where it is left out."""
+        """Return the number of a picture; None if it is dropped."""
         number, picture = self._count, Frame(image.copy(), 0.0, self._count)
         if self._buffer.must_drop(picture):
             return None
@@ -133,7 +133,7 @@ class RecordedDisplay(Display):
 
 
 class RecordedStage:
-    """Notes the commands that a drive is given, and their answers."""
+    """Records the commands to the drive, and the answers of the safety stage."""
 
     def __init__(self, buffer: TickBuffer, inner: Stage) -> None:
         self._buffer, self._inner = buffer, inner
@@ -172,9 +172,9 @@ class RecordedStage:
 
 
 class RecordedMotor(MotorOver):
-    """Notes the commands that a motor outside the drive is given, and their answers.
+    """Records the commands to a motor outside the drive, and the answers.
 
-    Once the run is ended for good, stops are the framework's as much as the app's, and steer nothing.
+    After the latch has tripped, it records no stop: the framework stops motors too.
     """
 
     def __init__(self, buffer: TickBuffer, inner: Motor) -> None:
@@ -209,18 +209,18 @@ class RecordedMotor(MotorOver):
 
 
 class RecordingLayer(Layer):
-    """Notes what passes it, tick by tick; ``has_room`` is asked before a picture is kept."""
+    """Records the reads and commands of each tick. It keeps a picture only if ``has_room`` returns True."""
 
     def __init__(self, has_room: Callable[[], bool]) -> None:
         self._buffer = TickBuffer(has_room)
 
     @property
     def dropped(self) -> int:
-        """How many pictures were left out."""
+        """The number of dropped pictures."""
         return self._buffer.dropped
 
     def take(self) -> TickEvents:
-        """Return what was noted since it was last taken."""
+        """Return the events since the last call."""
         return self._buffer.take()
 
     def find_latched(self, interventions: Iterable[Intervention]) -> RobotcoreError | None:

@@ -1,4 +1,4 @@
-"""A run told in lines, for a log beside the pictures: what began, and what was over."""
+"""The text log of a run: one line when something begins, and one when it ends."""
 
 from __future__ import annotations
 

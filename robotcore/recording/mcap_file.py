@@ -1,4 +1,4 @@
-"""An MCAP file that is being written: channels in it, and a flush after which a crash loses nothing that was before."""
+"""Write an MCAP file: channels, attachments, and a flush that makes everything before it survive a crash."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The samples of a recording: numbers are at hand, pictures are read when they are asked for."""
+"""Read a recording: a whole file, or the part before a cut or damage."""
 
 from __future__ import annotations
 

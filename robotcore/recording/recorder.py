@@ -1,4 +1,4 @@
-"""What waits to be written: bounded, so that a slow disk costs a robot pictures and not its memory."""
+"""Record a run: an observer, a bounded queue, and a thread that writes the file."""
 
 from __future__ import annotations
 
@@ -26,15 +26,17 @@ from robotcore.threads import start_thread
 T = TypeVar("T")
 
 QUEUE_BYTES = 32 * 2**20
-"""About 140 pictures of 320 x 240."""
+"""The most that waits, in bytes: about 140 pictures of 320 x 240."""
 
 POLL_S = 0.02
-"""How often each side looks what the other has done. To wake a thread at each tick would cost the tick more than all
-else of a recording: 2 ms on a busy machine, instead of 0.002."""
+"""The period in which each thread checks the queue, in seconds.
+
+Waking a thread in each tick costs 2 ms on a busy machine; the rest of a tick's recording costs 0.002 ms.
+"""
 
 
 class WriteQueue(Generic[T]):
-    """A queue from the control thread to one that writes. Whoever puts may be let wait, but nothing is refused."""
+    """A queue from the control thread to the writer thread. `put` may wait, but never refuses an entry."""
 
     def __init__(self, room: int = QUEUE_BYTES) -> None:
         self._entries: deque[tuple[T, int]] = deque()
@@ -56,17 +58,17 @@ class WriteQueue(Generic[T]):
             pass
 
     def end(self) -> None:
-        """Take no more; whoever waits goes on."""
+        """Take no more entries, and wake a `put` that waits."""
         self._ended.set()
 
     def abandon(self) -> None:
-        """Take no more, and let go of what nobody takes any more: there is room again. For who gets, alone."""
+        """Take no more entries, and discard the rest. Only the reading thread may call it."""
         self.end()
         while not self.is_over:
             self.get()
 
     def get(self) -> T | None:
-        """Return the oldest entry, or after a nap None if there is none."""
+        """Return the oldest entry; None if there is none after `POLL_S`."""
         if not self._entries:
             self._ended.wait(POLL_S)
             return None
@@ -76,24 +78,24 @@ class WriteQueue(Generic[T]):
 
     @property
     def is_over(self) -> bool:
-        """Whether it was ended, and all of it taken."""
+        """Whether the queue has ended and is empty."""
         return self._ended.is_set() and not self._entries
 
 
 FLUSH_S = 0.5
-"""What is lost at most where the process is killed: this, and what the disk takes. Nothing before the first tick is."""
+"""The period of flushes, in seconds. A killed process loses at most this, and what the disk had not written."""
 
 JOIN_S = 60.0
-"""A disk that hangs keeps a run from ending no longer than this."""
+"""How long the end of a run waits for a disk that hangs, in seconds."""
 
 
 class Recorder:
     """An observer that writes an ``.mcap`` file: ``session.run(request, [recorder], [recorder.layer])``.
 
-    Simulated time waits for the disk. A real robot never does: pictures are left out (``dropped``) where they come
-    faster than they can be written. What goes wrong with the file ends the recording, not the run: see ``fault``. So
-    does a file that has ``limit`` bytes, in good order: see ``ended_early``. It is larger by what one tick, the last
-    chunk and the index take.
+    Simulated time waits for the disk. A real robot does not wait: if the disk is too slow, the recorder drops
+    pictures and counts them (``dropped``). An error of the file ends the recording, not the run, and is in ``fault``.
+    A file of ``limit`` bytes ends the recording too, with the reason in ``ended_early``. The file is larger than the
+    limit by one tick, the last chunk and the index.
     """
 
     def __init__(self, path: Path, *, is_jpeg: bool = False, limit: int | None = None, room: int = QUEUE_BYTES) -> None:
@@ -110,21 +112,21 @@ class Recorder:
 
     @property
     def has_begun(self) -> bool:
-        """Whether there is a file that tells of the run."""
+        """Whether the file has the metadata of the run."""
         return self._thread is not None
 
     @property
     def is_writing(self) -> bool:
-        """Whether some of it is not in the file yet."""
+        """Whether the writer thread still writes."""
         return self._thread is not None and self._thread.is_alive()
 
     @property
     def dropped(self) -> int:
-        """How many pictures were left out."""
+        """The number of dropped pictures."""
         return self.layer.dropped
 
     def completed(self, result: RunResult) -> RunResult:
-        """Return a result that tells how many pictures were left out."""
+        """Return the result with the number of dropped pictures."""
         return replace(result, dropped_pictures=self.dropped)
 
     def begin(self, run: Run) -> None:
@@ -156,9 +158,9 @@ class Recorder:
                 )
 
     def _find_error(self, record: TickRecord) -> RecordedError | None:
-        """Return what is ending the run in this tick: the loop notes a tick while that passes by.
+        """Return the error that ends the run in this tick, if there is one.
 
-        What has latched is why the run ends, whatever else is raised.
+        The loop records a tick while the error propagates. The latched error comes first.
         """
         error = self.layer.find_latched(record.interventions) or sys.exc_info()[1]
         if error is self._outer or not isinstance(error, (RobotcoreError, Interrupted)):
@@ -166,17 +168,17 @@ class Recorder:
         return RecordedError.of(error)
 
     def _read_truth(self, record: TickRecord) -> GroundTruthSample | None:
-        """Return what the simulator knows; one that has died knows nothing."""
+        """Return the ground truth; None if the simulator has died."""
         if self._run and (truth := self._run.truth):
             with suppress(RobotcoreError):
                 return GroundTruthSample(record.tick, record.time, truth.pose, truth.contacts)
         return None
 
     def _build_writer(self, file: McapFile, run: Run, about: Metadata) -> RecordingWriter | None:
-        """Return who writes the file, with what comes before the first tick in it; None where that failed."""
+        """Write the start of the file, and return its writer; None if that failed."""
         try:
             return RecordingWriter(file, run, about, is_jpeg=self._is_jpeg)
-        except Exception as error:  # noqa: BLE001  whatever it is, it ends the recording and not the run
+        except Exception as error:  # noqa: BLE001  any error ends the recording, not the run
             self._set_fault(self._to_recording_error(error))
             return None
 
@@ -184,7 +186,7 @@ class Recorder:
         try:
             self._write_all(file, writer)
             file.close()
-        except BaseException as error:  # noqa: BLE001  a library's panic too: nobody must go on waiting for this thread
+        except BaseException as error:  # noqa: BLE001  a library's panic too: the run waits for this thread
             self._set_fault(self._to_recording_error(error))
         finally:
             self._close(file)

@@ -1,4 +1,4 @@
-"""A recording read back, whatever it was read from."""
+"""A recording in memory, and the metadata of the run."""
 
 from __future__ import annotations
 
@@ -20,53 +20,58 @@ from robotcore.runtime.session import Run
 from robotcore.runtime.versions import libraries
 
 FORMAT = 1
-"""Of the files that this version writes; it reads those up to it."""
+"""The format of the files that this version writes. It reads this format and earlier ones."""
 
 
 @dataclass(frozen=True)
 class Metadata:
-    """What was run, on what: enough to run or replay it without any file of the user's but the app's.
-
-    ``request`` is what was asked for; ``settings`` all settings of the app as they were, ``milestones`` its own.
-    ``description`` and ``world`` are as the run had them, drawn and randomised. ``devices`` are the names of those that
-    were open. ``platform`` tells versions and machine, on which digests depend. ``source`` is the text of an app that
-    was a user's own file; ``started`` the time of day, ISO 8601.
-    """
+    """The description of a run: everything that running or replaying it needs, except an app from a user's file."""
 
     request: RunRequest
     description: RobotDescription
+    """The robot as the run had it, drawn and randomised."""
     is_stepped: bool
+    """Whether the clock waits for the app."""
     world: WorldDescription | None = None
+    """The world as the run had it, drawn and randomised."""
     devices: tuple[str, ...] = ()
+    """The names of the open devices."""
     settings: Mapping[str, Any] = field(default_factory=dict)
+    """All settings of the app, with their values in the run."""
     milestones: tuple[str, ...] = ()
+    """The milestones of the app."""
     platform: Mapping[str, str] = field(default_factory=dict)
+    """The machine and the versions of the libraries, on which digests depend."""
     source: str | None = None
+    """The text of an app from a user's file."""
     started: str = ""
+    """The time of day at the start, ISO 8601."""
     format: int = FORMAT
 
 
 @dataclass(frozen=True)
 class Recording:
-    """A run as it was recorded.
-
-    ``samples`` has what each device gave, a Frame too for what was shown on a display: as the run had it, but for
-    pictures that were compressed. It may read them when asked, and then raises RecordingError where the file fails.
-    ``truth`` is empty where no simulator vouched for it. ``result`` is None where the file ends before the run did,
-    or is damaged before that; ``is_cut`` is so too where only its index is missing. ``ended_early`` says why it ends
-    before the run did all the same, for example at its size limit. ``damage`` says where it is damaged and how, in a
-    line. What comes after that was not read.
-    """
+    """A recorded run."""
 
     metadata: Metadata
     ticks: Sequence[Tick]
     samples: Mapping[SampleKey, RecordedSample]
+    """The samples of each device, and a Frame for each picture on a display.
+
+    A sample equals that of the run, except for a compressed picture. Reading one may raise RecordingError.
+    """
     result: RunResult | None = None
+    """The result of the run; None if the file ends before the run did, or is damaged before the result."""
     truth: Sequence[GroundTruthSample] = ()
+    """The ground truth; empty if no simulator provided it."""
     ended_early: str = ""
+    """Why the recording ended before the run did, for example its size limit."""
     is_cut: bool = False
+    """Whether the end of the file is missing, if only its index."""
     damage: str = ""
+    """The place and the kind of the first damage, in a line. Nothing after it was read."""
     why_not: str = ""
+    """Why the recording cannot be replayed; empty if it can."""
 
     @property
     def is_damaged(self) -> bool:
@@ -74,12 +79,12 @@ class Recording:
 
     @property
     def is_replayable(self) -> bool:
-        """Whether it holds all that steered the run, up to its last tick; ``why_not`` says what is missing."""
+        """Whether it has every input of the app up to its last tick."""
         return not self.why_not
 
 
 def build_metadata(run: Run) -> Metadata:
-    """Return what is told of a run before its first tick."""
+    """Return the metadata of a run before its first tick."""
     request = run.request
     return Metadata(
         request=request,
@@ -102,13 +107,13 @@ def _read_settings(behaviour: Behaviour) -> dict[str, Any]:
 
 
 def read_platform(backend: str) -> dict[str, str]:
-    """Return all that the bits of a run depend on: machine, system, libraries."""
+    """Return the machine, the system and the libraries: everything that the bits of a run depend on."""
     machine = {"machine": platform.machine(), "system": platform.system(), "libc": " ".join(platform.libc_ver())}
     return {"robotcore": version("robotcore"), **machine, **libraries([backend])}
 
 
 def read_app_source(app: str) -> str | None:
-    """Return the text of an app that is a user's own file, as it is now; None where it is none, or is not there."""
+    """Return the current text of an app's file; None if the app is no file, or the file is missing."""
     if is_app_file(app):
         with suppress(OSError, UnicodeDecodeError):
             return app_path(app).read_text(encoding="utf-8")

@@ -1,7 +1,7 @@
-"""What a recording must hold to be one of a run: rising times, a rate, a result, errors that a run can raise.
+"""Check that a recording describes a possible run: rising times, a valid rate, errors that a run can raise.
 
-Each function raises ValueError with the fault. Numbers that were measured or commanded may be any: a driver may return
-NaN, and its recording must show that.
+Each function raises ValueError with the problem. Measured and commanded numbers may have any value: a driver may
+return NaN, and its recording must show it.
 """
 
 from __future__ import annotations

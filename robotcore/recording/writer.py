@@ -1,4 +1,4 @@
-"""Turns what was noted into messages, on the thread that writes."""
+"""Convert the events of a run to messages, on the thread that writes."""
 
 from __future__ import annotations
 

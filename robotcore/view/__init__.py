@@ -1,1 +1,1 @@
-"""How a run looks: live in a terminal, as a summary, as one picture. Nothing here reads a device."""
+"""Show a run: a progress line, text, pictures, videos. No module here reads a device."""

@@ -1,4 +1,7 @@
-"""A sheet to draw on: in its own pixels, colours as red, green, blue; drawn twice as fine, with smooth edges."""
+"""A canvas to draw on, and the colours of the pictures.
+
+Coordinates are pixels, colours are (red, green, blue). The canvas is drawn at twice its size, for smooth edges.
+"""
 
 from __future__ import annotations
 

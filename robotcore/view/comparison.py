@@ -1,4 +1,4 @@
-"""Two recorded runs in one picture: both paths in the world, and what they are measured by."""
+"""Show the comparison of two recordings as a table and as a picture."""
 
 from __future__ import annotations
 

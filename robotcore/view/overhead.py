@@ -1,4 +1,4 @@
-"""Where a robot went, and in which state it was there."""
+"""Draw a world and the track of a robot from above. North is up."""
 
 from __future__ import annotations
 

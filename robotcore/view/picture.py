@@ -1,4 +1,4 @@
-"""The sheet that tells a run: the world from above, what the camera saw last, and the words for both."""
+"""Draw a run as one picture: the world from above, the last camera image, the states and their times."""
 
 from __future__ import annotations
 

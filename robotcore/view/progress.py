@@ -1,4 +1,4 @@
-"""The line that a run shows in a terminal while it lasts."""
+"""The progress line of a run in a terminal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A run's end in a few lines."""
+"""Format the result of a run, the contents of a recording and the result of a replay for a terminal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The pictures of a recording as a film, at the pace of the run."""
+"""Write the pictures of a recording as a video, at the pace of the run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A recorded run, decided once more: by the same app, which is held to each tick, or by another one."""
+"""Replay a recording: verify the decisions of its app, or evaluate another app on its samples."""
 
 from robotcore.recording.replay.app_permission import is_recorded_file
 from robotcore.recording.replay.cursor import Deviation

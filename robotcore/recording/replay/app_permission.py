@@ -1,6 +1,7 @@
-"""What of a recording decides on what runs: nothing, unless the user could have meant it.
+"""Decide if the app that a recording names may run.
 
-A recording is data. The user names an app's file to run it with whatever the recording holds.
+A recording is data, and may come from anybody. It runs a file only if the user could have meant that file. If the
+user names the app's file, it runs with any recording.
 """
 
 from __future__ import annotations

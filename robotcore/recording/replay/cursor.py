@@ -1,4 +1,4 @@
-"""The first thing that a replay does otherwise than its recording, in words."""
+"""The position of a replay in its recording, and the first difference."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What another app, or the same one with other settings, would have decided on the samples of a recording."""
+"""Evaluate another app, or other settings, on the samples of a recording."""
 
 from __future__ import annotations
 

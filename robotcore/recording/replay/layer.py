@@ -1,4 +1,4 @@
-"""Whether two commands are the same."""
+"""The layer that compares each command of a replay with the recorded one, and returns the recorded answer."""
 
 from __future__ import annotations
 

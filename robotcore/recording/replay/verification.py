@@ -1,4 +1,4 @@
-"""How a replay came out."""
+"""Verify a recording: run its app again, and compare each tick with the recorded one."""
 
 from __future__ import annotations
 
@@ -26,25 +26,27 @@ DIFFERS = 1
 
 @dataclass(frozen=True)
 class ReplayResult:
-    """An app held to its recording: so many of its ``ticks`` were equal, to the bit where ``is_exact``.
-
-    ``largest_difference`` of a command, in rad/s, is what was let pass because the ``platform`` is another one.
-    ``has_app_changed`` tells whether the app's own file is another one now; None where it is no file of a user's.
-    """
+    """The result of verifying a recording."""
 
     recording: Recording
     result: RunResult
     ticks: int
+    """The number of equal ticks."""
     deviation: Deviation | None
+    """The first difference; None if there is none."""
     is_exact: bool
+    """Whether all commands are equal bit for bit."""
     largest_difference: float
+    """The largest difference of a command that counts as equal on another platform, in rad/s."""
     trace_sha256: str
     platform: tuple[str, ...] = ()
+    """The differences between the recorded platform and this one."""
     has_app_changed: bool | None = None
+    """Whether the app's file differs from the recorded text; None if no text was recorded."""
 
     @property
     def ended_by(self) -> str:
-        """What ended the recording from outside, a signal, a cut; the replay then ends there too. Empty if nothing."""
+        """The external cause that ended the recording, such as a signal or a cut file; empty if there is none."""
         return explain_external_end(self.recording)
 
     @property
@@ -54,25 +56,25 @@ class ReplayResult:
 
     @property
     def recorded_sha256(self) -> str | None:
-        """The digest in the file; None where the run ended in the middle of a tick, or unseen."""
+        """The digest in the file; None if the run ended within a tick, or the file has no result."""
         recorded = self.recording.result
         return recorded.trace_sha256 if recorded and self.ticks == recorded.ticks else None
 
     @property
     def is_equal(self) -> bool:
-        """Whether nothing differs: neither a decision nor, where all are equal to the bit, the digest."""
+        """Whether no decision differs, nor the digest if all commands are equal bit for bit."""
         is_comparable = self.is_exact and self.recorded_sha256 is not None
         return self.deviation is None and not (is_comparable and self.recorded_sha256 != self.trace_sha256)
 
     @property
     def exit_status(self) -> int:
-        """0 where all is equal; 1 where something differs."""
+        """0 if everything is equal, else 1."""
         if isinstance(self.result.error, Interrupted):
             return self.result.exit_status
         return 0 if self.is_equal else DIFFERS
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what JSON tells of it."""
+        """Return the JSON fields."""
         return {
             "app": self.result.app,
             "equal": self.is_equal,
