@@ -101,7 +101,9 @@ def override_port(robot: RobotDescription, section: str, port: str | None) -> Ro
         has = f"has {len(ports)} ports, {', '.join(ports)}" if ports else "names no port"
         raise UsageError(
             f"--port {port} takes the place of a robot's one port, and {robot.source} {has}. Leave it out, and name "
-            f"them in [{section}]"
+            f"them in [{section}]",
+            kind="port-ambiguous",
+            ports=ports,
         )
     moved = {name: {**table, "port": port} if _has_port(table) else table for name, table in tables.items()}
     return robot.model_copy(update={"backends": {**robot.backends, section: moved}})

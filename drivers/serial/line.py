@@ -100,13 +100,13 @@ class Line:
         try:
             self._port.open()
         except PortError as error:
-            raise DeviceError(device, str(error)) from error
+            raise DeviceError(device, str(error), kind="port-not-opened", place=self.place) from error
         self._waker = Waker()
         self._protocol.begin(self._clock.now())
         period = PERIOD_S if self._clock.is_lockstep else 0.0
         self._polling = self._clock.every(period, self._exchange, f"line {self.place}")
         try:
-            self._wait_until(lambda: self._protocol.is_ready, device, answer_s, self._unanswered)
+            self._wait_until(lambda: self._protocol.is_ready, device, answer_s, self._unanswered, "board-silent")
         except BaseException:  # Ctrl-C too: a board may take seconds to answer
             self.close()
             raise
@@ -120,15 +120,22 @@ class Line:
         """Raise DeviceLostError, by the device's name, where the port is lost or its board does not answer."""
         self._require_sound(device)
         if loss := self._loss:
-            raise DeviceLostError(device, self._with_its_stop(loss))
+            raise DeviceLostError(device, self._with_its_stop(loss), kind="port-lost", place=self.place)
         if not self._protocol.is_ready:
-            raise DeviceLostError(device, self._with_its_stop(self._unanswered(self.place)))
+            raise DeviceLostError(
+                device, self._with_its_stop(self._unanswered(self.place)), kind="board-silent", place=self.place
+            )
 
     def require_since_lost(self, device: str, heard_at: float) -> None:
         """Raise DeviceLostError where what was heard then is from before the line was lost; all else as `require`."""
         self.require(device)
         if heard_at < self._lost_at:
-            raise DeviceLostError(device, f"the board on {self.place} is back, and has not told anything of it yet")
+            raise DeviceLostError(
+                device,
+                f"the board on {self.place} is back, and has not told anything of it yet",
+                kind="no-sample-yet",
+                place=self.place,
+            )
 
     def _unanswered(self, place: str) -> str:
         if self._suspended_s > SUSPENDED_S and self._clock.now() < self._lost_at + HEARING_S:
@@ -138,16 +145,22 @@ class Line:
             )
         return self._protocol.unanswered(place, has_heard=self._has_heard)
 
-    def wait_until(self, is_so: Callable[[], bool], device: str, within_s: float, fault: str) -> None:
-        """Let time pass until something is so; raises DeviceError with the fault where it takes longer."""
-        self._wait_until(is_so, device, within_s, lambda _place: fault)
+    def wait_until(
+        self, is_so: Callable[[], bool], device: str, within_s: float, fault: str, kind: str = "no-sample-yet"
+    ) -> None:
+        """Let time pass until something is so; raises DeviceError with the fault and the kind if it takes longer."""
+        self._wait_until(is_so, device, within_s, lambda _place: fault, kind)
 
-    def _wait_until(self, is_so: Callable[[], bool], device: str, within_s: float, fault: Callable[[str], str]) -> None:
+    def _wait_until(
+        self, is_so: Callable[[], bool], device: str, within_s: float, fault: Callable[[str], str], kind: str
+    ) -> None:
         deadline = self._clock.now() + within_s
         while not is_so():
             self._require_sound(device)
             if self._clock.now() >= deadline:
-                raise DeviceError(device, self._loss or fault(self.place))
+                if self._loss:
+                    raise DeviceError(device, self._loss, kind="port-lost", place=self.place)
+                raise DeviceError(device, fault(self.place), kind=kind, place=self.place)
             self._clock.sleep_until(self._clock.now() + LOOKING_S)
 
     def settle(self, device: str) -> None:
@@ -158,7 +171,7 @@ class Line:
             return self._protocol.is_settled
 
         unheard = f"the board on {self.place} has not acknowledged the last command. Look whether its motors stand"
-        self.wait_until(is_heard, device, CLOSING_S, self._with_its_stop(unheard))
+        self.wait_until(is_heard, device, CLOSING_S, self._with_its_stop(unheard), "not-acknowledged")
 
     def close(self) -> None:
         """Send what is due, such as the last stop, within half a second, and let the port go. May be called again."""
@@ -235,7 +248,9 @@ class Line:
         if self._defect:
             what = f"{type(self._defect).__name__}: {self._defect}"
             fault = f"a defect in what is spoken on {self.place} has closed it ({what}). Report it"
-            raise DeviceError(device, self._with_its_stop(fault)) from self._defect
+            raise DeviceError(
+                device, self._with_its_stop(fault), kind="protocol-defect", place=self.place
+            ) from self._defect
 
     def _with_its_stop(self, fault: str) -> str:
         return f"{fault}. {self._protocol.stops_itself}" if self._protocol.stops_itself else fault

@@ -211,9 +211,13 @@ class DeviceBinding:
         except RobotcoreError:
             raise
         except ImportError as error:
-            raise DeviceError(self.name, f"a library is not installed ({error}). {self.driver.remedy}") from error
+            raise DeviceError(
+                self.name, f"a library is not installed ({error}). {self.driver.remedy}", kind="library-missing"
+            ) from error
         except Exception as error:
-            raise DeviceError(self.name, f"{type(error).__name__}: {error}".removesuffix(": ")) from error
+            raise DeviceError(
+                self.name, f"{type(error).__name__}: {error}".removesuffix(": "), kind="driver-failed"
+            ) from error
 
     def cutoffs(self, host: Host) -> tuple[CutoffSpec, ...]:
         """Return how another process stops the device; see `DeviceDriver.cutoffs`."""

@@ -226,7 +226,12 @@ def _encoder_on(motor: str, host: Host) -> tuple[Encoder, int]:
     name = encoder_of(motor, host.robot)
     encoder = host.opened.get(name or "")
     if not isinstance(encoder, Encoder):
-        raise DeviceError(motor, f"cannot be controlled without the encoder {name!r}, which is not open. Open it too")
+        raise DeviceError(
+            motor,
+            f"cannot be controlled without the encoder {name!r}, which is not open. Open it too",
+            kind="encoder-not-open",
+            encoder=name,
+        )
     return encoder, next(
         description.counts_per_turn for description in host.robot.all_of(EncoderDescription) if description.name == name
     )

@@ -97,6 +97,8 @@ class Board(Generic[ProtocolT]):
 class SharedBoardError(DeviceError):
     """A device is on a board that could not be opened for another one, which tells why."""
 
+    kind = "shared-board"
+
 
 class _Attempt(Generic[ProtocolT]):
     """A board that was opened, or not: who comes later need not wait for it too."""

@@ -68,11 +68,15 @@ class StopFrame(Cutoff):
         try:
             path = find_path(self._place)
         except PortMissingError as error:
-            raise BackendError(f"{error}; the board's own time-out has to stop it") from error
+            raise BackendError(
+                f"{error}; the board's own time-out has to stop it", kind="port-missing", place=self._place
+            ) from error
         try:
             self._serial = Serial(path, self._baud, timeout=0, write_timeout=WRITING_S)
         except FAILURES as error:
-            raise BackendError(explain_failure(self._place, path, self._baud, error)) from error
+            raise BackendError(
+                explain_failure(self._place, path, self._baud, error), kind="port-not-opened", place=self._place
+            ) from error
         hung_up = poll()
         hung_up.register(self._serial.fileno(), 0)
         with suppress(ResourceError):  # without the thread the port is stopped all the same
@@ -105,13 +109,20 @@ class StopFrame(Cutoff):
         if who := describe_holders(find_path(self._place)):
             raise BackendError(
                 f"the stop was sent, but {self._place} is held by {who}, which may turn it again. End that program "
-                "(a run takes its guardian with it), and stop anew"
+                "(a run takes its guardian with it), and stop anew",
+                kind="port-in-use",
+                place=self._place,
+                holders=who,
             )
         if self._answer is None:
             text = f"the stop was sent to {self._place}; this board cannot confirm it. Look whether they stand"
             return Unconfirmed(text)
         if not self._is_answered(self._answer):
-            raise BackendError(f"no answer on {self._place}: whether the stop was heard is not known")
+            raise BackendError(
+                f"no answer on {self._place}: whether the stop was heard is not known",
+                kind="stop-not-confirmed",
+                place=self._place,
+            )
         return None
 
     def _is_answered(self, answer: re.Pattern[bytes]) -> bool:

@@ -111,7 +111,7 @@ class BoardSensor(Sensor[SampleT], Generic[SampleT]):
     def _newest(self) -> SampleT:
         self._line.require(self.name)
         if (sample := self._read_latest()) is None:
-            raise DeviceError(self.name, self._no_sample_yet)
+            raise DeviceError(self.name, self._no_sample_yet, kind="no-sample-yet")
         self._line.require_since_lost(self.name, sample.time)
         return sample
 

@@ -65,7 +65,11 @@ def find_sketch(folder: Path | None) -> Path:
     for place in (folder.absolute(), folder.absolute() / SKETCH):
         if (place / f"{place.name}.ino").is_file():
             return place
-    raise UsageError(f"{folder}: holds no sketch {folder.name}.ino. `robotcore firmware copy DIR` makes one to change")
+    raise UsageError(
+        f"{folder}: holds no sketch {folder.name}.ino. `robotcore firmware copy DIR` makes one to change",
+        kind="sketch-missing",
+        folder=str(folder),
+    )
 
 
 def read_baud(folder: Path) -> int:
@@ -84,9 +88,15 @@ def copy_sketch(into: Path) -> Path:
     try:
         shutil.copytree(shipped_sketch(), target)
     except FileExistsError as error:
-        raise UsageError(f"{target}: is there already. Edit its config.h, or name another folder") from error
+        raise UsageError(
+            f"{target}: is there already. Edit its config.h, or name another folder",
+            kind="sketch-exists",
+            folder=target,
+        ) from error
     except OSError as error:
-        raise UsageError(f"{target}: {error.strerror}. Name a folder that you may write") from error
+        raise UsageError(
+            f"{target}: {error.strerror}. Name a folder that you may write", kind="folder-not-writable", folder=target
+        ) from error
     return target
 
 
@@ -101,18 +111,38 @@ def find_only_port(devices: Path = DEVICE_FOLDER) -> str:
     if len(ports) == 1:
         return ports[0]
     if ports:
-        raise UsageError(f"which board is it? There are {', '.join(ports)}. Say --port {ports[0]}")
-    raise UsageError("no board is plugged in: there is no /dev/ttyACM* or /dev/ttyUSB*. Plug it in, or name its --port")
+        raise UsageError(
+            f"which board is it? There are {', '.join(ports)}. Say --port {ports[0]}",
+            kind="port-ambiguous",
+            ports=ports,
+        )
+    raise UsageError(
+        "no board is plugged in: there is no /dev/ttyACM* or /dev/ttyUSB*. Plug it in, or name its --port",
+        kind="no-board",
+    )
 
 
 def require_free(port: str) -> None:
     """Raise FirmwareError unless a port is there, may be used, and nobody else has it open."""
     if not Path(port).is_char_device():
-        raise FirmwareError(f"{port}: is no port. Is the board plugged in? `ls /dev/serial/by-id` names those that are")
+        raise FirmwareError(
+            f"{port}: is no port. Is the board plugged in? `ls /dev/serial/by-id` names those that are",
+            kind="port-missing",
+            port=port,
+        )
     if not os.access(port, os.R_OK | os.W_OK):
-        raise FirmwareError(f"{port}: may not be used by you. sudo usermod -aG dialout $USER, and log in anew")
+        raise FirmwareError(
+            f"{port}: may not be used by you. sudo usermod -aG dialout $USER, and log in anew",
+            kind="port-permission",
+            port=port,
+        )
     if holders := ", ".join(_holders(Path(port).resolve())):
-        raise FirmwareError(f"{port}: is in use by {holders}. End that first: flashing would cut into what it does")
+        raise FirmwareError(
+            f"{port}: is in use by {holders}. End that first: flashing would cut into what it does",
+            kind="port-in-use",
+            port=port,
+            holders=holders,
+        )
 
 
 def _holders(device: Path) -> Iterator[str]:
@@ -140,14 +170,19 @@ def read_version(port: str, baud: int) -> str:
             clock.sleep_until(BOOTING_S)
             heard = b"".join(_read_answers(port_file, clock))
     except (OSError, termios.error) as error:
-        raise FirmwareError(f"{port}: cannot be asked what runs there: {error}") from error
+        raise FirmwareError(
+            f"{port}: cannot be asked what runs there: {error}", kind="port-unusable", port=port
+        ) from error
     for line in heard.splitlines():
         if ANSWER in line:
             return line[line.index(ANSWER) :].decode("ascii", "replace")
     said = repr(heard.splitlines()[-1][:60]) if heard else "nothing"
     raise FirmwareError(
         f"{port}: was flashed, but asked for its version at {baud} baud it said {said}. "
-        "Press the board's reset, and look whether --board and the BAUD of config.h are right"
+        "Press the board's reset, and look whether --board and the BAUD of config.h are right",
+        kind="wrong-firmware",
+        port=port,
+        baud=baud,
     )
 
 

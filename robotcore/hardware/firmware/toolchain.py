@@ -55,7 +55,9 @@ def build(sketch: Path, board: Board, folder: Path) -> FirmwareImage:
     elif has_avr_gcc():
         tool, image = AVR_GCC, build_with_avr_gcc(sketch, board, folder)
     else:
-        raise FirmwareError(f"nothing here builds for a {board.name}. {_install_hint()}")
+        raise FirmwareError(
+            f"nothing here builds for a {board.name}. {_install_hint()}", kind="no-build-tool", board=board.name
+        )
     return FirmwareImage(image, tool, _checked_size(image, board))
 
 
@@ -71,7 +73,12 @@ def _checked_size(image: Path, board: Board) -> int:
     """Return how many bytes of flash an image takes; raises FirmwareError where the board has fewer."""
     size = sum(int(line[1:3], 16) for line in image.read_text().splitlines() if line[7:9] == "00")
     if size > board.flash_bytes:
-        raise FirmwareError(f"{image}: has {size} bytes, and a {board.name} takes {board.flash_bytes}. Make it smaller")
+        raise FirmwareError(
+            f"{image}: has {size} bytes, and a {board.name} takes {board.flash_bytes}. Make it smaller",
+            kind="image-too-large",
+            size_bytes=size,
+            flash_bytes=board.flash_bytes,
+        )
     return size
 
 
@@ -87,7 +94,9 @@ def flash(image: Path, board: Board, port: str) -> str:
         flash_with_arduino_cli(image, board, port)
         return ARDUINO_CLI
     raise FirmwareError(
-        f"nothing here flashes a {board.name}. On Debian or Raspberry Pi OS: sudo apt install {AVRDUDE}"
+        f"nothing here flashes a {board.name}. On Debian or Raspberry Pi OS: sudo apt install {AVRDUDE}",
+        kind="no-flash-tool",
+        board=board.name,
     )
 
 
@@ -208,11 +217,23 @@ def run_tool(command: Sequence[str | Path], doing: str, remedy: str = "", timeou
             check=False,
         )
     except subprocess.TimeoutExpired as error:
-        raise FirmwareError(f"{doing}: {tool} had not ended after {timeout:g} s, and was killed") from error
+        raise FirmwareError(
+            f"{doing}: {tool} had not ended after {timeout:g} s, and was killed",
+            kind="tool-timeout",
+            tool=tool,
+            timeout_s=timeout,
+        ) from error
     except OSError as error:
-        raise FirmwareError(f"{doing}: {tool} cannot be run: {error.strerror}") from error
+        raise FirmwareError(
+            f"{doing}: {tool} cannot be run: {error.strerror}", kind="tool-missing", tool=tool
+        ) from error
     if ran.returncode:
         said = ran.stdout.strip() or "nothing"
         first = f". {remedy}" if remedy else ""
-        raise FirmwareError(f"{doing}: {tool} failed (exit {ran.returncode}){first}. It said:\n{said}")
+        raise FirmwareError(
+            f"{doing}: {tool} failed (exit {ran.returncode}){first}. It said:\n{said}",
+            kind="tool-failed",
+            tool=tool,
+            status=ran.returncode,
+        )
     return ran.stdout

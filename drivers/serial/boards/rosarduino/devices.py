@@ -94,7 +94,7 @@ class Ranges:
         millimetres, age_ms = answer.numbers
         time = now - age_ms / 1000
         if age_ms > MUTE_S * 1000:
-            self._findings.fail(DeviceError(self._device, _MUTE))
+            self._findings.fail(DeviceError(self._device, _MUTE, kind="module-silent"))
         elif self._last is None or time - self._last > SAME_S:
             self._last = time
             self._judge(millimetres, time)
@@ -124,7 +124,7 @@ class Pings:
         distance = answer.numbers[0] / 100
         self._mute = 0 if distance else self._mute + 1
         if self._mute >= MUTE_PINGS:
-            self._findings.fail(DeviceError(self._description.name, _MUTE))
+            self._findings.fail(DeviceError(self._description.name, _MUTE, kind="module-silent"))
         elif not distance:
             self._findings.add_unclear()
         elif distance > self._description.max_range_m:
@@ -154,7 +154,7 @@ class Voltages:
     def newest(self) -> Voltage | None:
         """Return the newest voltage, None where there was none yet; raises DeviceError where none is measured."""
         if not self._is_wired:
-            raise DeviceError(self._device, NOT_WIRED)
+            raise DeviceError(self._device, NOT_WIRED, kind="battery-not-wired")
         return self._newest
 
 

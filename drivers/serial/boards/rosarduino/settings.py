@@ -156,14 +156,24 @@ def require_countable(description: MotorDescription, counts: int) -> None:
 def require_sound(board: Board[ArduinoProtocol], device: str) -> None:
     """Raise DeviceError where the board speaks what is not known."""
     if fault := board.protocol.firmware.fault:
-        raise DeviceError(device, f"the board on {board.line.place} cannot be worked with: {fault}")
+        raise DeviceError(
+            device,
+            f"the board on {board.line.place} cannot be worked with: {fault}",
+            kind="firmware-version",
+            place=board.line.place,
+        )
 
 
 def require_wheels(board: Board[ArduinoProtocol], device: str) -> None:
     """Raise DeviceError where the board has no motors and no encoders."""
     if not board.protocol.firmware.has_wheels:
         fault = f"the ROSArduinoBridge on {board.line.place} was built without wheels"
-        raise DeviceError(device, f"{fault}. Define USE_BASE and flash it again, or {FLASH_OURS}")
+        raise DeviceError(
+            device,
+            f"{fault}. Define USE_BASE and flash it again, or {FLASH_OURS}",
+            kind="board-without-wheels",
+            place=board.line.place,
+        )
 
 
 def require_ours(board: Board[ArduinoProtocol], device: str, lacks: str, instead: str = "") -> None:
@@ -171,7 +181,13 @@ def require_ours(board: Board[ArduinoProtocol], device: str, lacks: str, instead
     if not board.protocol.firmware.is_ours:
         fault = f"{board.line.place} has the true ROSArduinoBridge, which {lacks}"
         remedy = f"{instead}, or {FLASH_OURS}" if instead else FLASH_OURS
-        raise DeviceError(device, f"{fault}. {remedy[0].upper()}{remedy[1:]}")
+        raise DeviceError(
+            device,
+            f"{fault}. {remedy[0].upper()}{remedy[1:]}",
+            kind="firmware-lacks",
+            place=board.line.place,
+            lacks=lacks,
+        )
 
 
 def agree_on_duties(board: Board[ArduinoProtocol], motor: str, *, goes_by_duty: bool) -> None:
@@ -180,5 +196,5 @@ def agree_on_duties(board: Board[ArduinoProtocol], motor: str, *, goes_by_duty: 
         require_ours(board, motor, "takes no duties", "leave model out of both motors")
     if board.protocol.goes_by_duty not in (None, goes_by_duty):
         fault = f"one motor on {board.line.place} has a model, and one has none"
-        raise DeviceError(motor, f"{fault}. Give both one, or none")
+        raise DeviceError(motor, f"{fault}. Give both one, or none", kind="motors-differ", place=board.line.place)
     board.protocol.goes_by_duty = goes_by_duty

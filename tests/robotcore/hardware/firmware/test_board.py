@@ -16,6 +16,7 @@ from robotcore.hardware.firmware.board import (
     shipped_sketch,
 )
 from tests.doubles.serial.pty import Pty
+from tests.texts import Raises
 
 
 def test_one_board_is_found_whichever_its_driver_is(tmp_path: Path) -> None:
@@ -24,15 +25,15 @@ def test_one_board_is_found_whichever_its_driver_is(tmp_path: Path) -> None:
     assert find_only_port(tmp_path) == str(tmp_path / "ttyACM3")
 
 
-def test_of_two_boards_none_is_chosen(tmp_path: Path) -> None:
+def test_of_two_boards_none_is_chosen(tmp_path: Path, raises: Raises) -> None:
     for name in ("ttyUSB0", "ttyACM0"):
         (tmp_path / name).touch()
-    with pytest.raises(UsageError, match=r"which board is it\? There are .*ttyACM0, .*ttyUSB0. Say --port"):
+    with raises(UsageError, "port-ambiguous"):
         find_only_port(tmp_path)
 
 
-def test_where_no_board_is_the_user_is_reported_so(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="no board is plugged in"):
+def test_where_no_board_is_the_user_is_reported_so(tmp_path: Path, raises: Raises) -> None:
+    with raises(UsageError, "no-board"):
         find_only_port(tmp_path)
 
 
@@ -44,14 +45,16 @@ def test_free_port_may_be_used(tmp_path: Path) -> None:
         pty.unplug()
 
 
-def test_port_that_somebody_has_open_is_refused_by_name_and_number(tmp_path: Path) -> None:
+def test_port_that_somebody_has_open_is_refused_by_name_and_number(tmp_path: Path, raises: Raises) -> None:
     pty = Pty(tmp_path)
     holding = f"import sys; line = open({str(pty.path)!r}, 'rb'); print('open', flush=True); sys.stdin.read()"
     with subprocess.Popen([sys.executable, "-c", holding], stdin=-1, stdout=-1, text=True) as other:
         try:
             assert other.stdout
             assert other.stdout.readline() == "open\n"
-            with pytest.raises(FirmwareError, match=rf"in use by \S+ \({other.pid}\). End that first"):
+            with raises(
+                FirmwareError, "port-in-use", hide=[other.pid, Path(sys.executable).resolve().name, "python3", "python"]
+            ):
                 require_free(str(pty.path))
         finally:
             other.communicate()
@@ -59,17 +62,19 @@ def test_port_that_somebody_has_open_is_refused_by_name_and_number(tmp_path: Pat
 
 
 @pytest.mark.parametrize("made", [False, True])
-def test_what_is_no_port_is_refused(tmp_path: Path, *, made: bool) -> None:
+def test_what_is_no_port_is_refused(tmp_path: Path, raises: Raises, *, made: bool) -> None:
     port = tmp_path / "ttyUSB0"
     if made:
         port.touch()
-    with pytest.raises(FirmwareError, match=r"ttyUSB0: is no port. Is the board plugged in"):
+    with raises(FirmwareError, "port-missing", port=str(port)):
         require_free(str(port))
 
 
-def test_port_that_is_not_the_users_names_the_group(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_port_that_is_not_the_users_names_the_group(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
+) -> None:
     monkeypatch.setattr("os.access", lambda *_: False)
-    with pytest.raises(FirmwareError, match="usermod -aG dialout"):
+    with raises(FirmwareError, "port-permission", port="/dev/null"):
         require_free("/dev/null")
 
 
@@ -79,21 +84,21 @@ def test_copy_is_the_whole_sketch_and_is_found_by_either_folder(tmp_path: Path) 
     assert find_sketch(tmp_path) == find_sketch(sketch) == sketch
 
 
-def test_copy_never_writes_over_one_that_was_edited(tmp_path: Path) -> None:
+def test_copy_never_writes_over_one_that_was_edited(tmp_path: Path, raises: Raises) -> None:
     (copy_sketch(tmp_path) / "config.h").write_text("mine")
-    with pytest.raises(UsageError, match=r"is there already. Edit its config.h"):
+    with raises(UsageError, "sketch-exists"):
         copy_sketch(tmp_path)
     assert (find_sketch(tmp_path) / "config.h").read_text() == "mine"
 
 
-def test_folder_without_a_sketch_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match=r"holds no sketch .*robotcore firmware copy"):
+def test_folder_without_a_sketch_is_refused(tmp_path: Path, raises: Raises) -> None:
+    with raises(UsageError, "sketch-missing", folder=str(tmp_path)):
         find_sketch(tmp_path)
 
 
-def test_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+def test_folder_that_cannot_be_written_is_named(tmp_path: Path, raises: Raises) -> None:
     (tmp_path / "file").touch()
-    with pytest.raises(UsageError, match="file/robotcore_bridge: Not a directory"):
+    with raises(UsageError, "folder-not-writable"):
         copy_sketch(tmp_path / "file")
 
 
